@@ -119,6 +119,7 @@ def _facts(frame: RGBDFrame) -> list[Any]:
         facts += [None if file is None else file.sha256 for file in files]
         facts += [inputs.depth_units, inputs.encoding, inputs.invalid]
         facts += [] if inputs.depth_intrinsics is None else [inputs.depth_intrinsics]
+        facts += [] if inputs.dataset is None else [inputs.dataset]
         facts += [] if inputs.lenses is None else [lens.to_json() for lens in inputs.lenses]
     if frame.neighbours is not None:
         facts += [one.sha256 for one in frame.neighbours.neighbours]

@@ -65,7 +65,7 @@ def with_temporal_median(reading: LoadedFrame, folder: Path) -> RGBDFrame:
         folder / DEPTH_FILE,
         intrinsics=frame.intrinsics,
         name=frame.name,
-        ground_truth=None if ground_truth is None else ground_truth.path,
+        ground_truth=None if ground_truth is None else ground_truth.named,
         ground_truth_units=None if ground_truth is None else ground_truth.units,
         beside=False,
         warn=False,

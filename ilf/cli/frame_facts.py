@@ -24,6 +24,7 @@ from ..io.frame_additions import (
     read_ground_truth,
     scale_misfit,
 )
+from ..io.hdf5_depth import with_dataset
 from ..io.images import read_colour_with_warning, turned
 from ..io.orientation import pair_orientation
 from ..sources.frame_folder import FrameFiles
@@ -95,7 +96,7 @@ def _add_pair(facts: Facts, files: FrameFiles, depth: DepthReading) -> None:
     """Add colour and depth, and whether they match."""
     options, content = files.options, read_file(files.depth)
     rgb = _add_colour(facts, files.rgb)
-    _add_depth(facts, files.depth, depth, options.depth_intrinsics or options.intrinsics)
+    _add_depth(facts, with_dataset(files.depth, options.dataset), depth, options.depth_intrinsics or options.intrinsics)
     orientation = pair_orientation(read_file(files.rgb), rgb, content, depth.metres)
     facts.tell("warning" if orientation.is_doubt else "orientation", orientation.note)
     if is_result(FrameRef(str(files.rgb), str(files.depth))):
@@ -110,7 +111,7 @@ def _add_pair(facts: Facts, files: FrameFiles, depth: DepthReading) -> None:
         check_same_size(rgb, metres)
 
 
-def _add_depth(facts: Facts, path: Path | str, depth: DepthReading, camera: IntrinsicsSpec | None) -> None:
+def _add_depth(facts: Facts, path: str, depth: DepthReading, camera: IntrinsicsSpec | None) -> None:
     values, metres = depth.values, depth.metres
     known = metres[np.isfinite(metres)]
     height, width = values.shape
@@ -154,7 +155,7 @@ def _add_ground_truth(facts: Facts, files: FrameFiles, reading: DepthReading) ->
         )
         shares, text = _known_shares(truth, depth)
         entries = {"path": str(file.path), **shares, "units_per_m": file.units}
-        facts.add("ground truth", f"{file.path}, {file.units:g} units per metre, {text}", ground_truth=entries)
+        facts.add("ground truth", f"{file.named}, {file.units:g} units per metre, {text}", ground_truth=entries)
         facts.tell("note", note)
         facts.tell("problem", scale_misfit(truth, depth, file.units))
 

@@ -7,6 +7,7 @@ from pathlib import Path
 from ..data.parameters import BlockParameters, nearest_preset
 from ..io.cameras import intrinsics_from
 from ..io.encodings import encoding_of_inputs
+from ..io.hdf5_depth import with_dataset
 from ..run.record import RunRecord
 from ..run.record_file import read_record
 from ..run.replaying import file_problems
@@ -53,14 +54,14 @@ def _add_inputs(facts: Facts, record: RunRecord) -> None:
         return
     encoding = encoding_of_inputs(inputs).text
     facts.add("colour", inputs.rgb.path, colour=inputs.rgb.path)
-    facts.add("depth", inputs.depth.path, depth=inputs.depth.path)
+    facts.add("depth", with_dataset(inputs.depth.path, inputs.dataset), depth=inputs.depth.path)
     facts.add("encoding", encoding, encoding=encoding)
     facts.add_camera("intrinsics", intrinsics_from(inputs.intrinsics))
     if inputs.frame is not None:
         facts.add("frame", inputs.frame, frame=inputs.frame)
     if (truth := inputs.ground_truth) is not None:
         stated = {"path": truth.path, "units_per_m": truth.units}
-        facts.add("ground truth", f"{truth.path}, {truth.units:g} units per metre", ground_truth=stated)
+        facts.add("ground truth", f"{truth.named}, {truth.units:g} units per metre", ground_truth=stated)
 
 
 def _add_networks(facts: Facts, record: RunRecord) -> None:

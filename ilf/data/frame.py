@@ -87,9 +87,15 @@ class InputFile:
 
 @dataclass(frozen=True)
 class GroundTruthFile(InputFile):
-    """The file of a frame's ground truth, and its units per metre."""
+    """The file of a frame's ground truth, its units per metre, and its dataset, if that was named."""
 
     units: float
+    dataset: str | None = field(default=None, metadata={"optional": True})
+
+    @property
+    def named(self) -> str:
+        """The path, with the dataset behind it."""
+        return f"{self.path}:{self.dataset}" if self.dataset else self.path
 
 
 @dataclass(frozen=True)
@@ -102,7 +108,8 @@ class FrameInputs:
     of the bytes in it that contain the frame's colour and depth. `depth_intrinsics` are fx, fy, cx, cy [px] of a
     depth file of another size than colour, by which its depth was registered. `lenses` are the cameras of colour
     and depth by whose distortion both were undistorted; `intrinsics` are then those of the undistorted image.
-    `orientations` are the tags (EXIF) by which colour and depth were turned; None if both are as stored.
+    `orientations` are the tags (EXIF) by which colour and depth were turned; None if both are as stored. `dataset` is
+    that of an HDF5 depth file, if it was named.
     """
 
     rgb: InputFile
@@ -116,6 +123,7 @@ class FrameInputs:
     depth_intrinsics: tuple[float, float, float, float] | None = field(default=None, metadata={"optional": True})
     orientations: tuple[int, int] | None = field(default=None, metadata={"optional": True})
     lenses: tuple[Camera, Camera] | None = field(default=None, metadata={"optional": True})
+    dataset: str | None = field(default=None, metadata={"optional": True})
 
     @property
     def has_colour_file(self) -> bool:
@@ -135,9 +143,10 @@ class FrameInputs:
             "frame": self.frame,
             "encoding": self.encoding,
             "invalid": self.invalid,
+            "dataset": self.dataset,
             "depth_intrinsics": stated[1],
             "undistort": self.lenses is not None or None,
-            "ground_truth": None if truth is None else truth.path,
+            "ground_truth": None if truth is None else truth.named,
             "ground_truth_units": None if truth is None else truth.units,
         }
         return {

@@ -21,18 +21,18 @@ from ..data.frame import DEPTH_LIMITS
 from ..errors import ExportError, FormatError, ParameterError, path_first
 from .float_images import (
     COLMAP_SUFFIX,
-    HDF5_SUFFIXES,
+    PFM_SUFFIX,
     encode_exr,
     is_kinect_v2,
     read_bin,
     read_exr,
-    read_hdf5,
     read_kinect_v2,
     read_npy,
     read_npz,
     read_pfm,
     without_channel,
 )
+from .hdf5_depth import HDF5_SUFFIXES, read_hdf5
 from .heic import HEIC_SUFFIXES, read_heic_depth
 from .images import encode_image, is_common_image, read_image
 from .kinds import wrong_kind
@@ -52,7 +52,7 @@ DEPTH_READERS: dict[str, Callable[[FileContent], NDArray[Any]]] = {
     ".npy": read_npy,
     ".npz": lambda file: read_npz(file, _DEPTH_ARRAYS),
     ".exr": read_exr,
-    ".pfm": read_pfm,
+    PFM_SUFFIX: read_pfm,
     COLMAP_SUFFIX: read_bin,
     ".raw": lambda file: read_kinect_v2(file) if is_kinect_v2(file) else read_viewer_raw(file),
     **dict.fromkeys(HDF5_SUFFIXES, read_hdf5),
@@ -62,10 +62,10 @@ DEPTH_READERS: dict[str, Callable[[FileContent], NDArray[Any]]] = {
 }
 """Suffix -> reader of depth files that are not common image formats."""
 
-_DEPTH_FORMATS = "a PNG, TIFF, PGM, NPY, NPZ, EXR, PFM, HDF5, PCD, PCLZF or HEIC file"
+_DEPTH_FORMATS = "a PNG, TIFF, PGM, NPY, NPZ, EXR, PFM, HDF5, MATLAB 7.3, PCD, PCLZF or HEIC file"
 
 
-def read_depth_values(path: FileSource, channels: str = "") -> NDArray[Any]:
+def read_depth_values(path: FileSource, channels: str = "", dataset: str | None = None) -> NDArray[Any]:
     """Read depth in file units, without marking missing values.
 
     Parameters
@@ -79,6 +79,8 @@ def read_depth_values(path: FileSource, channels: str = "") -> NDArray[Any]:
     channels : str
         The three channels of an 8-bit image that contain a value, from its lowest bits to its highest, as in "rgb"; ""
         for depth in one channel.
+    dataset : str, optional
+        Name of the dataset of an HDF5 file with several, such as "/left/depth".
 
     Returns
     -------
@@ -93,6 +95,10 @@ def read_depth_values(path: FileSource, channels: str = "") -> NDArray[Any]:
         If it is damaged or contains something other than depth, such as a rendered depth image.
     """
     content = read_file(path)
+    if dataset is not None:
+        if content.path.suffix.lower() not in HDF5_SUFFIXES:
+            raise FormatError(f"{content} is no HDF5 file, so it has no dataset {dataset}. Leave the dataset out.")
+        return checked_depth_values(without_channel(read_hdf5(content, dataset)), path)
     if channels:
         return _joined_channels(content, channels)
     reader = DEPTH_READERS.get(content.path.suffix.lower())
@@ -135,12 +141,10 @@ def checked_depth_values(values: NDArray[Any], path: object) -> NDArray[Any]:
 def eight_bit_error(path: object, channels: int = 1) -> FormatError:
     """The error to raise for an image of 8 bits in place of depth."""
     what = "an 8-bit image" if channels == 1 else f"an 8-bit image, {channels} channels"
-    simulated = (
-        "" if channels < 3 else " If a simulator put the bits of depth into them, give rgb24:METRES as encoding."
-    )
+    simulated = " If a simulator put the bits of depth into them, give rgb24:METRES as encoding (CARLA: rgb24:1000)."
     return FormatError(
         f"{path}: this is {what}, not depth: export the raw 16-bit or float depth with one channel. If it is the "
-        f"colour image, the two were swapped.{simulated}"
+        f"colour image, the two were swapped.{simulated if channels > 2 else ''}"
     )
 
 

@@ -29,7 +29,8 @@ from .encodings import (
     packed_channels,
 )
 from .float_images import COLMAP_SUFFIX, KINECT_V2_SUFFIXES, is_kinect_v2
-from .other_values import distance_doubt, normalised_doubt
+from .hdf5_depth import with_dataset
+from .other_values import distance_doubt, normalised_doubt, other_way_round
 
 # Signs that a depth file has another unit than assumed, or is not depth: names, sizes, steps and slopes.
 
@@ -249,8 +250,8 @@ def plausibility_warnings_of(
     encoding : DepthEncoding
         The encoding used.
     is_named : bool
-        Whether the encoding was given by name: then it is not checked. A number of units alone does not exclude
-        rotated bits, swapped bytes or disparity.
+        Whether the encoding was given by name: then only the direction of a z-buffer is checked. A number of units
+        alone does not exclude rotated bits, swapped bytes or disparity.
     path : Path, optional
         The file, whose name may be that of a data set.
     """
@@ -258,6 +259,8 @@ def plausibility_warnings_of(
     is_known = bool(np.isfinite(metres).any())
     may_be_normalised = is_plain and is_known and not data_set_of(values, metres, encoding, path)
     if may_be_normalised and (text := normalised_doubt(values, metres)):
+        return (PlausibilityWarning(text),)
+    if text := other_way_round(metres, encoding.name):
         return (PlausibilityWarning(text),)
     found = []
     if is_plain and values.dtype == np.uint16:
@@ -499,6 +502,7 @@ def read_depth(
     given: EncodingSpec | None = None,
     stated: EncodingSpec | None = None,
     invalid: float | None = None,
+    dataset: str | None = None,
 ) -> DepthReading:
     """Read a depth file.
 
@@ -509,6 +513,8 @@ def read_depth(
         The encoding, see `encoding_of`: that given by the user precedes that stated beside the file.
     invalid : float, optional
         The file's value that marks missing depth.
+    dataset : str, optional
+        The dataset of an HDF5 file, see `read_depth_values`.
 
     Raises
     ------
@@ -517,8 +523,8 @@ def read_depth(
     """
     if stated is None and file.path.suffix.lower() in KINECT_V2_SUFFIXES and is_kinect_v2(file):
         stated = ENCODINGS["mm"].units
-    values = read_depth_values(file, packed_channels(stated if given is None else given))
-    return interpret_depth(values, file.path, given, stated, invalid)
+    values = read_depth_values(file, packed_channels(stated if given is None else given), dataset)
+    return interpret_depth(values, Path(with_dataset(file.path, dataset)), given, stated, invalid)
 
 
 def interpret_depth(

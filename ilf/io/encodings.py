@@ -66,11 +66,12 @@ class DepthEncoding:
     @property
     def text(self) -> str:
         """Description for users."""
-        way = (
-            f"{self.units:g} units per metre"
-            if self.name is None
-            else f"{self.name}, {ENCODING_DESCRIPTIONS[_kind(self.name)]}"
-        )
+        if self.name is None:
+            way = f"{self.units:g} units per metre"
+        else:
+            kind = _kind(self.name)
+            described = ENCODING_DESCRIPTIONS[kind]
+            way = f"{self.name}, {described.partition(', ')[2] if kind in _WITH_NUMBERS else described}"
         return way if not self.invalid else f"{way}, {self.invalid:g} is missing"
 
     def metres(self, values: NDArray[Any]) -> NDArray[np.float32]:

@@ -1,4 +1,4 @@
-"""Reading arrays and floating-point images: NPY, NPZ, EXR, PFM, HDF5, depth maps of COLMAP and of the Kinect v2."""
+"""Reading arrays and floating-point images: NPY, NPZ, EXR, PFM, depth maps of COLMAP and of the Kinect v2."""
 
 from __future__ import annotations
 
@@ -18,7 +18,6 @@ from numpy.typing import NDArray
 from .._runtime.files import MAX_FILE_BYTES, FileContent, zip_member
 from .._runtime.installation import optional
 from ..errors import FormatError
-from .hdf5 import dataset, open_hdf5, rows
 from .images import check_pixel_count
 from .kinds import wrong_kind
 
@@ -95,50 +94,6 @@ def without_channel(values: NDArray[Any]) -> NDArray[Any]:
     if values.ndim != 3 or 1 not in (values.shape[0], values.shape[2]):
         return values
     return values[..., 0] if values.shape[2] == 1 else values[0]
-
-
-# Depth from HDF5 files.
-
-HDF5_SUFFIXES = ".hdf5", ".h5"
-
-_DATA_SETS = "dataset", "depth", "depths"
-"""Names of depth in an HDF5 file; Hypersim calls every image dataset."""
-
-
-def read_hdf5(file: FileContent) -> NDArray[Any]:
-    """Read depth (H, W) in a child: the first data set of two axes (or three, for `without_channel`) with one of these
-    names: dataset, depth, depths. What MATLAB has saved, column by column, is transposed.
-
-    Raises
-    ------
-    InputError
-        If h5py is not installed.
-    FormatError
-        If it is no HDF5, is damaged, has too many pixels, or no such data set.
-    """
-    from .._runtime.children import run_in_child
-
-    return run_in_child(_hdf5_depth, file, file=str(file), memory=_MEMORY)
-
-
-def _hdf5_depth(file: FileContent) -> NDArray[Any]:
-    name = str(file)
-    with open_hdf5(io.BytesIO(file.data.tobytes()), name, "Reading depth from HDF5") as opened:
-        kinds = [(one, axes) for one in _DATA_SETS for axes in (2, 3)]
-        found = next(
-            (data for one, axes in kinds if (data := dataset(opened, one, "fiu", axes, name)) is not None), None
-        )
-        if found is None:
-            raise FormatError(f"{file} has no image named {' or '.join(_DATA_SETS)}. Save its depth under one of them.")
-        check_pixel_count(file, math.prod(found.shape[1:]), found.shape[0])
-        values = rows(found, slice(None), name)
-        return np.ascontiguousarray(values.T) if is_of_matlab(file) else values
-
-
-def is_of_matlab(file: FileContent) -> bool:
-    """Whether MATLAB has saved an HDF5 file, with the axes of its arrays reversed; its h5write leaves no sign."""
-    content = file.data.tobytes()
-    return content.startswith(b"MATLAB 7.3") or b"MATLAB_class" in content
 
 
 # Depth from OpenEXR files.
@@ -243,6 +198,8 @@ def floats_behind(file: FileContent, start: int, shape: tuple[int, int], order: 
 
 
 # Portable float maps (PFM): text header, then float32 rows from the bottom to the top.
+
+PFM_SUFFIX = ".pfm"
 
 _PFM_HEADER = re.compile(rb"P([fF])\s+(\d{1,9})\s+(\d{1,9})\s+([-+]?[0-9.]{1,20}(?:[eE][-+]?\d{1,3})?)\s")
 _LONGEST_PFM_HEADER = 100

@@ -24,8 +24,9 @@ from ..errors import FormatError, InputError, ParameterError, warn_of_reading
 from .depth import checked_number, checked_units, default_depth_units, depth_in_metres, read_depth_values
 from .depth_reading import decoded, marker_doubt
 from .encodings import DepthEncoding, encoding_of_inputs
-from .float_images import HDF5_SUFFIXES, read_exr, read_npy, read_npz, read_pfm, without_channel
+from .float_images import read_exr, read_npy, read_npz, read_pfm, without_channel
 from .guide_network import predict_guide
+from .hdf5_depth import HDF5_SUFFIXES, split_dataset
 from .images import read_image, read_indices
 
 _MAX_SCALE_RATIO = 1.5
@@ -163,14 +164,18 @@ def read_ground_truth(
     units: float | None = None,
     default_units: float | None = None,
     invalid: float | None = None,
+    dataset: str | None = None,
 ) -> tuple[NDArray[np.float32], GroundTruthFile, str]:
     """Read ground truth as `load_ground_truth` does, the file, and a note on a value that was left out, or "".
 
     Integers are in `default_units` file units per metre, if known. With 0 as the `invalid` value of the depth file, no
-    value is left out.
+    value is left out. The dataset of an HDF5 file may be part of the path.
     """
+    if not isinstance(path, FileContent):
+        path, named = split_dataset(os.fspath(path))
+        dataset = named or dataset
     content = read_file(path)
-    values = read_depth_values(content)
+    values = read_depth_values(content, dataset=dataset)
     if values.shape != shape and values.shape == shape[::-1] and content.path.suffix.lower() in HDF5_SUFFIXES:
         values = values.T  # as MATLAB's h5write stores it
     if values.shape != shape:
@@ -199,7 +204,7 @@ def read_ground_truth(
             "marks missing depth and is not counted as ground truth. Give 0 as the invalid value if it is depth."
         )
         metres[is_marker] = np.nan
-    return metres, GroundTruthFile(str(content.path), content.sha256, scale), note
+    return metres, GroundTruthFile(str(content.path), content.sha256, scale, dataset), note
 
 
 def is_ground_truth(description: object) -> bool:

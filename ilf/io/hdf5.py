@@ -22,6 +22,9 @@ _MAGIC = b"\x89HDF", b"MATLAB 7.3"
 MAX_READ = 2**30
 """Maximum number of bytes read from a data set at once."""
 
+_LEAST_SIDE = 8
+"""Minimum length of the sides of an image: smaller datasets are matrices and lists of points."""
+
 _FILTERS = {1: "deflate", 2: "shuffle", 3: "fletcher32"}
 _PROBLEMS = (OSError, RuntimeError, LookupError, ValueError, TypeError, AttributeError, ArithmeticError, MemoryError)
 """Exceptions of h5py for damaged files."""
@@ -111,6 +114,28 @@ def dataset(opened: Any, name: str, kinds: str, dimensions: int, file: str) -> A
         _check_bytes(found.chunks or (), found.dtype, name, file)
     except _PROBLEMS as error:
         raise _damaged(file, name) from error
+    return found
+
+
+def images(opened: Any, file: str) -> dict[str, tuple[int, ...]]:
+    """The shapes of the datasets of an h5py.File that can be depth, by their names with /: two axes, or three of which
+    one has the length 1, and numbers of 16 bits or more. Links are not followed. Raises FormatError if it is damaged.
+    """
+    import h5py
+
+    found: dict[str, tuple[int, ...]] = {}
+
+    def look(name: str, item: Any) -> None:
+        if not isinstance(item, h5py.Dataset) or item.dtype.kind not in "fiu" or name.startswith("#"):
+            return  # MATLAB keeps the elements of cells under #refs#
+        sides = [side for side in item.shape if side != 1]
+        if item.ndim in {2, 3} and len(sides) == 2 and min(sides) >= _LEAST_SIDE and item.dtype.itemsize > 1:
+            found[f"/{name}"] = item.shape
+
+    try:
+        opened.visititems(look)
+    except _PROBLEMS as error:
+        raise _damaged(file, "its list of datasets") from error
     return found
 
 

@@ -49,7 +49,7 @@ _BY_START: tuple[tuple[bytes, str, str], ...] = (
     (rb"P[2356]\s", "a PGM or PPM image", "Rename it to .pgm or .ppm."),
     (rb"\x93NUMPY", "an NPY array", "Rename it to .npy."),
     (rb"\x89HDF", "an HDF5 file", "Rename it to .h5."),
-    (rb"MATLAB 7\.3", "a MATLAB file (7.3)", "Rename it to .h5, or save the image as HDF5."),
+    (rb"MATLAB 7\.3", "a MATLAB file (7.3)", "Rename it to .mat."),
     (rb"MATLAB 5", "a MATLAB file (5)", "Save it with -v7.3, or as NPY."),
     (rb"%PDF", "a PDF document", _AS_IMAGE),
     (rb"PLYF|ply\s", "a PLY cloud", "Depth is read from clouds as organised PCD. Save it so, or as an image."),

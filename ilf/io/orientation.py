@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from .._runtime.files import FileContent
 from ..errors import FormatError
-from .float_images import HDF5_SUFFIXES, is_of_matlab
+from .float_images import PFM_SUFFIX
+from .hdf5_depth import HDF5_SUFFIXES, is_of_matlab
 from .heic import HEIC_SUFFIXES, heic_orientation
 from .images import OPPOSITE, image_header, turned
 
@@ -59,6 +60,8 @@ def _claim(file: FileContent) -> tuple[int, str]:
     """The orientation by which a file may have to be turned, and why; 1 and "" if there is no sign of it."""
     if file.path.suffix.lower() in HDF5_SUFFIXES and not is_of_matlab(file):
         return 5, f"{file.path.name} may be stored column by column, as MATLAB's h5write does"
+    if file.path.suffix.lower() == PFM_SUFFIX:
+        return 4, f"{file.path.name} may be stored from its top row on, as AirSim's write_pfm does"
     if file.path.suffix.lower() in HEIC_SUFFIXES:
         tag = heic_orientation(file)
         back = f"{file.path.name} is shown upright, not as stored, by its orientation tag {tag}, which may be undone"
@@ -71,8 +74,8 @@ def pair_orientation(
     colour_file: FileContent, colour: NDArray[np.uint8], depth_file: FileContent, metres: NDArray[np.float32]
 ) -> PairOrientation:
     """Decide whether the orientation tags of a pair's files apply: where only so sizes are the same, or else edges
-    coincide. Files with the same tag stay as stored. The rows and columns of HDF5, which MATLAB exchanges, are decided
-    likewise.
+    coincide. Files with the same tag stay as stored. The rows and columns of HDF5, which MATLAB exchanges, and the
+    order of the rows of PFM are decided likewise, if colour has no tag.
 
     Parameters
     ----------
@@ -84,6 +87,9 @@ def pair_orientation(
     for place, file in enumerate((colour_file, depth_file)):
         if file.path.suffix.lower() in HEIC_SUFFIXES and claims[1 - place][0] != 1:
             claims[place] = 1, ""  # it is upright, and so may the other one be
+    is_pfm = depth_file.path.suffix.lower() == PFM_SUFFIX
+    if claims[0][0] != 1 and (is_pfm or depth_file.path.suffix.lower() in HDF5_SUFFIXES):
+        claims[1] = 1, ""
     tags = claims[0][0], claims[1][0]
     if tags[0] == tags[1]:
         return PairOrientation()
@@ -98,9 +104,11 @@ def pair_orientation(
         return _decided(named, tags, fits_upright, "colour and depth have the same size only so")
     scores = _coincidence(*stored), _coincidence(*upright)
     if max(scores) >= _SURE and abs(scores[0] - scores[1]) >= _BETTER:
-        if tags == _EXCHANGED and scores[0] > scores[1]:
+        if (tags == _EXCHANGED or is_pfm) and scores[0] > scores[1]:
             return PairOrientation()
         return _decided(named, tags, scores[1] > scores[0], "edges of colour and depth coincide only so")
+    if is_pfm:
+        return PairOrientation()  # nearly all are from the bottom up
     return PairOrientation(
         AS_STORED,
         f"{named}, and is read as stored, which is uncertain: edges of colour and depth coincide hardly better either "

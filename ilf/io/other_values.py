@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from ..data.frame import USUAL_MEDIAN_DEPTH
 from .depth import UINT16_MAX
+from .hdf5_depth import split_dataset
 
 _FULL = 1 - 1e-6
 """Share of the largest value that counts as that value, which rounding in single precision may miss."""
@@ -25,15 +26,19 @@ _BACKGROUND = 0.02
 _LEAST_NEAR = 0.001
 """Minimum share of pixels with values just below the largest of 16 bits."""
 
+_AT_NEAR = 1.1
+"""Maximum ratio of depth to that of the near plane where hardly anything is seen, but where the buffer is turned."""
+
 _FEWEST_VALUES = 32
 _ROUNDING = 0.01
 """Maximum difference from a whole number after single precision."""
 
 
 _DISTANCE = re.compile(
-    r"(?:^|[^a-z])(distance|distances|range|ranges|euclidean|radial|ray|rays|raydepth|raylength)(?:[^a-z]|$)"
+    r"(?:^|[^a-z])(distances?|ranges?|euclidean|radial|rays?|raydepth|raylength|depth_?perspective)(?:[^a-z]|$)"
 )
 _RECORDINGS = "", ".bag", ".mcap", ".db3", ".mkv", ".r3d"
+_NAMES_OF_RAYS = "distance_to_camera", "depthperspective", "depth_perspective"
 _NO_DISTANCE = re.compile(r"plane|planar|perpendicular|orthogonal|z_?depth")
 
 
@@ -69,6 +74,21 @@ def normalised_doubt(values: NDArray[Any], metres: NDArray[np.float32]) -> str:
     )
 
 
+def other_way_round(metres: NDArray[np.float32], encoding: str | None) -> str:
+    """Describe why a z-buffer, read as `metres` (H, W) by an encoding with numbers, likely is the other way round, from
+    1 to 0 or from 0 to 1; "" if it is not, or the encoding is another one."""
+    kind, _, numbers = (encoding or "").partition(":")
+    if kind != "zbuffer" or not np.isfinite(metres).any():
+        return ""
+    near, far, *turned = numbers.split(",")
+    if np.nanquantile(metres, 0.95) > _AT_NEAR * float(near):
+        return ""
+    return (
+        f"Nearly all depth lies at the near plane, {near} m: the z-buffer is most likely the other way round. Give "
+        f"{kind}:{near},{far}{'' if turned else ',reversed'}."
+    )
+
+
 def _are_integers(seen: NDArray[Any]) -> bool:
     """Whether values are those of an image of 8 or 16 bits, divided by the largest possible one."""
     scaled = UINT16_MAX * seen[:: seen.size // 10_000 + 1].astype(np.float64)
@@ -87,13 +107,13 @@ def _reaches(seen: NDArray[np.uint16]) -> bool:
 
 
 def is_named_distance(path: Path) -> bool:
-    """Whether a file is named as Isaac Sim names distances [m] along rays."""
-    return path.stem.lower().startswith("distance_to_camera")
+    """Whether a file is named as Isaac Sim or AirSim name distances [m] along rays."""
+    return path.stem.lower().startswith(_NAMES_OF_RAYS)
 
 
 def distance_doubt(path: Path) -> str:
     """Describe why a file likely holds distances along rays, by its name or its folder's; "" if nothing says so."""
-    if path.suffix.lower() in _RECORDINGS:
+    if path.suffix.lower() in _RECORDINGS and split_dataset(str(path))[1] is None:
         return ""
     for name in (path.stem.lower(), path.parent.name.lower()):
         found = _DISTANCE.search(name)

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -61,9 +58,7 @@ def table_of_names(text: str) -> dict[str, str]:
     >>> table_of_names("Frame Info:\\nResolution x,848\\nFx, 421.5")
     {'resolution x': '848', 'fx': '421.5'}
     """
-    rows = [
-        row for row, _ in zip(csv.reader(io.StringIO(text), skipinitialspace=True), range(_MOST_LINES), strict=False)
-    ]
+    rows = (line.split(",") for line in text.splitlines()[:_MOST_LINES])
     found: dict[str, str] = {}
     for name, value in (row[:2] for row in rows if len(row) > 1):
         found.setdefault(name.strip().lower(), value.strip())

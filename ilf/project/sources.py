@@ -231,7 +231,7 @@ def load_inputs(
         ground_truth=None,
     )
     encoding = encoding_of_inputs(inputs)
-    metres = decoded(read_depth_values(depth, encoding.channels), encoding)[0]
+    metres = decoded(read_depth_values(depth, encoding.channels, inputs.dataset), encoding)[0]
     of_colour, of_depth = inputs.orientations or AS_STORED
     rgb, metres = turned(read_colour(colour), of_colour), turned(metres, of_depth)
     frame = frame_of_images(rgb, metres, intrinsics, found, name)
@@ -270,5 +270,7 @@ def with_ground_truth(
 ) -> RGBDFrame:
     """Return the frame with the ground truth of a file at its present path; raises as `find_source`, and InputError."""
     content = find_source(wanted, parts, places)
-    ground_truth, file, _ = read_ground_truth(content, frame.shape, wanted.units, invalid=invalid_of(frame))
+    ground_truth, file, _ = read_ground_truth(
+        content, frame.shape, wanted.units, invalid=invalid_of(frame), dataset=wanted.dataset
+    )
     return frame.with_ground_truth(ground_truth, file)

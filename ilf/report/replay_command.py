@@ -33,6 +33,8 @@ def replay_text(run: Run) -> tuple[str, str]:
     words = ["ilf", "complete", *files, "--depth-encoding", encoding]
     if inputs.invalid is not None:
         words += ["--invalid", f"{inputs.invalid:.9g}"]
+    if inputs.dataset is not None:
+        words += ["--dataset", inputs.dataset]
     if inputs.intrinsics is not None:
         words += ["--intrinsics", ",".join(f"{number:.9g}" for number in inputs.intrinsics)]
     if frame.guide is not None and frame.guide.path is not None:

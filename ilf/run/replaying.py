@@ -294,6 +294,7 @@ def _recorded_frame(
         frame=inputs.frame,
         encoding=inputs.depth_units if inputs.encoding is None else inputs.encoding,
         invalid=inputs.invalid,
+        dataset=inputs.dataset,
         intrinsics=inputs.intrinsics if inputs.lenses is None else inputs.lenses[0],
         depth_intrinsics=inputs.depth_intrinsics if inputs.lenses is None else inputs.lenses[1],
         undistort=None if inputs.lenses is None else True,
@@ -375,7 +376,8 @@ def _with_recorded_ground_truth(record: RunRecord, frame: RGBDFrame, folder: Pat
         named_in(recorded.path, folder)
     try:
         found = _recorded_file(recorded, "ground-truth file", folder, None)
-        ground_truth, _, _ = read_ground_truth(found, frame.shape, recorded.units, invalid=invalid_of(frame))
+        invalid, dataset = invalid_of(frame), recorded.dataset
+        ground_truth, _, _ = read_ground_truth(found, frame.shape, recorded.units, invalid=invalid, dataset=dataset)
         return frame.with_ground_truth(ground_truth, recorded), ()
     except NotAllowed:
         raise

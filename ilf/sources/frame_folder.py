@@ -16,6 +16,7 @@ from ..errors import FormatError, InputError, ParameterError, one_line
 from ..io.depth import checked_units
 from ..io.encodings import EncodingSpec, checked_invalid, encoding_of, needs_scene, single_encoding
 from ..io.frame_additions import CONFIDENCE_SUFFIXES, GUIDE_SUFFIXES, checked_min_confidence, is_ground_truth
+from ..io.hdf5_depth import split_dataset, with_dataset
 from .naming import COLOUR_SUFFIXES, DEPTH_FILE_SUFFIXES, META_NAME, name_from_path
 from .reading_options import AS_STATED, ReadingOptions
 
@@ -76,7 +77,8 @@ def frame_folder(folder: str | os.PathLike[str]) -> FrameFiles:
         Contains colour `rgb.*` and depth `depth.*`, or meta.json with the optional keys `name`, `size` [width, height],
         `depth_units_per_m` or
         `depth_encoding` (see `load_frame`), `depth_invalid` (the depth file's value for missing depth), `K` [fx, fy,
-        cx, cy], `rgb` and `depth` (paths of the images; default: `rgb.*` and `depth.*` in the folder), `gt` (path of
+        cx, cy], `rgb` and `depth` (paths of the images, a dataset of HDF5 as FILE.h5:/NAME; default: `rgb.*` and
+        `depth.*` in the folder), `gt` (path of
         the ground truth; default: `gt.*` in the folder; or a description of it, by which `gt.*` is ignored if it was
         filled in or the description is empty), `gt_units_per_m`, `guide` (path of a guide; default: `guide.*` in the
         folder), `confidence` (path of a confidence map; default: `confidence.*` in the folder), `min_confidence` (below
@@ -114,24 +116,28 @@ def frame_folder(folder: str | os.PathLike[str]) -> FrameFiles:
     if not has_meta:
         _check_alone(root)
     rgb = _named_image(root, named["rgb"], named["run"]) or _image_in(root, "rgb", COLOUR_SUFFIXES)
-    depth = _named_image(root, named["depth"]) or _found(root, "depth", DEPTH_FILE_SUFFIXES)
+    named_depth, dataset = split_dataset(named["depth"] or "")
+    depth = _named_image(root, named_depth) or _found(root, "depth", DEPTH_FILE_SUFFIXES)
     if depth is None:
         hint = (
             f" To use gt.png as depth, load {rgb.name} and gt.png as two files"
             f" with depth units {meta.get('gt_units_per_m')}."
         )
         depth = _image_in(root, "depth", DEPTH_FILE_SUFFIXES, hint if os.path.isfile(root / "gt.png") else "")
+    truth, truth_dataset = (None, None) if named["gt"] is None else split_dataset(named["gt"])
     companions = {
-        "ground_truth": _ground_truth_in(root, named["gt"]),
+        "ground_truth": _ground_truth_in(root, truth),
         "guide": _named_image(root, named["guide"]) or _found(root, "guide", GUIDE_SUFFIXES),
         "confidence": _named_image(root, named["confidence"]) or _found(root, "confidence", CONFIDENCE_SUFFIXES),
     }
     paths: dict[str, Any] = {name: None if file is None else str(file) for name, file in companions.items()}
+    if truth_dataset is not None:
+        paths["ground_truth"] = with_dataset(paths["ground_truth"], truth_dataset)
     return FrameFiles(
         rgb,
         depth,
         named["name"] or "",
-        replace(options, **paths),
+        replace(options, dataset=dataset, **paths),
         size,
         _named_image(root, named["outside_view"]),
         has_meta,

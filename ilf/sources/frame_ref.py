@@ -13,6 +13,7 @@ from .._runtime.files import absolute
 from .._runtime.named_places import NotAllowed, named_in
 from .._runtime.schema import Section
 from ..data.frame import FrameInputs
+from ..io.hdf5_depth import split_dataset, with_dataset
 from .naming import name_from_path, recorded_frame_name
 from .reading_options import AS_STATED, ReadingOptions
 
@@ -24,7 +25,8 @@ class FrameRef:
 
     `frame` is the key of a frame in a recording; `rgb` is then the recording, and `depth` is None. `stated_in` is the
     opened folder, or the address, of the file that states these paths, "" if it is not known, or None for paths of the
-    user. What a file states is read only where `named_in` allows it.
+    user. What a file states is read only where `named_in` allows it. A dataset that is named behind the depth file, as
+    FILE.h5:/depth, becomes the option.
     """
 
     rgb: str
@@ -32,6 +34,12 @@ class FrameRef:
     frame: str | None = None
     options: ReadingOptions = AS_STATED
     stated_in: str | None = field(default=None, compare=False, repr=False)
+
+    def __post_init__(self) -> None:
+        depth, dataset = (None, None) if self.depth is None else split_dataset(self.depth)
+        if dataset is not None:
+            object.__setattr__(self, "depth", depth)
+            object.__setattr__(self, "options", replace(self.options, dataset=dataset))
 
     @classmethod
     def of(cls, inputs: FrameInputs) -> Self:
@@ -50,8 +58,9 @@ class FrameRef:
 
     @property
     def key(self) -> str:
-        """Unique key: the path of the file or folder with the depth, followed by the frame's key in a recording."""
-        path = absolute(self.depth or self.rgb)
+        """Unique key: the path of the file or folder with the depth, followed by the dataset, or by the frame's key in
+        a recording."""
+        path = with_dataset(absolute(self.depth or self.rgb), self.options.dataset)
         return path if self.frame is None else f"{path}#{self.frame}"
 
     @property

@@ -82,6 +82,7 @@ def read_files(files: FrameFiles, options: ReadingOptions, name: str | None = No
             None if colour_camera is None else colour_camera.numbers,
             encoding=read.encoding.name,
             invalid=read.encoding.invalid,
+            dataset=chosen.dataset,
             depth_intrinsics=None if depth_camera is None or lenses is not None else depth_camera.numbers,
             orientations=None if orientation.tags == AS_STORED else orientation.tags,
             lenses=lenses,
@@ -98,7 +99,7 @@ def depth_of_files(files: FrameFiles, options: ReadingOptions, content: FileCont
     """The depth alone; its scale is not checked. `content` is that of its file, if it is read already. A name that
     states distances along rays is followed if the camera is known."""
     chosen, file = options.or_else(files.options), content or read_file(files.depth)
-    read = read_depth(file, options.depth_encoding, files.options.depth_encoding, chosen.invalid)
+    read = read_depth(file, options.depth_encoding, files.options.depth_encoding, chosen.invalid, chosen.dataset)
     intrinsics = chosen.intrinsics if chosen.depth_intrinsics is None else chosen.depth_intrinsics
     if not (read.is_assumed and is_named_distance(files.depth)) or intrinsics is None:
         return read

@@ -16,6 +16,7 @@ from .._runtime.schema import converted
 from ..errors import FormatError, ParameterError
 from ..io.depth import checked_units
 from ..io.encodings import checked_invalid, encoding_of, single_encoding
+from ..io.hdf5_depth import split_dataset
 from .file_patterns import alternatives, check_pattern, placeholders
 
 GIVEN = "given"
@@ -48,7 +49,7 @@ class Layout(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=Tr
         Intrinsics of depth of another size than colour, in the same forms.
     pose : str
         Camera poses: a file for each frame with a matrix, or one of the files that `ilf.sources.trajectories` reads.
-    units, encoding, invalid, min_confidence, truth_units
+    dataset, units, encoding, invalid, min_confidence, truth_units
         As the options of `ilf.load_frame`.
     distance : str
         "z": depth is measured along the camera's axis; "ray": along the ray of each pixel.
@@ -72,6 +73,7 @@ class Layout(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=Tr
     K: str = ""
     depth_K: str = ""
     pose: str = ""
+    dataset: str | None = None
     units: float | None = None
     encoding: str | None = None
     invalid: float | None = None
@@ -110,7 +112,9 @@ def layout_of(values: Mapping[str, Any], name: str, where: str) -> Layout:
         If a value is missing, unknown or not valid.
     """
     try:
-        layout = converted({**values, "name": name}, Layout, f"layout {name!r}", strict=False)
+        depth, dataset = split_dataset(str(values.get("depth", "")))
+        named = {} if dataset is None else {"depth": depth, "dataset": dataset}
+        layout = converted({**values, **named, "name": name}, Layout, f"layout {name!r}", strict=False)
         given = single_encoding(layout.encoding, layout.units)
         if layout.encoding not in {None, "bop"}:
             encoding_of(layout.encoding or "")

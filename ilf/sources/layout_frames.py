@@ -173,6 +173,7 @@ class LayoutFrames:
             encoding=encoding,
             depth_units=units,
             invalid=layout.invalid,
+            dataset=layout.dataset,
             min_confidence=layout.min_confidence,
             intrinsics=camera,
             depth_intrinsics=depth_camera,

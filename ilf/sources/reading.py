@@ -48,6 +48,7 @@ def load_frame(
     depth_units: float | None = None,
     encoding: EncodingSpec | None = None,
     invalid: float | None = None,
+    dataset: str | None = None,
     intrinsics: IntrinsicsSpec | None = None,
     depth_intrinsics: IntrinsicsSpec | None = None,
     undistort: bool | None = None,
@@ -85,6 +86,9 @@ def load_frame(
     invalid : float, optional
         The file's value for missing depth, besides zero, negative and not finite ones; 0 means that there is none. None
         uses the value in meta.json.
+    dataset : str, optional
+        The dataset of an HDF5 file that is the depth, if it has several that can be; also named behind the file, as
+        "take.h5:/left/depth".
     intrinsics : optional
         Anything that `ilf.io.intrinsics_from` accepts; it overrides meta.json.
     depth_intrinsics : optional

@@ -18,6 +18,7 @@ from ..errors import ParameterError
 from ..io.cameras import IntrinsicsSpec
 from ..io.encodings import ENCODING_DESCRIPTIONS, EncodingSpec, single_encoding
 from ..io.frame_additions import checked_min_confidence
+from ..io.hdf5_depth import split_dataset, with_dataset
 from .times import MAX_TIME_GAP_S
 
 
@@ -101,6 +102,16 @@ class ReadingOptions:
             "meta.json)",
         ),
     )
+    dataset: str | None = field(
+        default=None,
+        metadata=_declared(
+            label="dataset",
+            flag="--dataset",
+            metavar="NAME",
+            help="dataset of HDF5 and MATLAB 7.3 files that is the depth, where a file has several: /left/depth; for "
+            "one file also FILE.h5:/left/depth",
+        ),
+    )
     min_confidence: float | None = field(
         default=None,
         metadata=_declared(
@@ -146,8 +157,8 @@ class ReadingOptions:
             label="ground truth",
             flag="--ground-truth",
             metavar="FILE",
-            help="depth to evaluate the result against, in the format of the depth file (default: gt.* in the frame's "
-            "folder)",
+            help="depth to evaluate the result against, in the format of the depth file; also FILE.h5:/NAME (default: "
+            "gt.* in the frame's folder)",
             is_path=True,
             one_frame=True,
         ),
@@ -221,8 +232,9 @@ class ReadingOptions:
 
     @property
     def paths(self) -> dict[str, str]:
-        """The files that are given, by the option's name."""
-        return {name: value for name, value in self.given.items() if OPTIONS[name].is_path and isinstance(value, str)}
+        """The files that are given, by the option's name; without the dataset of the ground truth."""
+        given = {name: value for name, value in self.given.items() if OPTIONS[name].is_path and isinstance(value, str)}
+        return {name: split_dataset(path)[0] for name, path in given.items()}
 
     @property
     def depth_encoding(self) -> EncodingSpec | None:
@@ -283,6 +295,8 @@ class ReadingOptions:
         """The same options with changed paths; with `cameras`, also those of files with intrinsics."""
         paths = self.paths | (self.camera_paths if cameras else {})
         changed: dict[str, Any] = {name: change(path) for name, path in paths.items()}
+        if self.ground_truth is not None:
+            changed["ground_truth"] = with_dataset(changed["ground_truth"], split_dataset(self.ground_truth)[1])
         return replace(self, **changed)
 
     def to_arguments(self) -> list[str]:

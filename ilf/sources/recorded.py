@@ -27,6 +27,8 @@ def read_recorded(ref: FrameRef, name: str | None = None) -> ReadImages:
     key, options, given = ref.frame or "", ref.options, ref.options.depth_encoding
     if options.undistort:
         raise InputError(f"{ref.rgb} is a recording: undistortion applies to files of colour and depth.")
+    if options.dataset is not None:
+        raise InputError(f"{ref.rgb} is a recording: a dataset is that of a depth file. Leave it out.")
     with opened(ref.rgb) as recording:
         stored, cameras, pose, path = recording.frame(key), recording.cameras(key), recording.pose(key), recording.path
     invalid = stored.invalid if options.invalid is None else options.invalid

@@ -213,7 +213,9 @@ def copied(ref: FrameRef) -> Iterator[FrameRef]:
         elif own.depth is None and is_address(own.rgb):
             _copy_folder(Address(own.rgb), temporary)
         elif own.depth is not None and is_address(own.depth):
-            beside = [restored(str(path)) for path in pose_files(local(own.depth))]
+            host = "/".join(own.depth.split("/", 3)[:3]) + "/"
+            places = (restored(str(path)) for path in pose_files(local(own.depth)))
+            beside = [place for place in places if place.startswith(host)]  # a file at its root has no folder above
             if is_address(own.rgb) and own.rgb.rpartition("/")[0] == own.depth.rpartition("/")[0]:
                 folder = own.rgb.rpartition("/")[0]
                 beside.append(f"{folder}/{META_NAME}")

@@ -233,6 +233,7 @@ def open_source(
     depth_units: float | None = None,
     encoding: EncodingSpec | None = None,
     invalid: float | None = None,
+    dataset: str | None = None,
     intrinsics: IntrinsicsSpec | None = None,
     depth_intrinsics: IntrinsicsSpec | None = None,
     undistort: bool | None = None,
@@ -256,7 +257,7 @@ def open_source(
     path : path-like
         Or an address (s3://, gs://, https://, hf://), by fsspec and its driver, which are installed separately: frames
         are read when they are asked for, a recording is copied to the cache as a whole.
-    depth_units, encoding, invalid, intrinsics, depth_intrinsics, undistort, min_confidence : optional
+    depth_units, encoding, invalid, dataset, intrinsics, depth_intrinsics, undistort, min_confidence : optional
         How the depth of all frames is read, its cameras, and its minimum confidence, as for `ilf.load_frame`. None uses
         the options of the source's layout.
     max_gap : float

@@ -32,6 +32,7 @@ from ilf.io.camera_files import CAMERA_FILES
 from ilf.io.depth import read_depth_values
 from ilf.io.depth_reading import PlausibilityWarning
 from ilf.io.encodings import ENCODING_DESCRIPTIONS, encoding_of_inputs, is_name
+from ilf.io.hdf5_depth import split_dataset
 from ilf.io.images import read_colour
 from ilf.project.file import open_project
 from ilf.run.record_file import read_record
@@ -114,7 +115,7 @@ class OpenDialog(QDialog):
         self._reading_delay.timeout.connect(self.read)
 
         self.path = QLineEdit(placeholderText="Colour image, folder, data set, recording, project, or run.json")
-        self.depth_path = QLineEdit(placeholderText="Raw depth: 16-bit or float, one channel")
+        self.depth_path = QLineEdit(placeholderText="Raw depth: 16-bit or float, one channel; FILE.h5:/depth")
         self.guide_path = QLineEdit(placeholderText="Depth or inverse depth from elsewhere (optional)")
         self.encoding = typed_list()
         self.encoding.addItems(
@@ -124,6 +125,8 @@ class OpenDialog(QDialog):
             "How the values of the file become metres: a name, or the number of file units per metre. Automatic: from "
             "meta.json; without it, millimetres for integer depth and metres for floating-point depth."
         )
+        self.dataset = QLineEdit(placeholderText="The only one that can be depth")
+        self.dataset.setToolTip("The dataset of HDF5 files with several images, such as /left/depth.")
         self.invalid = QLineEdit(placeholderText="Zero only; 65535 in 7-Scenes")
         self.invalid.setToolTip(
             "The value of the file that means missing depth, in addition to zero; 0 if there is none."
@@ -163,7 +166,8 @@ class OpenDialog(QDialog):
         previews.addWidget(self.depth_preview)
         lines: tuple[QWidget | QLayout, ...] = (self._form, previews, self.message, row(self.apply_button), buttons)
         stack(self, *lines, spacing=12)
-        for field in (self.path, self.depth_path, self.guide_path, self.invalid, self.min_confidence, self.camera_text):
+        texts = self.path, self.depth_path, self.guide_path, self.dataset, self.invalid, self.min_confidence
+        for field in (*texts, self.camera_text):
             field.textChanged.connect(self._schedule)
         self.encoding.editTextChanged.connect(self._schedule)
         self.undistort.toggled.connect(self._schedule)
@@ -204,6 +208,7 @@ class OpenDialog(QDialog):
         options = ReadingOptions(
             encoding=name,
             depth_units=units,
+            dataset=(self.dataset.text().strip() or None) if kind in (Kind.FRAME, Kind.FRAMES) else None,
             invalid=_number(self.invalid, "The invalid value must be a number of the depth file, such as 65535"),
             min_confidence=_number(
                 self.min_confidence, "The minimum confidence must be a number of the confidence map, such as 2"
@@ -271,10 +276,9 @@ class OpenDialog(QDialog):
 
     def _offer_options(self, kind: Kind) -> None:
         """Show the reading options that apply, and those only."""
-        of_images = kind in (Kind.PAIR, Kind.FRAME, Kind.FRAMES)
-        for place, shown in enumerate(
-            (True, kind is Kind.PAIR, of_images, of_images, of_images, of_images, kind in (Kind.PAIR, Kind.FRAME))
-        ):
+        of_images, is_pair = kind in (Kind.PAIR, Kind.FRAME, Kind.FRAMES), kind is Kind.PAIR
+        of_folder, of_frame = of_images and not is_pair, kind in (Kind.PAIR, Kind.FRAME)
+        for place, shown in enumerate((True, is_pair, of_images, of_folder, of_images, of_images, of_images, of_frame)):
             self._form.setRowVisible(place, shown)
         for preview in (self.colour_preview, self.depth_preview):
             preview.setVisible(kind not in (Kind.PROJECT, Kind.RUN))
@@ -367,6 +371,7 @@ class OpenDialog(QDialog):
             ("&Path", self.path, ("File…", self._browse_any), ("Folder…", self._browse_folder)),
             ("&Depth", self.depth_path, ("File…", self._browse_depth)),
             ("Depth &encoding", self.encoding),
+            ("Data&set", self.dataset),
             ("In&valid value", self.invalid),
             ("&Min. confidence", self.min_confidence),
             ("Camera &intrinsics", self.camera),
@@ -507,7 +512,8 @@ class OpenDialog(QDialog):
             found = _try_read(lambda: frame_folder(colour))
             colour, depth = (str(found.rgb), str(found.depth)) if found else ("", "")
         self.colour_preview.show_rgb(_try_read(lambda: read_colour(colour)) if colour else None)
-        self.depth_preview.show_depth(_try_read(lambda: read_depth_values(depth)) if depth else None)
+        depth, dataset = split_dataset(depth)
+        self.depth_preview.show_depth(_try_read(lambda: read_depth_values(depth, dataset=dataset)) if depth else None)
 
 
 def _describe_frame(frame: RGBDFrame) -> str:

@@ -50,6 +50,11 @@ def depth(path: Path) -> None:
     assert np.isfinite(frame.depth[frame.known]).all()
 
 
+def dataset(path: Path) -> None:
+    frame = load_frame(path.parent / "rgb.png", f"{path}:/left/depth")
+    assert np.isfinite(frame.depth[frame.known]).all()
+
+
 def colour(path: Path) -> None:
     load_frame(path, path.parent / "depth.png")
 

@@ -112,11 +112,45 @@ def depth_npy(folder: Path) -> list[bytes]:
 
 
 def depth_hdf5(folder: Path) -> list[bytes]:
+    """HDF5 with one dataset, and MATLAB's, whose only one that can be depth has any name."""
+    with_colour(folder)
+    one, matlab = io.BytesIO(), folder / "matlab.mat"
+    with h5py.File(one, "w") as file:
+        file["dataset"] = (depth_values() / 1000).astype(np.float16)
+    with h5py.File(matlab, "w", userblock_size=512) as file:
+        file["scene/z"], file["K"] = depth_values().T, np.eye(3)
+        file["scene/z"].attrs["MATLAB_class"] = np.bytes_("uint16")
+    content = b"MATLAB 7.3 MAT-file".ljust(512) + matlab.read_bytes()[512:]
+    matlab.unlink()
+    return [one.getvalue(), content]
+
+
+def depth_of_several(folder: Path) -> list[bytes]:
+    """HDF5 with several datasets, compressed and not."""
     with_colour(folder)
     stream = io.BytesIO()
     with h5py.File(stream, "w") as file:
-        file["dataset"] = (depth_values() / 1000).astype(np.float16)
+        file.create_dataset("left/depth", data=depth_values(), compression="gzip", shuffle=True, chunks=(8, 8))
+        file["right/z"], file["K"] = depth_values() / 1000, np.eye(3)
     return [stream.getvalue()]
+
+
+def viewer_raw(folder: Path) -> list[bytes]:
+    """Depth of the RealSense Viewer, with its table."""
+    with_colour(folder)
+    table = f"Frame Info:\nType,Depth\nFormat,Z16\nResolution x,{WIDTH}\nResolution y,{HEIGHT}\n"
+    (folder / "depth_metadata.csv").write_text(table)
+    return [depth_values().astype("<u2").tobytes()]
+
+
+def viewer_table(folder: Path) -> list[bytes]:
+    """The table of a snapshot of the RealSense Viewer."""
+    content = viewer_raw(folder)[0]
+    (folder / "depth.raw").write_bytes(content)
+    table = folder / "depth_metadata.csv"
+    content = table.read_bytes()
+    table.unlink()
+    return [content]
 
 
 def depth_pcd(folder: Path) -> list[bytes]:

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import json
+import shutil
 from pathlib import Path
 
 import cv2
+import h5py
 import numpy as np
 import pytest
 from PySide6.QtCore import QMimeData, QPoint, QPointF, Qt, QUrl
@@ -116,6 +118,28 @@ def test_a_lens_is_undistorted_if_its_file_states_it(dialog, folder):
     assert dialog.request().options.undistort is True
     dialog.camera.setCurrentIndex(0)
     assert dialog.request().options.undistort is None
+
+
+def test_a_dataset_is_named_behind_the_depth_file_or_for_a_folder(dialog, folder, qtbot):
+    with h5py.File(folder / "take.h5", "w") as file:
+        file["near/depth"], file["far/depth"] = np.full((480, 640), 1.5), np.full((480, 640), 2.5)
+    path = str(folder / "take.h5")
+    dialog.set_files(str(folder / "rgb.png"), path)
+    assert "take.h5:/far/depth, or" in dialog.message.text().replace("\u200b", "")
+    assert not dialog.open_button.isEnabled()
+    assert not dialog.dataset.isVisible()
+    dialog.depth_path.setText(f"{path}:/near/depth")
+    dialog.read()
+    assert dialog.message.text().startswith("Median 1.50 m")
+    assert (dialog.request().depth, dialog.request().options.dataset) == (path, "/near/depth")
+    for name in ("rgb/1.png", "rgb/2.png", "depth/1.h5", "depth/2.h5"):
+        (folder / "set" / name).parent.mkdir(parents=True, exist_ok=True)
+        shutil.copy(path if name.endswith("h5") else folder / "rgb.png", folder / "set" / name)
+    dialog.set_files(str(folder / "set"))
+    qtbot.waitUntil(lambda: "first frame cannot be read" in dialog.message.text())
+    QTest.keyClicks(dialog.dataset, "/far/depth")
+    qtbot.waitUntil(lambda: "First frame:\nMedian 2.50 m" in dialog.message.text())
+    assert dialog.request().options.dataset == "/far/depth"
 
 
 def test_a_guide_is_read_with_the_frame_or_refused(dialog, folder):

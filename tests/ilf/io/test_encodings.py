@@ -99,6 +99,9 @@ def test_renderers_depth_is_exact_and_the_far_plane_is_missing(save, spec):
         frame = ilf.load_frame(*save(values, name), encoding=spec)
     assert np.array_equal(frame.known, KNOWN)
     assert np.nanmax(np.abs(frame.depth - MM / 1000)) < tolerance
+    text = encoding_of(frame.inputs.encoding).text
+    assert text.startswith(f"{frame.inputs.encoding}, ")
+    assert not any(word in text for word in ("FAR,", "METRES,", "reversed]")), "the numbers, not how they are written"
     again = ilf.load_frame(**frame.sources)
     assert again.inputs == frame.inputs
     assert np.array_equal(again.depth, frame.depth, equal_nan=True)

@@ -121,8 +121,8 @@ def test_a_snapshot_of_the_realsense_viewer_has_the_size_and_camera_of_its_table
     with pytest.raises(FormatError, match=r"one_Depth_metadata\.csv.*missing"):
         ilf.load_frame(*files)
     table = tmp_path / "one_Depth_metadata.csv"
-    for wrong in ({"kind": "Y16"}, {"width": W + 1}, {"height": -H}, {"width": "many"}):
-        table.write_text(_VIEWER_TABLE.format(**{"kind": "Z16", "width": W, "height": H} | wrong))
+    for wrong in ({"kind": "Y16"}, {"width": W + 1}, {"height": -H}, {"width": "many"}, {"kind": "Z1\r6"}):
+        table.write_text(_VIEWER_TABLE.format(**{"kind": "Z16", "width": W, "height": H} | wrong), newline="")
         with pytest.raises(FormatError, match="one_Depth"):
             ilf.load_frame(*files)
     table.write_text(_VIEWER_TABLE.format(kind="Z16", width=W, height=H))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import h5py
 import numpy as np
 import pytest
 from PIL import Image
@@ -135,6 +136,37 @@ def test_rows_and_columns_that_matlab_has_exchanged(size: tuple[int, int], tmp_p
             ilf.load_frame(rgb, plain, ground_truth=written)
     else:
         assert np.allclose(ilf.load_frame(rgb, plain, ground_truth=written).ground_truth, depth / 1000)
+
+
+@pytest.mark.filterwarnings("ignore::ilf.DepthWarning")
+@pytest.mark.parametrize("is_from_top", [False, True])
+def test_rows_of_pfm_are_also_read_as_airsim_writes_them(is_from_top: bool, tmp_path: Path) -> None:
+    colour, depth = scene()
+    metres = (depth / 1000).astype("<f4")
+    rows = metres if is_from_top else np.flipud(metres)
+    (tmp_path / "depth.pfm").write_bytes(b"Pf\n128 96\n-1.000000\n" + np.ascontiguousarray(rows).tobytes())
+    frame = ilf.load_frame(save(tmp_path / "rgb.png", colour, 1), tmp_path / "depth.pfm")
+    assert np.array_equal(frame.depth, metres)
+    assert any("AirSim" in note for note in frame.notes) == is_from_top
+    assert np.array_equal(load_inputs(frame.inputs, frame.name, None).depth, metres)
+    plain = save(tmp_path / "plain.png", np.full_like(colour, 90), 1)
+    assert not ilf.load_frame(plain, tmp_path / "depth.pfm").notes, "nearly all are from the bottom up"
+
+
+@pytest.mark.filterwarnings("ignore::ilf.DepthWarning")
+@pytest.mark.parametrize("suffix", [".pfm", ".h5"])
+def test_a_tag_of_colour_goes_before_the_order_of_rows(suffix: str, tmp_path: Path) -> None:
+    colour, depth = scene()
+    metres = (depth / 1000).astype("<f4")
+    file = tmp_path / f"depth{suffix}"
+    if suffix == ".h5":
+        with h5py.File(file, "w") as stored:
+            stored["depth"] = metres
+    else:
+        file.write_bytes(b"Pf\n128 96\n-1\n" + np.flipud(metres).tobytes())
+    frame = ilf.load_frame(save(tmp_path / "rgb.jpg", STORED[6](colour), 6), file)
+    assert np.abs(frame.rgb.astype(int) - colour).mean() < 4
+    assert np.array_equal(frame.depth, metres)
 
 
 def test_a_square_that_nothing_decides_is_doubted(tmp_path: Path) -> None:

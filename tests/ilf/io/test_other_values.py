@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import h5py
 import numpy as np
 import pytest
 from PIL import Image
@@ -88,6 +89,16 @@ def test_values_from_0_to_1_are_doubted(kind: str, values: np.ndarray, tmp_path:
     assert "z-buffer" not in told(paths, encoding="mm" if kind == "depth.png" else "m")
 
 
+@pytest.mark.parametrize("is_reversed", [False, True])
+def test_a_z_buffer_that_is_the_other_way_round_is_doubted(is_reversed: bool, tmp_path: Path) -> None:
+    values = 1 - z_buffer(depth()) if is_reversed else z_buffer(depth())
+    paths = files(tmp_path, values.astype(np.float32))
+    way, other = f"zbuffer:{NEAR},{FAR}", f"zbuffer:{NEAR},{FAR},reversed"
+    right, wrong = (other, way) if is_reversed else (way, other)
+    assert told(paths, encoding=wrong).endswith(f"Give {right}.")
+    assert not told(paths, encoding=right)
+
+
 @pytest.mark.parametrize("scale", [1, 1.5, 4.5])
 def test_inverse_depth_in_16_bits_is_doubted_whatever_its_median(scale: float, tmp_path: Path) -> None:
     rows = np.linspace(0.2, 1, 240)[:, None] + np.zeros(320)  # of a floor, from 5 m to 1 m
@@ -109,6 +120,8 @@ DISTANCES = (
     "depth-euclidean.npy",
     "distance_to_camera/0001.npy",
     "ranges/1.npy",
+    "DepthPerspective/7.npy",
+    "img_depth_perspective_7.npy",
 )
 DEPTHS = "distance_to_image_plane_0001.npy", "orange.npy", "arrange/1.npy", "range_test/depth.npy", "strange_1.npy"
 
@@ -119,6 +132,22 @@ def test_ray_is_proposed_where_the_name_says_distance(name: str, tmp_path: Path)
     with pytest.warns(ilf.DepthWarning, match="ray:UNITS,FX,FY,CX,CY"):
         ilf.load_frame(*paths)
     assert not told(paths, encoding="ray:1,50,50,40,30")
+
+
+@pytest.mark.parametrize("name", ["distance_to_camera_1.npy", "DepthPerspective_1.npy"])
+def test_distances_by_a_makers_name_are_converted_where_the_camera_is_known(name: str, tmp_path: Path) -> None:
+    distances = np.where(np.isfinite(depth()), depth(), 0).astype(np.float32)
+    paths = files(tmp_path, distances, name)
+    frame = ilf.load_frame(*paths, intrinsics=(50, 50, 40, 30))
+    assert np.array_equal(frame.depth, ilf.load_frame(*paths, encoding="ray:1,50,50,40,30").depth, equal_nan=True)
+
+
+def test_a_dataset_that_says_distance_is_doubted_too(tmp_path: Path) -> None:
+    rgb, _ = files(tmp_path, np.ones(depth().shape, np.float32), "unused.npy")
+    with h5py.File(tmp_path / "0.hdf5", "w") as file:
+        file["distance"] = file["depth"] = np.where(np.isfinite(depth()), depth(), 0).astype(np.float32)
+    assert "ray:UNITS" in told((rgb, Path(f"{tmp_path}/0.hdf5:/distance")))
+    assert not told((rgb, tmp_path / "0.hdf5"))
 
 
 @pytest.mark.parametrize("name", DEPTHS)

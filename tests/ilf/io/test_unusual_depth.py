@@ -148,7 +148,7 @@ def test_one_channel_may_be_an_axis_and_hdf5_is_read(tmp_path: Path) -> None:
     assert read_depth_values(tmp_path / "a.h5").dtype == np.float16
     with h5py.File(tmp_path / "b.hdf5", "w") as file:
         file["normals"] = np.zeros((H, W, 3))
-    with pytest.raises(FormatError, match="no image named dataset or depth"):
+    with pytest.raises(FormatError, match="has no datasets that can be depth"):
         read_depth_values(tmp_path / "b.hdf5")
     (tmp_path / "b.hdf5").write_bytes(b"no HDF5")
     with pytest.raises(FormatError, match="not a complete HDF5"):

@@ -12,6 +12,7 @@ from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 
 import cv2
+import h5py
 import numpy as np
 import pytest
 
@@ -121,6 +122,27 @@ def test_a_folder_on_the_web_is_read_by_its_pages_of_links(tmp_path: Path, monke
             assert here.keys == there.keys
             for key in here.keys:
                 np.testing.assert_array_equal(here[key].measured, there[key].measured)
+        server.shutdown()
+
+
+def test_files_at_the_root_of_a_server_are_read_from_nowhere_else(tmp_path: Path, capsys):
+    pytest.importorskip("aiohttp", reason="aiohttp is not installed (extra dev)")
+    frames = write_frames(tmp_path / "in", 1)
+    (web := tmp_path / "web").mkdir()
+    shutil.copy(frames / "rgb/0000.png", web / "rgb.png")
+    depth = cv2.imread(str(frames / "depth/0000.png"), cv2.IMREAD_UNCHANGED)
+    with h5py.File(web / "take.h5", "w") as file:
+        file["left/depth"], file["right/depth"] = depth + 1, depth
+    quiet = type("Quiet", (SimpleHTTPRequestHandler,), {"log_message": lambda *_: None})
+    with ThreadingHTTPServer(("127.0.0.1", 0), partial(quiet, directory=str(web))) as server:
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        files = [f"http://127.0.0.1:{server.server_port}/{name}" for name in ("rgb.png", "take.h5:/right/depth")]
+        frame = ilf.load_frame(*files)
+        assert np.allclose(np.nan_to_num(frame.depth), depth / 1000)
+        assert np.array_equal(ilf.load_frame(**frame.sources).depth, frame.depth, equal_nan=True)
+        assert main(["complete", *files, "--out", str(tmp_path / "out"), "--quiet", "--max-iterations", "3"]) == 0
+        assert main(["complete", "--replay", str(tmp_path / "out/run.json"), "--out", str(tmp_path / "again")]) == 0
+        assert "identical to the recorded one" in capsys.readouterr().out
         server.shutdown()
 
 

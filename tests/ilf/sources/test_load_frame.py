@@ -437,6 +437,7 @@ EVERY_OPTION = ReadingOptions(
     encoding="tum",
     depth_units=5000.0,
     invalid=65535.0,
+    dataset="/left/depth",
     min_confidence=2.0,
     intrinsics="kinect-v2",
     ground_truth="gt.png",

@@ -1,0 +1,195 @@
+"""Depth in HDF5 and MATLAB files: which dataset is read, how it is named, and the same frame again from records."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+
+import ilf
+from ilf.cli import main
+from ilf.data.blocks import Blocks
+from ilf.errors import FormatError, IlfError, InputError
+from ilf.io.depth import read_depth_values
+from ilf.io.hdf5_depth import split_dataset
+from ilf.io.images import encode_image
+from ilf.project.file import open_project, save_project
+from ilf.project.frame_state import FrameState
+from ilf.project.project import FrameSummary, Project, ProjectFrame, Stage
+from ilf.sources.frame_ref import FrameRef
+from ilf.sources.reading import read_frame
+from ilf.sources.reading_options import ReadingOptions
+
+H, W = 24, 32
+NEAR = np.linspace(1, 2, H * W, dtype=np.float32).reshape(H, W)
+FAR = NEAR + 3
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """A colour image and an HDF5 file with two images that can be depth, and much that cannot."""
+    colour = np.random.default_rng(0).integers(0, 255, (H, W, 3), np.uint8)
+    (tmp_path / "rgb.png").write_bytes(encode_image(".png", colour))
+    with h5py.File(tmp_path / "take.h5", "w") as file:
+        file["left/depth"], file["right/z"] = NEAR, FAR
+        file["camera"], file["points"] = np.eye(4), np.zeros((500, 3))
+        file["mask"], file["colour"] = np.zeros((H, W), np.uint8), np.zeros((H, W, 3), np.float32)
+        file["alias"] = h5py.SoftLink("/left/depth")
+    return tmp_path
+
+
+def test_one_dataset_that_can_be_depth_need_not_be_named(tmp_path: Path) -> None:
+    with h5py.File(tmp_path / "one.h5", "w") as file:
+        file["sensor/z16"], file["K"] = (1000 * NEAR).astype(np.uint16), np.eye(3)
+    assert np.array_equal(read_depth_values(tmp_path / "one.h5"), (1000 * NEAR).astype(np.uint16))
+
+
+def test_several_are_listed_with_what_to_write(folder: Path) -> None:
+    path = folder / "take.h5"
+    with pytest.raises(FormatError) as error:
+        ilf.load_frame(folder / "rgb.png", path)
+    assert "/left/depth (24, 32), /right/z (24, 32). Name" in str(error.value), "neither matrices, masks nor links"
+    assert f"{path}:/left/depth" in str(error.value), "which can be pasted"
+    assert np.array_equal(ilf.load_frame(folder / "rgb.png", f"{path}:/left/depth").depth, NEAR)
+
+
+@pytest.mark.parametrize("name", ["/right/z", "right/z"])
+def test_a_dataset_is_named_behind_the_file_or_as_option(folder: Path, name: str) -> None:
+    for frame in (
+        ilf.load_frame(folder / "rgb.png", folder / "take.h5:" / name.lstrip("/")),
+        ilf.load_frame(folder / "rgb.png", folder / "take.h5", dataset=name),
+        read_frame(FrameRef(str(folder / "rgb.png"), f"{folder}/take.h5:\\right\\z")),
+    ):
+        assert np.array_equal(frame.depth, FAR)
+        assert frame.inputs.depth.path == str(folder / "take.h5"), "the file alone, so that it is found again"
+
+
+@pytest.mark.parametrize(
+    ("path", "wanted"),
+    [
+        ("C:/a/take.h5:/depth", ("C:/a/take.h5", "/depth")),
+        (r"C:\a\take.MAT:\left\depth", (r"C:\a\take.MAT", "/left/depth")),
+        ("12:30 take.hdf5:/a:b", ("12:30 take.hdf5", "/a:b")),
+        ("https://host:80/a.h5:/depth", ("https://host:80/a.h5", "/depth")),
+        ("https://my.h5:8080/depth.png", ("https://my.h5:8080/depth.png", None)),
+        ("zip://a.h5::/all.zip", ("zip://a.h5::/all.zip", None)),
+        ("C:/depth.h5", ("C:/depth.h5", None)),
+        ("depth.png:/depth", ("depth.png:/depth", None)),
+    ],
+)
+def test_only_a_name_behind_hdf5_is_taken_for_a_dataset(path: str, wanted: tuple[str, str | None]) -> None:
+    assert split_dataset(path) == wanted
+
+
+def test_a_file_that_has_such_a_path_is_read_as_it_is(folder: Path) -> None:
+    shutil.copytree(folder, folder / "odd.h5:", ignore=lambda *_: ["odd.h5:"])
+    with h5py.File(folder / "odd.h5:/only.h5", "w") as file:
+        file["depth"] = FAR
+    assert np.array_equal(ilf.load_frame(folder / "rgb.png", folder / "odd.h5:/only.h5").depth, FAR)
+
+
+@pytest.mark.parametrize(
+    ("name", "message"), [("/nothing", "has no image /nothing. It has: /left"), ("/alias", "link"), ("/mask", "8-bit")]
+)
+def test_what_is_no_depth_is_refused_by_its_name(folder: Path, name: str, message: str) -> None:
+    with pytest.raises(FormatError, match=message):
+        ilf.load_frame(folder / "rgb.png", folder / "take.h5", dataset=name)
+
+
+def test_a_dataset_of_what_has_none_is_refused(folder: Path) -> None:
+    np.save(folder / "depth.npy", NEAR)
+    with pytest.raises(FormatError, match="no HDF5 file"):
+        ilf.load_frame(folder / "rgb.png", folder / "depth.npy", dataset="/depth")
+
+
+@pytest.mark.parametrize("is_stored_as_matlab", [True, False])
+def test_the_order_of_axes_of_matlab_is_undone_also_in_squares(folder: Path, is_stored_as_matlab: bool) -> None:
+    square = NEAR[:, :H]
+    with h5py.File(folder / "depth.mat", "w", userblock_size=512) as file:
+        file["scene/z"] = square.T
+        file["scene/z"].attrs["MATLAB_class"] = np.bytes_("single")
+        file["#refs#/a"] = square
+    if is_stored_as_matlab:
+        with open(folder / "depth.mat", "r+b") as stream:
+            stream.write(b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(512, b" "))
+    assert np.array_equal(read_depth_values(folder / "depth.mat"), square)
+    assert np.array_equal(read_depth_values(folder / "depth.mat", dataset="/scene/z"), square)
+
+
+def test_a_run_record_repeats_the_dataset(folder: Path) -> None:
+    colour, depth, out = str(folder / "rgb.png"), f"{folder / 'take.h5'}:/right/z", folder / "out"
+    assert main(["complete", colour, depth, "--out", str(out)]) == 0
+    assert json.loads((out / "run.json").read_text())["inputs"]["dataset"] == "/right/z"
+    assert main(["complete", "--replay", str(out / "run.json"), "--out", str(folder / "again")]) == 0
+
+
+@pytest.mark.parametrize("moved", [False, True])
+def test_projects_read_two_datasets_of_a_file_as_two_frames(folder: Path, moved: bool) -> None:
+    colour, depth = str(folder / "rgb.png"), f"{folder / 'take.h5'}:"
+    state = FrameState("a1", ilf.load_frame(colour, f"{depth}/right/z"), Blocks(np.ones((H, W), np.int32)))
+    refs = FrameRef.of(state.frame.inputs), FrameRef(colour, f"{depth}/left/depth")
+    assert refs[0].key != refs[1].key
+    frames = (
+        ProjectFrame("a1", "one", refs[0], FrameSummary(Stage.UNTOUCHED), True),
+        ProjectFrame("b2", "two", refs[1]),
+    )
+    save_project(folder / "room.ilf", Project(frames), [state])
+    place = folder
+    if moved:
+        place = folder.with_name("elsewhere")
+        folder.rename(place)
+    with open_project(place / "room.ilf") as opened:
+        assert np.array_equal(opened.state("a1").state.frame.depth, FAR)
+        assert np.array_equal(read_frame(opened.project.frames[1].source).depth, NEAR)
+
+
+def test_all_files_of_a_folder_have_the_same_dataset(folder: Path) -> None:
+    for kind, name in (("rgb", "rgb.png"), ("depth", "take.h5")):
+        (folder / "set" / kind).mkdir(parents=True)
+        for number in range(2):
+            shutil.copy(folder / name, folder / "set" / kind / f"{number:04}{Path(name).suffix}")
+    for options in (
+        ReadingOptions(dataset="/right/z"),
+        ReadingOptions(layout="rgb=rgb/*.png depth=depth/*.h5:/right/z"),
+    ):
+        source = ilf.open_source(folder / "set", **options.given)
+        assert [np.array_equal(frame.depth, FAR) for frame in source] == [True, True]
+    with pytest.raises(IlfError, match="2 datasets that can be depth"):
+        ilf.open_source(folder / "set")[0]
+
+
+def test_meta_json_may_name_a_dataset(folder: Path) -> None:
+    meta = {"rgb": "rgb.png", "depth": "take.h5:/right/z", "depth_units_per_m": 1}
+    (folder / "meta.json").write_text(json.dumps(meta))
+    assert np.array_equal(ilf.load_frame(folder).depth, FAR)
+
+
+def test_ground_truth_may_be_another_dataset_of_the_same_file(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(folder)
+    with h5py.File("take.h5", "a") as file:
+        file["truth"] = NEAR
+        file["left/depth"][4:9, 5:20] = 0
+    frame = ilf.load_frame("rgb.png", "take.h5:/left/depth", ground_truth="take.h5:/truth")
+    assert np.array_equal(frame.ground_truth, NEAR)
+    assert (frame.inputs.ground_truth.path, frame.inputs.ground_truth.dataset) == (str(folder / "take.h5"), "/truth")
+    assert np.array_equal(ilf.load_frame(**frame.sources).ground_truth, NEAR)
+    files = ["rgb.png", "take.h5:/left/depth", "--ground-truth", "take.h5:/truth"]
+    assert main(["complete", *files, "--out", "out"]) == 0
+    assert np.array_equal(ilf.replay("out/run.json").run.frame.ground_truth, NEAR)
+    state = FrameState("a1", frame, Blocks(np.ones((H, W), np.int32)))
+    project = Project((ProjectFrame("a1", "one", FrameRef.of(frame.inputs), FrameSummary(Stage.UNTOUCHED), True),))
+    save_project("room.ilf", project, [state])
+    with open_project("room.ilf") as opened:
+        assert np.array_equal(opened.state("a1").state.frame.ground_truth, NEAR)
+    meta = {"depth": "take.h5:/left/depth", "gt": "take.h5:/truth", "depth_units_per_m": 1}
+    Path("meta.json").write_text(json.dumps(meta))
+    assert np.array_equal(ilf.load_frame(".").ground_truth, NEAR)
+
+
+def test_a_missing_file_is_named_without_its_dataset(folder: Path) -> None:
+    with pytest.raises(InputError, match=r"other\.h5: there is no such file"):
+        ilf.load_frame(folder / "rgb.png", folder / "other.h5:/depth")
