@@ -244,8 +244,8 @@ def test_what_registration_lacks_is_said(tmp_path: Path) -> None:
     source = ilf.open_source(tmp_path / "recording.bag")
     with pytest.raises(InputError, match="lacks that of the depth camera and the transform between the two"):
         source.read(source.keys[0])
-    with pytest.raises(InputError, match="fisheye"):
-        _with_lens(tmp_path, "fisheye")
+    with pytest.raises(InputError, match="'omni' is not supported"):
+        _with_lens(tmp_path, "omni")
 
 
 def _with_lens(folder: Path, model: str) -> None:
