@@ -219,6 +219,8 @@ def _facts(tree: Mapping[str, Any]) -> dict[str, Any]:
             found |= zip(_PAIRS[name], numbers, strict=False)
         elif name in _LISTS and len(numbers) > 1:
             found[name] = numbers if any(numbers) else found.get(name, numbers)
+        elif plain == "cameratype" and told.isdecimal() and "distortionCoeff" not in tree:
+            continue  # of Record3D: which of the phone's cameras
         elif name == "lens" and isinstance(item, str | int | float):
             found[name] = f"{found.get(name, '')} {_LENSES_BY_NUMBER.get(plain + told, told)}".strip()
         elif name and name not in {*_PAIRS, *_LISTS, "lens"} and not isinstance(item, Mapping | list):
