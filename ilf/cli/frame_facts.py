@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from .._runtime.files import read_file
 from ..data.camera import camera_doubt
 from ..data.frame import check_depth_scale, check_same_size
+from ..data.lenses import undistorted_view
 from ..io.cameras import IntrinsicsSpec, frame_camera
 from ..io.depth_reading import DepthReading
 from ..io.frame_additions import (
@@ -29,7 +30,6 @@ from ..io.orientation import pair_orientation
 from ..sources.frame_folder import FrameFiles
 from ..sources.frame_ref import FrameRef
 from ..sources.image_pair import depth_of_files, lenses_of, unlike_companions
-from ..sources.lenses import undistorted_view
 from ..sources.naming import META_NAME
 from ..sources.own_results import COMPLETED_DEPTH, is_result
 from ..sources.reading import files_of, read_frame

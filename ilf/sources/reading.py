@@ -15,6 +15,7 @@ from .._runtime.files import is_address
 from .._runtime.named_places import note_opened
 from ..data.camera import CAMERA_DOUBT
 from ..data.frame import RGBDFrame
+from ..data.lenses import undistorted
 from ..errors import FormatError, InputError, ParameterError, PathKind, check_kind, warn_of_reading
 from ..io.cameras import IntrinsicsSpec, frame_camera
 from ..io.depth_reading import DepthReading
@@ -248,6 +249,7 @@ def _with_min_confidence(
         note = "" if min_value is None else NO_CONFIDENCE_MAP
     elif min_value is not None:
         values = confidence if isinstance(confidence, np.ndarray) else read_confidence(confidence, frame.shape)
+        values = undistorted(values, frame, of_depth=True)
         low, note = low_confidence(values, min_value, frame.depth)
         doubt = confidence_doubt(values, min_value)
     if doubt:

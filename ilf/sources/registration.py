@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from ..data.camera import Camera, checked_transform
 from ..data.frame import FrameInputs, RGBDFrame, checked_colour, checked_depth, checked_mask, read_only
+from ..data.lenses import max_ray_tangent, places_in_image, seen_at, undistorted_view
 from ..errors import InputError
-from .lenses import max_ray_tangent, places_in_image, seen_at, undistorted_view
 
 # A raw pair: colour and depth of two cameras, and the transform between them.
 

@@ -13,12 +13,12 @@ import ilf
 from ilf.cli import main
 from ilf.data.blocks import Blocks
 from ilf.data.camera import Camera
+from ilf.data.lenses import places_in_image, rays_of, seen_at, undistorted_view
 from ilf.errors import InputError
 from ilf.project.file import open_project, save_project
 from ilf.project.frame_state import FrameState
 from ilf.project.project import FrameSummary, Project, ProjectFrame, Stage
 from ilf.sources.frame_ref import FrameRef
-from ilf.sources.lenses import places_in_image, rays_of, seen_at, undistorted_view
 from ilf.sources.reading import load_frame
 from ilf.sources.reading_options import ReadingOptions
 
@@ -56,6 +56,12 @@ def _slanted_plane(kind: str) -> np.ndarray:
     return (1 / (0.5 + 0.1 * x + 0.2 * y)).reshape(H, W)
 
 
+def _plane(camera: Camera) -> np.ndarray:
+    """The same plane as a camera without distortion sees it."""
+    x, y = (np.arange(W) - camera.cx) / camera.fx, (np.arange(H)[:, None] - camera.cy) / camera.fy
+    return 1 / (0.5 + 0.1 * x + 0.2 * y)
+
+
 @pytest.fixture
 def files(tmp_path: Path) -> tuple[Path, Path]:
     shades = np.repeat(np.linspace(20, 230, W)[None], H, axis=0).astype(np.uint8)
@@ -70,9 +76,7 @@ def test_a_plane_is_plane_again_by_any_lens_of_opencv(kind: str, files: tuple[Pa
     lens = _camera(tmp_path / "lens.yaml", LENSES[kind], model="equidistant" if kind == "fisheye" else "plumb_bob")
     frame = ilf.load_frame(*files, intrinsics=lens, undistort=True)
     assert ilf.load_frame(**json.loads(json.dumps(frame.sources))).inputs == frame.inputs
-    camera = frame.intrinsics
-    x, y = (np.arange(W) - camera.cx) / camera.fx, (np.arange(H)[:, None] - camera.cy) / camera.fy
-    plane = 1 / (0.5 + 0.1 * x + 0.2 * y)
+    plane = _plane(frame.intrinsics)
     assert frame.known.mean() > 0.99, "no empty pixels"
     half_a_pixel = 0.5 / 75 * 0.35 * plane**2  # depth is moved to the nearest pixel, not interpolated
     assert (np.abs(frame.depth - plane)[frame.known] < half_a_pixel[frame.known] + 0.01).all()
@@ -161,6 +165,27 @@ def test_a_project_reads_it_again_from_the_files_and_untouched_frames_keep_the_o
             assert np.array_equal(frame.depth, state.frame.depth, equal_nan=True)
             assert np.array_equal(frame.rgb, state.frame.rgb)
             assert frame.inputs == state.frame.inputs
+
+
+def test_ground_truth_and_confidence_are_those_of_the_files_and_undistorted_with_them(
+    files: tuple[Path, Path], tmp_path: Path
+) -> None:
+    truth = _slanted_plane("Brown").astype(np.float32)
+    depth = truth.copy()
+    depth[20:40, 10:30] = np.nan
+    np.save(files[1], depth)
+    np.save(tmp_path / "gt.npy", truth)
+    np.save(tmp_path / "confidence.npy", np.where(np.arange(W) < W // 2, 2, 0) * np.ones((H, 1), np.uint8))
+    lens = _camera(tmp_path / "lens.yaml")
+    beside = {"ground_truth": tmp_path / "gt.npy", "confidence": tmp_path / "confidence.npy", "min_confidence": 1}
+    frame = ilf.load_frame(*files, intrinsics=lens, undistort=True, **beside)
+    plane = _plane(frame.intrinsics)
+    assert np.abs(frame.ground_truth - plane).max() < 0.02, "moved to the nearest pixel"
+    assert np.nanmax(np.abs(frame.ground_truth - truth)) > 0.05
+    assert not frame.known[:, W // 2 + 2 :].any()
+    ilf.complete(frame).save(tmp_path / "out")
+    again = ilf.replay(tmp_path / "out/run.json")
+    assert np.array_equal(again.run.frame.ground_truth, frame.ground_truth, equal_nan=True)
 
 
 def test_depth_of_its_own_lens_is_registered_by_both(files: tuple[Path, Path], tmp_path: Path) -> None:

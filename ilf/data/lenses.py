@@ -1,17 +1,20 @@
-"""Lenses: where a camera sees a ray, which ray a pixel sees, and the largest image without distortion."""
+"""Lenses: where a camera sees a ray, which ray a pixel sees, and images without distortion."""
 
 from __future__ import annotations
 
 import math
 from functools import lru_cache
+from typing import TypeVar
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from ..data.camera import FISHEYE, Camera
-from ..data.frame import read_only
 from ..errors import InputError
+from .camera import FISHEYE, Camera
+from .frame import RGBDFrame, read_only
+
+_Value = TypeVar("_Value", bound=np.generic)
 
 _MAX_RAY_TANGENT = 3.0
 """Tangent of the maximum angle of a ray to the axis: 71.6 degrees."""
@@ -106,6 +109,17 @@ def undistorted_view(camera: Camera) -> tuple[Camera, NDArray[np.float32], NDArr
     new = Camera(fx, fy, cx, cy, camera.name, camera.size)
     columns, rows = places_in_image(camera, new.matrix, (width, height))
     return new, read_only(np.clip(columns, 0, width - 1)), read_only(np.clip(rows, 0, height - 1))
+
+
+def undistorted(values: NDArray[_Value], frame: RGBDFrame, *, of_depth: bool = False) -> NDArray[_Value]:
+    """Values for the pixels of a frame's colour file (or depth file), (H, W), by the nearest pixel for those of the
+    frame, which was undistorted on reading; unchanged if it was not."""
+    if frame.inputs is None or frame.inputs.lenses is None or frame.intrinsics is None:
+        return values
+    height, width = frame.shape
+    columns, rows = places_in_image(frame.inputs.lenses[of_depth], frame.intrinsics.matrix, (width, height))
+    inside = (np.clip(np.rint(at), 0, last).astype(int) for at, last in ((rows, height - 1), (columns, width - 1)))
+    return values[tuple(inside)]
 
 
 def _border_rays(camera: Camera, columns: NDArray[np.float64], rows: NDArray[np.float64]) -> NDArray[np.float64]:
