@@ -93,9 +93,9 @@ def load_frame(
         seen from the same place (see `ilf.registration`). Where both images have the same size, they are the
         intrinsics of both.
     undistort : bool, optional
-        Whether colour and depth are undistorted, by the distortion that the intrinsics of each state (OpenCV's model,
-        up to 14 coefficients); `intrinsics` of the frame are then those of the undistorted images. Depth is moved, not
-        interpolated.
+        Whether colour and depth are undistorted, by the distortion that the intrinsics of each state (OpenCV's models:
+        up to 14 coefficients, or a fisheye); `intrinsics` of the frame are then those of the undistorted images. Depth
+        is moved, not interpolated, and so are ground truth and confidence.
     name : str, optional
         Name of the frame; None takes it from meta.json or the file names.
     ground_truth : path-like, optional
