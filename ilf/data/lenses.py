@@ -31,17 +31,19 @@ _MAX_INVERSION_ERROR = 0.05
 def seen_at(camera: Camera, rays: NDArray[np.float64]) -> NDArray[np.float64]:
     """The pixels, (N, 2), at which a camera sees rays, given by their points on the plane at depth 1, (N, 2)."""
     if camera.model == FISHEYE:
-        return np.asarray(cv2.fisheye.distortPoints(rays[:, None], camera.matrix, camera.coefficients)[:, 0])
+        seen = cv2.fisheye.distortPoints(rays[:, None], camera.matrix, np.array(camera.coefficients))
+        return np.asarray(seen[:, 0], np.float64)
     points = np.column_stack([rays, np.ones(len(rays))])
     seen, _ = cv2.projectPoints(points, np.zeros(3), np.zeros(3), camera.matrix, camera.coefficients)
-    return np.asarray(seen[:, 0])
+    return np.asarray(seen[:, 0], np.float64)
 
 
 def rays_of(camera: Camera, pixels: NDArray[np.float64]) -> NDArray[np.float64]:
     """The points on the plane at depth 1, (N, 2), that pixels (N, 2) see; wrong where the model is not invertible."""
     criteria = (cv2.TERM_CRITERIA_COUNT + cv2.TERM_CRITERIA_EPS, 100, 1e-9)
     invert = cv2.fisheye.undistortPoints if camera.model == FISHEYE else cv2.undistortPoints
-    rays = invert(pixels[:, None], camera.matrix, camera.coefficients, R=None, P=None, criteria=criteria)
+    coefficients = np.zeros(4) if camera.coefficients is None else camera.coefficients
+    rays = invert(pixels[:, None], camera.matrix, coefficients, R=None, P=None, criteria=criteria)
     return np.asarray(rays[:, 0], np.float64)
 
 
