@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from .._runtime.files import read_file
 from ..data.camera import camera_doubt
 from ..data.frame import check_depth_scale, check_same_size
+from ..data.lenses import undistorted_view
 from ..io.cameras import IntrinsicsSpec, frame_camera
 from ..io.depth_reading import DepthReading
 from ..io.frame_additions import (
@@ -29,7 +30,7 @@ from ..io.images import read_colour_with_warning, turned
 from ..io.orientation import pair_orientation
 from ..sources.frame_folder import FrameFiles
 from ..sources.frame_ref import FrameRef
-from ..sources.image_pair import depth_of_files, unlike_companions
+from ..sources.image_pair import depth_of_files, lenses_of, unlike_companions
 from ..sources.naming import META_NAME
 from ..sources.own_results import COMPLETED_DEPTH, is_result
 from ..sources.reading import files_of, read_frame
@@ -96,7 +97,12 @@ def _add_pair(facts: Facts, files: FrameFiles, depth: DepthReading) -> None:
     """Add colour and depth, and whether they match."""
     options, content = files.options, read_file(files.depth)
     rgb = _add_colour(facts, files.rgb)
-    _add_depth(facts, with_dataset(files.depth, options.dataset), depth, options.depth_intrinsics or options.intrinsics)
+    camera = options.depth_intrinsics or options.intrinsics
+    if options.undistort:
+        camera = None
+        with facts.problems():
+            camera = undistorted_view(lenses_of(options, rgb.shape[:2], depth.metres.shape)[0])[0]
+    _add_depth(facts, with_dataset(files.depth, options.dataset), depth, camera)
     orientation = pair_orientation(read_file(files.rgb), rgb, content, depth.metres)
     facts.tell("warning" if orientation.is_doubt else "orientation", orientation.note)
     if is_result(FrameRef(str(files.rgb), str(files.depth))):

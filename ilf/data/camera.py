@@ -24,14 +24,19 @@ DISTORTION_NOTE = (
 )
 
 
-_COEFFICIENTS = (0, 4, 5, 8, 12, 14)
-"""Supported numbers of distortion coefficients, in OpenCV's order."""
+FISHEYE_NOTE = (
+    "The lens is a fisheye: clouds and normals need the camera of undistorted images. Undistort the frame on reading."
+)
+FISHEYE = "fisheye"
+"""The model of Kannala and Brandt, as in OpenCV's module of this name; the other model is "pinhole"."""
+_COEFFICIENTS = {"pinhole": (0, 4, 5, 8, 12, 14), FISHEYE: (0, 4)}
+"""Supported numbers of distortion coefficients of each model, in OpenCV's order."""
 _MAX_COEFFICIENT = 1e6
 
 
 @dataclass(frozen=True)
 class Camera:
-    """A pinhole camera, with or without distortion; lengths are in pixels.
+    """A pinhole camera, with or without distortion, or a fisheye; lengths are in pixels.
 
     Parameters
     ----------
@@ -46,7 +51,10 @@ class Camera:
         stands for those of the frame.
     distortion : tuple of float
         Coefficients in OpenCV's order: k1 k2 p1 p2, then k3, then k4 k5 k6 of the rational model, then s1 s2 s3 s4 of
-        thin prisms, then the two angles of a tilted sensor; none for a camera without distortion.
+        thin prisms, then the two angles of a tilted sensor; none for a camera without distortion. Of a fisheye: k1 k2
+        k3 k4.
+    model : str
+        "pinhole" or "fisheye".
 
     Raises
     ------
@@ -68,6 +76,7 @@ class Camera:
     name: str = ""
     size: tuple[int, int] | None = field(default=None, metadata={"optional": True})
     distortion: tuple[float, ...] = field(default=(), metadata={"optional": True})
+    model: str = field(default="pinhole", metadata={"optional": True})
 
     def __post_init__(self) -> None:
         numbers = (self.fx, self.fy, self.cx, self.cy)
@@ -86,17 +95,27 @@ class Camera:
         if self.size is not None and (len(self.size) != 2 or min(self.size) < 1):
             raise InputError(f"A camera's size must be a width and a height in pixels, not {self.size}.")
         object.__setattr__(self, "distortion", tuple(map(float, self.distortion)))
-        if len(self.distortion) not in _COEFFICIENTS:
+        if self.model not in _COEFFICIENTS:
+            raise InputError(f"A camera's model must be {' or '.join(_COEFFICIENTS)}, not {self.model!r:.40}.")
+        *counts, most = _COEFFICIENTS[self.model]
+        if len(self.distortion) not in {*counts, most}:
+            order = (
+                "k1 k2 k3 k4 of a fisheye"
+                if self.model == FISHEYE
+                else "k1 k2 p1 p2 k3 k4 k5 k6 s1 s2 s3 s4 and two angles"
+            )
             raise InputError(
-                f"A camera's distortion must have {', '.join(map(str, _COEFFICIENTS[:-1]))} or {_COEFFICIENTS[-1]} "
-                f"coefficients, k1 k2 p1 p2 k3 k4 k5 k6 s1 s2 s3 s4 and two angles, not {len(self.distortion)}."
+                f"A camera's distortion must have {', '.join(map(str, counts))} or {most} coefficients, {order}, not "
+                f"{len(self.distortion)}."
             )
         if not np.all(np.abs(self.distortion) <= _MAX_COEFFICIENT):
             raise InputError(f"A camera's distortion must be finite numbers, not {self.distortion}.")
 
     @property
     def pinhole(self) -> Camera:
-        """The same camera without size and distortion, as a frame has it."""
+        """The same camera without size and distortion, as a frame has it; raises InputError for a fisheye."""
+        if self.model == FISHEYE:
+            raise InputError(FISHEYE_NOTE)
         is_plain = self.size is None and not self.distortion
         return self if is_plain else Camera(self.fx, self.fy, self.cx, self.cy, self.name)
 
@@ -118,14 +137,22 @@ class Camera:
         return np.array([[self.fx, 0.0, self.cx], [0.0, self.fy, self.cy], [0.0, 0.0, 1.0]])
 
     @property
+    def is_bent(self) -> bool:
+        """Whether straight lines are curved in its images."""
+        return any(self.distortion) or self.model == FISHEYE
+
+    @property
     def coefficients(self) -> NDArray[np.float64] | None:
-        """The distortion in OpenCV's form; None if there is none."""
+        """The distortion in OpenCV's form; None if a pinhole camera has none."""
+        if self.model == FISHEYE:
+            return np.array(self.distortion or (0.0,) * 4)
         return np.array(self.distortion) if any(self.distortion) else None
 
     def to_json(self) -> dict[str, Any]:
-        """The camera as an object of a JSON file, with size and distortion only where they are known."""
+        """The camera as an object of a JSON file, with size, distortion and model only where they are known."""
         known = {"size": self.size, "distortion": self.distortion}
-        stated = {name: list(value) for name, value in known.items() if value}
+        stated: dict[str, Any] = {name: list(value) for name, value in known.items() if value}
+        stated |= {"model": self.model} if self.model == FISHEYE else {}
         return dict(zip(("fx", "fy", "cx", "cy"), self.numbers, strict=True)) | {"name": self.name} | stated
 
     def points(self, columns: ArrayLike, rows: ArrayLike, depth: ArrayLike) -> NDArray[np.float64]:
@@ -347,8 +374,9 @@ def as_camera(given: Any, shape: tuple[int, int] | None) -> Camera:
 
 
 def camera_of(given: Any, shape: tuple[int, int] | None, name: str = "") -> Camera:
-    """Convert a preset's name, numbers, or an object as in JSON to a camera, with the image size that is stated; raise
-    InputError if it is invalid, or its lens is not that of a pinhole camera. An angle of view may need `shape`."""
+    """Convert a preset's name, numbers, or an object as in JSON to a camera, with the image size and the model that are
+    stated, but no distortion; raise InputError if it is invalid, or of another model. An angle of view may need
+    `shape`."""
     if isinstance(given, Camera):
         return given
     if isinstance(given, str):
@@ -371,7 +399,7 @@ def camera_of(given: Any, shape: tuple[int, int] | None, name: str = "") -> Came
                 f"Intrinsics lack {', '.join(missing)}. Give fx, fy, cx and cy, or K, or intrinsic_matrix."
             )
         found = camera_from_numbers([given[key] for key in names], name)
-    return replace(found, size=size)
+    return replace(found, size=size, model=FISHEYE if _told_lens(given, _FISHEYE) else "pinhole")
 
 
 def _preset(text: str) -> Camera:
@@ -408,32 +436,39 @@ def _from_angles(data: Mapping[str, Any], size: tuple[int, int] | None, name: st
 
 
 _OTHER_LENS = re.compile(
-    r"fish|equi|kannala|\bkb\d?\b|omni(?!vision)|\bmei\b|ucm|unified|ocam|\batan\b|(^|\s)ds(\s|$)|double.?sphere|\bfov|theta|spher|"
-    r"panoram|ortho|scaramuzza|cylind",
+    r"equirect|equisolid|omni(?!vision)|\bmei\b|ucm|unified|ocam|\batan\b|(^|\s)ds(\s|$)|double.?sphere|\bfov|theta|spher|"
+    r"panoram|ortho|scaramuzza|cylind|fisheye\d|prism.?fisheye|division|stereographic",
     re.I,
 )
-"""What the names of lens models contain that are not those of pinhole cameras."""
+"""What the names of lens models contain that are neither those of pinhole cameras nor the fisheye of OpenCV."""
+_FISHEYE = re.compile(r"fish.?eye|equi(dist|$|\s)|kannala|\bkb\d?\b", re.I)
+"""What the names of that fisheye contain."""
 
 
-def stated_lens(data: Mapping[str, Any]) -> tuple[float, ...]:
-    """The coefficients of a stated distortion, as `Camera` has them; raise InputError if OpenCV has no such lens."""
-    coefficients = tuple(data.get("distortion", ()))
-    if any(coefficients) and "inverse" in str(data.get("lens", "")).lower():
-        raise InputError(
-            "The lens is that of RealSense's inverse Brown-Conrady model, whose coefficients are those of the opposite "
-            "direction. Record aligned images, or calibrate the camera by OpenCV."
-        )
-    return coefficients
+def stated_lens(camera: Camera, data: Mapping[str, Any]) -> Camera:
+    """The camera with the coefficients of a stated distortion, by name or in OpenCV's order; raise InputError if its
+    model has not as many."""
+    stated = data.get("distortion", ())
+    if isinstance(stated, Mapping):
+        names = "k1 k2 k3 k4" if camera.model == FISHEYE else "k1 k2 p1 p2 k3 k4 k5 k6"
+        stated = [stated.get(name, 0.0) for name in names.split()]
+    if camera.model == FISHEYE and not any(stated[4:]):  # DepthAI and librealsense fill up with zeros
+        stated = stated[:4]
+    return replace(camera, distortion=tuple(stated))
 
 
 def lens_problem(data: Mapping[str, Any]) -> str:
-    """A sentence that the stated lens model is not that of a pinhole camera; "" if it may be."""
-    told = [str(data[key]) for key in ("lens", "camera_model", "distortion_model", "model") if key in data]
-    lens = next(filter(_OTHER_LENS.search, told), "")
+    """A sentence that the stated lens model is not supported; "" if it may be."""
+    lens = _told_lens(data, _OTHER_LENS)
     return lens and (
-        f"The lens model {lens!r:.40} is not that of a pinhole camera, which clouds and registration need. Undistort "
-        "colour and depth first, and give the intrinsics of these images."
+        f"The lens model {lens!r:.40} is not supported. Undistort colour and depth first, and give the intrinsics of "
+        "these images."
     )
+
+
+def _told_lens(data: Mapping[str, Any], names: re.Pattern[str]) -> str:
+    told = [str(data[key]) for key in ("lens", "camera_model", "distortion_model", "model") if key in data]
+    return next(filter(names.search, told), "")
 
 
 def camera_from_numbers(numbers: Any, name: str) -> Camera:
@@ -494,4 +529,5 @@ def fitted(camera: Camera, shape: tuple[int, int] | None) -> Camera:
         camera.name,
         (shape[1], shape[0]),
         camera.distortion,
+        camera.model,
     )

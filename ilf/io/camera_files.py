@@ -6,6 +6,7 @@ import configparser
 import json
 import math
 import re
+import struct
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -23,7 +24,7 @@ from .realsense_raw import table_of_names
 ENTRY_MARK = "#"
 """Separates the path of a file from the name of one of its cameras."""
 
-CAMERA_FILES = ".json", ".yaml", ".yml", ".txt", ".npy", ".xml", ".ini", ".conf", ".pincam", ".csv"
+CAMERA_FILES = ".json", ".yaml", ".yml", ".txt", ".npy", ".xml", ".ini", ".conf", ".pincam", ".csv", ".bin"
 """Extensions of files of cameras."""
 
 
@@ -34,10 +35,12 @@ def read_camera_file(path: Path, entry: str = "") -> dict[str, Any]:
     ----------
     path : Path
         JSON, YAML, XML (all three also as OpenCV's FileStorage), or "name = value" in sections, with the keys of
-        Open3D, nerfstudio, librealsense, ROS, OpenCV, Kalibr, ORB-SLAM, KITTI and similar programs; text with numbers
-        alone, see `_of_numbers`; a snapshot's table of the RealSense Viewer; or NPY with a camera matrix.
+        Open3D, nerfstudio, librealsense, DepthAI, ROS, OpenCV, Kalibr, ORB-SLAM, KITTI and similar programs; COLMAP's
+        cameras.txt or cameras.bin; what rs-enumerate-devices -c prints; text with numbers alone, see `_of_numbers`; a
+        snapshot's table of the RealSense Viewer; or NPY with a camera matrix.
     entry : str
-        The name of one of several cameras: a key above its numbers, or all of these, separated by /.
+        The name of one of several cameras: a key above its numbers, or all of these, separated by /. Case and
+        punctuation do not count.
 
     Raises
     ------
@@ -58,17 +61,16 @@ def read_camera_file(path: Path, entry: str = "") -> dict[str, Any]:
 
 def chosen_camera(tree: Any, where: str, entry: str = "") -> dict[str, Any]:
     """The only camera in a tree of mappings and lists, or the named one; raises as `read_camera_file`."""
-    cameras = dict(cameras_in(tree))
+    cameras = {_NO_NAME.sub("_", key): camera for key, camera in cameras_in(tree)}
     if entry and isinstance(tree, Mapping) and len(numbers := _numbers(tree.get(entry)) or []) == 4:
         return {"K": numbers}
     if not cameras:
-        if isinstance(tree, Mapping) and lens_problem(lens := _facts(_nested(tree))):
-            return lens
         raise FormatError(f"{where} contains no camera: neither fx, fy, cx and cy nor a camera matrix (K).")
-    named = {key: camera for key, camera in cameras.items() if key.lower() == entry.lower().replace(".", "/")}
-    below = {key: camera for key, camera in cameras.items() if entry.lower() in {"", *key.lower().split("/")}}
+    wanted = _plain(entry)
+    named = {key: camera for key, camera in cameras.items() if entry and _plain(key) == wanted}
+    below = {key: camera for key, camera in cameras.items() if not entry or wanted in map(_plain, key.split("/"))}
     found = named or below
-    names = " or ".join([*(found or cameras)][:8])
+    names = " or ".join([*(found or cameras)][:_MAX_NAMES])
     if not found:
         raise FormatError(f"{where} has no camera {entry!r:.40}. It has {names}.")
     first, *others = found.values()
@@ -81,7 +83,7 @@ def chosen_camera(tree: Any, where: str, entry: str = "") -> dict[str, Any]:
 # A tree of keys -> the cameras in it.
 
 _ALIASES = {
-    "fx": "fx flx focallengthx fu", "fy": "fy fly focallengthy fv",
+    "fx": "fx flx focallengthx fu mu", "fy": "fy fly focallengthy fv mv",
     "cx": "cx ppx principalpointx cu u0", "cy": "cy ppy principalpointy cv v0",
     "width": "width w imagewidth xres resolutionx", "height": "height h imageheight yres resolutiony",
     "K": "k cameramatrix intrinsics intrinsicmatrix camk",
@@ -97,15 +99,20 @@ _LISTS = "K", "distortion"
 _COEFFICIENTS = "k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6"
 _DISTORTION = re.compile("distort|distc|^dist$")
 """What other names of coefficients of distortion contain, and those of mappings with them."""
+_MAX_NAMES = 60
+"""Names of cameras in a message."""
+_NO_NAME = re.compile(r"[^\w./-]+")
+"""What a name that is given on the command line does not have."""
 _LENSES_BY_NUMBER = {
-    "model3": "ftheta", "model5": "kannala_brandt4", "cameratype1": "fisheye", "cameratype2": "equirectangular"
+    "model3": "ftheta", "model5": "kannala_brandt4", "cameratype1": "fisheye", "cameratype2": "equirectangular",
+    "cameratype3": "radial division",
 }  # fmt: skip
 """Lens models that are no pinhole, by the numbers that librealsense and DepthAI write."""
 _SHARED = {"camera", "image", "resolution", "size", "imagesize", "imageresolution", ""}
 """Keys, in the same form, whose content belongs to the camera beside them; "" is that of YAML's <<."""
 _ABOUT_IMAGE = "width", "height", "lens", "distortion"
-_DERIVED = re.compile(r"^p\d*$|proj|rect|^new|^opt")
-"""Keys, in the same form, of camera matrices of the rectified image, beside that of the image."""
+_DERIVED = re.compile(r"^p\d*$|proj|rect|^new|^opt|^perframe")
+"""Keys, in the same form, of camera matrices of the rectified image or of every frame, beside that of the image."""
 _MAX_DEPTH = 20
 
 
@@ -120,19 +127,26 @@ def cameras_in(
     if not isinstance(tree, Mapping) or len(path) > _MAX_DEPTH:
         return
     tree = _nested(tree)
-    facts, around = _facts(tree), dict(known or {})
+    facts, own = _facts(tree), dict[str, Any]()
     below = {key: item for key, item in tree.items() if isinstance(item, Mapping | list) and _numbers(item) is None}
     for key, item in below.items():
-        around = _about_image(around, _shared(_plain(key), item))
-    around = _about_image(around, facts)
+        own = _about_image(own, _shared(_plain(key), item))
+    own = _about_image(own, facts)
+    around, count = _about_image(known or {}, own), 0
     if numbers := _numbers_in(facts):
         yield "/".join(path) or "top", around | numbers
     for key, item in tree.items():
         plain, matrix = _plain(key), _numbers(item) or []
         if _is_camera_matrix(plain, matrix) and not (numbers and (plain in _NAMES or _DERIVED.search(plain))):
             yield "/".join((*path, key)), around | _lettered(tree, key) | {"K": _square(matrix)}
+            count += 1
     for key, item in below.items():
-        yield from cameras_in(item, {} if numbers else around, (*path, key))
+        for found in cameras_in(item, {} if numbers else around, (*path, key)):
+            yield found
+            count += 1
+    is_camera = not (path and (_plain(path[-1]) in _SHARED or _DISTORTION.search(_plain(path[-1]))))
+    if not numbers and not count and is_camera and lens_problem(own):  # its numbers are those of its lens model
+        yield "/".join(path) or "top", around
 
 
 def _plain(key: str) -> str:
@@ -147,11 +161,15 @@ def _numbered(items: list[Any]) -> dict[str, Any]:
 
 
 def _with_name(item: Mapping[Any, Any] | list[Any]) -> tuple[str, Any]:
-    """The name and the content of {"name": ...} or, as in DepthAI's files, [name, {...}]; the name may be empty."""
+    """The name and the content of {"name": ...} or, as in DepthAI's files, [socket, {...}]; the name may be empty."""
     if isinstance(item, Mapping):
         return str(item.get("name") or item.get("camera_name") or ""), item
-    is_pair = len(item) == 2 and isinstance(item[0], str | int)
-    return (str(item[0]), item[1]) if is_pair else ("", item)
+    match item:
+        case [int(socket), Mapping() as camera] if 0 <= socket < 26:
+            return f"CAM_{chr(ord('A') + socket)}", camera
+        case [str(name), content]:
+            return name, content
+    return "", item
 
 
 def _nested(tree: Mapping[Any, Any]) -> dict[str, Any]:
@@ -192,6 +210,7 @@ def _facts(tree: Mapping[str, Any]) -> dict[str, Any]:
     for key, item in tree.items():
         plain, numbers, told = _plain(str(key)), _numbers(item) or [], str(item).removesuffix(".0")
         name = _NAMES.get(plain, "distortion" if _DISTORTION.search(plain) else "")
+        name = "lens" if plain == "distortion" and isinstance(item, str) else name
         if "fisheye" in plain and told in {"True", "true", "1"}:
             name, told = "lens", "fisheye"
         if name == "size" and isinstance(item, str):
@@ -200,12 +219,16 @@ def _facts(tree: Mapping[str, Any]) -> dict[str, Any]:
             found |= zip(_PAIRS[name], numbers, strict=False)
         elif name in _LISTS and len(numbers) > 1:
             found[name] = numbers if any(numbers) else found.get(name, numbers)
+        elif plain == "cameratype" and told.isdecimal() and "distortionCoeff" not in tree:
+            continue  # of Record3D: which of the phone's cameras
         elif name == "lens" and isinstance(item, str | int | float):
             found[name] = f"{found.get(name, '')} {_LENSES_BY_NUMBER.get(plain + told, told)}".strip()
         elif name and name not in {*_PAIRS, *_LISTS, "lens"} and not isinstance(item, Mapping | list):
             found[name] = item
-    coefficients = [item if isinstance(item := tree.get(name), int | float) else 0.0 for name in _COEFFICIENTS]
-    if any(coefficients):
+    coefficients = {name: item for name in _COEFFICIENTS if isinstance(item := tree.get(name), int | float)}
+    if {"mu", "mv"} <= tree.keys():  # VINS counts the coefficients of a fisheye from 2
+        coefficients = {f"k{int(name[1]) - 1}": item for name, item in coefficients.items() if name[0] == "k"}
+    if any(coefficients.values()):
         found.setdefault("distortion", coefficients)
     if {"fl_x", "camera_angle_x"} & tree.keys():  # measured from the corner of the top left pixel
         found |= {name: found[name] - 0.5 for name in ("cx", "cy") if isinstance(found.get(name), int | float)}
@@ -263,6 +286,16 @@ def _lettered(tree: Mapping[str, Any], key: str) -> dict[str, Any]:
 
 _MAX_TEXT, _MAX_YAML, _MAX_ALIASES = 2**22, 2**18, 20
 _COLMAP = re.compile(r"\s*(\d+)\s+([A-Z][A-Z_]+)\s+(\d+)\s+(\d+)((?:\s+[-+.\de]+)+)\s*")
+_COLMAP_MODELS = (
+    ("SIMPLE_PINHOLE", 3), ("PINHOLE", 4), ("SIMPLE_RADIAL", 4), ("RADIAL", 5), ("OPENCV", 8), ("OPENCV_FISHEYE", 8),
+    ("FULL_OPENCV", 12), ("FOV", 5), ("SIMPLE_RADIAL_FISHEYE", 4), ("RADIAL_FISHEYE", 5), ("THIN_PRISM_FISHEYE", 12),
+    ("RAD_TAN_THIN_PRISM_FISHEYE", 16),
+)  # fmt: skip
+"""Models of cameras.bin, by number, with their counts of parameters."""
+_REALSENSE = re.compile(
+    r'Intrinsic of "(.+?)"[\s/]+(\d+x\d+)[\s/]+\{?([^}\n]*?)\}?[ \t\r]*((?:\n[ \t]+[^\n:]+:[^\n]*)+)'
+)
+"""A stream, a size, formats, and lines of intrinsics of rs-enumerate-devices -c."""
 _ASSIGNED = re.compile(r"^\s*[\w.]+\s*=", re.MULTILINE)
 
 
@@ -271,6 +304,8 @@ def _tree_of(content: FileContent) -> Any:
     suffix = content.path.suffix.lower()
     if suffix == ".npy":
         return _of_numbers(content, read_npy(content).ravel().tolist())
+    if suffix == ".bin":
+        return _of_colmap_binary(content)
     if suffix != ".json" and len(content.data) > _MAX_TEXT:
         raise FormatError(f"{content} has more than {_MAX_TEXT >> 20} MiB. Keep the part with the camera.")
     text = content.data.tobytes().decode("utf-8-sig", "replace")
@@ -282,9 +317,14 @@ def _tree_of(content: FileContent) -> Any:
             return _parsed(_of_xml(text))
         if suffix == ".csv" and "resolution x" in (table := table_of_names(text)):
             return _parsed(table)
+        if streams := _REALSENSE.findall(text):
+            return _of_realsense(streams)
         lines = [line.partition("#")[0] for line in text.splitlines()]
         if cameras := [found.groups() for line in lines if (found := _COLMAP.fullmatch(line))]:
-            return _once((number, _of_colmap(*camera)) for number, *camera in cameras)
+            return _once(
+                (number, _of_colmap(model, int(width), int(height), [*map(float, parameters.split())]))
+                for number, model, width, height, parameters in cameras
+            )
         words = re.split(r"[\s,;\[\]]+", " ".join(lines).strip("[]; \t"))
         if isinstance(numbers := _number_or_text(" ".join(words)), float | list):
             return _of_numbers(content, numbers if isinstance(numbers, list) else [numbers])
@@ -314,13 +354,37 @@ def _of_numbers(content: FileContent, numbers: list[float]) -> dict[str, Any]:
     )
 
 
-def _of_colmap(model: str, width: str, height: str, parameters: str) -> dict[str, Any]:
-    """A camera of COLMAP's cameras.txt, with the keys of nerfstudio, which has its models."""
-    numbers = [float(word) for word in parameters.split()]
-    numbers = numbers[:1] * (model == "SIMPLE_PINHOLE" or "RADIAL" in model) + numbers  # one focal length
+def _of_colmap(model: str, width: int, height: int, numbers: list[float]) -> dict[str, Any]:
+    """A camera of COLMAP, with the keys of nerfstudio, which has its models."""
+    numbers = numbers[:1] * (model.startswith("SIMPLE") or "RADIAL" in model) + numbers  # one focal length
     names = "camera_model", "w", "h", "fl_x", "fl_y", "cx", "cy"
-    stated = dict(zip(names, (model, int(width), int(height), *numbers), strict=False))
-    return stated | {"distortion": numbers[4:]}
+    stated = dict(zip(names, (model, width, height, *numbers), strict=False))
+    coefficients = numbers[4:]
+    return stated | {"distortion": coefficients + [0.0] * (4 - len(coefficients)) if coefficients else []}
+
+
+def _of_colmap_binary(content: FileContent) -> Any:
+    data, at = content.data.tobytes(), 8
+    cameras = {}
+    try:
+        for _ in range(struct.unpack_from("<Q", data)[0]):
+            number, model, width, height = struct.unpack_from("<IIQQ", data, at)
+            name, count = _COLMAP_MODELS[model]
+            cameras[str(number)] = _of_colmap(name, width, height, [*struct.unpack_from(f"<{count}d", data, at + 24)])
+            at += 24 + 8 * count
+    except (struct.error, IndexError) as error:
+        raise FormatError(f"{content} is no cameras.bin of COLMAP that can be read.") from error
+    return cameras
+
+
+def _of_realsense(streams: list[tuple[str, ...]]) -> Any:
+    """The intrinsics that rs-enumerate-devices -c prints, by stream and size, and by formats where these differ."""
+    found: dict[str, dict[str, Any]] = {}
+    for stream, size, formats, lines in streams:
+        stated = (line.partition(":")[::2] for line in lines.strip().splitlines())
+        sizes = found.setdefault(stream, {})
+        sizes[f"{size} {formats}" if size in sizes else size] = {name.strip(): value for name, value in stated}
+    return _parsed(found)
 
 
 def _number_or_text(text: str) -> float | list[float] | str:

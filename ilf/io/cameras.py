@@ -16,6 +16,8 @@ from .._runtime.files import read_json
 from .._runtime.schema import Section
 from ..data.camera import (
     DISTORTION_NOTE,
+    FISHEYE,
+    FISHEYE_NOTE,
     INTRINSICS,
     REMEDY,
     Camera,
@@ -57,7 +59,8 @@ def intrinsics_from(spec: IntrinsicsSpec | None, shape: tuple[int, int] | None =
     ------
     InputError
         If there is no such preset, the numbers are not valid intrinsics, their image size has another aspect
-        ratio than the frame, their lens is not that of a pinhole camera, or a file has several cameras.
+        ratio than the frame, their lens is a fisheye or of a model that is not supported, or a file has
+        several cameras.
     FormatError
         If the file cannot be read.
 
@@ -74,7 +77,7 @@ def intrinsics_from(spec: IntrinsicsSpec | None, shape: tuple[int, int] | None =
 def frame_camera(spec: IntrinsicsSpec | None, shape: tuple[int, int] | None) -> tuple[Camera | None, tuple[str, ...]]:
     """The camera of a frame (H, W), as `intrinsics_from`, and notes on its lens and on scaling, a sentence or two each.
 
-    It is None, with a note, if it is not a pinhole camera; and if its angle of view alone is known, but not `shape`.
+    It is None, with a note, if it is no pinhole camera; and if its angle of view alone is known, but not `shape`.
     """
     if spec is None:
         return None, ()
@@ -85,23 +88,29 @@ def frame_camera(spec: IntrinsicsSpec | None, shape: tuple[int, int] | None) -> 
         if shape is None and "angle_x" in stated and stated_size(stated) is None:
             return None, ()
     camera = camera_of(stated, shape)
+    if camera.model == FISHEYE:
+        return None, (f"{camera.name or 'Intrinsics'}: {FISHEYE_NOTE}",)
     is_bent = any(stated.get("distortion", ()) if isinstance(stated, Mapping) else camera.distortion)
     notes = (f"{DISTORTION_NOTE} Undistort the frame on reading to correct it.",) if is_bent else ()
-    size = camera.size
-    if size is not None and shape not in {None, size[::-1]} and not is_normalised(camera):
-        name = camera.name or "given"
-        notes = f"The intrinsics {name} are for {size[0]} x {size[1]} pixels, and are scaled to the image.", *notes
-    return fitted(camera, shape).pinhole, notes
+    return fitted(camera, shape).pinhole, _scaling_note(camera, shape) + notes
 
 
-def lens_from(spec: IntrinsicsSpec, shape: tuple[int, int]) -> Camera:
-    """The camera of an image (H, W) with its distortion, from the same descriptions; raises as `intrinsics_from`, and
-    InputError for distortion that OpenCV's model does not have."""
+def lens_from(spec: IntrinsicsSpec, shape: tuple[int, int]) -> tuple[Camera, tuple[str, ...]]:
+    """The camera of an image (H, W) with its distortion, from the same descriptions, and a note if it is scaled; raises
+    as `intrinsics_from`, and InputError for distortion that OpenCV's models do not have."""
     stated = _stated(spec)
     camera = camera_of(stated, shape)
     if isinstance(stated, Mapping):
-        camera = replace(camera, distortion=stated_lens(stated))
-    return replace(fitted(camera, shape), size=(shape[1], shape[0]))
+        camera = stated_lens(camera, stated)
+    return replace(fitted(camera, shape), size=(shape[1], shape[0])), _scaling_note(camera, shape)
+
+
+def _scaling_note(camera: Camera, shape: tuple[int, int] | None) -> tuple[str, ...]:
+    size = camera.size
+    if size is None or shape in {None, size[::-1]} or is_normalised(camera):
+        return ()
+    name = camera.name or "given"
+    return (f"The intrinsics {name} are for {size[0]} x {size[1]} pixels, and are scaled to the image.",)
 
 
 def _stated(spec: IntrinsicsSpec) -> Any:
@@ -124,7 +133,9 @@ def _from_text(text: str) -> Camera:
 
 def _from_file(text: str) -> dict[str, Any]:
     """The camera of a file, or of FILE#NAME."""
-    file, _, entry = (text, "", "") if os.path.exists(text) else text.partition(ENTRY_MARK)
+    file, _, entry = text.rpartition(ENTRY_MARK)
+    if not file or os.path.exists(text):
+        file, entry = text, ""
     path = Path(file)
     if path.suffix not in CAMERA_FILES and len(path.parts) < 2 and not os.path.exists(path):
         near = difflib.get_close_matches(file.lower(), INTRINSICS, 1)

@@ -20,6 +20,7 @@ from .._runtime.writing import write_bytes
 from ..data.by_hand import DepthByHand, as_by_hand
 from ..data.frame import COMMON_DEPTH_UNITS, GroundTruthFile, RGBDFrame, check_depth_scale
 from ..data.guide import Guide
+from ..data.lenses import undistorted
 from ..errors import FormatError, InputError, ParameterError, warn_of_reading
 from .depth import checked_number, checked_units, default_depth_units, depth_in_metres, read_depth_values
 from .depth_reading import decoded, marker_doubt
@@ -114,6 +115,7 @@ def with_ground_truth_file(frame: RGBDFrame, path: str | os.PathLike[str], units
     """
     default_units = None if frame.inputs is None else frame.inputs.depth_units
     ground_truth, file, note = read_ground_truth(path, frame.shape, units, default_units, invalid_of(frame))
+    ground_truth = undistorted(ground_truth, frame)
     problem = scale_misfit(ground_truth, frame.measured, file.units)
     if problem:
         raise InputError(f"{file.path}: {problem}")

@@ -17,6 +17,7 @@ from .._runtime.files import FileContent, read_file
 from .._runtime.named_places import first_allowed, named_in, note_opened
 from ..data.camera import Camera
 from ..data.frame import FrameInputs, GroundTruthFile, InputFile, RGBDFrame
+from ..data.lenses import undistorted
 from ..errors import InputError
 from ..io.depth import read_depth_values
 from ..io.depth_reading import decoded
@@ -273,4 +274,4 @@ def with_ground_truth(
     ground_truth, file, _ = read_ground_truth(
         content, frame.shape, wanted.units, invalid=invalid_of(frame), dataset=wanted.dataset
     )
-    return frame.with_ground_truth(ground_truth, file)
+    return frame.with_ground_truth(undistorted(ground_truth, frame), file)

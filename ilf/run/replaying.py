@@ -22,6 +22,7 @@ from .._runtime.schema import Section
 from ..data.blocks import Blocks
 from ..data.by_hand import DepthByHand
 from ..data.frame import InputFile, RGBDFrame
+from ..data.lenses import undistorted
 from ..data.neighbours import Neighbour, NeighbourDepth
 from ..data.results import Completion
 from ..errors import IlfError, InputError
@@ -378,7 +379,7 @@ def _with_recorded_ground_truth(record: RunRecord, frame: RGBDFrame, folder: Pat
         found = _recorded_file(recorded, "ground-truth file", folder, None)
         invalid, dataset = invalid_of(frame), recorded.dataset
         ground_truth, _, _ = read_ground_truth(found, frame.shape, recorded.units, invalid=invalid, dataset=dataset)
-        return frame.with_ground_truth(ground_truth, recorded), ()
+        return frame.with_ground_truth(undistorted(ground_truth, frame), recorded), ()
     except NotAllowed:
         raise
     except InputError as error:

@@ -127,7 +127,8 @@ def _cameras(
 ) -> tuple[Cameras, tuple[str, ...], tuple[str, ...]]:
     """The cameras of colour and depth, notes on both, and those among them to issue as warnings."""
     if options.undistort:
-        return Cameras(*_lenses(options, shape, depth_shape), np.eye(4)), (), ()
+        colour, depth, notes = lenses_of(options, shape, depth_shape)
+        return Cameras(colour, depth, np.eye(4)), notes, ()
     if shape == depth_shape:
         given = options.intrinsics if options.depth_intrinsics is None else options.depth_intrinsics
         camera, notes = frame_camera(given, shape)
@@ -141,15 +142,19 @@ def _cameras(
     return Cameras(camera, depth_camera, np.eye(4)), (*notes, *depth_notes, *issued), issued
 
 
-def _lenses(options: ReadingOptions, shape: tuple[int, int], depth_shape: tuple[int, int]) -> tuple[Camera, Camera]:
-    """The cameras of colour and depth with their distortion; raises InputError if none is stated."""
+def lenses_of(
+    options: ReadingOptions, shape: tuple[int, int], depth_shape: tuple[int, int]
+) -> tuple[Camera, Camera, tuple[str, ...]]:
+    """The cameras of colour and depth with their distortion, and notes on scaling; raises InputError if none is
+    stated."""
     if options.intrinsics is None:
         raise InputError("To undistort a frame, give a file of intrinsics that states the distortion of the lens.")
-    colour = lens_from(options.intrinsics, shape)
-    depth = colour if options.depth_intrinsics is None else lens_from(options.depth_intrinsics, depth_shape)
-    if not (any(colour.distortion) or any(depth.distortion)):
+    colour, notes = lens_from(options.intrinsics, shape)
+    of_own = options.intrinsics if options.depth_intrinsics is None else options.depth_intrinsics
+    depth, of_depth = lens_from(of_own, depth_shape)
+    if not (colour.is_bent or depth.is_bent):
         raise InputError("The intrinsics state no lens distortion that could be corrected: do not undistort.")
-    return colour, depth
+    return colour, depth, tuple(dict.fromkeys(notes + of_depth))
 
 
 def frame_of_images(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +13,7 @@ from numpy.typing import NDArray
 from .._runtime.files import read_file, read_json
 from .._runtime.formatting import counted
 from .._runtime.schema import Section
-from ..data.camera import Camera, Cameras, camera_of, checked_transform
+from ..data.camera import Camera, Cameras, camera_of, checked_transform, stated_lens
 from ..errors import FormatError, InputError, ParameterError
 from ..io.depth import read_depth_values
 from ..io.encodings import EncodingSpec, encoding_of, packed_channels, single_encoding
@@ -35,9 +36,9 @@ class RawPairs(Recording):
     names, whose common file names without extension are the keys.
 
     calibration.json contains `colour` and `depth`, each with `size` [width, height], `K` [fx, fy, cx, cy] and, if there
-    is any, `distortion` in OpenCV's order; `depth_to_colour`, the rows of the matrix (4, 4) that transforms points [m]
-    of the depth camera to the colour camera; and, as in meta.json, `depth_units_per_m` or `depth_encoding`, and
-    `depth_invalid`.
+    is any, `distortion` in OpenCV's order (of a fisheye, also `model`: "fisheye"); `depth_to_colour`, the rows of the
+    matrix (4, 4) that transforms points [m] of the depth camera to the colour camera; and, as in meta.json,
+    `depth_units_per_m` or `depth_encoding`, and `depth_invalid`.
     """
 
     kind = "a folder of raw pairs"
@@ -108,8 +109,10 @@ class RawPairs(Recording):
 
 def _camera(stated: Section) -> Camera:
     size = tuple(stated.items("size", int))
-    distortion = stated.items("distortion", float) if "distortion" in stated.values else ()
-    return replace(camera_of({"K": stated.get("K", list)}, None), size=size, distortion=tuple(distortion))
+    facts: dict[str, Any] = {"K": stated.get("K", list)}
+    facts |= {"distortion": stated.items("distortion", float)} if "distortion" in stated.values else {}
+    facts |= {"model": stated.get("model", str)} if "model" in stated.values else {}
+    return replace(stated_lens(camera_of(facts, None), facts), size=size)
 
 
 def _images(root: Path, names: tuple[str, ...], suffixes: tuple[str, ...]) -> dict[str, Path]:

@@ -15,6 +15,7 @@ from .._runtime.files import is_address
 from .._runtime.named_places import note_opened
 from ..data.camera import CAMERA_DOUBT
 from ..data.frame import RGBDFrame
+from ..data.lenses import undistorted
 from ..errors import FormatError, InputError, ParameterError, PathKind, check_kind, warn_of_reading
 from ..io.cameras import IntrinsicsSpec, frame_camera
 from ..io.depth_reading import DepthReading
@@ -96,9 +97,9 @@ def load_frame(
         seen from the same place (see `ilf.registration`). Where both images have the same size, they are the
         intrinsics of both.
     undistort : bool, optional
-        Whether colour and depth are undistorted, by the distortion that the intrinsics of each state (OpenCV's model,
-        up to 14 coefficients); `intrinsics` of the frame are then those of the undistorted images. Depth is moved, not
-        interpolated.
+        Whether colour and depth are undistorted, by the distortion that the intrinsics of each state (OpenCV's models:
+        up to 14 coefficients, or a fisheye); `intrinsics` of the frame are then those of the undistorted images. Depth
+        is moved, not interpolated, and so are ground truth and confidence.
     name : str, optional
         Name of the frame; None takes it from meta.json or the file names.
     ground_truth : path-like, optional
@@ -252,6 +253,7 @@ def _with_min_confidence(
         note = "" if min_value is None else NO_CONFIDENCE_MAP
     elif min_value is not None:
         values = confidence if isinstance(confidence, np.ndarray) else read_confidence(confidence, frame.shape)
+        values = undistorted(values, frame, of_depth=True)
         low, note = low_confidence(values, min_value, frame.depth)
         doubt = confidence_doubt(values, min_value)
     if doubt:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._runtime.installation import load_libusb, optional
-from ..data.camera import Camera
+from ..data.camera import Camera, camera_of, stated_lens
 from ..data.frame import RGBDFrame
 from ..errors import InputError
 from .registration import RawPair, register
@@ -18,7 +18,6 @@ from .registration import RawPair, register
 SETTLING = 30
 """Frames until exposure and white balance have settled."""
 _TIMEOUT_MS = 5000
-_OTHER_LENSES = ("kannala_brandt4", "ftheta")
 
 
 def capture_frame(settle: int = SETTLING) -> RGBDFrame:
@@ -135,7 +134,7 @@ def pair_of(frames: Any, name: str = "realsense") -> RawPair:
 def _camera(frame: Any) -> Camera:
     seen = frame.profile.as_video_stream_profile().intrinsics
     coefficients: NDArray[np.float64] = np.array(seen.coeffs, float)
-    if seen.model.name in _OTHER_LENSES and coefficients.any():
-        raise InputError(f"The camera's lens model {seen.model.name} is not supported.")
-    distortion = tuple(coefficients) if coefficients.any() else ()
-    return Camera(seen.fx, seen.fy, seen.ppx, seen.ppy, size=(seen.width, seen.height), distortion=distortion)
+    facts = {"fx": seen.fx, "fy": seen.fy, "cx": seen.ppx, "cy": seen.ppy, "width": seen.width, "height": seen.height}
+    if coefficients.any():
+        facts |= {"lens": seen.model.name, "distortion": coefficients.tolist()}
+    return stated_lens(camera_of(facts, None), facts)

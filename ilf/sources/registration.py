@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from ..data.camera import Camera, checked_transform
 from ..data.frame import FrameInputs, RGBDFrame, checked_colour, checked_depth, checked_mask, read_only
+from ..data.lenses import max_ray_tangent, places_in_image, seen_at, undistorted_view
 from ..errors import InputError
 
 # A raw pair: colour and depth of two cameras, and the transform between them.
@@ -98,95 +99,6 @@ class RawPair:
             object.__setattr__(self, "depth_view", view)
 
 
-# Lens distortion and undistorted images.
-
-_MAX_RAY_TANGENT = 3.0
-"""Tangent of the maximum angle of a ray to the axis: 71.6 degrees."""
-
-_RADIAL_STEPS = 3000
-
-_BORDER_STEPS = 400
-"""Points on each side of a colour image from which the extent of the undistorted image is found."""
-
-_MAX_INVERSION_ERROR = 0.05
-"""Maximum error [px] of a border point that is undistorted and distorted again, for a valid inverse."""
-
-
-@lru_cache(maxsize=8)
-def max_ray_tangent(distortion: tuple[float, ...]) -> float:
-    """Tangent of the largest angle to the axis up to which the radial distortion is monotonic.
-
-    Beyond it the model folds back, and would show points that the camera did not see.
-    """
-    k1, k2, _, _, k3, k4, k5, k6 = (*distortion[:8], *(0.0,) * (8 - len(distortion)))
-    radius = np.linspace(0.0, _MAX_RAY_TANGENT, _RADIAL_STEPS)
-    square = radius**2
-    below = 1 + square * (k4 + square * (k5 + square * k6))
-    with np.errstate(divide="ignore", invalid="ignore"):
-        seen = radius * (1 + square * (k1 + square * (k2 + square * k3))) / below
-    falls = ~(np.diff(seen) > 0) | (below[1:] <= 0)
-    return float(radius[np.argmax(falls)]) if falls.any() else _MAX_RAY_TANGENT
-
-
-@lru_cache(maxsize=8)
-def _undistorted_view(camera: Camera) -> tuple[Camera, NDArray[np.float32], NDArray[np.float32]]:
-    """The remapping to an undistorted image of the same size, without empty pixels.
-
-    Returns
-    -------
-    Camera
-        Intrinsics of the new image: the largest rectangle without gaps that has the same ratio of focal lengths.
-    ndarray, ndarray of float32, shape (H, W)
-        Source column and row [px] of each pixel in the camera's image.
-
-    Raises
-    ------
-    InputError
-        If the distortion cannot be inverted over the image.
-    """
-    height, width = camera.shape
-    across, down = np.linspace(0, width - 1, _BORDER_STEPS), np.linspace(0, height - 1, _BORDER_STEPS)
-    left = _rays(camera, np.zeros_like(down), down)[:, 0].max()
-    right = _rays(camera, np.full_like(down, width - 1), down)[:, 0].min()
-    top = _rays(camera, across, np.zeros_like(across))[:, 1].max()
-    bottom = _rays(camera, across, np.full_like(across, height - 1))[:, 1].min()
-    if not (left < right and top < bottom):
-        raise _not_invertible(camera)
-    scale = float(max((width - 1) / camera.fx / (right - left), (height - 1) / camera.fy / (bottom - top)))
-    fx, fy = scale * camera.fx, scale * camera.fy
-    cx, cy = (width - 1 - fx * float(left + right)) / 2, (height - 1 - fy * float(top + bottom)) / 2
-    new = Camera(fx, fy, cx, cy, camera.name, camera.size)
-    columns, rows = cv2.initUndistortRectifyMap(
-        camera.matrix, camera.coefficients, None, new.matrix, (width, height), cv2.CV_32FC1
-    )
-    return new, read_only(np.clip(columns, 0, width - 1)), read_only(np.clip(rows, 0, height - 1))
-
-
-def _rays(camera: Camera, columns: NDArray[np.float64], rows: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Intersections of pixel rays with the plane at depth 1, (N, 2); raises InputError where the distortion model is
-    not invertible."""
-    seen = np.stack([columns, rows], axis=1)[:, None]
-    criteria = (cv2.TERM_CRITERIA_COUNT + cv2.TERM_CRITERIA_EPS, 100, 1e-9)
-    rays = cv2.undistortPoints(seen, camera.matrix, camera.coefficients, None, None, None, criteria)
-    points = np.concatenate([rays, np.ones_like(rays[..., :1])], axis=2)
-    again, _ = cv2.projectPoints(points, np.zeros(3), np.zeros(3), camera.matrix, camera.coefficients)
-    found = rays[:, 0]
-    if (
-        not (np.abs(again - seen) < _MAX_INVERSION_ERROR).all()
-        or (np.hypot(*found.T) > max_ray_tangent(camera.distortion)).any()
-    ):
-        raise _not_invertible(camera)
-    return np.asarray(found, np.float64)
-
-
-def _not_invertible(camera: Camera) -> InputError:
-    numbers = ", ".join(f"{number:g}" for number in camera.distortion)
-    return InputError(
-        f"The colour camera's distortion ({numbers}) cannot be inverted over an image of {camera.shape[1]} x "
-        f"{camera.shape[0]}. Check that the coefficients are OpenCV's, k1 k2 p1 p2 k3 k4 k5 k6, and of this camera."
-    )
-
-
 SAMPLES_PER_PIXEL = 1.5
 """Minimum number of depth samples per colour pixel, along a row and along a column, to keep surfaces closed."""
 
@@ -254,8 +166,8 @@ def register(pair: RawPair) -> RGBDFrame:
     """
     _check_size("colour", pair.colour_camera.shape[::-1])
     rgb, colour = pair.rgb, pair.colour_camera
-    if colour.coefficients is not None:
-        colour, columns, rows = _undistorted_view(colour)
+    if colour.is_bent:
+        colour, columns, rows = undistorted_view(colour)
         rgb = np.asarray(cv2.remap(rgb, columns, rows, cv2.INTER_LINEAR), np.uint8)
     if not np.isfinite(pair.depth).any():
         raise InputError("The depth image has no known pixel (all are zero, negative or not finite).")
@@ -339,11 +251,9 @@ class _SampleGrid:
         size = max(round((right - left) * fx), 1), max(round((bottom - top) * fy), 1)
         _check_size("depth", size)
         self.matrix = np.array([[fx, 0.0, -left * fx - 0.5], [0.0, fy, -top * fy - 0.5], [0.0, 0.0, 1.0]])
-        columns, rows = cv2.initUndistortRectifyMap(
-            camera.matrix, camera.coefficients, None, self.matrix, size, cv2.CV_32FC1
-        )
+        columns, rows = places_in_image(camera, self.matrix, size)
         x, y = (np.arange(size[0]) + 0.5) / fx + left, (np.arange(size[1]) + 0.5) / fy + top
-        folded = np.hypot(x[None], y[:, None]) > max_ray_tangent(camera.distortion)
+        folded = np.hypot(x[None], y[:, None]) > max_ray_tangent(camera)
         seen = _inside(columns, rows, camera) & ~folded
         columns[~seen] = -2.0
         self.columns, self.rows, self.seen = read_only(columns), read_only(rows), read_only(seen.astype(np.uint8))
@@ -377,15 +287,13 @@ def _extent(camera: Camera) -> tuple[float, float, float, float]:
     height, width = camera.shape
     sides = (-0.5 - camera.cx) / camera.fx, (width - 0.5 - camera.cx) / camera.fx
     ends = (-0.5 - camera.cy) / camera.fy, (height - 0.5 - camera.cy) / camera.fy
-    if camera.coefficients is None:
+    if not camera.is_bent:
         return *sides, *ends
     widest_ray = math.hypot(max(map(abs, sides)), max(map(abs, ends)))
-    reach = min(max_ray_tangent(camera.distortion), _LENS_MAX_EXTENT * widest_ray)
+    reach = min(max_ray_tangent(camera), _LENS_MAX_EXTENT * widest_ray)
     line = np.linspace(-reach, reach, _LENS_STEPS)
     x, y = (plane.ravel() for plane in np.meshgrid(line, line))
-    points = np.stack([x, y, np.ones_like(x)], axis=1)
-    seen, _ = cv2.projectPoints(points, np.zeros(3), np.zeros(3), camera.matrix, camera.coefficients)
-    columns, rows = seen[:, 0].T
+    columns, rows = seen_at(camera, np.stack([x, y], axis=1)).T
     inside = _inside(columns, rows, camera) & (np.hypot(x, y) <= reach)
     step = line[1] - line[0]
     if not inside.any():

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from .._runtime.files import open_file
 from .._runtime.installation import optional
-from ..data.camera import Cameras
+from ..data.camera import FISHEYE, Cameras
 from ..errors import FormatError, InputError
 from ..io.mcap import EndedMcap, whole_size
 from .packed import bound_unpacking, unpacked, unpacking_command
@@ -359,7 +359,10 @@ class RosBag(Recording):
         if topics.is_registered:
             found = self._info(colour) or self._info(depth)
             try:
-                return Cameras.registered(None if found is None else camera_of(found, colour.name, colour.size))
+                camera = None if found is None else camera_of(found, colour.name, colour.size)
+                if camera is not None and camera.model == FISHEYE:
+                    raise FormatError(f"the lens of {colour.name} is a fisheye ({found.distortion_model}). Rectify it.")
+                return Cameras.registered(camera)
             except FormatError as error:  # registered depth needs no camera
                 return Cameras.registered(None, f"Intrinsics are not known, since {error}")
         infos = [(self._info(topic), topic) for topic in (colour, depth)]

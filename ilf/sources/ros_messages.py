@@ -6,7 +6,6 @@ import re
 import struct
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +15,8 @@ from numpy.typing import NDArray
 
 from .._runtime.files import FileContent
 from .._runtime.installation import optional
-from ..data.camera import Camera, camera_from_numbers, fitted
+from ..data.camera import Camera, fitted, stated_lens
+from ..data.camera import camera_of as stated_camera
 from ..errors import FormatError, InputError
 from ..io.depth import checked_depth_values, default_depth_units, eight_bit_error
 from ..io.images import check_pixel_count, image_header, read_colour, read_image
@@ -201,8 +201,6 @@ TRANSFORM, TRANSFORMS = "geometry_msgs/msg/Transform", "tf2_msgs/msg/TFMessage"
 _RATIONAL = 8
 """Coefficients of the rational model: those of prisms and tilt, which follow, are often zero and of any number."""
 
-_OTHER_LENSES = ("equidistant", "fisheye", "kannala")
-
 
 def camera_of(info: Any, topic: str, size: tuple[int, int]) -> Camera | None:
     """The camera of a topic's images with `size` (width, height); None if its CameraInfo is empty.
@@ -225,18 +223,13 @@ def camera_of(info: Any, topic: str, size: tuple[int, int]) -> Camera | None:
         if matrix.size != 9 or not matrix.any():
             return None
         stated = (info.width, info.height) if info.width > 0 and info.height > 0 else size
-        camera = fitted(replace(camera_from_numbers(matrix, ""), size=stated), (size[1], size[0]))
-        return replace(camera, distortion=() if is_rectified else _distortion(distortion, info.distortion_model))
+        facts = {"K": matrix, "width": stated[0], "height": stated[1]}
+        if not is_rectified:
+            few = distortion if distortion[_RATIONAL:].any() else distortion[:_RATIONAL]
+            facts |= {"lens": info.distortion_model, "distortion": few.tolist() if few.any() else []}
+        return fitted(stated_lens(stated_camera(facts, None), facts), (size[1], size[0]))
     except InputError as error:
         raise FormatError(f"the calibration of {topic} cannot be used: {error}") from error
-
-
-def _distortion(values: NDArray[np.float64], model: str) -> tuple[float, ...]:
-    if not values.any():
-        return ()
-    if any(lens in model.lower() for lens in _OTHER_LENSES):
-        raise InputError(f"the lens model {model!r:.40} is not supported. Rectify the images first.")
-    return tuple((values if values[_RATIONAL:].any() else values[:_RATIONAL]).tolist())
 
 
 def transform_matrix(transform: Any) -> NDArray[np.float64]:

@@ -144,7 +144,7 @@ class Source:
         return around([*self._frames.values()], self.keys.index(self.find(key)), reach)
 
     def calibration(self, key: str) -> Cameras:
-        """The cameras of a frame, without decoding it.
+        """The cameras of a frame, without decoding it, unless it is undistorted.
 
         Raises
         ------
@@ -152,6 +152,8 @@ class Source:
             If there is no such frame, or the file with its calibration cannot be read.
         """
         ref = self.ref(key)
+        if ref.options.undistort and ref.frame is None:
+            return Cameras.registered(read_frame(ref).intrinsics)
         camera, depth_camera = (
             frame_camera(given, None)[0] for given in (ref.options.intrinsics, ref.options.depth_intrinsics)
         )

@@ -96,6 +96,18 @@ def test_a_still_camera_gives_steady_depth_of_pairs(tmp_path: Path) -> None:
     np.testing.assert_array_equal(again.depth, steady.depth)
 
 
+def test_a_calibration_may_be_of_fisheyes(tmp_path: Path) -> None:
+    stated = calibration(write_pair(tmp_path, "colour.png", "depth.png"))
+    for camera in ("colour", "depth"):
+        stated[camera] |= {"model": "fisheye", "distortion": [0.05, -0.01, 0.004, -0.001]}
+    (tmp_path / "calibration.json").write_text(json.dumps(stated))
+    source = ilf.open_source(tmp_path)
+    cameras = source.calibration("1")
+    assert [cameras.colour.model, cameras.depth.model] == ["fisheye", "fisheye"]
+    assert cameras.depth.distortion == (0.05, -0.01, 0.004, -0.001)
+    assert source[0].known.mean() > 0.3
+
+
 @pytest.mark.parametrize(
     ("change", "told"),
     [
@@ -104,6 +116,8 @@ def test_a_still_camera_gives_steady_depth_of_pairs(tmp_path: Path) -> None:
         (lambda c: c["depth"].update(size=[64, "56"]), r"'size\[1\]' in the depth must be int, not str"),
         (lambda c: c["colour"].update(K=[1, 2]), "calibration.json"),
         (lambda c: c["colour"].update(distortion=[0.1]), "coefficients"),
+        (lambda c: c["depth"].update(model="fisheye"), "k1 k2 k3 k4 of a fisheye, not 8"),
+        (lambda c: c["colour"].update(model="omni"), "'omni' is not supported"),
         (lambda c: c.update(depth_to_colour=[[1]]), "'depth_to_colour' must be a 4 x 4 matrix"),
         (lambda c: c.update(depth_to_colour=[[10**400] * 4] * 4), "'depth_to_colour' must be a 4 x 4 matrix"),
         (lambda c: c.update(depth_encoding="yards", depth_units_per_m=None), "calibration.json"),

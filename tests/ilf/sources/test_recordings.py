@@ -244,8 +244,8 @@ def test_what_registration_lacks_is_said(tmp_path: Path) -> None:
     source = ilf.open_source(tmp_path / "recording.bag")
     with pytest.raises(InputError, match="lacks that of the depth camera and the transform between the two"):
         source.read(source.keys[0])
-    with pytest.raises(InputError, match="fisheye"):
-        _with_lens(tmp_path, "fisheye")
+    with pytest.raises(InputError, match="'omni' is not supported"):
+        _with_lens(tmp_path, "omni")
 
 
 def _with_lens(folder: Path, model: str) -> None:
@@ -420,6 +420,26 @@ def test_lenses_of_12_and_14_coefficients(tmp_path: Path, distortion: tuple[floa
         )
         x, y = seen.ravel()
         assert frame.rgb[7, 5, :2] == pytest.approx([8 * x, 10 * y], abs=1.5)  # a ramp along both axes
+
+
+def test_two_fisheyes_are_registered_with_both_undistorted(tmp_path: Path) -> None:
+    coefficients = (0.05, -0.01, 0.004, -0.001)
+    with bag(tmp_path, "mcap") as out:
+        out.tf_static(("colour", "depth", (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0)))
+        for camera in ("color", "depth"):
+            out.info(f"/{camera}/camera_info", distortion=coefficients, model="equidistant")
+        out.image("/color/image_raw", COLOUR, "rgb8", 0, "colour")
+        out.image("/depth/image_raw", np.full((H, W), 1500, np.uint16), "16UC1", 0, "depth")
+    source = ilf.open_source(tmp_path / "recording")
+    lens = source.calibration(source.keys[0]).colour
+    assert (lens.model, lens.distortion) == ("fisheye", coefficients)
+    frame = source[0]
+    assert np.nanmax(np.abs(frame.depth - 1.5)) < 1e-6
+    assert frame.missing_share < 0.1
+    camera = frame.intrinsics
+    ray = (np.array([[[5.0, 7.0]]]) - (camera.cx, camera.cy)) / (camera.fx, camera.fy)
+    x, y = cv2.fisheye.distortPoints(ray, np.reshape(K, (3, 3)), np.array(coefficients)).ravel()
+    assert frame.rgb[7, 5, :2] == pytest.approx([8 * x, 10 * y], abs=1.5)  # a ramp along both axes
 
 
 @pytest.mark.parametrize("model", ["equidistant", "fisheye"])
