@@ -172,8 +172,12 @@ class Guide:
         return cls(array.squeeze() if array.ndim > 2 else array, path=path)
 
     def is_same_as(self, other: Guide | None) -> bool:
-        """Whether another guide has the same values and confidence."""
-        return self is other or (other is not None and np.array_equal(self.array, other.array, equal_nan=True))
+        """Whether another guide has the same values and confidence, and was predicted by the same network."""
+        return self is other or (
+            other is not None
+            and self.network == other.network
+            and np.array_equal(self.array, other.array, equal_nan=True)
+        )
 
 
 def as_guide(guide: ArrayLike | Guide) -> Guide:
