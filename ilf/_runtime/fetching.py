@@ -86,14 +86,17 @@ def fetch(
         with FileLock(part.with_suffix(".lock"), timeout=0):
             _received(address, part, size, sha256, progress)
             found = file_sha256(part)
-            if sha256 not in {None, found}:
+            try:
+                if sha256 not in {None, found}:
+                    raise InputError(
+                        f"{address}: the file's SHA-256 is {found} instead of {sha256}: it was changed at its source "
+                        "or on its way, and is not used. Try another network connection, or ask its publisher."
+                    )
+                if check is not None:
+                    check(part, found)
+            except InputError:
                 part.unlink()
-                raise InputError(
-                    f"{address}: the file's SHA-256 is {found} instead of {sha256}: it was changed at its source or on "
-                    "its way, and is not used. Try another network connection, or ask its publisher."
-                )
-            if check is not None:
-                check(part, found)
+                raise
             os.replace(part, target)
     except Timeout as error:
         raise ExportError(f"Another process is fetching {target.name} now. Wait until it has ended.") from error
@@ -127,7 +130,7 @@ def _receive(address: str, part: Path, size: int, sha256: str | None, progress: 
     headers = {"User-Agent": f"ilf-studio/{__version__}", "Accept-Encoding": "identity"}
     if have:
         headers |= {"Range": f"bytes={have}-", "If-Range": tag}
-    with _answer(Request(address, headers=headers)) as answer:
+    with _answer(Request(address, headers=headers), mark) as answer:
         if answer.status == 206 and not answer.headers.get("Content-Range", "").startswith(f"bytes {have}-"):
             mark.unlink()
             raise _CutError("the server does not send the part that was asked for")
@@ -159,11 +162,13 @@ def _receive(address: str, part: Path, size: int, sha256: str | None, progress: 
     mark.unlink()
 
 
-def _answer(request: Request) -> HTTPResponse:
+def _answer(request: Request, mark: Path) -> HTTPResponse:
     """Connect to a server; raise _CutError if it may answer later, InputError if it does not."""
     try:
         answer: HTTPResponse = urlopen(request, timeout=SILENCE_S)
     except HTTPError as error:
+        if error.code == 416:  # the part is not one of the file: begin anew
+            mark.unlink(missing_ok=True)
         if error.code == 416 or error.code >= 500:
             raise _CutError(f"status {error.code}") from error
         reason = _REASONS.get(error.code, f"the server answers with status {error.code}")
@@ -179,6 +184,6 @@ def _answer(request: Request) -> HTTPResponse:
 
 def _next(answer: HTTPResponse) -> bytes:
     try:
-        return answer.read(_BLOCK)
+        return answer.read1(_BLOCK)
     except (OSError, HTTPException) as error:
         raise _CutError(cause(error)) from error

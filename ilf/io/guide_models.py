@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._runtime.fetching import ROUNDED, Progress, fetch
-from .._runtime.files import existing_file, file_sha256, read_json
+from .._runtime.files import existing_file, file_sha256, read_file, read_json
 from .._runtime.networks.models import check_name, model_names, models_folder, name_from
 from .._runtime.schema import converted
 from .._runtime.writing import atomic_path, ensure_folder, write_bytes
@@ -100,12 +100,13 @@ def fetch_guide(name: str, progress: Progress | None = None) -> Path:
     if not card.address:
         raise InputError(f"The guide network {name} has no address. Add its file: ilf models add FILE --name {name}.")
 
+    target = guides_folder() / f"{name}.onnx"
+
     def accept(file: Path, sha256: str) -> None:
         if card.sha256 is None:
-            GuideNetwork.load(file)
+            GuideNetwork.read(read_file(file).data, target)
         _pin(card, file, sha256)
 
-    target = guides_folder() / f"{name}.onnx"
     fetch(card.address, target, card.bytes, card.sha256, progress, accept)
     return target
 
@@ -156,7 +157,7 @@ def add_guide(
         )
     if name in model_names() or (guide_file(name) is not None and not again):
         raise InputError(f"A network {name!r} already exists. Choose another name (--name), or --replace it.")
-    GuideNetwork.load(source)
+    GuideNetwork.read(read_file(source).data, source)
     target = ensure_folder(guides_folder()) / f"{name}.onnx"
     _pin(card, source, sha256)
     with atomic_path(target) as temporary:

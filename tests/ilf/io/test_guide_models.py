@@ -11,6 +11,7 @@ from dataclasses import dataclass, field, replace
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from typing import Any
+from urllib.request import urlopen
 
 import cv2
 import numpy as np
@@ -66,6 +67,9 @@ def _handler(hub: Hub) -> type[BaseHTTPRequestHandler]:
                 self.send_error(hub.status)
                 return
             start = 0
+            if wanted and int(wanted.removeprefix("bytes=").rstrip("-")) >= len(hub.content):
+                self.send_error(416)
+                return
             if wanted and hub.ranges and self.headers.get("If-Range") == hub.headers.get("ETag"):
                 start = int(wanted.removeprefix("bytes=").rstrip("-"))
                 self.send_response(206)
@@ -104,9 +108,8 @@ def hub(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Hub]:
 def know(monkeypatch: pytest.MonkeyPatch, hub: Hub, **facts: Any) -> GuideCard:
     """Make the card of the server's network known."""
     card = GuideCard(NAME, "Somebody", "CC-BY-NC-4.0", "affine inverse", len(hub.content), address=hub.address)
-    card = replace(
-        card, sha256=hashlib.sha256(hub.content).hexdigest(), terms="not for commercial use", size=64, **facts
-    )
+    usual = {"sha256": hashlib.sha256(hub.content).hexdigest(), "terms": "not for commercial use", "size": 64}
+    card = replace(card, **{**usual, **facts})
     monkeypatch.setattr(guide_models, "_known", lambda: {NAME: card})
     return card
 
@@ -178,6 +181,15 @@ def test_a_server_that_does_not_continue_sends_it_from_the_start(hub: Hub, chang
     assert len(hub.asked) == 2
 
 
+def test_a_part_that_is_no_part_of_the_file_is_fetched_anew(hub: Hub, monkeypatch: pytest.MonkeyPatch) -> None:
+    know(monkeypatch, hub, sha256=None)
+    guides_folder().mkdir(parents=True)
+    (guides_folder() / f".{NAME}.onnx.part").write_bytes(hub.content + b"more")
+    (guides_folder() / f".{NAME}.onnx.etag").write_text('"one"')
+    assert fetch_guide(NAME).read_bytes() == hub.content
+    assert left() == [f"{NAME}.json", f"{NAME}.onnx"]
+
+
 def test_another_version_is_not_appended_to_the_first(hub: Hub, monkeypatch: pytest.MonkeyPatch) -> None:
     hub.cuts = [100, 0, 0, 0]
     with pytest.raises(InputError, match="cut again and again"):
@@ -242,15 +254,22 @@ def test_a_server_that_is_not_there_is_one_sentence(hub: Hub, monkeypatch: pytes
         fetch_guide(NAME)
 
 
+def test_a_way_that_leaves_encryption_is_refused(hub: Hub, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("ilf._runtime.fetching.urlopen", lambda request, timeout: urlopen(hub.address))
+    know(monkeypatch, replace(hub, address="https://hub.test/net.onnx"))
+    with pytest.raises(InputError, match="without encryption"):
+        fetch_guide(NAME)
+    assert left() == []
+
+
 def test_the_first_file_of_a_network_without_hash_is_pinned_and_no_other_is_taken_later(
     hub: Hub, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    card = replace(know(monkeypatch, hub), sha256=None, bytes=len(hub.content) + 1)
-    monkeypatch.setattr(guide_models, "_known", lambda: {NAME: card})
+    know(monkeypatch, hub, sha256=None, bytes=len(hub.content) + 1)
     first, hub.content = hub.content, b"n" * len(hub.content)
     with pytest.raises(FormatError, match="cannot be read as an ONNX network"):
         fetch_guide(NAME)
-    assert NAME not in [path.stem for path in guides_folder().glob("*.json")]
+    assert left() == []
     hub.content, hub.headers = first, {"ETag": '"two"'}
     fetch_guide(NAME)
     assert guide_cards()[NAME].sha256 == pinned() == hashlib.sha256(first).hexdigest()
