@@ -28,7 +28,13 @@ _TRIES = 4
 """Number of connections, where they are cut."""
 
 ROUNDED = 0.01
-"""Relative difference up to which a size is a rounded one of the file."""
+"""Relative difference up to which a size is a rounded one of the file; its hash tells the rest."""
+
+_MARK = ".etag"
+"""Suffix of the file beside the part with what tells one version of the file from another."""
+
+_NOTHING_LEFT = 416
+"""Status of an answer to a question for what comes after the end."""
 
 _REASONS = {
     401: "access is denied",
@@ -63,7 +69,7 @@ def fetch(
     target : Path
         It appears when all is right.
     size : int
-        Size of the file [bytes]; rounded if its hash is None.
+        Size of the file [bytes], which may be rounded.
     sha256 : str or None
         Its hash; None if it is not known.
     progress : callable, optional
@@ -84,7 +90,7 @@ def fetch(
     part = ensure_folder(target.parent) / f".{target.name}.part"
     try:
         with FileLock(part.with_suffix(".lock"), timeout=0):
-            _received(address, part, size, sha256, progress)
+            _received(address, part, size, progress)
             found = file_sha256(part)
             try:
                 if sha256 not in {None, found}:
@@ -96,8 +102,10 @@ def fetch(
                     check(part, found)
             except InputError:
                 part.unlink()
+                part.with_suffix(_MARK).unlink()
                 raise
             os.replace(part, target)
+            part.with_suffix(_MARK).unlink()
     except Timeout as error:
         raise ExportError(f"Another process is fetching {target.name} now. Wait until it has ended.") from error
     except OSError as error:
@@ -105,11 +113,11 @@ def fetch(
     return found
 
 
-def _received(address: str, part: Path, size: int, sha256: str | None, progress: Progress | None) -> None:
+def _received(address: str, part: Path, size: int, progress: Progress | None) -> None:
     """Complete the part by one connection or, if they are cut, by several."""
     for left in reversed(range(_TRIES)):
         try:
-            _receive(address, part, size, sha256, progress)
+            _receive(address, part, size, progress)
         except _CutError as error:
             if not left:
                 raise InputError(
@@ -120,18 +128,19 @@ def _received(address: str, part: Path, size: int, sha256: str | None, progress:
             return
 
 
-def _receive(address: str, part: Path, size: int, sha256: str | None, progress: Progress | None) -> None:
+def _receive(address: str, part: Path, size: int, progress: Progress | None) -> None:
     """Append to the part what it lacks, or write it anew where the server does not continue it."""
-    mark = part.with_suffix(".etag")
+    mark = part.with_suffix(_MARK)
     tag = mark.read_text(encoding="utf-8") if mark.is_file() else ""
     have = part.stat().st_size if tag and part.is_file() else 0
-    if sha256 and have == size:
-        return
     headers = {"User-Agent": f"ilf-studio/{__version__}", "Accept-Encoding": "identity"}
     if have:
         headers |= {"Range": f"bytes={have}-", "If-Range": tag}
-    with _answer(Request(address, headers=headers), mark) as answer:
-        if answer.status == 206 and not answer.headers.get("Content-Range", "").startswith(f"bytes {have}-"):
+    with _answer(Request(address, headers=headers)) as answer:
+        if answer.status == _NOTHING_LEFT and answer.headers.get("Content-Range") == f"bytes */{have}":
+            return
+        is_next = answer.headers.get("Content-Range", "").startswith(f"bytes {have}-")
+        if answer.status == _NOTHING_LEFT or (answer.status == 206 and not is_next):
             mark.unlink()
             raise _CutError("the server does not send the part that was asked for")
         have = have if answer.status == 206 else 0
@@ -143,7 +152,7 @@ def _receive(address: str, part: Path, size: int, sha256: str | None, progress: 
             )
         if address.startswith("https:") and not answer.url.startswith("https:"):
             raise InputError(f"{address}: the server leads to an address without encryption, which is not opened.")
-        tolerance = 0 if sha256 else ROUNDED * size
+        tolerance = ROUNDED * size
         if abs(whole - size) > tolerance:
             raise InputError(f"{address}: the file has {whole} bytes instead of {size}, so it is another one.")
         entity = answer.headers.get("ETag", "")
@@ -159,17 +168,16 @@ def _receive(address: str, part: Path, size: int, sha256: str | None, progress: 
         raise _CutError(f"after {have} of {whole} bytes")
     if have > whole + tolerance:
         raise InputError(f"{address}: the server sends more than {whole} bytes, so it is another file.")
-    mark.unlink()
 
 
-def _answer(request: Request, mark: Path) -> HTTPResponse:
+def _answer(request: Request) -> HTTPResponse | HTTPError:
     """Connect to a server; raise _CutError if it may answer later, InputError if it does not."""
     try:
         answer: HTTPResponse = urlopen(request, timeout=SILENCE_S)
     except HTTPError as error:
-        if error.code == 416:  # the part is not one of the file: begin anew
-            mark.unlink(missing_ok=True)
-        if error.code == 416 or error.code >= 500:
+        if error.code == _NOTHING_LEFT:
+            return error
+        if error.code >= 500:
             raise _CutError(f"status {error.code}") from error
         reason = _REASONS.get(error.code, f"the server answers with status {error.code}")
         raise InputError(f"{request.full_url}: {reason}. Open the address in a browser.") from error
@@ -182,7 +190,7 @@ def _answer(request: Request, mark: Path) -> HTTPResponse:
     return answer
 
 
-def _next(answer: HTTPResponse) -> bytes:
+def _next(answer: HTTPResponse | HTTPError) -> bytes:
     try:
         return answer.read1(_BLOCK)
     except (OSError, HTTPException) as error:

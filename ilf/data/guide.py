@@ -37,7 +37,7 @@ class GuideCard:
     gives : str
         See `Gives`.
     bytes : int
-        Size of its file; rounded where the hash is not known beforehand.
+        Size of its file, rounded until there is one on this computer.
     terms : str
         What the licence does not permit, in a few words; "" for the usual open ones.
     address : str
