@@ -187,6 +187,17 @@ def remove_guide(name: str) -> Path:
     return path
 
 
+def ready_guide(name: str) -> tuple[GuideCard, Path]:
+    """The card and the file of a network; raises InputError if there is none, or it is not on this computer."""
+    card, path = guide_card(name), guide_file(name)
+    if path is None:
+        raise InputError(
+            f"The guide network {name} is not on this computer. Fetch its {card.bytes / 1e6:.0f} MB (licence "
+            f"{licence_text(card)}): ilf models fetch {name}."
+        )
+    return card, path
+
+
 def predict_by_name(name: str, rgb: NDArray[np.uint8]) -> Guide:
     """Predict a guide for an image by a network that is on this computer.
 
@@ -197,12 +208,7 @@ def predict_by_name(name: str, rgb: NDArray[np.uint8]) -> Guide:
     FormatError
         If it is no such network.
     """
-    card, path = guide_card(name), guide_file(name)
-    if path is None:
-        raise InputError(
-            f"The guide network {name} is not on this computer. Fetch its {card.bytes / 1e6:.0f} MB (licence "
-            f"{licence_text(card)}): ilf models fetch {name}."
-        )
+    card, path = ready_guide(name)
     network = GuideNetwork.load(path)
     if network.sha256 != card.sha256:
         raise InputError(

@@ -339,6 +339,8 @@ def test_a_network_is_used_by_its_name_and_recorded(
     assert main(["batch", str(folder.parent), "--guide", NAME, "--out", str(tmp_path / "set")]) == 0
     np.testing.assert_array_equal(np.load(tmp_path / "set" / "box" / "guide_used.npy"), frame.guide.values)
     guide_models.remove_guide(NAME)
+    assert main(["batch", str(folder.parent), "--guide", NAME, "--out", str(tmp_path / "none")]) == 1
+    assert f"ilf: error: The guide network {NAME} is not on this computer" in capsys.readouterr().err
     assert main(["complete", "--replay", str(out / "run.json"), "--out", str(tmp_path / "again")]) == 0
     again = json.loads((tmp_path / "again" / "run.json").read_text())
     assert again["guide"]["network"] == recorded
