@@ -19,6 +19,7 @@ from ..io.frame_additions import (
     NO_CONFIDENCE_MAP,
     UNUSED_CONFIDENCE,
     confidence_doubt,
+    guide_network,
     load_guide,
     low_confidence,
     read_confidence,
@@ -175,7 +176,9 @@ def _known_shares(values: NDArray[Any], depth: _Depth) -> tuple[dict[str, float]
 
 
 def _add_guide(facts: Facts, options: ReadingOptions, depth: _Depth) -> None:
-    if options.guide is not None:
+    if options.guide is not None and guide_network(options.guide):
+        facts.add("guide", f"to be predicted by {options.guide}", guide={"path": options.guide})
+    elif options.guide is not None:
         with facts.problems():
             guide = load_guide(options.guide, (depth.shape[0], depth.shape[1]))
             shares, text = _known_shares(guide.values, depth)

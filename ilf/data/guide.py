@@ -1,9 +1,9 @@
-"""Guide: depth or inverse depth of a frame from another source, in any unit."""
+"""Guide: depth or inverse depth of a frame from another source, in any unit; the card of a network that gives it."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any, Literal, Self
 
 import cv2
 import numpy as np
@@ -22,6 +22,55 @@ _MIN_KNOWN_SHARE = 0.5
 """Minimum known share of the area that a resized pixel covers."""
 
 
+Gives = Literal["relative inverse", "affine inverse", "affine", "metric"]
+"""What a network predicts: a decreasing function of depth, a linear function of inverse depth, a linear function of
+depth, or depth in metres."""
+
+
+@dataclass(frozen=True)
+class GuideCard:
+    """What is known of a network that predicts guides from colour.
+
+    Attributes
+    ----------
+    name, maker, licence : str
+    gives : str
+        See `Gives`.
+    bytes : int
+        Size of its file, rounded until there is one on this computer.
+    terms : str
+        What the licence does not permit, in a few words; "" for the usual open ones.
+    address : str
+        Where the file is fetched from; "" for files that were added.
+    sha256 : str or None
+        Hash of the file; None if it is not known before the first fetch.
+    size, step : int or None, int
+        Shorter side of the input [px], and the number that its sides are multiples of, unless the file fixes them. None
+        tries the usual ones.
+    keep_aspect : bool
+        Whether the input keeps the image's aspect ratio; otherwise it is a square.
+    mean, deviation : (float, float, float)
+        Subtracted from colour in [0, 1], and what it is divided by.
+    output : str
+        Name of the output; "" for the first.
+    """
+
+    name: str
+    maker: str
+    licence: str
+    gives: Gives
+    bytes: int
+    terms: str = ""
+    address: str = ""
+    sha256: str | None = None
+    size: int | None = None
+    step: int = 1
+    keep_aspect: bool = True
+    mean: tuple[float, float, float] = (0.485, 0.456, 0.406)
+    deviation: tuple[float, float, float] = (0.229, 0.224, 0.225)
+    output: str = ""
+
+
 @dataclass(frozen=True, eq=False)
 class Guide:
     """Depth, inverse depth or any other monotone function of depth for the pixels of a frame, from a depth estimation
@@ -36,6 +85,8 @@ class Guide:
         Confidence of each value, 0 to 1; 1 if omitted.
     path : str, optional
         The file that it was read from.
+    network : GuideCard, optional
+        The known network that predicted it.
 
     Raises
     ------
@@ -52,10 +103,17 @@ class Guide:
     values: NDArray[np.float32]
     confidence: NDArray[np.float32] | None = None
     path: str | None = None
+    network: GuideCard | None = None
 
     if TYPE_CHECKING:  # as in RGBDFrame
 
-        def __init__(self, values: ArrayLike, confidence: ArrayLike | None = None, path: str | None = None) -> None: ...
+        def __init__(
+            self,
+            values: ArrayLike,
+            confidence: ArrayLike | None = None,
+            path: str | None = None,
+            network: GuideCard | None = None,
+        ) -> None: ...
 
     def __post_init__(self) -> None:
         values = _real(self.values, "A guide")
@@ -114,8 +172,12 @@ class Guide:
         return cls(array.squeeze() if array.ndim > 2 else array, path=path)
 
     def is_same_as(self, other: Guide | None) -> bool:
-        """Whether another guide has the same values and confidence."""
-        return self is other or (other is not None and np.array_equal(self.array, other.array, equal_nan=True))
+        """Whether another guide has the same values and confidence, and was predicted by the same network."""
+        return self is other or (
+            other is not None
+            and self.network == other.network
+            and np.array_equal(self.array, other.array, equal_nan=True)
+        )
 
 
 def as_guide(guide: ArrayLike | Guide) -> Guide:

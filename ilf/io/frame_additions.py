@@ -26,6 +26,7 @@ from .depth import checked_number, checked_units, default_depth_units, depth_in_
 from .depth_reading import decoded, marker_doubt
 from .encodings import DepthEncoding, encoding_of_inputs
 from .float_images import read_exr, read_npy, read_npz, read_pfm, without_channel
+from .guide_models import is_guide_name, predict_by_name
 from .guide_network import predict_guide
 from .hdf5_depth import HDF5_SUFFIXES, split_dataset
 from .images import read_image, read_indices
@@ -246,8 +247,8 @@ def load_guide(path: FileSource, shape: tuple[int, int] | None = None, rgb: NDAr
     path : path-like
         PNG or PGM with 8 or 16 bits, TIFF, PFM, EXR, NPY, or NPZ with one array, or one named guide, depth,
         disparity or prediction. NPY and NPZ of shape (2, H, W) contain values and their confidence, 0 to 1. Or a
-        network that predicts depth or inverse depth from colour: ONNX, see `GuideNetwork`, or the format of a plugin
-        (entry points `ilf.guides`).
+        network that predicts depth or inverse depth from colour: ONNX, see `GuideNetwork`, the format of a plugin
+        (entry points `ilf.guides`), or the name of one that was fetched or added (`ilf models list`).
     shape : (int, int), optional
         Height and width of the frame, to which it is resized; it must have the same aspect ratio.
     rgb : ndarray of uint8, shape (H, W, 3), optional
@@ -281,7 +282,8 @@ def load_guide(path: FileSource, shape: tuple[int, int] | None = None, rgb: NDAr
 
 
 def guide_network(path: str | os.PathLike[str]) -> Callable[[Path, NDArray[np.uint8]], Guide] | None:
-    """What predicts a guide from colour by the file of a network: ONNX, or the format of a plugin; None for others.
+    """What predicts a guide from colour by a network: one with a name, an ONNX file, or a file in the format of a
+    plugin; None for others.
 
     Raises
     ------
@@ -289,6 +291,8 @@ def guide_network(path: str | os.PathLike[str]) -> Callable[[Path, NDArray[np.ui
         If two plugins read the file, or one cannot be imported.
     """
     suffix = Path(path).suffix.lower()
+    if is_guide_name(path):
+        return lambda name, rgb: predict_by_name(str(name), rgb)
     if suffix == NETWORK_SUFFIX:
         return lambda file, rgb: Guide(predict_guide(file, rgb), path=str(file))
     entry = None if suffix in GUIDE_SUFFIXES else entry_of_file(path, entry_points(GUIDES))

@@ -74,7 +74,7 @@ def model_path(name: str) -> Path:
     if name not in names:
         raise InputError(
             f"There is no edge network {name!r} on this computer, only {', '.join(names)}. "
-            + " ".join(("Choose one of these, or import it: ilf models import FILE --name NAME.", *damaged_lists()))
+            + " ".join(("Choose one of these, or add it: ilf models add FILE --name NAME.", *damaged_lists()))
         )
     own = _own_path(name)
     if own.is_file() or name not in installed_models():
@@ -98,15 +98,18 @@ def new_model_path(name: str, replace: bool = False) -> Path:
     InputError
         If the name has other characters, is that of a bundled network or is taken.
     """
-    if not _NAME.fullmatch(name):
-        raise InputError(
-            f"{name!r} cannot be the name of an edge network. Use 1 to 100 letters, digits, - and _ (--name)."
-        )
+    check_name(name)
     if name in _OURS:
         raise InputError(f"{name!r} is the name of a bundled edge network. Choose another name (--name).")
     if not replace and name in model_names():
         raise InputError(f"An edge network {name!r} already exists. Choose another name (--name), or --replace it.")
     return _own_path(name)
+
+
+def check_name(name: str) -> None:
+    """Raise InputError unless a network can have this name: 1 to 100 letters, digits, - and _."""
+    if not _NAME.fullmatch(name):
+        raise InputError(f"{name!r} cannot be the name of a network. Use 1 to 100 letters, digits, - and _ (--name).")
 
 
 def name_from(file: Path) -> str:

@@ -1,0 +1,229 @@
+"""Networks that predict guides, by name: their cards, and their files in the user's folder."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import tomllib
+from dataclasses import replace
+from functools import cache
+from importlib.resources import files
+from pathlib import Path
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from .._runtime.fetching import ROUNDED, Progress, fetch
+from .._runtime.files import existing_file, file_sha256, read_file, read_json
+from .._runtime.networks.models import check_name, model_names, models_folder, name_from
+from .._runtime.schema import converted
+from .._runtime.writing import atomic_path, ensure_folder, write_bytes
+from ..data.guide import Gives, Guide, GuideCard
+from ..errors import ExportError, InputError, cause
+from .guide_network import GuideNetwork
+
+
+def guides_folder() -> Path:
+    """The folder of the networks, each NAME.onnx with its card NAME.json, which may not exist yet."""
+    return models_folder() / "guides"
+
+
+@cache
+def _known() -> dict[str, GuideCard]:
+    table = tomllib.loads((files(__package__) / "guide_models.toml").read_text(encoding="utf-8"))
+    return {name: msgspec.convert({"name": name, **facts}, GuideCard) for name, facts in table.items()}
+
+
+def guide_cards() -> dict[str, GuideCard]:
+    """The cards of the networks that the program knows, then of the user's own; with the hashes that were pinned.
+
+    Raises
+    ------
+    FormatError
+        If a card in the user's folder is damaged.
+    """
+    cards = dict(_known())
+    for path in sorted(guides_folder().glob("*.json")):
+        own = replace(converted(read_json(path), GuideCard, f"card {path}"), name=path.stem)
+        known = cards.get(own.name, own)
+        cards[own.name] = known if known.sha256 else replace(known, sha256=own.sha256, bytes=own.bytes)
+    return cards
+
+
+def guide_card(name: str) -> GuideCard:
+    """The card of a network; raises InputError if there is none of this name."""
+    cards = guide_cards()
+    if name not in cards:
+        raise InputError(
+            f"There is no guide network {name!r}, only {', '.join(cards)}. Choose one of these, or add a file: "
+            "ilf models add FILE --gives affine-inverse."
+        )
+    return cards[name]
+
+
+def is_guide_name(text: object) -> bool:
+    """Whether a guide is given by the name of a network; a file of that name comes first."""
+    return isinstance(text, str) and not os.path.exists(text) and text in guide_cards()
+
+
+def guide_file(name: str) -> Path | None:
+    """The file of a network; None if it was neither fetched nor added."""
+    path = guides_folder() / f"{name}.onnx"
+    return path if path.is_file() else None
+
+
+def fetch_guide(name: str, progress: Progress | None = None) -> Path:
+    """Fetch the file of a network from its address, unless it is there already. It is only done when it is called.
+
+    Parameters
+    ----------
+    name : str
+        One of `guide_cards`.
+    progress : callable, optional
+        Called with the number of bytes that are here, and of all.
+
+    Raises
+    ------
+    InputError
+        If there is no such network, it has no address, the server cannot be reached, or has another file.
+    FormatError
+        If the file is not such a network.
+    ExportError
+        If it cannot be written.
+    Cancelled
+        If the work of this thread is cancelled; the next call continues where it ended.
+    """
+    card = guide_card(name)
+    if (there := guide_file(name)) is not None:
+        return there
+    if not card.address:
+        raise InputError(f"The guide network {name} has no address. Add its file: ilf models add FILE --name {name}.")
+
+    target = guides_folder() / f"{name}.onnx"
+
+    def accept(file: Path, sha256: str) -> None:
+        if card.sha256 is None:
+            GuideNetwork.read(read_file(file).data, target)
+        _pin(card, file, sha256)
+
+    fetch(card.address, target, card.bytes, card.sha256, progress, accept)
+    return target
+
+
+def is_guide_file(file: str | os.PathLike[str], name: str | None = None) -> bool:
+    """Whether a file is to be that of a known network, by its name or by its content; raises InputError if there is no
+    such file."""
+    sha256 = file_sha256(existing_file(file))
+    return name in _known() or any(card.sha256 == sha256 for card in _known().values())
+
+
+def add_guide(
+    file: str | os.PathLike[str], name: str | None = None, gives: Gives = "relative inverse", *, again: bool = False
+) -> Path:
+    """Add the file of a network that was copied to this computer: of a known one, or of one of the user's own.
+
+    Parameters
+    ----------
+    file : path-like
+        ONNX, see `GuideNetwork`.
+    name : str, optional
+        Its name; by default that of the known network with this file, otherwise made from the file's name.
+    gives : str
+        What a network that is not known predicts, see `Gives`.
+    again : bool
+        Whether it may replace a network of the same name.
+
+    Raises
+    ------
+    InputError
+        If there is no such file, the name cannot be used, or the known network of this name has another file.
+    FormatError
+        If the file is not a guide network.
+    ExportError
+        If it cannot be written.
+    """
+    source = existing_file(file)
+    sha256 = file_sha256(source)
+    name = name or next((card.name for card in _known().values() if card.sha256 == sha256), name_from(source))
+    card = (_known() if again else guide_cards()).get(name) if name in _known() else None
+    if card is None:
+        check_name(name)
+        card = GuideCard(name, "your own", "", gives, source.stat().st_size)
+    elif card.sha256 not in {None, sha256} or abs(source.stat().st_size - card.bytes) > ROUNDED * card.bytes:
+        raise InputError(
+            f"{source} is not the file of the guide network {name}: its size or its SHA-256 is another than that of "
+            f"{card.address} or of the file that was pinned. Copy that one, or choose another name (--name)."
+        )
+    if name in model_names() or (guide_file(name) is not None and not again):
+        raise InputError(f"A network {name!r} already exists. Choose another name (--name), or --replace it.")
+    GuideNetwork.read(read_file(source).data, source)
+    target = ensure_folder(guides_folder()) / f"{name}.onnx"
+    _pin(card, source, sha256)
+    with atomic_path(target) as temporary:
+        shutil.copyfile(source, temporary)
+    return target
+
+
+def remove_guide(name: str) -> Path:
+    """Delete the file of a network; a known one keeps the hash that was pinned, so that no other file takes its place.
+
+    Raises
+    ------
+    InputError
+        If it is not on this computer.
+    ExportError
+        If it cannot be deleted.
+    """
+    path = guide_file(name)
+    if path is None:
+        raise InputError(f"The guide network {guide_card(name).name} is not on this computer.")
+    try:
+        path.unlink()
+        if name not in _known():
+            path.with_suffix(".json").unlink(missing_ok=True)
+    except OSError as error:
+        raise ExportError(f"{path} cannot be removed: {cause(error)}. Check the folder's permissions.") from error
+    return path
+
+
+def ready_guide(name: str) -> tuple[GuideCard, Path]:
+    """The card and the file of a network; raises InputError if there is none, or it is not on this computer."""
+    card, path = guide_card(name), guide_file(name)
+    if path is None:
+        raise InputError(
+            f"The guide network {name} is not on this computer. Fetch its {card.bytes / 1e6:.0f} MB (licence "
+            f"{licence_text(card)}): ilf models fetch {name}."
+        )
+    return card, path
+
+
+def predict_by_name(name: str, rgb: NDArray[np.uint8]) -> Guide:
+    """Predict a guide for an image by a network that is on this computer.
+
+    Raises
+    ------
+    InputError
+        If there is no such network, it has not been fetched, or its file is not the one that was.
+    FormatError
+        If it is no such network.
+    """
+    card, path = ready_guide(name)
+    network = GuideNetwork.load(path)
+    if network.sha256 != card.sha256:
+        raise InputError(
+            f"{path} is not the file that was fetched or added: its SHA-256 is another. Remove it, and fetch it again: "
+            f"ilf models remove {name}."
+        )
+    return Guide(network.predict(rgb, card), path=str(path), network=card)
+
+
+def licence_text(card: GuideCard) -> str:
+    """The licence of a network, with what it does not permit."""
+    return f"{card.licence}, {card.terms}" if card.terms else card.licence or "of your own"
+
+
+def _pin(card: GuideCard, file: Path, sha256: str) -> None:
+    """Write the card of a network beside its place in the user's folder, with the size and the hash of its file."""
+    pinned = replace(card, sha256=sha256, bytes=file.stat().st_size)
+    write_bytes(guides_folder() / f"{card.name}.json", msgspec.json.format(msgspec.json.encode(pinned)))
