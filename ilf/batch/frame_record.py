@@ -120,6 +120,7 @@ def _facts(frame: RGBDFrame) -> list[Any]:
         facts += [inputs.depth_units, inputs.encoding, inputs.invalid]
         facts += [] if inputs.depth_intrinsics is None else [inputs.depth_intrinsics]
         facts += [] if inputs.lenses is None else [lens.to_json() for lens in inputs.lenses]
+        facts += [] if inputs.view is None else [inputs.view]
     if frame.neighbours is not None:
         facts += [one.sha256 for one in frame.neighbours.neighbours]
     return facts
