@@ -189,7 +189,7 @@ def build_parser() -> argparse.ArgumentParser:
         "--screenshot", metavar="FILE.png", help="save a screenshot of the window when all work is done, and exit"
     )
     parser.add_argument(
-        "--view", choices=("images", "cloud"), default="images", help="content of the central view (default: images)"
+        "--show", choices=("images", "cloud"), default="images", help="content of the central view (default: images)"
     )
     parser.add_argument("--size", type=_size, metavar="WxH", help="size of the window")
     parser.add_argument("--theme", choices=("system", "light", "dark"), help="colours of the window")
@@ -219,7 +219,7 @@ def _open(
     window: MainWindow, options: argparse.Namespace, inputs: _Inputs, refuse: Callable[[str], None] | None = None
 ) -> None:
     """Open the inputs. A single file opens the dialog, or is refused where there is no user."""
-    if options.view == "cloud":
+    if options.show == "cloud":
         window.centre.show_cloud()
     if options.sample:
         window.documents.open_sample()

@@ -220,6 +220,8 @@ class ReadoutPresenter(QObject):
                 given = f"by hand {_metres(float(document.blocks.by_hand.depth[y, x]))}"
         locked = " (locked)" if label in document.locked else ""
         parts = [f"x {x}, y {y}", f"{html.escape(block)}{locked}", given]
+        brought = document.frame.brought
+        parts += ["not seen by colour"] if brought is not None and not brought.seen[y, x] else []
         viewed_iteration, error = self._workspace.viewed_iteration, document.expected_error()
         depth = document.current_depth() if viewed_iteration is None else viewed_iteration.depth
         if depth is not None:

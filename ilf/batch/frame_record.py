@@ -121,6 +121,7 @@ def _facts(frame: RGBDFrame) -> list[Any]:
         facts += [] if inputs.depth_intrinsics is None else [inputs.depth_intrinsics]
         facts += [] if inputs.dataset is None else [inputs.dataset]
         facts += [] if inputs.lenses is None else [lens.to_json() for lens in inputs.lenses]
+        facts += [] if inputs.view is None else [inputs.view]
     if frame.neighbours is not None:
         facts += [one.sha256 for one in frame.neighbours.neighbours]
     return facts

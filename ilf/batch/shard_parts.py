@@ -127,7 +127,8 @@ def _colour_path(frame: RGBDFrame) -> str | None:
     inputs = frame.inputs
     if inputs is None or inputs.frame is not None:
         return None
-    if inputs.depth_intrinsics is not None or inputs.orientations is not None or inputs.lenses is not None:
+    changes = inputs.depth_intrinsics, inputs.orientations, inputs.lenses, inputs.view
+    if any(change is not None for change in changes):
         return None
     return inputs.rgb.path
 

@@ -56,7 +56,7 @@ def with_temporal_median(reading: LoadedFrame, folder: Path) -> RGBDFrame:
     ensure_folder((folder / DEPTH_FILE).parent)
     write_depth(folder / DEPTH_FILE, depth)
     if COLOUR_FILE in files_of(frame):
-        _, encoded = cv2.imencode(".png", frame.rgb[..., ::-1])
+        _, encoded = cv2.imencode(".png", frame.edge_rgb[..., ::-1])
         write_bytes(folder / COLOUR_FILE, encoded.tobytes())
     inputs = frame.inputs
     ground_truth = None if inputs is None else inputs.ground_truth

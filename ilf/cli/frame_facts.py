@@ -72,6 +72,9 @@ def _facts_of_recorded(ref: FrameRef) -> Facts:
     outside = f", {frame.outside_share:.1%} outside the depth camera's view" if frame.outside_share else ""
     shares = {"missing_share": frame.missing_share, "outside_view_share": frame.outside_share}
     facts.add("registered", f"{frame.missing_share:.1%} missing{outside}", **shares)
+    if frame.brought is not None:
+        seen = float(frame.brought.seen.mean())
+        facts.add("view", f"of the depth camera; colour sees {seen:.1%} of its pixels", view="depth", colour_share=seen)
     if images.confidence is not None:
         with facts.problems():
             _add_confidence_values(facts, None, images.confidence, ref.options.min_confidence, depth.metres)

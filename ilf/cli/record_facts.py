@@ -57,6 +57,8 @@ def _add_inputs(facts: Facts, record: RunRecord) -> None:
     facts.add("depth", with_dataset(inputs.depth.path, inputs.dataset), depth=inputs.depth.path)
     facts.add("encoding", encoding, encoding=encoding)
     facts.add_camera("intrinsics", intrinsics_from(inputs.intrinsics))
+    if inputs.view is not None:
+        facts.add("view", "of the depth camera", view=inputs.view)
     if inputs.frame is not None:
         facts.add("frame", inputs.frame, frame=inputs.frame)
     if (truth := inputs.ground_truth) is not None:

@@ -140,12 +140,12 @@ def unapplied_change(frame: RGBDFrame, completed: Array, edges: FrameEdges) -> A
         As `correction_networks`, or if a network's output is not finite.
     """
     network, further = correction_networks(frame, edges)
-    change = network.change(frame.rgb, frame.depth, completed, edges.probability)
+    change = network.change(frame.edge_rgb, frame.depth, completed, edges.probability)
     if further is None:
         return change
     applied = applied_change(change, frame.known)
     corrected = np.asarray(completed * np.exp(applied), np.float32)
-    more = further.change(frame.rgb, frame.depth, corrected, applied, edges.probability)
+    more = further.change(frame.edge_rgb, frame.depth, corrected, applied, edges.probability)
     return np.asarray(change + more / np.float32(_SHARE), np.float32)  # it is applied in full
 
 
@@ -199,11 +199,11 @@ class BaseCompletion:
         contours = self.edges.probability
         trusted = without_suspects(frame)
         completed[suspect_islands(frame)] = np.nan
-        change = applied_change(network.change(frame.rgb, trusted.depth, completed, contours), trusted.known)
+        change = applied_change(network.change(frame.edge_rgb, trusted.depth, completed, contours), trusted.known)
         if further is not None:
             corrected = np.asarray(completed * np.exp(change), np.float32)
             change = change + fading(trusted.known) * further.change(
-                frame.rgb, trusted.depth, corrected, change, contours
+                frame.edge_rgb, trusted.depth, corrected, change, contours
             )
         release_memory(change.size)
         used = tuple(one.sha256 for one in networks if one is not None)

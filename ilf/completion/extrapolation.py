@@ -33,7 +33,7 @@ def extrapolation_steps(completion: Completion) -> Generator[IterationRecord, No
     if not extrapolated.any():
         return dense
     trusted = np.where(suspect_islands(frame), np.float32(np.nan), completion.depth)
-    completed = RGBDFrame(frame.rgb, trusted, guide=frame.guide)
+    completed = RGBDFrame(frame.edge_rgb, trusted, guide=frame.guide)
     whole = np.ones(frame.shape, np.int32)
     iteration = iterate(completed, whole, 1, preset("best", trend=False), extraction=run.blocks.extraction)
     yield from iteration

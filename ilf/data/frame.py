@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from .._runtime.arrays import plain_array, without_mask
 from .._runtime.files import is_address
 from ..errors import InputError, warn_of_reading
+from .brought_colour import BroughtColour
 from .camera import CAMERA_DOUBT, Camera, as_camera, camera_doubt, checked_transform
 from .guide import Guide, as_guide
 from .neighbours import NeighbourDepth, agrees
@@ -107,7 +108,8 @@ class FrameInputs:
     zero. `frame` is the key of a frame of a recording: `rgb` and `depth` are then the recording, with the SHA-256
     of the bytes in it that contain the frame's colour and depth. `depth_intrinsics` are fx, fy, cx, cy [px] of a
     depth file of another size than colour, by which its depth was registered. `lenses` are the cameras of colour
-    and depth by whose distortion both were undistorted; `intrinsics` are then those of the undistorted image.
+    and depth by whose distortion both were undistorted; `intrinsics` are then those of the undistorted image. `view` is
+    "depth" for a frame in the depth camera's view; `intrinsics` of two files are then still those of colour.
     `orientations` are the tags (EXIF) by which colour and depth were turned; None if both are as stored. `dataset` is
     that of an HDF5 depth file, if it was named.
     """
@@ -124,12 +126,13 @@ class FrameInputs:
     orientations: tuple[int, int] | None = field(default=None, metadata={"optional": True})
     lenses: tuple[Camera, Camera] | None = field(default=None, metadata={"optional": True})
     dataset: str | None = field(default=None, metadata={"optional": True})
+    view: str | None = field(default=None, metadata={"optional": True})
 
     @property
     def has_colour_file(self) -> bool:
         """Whether colour is a file of its own on a disk, as stored: neither in a recording nor at an address, nor
-        turned or undistorted."""
-        is_changed = self.orientations is not None or self.lenses is not None
+        turned, undistorted or brought to the depth camera."""
+        is_changed = (self.orientations, self.lenses, self.view) != (None, None, None)
         return self.frame is None and not is_changed and not is_address(self.rgb.path)
 
     @property
@@ -146,6 +149,7 @@ class FrameInputs:
             "dataset": self.dataset,
             "depth_intrinsics": stated[1],
             "undistort": self.lenses is not None or None,
+            "view": self.view,
             "ground_truth": None if truth is None else truth.named,
             "ground_truth_units": None if truth is None else truth.units,
         }
@@ -205,6 +209,8 @@ class RGBDFrame:
     invalid_marker : float, optional
         Depth [m] of which a plausibility warning says that it most likely marks missing depth. It counts as measured,
         but not as ground truth: see `trusted`.
+    brought : BroughtColour, optional
+        How colour was brought to the pixels of the depth camera, for a frame in the depth camera's view.
 
     Attributes
     ----------
@@ -246,6 +252,7 @@ class RGBDFrame:
     plausibility_warnings: tuple[str, ...] = field(default=(), repr=False)
     neighbours: NeighbourDepth | None = field(default=None, repr=False)
     invalid_marker: float | None = field(default=None, repr=False)
+    brought: BroughtColour | None = field(default=None, repr=False)
     measured: NDArray[np.float32] = field(init=False, repr=False)
     from_neighbours: NDArray[np.bool_] | None = field(init=False, repr=False, default=None)
 
@@ -267,6 +274,7 @@ class RGBDFrame:
             plausibility_warnings: tuple[str, ...] = (),
             neighbours: NeighbourDepth | None = None,
             invalid_marker: float | None = None,
+            brought: BroughtColour | None = None,
         ) -> None: ...
 
     def __post_init__(self) -> None:
@@ -458,6 +466,11 @@ class RGBDFrame:
     def known(self) -> NDArray[np.bool_]:
         """Pixels with depth, measured or from neighbours, bool (H, W)."""
         return _frozen(np.isfinite(self.depth))
+
+    @property
+    def edge_rgb(self) -> NDArray[np.uint8]:
+        """Colour for whatever looks for edges in it, uint8 (H, W, 3): `rgb`, smooth where colour sees nothing."""
+        return self.rgb if self.brought is None else self.brought.edge_rgb
 
     @property
     def own(self) -> NDArray[np.bool_]:

@@ -120,7 +120,7 @@ def _frame_without(frame: RGBDFrame, pattern: str, seed: int) -> RGBDFrame:
     if not np.isfinite(depth).any():
         raise InputError("Too little depth is known: all of it would be hidden. Use a frame with more depth.")
     return RGBDFrame(
-        frame.rgb,
+        frame.edge_rgb,
         depth,
         frame.intrinsics,
         frame.name,

@@ -35,7 +35,7 @@ PROGRAM = "ilf-studio"
 _PACK_BYTES = 2**26
 """Size of the depth of results [bytes] from which a new part is begun."""
 
-_OF_FILES = {"rgb", "depth", "notes", "plausibility_warnings", "invalid_marker"}
+_OF_FILES = {"rgb", "depth", "notes", "plausibility_warnings", "invalid_marker", "brought"}
 """What a frame that was read from files has from them."""
 
 Origin = str | tuple[str, int]

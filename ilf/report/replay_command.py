@@ -37,6 +37,10 @@ def replay_text(run: Run) -> tuple[str, str]:
         words += ["--dataset", inputs.dataset]
     if inputs.intrinsics is not None:
         words += ["--intrinsics", ",".join(f"{number:.9g}" for number in inputs.intrinsics)]
+    if inputs.depth_intrinsics is not None:
+        words += ["--depth-intrinsics", ",".join(f"{number:.9g}" for number in inputs.depth_intrinsics)]
+    if inputs.view is not None:
+        words += ["--view", inputs.view]
     if frame.guide is not None and frame.guide.path is not None:
         words += ["--guide", frame.guide.path if frame.guide.network is None else frame.guide.network.name]
     words += ["--preset", nearest.preset, *_flags(run.parameters, nearest.differs)]

@@ -29,6 +29,9 @@ DEPTH_BY_HAND_FILE, BY_HAND_FILE = "depth_by_hand.npy", "by_hand.png"
 DEPTH_FILES = {"png": "depth.png", "tiff": "depth.tiff", "npy": "depth.npy"}
 """Depth format -> file name. PNG is 16 bit in `depth_units`; TIFF and NPY are float32 metres."""
 
+ALIGNED_FILES = {"png": "depth_aligned.png", "tiff": "depth_aligned.tiff", "npy": "depth_aligned.npy"}
+"""Depth format -> file name of depth aligned to colour after completion in the depth camera's view."""
+
 ERROR_FILES = {"png": "expected_error.png", "tiff": "expected_error.tiff", "npy": "expected_error.npy"}
 """Depth format -> file name of the expected error, in the same units."""
 

@@ -299,6 +299,7 @@ def _recorded_frame(
         intrinsics=inputs.intrinsics if inputs.lenses is None else inputs.lenses[0],
         depth_intrinsics=inputs.depth_intrinsics if inputs.lenses is None else inputs.lenses[1],
         undistort=None if inputs.lenses is None else True,
+        view=inputs.view,
         name=record.name,
         beside=False,
         warn=False,

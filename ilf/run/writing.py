@@ -35,9 +35,11 @@ from ..io.labels import write_labels, write_mask
 from ..io.meshes import write_mesh
 from ..io.tables import write_csv
 from ..sources.naming import META_NAME
+from ..sources.registration import aligned
 from .exporters import Export
 from .formats import FORMATS, check_format, colour_seen_from
 from .options import (
+    ALIGNED_FILES,
     BY_HAND_FILE,
     CLOUD_FILES,
     COLOUR_FILE,
@@ -224,6 +226,8 @@ class Written:
 def filenames(run: Run, options: ExportOptions) -> tuple[str, ...]:
     """Names of the files that `write` writes; the run's record, which completes the set, is the last."""
     names = [name for name in options.filenames() if name != RECORD_FILE]
+    if run.frame.brought is not None:
+        names += [ALIGNED_FILES[depth_format] for depth_format in options.depth_formats]
     if run.extrapolate:
         names.append(EXTRAPOLATED_FILE)
     names += _masks(run)
@@ -250,7 +254,7 @@ def write(
 
     `run.json` is written last and contains the SHA-256 of the others: without it, or with other files, the set is
     incomplete. `meta.json` makes the folder a frame that can be opened again, with the completed depth; for a frame of
-    a recording, the colour is written as well.
+    a recording, the colour is written as well. In the depth camera's view, depth is also written aligned to colour.
 
     Parameters
     ----------
@@ -423,6 +427,8 @@ def _write_results(
             coarser = precision_loss(run.frame.inputs.depth_units, options.depth_units)
             found += [coarser] if coarser else []
         notes += [f"{name}: {note}" for note in found]
+        if run.frame.brought is not None:
+            write_depth(folder / ALIGNED_FILES[depth_format], aligned(completion.depth, run.frame), options.depth_units)
     error = unsupported_mask = None
     if options.expected_error and (options.depth_formats or options.cloud or options.mesh):
         error, unsupported_mask = expected_error(completion), unsupported(completion)

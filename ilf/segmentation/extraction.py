@@ -414,7 +414,7 @@ def _blocks(frame: RGBDFrame, parameters: BlockParameters) -> NDArray[np.int32]:
 @once_per_frame
 def _regions(frame: RGBDFrame, parameters: BlockParameters) -> NDArray[np.int32]:
     """The regions after the contraction, int32 (H, W)."""
-    margins = find_margins(frame.rgb) if parameters.margin < 0 else (parameters.margin,) * 4
+    margins = find_margins(frame.edge_rgb) if parameters.margin < 0 else (parameters.margin,) * 4
     inside = _inside(frame.shape, margins)
     found = _boundaries(frame, parameters)
     seeds = regions_between(found.edges, parameters.dilation, inside)

@@ -82,11 +82,11 @@ class RegionTree:
 def region_tree(frame: RGBDFrame) -> RegionTree:
     """The tree of a frame, cached with it."""
     edges = find_edges(frame, BlockParameters()).strength
-    change = _change_of_colour(frame.rgb)
+    change = _change_of_colour(frame.edge_rgb)
     pieces = _pieces(edges + np.float32(_FAINT) * change / (change + np.float32(_HALF_FAINT)))
     check_cancelled()
     sizes = np.bincount(pieces.ravel()).astype(np.float64)
-    lab = cv2.cvtColor(frame.rgb.astype(np.float32) / np.float32(255), cv2.COLOR_RGB2LAB)
+    lab = cv2.cvtColor(frame.edge_rgb.astype(np.float32) / np.float32(255), cv2.COLOR_RGB2LAB)
     log_depth = np.log(filled_depth(frame.depth))
     of_piece = [np.bincount(pieces.ravel(), values.ravel()) for values in (*cv2.split(lab), log_depth)]
     sums = np.stack(of_piece, axis=1).astype(np.float64)

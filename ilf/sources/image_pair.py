@@ -23,7 +23,7 @@ from .frame_folder import FrameFiles
 from .naming import COLOUR_SUFFIXES, META_NAME
 from .poses import camera_pose, stated_pose
 from .read_images import ReadImages
-from .reading_options import ReadingOptions
+from .reading_options import COLOUR_VIEW, DEPTH_VIEW, ReadingOptions
 from .registration import RawPair, register
 
 _NO_COLOUR_CAMERA = (
@@ -86,6 +86,7 @@ def read_files(files: FrameFiles, options: ReadingOptions, name: str | None = No
             depth_intrinsics=None if depth_camera is None or lenses is not None else depth_camera.numbers,
             orientations=None if orientation.tags == AS_STORED else orientation.tags,
             lenses=lenses,
+            view=DEPTH_VIEW if chosen.view == DEPTH_VIEW else None,
         ),
         notes=(*of_colour, *of_pair, *read.notes, *notes),
         warnings=(*(f"{files.rgb}: {text}" for text in of_colour), *of_pair, *read.warnings, *issued),
@@ -164,16 +165,20 @@ def frame_of_images(
     inputs: FrameInputs,
     name: str,
 ) -> RGBDFrame:
-    """A frame of colour (H, W, 3) and depth [m] that were read as `inputs` say, upright; depth of another size is
-    registered to colour. Raises InputError as `RGBDFrame` and `register`, and if the intrinsics of colour are not known
-    though its size differs."""
+    """A frame with this camera of colour (H, W, 3) and depth [m] that were read as `inputs` say, upright; depth of
+    another size is registered. Raises InputError as `RGBDFrame` and `register`, and if the intrinsics of colour are not
+    known though its size differs."""
     if inputs.lenses is not None:
-        return register(RawPair(colour, metres, *inputs.lenses, np.eye(4), name, inputs))
-    if inputs.depth_intrinsics is None:
+        lenses = inputs.lenses
+    elif inputs.depth_intrinsics is None:
         return RGBDFrame(colour, metres, camera, name, inputs=inputs)
-    if camera is None:
-        raise InputError(_NO_COLOUR_CAMERA)
-    return register(RawPair(colour, metres, camera, Camera(*inputs.depth_intrinsics), np.eye(4), name, inputs))
+    else:
+        if inputs.view is not None and inputs.intrinsics is not None:  # the frame's camera is that of depth
+            camera = Camera(*inputs.intrinsics)
+        if camera is None:
+            raise InputError(_NO_COLOUR_CAMERA)
+        lenses = camera, Camera(*inputs.depth_intrinsics)
+    return register(RawPair(colour, metres, *lenses, np.eye(4), name, inputs), inputs.view or COLOUR_VIEW)
 
 
 def _size(array: NDArray[Any]) -> str:

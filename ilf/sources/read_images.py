@@ -14,6 +14,7 @@ from ..data.frame import FrameInputs, RGBDFrame
 from ..errors import InputError
 from ..io.depth_reading import DepthReading
 from ..io.images import scaled_colour
+from .reading_options import COLOUR_VIEW
 from .registration import RawPair, register
 
 
@@ -64,11 +65,11 @@ class ReadImages:
     @property
     def shape(self) -> tuple[int, int]:
         """Height and width of the resulting frame."""
-        image = self.metres if self.cameras.is_registered else self.rgb
+        image = self.metres if self.cameras.is_registered or self.inputs.view is not None else self.rgb
         return image.shape[0], image.shape[1]
 
     def frame(self, intrinsics: Camera | None = None, notes: tuple[str, ...] = ()) -> RGBDFrame:
-        """Colour with registered depth.
+        """Colour with registered depth, or depth with registered colour in the depth camera's view.
 
         Parameters
         ----------
@@ -80,19 +81,25 @@ class ReadImages:
         Raises
         ------
         InputError
-            If depth cannot be registered because calibration is missing, or its values cannot be metres.
+            If depth cannot be registered because calibration is missing or, in the depth camera's view, because it is
+            registered already; or its values cannot be metres.
         """
+        view = self.inputs.view or COLOUR_VIEW
         try:
-            frame = self._registered() if self.cameras.is_registered else register(self._pair())
+            frame = self._registered() if self.cameras.is_registered else register(self._pair(), view)
         except InputError as error:
             raise InputError(f"{self.path}: {error}{self.reading.alternative_encodings}") from error
-        camera = intrinsics or frame.intrinsics
+        camera, inputs, pose = intrinsics or frame.intrinsics, self.inputs, self.pose
+        if view == COLOUR_VIEW or inputs.frame is not None:
+            inputs = replace(inputs, intrinsics=None if camera is None else camera.numbers)
+        if pose is not None and frame.brought is not None:
+            pose = pose @ frame.brought.depth_to_colour  # it is that of the colour camera
         return replace(
             frame,
             intrinsics=camera,
-            inputs=replace(self.inputs, intrinsics=None if camera is None else camera.numbers),
+            inputs=inputs,
             notes=(*frame.notes, *notes),
-            pose=self.pose,
+            pose=pose,
             plausibility_warnings=(*self.doubts, *(doubt.text for doubt in self.reading.plausibility_warnings)),
             invalid_marker=self.reading.invalid_marker,
         )
@@ -111,6 +118,11 @@ class ReadImages:
             raise InputError(f"{self.path}: {error}") from error
 
     def _registered(self) -> RGBDFrame:
+        if self.inputs.view is not None:
+            raise InputError(
+                "colour and depth have the same pixels already, which are completed as they are: leave out the depth "
+                "camera's view (--view depth), which is for images of two cameras that are not registered."
+            )
         camera = self.cameras.depth
         is_distorted = camera is not None and any(camera.distortion)
         return RGBDFrame(

@@ -53,6 +53,7 @@ def load_frame(
     intrinsics: IntrinsicsSpec | None = None,
     depth_intrinsics: IntrinsicsSpec | None = None,
     undistort: bool | None = None,
+    view: str | None = None,
     name: str | None = None,
     ground_truth: str | os.PathLike[str] | None = None,
     ground_truth_units: float | None = None,
@@ -100,6 +101,10 @@ def load_frame(
         Whether colour and depth are undistorted, by the distortion that the intrinsics of each state (OpenCV's models:
         up to 14 coefficients, or a fisheye); `intrinsics` of the frame are then those of the undistorted images. Depth
         is moved, not interpolated, and so are ground truth and confidence.
+    view : str, optional
+        The camera whose pixels an unregistered frame has after registration, "colour" (None) or "depth": depth stays as
+        measured then, colour is brought to it (`ilf.sources.registration.register`), and ground truth, guide and
+        confidence have its pixels.
     name : str, optional
         Name of the frame; None takes it from meta.json or the file names.
     ground_truth : path-like, optional
@@ -142,7 +147,8 @@ def load_frame(
         If a file is damaged or has the wrong kind of content.
     ParameterError
         If depth or ground truth units are not a positive number, there is no such encoding, both units and an encoding
-        are given, ground truth units are given without ground truth, or the minimum confidence is not a number.
+        are given, ground truth units are given without ground truth, the minimum confidence is not a number, or there
+        is no such view.
     ExportError
         If files at addresses cannot be copied to this machine.
 

@@ -55,6 +55,9 @@ class ReadingOption:
     of_source: bool = False
 
 
+COLOUR_VIEW, DEPTH_VIEW = VIEWS = "colour", "depth"
+"""The camera whose pixels are those of a frame that is registered on reading."""
+
 _CAMERAS = "intrinsics", "depth_intrinsics"
 _NUMBERS = re.compile(r"[-+\d.,eE\s]*")
 
@@ -150,6 +153,17 @@ class ReadingOptions:
             flag="--undistort",
             help="correct the lens distortion of colour and depth, which the files of --intrinsics and "
             "--depth-intrinsics state; the camera of the results is that of the corrected images",
+        ),
+    )
+    view: str | None = field(
+        default=None,
+        metadata=_declared(
+            label="view",
+            flag="--view",
+            metavar="CAMERA",
+            help="the camera in whose pixels unregistered images are registered and completed: colour, or depth, into "
+            "which colour is brought (black where colour sees nothing); the result is in that camera, and depth is "
+            "aligned to colour afterwards (default: colour)",
         ),
     )
     ground_truth: str | None = field(
@@ -262,8 +276,12 @@ class ReadingOptions:
 
     def checked(self) -> Self:
         """The same options; raises ParameterError if both an encoding and units are given, the minimum confidence is
-        not a number, or the time gap is no duration."""
+        not a number, the time gap is no duration, or there is no such view."""
         single_encoding(self.encoding, self.depth_units)
+        if self.view not in {None, *VIEWS}:
+            raise ParameterError(
+                f"The view must be that of one of the cameras, {' or '.join(VIEWS)}, not {self.view!r:.60}."
+            )
         if not self.time_gap >= 0:
             raise ParameterError(f"The maximum time gap must be 0 s or more, not {self.max_gap!r:.60}.")
         lowest = self.min_confidence

@@ -10,6 +10,7 @@ from .naming import recorded_frame_name
 from .opening import opened
 from .poses import stated_pose
 from .read_images import ReadImages
+from .reading_options import DEPTH_VIEW
 
 
 def read_recorded(ref: FrameRef, name: str | None = None) -> ReadImages:
@@ -48,6 +49,7 @@ def read_recorded(ref: FrameRef, name: str | None = None) -> ReadImages:
             encoding=reading.encoding.name,
             invalid=reading.encoding.invalid,
             frame=key,
+            view=DEPTH_VIEW if options.view == DEPTH_VIEW else None,
         ),
         notes=(*((cameras.note,) if cameras.note else ()), *reading.notes),
         warnings=reading.warnings,

@@ -1,4 +1,4 @@
-"""Registration: depth for each pixel of the colour camera."""
+"""Registration: depth for each pixel of the colour camera, or colour for each pixel of the depth camera."""
 
 from __future__ import annotations
 
@@ -15,6 +15,8 @@ from ..data.camera import Camera, checked_transform
 from ..data.frame import FrameInputs, RGBDFrame, checked_colour, checked_depth, checked_mask, read_only
 from ..data.lenses import max_ray_tangent, places_in_image, seen_at, undistorted_view
 from ..errors import InputError
+from .colour_by_depth import colour_by_depth
+from .reading_options import COLOUR_VIEW, DEPTH_VIEW
 
 # A raw pair: colour and depth of two cameras, and the transform between them.
 
@@ -126,27 +128,37 @@ _VIEW_STEPS = 16
 """Number of depths at which the visibility of a colour pixel to the depth camera is tested."""
 
 
-def register(pair: RawPair) -> RGBDFrame:
-    """Register the depth of a raw pair to the colour camera, with both lenses undistorted.
+def register(pair: RawPair, view: str = COLOUR_VIEW) -> RGBDFrame:
+    """Register a raw pair, with both lenses undistorted: its depth to the colour camera, or its colour to the depth
+    camera.
 
     Each depth pixel is a small square of constant depth. It is split into 2 x 2 samples or more, `SAMPLES_PER_PIXEL` of
     them for each pixel of colour, which are projected to the colour camera. Of several samples in a pixel, those of
     the nearest surface count, and of these the one closest to the pixel's centre. Nothing is interpolated, neither
     within surfaces nor across their edges.
 
+    In the depth camera's view, depth stays as it was measured, and the projected depth tells which surfaces hide others
+    from the colour camera (`colour_by_depth`). What is completed there is brought to the colour camera by `aligned`.
+
     Parameters
     ----------
     pair : RawPair
+    view : str
+        "colour" or "depth": the camera whose pixels are those of the frame.
 
     Returns
     -------
     RGBDFrame
-        It has the size of the pair's colour. Colour is undistorted and scaled up just enough that no pixel is empty;
-        the intrinsics are those of the new image. Depth is along the colour camera's axis [m], NaN = missing.
-        `outside_view` contains the missing pixels that the depth camera could not see: at none of 16 depths, evenly
-        spaced in 1 / depth from the nearest to the farthest registered depth (without 1 % at both ends), does the point
-        at the pixel's centre lie in the depth image, or in its `depth_view`. Points that a nearer surface occludes from
-        the depth camera are inside its view, and so are points that it could not measure.
+        In the colour camera's view it has the size of the pair's colour. Colour is undistorted and scaled up just
+        enough that no pixel is empty; the intrinsics are those of the new image. Depth is along the colour camera's
+        axis [m], NaN = missing. `outside_view` contains the missing pixels that the depth camera could not see: at none
+        of 16 depths, evenly spaced in 1 / depth from the nearest to the farthest registered depth (without 1 % at both
+        ends), does the point at the pixel's centre lie in the depth image, or in its `depth_view`. Points that a nearer
+        surface occludes from the depth camera are inside its view, and so are points that it could not measure.
+
+        In the depth camera's view it has the size of the pair's depth, which is undistorted as colour is otherwise, but
+        moved, not interpolated. `outside_view` contains the pixels that are not in the `depth_view`, and `brought` says
+        where colour is from.
 
     Raises
     ------
@@ -178,11 +190,60 @@ def register(pair: RawPair) -> RGBDFrame:
             "No depth falls into the colour image: the calibrations of the two cameras do not match. "
             "Check both intrinsics, and the depth-to-colour transform, which is in metres."
         )
+    if view == DEPTH_VIEW:
+        return _in_depth_view(pair, rgb, colour, moved)
     nearest, farthest = np.quantile(known, (_OUTLIERS, 1 - _OUTLIERS))
     depths = 1 / np.linspace(1 / nearest, 1 / farthest, _VIEW_STEPS)
     grid = _sample_grid(pair.depth_camera, _samples(pair.depth_camera, colour))
     outside = ~_in_view(grid, pair.depth_view, colour, pair.depth_to_colour, depths)
-    return RGBDFrame(rgb, moved, colour, pair.name, inputs=pair.inputs, notes=pair.notes, outside_view=outside)
+    inputs = None if pair.inputs is None else replace(pair.inputs, view=None)
+    return RGBDFrame(rgb, moved, colour, pair.name, inputs=inputs, notes=pair.notes, outside_view=outside)
+
+
+def _in_depth_view(pair: RawPair, rgb: NDArray[np.uint8], colour: Camera, front: NDArray[np.float32]) -> RGBDFrame:
+    """The frame in the depth camera's view; `front` is its depth as projected into the undistorted colour."""
+    camera, depth, view = pair.depth_camera, pair.depth, pair.depth_view
+    if camera.is_bent:
+        camera, columns, rows = undistorted_view(pair.depth_camera)
+        depth = projected_depth(depth, pair.depth_camera, camera, np.eye(4))
+        if view is not None:
+            view = cv2.remap(view.astype(np.uint8), columns, rows, cv2.INTER_NEAREST) > 0
+    rgb, brought = colour_by_depth(rgb, colour, depth, camera, pair.depth_to_colour, front)
+    inputs = None if pair.inputs is None else replace(pair.inputs, view=DEPTH_VIEW)
+    outside = None if view is None else ~view
+    return RGBDFrame(
+        rgb, depth, camera.pinhole, pair.name, inputs, notes=pair.notes, outside_view=outside, brought=brought
+    )
+
+
+def aligned(depth: NDArray[np.float32], frame: RGBDFrame) -> NDArray[np.float32]:
+    """Bring depth that was completed in the depth camera's view to the colour camera, as `register` does.
+
+    Parameters
+    ----------
+    depth : ndarray of float32, shape (H, W)
+        Depth of the frame [m], NaN = missing.
+    frame : RGBDFrame
+        A frame in the depth camera's view.
+
+    Returns
+    -------
+    ndarray of float32, shape (h, w)
+        Depth along the axis of `frame.brought.camera` [m], whose pixels it has; NaN where there is none.
+
+    Raises
+    ------
+    InputError
+        If the frame is not in the depth camera's view, or has no intrinsics.
+    """
+    brought, camera = frame.brought, frame.intrinsics
+    if brought is None or camera is None:
+        raise InputError(
+            "Only depth of a frame in the depth camera's view (view='depth') with intrinsics can be brought to the "
+            "colour camera."
+        )
+    height, width = frame.shape
+    return projected_depth(depth, replace(camera, size=(width, height)), brought.camera, brought.depth_to_colour)
 
 
 def projected_depth(

@@ -168,7 +168,7 @@ class Source:
         return Cameras.registered(camera) if self.is_registered else Cameras(None, camera, None)
 
     def pose(self, key: str) -> NDArray[np.float64] | None:
-        """The camera pose of a frame, (4, 4), from its points [m] to the world; None if not known."""
+        """The pose of a frame's colour camera, (4, 4), from its points [m] to the world; None if not known."""
         ref = self.ref(key)
         if ref.frame is not None:
             with opened(ref.rgb) as recording:
@@ -239,6 +239,7 @@ def open_source(
     intrinsics: IntrinsicsSpec | None = None,
     depth_intrinsics: IntrinsicsSpec | None = None,
     undistort: bool | None = None,
+    view: str | None = None,
     min_confidence: float | None = None,
     max_gap: float = MAX_TIME_GAP_S,
     topics: Topics | None = None,
@@ -259,9 +260,9 @@ def open_source(
     path : path-like
         Or an address (s3://, gs://, https://, hf://), by fsspec and its driver, which are installed separately: frames
         are read when they are asked for, a recording is copied to the cache as a whole.
-    depth_units, encoding, invalid, dataset, intrinsics, depth_intrinsics, undistort, min_confidence : optional
-        How the depth of all frames is read, its cameras, and its minimum confidence, as for `ilf.load_frame`. None uses
-        the options of the source's layout.
+    depth_units, encoding, invalid, dataset, intrinsics, depth_intrinsics, undistort, view, min_confidence : optional
+        How the depth of all frames is read, its cameras, the one whose pixels the frames have, and its minimum
+        confidence, as for `ilf.load_frame`. None uses the options of the source's layout.
     max_gap : float
         Maximum time difference [s] of colour and depth of one frame, where they are matched by time. Each image is used
         once.

@@ -48,7 +48,7 @@ class Reduced(NamedTuple):
     @classmethod
     def of(cls, frame: RGBDFrame) -> Reduced:
         """Brightness of a frame."""
-        grey = cv2.cvtColor(frame.rgb, cv2.COLOR_RGB2GRAY)
+        grey = cv2.cvtColor(frame.edge_rgb, cv2.COLOR_RGB2GRAY)
         height, width = grey.shape
         scale = min(1.0, _REDUCED / max(height, width))
         size = max(1, round(scale * width)), max(1, round(scale * height))

@@ -41,7 +41,7 @@ from ilf.sources.frame_ref import FrameRef
 from ilf.sources.naming import COLOUR_SUFFIXES, DEPTH_FILE_SUFFIXES
 from ilf.sources.opening import recording_suffixes
 from ilf.sources.reading import described_beside, read_depth, read_frame
-from ilf.sources.reading_options import ReadingOptions
+from ilf.sources.reading_options import DEPTH_VIEW, ReadingOptions
 
 from ...base.paths import PROJECT_SUFFIX
 from ...widgets.basics import TAKES_FILES, Message, label_of, row, stack, typed_list
@@ -68,6 +68,8 @@ _FROM_META, _NUMBERS, _FILE = (
     "Numbers: fx, fy, cx, cy",
     "From a file",
 )
+_VIEWS = {"Colour camera": None, "Depth camera": DEPTH_VIEW}
+"""The camera whose pixels the frame has -> reading option."""
 
 
 class Kind(Enum):
@@ -145,6 +147,12 @@ class OpenDialog(QDialog):
             "Correct the lens distortion that the file states, of colour and depth: the camera of the frame and of all "
             "results is that of the corrected images."
         )
+        self.view = QComboBox()
+        self.view.addItems([*_VIEWS])
+        self.view.setToolTip(
+            "The camera in whose pixels images that are not registered are completed. In the depth camera's, colour is "
+            "brought to depth, and is black where it sees nothing; depth is aligned to colour after completion."
+        )
         self.message = Message(lines=5)
         self.apply_button = QPushButton("Apply suggestion", autoDefault=False)
         self.apply_button.setToolTip("Set the depth encoding or the invalid value that the message suggests.")
@@ -171,6 +179,7 @@ class OpenDialog(QDialog):
             field.textChanged.connect(self._schedule)
         self.encoding.editTextChanged.connect(self._schedule)
         self.undistort.toggled.connect(self._schedule)
+        self.view.currentTextChanged.connect(self._schedule)
         self.camera.currentTextChanged.connect(self._change_camera)
         self._change_camera()
         self.read()
@@ -215,6 +224,7 @@ class OpenDialog(QDialog):
             ),
             intrinsics=self._intrinsics(),
             undistort=(self.undistort.isChecked() and self.camera.currentText() == _FILE) or None,
+            view=_VIEWS[self.view.currentText()],
             guide=self.guide_path.text().strip() or None if kind in (Kind.PAIR, Kind.FRAME) else None,
         )
         return FrameRef(colour, depth if kind is Kind.PAIR else None, options=options)
@@ -278,7 +288,7 @@ class OpenDialog(QDialog):
         """Show the reading options that apply, and those only."""
         of_images, is_pair = kind in (Kind.PAIR, Kind.FRAME, Kind.FRAMES), kind is Kind.PAIR
         of_folder, of_frame = of_images and not is_pair, kind in (Kind.PAIR, Kind.FRAME)
-        for place, shown in enumerate((True, is_pair, of_images, of_folder, of_images, of_images, of_images, of_frame)):
+        for place, shown in enumerate((True, is_pair, of_images, of_folder, *(of_images,) * 4, of_frame)):
             self._form.setRowVisible(place, shown)
         for preview in (self.colour_preview, self.depth_preview):
             preview.setVisible(kind not in (Kind.PROJECT, Kind.RUN))
@@ -375,6 +385,7 @@ class OpenDialog(QDialog):
             ("In&valid value", self.invalid),
             ("&Min. confidence", self.min_confidence),
             ("Camera &intrinsics", self.camera),
+            ("Pi&xels of", self.view),
             ("&Guide", self.guide_path, ("File…", self._browse_guide)),
         ):
             parts: list[QWidget] = [field]
@@ -525,6 +536,9 @@ def _describe_frame(frame: RGBDFrame) -> str:
         f"Median {np.median(known):.2f} m, range {known.min():.2f}–{known.max():.2f} m, {width} x {height}, "
         f"{100 * frame.missing_share:.0f} % missing{_outside(frame)}, {encoding}."
     )
+    if frame.brought is not None:
+        seen = 100 * frame.brought.seen.mean()
+        first += f"\nIn the depth camera's view: colour was brought into it, and sees {seen:.0f} % of the pixels."
     if frame.guide is not None:
         covered = np.isfinite(frame.guide.values[~frame.known])
         first += f"\nThe guide covers {100 * covered.mean() if covered.size else 100:.0f} % of the missing pixels."

@@ -344,7 +344,10 @@ class ProjectFeature(Feature):
 
     def _show_title(self) -> None:
         workspace, window = self.context.workspace, self.context.window
-        names = [self.present.name, workspace.current.name if workspace.has_current else ""]
+        names = [self.present.name]
+        if workspace.has_current:
+            view = " (depth camera's view)" if workspace.current.frame.brought is not None else ""
+            names.append(f"{workspace.current.name}{view}")
         name = " — ".join(filter(None, names))
         window.setWindowTitle(f"{name}[*] - {_PROGRAM}" if name else _PROGRAM)
         window.setWindowModified(bool(name) and self.present.unsaved)

@@ -192,7 +192,7 @@ class PassBandIteration(Iterator[PassBandRecord]):
         self._colour: NDArray[np.float64] | None = None  # W, while i <= rgb_iterations
         self._weight: NDArray[Any] | None = None  # W on the small grid
         if parameters.rgb_iterations:
-            self._colour = colour_weight(frame.rgb[block.box], block.mask, grid, parameters.rgb_dilation)
+            self._colour = colour_weight(frame.edge_rgb[block.box], block.mask, grid, parameters.rgb_dilation)
         check_cancelled()
         self._schedule: Schedule
         if parameters.schedule == "staged":

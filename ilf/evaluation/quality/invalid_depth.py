@@ -121,7 +121,7 @@ def _speckles(frame: RGBDFrame) -> Mask:
 
 def _glass_objects(frame: RGBDFrame, strength: NDArray[np.float32]) -> Iterator[tuple[Box, Mask]]:
     """Boxes, and masks of the objects in them through which the depth behind is seen."""
-    lab = cv2.cvtColor(np.ascontiguousarray(frame.rgb), cv2.COLOR_RGB2Lab).astype(np.float32)
+    lab = cv2.cvtColor(np.ascontiguousarray(frame.edge_rgb), cv2.COLOR_RGB2Lab).astype(np.float32)
     for least in _EDGES:
         for box, thing, inside in _objects(strength >= least):
             if _is_seen_through(frame.depth[box], lab[box], thing, inside):

@@ -138,13 +138,13 @@ def relief_of(frame: RGBDFrame, parameters: BlockParameters) -> Relief:
 
 def canny_lines(frame: RGBDFrame, parameters: BlockParameters) -> NDArray[np.bool_]:
     """Canny's lines in a frame's colour, bool (H, W), cached with the colour."""
-    return _lines(frame.rgb, *_canny(parameters))
+    return _lines(frame.edge_rgb, *_canny(parameters))
 
 
 def clear_evidence_cache(frame: RGBDFrame) -> None:
     """Clear the cached relief and lines, which only another extraction uses; edges stay."""
     clear_cached(frame, _relief)
-    clear_cached(frame.rgb, _lines)
+    clear_cached(frame.edge_rgb, _lines)
 
 
 def load_depth_network() -> DepthEdgeNetwork:
@@ -163,7 +163,7 @@ def load_depth_network() -> DepthEdgeNetwork:
 @once_per_frame
 def depth_edges(frame: RGBDFrame, network: DepthEdgeNetwork) -> DepthEdges:
     """Depth jumps and creases predicted from the frame's colour and depth, cached with the frame."""
-    return network.look(frame.rgb, frame.depth)
+    return network.look(frame.edge_rgb, frame.depth)
 
 
 @once_per_image
@@ -222,7 +222,7 @@ def _working_network(
 def _network_output(frame: RGBDFrame, network: DepthEdgeNetwork | EdgeNetwork, multiscale: bool) -> Contours:
     """Edges by a network."""
     if isinstance(network, EdgeNetwork):
-        return network_contours(frame.rgb, network, multiscale)
+        return network_contours(frame.edge_rgb, network, multiscale)
     jump = depth_edges(frame, network).jump
     return Contours(jump, jump)
 
@@ -236,7 +236,7 @@ def _find(
     jump: tuple[float, float],
 ) -> FrameEdges:
     if network is None:
-        lines = _canny_of_frame(frame.rgb, *canny)
+        lines = _canny_of_frame(frame.edge_rgb, *canny)
         found = Contours(lines, lines)
     else:
         found = _network_output(frame, network, multiscale)
@@ -253,7 +253,7 @@ def _find(
 def _bundled_contours(frame: RGBDFrame) -> tuple[NDArray[np.float32] | None, tuple[str, ...]]:
     """Contours by the bundled network, to be combined with depth edges; or a note on why there are none."""
     try:
-        return network_contours(frame.rgb, load_model(BUNDLED), False).probability, ()
+        return network_contours(frame.edge_rgb, load_model(BUNDLED), False).probability, ()
     except InputError as error:
         return None, (f"Depth edges are not combined with contours of the colour image: {error}",)
 
@@ -313,7 +313,7 @@ def edge_strength(
         raise InputError(
             f"The detector {detector!r} needs a frame with depth (ilf.RGBDFrame); 'hed' and 'canny' need only colour."
         )
-    rgb = image.rgb if isinstance(image, RGBDFrame) else without_mask(image)
+    rgb = image.edge_rgb if isinstance(image, RGBDFrame) else without_mask(image)
     check_image(rgb)
     if detector == "canny":
         return canny_strength(rgb, defaults.canny_sigma, defaults.canny_high, defaults.canny_low_ratio)
@@ -325,5 +325,5 @@ def edge_strength(
     if detector == "rgbd":
         depth_edges(frame, load_depth_network())
         return find_edges(frame, defaults.replace(detector="rgbd")).strength.copy()
-    by_network = network_contours(frame.rgb, load_model(model), multiscale).strength
+    by_network = network_contours(frame.edge_rgb, load_model(model), multiscale).strength
     return (by_network if detector == "hed" else find_edges(frame, defaults).strength).copy()

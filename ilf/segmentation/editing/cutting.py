@@ -315,7 +315,7 @@ def suggest_split(
         return None
     block = labels[box] == label
     depth = np.where(block, frame.depth[box], np.float32(np.nan))
-    parts = _at_jumps(frame.rgb[box], depth, block, strength[box])
+    parts = _at_jumps(frame.edge_rgb[box], depth, block, strength[box])
     if parts is None:
         sides = _two_surfaces(depth)
         parts = None if sides is None else _divided(block, sides, strength[box])

@@ -198,7 +198,7 @@ def _grown_into(labels: Labels, taken: Mask, label: int, locked: Collection[int]
 
 def _steps(frame: RGBDFrame, box: Box) -> NDArray[np.float32]:
     """Gradient of colour and depth at every pixel of a box."""
-    dx, dy = colour_gradient(frame.rgb[box], _SIGMA)
+    dx, dy = colour_gradient(frame.edge_rgb[box], _SIGMA)
     steps = np.hypot(dx.astype(np.float32), dy.astype(np.float32))
     depth = frame.depth[box]
     if np.isfinite(depth).any():

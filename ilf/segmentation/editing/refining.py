@@ -95,7 +95,7 @@ def _likeness(frame: RGBDFrame, box: tuple[slice, slice], numbers: NDArray[np.in
     depth = frame.depth[box]
     has_depth = np.isfinite(depth)
     filled = np.log(filled_depth(depth)) if has_depth.any() else np.zeros(depth.shape, np.float32)
-    seen = np.dstack([smooth_lab(frame.rgb)[box], filled]) / np.array(_TOLERANCES, np.float32)
+    seen = np.dstack([smooth_lab(frame.edge_rgb)[box], filled]) / np.array(_TOLERANCES, np.float32)
     score = np.empty((*numbers.shape, count))
     for number in range(count):
         sample = (known & (numbers == number)).astype(np.float32)

@@ -68,7 +68,7 @@ class Snapper:
     """
 
     def __init__(self, frame: RGBDFrame, strength: NDArray[np.float32]) -> None:
-        self.evidence = _evidence(default_relief(frame), _gradient(frame.rgb), strength)
+        self.evidence = _evidence(default_relief(frame), _gradient(frame.edge_rgb), strength)
 
     def snap(self, points: Points, leash: float) -> list[tuple[float, float]]:
         """Move a line to the strongest evidence within a leash.
@@ -210,7 +210,7 @@ class Similar:
 def _like(frame: RGBDFrame, row: int, column: int) -> NDArray[np.bool_]:
     """Pixels with about the colour and depth of a pixel; where depth is missing, only colour counts."""
     around = slice(max(row - 1, 0), row + 2), slice(max(column - 1, 0), column + 2)
-    lab = smooth_lab(frame.rgb)
+    lab = smooth_lab(frame.edge_rgb)
     start = np.median(lab[around].reshape(-1, 3), axis=0)
     like = _within(lab, start - _COLOUR, start + _COLOUR)
     near = frame.depth[around]

@@ -345,7 +345,7 @@ def _forward_backward_flow(
 
 
 def _brightness(frame: RGBDFrame) -> NDArray[np.uint8]:
-    return padded_for_flow(cv2.cvtColor(frame.rgb, cv2.COLOR_RGB2GRAY))
+    return padded_for_flow(cv2.cvtColor(frame.edge_rgb, cv2.COLOR_RGB2GRAY))
 
 
 def padded_for_flow(grey: NDArray[Any]) -> NDArray[np.uint8]:

@@ -243,6 +243,6 @@ def _landscape(frame: RGBDFrame, chosen: BlockParameters) -> Field:
     """Landscape whose crests the borders follow: edge strength, which finds the relevant edges, and colour gradient,
     which locates them to the pixel. Depth jumps lie slightly off the true borders, and count where colour is weak."""
     edges = find_edges(frame, chosen)
-    gradient = gradient_strength(*colour_gradient(frame.rgb, _FINE))
+    gradient = gradient_strength(*colour_gradient(frame.edge_rgb, _FINE))
     jumps = mark(relief_of(frame, chosen).jumps)
     return np.maximum((edges.detected + gradient) / 2, np.float32(_JUMPS) * jumps).astype(np.float32)

@@ -446,6 +446,7 @@ EVERY_OPTION = ReadingOptions(
     confidence="sure.png",
     depth_intrinsics="azure-kinect",
     undistort=True,
+    view="depth",
     pose=tuple(np.eye(4).ravel().tolist()),
     max_gap=0.5,
     topics=("/colour", "/depth"),

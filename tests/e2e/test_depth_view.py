@@ -1,0 +1,59 @@
+"""Images of two cameras in the window: opened in the depth camera's view, which is shown, and completed there."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+from pytestqt.qtbot import QtBot
+
+from gui.app.main_window import MainWindow
+from gui.features.documents.open_dialog import OpenDialog
+from gui.features.status import StatusFeature
+from ilf.sources.frame_ref import FrameRef
+from ilf.sources.reading import load_frame
+from tests.ilf.two_cameras import write_pair
+
+from .conftest import WAIT_MS, export, open_frame
+
+
+def _described(dialog: OpenDialog, qtbot: QtBot, text: str) -> None:
+    qtbot.waitUntil(lambda: text in dialog.message.text(), timeout=WAIT_MS)
+
+
+def test_the_open_dialog_asks_for_the_view_and_the_window_shows_it(
+    window: MainWindow, qtbot: QtBot, tmp_path: Path, run_all: Callable[[MainWindow], None]
+) -> None:
+    pair = write_pair(tmp_path / "desk")
+    window.actions_["open"].trigger()
+    dialog = next(one for one in window.findChildren(OpenDialog) if one.isVisible())
+    dialog.set_files(str(tmp_path / "desk"))
+    _described(dialog, qtbot, "96 x 72")
+    assert "depth camera's view:" not in dialog.message.text()
+    dialog.view.setCurrentText("Depth camera")
+    _described(dialog, qtbot, "In the depth camera's view: colour was brought into it, and sees")
+    assert "64 x 56" in dialog.message.text()
+    with qtbot.waitSignal(window.loader.idle, timeout=WAIT_MS):
+        dialog.accept()
+    document = window.workspace.current
+    assert document.frame.shape == pair.depth.shape
+    qtbot.waitUntil(lambda: "desk 1 (depth camera's view)" in window.windowTitle(), timeout=WAIT_MS)
+    y, x = np.argwhere(~document.frame.brought.seen)[0]
+    readout = window.feature(StatusFeature).readout
+    readout.point_at((int(x), int(y)))
+    assert "not seen by colour" in window.feature(StatusFeature).bar.readout.text()
+    run_all(window)
+    export(window, qtbot, tmp_path / "out")
+    assert np.load(tmp_path / "out/depth.npy").shape == pair.depth.shape
+    assert np.load(tmp_path / "out/depth_aligned.npy").shape == pair.rgb.shape[:2]
+    assert json.loads((tmp_path / "out/run.json").read_text())["inputs"]["view"] == "depth"
+
+
+def test_the_title_of_other_frames_says_nothing_of_a_view(window: MainWindow, qtbot: QtBot, tmp_path: Path) -> None:
+    write_pair(tmp_path / "desk")
+    open_frame(window, qtbot, FrameRef(str(tmp_path / "desk"), frame="1"))
+    qtbot.waitUntil(lambda: "desk 1" in window.windowTitle(), timeout=WAIT_MS)
+    assert "view" not in window.windowTitle()
+    assert load_frame(tmp_path / "desk", frame="1").brought is None

@@ -1,0 +1,247 @@
+"""The depth camera's view: colour is brought to depth as exact geometry says, and what it does not see is no edge."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+import ilf
+from ilf.cli import main
+from ilf.data.blocks import Blocks
+from ilf.data.camera import Camera
+from ilf.errors import InputError, ParameterError
+from ilf.project.file import open_project, save_project
+from ilf.project.frame_state import FrameState
+from ilf.project.project import FrameSummary, Project, ProjectFrame, Stage
+from ilf.run.record_file import read_record
+from ilf.segmentation.edges.frame_edges import edge_strength
+from ilf.sources.colour_by_depth import smoothly_filled
+from ilf.sources.frame_ref import FrameRef
+from ilf.sources.registration import RawPair, aligned, register
+
+from ..two_cameras import BOARD_M, COLOUR, DEPTH, made_pair, motion, rays, seen, write_pair
+
+H, W, FOCAL = 48, 96, 60.0
+CAMERA = Camera(FOCAL, FOCAL, 47.5, 23.5, size=(W, H))
+SHADES = np.broadcast_to((2 * np.arange(W) + 30).astype(np.uint8)[None, :, None], (H, W, 3))
+"""Colour that says its column."""
+
+
+def beside(shift: float) -> np.ndarray:
+    """From the depth camera to a colour camera on its right, by a shift [m]."""
+    found = np.eye(4)
+    found[0, 3] = -shift
+    return found
+
+
+def pair_of(depth: np.ndarray, shift: float, rgb: np.ndarray = SHADES, **more: object) -> RawPair:
+    return RawPair(rgb, depth, CAMERA, CAMERA, beside(shift), **more)
+
+
+@pytest.mark.parametrize("shift", [0.1, -0.1, 0.0, 0.05])
+def test_a_plane_has_the_colour_of_its_disparity_and_depth_as_measured(shift: float) -> None:
+    pair = pair_of(np.full((H, W), 2.0), shift)
+    frame = register(pair, "depth")
+    np.testing.assert_array_equal(frame.depth, pair.depth)
+    assert frame.intrinsics == CAMERA.pinhole
+    assert frame.outside_view is None
+    columns = np.arange(W) - FOCAL * shift / 2.0  # focal length times distance of the cameras / depth
+    inside = (columns >= -0.5) & (columns < W - 0.5)
+    np.testing.assert_array_equal(frame.brought.seen, np.broadcast_to(inside, (H, W)))
+    wanted = np.where(inside, 2 * np.clip(columns, 0, W - 1) + 30, 0)
+    assert np.abs(frame.rgb[..., 0] - wanted).max() <= 1
+
+
+def test_what_a_nearer_surface_hides_from_colour_is_black_and_nothing_else() -> None:
+    depth = np.full((H, W), 2.0)
+    depth[10:38, 40:60] = 1.0
+    frame = register(pair_of(depth, 0.1), "depth")
+    # the board, of columns 40 to 59, stands in columns 34 to 53 of colour; the wall behind those was at 37 to 56
+    black = ~frame.rgb.any(axis=2)
+    np.testing.assert_array_equal(black, ~frame.brought.seen)
+    hidden = np.zeros((H, W), bool)
+    hidden[10:38, 37:40] = True
+    hidden[:, :3] = True  # outside the colour image
+    np.testing.assert_array_equal(black, hidden)
+    assert np.abs(frame.rgb[20, 40:60, 0] - (2 * np.arange(34, 54) + 30)).max() <= 1, "the board has its own colour"
+    assert np.abs(frame.rgb[20, 60:, 0] - (2 * np.arange(57, 93) + 30)).max() <= 1, "and so has the wall beside it"
+
+
+def test_missing_depth_has_the_colour_of_the_plane_around_it_and_stays_missing() -> None:
+    columns = np.arange(W)
+    plane = np.broadcast_to(1 / (0.4 + 0.004 * columns), (H, W))
+    holed = plane.copy()
+    holed[14:34, 30:60] = np.nan
+    frame = register(pair_of(holed, 0.2), "depth")
+    np.testing.assert_array_equal(frame.depth, holed.astype(np.float32))
+    off = frame.rgb[24, 30:60, 0] - (2 * (columns - FOCAL * 0.2 / plane[24])[30:60] + 30)
+    assert np.abs(off).max() <= 2, "within a pixel, by 1 / depth, which is linear along a plane"
+
+
+@pytest.mark.parametrize("colour", [COLOUR, replace(COLOUR, distortion=())], ids=["bent", "straight"])
+@pytest.mark.parametrize("depth", [DEPTH, replace(DEPTH, distortion=())], ids=["bent", "straight"])
+def test_of_bent_lenses_depth_and_colour_are_where_exact_geometry_has_them(colour: Camera, depth: Camera) -> None:
+    pair = made_pair(colour, depth)
+    frame = register(pair, "depth")
+    assert frame.shape == pair.depth.shape
+    assert frame.known.mean() > 0.99
+    views = rays(replace(frame.intrinsics, size=depth.size))
+    exact = seen(views, pair.depth_to_colour)
+    points = views * exact[:, None] @ pair.depth_to_colour[:3, :3].T + pair.depth_to_colour[:3, 3]
+    places, _ = cv2.projectPoints(points, np.zeros(3), np.zeros(3), colour.matrix, colour.coefficients)
+    first = seen(points / points[:, 2:], np.eye(4))
+    exact, visible = exact.reshape(frame.shape), (points[:, 2] - first < 0.01).reshape(frame.shape)
+    flat = cv2.erode(exact, np.ones((5, 5))) / cv2.dilate(exact, np.ones((5, 5))) > 0.8
+    assert np.abs(frame.depth - exact)[flat].max() < 0.02, "half a pixel on the leaning wall"
+    evaluated = flat & visible & frame.brought.seen
+    assert evaluated.mean() > 0.5
+    shades = 255 * places[:, 0, 0].reshape(frame.shape) / colour.size[0]
+    assert np.abs(frame.rgb[..., 0] - shades)[evaluated].max() < 5, "within two pixels of colour"
+    hidden = flat & (first - points[:, 2] < -0.5).reshape(frame.shape)
+    assert not frame.brought.seen[hidden & flat].any()
+
+
+def test_colour_of_twice_the_resolution_is_averaged() -> None:
+    fine = Camera(2 * FOCAL, 2 * FOCAL, 95.5, 47.5, size=(2 * W, 2 * H))
+    stripes = np.zeros((2 * H, 2 * W, 3), np.uint8)
+    stripes[:, ::2] = 200
+    frame = register(RawPair(stripes, np.full((H, W), 2.0), fine, CAMERA, np.eye(4)), "depth")
+    assert np.abs(frame.rgb[4:-4, 4:-4].astype(int) - 100).max() < 30
+
+
+def test_where_colour_sees_nothing_there_is_no_edge_and_no_border_of_blocks() -> None:
+    grey = np.full((120, 160, 3), 170, np.uint8)
+    wide, narrow = Camera(100, 100, 79.5, 59.5, size=(160, 120)), Camera(160, 160, 79.5, 59.5, size=(160, 120))
+    depth = np.full((120, 160), 2.0, np.float32)
+    depth[50:70, 70:90] = np.nan
+    frame = register(RawPair(grey, depth, narrow, wide, np.eye(4)), "depth")
+    assert 0.3 < frame.brought.seen.mean() < 0.5
+    black = ilf.RGBDFrame(frame.rgb, frame.depth, frame.intrinsics)
+    for detector in ("canny", "hed", "rgbd", "combined"):
+        assert edge_strength(black, detector).max() > 0.5, "the outline of black is an edge"
+        assert edge_strength(frame, detector).max() < 0.2
+    blocks = ilf.extract_blocks(frame)
+    assert set(np.unique(blocks[blocks > 0])) == {1}
+    assert (blocks[30:90, 40:120] == 1).all()
+    completion = ilf.complete(frame)
+    assert np.abs(completion.depth - 2.0).max() < 0.01
+
+
+def test_a_smooth_fill_keeps_what_is_known_and_stays_between() -> None:
+    rng = np.random.default_rng(3)
+    values, known = rng.random((37, 53, 3), np.float32), rng.random((37, 53)) < 0.02
+    filled = smoothly_filled(values, known)
+    np.testing.assert_array_equal(filled[known], values[known])
+    assert values[known].min() <= filled.min()
+    assert filled.max() <= values[known].max()
+    assert smoothly_filled(values, np.zeros((37, 53), bool)) is values
+
+
+def test_what_is_aligned_after_completion_is_what_registration_gives() -> None:
+    pair = made_pair(replace(COLOUR, distortion=()), replace(DEPTH, distortion=()))
+    in_depth, in_colour = register(pair, "depth"), register(pair)
+    np.testing.assert_array_equal(aligned(in_depth.depth, in_depth), in_colour.depth)
+    with pytest.raises(InputError, match="in the depth camera's view"):
+        aligned(in_colour.depth, in_colour)
+
+
+def test_pixels_in_which_the_depth_camera_cannot_measure_are_outside_its_view() -> None:
+    lit = np.ones((H, W), bool)
+    lit[:, :20] = False
+    pair = pair_of(np.where(lit, 2.0, np.nan), 0.05, depth_view=lit)
+    np.testing.assert_array_equal(register(pair, "depth").outside_view, ~lit)
+
+
+def test_cameras_that_do_not_fit_are_told_of_as_in_the_other_view() -> None:
+    away = np.eye(4)
+    away[2, 3] = -50.0
+    with pytest.raises(InputError, match="do not match"):
+        register(RawPair(SHADES, np.full((H, W), 2.0), CAMERA, CAMERA, away), "depth")
+    bent = replace(CAMERA, distortion=(-3.0, 0.0, 0.0, 0.0))
+    with pytest.raises(InputError, match="cannot be inverted"):
+        register(RawPair(SHADES, np.full((H, W), 2.0), CAMERA, bent, beside(0.05)), "depth")
+
+
+def test_a_run_in_the_depth_view_is_written_aligned_too_and_made_again(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    pair = write_pair(tmp_path / "desk")
+    out, how = tmp_path / "out", [str(tmp_path / "desk"), "--frame", "1"]
+    assert main(["complete", *how, "--view", "depth", "--out", str(out), "--max-iterations", "5"]) == 0
+    depth, in_colour = np.load(out / "depth.npy"), np.load(out / "depth_aligned.npy")
+    assert depth.shape == pair.depth.shape
+    assert in_colour.shape == pair.rgb.shape[:2]
+    assert np.nanmin(in_colour) == pytest.approx(BOARD_M, abs=0.02)
+    millimetres = cv2.imread(str(out / "depth_aligned.png"), cv2.IMREAD_UNCHANGED)
+    assert np.abs(millimetres / 1000 - np.nan_to_num(in_colour)).max() < 1e-3
+    assert read_record(out / "run.json").inputs.view == "depth"
+    replayed = ilf.replay(out / "run.json")
+    assert replayed.differences == ()
+    frame = replayed.run.frame
+    assert replayed.verdict(replayed.run.complete()) == ()
+    assert np.array_equal(frame.rgb, ilf.open_source(tmp_path / "desk", view="depth").read("1").rgb)
+    again = ilf.load_frame(out)
+    assert again.shape == frame.shape
+    assert np.array_equal(again.rgb, frame.rgb)
+    assert again.intrinsics.numbers == pytest.approx(frame.intrinsics.numbers)
+    capsys.readouterr()
+    assert main(["info", *how, "--view", "depth", "--json"]) == 0
+    facts = json.loads(capsys.readouterr().out)["frame"]
+    assert facts["view"] == "depth"
+    assert facts["colour_share"] == pytest.approx(frame.brought.seen.mean())
+    assert main(["info", str(out / "run.json")]) == 0
+    assert "of the depth camera" in capsys.readouterr().out
+
+
+def write_files(folder: Path) -> dict[str, object]:
+    """Two files that are registered by both intrinsics: the arguments of `load_frame`."""
+    folder.mkdir(exist_ok=True)
+    cv2.imwrite(str(folder / "rgb.png"), SHADES[..., ::-1])
+    np.save(folder / "depth.npy", np.full((36, 48), 2.0, np.float32))
+    cameras = {"intrinsics": CAMERA.numbers, "depth_intrinsics": (40.0, 40.0, 23.5, 17.5)}
+    return {"rgb": str(folder / "rgb.png"), "depth": str(folder / "depth.npy"), **cameras, "view": "depth"}
+
+
+@pytest.mark.parametrize("kind", ["files", "recording"])
+def test_the_same_frame_comes_back_from_arguments_and_projects(tmp_path: Path, kind: str) -> None:
+    write_pair(tmp_path / "desk")
+    recording = {"rgb": str(tmp_path / "desk"), "frame": "1", "view": "depth"}
+    frame = ilf.load_frame(**(write_files(tmp_path / "files") if kind == "files" else recording))
+    assert frame.shape == ((36, 48) if kind == "files" else (56, 64))
+    again = ilf.load_frame(**json.loads(json.dumps(frame.sources)))
+    state = FrameState("a1", frame, Blocks(np.ones(frame.shape, np.int32)))
+    one = ProjectFrame("a1", "one", FrameRef.of(frame.inputs), FrameSummary(Stage.UNTOUCHED), True)
+    save_project(tmp_path / "room.ilf", Project((one,)), [state])
+    with open_project(tmp_path / "room.ilf") as opened:
+        kept = opened.state("a1").state.frame
+    for other in (again, kept):
+        assert other.inputs == frame.inputs
+        assert other.intrinsics == frame.intrinsics
+        assert np.array_equal(other.depth, frame.depth, equal_nan=True)
+        assert np.array_equal(other.rgb, frame.rgb)
+        assert np.array_equal(other.edge_rgb, frame.edge_rgb)
+
+
+def test_the_pose_is_that_of_the_depth_camera(tmp_path: Path) -> None:
+    write_pair(tmp_path / "desk")
+    pose = motion(0.3, 0.4)
+    frames = [ilf.load_frame(tmp_path / "desk", frame="1", pose=pose, view=view) for view in ("colour", "depth")]
+    np.testing.assert_allclose(frames[0].pose, pose)
+    np.testing.assert_allclose(frames[1].pose, pose @ motion())
+
+
+def test_what_is_registered_already_or_has_no_other_camera_is_refused(tmp_path: Path) -> None:
+    files = write_files(tmp_path)
+    np.save(tmp_path / "depth.npy", np.full((H, W), 2.0, np.float32))
+    with pytest.raises(InputError, match="the same pixels already"):
+        ilf.load_frame(files["rgb"], files["depth"], view="depth")
+    ilf.load_frame(files["rgb"], files["depth"], view="colour")
+    with pytest.raises(ParameterError, match="colour or depth, not 'both'"):
+        ilf.load_frame(files["rgb"], files["depth"], view="both")
+    with pytest.raises(ParameterError, match="colour or depth, not 'both'"):
+        ilf.open_source(tmp_path, view="both")
