@@ -85,6 +85,9 @@ def test_a_signal_ends_inference(edges: EdgeNetwork, monkeypatch: pytest.MonkeyP
     session = watched(edges, monkeypatch, lambda: signal.pthread_kill(main_thread, signal.SIGINT))
     with pytest.raises(KeyboardInterrupt):
         edges.strength(IMAGE)
+    for thread in threading.enumerate():  # it may have come while the thread was started
+        if thread.name.startswith("ilf-aside"):
+            thread.join()
     assert session.ended == [False]
     monkeypatch.undo()
     np.testing.assert_array_equal(edges.strength(SMALL), before)

@@ -19,6 +19,7 @@ from ilf.cli import info, main
 from ilf.errors import IlfError
 
 from ..batch_frames import write_frames
+from .crashing import only_once
 
 posix = pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
 
@@ -28,14 +29,6 @@ def test_a_process_that_ends_is_told_of() -> None:
         run_units(os._exit, [(0,), (1,)], jobs=2)
     with pytest.raises(ZeroDivisionError):
         run_units(divmod, [(1, 0)], jobs=2)
-
-
-def only_once(folder: Path, name: str) -> str:
-    """Crash the first time that this name is given, and always if it is "bad"."""
-    if name == "bad" or not (folder / name).exists():
-        (folder / name).touch()
-        os.abort()
-    return name
 
 
 def test_items_whose_process_crashes_are_tried_once_more_and_the_others_are_not_lost(tmp_path: Path) -> None:
