@@ -61,7 +61,7 @@ def test_whatever_a_hand_does(small_frame, qapp):
     edits = 0
 
     @settings(
-        max_examples=60,
+        max_examples=40,
         deadline=None,
         derandomize=True,
         phases=[Phase.generate],
@@ -73,7 +73,7 @@ def test_whatever_a_hand_does(small_frame, qapp):
         edits += _work(small_frame, gestures, holes)
 
     run()
-    assert edits >= 200
+    assert edits >= 130
 
 
 def _work(frame, gestures, holes):
