@@ -101,8 +101,8 @@ def run_aside(work: Callable[[], T], stop: Callable[[], None], seconds: float = 
     end = time.monotonic() + seconds
     with ThreadPoolExecutor(1, "ilf-aside") as thread:
         check_cancelled()
-        future = thread.submit(work)
         try:
+            future = thread.submit(work)
             while not future.done():  # a signal just before an endless wait would go unnoticed
                 wait([future], _POLL_S)
                 check_cancelled()

@@ -1,17 +1,13 @@
 """A batch out of the real window: its frames, what comes of them, an end before all are done, and results that open."""
 
-from __future__ import annotations
-
 import threading
 from pathlib import Path
 
 import numpy as np
 import pytest
 from PySide6.QtCore import Qt
-from pytestqt.qtbot import QtBot
 
 import ilf
-from gui.app.main_window import MainWindow
 from gui.features.export.feature import ExportFeature
 from gui.features.export.jobs import batch_steps
 from gui.work.jobs import Pace
@@ -35,7 +31,7 @@ _STATUS = "written", "unchanged", "failed"
 
 
 @pytest.fixture
-def part(window: MainWindow, qtbot: QtBot, tmp_path: Path) -> ExportFeature:
+def part(window, qtbot, tmp_path):
     """The window with three frames in its list, of which the second is damaged."""
     source = write_frames(tmp_path / "in", 3)
     (source / "depth" / "0001.png").write_bytes(b"no image")
@@ -46,17 +42,17 @@ def part(window: MainWindow, qtbot: QtBot, tmp_path: Path) -> ExportFeature:
     return window.feature(ExportFeature)
 
 
-def _done(part: ExportFeature, qtbot: QtBot) -> str:
+def _done(part, qtbot):
     qtbot.waitUntil(lambda: not part.worker.busy, timeout=WAIT_MS)
     return part.dialog.message.text().replace("\u200b", "")
 
 
-def _rows(part: ExportFeature) -> dict[str, str]:
+def _rows(part):
     rows = [part.dialog.results.topLevelItem(number) for number in range(part.dialog.results.topLevelItemCount())]
     return {row.text(0): row.text(1) for row in rows}
 
 
-def _open_row(part: ExportFeature, frame: str) -> None:
+def _open_row(part, frame):
     (row,) = part.dialog.results.findItems(frame, Qt.MatchFlag.MatchExactly)
     part.dialog.results.itemActivated.emit(row, 0)
 

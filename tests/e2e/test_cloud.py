@@ -1,15 +1,12 @@
 """The cloud in the window: what it shows of the frame, how it is linked with the images, where it stands."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtGui import QImage
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication, QDockWidget, QWidget
-from pytestqt.qtbot import QtBot
+from PySide6.QtWidgets import QApplication, QDockWidget
 
 from gui.app.main_window import MainWindow
 from gui.features.cloud import CloudFeature
@@ -18,14 +15,13 @@ from gui.features.status import StatusFeature
 from gui.features.tools import ToolsFeature
 from gui.views.cloud.canvas import HINT
 from gui.views.cloud.colouring import ColourBy
-from gui.views.cloud.scene import Scene
 from ilf.evaluation.measuring import measure
 from ilf.project.run_history import StoredRun
 
 Run = Callable[[MainWindow], None]
 
 
-def shown(window: MainWindow, qtbot: QtBot) -> Scene:
+def shown(window, qtbot):
     """The cloud, when all that is to come has come."""
     window.refresh.now()
     canvas = window.cloud.canvas
@@ -35,13 +31,13 @@ def shown(window: MainWindow, qtbot: QtBot) -> Scene:
     return canvas.scene
 
 
-def pixels(widget: QWidget) -> np.ndarray:
+def pixels(widget):
     """What a widget looks like now, uint8 (H, 4 W)."""
     image = widget.grab().toImage().convertToFormat(QImage.Format.Format_RGBA8888)
     return np.array(image.constBits()).reshape(image.height(), -1)
 
 
-def place_of(window: MainWindow, pixel: tuple[int, int]) -> QPoint:
+def place_of(window, pixel):
     """Where the point of a pixel is on the canvas."""
     canvas = window.cloud.canvas
     index = canvas.scene.index_of(pixel)
@@ -50,7 +46,7 @@ def place_of(window: MainWindow, pixel: tuple[int, int]) -> QPoint:
     return QPoint(round(x), round(y))
 
 
-def test_the_cloud_follows_what_is_known_of_the_frame(opened: MainWindow, qtbot: QtBot, run_all: Run) -> None:
+def test_the_cloud_follows_what_is_known_of_the_frame(opened, qtbot, run_all):
     document, cloud, actions = opened.workspace.current, opened.cloud, opened.actions_
     opened.centre.show_cloud()
     assert len(shown(opened, qtbot)) == document.frame.known.sum()
@@ -104,7 +100,7 @@ def test_the_cloud_follows_what_is_known_of_the_frame(opened: MainWindow, qtbot:
     assert cloud.canvas.camera == camera, "seen from where it was"
 
 
-def test_points_and_pixels_are_linked(opened: MainWindow, qtbot: QtBot) -> None:
+def test_points_and_pixels_are_linked(opened, qtbot):
     document, canvas = opened.workspace.current, opened.cloud.canvas
     opened.actions_["cloud_beside"].setChecked(True)
     assert opened.views.isVisible()
@@ -121,7 +117,7 @@ def test_points_and_pixels_are_linked(opened: MainWindow, qtbot: QtBot) -> None:
     assert opened.feature(StatusFeature).bar.readout.text().startswith(f"x {x}, y {y}")
 
 
-def test_distances_are_measured_between_points_of_the_cloud(opened: MainWindow, qtbot: QtBot) -> None:
+def test_distances_are_measured_between_points_of_the_cloud(opened, qtbot):
     canvas, inspection = opened.cloud.canvas, opened.editor.inspection
     opened.centre.show_cloud()
     shown(opened, qtbot)
@@ -149,7 +145,7 @@ def test_distances_are_measured_between_points_of_the_cloud(opened: MainWindow, 
     assert not canvas._lines
 
 
-def test_the_cloud_has_hints_of_its_own_and_no_tools(opened: MainWindow, qtbot: QtBot) -> None:
+def test_the_cloud_has_hints_of_its_own_and_no_tools(opened, qtbot):
     options = opened.feature(ToolsFeature).options
     opened.centre.show_cloud()
     opened.refresh.now()

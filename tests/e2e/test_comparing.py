@@ -1,13 +1,10 @@
 """Two depths compared in the real window, what its views are given to show, and the range of their colours."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np
 import pytest
 from PySide6.QtCore import Qt
-from pytestqt.qtbot import QtBot
 
 from gui.app.main_window import MainWindow
 from gui.features.colour_range import ColourRange
@@ -16,7 +13,6 @@ from gui.features.expected_error import ErrorFeature
 from gui.features.status import StatusFeature
 from gui.views.layouts import LAYOUTS
 from ilf import preset
-from ilf.project.run_history import StoredRun
 from ilf.sources.frame_ref import FrameRef
 
 from .conftest import WAIT_MS, open_frame, write_frame
@@ -24,11 +20,11 @@ from .conftest import WAIT_MS, open_frame, write_frame
 Run = Callable[[MainWindow], None]
 
 
-def part(window: MainWindow, kind: type) -> object:
+def part(window, kind):
     return window.feature(kind)
 
 
-def settle(window: MainWindow, qtbot: QtBot) -> None:
+def settle(window, qtbot):
     window.refresh.now()
     looking = part(window, CompareFeature)
     assert isinstance(looking, CompareFeature)
@@ -37,7 +33,7 @@ def settle(window: MainWindow, qtbot: QtBot) -> None:
 
 
 @pytest.fixture
-def run_twice(opened: MainWindow, run_all: Run) -> tuple[MainWindow, StoredRun]:
+def run_twice(opened, run_all):
     """A run of `best`, and one of the paper's preset after it."""
     opened.actions_["live"].setChecked(False)
     run_all(opened)
@@ -49,9 +45,7 @@ def run_twice(opened: MainWindow, run_all: Run) -> tuple[MainWindow, StoredRun]:
     return opened, kept
 
 
-def test_runs_come_to_the_views_and_one_looks_at_the_other_while_a_key_is_held(
-    run_twice: tuple[MainWindow, StoredRun], qtbot: QtBot
-) -> None:
+def test_runs_come_to_the_views_and_one_looks_at_the_other_while_a_key_is_held(run_twice, qtbot):
     window, kept = run_twice
     window.views.set_layout("grid-difference")
     settle(window, qtbot)
@@ -86,7 +80,7 @@ def test_runs_come_to_the_views_and_one_looks_at_the_other_while_a_key_is_held(
     assert window.views.layout_name == "grid-difference"
 
 
-def test_what_gives_way_to_the_handle_comes_back_after_it(run_twice: tuple[MainWindow, StoredRun]) -> None:
+def test_what_gives_way_to_the_handle_comes_back_after_it(run_twice):
     window, _ = run_twice
     views, swipe = window.views, window.actions_["swipe"]
     for layout in ("layout_correct", "layout_tune"):
@@ -106,12 +100,12 @@ def test_what_gives_way_to_the_handle_comes_back_after_it(run_twice: tuple[MainW
     assert views.contents()["colour"] == "colour"
 
 
-def test_swiping_in_every_layout_leaves_it_as_it_was(run_twice: tuple[MainWindow, StoredRun]) -> None:
+def test_swiping_in_every_layout_leaves_it_as_it_was(run_twice):
     window, _ = run_twice
     views, swipe = window.views, window.actions_["swipe"]
     handles = views.sides.swipe._items
 
-    def is_swiped() -> bool:
+    def is_swiped():
         return any(cell.concrete == "result" and handles[cell.view].isVisible() for cell in views.shown)
 
     contents = views.contents()
@@ -134,7 +128,7 @@ def test_swiping_in_every_layout_leaves_it_as_it_was(run_twice: tuple[MainWindow
         assert (views.layout_name, views.contents()) == ("row", contents)
 
 
-def test_another_layout_of_the_window_ends_swiping(run_twice: tuple[MainWindow, StoredRun]) -> None:
+def test_another_layout_of_the_window_ends_swiping(run_twice):
     window, _ = run_twice
     views = window.views
     views.set_layout("colour")
@@ -147,9 +141,7 @@ def test_another_layout_of_the_window_ends_swiping(run_twice: tuple[MainWindow, 
     assert (views.layout_name, views.contents()) == ("colour", contents)
 
 
-def test_blocks_of_side_a_are_shown_with_it_and_an_edit_brings_the_present_back(
-    run_twice: tuple[MainWindow, StoredRun],
-) -> None:
+def test_blocks_of_side_a_are_shown_with_it_and_an_edit_brings_the_present_back(run_twice):
     window, kept = run_twice
     window.workspace.current.compare_runs([kept])
     document = window.workspace.current
@@ -165,7 +157,7 @@ def test_blocks_of_side_a_are_shown_with_it_and_an_edit_brings_the_present_back(
     assert window.views.cells["depth-out"].strip.title == "Depth out"
 
 
-def test_a_side_that_is_to_be_worked_out_is(run_twice: tuple[MainWindow, StoredRun], qtbot: QtBot) -> None:
+def test_a_side_that_is_to_be_worked_out_is(run_twice, qtbot):
     window, _ = run_twice
     material = window.views.data
     window.actions_["swipe"].setChecked(True)
@@ -176,7 +168,7 @@ def test_a_side_that_is_to_be_worked_out_is(run_twice: tuple[MainWindow, StoredR
     window.actions_["swipe"].setChecked(False)
 
 
-def test_what_is_not_looked_at_is_not_worked_out(run_twice: tuple[MainWindow, StoredRun], qtbot: QtBot) -> None:
+def test_what_is_not_looked_at_is_not_worked_out(run_twice, qtbot):
     window, _ = run_twice
     settle(window, qtbot)
     material = window.views.data
@@ -197,7 +189,7 @@ def test_what_is_not_looked_at_is_not_worked_out(run_twice: tuple[MainWindow, St
     assert material.spectrum == "Select a block"
 
 
-def test_a_truth_is_shown_and_the_readout_says_how_far_off_the_result_is(opened: MainWindow, run_all: Run) -> None:
+def test_a_truth_is_shown_and_the_readout_says_how_far_off_the_result_is(opened, run_all):
     run_all(opened)
     ground_truth = np.full(opened.workspace.current.frame.shape, 2.0, np.float32)
     opened.workspace.current.set_ground_truth(ground_truth)
@@ -213,9 +205,7 @@ def test_a_truth_is_shown_and_the_readout_says_how_far_off_the_result_is(opened:
     assert opened.views.layout_name == "grid"
 
 
-def test_the_range_is_dragged_typed_and_locked_over_frames(
-    opened: MainWindow, run_all: Run, qtbot: QtBot, tmp_path, small_frame
-) -> None:
+def test_the_range_is_dragged_typed_and_locked_over_frames(opened, run_all, qtbot, tmp_path, small_frame):
     run_all(opened)
     ranges = part(opened, ColourRange)
     assert isinstance(ranges, ColourRange)
@@ -248,7 +238,7 @@ def test_the_range_is_dragged_typed_and_locked_over_frames(
     assert panel.low.value() == pytest.approx(robust[0], abs=0.01)
 
 
-def test_the_divider_starts_where_it_is_seen(run_twice: tuple[MainWindow, StoredRun], qtbot: QtBot) -> None:
+def test_the_divider_starts_where_it_is_seen(run_twice, qtbot):
     window, _ = run_twice
     settle(window, qtbot)
     window.views.zoom_to(slice(0, 12), slice(0, 12))
@@ -259,7 +249,7 @@ def test_the_divider_starts_where_it_is_seen(run_twice: tuple[MainWindow, Stored
     assert seen.start < swipe.x < seen.stop
 
 
-def test_a_run_that_is_the_result_is_not_compared_with_itself(run_twice: tuple[MainWindow, StoredRun]) -> None:
+def test_a_run_that_is_the_result_is_not_compared_with_itself(run_twice):
     window, best = run_twice
     workspace, views = window.workspace, window.views
     workspace.current.compare_runs([window.workspace.current.state.runs[-1]])

@@ -1,16 +1,10 @@
 """The colours of depth: the choice is remembered, and the default is said once."""
 
-from __future__ import annotations
-
-from pathlib import Path
-
-from pytestqt.qtbot import QtBot
-
 from gui.app.main_window import MainWindow
 from gui.views.colours import DEPTH_MAP
 
 
-def _with_frame(qtbot: QtBot, frame_folder: Path) -> MainWindow:
+def _with_frame(qtbot, frame_folder):
     window = MainWindow()
     qtbot.addWidget(window)
     window.show()
@@ -20,7 +14,7 @@ def _with_frame(qtbot: QtBot, frame_folder: Path) -> MainWindow:
     return window
 
 
-def test_the_map_is_said_once_and_another_choice_comes_back(qtbot: QtBot, frame_folder: Path) -> None:
+def test_the_map_is_said_once_and_another_choice_comes_back(qtbot, frame_folder):
     first = _with_frame(qtbot, frame_folder)
     assert first.log.text.toPlainText().count(DEPTH_MAP) == 1
     assert first.views.ranges.depth_map == DEPTH_MAP

@@ -1,22 +1,14 @@
 """What the window shows over the pictures, by its commands."""
 
-from __future__ import annotations
-
-from collections.abc import Callable
-
 import numpy as np
 import pytest
-from pytestqt.qtbot import QtBot
 
-from gui.app.main_window import MainWindow
 from gui.features.curves import CurvesFeature
 from ilf import preset
 
 
 @pytest.mark.parametrize("start", [1, 2, 500])
-def test_shuffled_colours_are_one_step_and_all_others(
-    opened: MainWindow, start: int, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_shuffled_colours_are_one_step_and_all_others(opened, start, monkeypatch):
     monkeypatch.setattr("random.randrange", lambda *_: start)  # blocks 1 and 2 have the first two colours
     document = opened.workspace.current
     before = {label: document.info(label).colour for label in document.counts()}
@@ -31,7 +23,7 @@ def test_shuffled_colours_are_one_step_and_all_others(
     assert not document.undo_stack.canUndo()
 
 
-def test_names_follow_the_blocks(opened: MainWindow, qtbot: QtBot) -> None:
+def test_names_follow_the_blocks(opened, qtbot):
     names = opened.views.cells["colour"].view.names
     opened.actions_["block_names"].trigger()
     opened.refresh.now()
@@ -48,8 +40,8 @@ def test_names_follow_the_blocks(opened: MainWindow, qtbot: QtBot) -> None:
     assert names.texts == []
 
 
-def test_distrusted_and_stale_depth_are_shown(opened: MainWindow, run_all: Callable[[MainWindow], None]) -> None:
-    def legend(name: str) -> list[str]:
+def test_distrusted_and_stale_depth_are_shown(opened, run_all):
+    def legend(name):
         opened.refresh.now()
         return [text for _, text in opened.views.cells[name].strip._legend]
 
@@ -67,7 +59,7 @@ def test_distrusted_and_stale_depth_are_shown(opened: MainWindow, run_all: Calla
     assert not opened.views.cells["depth-in"].view.stripes.pixels.any()
 
 
-def test_a_run_opens_no_panel(opened: MainWindow, qtbot: QtBot, run_all: Callable[[MainWindow], None]) -> None:
+def test_a_run_opens_no_panel(opened, qtbot, run_all):
     panels, share = opened.panels.open, opened.views.width()
     run_all(opened)
     assert (opened.panels.open, opened.views.width()) == (panels, share)
@@ -76,7 +68,7 @@ def test_a_run_opens_no_panel(opened: MainWindow, qtbot: QtBot, run_all: Callabl
     assert opened.views.width() == share, "the curves take no room from the pictures"
 
 
-def test_one_click_fits_the_colours_to_the_selection_or_to_what_is_visible(opened: MainWindow) -> None:
+def test_one_click_fits_the_colours_to_the_selection_or_to_what_is_visible(opened):
     views, fit = opened.views, opened.actions_["fit_range"]
     depth = opened.workspace.current.frame.depth
     fit.trigger()
@@ -92,7 +84,7 @@ def test_one_click_fits_the_colours_to_the_selection_or_to_what_is_visible(opene
     assert views.ranges.depth == pytest.approx(np.nanpercentile(chosen, (1, 99)))
 
 
-def test_outlines_belong_to_the_layout(opened: MainWindow) -> None:
+def test_outlines_belong_to_the_layout(opened):
     contours = opened.actions_["contours_only"]
     assert not contours.isChecked()
     opened.actions_["layout_correct"].trigger()

@@ -1,7 +1,5 @@
 """The expected error in the window: it follows the results, and is worked out only for those who look."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np
@@ -9,7 +7,6 @@ import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QMessageBox, QToolButton
-from pytestqt.qtbot import QtBot
 
 from gui.app.main_window import MainWindow
 from gui.features.expected_error import ErrorFeature
@@ -24,11 +21,11 @@ from .conftest import WAIT_MS
 Run = Callable[[MainWindow], None]
 
 
-def _picture(window: MainWindow) -> np.ndarray | None:
+def _picture(window):
     return window.views.cells["expected-error"].view.image.image
 
 
-def test_it_comes_after_a_run_and_goes_with_the_results(opened: MainWindow, qtbot: QtBot, run_all: Run) -> None:
+def test_it_comes_after_a_run_and_goes_with_the_results(opened, qtbot, run_all):
     assert _picture(opened) is None
     run_all(opened)
     qtbot.waitUntil(lambda: not opened.feature(ErrorFeature).busy and _picture(opened) is not None, timeout=WAIT_MS)
@@ -61,7 +58,7 @@ def test_it_comes_after_a_run_and_goes_with_the_results(opened: MainWindow, qtbo
     assert "\u00b1" not in opened.feature(StatusFeature).bar.readout.text()
 
 
-def test_after_an_edit_the_former_stays_until_there_is_a_newer(opened: MainWindow, qtbot: QtBot, run_all: Run) -> None:
+def test_after_an_edit_the_former_stays_until_there_is_a_newer(opened, qtbot, run_all):
     run_all(opened)
     qtbot.waitUntil(lambda: not opened.feature(ErrorFeature).busy and _picture(opened) is not None, timeout=WAIT_MS)
     strip = opened.views.cells["expected-error"].strip
@@ -76,7 +73,7 @@ def test_after_an_edit_the_former_stays_until_there_is_a_newer(opened: MainWindo
     qtbot.waitUntil(lambda: strip._text == "", timeout=WAIT_MS)
 
 
-def test_a_view_that_is_not_shown_costs_nothing_until_it_is(opened: MainWindow, qtbot: QtBot, run_all: Run) -> None:
+def test_a_view_that_is_not_shown_costs_nothing_until_it_is(opened, qtbot, run_all):
     opened.views.set_layout("grid-difference")
     run_all(opened)
     assert not opened.feature(ErrorFeature).busy
@@ -88,13 +85,11 @@ def test_a_view_that_is_not_shown_costs_nothing_until_it_is(opened: MainWindow, 
     qtbot.waitUntil(lambda: _picture(opened) is not None, timeout=WAIT_MS)
 
 
-def test_what_cannot_be_found_is_said_once(
-    opened: MainWindow, qtbot: QtBot, run_all: Run, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def fail(*_: object) -> None:
+def test_what_cannot_be_found_is_said_once(opened, qtbot, run_all, monkeypatch):
+    def fail(*_):
         raise MemoryError("no room")
 
-    said: list[str] = []
+    said = []
     monkeypatch.setattr("gui.features.expected_error.expected_error", fail)
     monkeypatch.setattr(QMessageBox, "open", lambda box: said.append(box.text()))
     run_all(opened)
@@ -109,9 +104,7 @@ def test_what_cannot_be_found_is_said_once(
     assert len(said) == 2, "other results, another try"
 
 
-def test_another_preset_for_all_blocks_makes_their_depth_stale_until_one_button_runs_them(
-    opened: MainWindow, qtbot: QtBot, run_all: Run
-) -> None:
+def test_another_preset_for_all_blocks_makes_their_depth_stale_until_one_button_runs_them(opened, qtbot, run_all):
     run_all(opened)
     qtbot.waitUntil(lambda: not opened.feature(ErrorFeature).busy and _picture(opened) is not None, timeout=WAIT_MS)
     opened.workspace.select([])
@@ -119,13 +112,13 @@ def test_another_preset_for_all_blocks_makes_their_depth_stale_until_one_button_
     button = next(button for button in opened.findChildren(QToolButton) if "stale" in button.text())
     assert not button.isVisible()
 
-    def choose(preset: str) -> None:
+    def choose(preset):
         names.setCurrentText(preset)
         names.activated.emit(names.currentIndex())
         qtbot.waitUntil(lambda: button.isVisible() == (preset == "paper"), timeout=WAIT_MS)
         opened.refresh.now()
 
-    def grey(content: str) -> bool:
+    def grey(content):
         colours = opened.views.cells[content].view.image.pixels[document.completion().filled]
         channels = np.stack([colours >> shift & 255 for shift in (0, 8, 16)])
         return bool(np.ptp(channels.astype(int), axis=0).max() < 40)

@@ -1,23 +1,16 @@
 """Export of all frames of a list: worked through, marked as done, exported, and exported again."""
 
-from __future__ import annotations
-
-from pathlib import Path
-
 import numpy as np
 import pytest
 from PySide6.QtCore import QCoreApplication, QEvent, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QMessageBox
-from pytestqt.qtbot import QtBot
 
 import ilf
-from gui.app.main_window import MainWindow
 from gui.features.export.dialog import ALL, DONE, Export
 from gui.features.export.feature import ExportFeature
 from gui.features.frame_list.feature import FramesFeature
 from gui.features.project.saving import SaveRequest
-from ilf.data.frame import RGBDFrame
 from ilf.project.file import open_project
 from ilf.run.options import ExportOptions
 from ilf.segmentation.editing.patches import patch_between
@@ -30,7 +23,7 @@ OPTIONS = ExportOptions(depth_formats=("npy",), expected_error=False, cloud=None
 
 
 @pytest.fixture
-def listed(window: MainWindow, qtbot: QtBot, tmp_path: Path, small_frame: RGBDFrame) -> MainWindow:
+def listed(window, qtbot, tmp_path, small_frame):
     """The window with a list of three frames, the first of them open."""
     (tmp_path / "walk").mkdir()
     for name in NAMES:
@@ -42,7 +35,7 @@ def listed(window: MainWindow, qtbot: QtBot, tmp_path: Path, small_frame: RGBDFr
     return window
 
 
-def _export(window: MainWindow, qtbot: QtBot, folder: Path, scope: str) -> str:
+def _export(window, qtbot, folder, scope):
     feature = window.feature(ExportFeature)
     with qtbot.waitSignal(feature.ended, timeout=WAIT_MS):
         feature.start(Export(folder, OPTIONS, scope))
@@ -50,7 +43,7 @@ def _export(window: MainWindow, qtbot: QtBot, folder: Path, scope: str) -> str:
     return window.toasts.message
 
 
-def test_frames_that_are_done_are_exported_as_they_were_left(listed: MainWindow, qtbot: QtBot, tmp_path: Path) -> None:
+def test_frames_that_are_done_are_exported_as_they_were_left(listed, qtbot, tmp_path):
     window, workspace, out = listed, listed.workspace, tmp_path / "out"
     entries = workspace.entries
     window.feature(FramesFeature).open_frames.max_open = 1
@@ -78,9 +71,7 @@ def test_frames_that_are_done_are_exported_as_they_were_left(listed: MainWindow,
     qtbot.waitUntil(lambda: window.loader.present == "", timeout=WAIT_MS)
 
 
-def test_present_results_are_exported_without_another_run(
-    listed: MainWindow, qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_present_results_are_exported_without_another_run(listed, qtbot, tmp_path, monkeypatch):
     window, out = listed, tmp_path / "out"
     with qtbot.waitSignal(window.runs.finished, timeout=WAIT_MS):
         window.actions_["run"].trigger()
@@ -93,10 +84,8 @@ def test_present_results_are_exported_without_another_run(
     assert np.array_equal(np.load(out / NAMES[0] / "depth.npy"), completion.depth, equal_nan=True)
 
 
-def test_a_frame_that_cannot_be_read_is_named_and_the_others_are_written(
-    listed: MainWindow, qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    warned: list[tuple[str, list[str]]] = []
+def test_a_frame_that_cannot_be_read_is_named_and_the_others_are_written(listed, qtbot, tmp_path, monkeypatch):
+    warned = []
     monkeypatch.setattr(listed.context.notes, "warn", lambda what, notes: warned.append((what, list(notes))))
     (tmp_path / "walk" / "frame-1" / "depth.png").unlink()
     assert "2 written, 1 failed" in _export(listed, qtbot, tmp_path / "out", ALL)
@@ -105,9 +94,7 @@ def test_a_frame_that_cannot_be_read_is_named_and_the_others_are_written(
     assert reason.startswith("frame-1: ")
 
 
-def test_the_dialog_offers_frames_shows_what_was_written_and_asks_before_it_replaces(
-    listed: MainWindow, qtbot: QtBot, tmp_path: Path
-) -> None:
+def test_the_dialog_offers_frames_shows_what_was_written_and_asks_before_it_replaces(listed, qtbot, tmp_path):
     (tmp_path / "walk" / "frame-1" / "depth.png").unlink()
     listed.actions_["export_all"].trigger()
     dialog = listed.feature(ExportFeature).dialog
@@ -134,7 +121,7 @@ def test_the_dialog_offers_frames_shows_what_was_written_and_asks_before_it_repl
     assert "frame-1: " in dialog.message.text()
     assert dialog.isVisible()
 
-    def answer(button: str) -> None:
+    def answer(button):
         dialog.export_button.click()
         (box,) = dialog.findChildren(QMessageBox)
         assert "frame-0/depth.png" in box.informativeText()
@@ -150,12 +137,12 @@ def test_the_dialog_offers_frames_shows_what_was_written_and_asks_before_it_repl
     assert not dialog.isVisible()
 
 
-def test_marking_a_frame_is_saved_with_the_project(listed: MainWindow, qtbot: QtBot, tmp_path: Path) -> None:
+def test_marking_a_frame_is_saved_with_the_project(listed, qtbot, tmp_path):
     frames, path = listed.workspace, tmp_path / "walk.ilf"
     frames.set_done(frames.entries[0], True)
     frames.set_done(frames.entries[2], True)
     assert frames.entries[0].unsaved
-    done: list[bool] = []
+    done = []
     listed.project.saving.save(SaveRequest(path, then=done.append))
     qtbot.waitUntil(lambda: done == [True], timeout=WAIT_MS)
     with open_project(path) as opened:

@@ -1,11 +1,8 @@
 """A folder of frames, worked through in the window: opened when they are looked at, put away, and there again."""
 
-from __future__ import annotations
-
 import os
 import shutil
 import stat
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -17,7 +14,6 @@ from gui.app.main_window import MainWindow
 from gui.features.frame_list.feature import FramesFeature
 from gui.features.frame_list.model import ENTRY
 from gui.features.project.recent import RecentFeature, key_of
-from gui.state.entries import Entry
 from ilf.project.missing_files import folder_projects_dir
 from ilf.project.project import Stage
 from ilf.segmentation.editing.patches import patch_between
@@ -48,12 +44,12 @@ def listed(window, qtbot, folder):
     return window
 
 
-def _go(window, qtbot, command: str = "next_frame"):
+def _go(window, qtbot, command="next_frame"):
     with qtbot.waitSignal(window.loader.idle, timeout=WAIT_MS):
         window.actions_[command].trigger()
 
 
-def _present(window) -> Entry:
+def _present(window):
     entry = window.workspace.entries.of(window.workspace.current.id)
     assert entry is not None
     return entry
@@ -135,7 +131,7 @@ def test_what_is_not_stored_or_runs_stays_open(listed, qtbot, monkeypatch):
     window, entries = listed, listed.workspace.entries
     part = window.feature(FramesFeature)
     part.open_frames.max_open = 1
-    told: list[object] = []
+    told = []
     monkeypatch.setattr(part.open_frames, "_settle", told.append)
     _go(window, qtbot)
     assert len(told) == 1
@@ -172,7 +168,7 @@ def test_keys_follow_the_list_as_it_is_shown_and_removal_asks_once(listed, qtbot
     row = panel.view.visualRect(panel.model.index_of(entries[5]))
     assert panel.view.viewport().rect().contains(row), "the present one is in sight again"
 
-    asked: list[list[Entry]] = []
+    asked = []
     some = [entries[1], entries[3], entries[5]]
     with monkeypatch.context() as patch:
         patch.setattr(window.documents, "remove", lambda entries, then: asked.append(list(entries)))
@@ -185,7 +181,7 @@ def test_keys_follow_the_list_as_it_is_shown_and_removal_asks_once(listed, qtbot
 
 
 def test_a_folder_without_frames_says_what_one_holds(window, qtbot, tmp_path, monkeypatch):
-    told: list[str] = []
+    told = []
     monkeypatch.setattr(window.notes, "report", lambda what, error: told.append(str(error)))
     window.loader.failed.disconnect()
     window.loader.failed.connect(window.notes.report)
@@ -199,9 +195,9 @@ def test_a_folder_without_frames_says_what_one_holds(window, qtbot, tmp_path, mo
 @pytest.fixture
 def remembering(qtbot):
     """Opens windows as a user does, one after the other."""
-    windows: list[MainWindow] = []
+    windows = []
 
-    def new() -> MainWindow:
+    def new():
         window = MainWindow()
         windows.append(window)
         qtbot.addWidget(window)
@@ -214,7 +210,7 @@ def remembering(qtbot):
         window.close()
 
 
-def _open_folder(window, qtbot, folder: Path):
+def _open_folder(window, qtbot, folder):
     window.documents.open_paths([folder])
     qtbot.waitUntil(lambda: window.workspace.has_current and not window.loader.busy, timeout=WAIT_MS)
 
@@ -252,7 +248,7 @@ def test_work_on_a_folder_is_there_again_the_next_time(remembering, qtbot, folde
     assert other.project.present.path == again.project.present.path
     project = again.project.present.path
     project.write_bytes(b"damaged")
-    told: list[str] = []
+    told = []
     last = remembering()
     last.loader.failed.connect(lambda what, error: told.append(what))
     last.loader.failed.disconnect(last.notes.report)

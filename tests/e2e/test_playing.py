@@ -1,25 +1,20 @@
 """Playing the frames of a sequence, and the view of flicker."""
 
-from __future__ import annotations
-
 import time
 from contextlib import closing
-from pathlib import Path
 
 import numpy as np
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
-from pytestqt.qtbot import QtBot
 
-from gui.app.main_window import MainWindow
 from gui.base.commands import why_not
 from gui.features.export.feature import ExportFeature
 from gui.features.export.result import BatchResult
 from gui.features.frame_list.feature import FramesFeature
 from gui.features.sequence.flicker import FlickerFeature
 from gui.features.sequence.moments import Moment
-from gui.features.sequence.playing import Pace, PlayedFrame, PlayFeature, play
+from gui.features.sequence.playing import Pace, PlayFeature, play
 from gui.features.status import StatusFeature
 from ilf.data.presets import preset
 from ilf.errors import InputError
@@ -32,7 +27,7 @@ COUNT = 4
 
 
 @pytest.fixture
-def listed(window: MainWindow, qtbot: QtBot, tmp_path: Path) -> MainWindow:
+def listed(window, qtbot, tmp_path):
     """The window with a short sequence, and its first frame open."""
     window.recorder.start()
     open_sequence(window, qtbot, write_sequence(tmp_path / "in", COUNT), number=0)
@@ -40,7 +35,7 @@ def listed(window: MainWindow, qtbot: QtBot, tmp_path: Path) -> MainWindow:
     return window
 
 
-def _play(window: MainWindow, qtbot: QtBot) -> list[PlayedFrame]:
+def _play(window, qtbot):
     """Play to the end, and wait until the last frame is open; return the frames shown."""
     feature, shown = window.feature(PlayFeature), []
     feature.worker.progressed.connect(lambda items: shown.append(items[-1]))
@@ -52,7 +47,7 @@ def _play(window: MainWindow, qtbot: QtBot) -> list[PlayedFrame]:
     return shown
 
 
-def _settle(window: MainWindow, qtbot: QtBot) -> None:
+def _settle(window, qtbot):
     """Wait until the frame shown by playing is open."""
     workspace, worker = window.workspace, window.feature(PlayFeature).worker
     qtbot.waitUntil(
@@ -62,9 +57,7 @@ def _settle(window: MainWindow, qtbot: QtBot) -> None:
     window.refresh.now()
 
 
-def test_all_frames_are_shown_in_order_with_stored_results_and_edits_stay(
-    listed: MainWindow, qtbot: QtBot, run_all, tmp_path: Path
-) -> None:
+def test_all_frames_are_shown_in_order_with_stored_results_and_edits_stay(listed, qtbot, run_all, tmp_path):
     window, workspace, views = listed, listed.workspace, listed.views
     window.feature(FramesFeature).open_frames.max_open = 1
     first = workspace.current
@@ -108,9 +101,7 @@ def test_all_frames_are_shown_in_order_with_stored_results_and_edits_stay(
     assert np.array_equal(workspace.current.completion().depth, completed, equal_nan=True)
 
 
-def test_nothing_can_be_edited_while_frames_play_and_a_press_opens_the_frame_shown(
-    listed: MainWindow, qtbot: QtBot
-) -> None:
+def test_nothing_can_be_edited_while_frames_play_and_a_press_opens_the_frame_shown(listed, qtbot):
     window, workspace, feature = listed, listed.workspace, listed.feature(PlayFeature)
     actions, status = window.actions_, window.feature(StatusFeature)
     window.views.set_content("expected-error", "flicker-in")
@@ -141,9 +132,7 @@ def test_nothing_can_be_edited_while_frames_play_and_a_press_opens_the_frame_sho
     assert window.views.place == pytest.approx((30.0, 20.0, 9.0))
 
 
-def test_going_to_another_frame_ends_playing_and_what_cannot_be_read_is_left_out(
-    listed: MainWindow, qtbot: QtBot, tmp_path: Path
-) -> None:
+def test_going_to_another_frame_ends_playing_and_what_cannot_be_read_is_left_out(listed, qtbot, tmp_path):
     window, workspace, feature = listed, listed.workspace, listed.feature(PlayFeature)
     (tmp_path / "in" / "frame-000001.depth.png").write_bytes(b"nothing")
     actions = window.actions_
@@ -158,7 +147,7 @@ def test_going_to_another_frame_ends_playing_and_what_cannot_be_read_is_left_out
     assert workspace.current.id == workspace.entries[0].id
 
 
-def test_a_frame_that_is_gone_when_playing_ends_is_not_opened(listed: MainWindow, qtbot: QtBot) -> None:
+def test_a_frame_that_is_gone_when_playing_ends_is_not_opened(listed, qtbot):
     window, workspace, feature = listed, listed.workspace, listed.feature(PlayFeature)
     first, actions = workspace.current, window.actions_
     actions["play_loop"].trigger()
@@ -180,7 +169,7 @@ def test_a_frame_that_is_gone_when_playing_ends_is_not_opened(listed: MainWindow
     assert window.views.data.rgb is None, "the start page is shown"
 
 
-def test_frames_without_a_result_are_completed_while_they_play(listed: MainWindow, qtbot: QtBot) -> None:
+def test_frames_without_a_result_are_completed_while_they_play(listed, qtbot):
     window = listed
     window.actions_["play_completed"].trigger()
     shown = _play(window, qtbot)
@@ -190,7 +179,7 @@ def test_frames_without_a_result_are_completed_while_they_play(listed: MainWindo
     assert window.workspace.current.completion() is None, "nothing is stored"
 
 
-def test_flicker_of_the_current_frame_is_against_the_one_before_it(listed: MainWindow, qtbot: QtBot, run_all) -> None:
+def test_flicker_of_the_current_frame_is_against_the_one_before_it(listed, qtbot, run_all):
     window, workspace, views = listed, listed.workspace, listed.views
     flicker = window.feature(FlickerFeature)
     views.set_layout("grid-flicker")
@@ -218,11 +207,11 @@ def test_flicker_of_the_current_frame_is_against_the_one_before_it(listed: MainW
     assert views.data.before.text == "The list has no frame before this one"
 
 
-def _rows(pace: Pace, count: int = 99, bad: tuple[int, ...] = (), cost: float = 0.0) -> tuple[list[int], int]:
+def _rows(pace, count=99, bad=(), cost=0.0):
     """Rows of the first frames that are shown of ten that take so long to be read, and how many were left out."""
     frame = sequence(1)[0]
 
-    def read(row: int) -> Moment:
+    def read(row):
         time.sleep(cost)
         if row in bad:
             raise InputError("It cannot be read.")
@@ -233,21 +222,21 @@ def _rows(pace: Pace, count: int = 99, bad: tuple[int, ...] = (), cost: float = 
     return [played.row for played in shown], shown[-1].left_out
 
 
-def test_as_fast_as_it_goes_every_frame_is_shown() -> None:
+def test_as_fast_as_it_goes_every_frame_is_shown():
     assert _rows(Pace(rate=None), cost=0.01) == (list(range(10)), 0)
     assert _rows(Pace(rate=None, loop=True), 25)[0] == [row % 10 for row in range(25)]
     assert _rows(Pace(rate=None, loop=True), 9, bad=(1, 9))[0] == [0, 2, 3, 4, 5, 6, 7, 8, 0]
 
 
-def test_at_a_rate_frames_that_are_late_are_left_out_but_never_the_last_one() -> None:
+def test_at_a_rate_frames_that_are_late_are_left_out_but_never_the_last_one():
     rows, left_out = _rows(Pace(rate=200.0), cost=0.03)
     assert left_out == 10 - len(rows) > 0
     assert rows == sorted(set(rows))
     assert rows[-1] == 9
 
 
-def test_a_loop_over_frames_that_cannot_be_read_ends() -> None:
-    def read(row: int) -> Moment:
+def test_a_loop_over_frames_that_cannot_be_read_ends():
+    def read(row):
         raise InputError("It cannot be read.")
 
     assert not [*play(2, 0, read, Pace(loop=True), preset())]

@@ -1,11 +1,7 @@
 """What is done to a project while it is saved, opened or left: nothing is mixed, and nothing is lost."""
 
-from __future__ import annotations
-
 import os
 import uuid
-from collections.abc import Callable
-from pathlib import Path
 
 import pytest
 from PySide6.QtWidgets import QMessageBox
@@ -19,7 +15,7 @@ from ilf.sources.reading_options import ReadingOptions
 from .conftest import WAIT_MS, write_frame
 
 
-def _saved(window, qtbot, path: Path):
+def _saved(window, qtbot, path):
     with qtbot.waitSignal(window.project.saving.saved, timeout=WAIT_MS):
         window.project.saving.save(SaveRequest(path))
 
@@ -67,7 +63,7 @@ def test_a_note_written_while_the_project_is_saved_stays_unsaved(opened, qtbot, 
 def test_the_status_line_shows_how_much_of_the_project_is_written(opened, qtbot, tmp_path, monkeypatch):
     shares = []
 
-    def told(*what: object, on_part: Callable[[int, int], None], **how: object) -> tuple[str, ...]:
+    def told(*what, on_part, **how):
         for done in (0, 1, 3):
             on_part(done, 4)
             shares.append(opened.documents.saved_share())

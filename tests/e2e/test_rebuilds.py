@@ -1,16 +1,12 @@
 """How often the table of blocks is rebuilt: once per click, per opening, per undo."""
 
-from __future__ import annotations
-
 import numpy as np
-from numpy.typing import NDArray
 from PySide6.QtCore import QPointF, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
 from gui.features.blocks.feature import BlocksFeature
 from ilf import RGBDFrame
-from ilf.data.label_map import Box
 from ilf.sources.frame_ref import FrameRef
 
 from .conftest import open_frame, write_frame
@@ -19,24 +15,24 @@ from .conftest import open_frame, write_frame
 class _Count:
     """How often a widget's method has been called since the last look, the events that are due done first."""
 
-    def __init__(self, monkeypatch, owner: object, name: str):
+    def __init__(self, monkeypatch, owner, name):
         self._calls = 0
         method = getattr(owner, name)
 
-        def counted(*arguments: object) -> object:
+        def counted(*arguments):
             self._calls += 1
             return method(*arguments)
 
         monkeypatch.setattr(owner, name, counted)
 
-    def taken(self) -> int:
+    def taken(self):
         for _ in range(3):
             QApplication.processEvents()
         calls, self._calls = self._calls, 0
         return calls
 
 
-def _click(window, x: float, y: float):
+def _click(window, x, y):
     view = window.views.cells["colour"].view
     place = view.viewportTransform().map(QPointF(x, y)).toPoint()
     QTest.mouseClick(view.viewport(), Qt.MouseButton.LeftButton, pos=place)
@@ -95,10 +91,10 @@ def test_a_stroke_repaints_its_box_alone_until_it_ends(opened, monkeypatch):
     rows = _Count(monkeypatch, opened.feature(BlocksFeature).table, "set_rows")
     whole = _Count(monkeypatch, opened.views.blocks.overlay, "set_blocks")
     rows.taken()
-    boxes: list[Box] = []
+    boxes = []
     update = opened.views.blocks.overlay.update_region
 
-    def noted(box: Box, labels: NDArray[np.int32]):
+    def noted(box, labels):
         boxes.append(box)
         update(box, labels)
 

@@ -1,18 +1,11 @@
 """Reports out of the real window: the page, the PDF, and an end before either is written."""
 
-from __future__ import annotations
-
 import errno
-from collections.abc import Callable
 from pathlib import Path
 from typing import cast
 
 import numpy as np
-import pytest
-from PySide6.QtCore import SignalInstance
-from pytestqt.qtbot import QtBot
 
-from gui.app.main_window import MainWindow
 from gui.features.export.dialog import WORKED_ON
 from gui.features.export.feature import ExportFeature
 from gui.features.export.jobs import subjects_of
@@ -33,7 +26,7 @@ from .conftest import WAIT_MS
 class Store:
     """A store that has one frame, and one that cannot be read."""
 
-    def read(self, id: str) -> Decoded:
+    def read(self, id):
         if id == "lost":
             raise InputError("depth.png is not there any more.")
         frame = RGBDFrame(np.zeros((20, 30, 3), np.uint8), np.full((20, 30), 2.0), name="put away")
@@ -42,7 +35,7 @@ class Store:
         )
 
 
-def test_frames_that_are_not_open_are_read_when_it_is_their_turn() -> None:
+def test_frames_that_are_not_open_are_read_when_it_is_their_turn():
     entries = [Entry("stored", "/a/depth.png", "put away", has_state=True), Entry("lost", "/b/depth.png", "gone")]
     entries[0].set_summary(FrameSummary(note="for tomorrow"))  # noted since it was stored
     first, second = subjects_of(entries, cast(WorkStore, Store()), preset("paper"))
@@ -53,21 +46,15 @@ def test_frames_that_are_not_open_are_read_when_it_is_their_turn() -> None:
     assert second == Unreadable("gone", "depth.png is not there any more.")
 
 
-def test_a_report_is_written_as_page_and_as_pdf_or_not_at_all(
-    opened: MainWindow,
-    qtbot: QtBot,
-    run_all: Callable[[MainWindow], None],
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_a_report_is_written_as_page_and_as_pdf_or_not_at_all(opened, qtbot, run_all, tmp_path, monkeypatch):
     part = opened.feature(ExportFeature)
-    shown: list[str] = []
+    shown = []
     monkeypatch.setattr(
         "gui.features.export.feature.QDesktopServices.openUrl", lambda url: shown.append(url.toLocalFile())
     )
     dialog, out = part.dialog, tmp_path / "out"
 
-    def write(signal: SignalInstance) -> str:
+    def write(signal):
         with qtbot.waitSignal(signal, timeout=WAIT_MS):
             dialog.requested.emit(dialog.request())  # what would be replaced is asked elsewhere
             assert not dialog.export_button.isEnabled()
@@ -122,7 +109,7 @@ def test_a_report_is_written_as_page_and_as_pdf_or_not_at_all(
     assert {path.name for path in out.iterdir()} == {"report.html", "two-planes-report.pdf"}
 
     # what cannot be written is said, what was there stays, and so does the dialog for another try
-    def full(*_: object) -> None:
+    def full(*_):
         raise OSError(errno.ENOSPC, "No space left on device")
 
     monkeypatch.setattr(Path, "write_bytes", full)

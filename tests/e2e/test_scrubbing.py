@@ -1,16 +1,10 @@
 """Going back through the iterations of a run in the real window."""
 
-from __future__ import annotations
-
-from collections.abc import Callable
-
 import numpy as np
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
-from pytestqt.qtbot import QtBot
 
 import ilf
-from gui.app.main_window import MainWindow
 from gui.features.curves import CurvesFeature
 from gui.work.frame_runs import RunState
 from ilf.run.run import Run
@@ -19,14 +13,12 @@ from ilf.segmentation.editing.patches import patch_between
 from .conftest import WAIT_MS
 
 
-def _shown(window: MainWindow) -> np.ndarray:
+def _shown(window):
     window.refresh.now()
     return window.views.cells["depth-out"].picture.drawn[0]
 
 
-def test_the_views_look_back_and_return(
-    opened: MainWindow, qtbot: QtBot, run_all: Callable[[MainWindow], None]
-) -> None:
+def test_the_views_look_back_and_return(opened, qtbot, run_all):
     run_all(opened)
     opened.panels._show([*opened.panels.open, "Convergence"])
     document, bar = opened.workspace.current, opened.feature(CurvesFeature).widget.scrub_bar
@@ -60,15 +52,13 @@ def test_the_views_look_back_and_return(
     )
 
 
-def test_an_edit_a_run_and_another_frame_lead_back_to_the_present(
-    opened: MainWindow, qtbot: QtBot, run_all: Callable[[MainWindow], None]
-) -> None:
+def test_an_edit_a_run_and_another_frame_lead_back_to_the_present(opened, qtbot, run_all):
     run_all(opened)
     opened.panels.reveal("Convergence")
     workspace, bar = opened.workspace, opened.feature(CurvesFeature).widget.scrub_bar
     opened.actions_["live"].setChecked(False)
 
-    def view_iteration() -> None:
+    def view_iteration():
         opened.refresh.draw_all()
         bar._slider.setValue(2)
         qtbot.waitUntil(lambda: workspace.viewed_iteration is not None, timeout=WAIT_MS)
@@ -92,7 +82,7 @@ def test_an_edit_a_run_and_another_frame_lead_back_to_the_present(
     assert (workspace.viewed_iteration, bar.last) == (None, 0)
 
 
-def test_a_single_step_draws_its_point(opened: MainWindow, qtbot: QtBot) -> None:
+def test_a_single_step_draws_its_point(opened, qtbot):
     opened.panels._show([*opened.panels.open, "Convergence"])
     opened.actions_["step"].trigger()
     qtbot.waitUntil(lambda: bool(opened.feature(CurvesFeature).widget.records), timeout=WAIT_MS)
@@ -104,7 +94,7 @@ def test_a_single_step_draws_its_point(opened: MainWindow, qtbot: QtBot) -> None
     qtbot.waitUntil(lambda: opened.runs.state is RunState.IDLE, timeout=WAIT_MS)
 
 
-def test_key_frames_are_those_of_the_last_frames_that_were_run(opened: MainWindow) -> None:
+def test_key_frames_are_those_of_the_last_frames_that_were_run(opened):
     workspace, first = opened.workspace, opened.workspace.current
     run = Run(first.frame, first.labels, ilf.preset(max_iterations=2))
     with run.steps(1, workspace.watch(first, run)) as steps:

@@ -1,7 +1,5 @@
 """Damaged files, absurd numbers and files in the way: one line, and everything as it was."""
 
-from __future__ import annotations
-
 import ast
 import errno
 import json
@@ -42,7 +40,7 @@ IN_PROCESS = [
 
 
 @pytest.mark.parametrize("name", IN_PROCESS)
-def test_damaged_files_are_told_of_in_one_line(name: str, tmp_path: Path) -> None:
+def test_damaged_files_are_told_of_in_one_line(name, tmp_path):
     form = FORMATS[name]
     seeds = form.seeds(tmp_path)
     path = tmp_path / form.file
@@ -53,7 +51,7 @@ def test_damaged_files_are_told_of_in_one_line(name: str, tmp_path: Path) -> Non
         assert found[0] in {"ok", "told"}, f"case {number}: {found}"
 
 
-def test_an_error_is_one_line_that_a_terminal_does_not_obey() -> None:
+def test_an_error_is_one_line_that_a_terminal_does_not_obey():
     told = str(InputError("a\nb \x1b[31mred\x07 é \udcff" + "x" * 5000))
     assert told.startswith("a b \\x1b[31mred\\x07 é \\udcff")
     assert len(told) < 2000
@@ -75,7 +73,7 @@ LONG = "x" * 5000
         lambda: intrinsics_from(LONG),
     ],
 )
-def test_names_that_no_file_can_have_are_errors_of_ours(read) -> None:
+def test_names_that_no_file_can_have_are_errors_of_ours(read):
     with pytest.raises(IlfError):
         read()
 
@@ -96,14 +94,14 @@ def test_names_that_no_file_can_have_are_errors_of_ours(read) -> None:
         {"pose": [[1e300, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]},
     ],
 )
-def test_absurd_values_of_a_frame_folder_are_refused(meta: dict[str, object], tmp_path: Path) -> None:
+def test_absurd_values_of_a_frame_folder_are_refused(meta, tmp_path):
     write_small_frame(tmp_path)
     (tmp_path / "meta.json").write_text(json.dumps({"depth_units_per_m": 1000} | meta))
     with pytest.raises(InputError, match=r"meta\.json|interrupted"):
         load_frame(tmp_path)
 
 
-def test_deeply_nested_json_is_refused(tmp_path: Path) -> None:
+def test_deeply_nested_json_is_refused(tmp_path):
     write_small_frame(tmp_path)
     (tmp_path / "meta.json").write_text('{"K":' + "[" * 100_000 + "]" * 100_000 + "}")
     with pytest.raises(FormatError, match="not valid JSON"):
@@ -111,7 +109,7 @@ def test_deeply_nested_json_is_refused(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("value", [np.finfo(np.float32).max, 1e30, 1e-38])
-def test_depth_that_cannot_be_is_refused(value: float) -> None:
+def test_depth_that_cannot_be_is_refused(value):
     depth = np.full((40, 50), 2.0, np.float32)
     depth[:4, :4] = value
     with pytest.raises(InputError, match="m is impossible"):
@@ -124,7 +122,7 @@ TIMES = st.lists(st.integers(0, 12).map(lambda time: time / 4), max_size=7)
 
 
 @given(colours=TIMES, depths=TIMES, gap=st.sampled_from([0.0, 0.25, 1.0, np.inf]))
-def test_the_nearest_in_time_belong_together_at_any_gap(colours: list[float], depths: list[float], gap: float) -> None:
+def test_the_nearest_in_time_belong_together_at_any_gap(colours, depths, gap):
     one = sorted((time, f"c{number}") for number, time in enumerate(colours))
     other = sorted((time, f"d{number}") for number, time in enumerate(depths))
     found, used = {}, set()
@@ -136,7 +134,7 @@ def test_the_nearest_in_time_belong_together_at_any_gap(colours: list[float], de
     assert associated(one, other, gap) == [(one[i][1], other[k][1]) for i, k in sorted(found.items())]
 
 
-def test_a_thumbnail_takes_no_more_memory_than_the_image(tmp_path: Path) -> None:
+def test_a_thumbnail_takes_no_more_memory_than_the_image(tmp_path):
     content = bytearray(cv2.imencode(".png", np.zeros((20, 30, 3), np.uint8))[1].tobytes())
     at = content.index(b"IDAT") - 4
     content[at : at + 3] = b"\xff\xff\xff"
@@ -149,7 +147,7 @@ def test_a_thumbnail_takes_no_more_memory_than_the_image(tmp_path: Path) -> None
     assert read_thumbnail(FrameRef(str(tmp_path / "tower.png"), "unread.png")).nbytes < 2**22
 
 
-def given_files(folder: Path) -> dict[str, str]:
+def given_files(folder):
     """A frame, and files that a run can be made from, in the places where a run writes its own."""
     write_small_frame(folder / "in")
     out = folder / "out"
@@ -166,9 +164,7 @@ def given_files(folder: Path) -> dict[str, str]:
 
 
 @pytest.mark.parametrize("flag", ["--blocks", "--drawn", "--invalid-mask", "--intrinsics"])
-def test_what_a_run_is_made_from_is_not_overwritten_by_it(
-    flag: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_what_a_run_is_made_from_is_not_overwritten_by_it(flag, tmp_path, capsys):
     given = given_files(tmp_path)
     before = contents(tmp_path / "out")
     words = ["complete", str(tmp_path / "in/rgb.png"), str(tmp_path / "in/depth.png"), "--out", str(tmp_path / "out")]
@@ -177,12 +173,10 @@ def test_what_a_run_is_made_from_is_not_overwritten_by_it(
     assert contents(tmp_path / "out") == before
 
 
-def test_the_sample_is_written_as_a_whole_or_not_at_all(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_sample_is_written_as_a_whole_or_not_at_all(tmp_path, monkeypatch, capsys):
     write_bytes, written = Path.write_bytes, []
 
-    def until_full(path: Path, content: bytes) -> int:
+    def until_full(path, content):
         written.append(path)
         if len(written) == 3:
             write_bytes(path, content[:10])
@@ -195,7 +189,7 @@ def test_the_sample_is_written_as_a_whole_or_not_at_all(
     assert not (tmp_path / "new").exists()
 
 
-def test_a_checkpoint_of_training_is_read_as_numbers_and_not_as_a_program() -> None:
+def test_a_checkpoint_of_training_is_read_as_numbers_and_not_as_a_program():
     calls = [
         node
         for path in (Path(__file__).parents[2] / "assets" / "models").rglob("*.py")
@@ -207,7 +201,7 @@ def test_a_checkpoint_of_training_is_read_as_numbers_and_not_as_a_program() -> N
         assert {word.arg: ast.unparse(word.value) for word in call.keywords}.get("weights_only") == "True"
 
 
-def test_sources_that_are_deleted_while_open_do_not_keep_results_from_being_written(tmp_path: Path) -> None:
+def test_sources_that_are_deleted_while_open_do_not_keep_results_from_being_written(tmp_path):
     rgb, depth = write_small_frame(tmp_path / "in")
     np.save(tmp_path / "in/truth.npy", np.full((60, 80), 2.0, np.float32))
     frame = load_frame(rgb, depth, intrinsics=CAMERA, ground_truth=tmp_path / "in/truth.npy")

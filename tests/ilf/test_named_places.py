@@ -1,18 +1,13 @@
 """Files of strangers: what they name is neither asked for on the network nor read elsewhere, unless it is allowed."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 import os
 import shutil
 import threading
-from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import partial
 from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -21,7 +16,7 @@ import ilf
 from ilf._runtime.named_places import NotAllowed, named_in, note_opened
 from ilf.cli import main
 from ilf.data.blocks import Blocks
-from ilf.data.frame import InputFile, RGBDFrame
+from ilf.data.frame import InputFile
 from ilf.errors import InputError, without_credentials
 from ilf.io.frame_additions import with_ground_truth_file
 from ilf.project.file import open_project, save_project
@@ -43,16 +38,16 @@ QUICK = ["--quiet", "--max-iterations", "3", "--no-correction", "--blocks-detect
 
 
 @pytest.fixture(autouse=True)
-def nothing_opened_before(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def nothing_opened_before(tmp_path, monkeypatch):
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
 
 
 @pytest.fixture(scope="module")
-def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[str, list[str]]]:
+def server(tmp_path_factory):
     """The address of a folder with a frame on a web server, and the paths that were asked for."""
     root, asked = tmp_path_factory.mktemp("web"), list[str]()
     write_frames(root / "in", 1)
-    log: Callable[..., None] = lambda handler, *_: asked.append(handler.path)  # noqa: E731
+    log = lambda handler, *_: asked.append(handler.path)  # noqa: E731
     quiet = type("Quiet", (SimpleHTTPRequestHandler,), {"log_message": log})
     with ThreadingHTTPServer(("127.0.0.1", 0), partial(quiet, directory=str(root))) as serving:
         threading.Thread(target=serving.serve_forever, daemon=True).start()
@@ -61,23 +56,23 @@ def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[str, list
 
 
 @pytest.fixture
-def web(server: tuple[str, list[str]]) -> tuple[str, list[str]]:
+def web(server):
     server[1].clear()
     return server
 
 
-def edited(path: Path, change: Callable[[Any], None]) -> None:
+def edited(path, change):
     data = json.loads(path.read_text())
     change(data)
     path.write_text(json.dumps(data))
 
 
-def project(folder: Path, source: FrameRef) -> Path:
+def project(folder, source):
     save_project(folder / "stranger.ilf", Project((ProjectFrame("a1", "desk", source),)))
     return folder / "stranger.ilf"
 
 
-def project_with_work(folder: Path, frame: RGBDFrame, place: str) -> Path:
+def project_with_work(folder, frame, place):
     """A project whose stored frame names a place."""
     assert frame.inputs is not None
     inputs = replace(frame.inputs, **{kind: InputFile(f"{place}/{kind}/0000.png", "0") for kind in ("rgb", "depth")})
@@ -87,7 +82,7 @@ def project_with_work(folder: Path, frame: RGBDFrame, place: str) -> Path:
     return path
 
 
-def run_record(folder: Path, frame: RGBDFrame) -> Path:
+def run_record(folder, frame):
     ilf.complete(frame, max_iterations=3, correction=False, detector="canny").save(folder / "run")
     return folder / "run" / "run.json"
 
@@ -95,26 +90,26 @@ def run_record(folder: Path, frame: RGBDFrame) -> Path:
 # A door makes a file that names a place, opens it by the command line, and returns the exit status.
 
 
-def export(path: Path) -> int:
+def export(path):
     return main(["project", "export", str(path), "--complete", "--out", str(path.parent / "out")])
 
 
-def by_project(folder: Path, frame: RGBDFrame, place: str) -> int:
+def by_project(folder, frame, place):
     return export(project(folder, FrameRef(f"{place}/rgb/0000.png", f"{place}/depth/0000.png")))
 
 
-def by_option(name: str, folder: Path, frame: RGBDFrame, place: str) -> int:
+def by_option(name, folder, frame, place):
     assert frame.inputs is not None
     options = ReadingOptions(**{name: f"{place}/{name}.npy"})
     source = FrameRef(frame.inputs.rgb.path, frame.inputs.depth.path, options=options)
     return export(project(folder, source))
 
 
-def by_stored_frame(folder: Path, frame: RGBDFrame, place: str) -> int:
+def by_stored_frame(folder, frame, place):
     return main(["report", str(project_with_work(folder, frame, place)), "--out", str(folder / "out.html")])
 
 
-def by_record(command: str, key: str, folder: Path, frame: RGBDFrame, place: str) -> int:
+def by_record(command, key, folder, frame, place):
     path = run_record(folder, frame)
     named = {"path": f"{place}/truth.npy", "sha256": "0", "units": 1.0}
     edited(path, lambda data: data["inputs"].update({key: named}))
@@ -122,7 +117,7 @@ def by_record(command: str, key: str, folder: Path, frame: RGBDFrame, place: str
     return main(again if command == "report" else ["complete", "--replay", str(path), "--out", str(folder / "out")])
 
 
-def by_neighbour(folder: Path, frame: RGBDFrame, place: str) -> int:
+def by_neighbour(folder, frame, place):
     path = run_record(folder, frame)
     source = {"rgb": f"{place}/rgb/0000.png", "depth": f"{place}/depth/0000.png", "frame": None}
     neighbour = {"name": "next", "motion": np.eye(4).tolist(), "sha256": ["0", "0"], "source": source}
@@ -130,13 +125,13 @@ def by_neighbour(folder: Path, frame: RGBDFrame, place: str) -> int:
     return main(["complete", "--replay", str(path), "--out", str(folder / "out")])
 
 
-def by_recording_of_a_result(folder: Path, frame: RGBDFrame, place: str) -> int:
+def by_recording_of_a_result(folder, frame, place):
     path = run_record(folder, frame)
     edited(path, lambda data: data["inputs"].update(frame="1", rgb={"path": f"{place}/a.bag", "sha256": "0"}))
     return main(["stream", str(path.parent), "--results", "--bag", "mcap", "--out", str(folder / "out")])
 
 
-def by_meta(key: str, folder: Path, frame: RGBDFrame, place: str) -> int:
+def by_meta(key, folder, frame, place):
     assert frame.inputs is not None
     for name, file in (("rgb.png", frame.inputs.rgb), ("depth.png", frame.inputs.depth)):
         shutil.copy(file.path, folder / name)
@@ -144,25 +139,25 @@ def by_meta(key: str, folder: Path, frame: RGBDFrame, place: str) -> int:
     return main(["complete", str(folder), "--out", str(folder / "out"), *QUICK])
 
 
-def by_list(folder: Path, frame: RGBDFrame, place: str) -> int:
+def by_list(folder, frame, place):
     (folder / "associations.txt").write_text(f"0 {place}/rgb/0000.png 0 {place}/depth/0000.png")
     return main(["complete", str(folder), "--frame", "0000", "--out", str(folder / "out"), *QUICK])
 
 
-def by_transforms(folder: Path, frame: RGBDFrame, place: str) -> int:
+def by_transforms(folder, frame, place):
     listed = {"file_path": f"{place}/rgb/0000.png", "depth_file_path": f"{place}/depth/0000.png"}
     data = {"frames": [{**listed, "transform_matrix": np.eye(4).tolist()}], "fl_x": 30.0, "w": 32, "h": 24}
     (folder / "transforms.json").write_text(json.dumps(data))
     return main(["complete", str(folder), "--frame", "0000", "--out", str(folder / "out"), *QUICK])
 
 
-def by_layout(folder: Path, frame: RGBDFrame, place: str) -> int:
+def by_layout(folder, frame, place):
     write_frames(folder, 1)
     (folder / "layout.toml").write_text(f'rgb = "rgb/*.png"\ndepth = "depth/*.png"\nK = "{place}/K.txt"\n')
     return main(["info", str(folder), "--layout", str(folder / "layout.toml")])
 
 
-def by_shards(folder: Path, frame: RGBDFrame, place: str) -> int:
+def by_shards(folder, frame, place):
     parquet = pytest.importorskip("pyarrow.parquet")
     pyarrow = pytest.importorskip("pyarrow")
     shards = folder / "shards"
@@ -175,7 +170,7 @@ def by_shards(folder: Path, frame: RGBDFrame, place: str) -> int:
     return main(["complete", str(shards), "--frame", "0000", "--out", str(folder / "out"), *QUICK])
 
 
-def by_frozen_list(folder: Path, frame: RGBDFrame, place: str) -> int:
+def by_frozen_list(folder, frame, place):
     pytest.importorskip("pyarrow")
     shards = folder / "shards"
     command = ["batch", str(write_frames(folder / "in", 1)), "--shards", str(shards), *QUICK]
@@ -211,14 +206,14 @@ DOORS = {
 
 
 @pytest.fixture
-def frame(tmp_path: Path) -> RGBDFrame:
+def frame(tmp_path):
     """The frame in the stranger's folder."""
     root = write_frames(tmp_path / "stranger" / "own", 1)
     return ilf.load_frame(root / "rgb/0000.png", root / "depth/0000.png", intrinsics="30,30,16,12")
 
 
 @pytest.fixture
-def stranger(tmp_path: Path, frame: RGBDFrame, monkeypatch: pytest.MonkeyPatch) -> Path:
+def stranger(tmp_path, frame, monkeypatch):
     """The folder of a stranger's files, in which nothing was opened before."""
     work_in_this_process(monkeypatch)
     return tmp_path / "stranger"
@@ -229,7 +224,7 @@ LISTS = {"list of frames", "transforms.json"}
 
 
 @pytest.mark.parametrize("door", DOORS)
-def test_an_address_in_a_file_is_not_asked_for(door: str, stranger: Path, frame: RGBDFrame, web, capsys):
+def test_an_address_in_a_file_is_not_asked_for(door, stranger, frame, web, capsys):
     address, asked = web
     assert DOORS[door](stranger, frame, address) == 1
     shown = capsys.readouterr()
@@ -239,14 +234,14 @@ def test_an_address_in_a_file_is_not_asked_for(door: str, stranger: Path, frame:
 
 
 @pytest.mark.parametrize("door", ["project", "record: replay", "meta.json: colour", "shards"])
-def test_a_chain_in_a_file_runs_nothing(door: str, stranger: Path, frame: RGBDFrame, web, capsys):
+def test_a_chain_in_a_file_runs_nothing(door, stranger, frame, web, capsys):
     address, asked = web
     assert DOORS[door](stranger, frame, f"reference://x::{address}") == 1
     assert not asked
 
 
 @pytest.mark.parametrize("door", [*DOORS, "layout"])
-def test_a_path_that_leads_elsewhere_is_not_read(door: str, tmp_path: Path, stranger: Path, frame: RGBDFrame, capsys):
+def test_a_path_that_leads_elsewhere_is_not_read(door, tmp_path, stranger, frame, capsys):
     elsewhere = write_frames(tmp_path / "elsewhere", 2)
     for kind in ("rgb", "depth"):  # other content than the files of the same names
         (elsewhere / kind / "0001.png").rename(elsewhere / kind / "0000.png")
@@ -259,7 +254,7 @@ def test_a_path_that_leads_elsewhere_is_not_read(door: str, tmp_path: Path, stra
     assert "--allow-address" in shown
 
 
-def test_links_and_ways_up_lead_out_of_a_folder_and_plain_names_do_not(tmp_path: Path, stranger: Path):
+def test_links_and_ways_up_lead_out_of_a_folder_and_plain_names_do_not(tmp_path, stranger):
     secret = tmp_path / "secret.npy"
     np.save(secret, np.ones((24, 32)))
     (stranger / "link.npy").symlink_to(secret)
@@ -278,7 +273,7 @@ FORMS = [
 
 
 @pytest.mark.parametrize("form", FORMS)
-def test_no_form_of_an_address_passes(form: str, stranger: Path, web, capsys):
+def test_no_form_of_an_address_passes(form, stranger, web, capsys):
     address, asked = web
     place = form.format(address.removeprefix("http://"))
     for base in (stranger, "", None, "https://elsewhere/in"):
@@ -302,7 +297,7 @@ TYPED = [
 
 
 @pytest.mark.parametrize("form", TYPED)
-def test_typed_chains_other_protocols_and_malformed_addresses_are_one_sentence(form: str, tmp_path: Path, web, capsys):
+def test_typed_chains_other_protocols_and_malformed_addresses_are_one_sentence(form, tmp_path, web, capsys):
     address = form.format(web[0])
     out = ["--out", str(tmp_path / "out")]
     for command in (["info", address], ["complete", address, address, *out], ["batch", address, *out]):
@@ -314,7 +309,7 @@ def test_typed_chains_other_protocols_and_malformed_addresses_are_one_sentence(f
     assert not web[1]
 
 
-def test_a_project_is_listed_without_asking_and_opened_when_it_is_allowed(stranger: Path, web, capsys):
+def test_a_project_is_listed_without_asking_and_opened_when_it_is_allowed(stranger, web, capsys):
     address, asked = web
     path = project(stranger, FrameRef(f"{address}/rgb/0000.png", f"{address}/depth/0000.png"))
     assert main(["project", "info", str(path)]) == 0
@@ -329,9 +324,7 @@ def test_a_project_is_listed_without_asking_and_opened_when_it_is_allowed(strang
         assert opened.state("a1").state.frame.shape == (24, 32)
 
 
-def test_a_strangers_autosave_does_not_call_home_and_ones_own_opens(
-    tmp_path: Path, frame: RGBDFrame, web, monkeypatch: pytest.MonkeyPatch
-):
+def test_a_strangers_autosave_does_not_call_home_and_ones_own_opens(tmp_path, frame, web, monkeypatch):
     address, asked = web
     source = FrameRef(f"{address}/rgb/0000.png", f"{address}/depth/0000.png")
     work = WorkFolder(tmp_path / "autosave" / "left.work")
@@ -347,7 +340,7 @@ def test_a_strangers_autosave_does_not_call_home_and_ones_own_opens(
     left.release()
 
 
-def test_what_the_user_has_opened_is_his_wherever_it_lies(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys):
+def test_what_the_user_has_opened_is_his_wherever_it_lies(tmp_path, monkeypatch, capsys):
     frames, project_file = write_frames(tmp_path / "data" / "in", 2), tmp_path / "work" / "mine.ilf"
     project_file.parent.mkdir()
     assert main(["project", "new", str(project_file), str(frames)]) == 0
@@ -360,7 +353,7 @@ def test_what_the_user_has_opened_is_his_wherever_it_lies(tmp_path: Path, monkey
     assert export(frames.parent / "mine.ilf") == 0
 
 
-def test_a_file_with_its_hash_is_read_and_no_other(tmp_path: Path, frame: RGBDFrame, monkeypatch: pytest.MonkeyPatch):
+def test_a_file_with_its_hash_is_read_and_no_other(tmp_path, frame, monkeypatch):
     truth = tmp_path / "elsewhere" / "truth.npy"
     truth.parent.mkdir()
     np.save(truth, frame.depth)
@@ -372,7 +365,7 @@ def test_a_file_with_its_hash_is_read_and_no_other(tmp_path: Path, frame: RGBDFr
         ilf.replay(path)
 
 
-def test_a_list_at_an_address_leads_to_no_other_store(tmp_path: Path):
+def test_a_list_at_an_address_leads_to_no_other_store(tmp_path):
     store = fsspec.filesystem("memory")
     store.store.clear()
     for name in ("owned", "others"):
@@ -399,7 +392,7 @@ def test_places_are_compared_by_their_parts():
     assert os.environ.get("ILF_ALLOW_ADDRESS") is None
 
 
-def by_hash(stranger: Path, own: Path) -> None:
+def by_hash(stranger, own):
     sha256 = hashlib.sha256((own / "rgb/0000.png").read_bytes()).hexdigest()
     (stranger / "run.json").write_text(json.dumps({"inputs": {"rgb": {"sha256": sha256}}}))
     meta = {"rgb": str(own / "rgb/0000.png"), "run": "run.json", "depth": "depth.png", "depth_units_per_m": 1000}
@@ -407,13 +400,13 @@ def by_hash(stranger: Path, own: Path) -> None:
     shutil.copy(own / "depth/0000.png", stranger / "depth.png")
 
 
-def by_links(stranger: Path, own: Path) -> None:
+def by_links(stranger, own):
     for kind in ("rgb", "depth"):
         (stranger / f"{kind}.png").symlink_to(own / kind / "0000.png")
 
 
 @pytest.mark.parametrize("made", [by_hash, by_links])
-def test_what_a_stranger_knows_opens_no_other_file_beside_it(made: Callable[[Path, Path], None], tmp_path: Path):
+def test_what_a_stranger_knows_opens_no_other_file_beside_it(made, tmp_path):
     own, stranger = write_frames(tmp_path / "own", 1), tmp_path / "stranger"
     stranger.mkdir()
     made(stranger, own)
@@ -422,7 +415,7 @@ def test_what_a_stranger_knows_opens_no_other_file_beside_it(made: Callable[[Pat
         named_in(str(own / "rgb/secret.png"), stranger)
 
 
-def test_a_server_does_not_learn_whether_a_file_exists(tmp_path: Path):
+def test_a_server_does_not_learn_whether_a_file_exists(tmp_path):
     path = tmp_path / "a.png"
     path.write_bytes(b"known")
     sha256 = hashlib.sha256(b"known").hexdigest()
@@ -433,7 +426,7 @@ def test_a_server_does_not_learn_whether_a_file_exists(tmp_path: Path):
 
 @pytest.mark.skipif(os.name == "nt", reason="no such names there")
 @pytest.mark.parametrize("end", ["\n", "\x0b", "\u2028"])
-def test_the_name_of_a_folder_allows_nothing_else(end: str, tmp_path: Path):
+def test_the_name_of_a_folder_allows_nothing_else(end, tmp_path):
     folder = tmp_path / f"in{end}" / "etc"
     folder.mkdir(parents=True)
     note_opened(folder)
@@ -456,7 +449,7 @@ SECRETS = [
 
 
 @pytest.mark.parametrize("form", SECRETS)
-def test_passwords_are_hidden_in_every_form(form: str, tmp_path: Path, capsys):
+def test_passwords_are_hidden_in_every_form(form, tmp_path, capsys):
     secret = "wJalr/UtnFEMI+K7"
     text = form.format(secret)
     assert secret not in without_credentials(f"403 for {text}, no")

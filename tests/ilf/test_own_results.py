@@ -11,7 +11,14 @@ import ilf
 from ilf.cli import main
 from ilf.sources.frame_writing import write_frame
 
+from .batch_frames import work_in_this_process
+
 QUICK = ("--max-iterations", "5", "--quiet")
+
+
+@pytest.fixture(autouse=True)
+def no_other_processes(monkeypatch):
+    work_in_this_process(monkeypatch)
 
 
 @pytest.fixture

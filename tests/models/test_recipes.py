@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 
 import cv2
@@ -35,14 +35,14 @@ USES: dict[str, Use] = {
 
 
 @pytest.fixture
-def threads() -> Iterator[None]:
+def threads():
     """Training takes threads from OpenCV."""
     before = cv2.getNumThreads()
     yield
     cv2.setNumThreads(before)
 
 
-def write_data(network: str, folder: Path) -> None:
+def write_data(network, folder):
     if network == "bsds500":
         write_bsds500(folder, 3)
     elif network == "sparse-correction":
@@ -53,7 +53,7 @@ def write_data(network: str, folder: Path) -> None:
             write(folder, f"{number:06d}-0" if network == "correction" else number)
 
 
-def write_sparse_samples(folder: Path) -> None:
+def write_sparse_samples(folder):
     """Samples of some frames, one of which is held out: 2 m, corrected to 2.1 m."""
     rng = np.random.default_rng(5)
     for name in ("a", "frame_3", *(f"b{k}" for k in range(20))):
@@ -67,9 +67,7 @@ def write_sparse_samples(folder: Path) -> None:
 @pytest.mark.filterwarnings("ignore::DeprecationWarning", "ignore::UserWarning")
 @pytest.mark.usefixtures("threads")
 @pytest.mark.parametrize("network", train.MINUTES)
-def test_a_step_is_trained_and_the_library_uses_the_network(
-    network: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_step_is_trained_and_the_library_uses_the_network(network, tmp_path, capsys):
     torch = pytest.importorskip("torch", reason="training needs PyTorch")
     pytest.importorskip("onnx", reason="training needs onnx")
     data, out = tmp_path / "data", tmp_path / "out"
@@ -88,9 +86,7 @@ def test_a_step_is_trained_and_the_library_uses_the_network(
     assert torch.load(out / "checkpoint.pt", weights_only=True)["step"] == 1
 
 
-def test_without_pytorch_one_line_says_so(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_without_pytorch_one_line_says_so(tmp_path, monkeypatch, capsys):
     monkeypatch.setitem(__import__("sys").modules, "torch", None)
     assert train.main(["contours", "--data", str(tmp_path), "--out", str(tmp_path / "out")]) == 1
     told = capsys.readouterr().err
@@ -99,21 +95,21 @@ def test_without_pytorch_one_line_says_so(
 
 
 @pytest.mark.parametrize("arguments", [["wavelets", "--data", ".", "--out", "."], ["contours", "--out", "."]])
-def test_wrong_usage_has_status_2(arguments: list[str]) -> None:
+def test_wrong_usage_has_status_2(arguments):
     with pytest.raises(SystemExit) as ended:
         train.main(arguments)
     assert ended.value.code == 2
 
 
 @pytest.mark.usefixtures("threads")
-def test_a_folder_without_samples_has_status_1(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_folder_without_samples_has_status_1(tmp_path, capsys):
     pytest.importorskip("torch", reason="training needs PyTorch")
     pytest.importorskip("onnx", reason="training needs onnx")
     assert train.main(["depth-edges", "--data", str(tmp_path), "--out", str(tmp_path / "out"), "--threads", "1"]) == 1
     assert "not enough pictures for training" in capsys.readouterr().err
 
 
-def test_the_loss_of_sparse_depth_is_that_of_its_formula(tmp_path: Path) -> None:
+def test_the_loss_of_sparse_depth_is_that_of_its_formula(tmp_path):
     torch = pytest.importorskip("torch", reason="training needs PyTorch")
     from recipes.sparse_correction import SparseCorrectionRecipe, errors
 
@@ -129,7 +125,7 @@ def test_the_loss_of_sparse_depth_is_that_of_its_formula(tmp_path: Path) -> None
     assert float(recipe.loss(recipe.new_model().eval(), batch).detach()) == pytest.approx(unchanged, rel=1e-3)
 
 
-def test_the_gradient_of_spread_changes_is_that_of_their_values() -> None:
+def test_the_gradient_of_spread_changes_is_that_of_their_values():
     torch = pytest.importorskip("torch", reason="training needs PyTorch")
     from recipes.correction_model import conduct
 

@@ -20,8 +20,9 @@ from ..recording import WAIT_MS, Recording, assert_holds
 
 @pytest.fixture(autouse=True)
 def prompt_autosave(monkeypatch):
-    """Changes are stored at once instead of after two seconds."""
+    """Changes are stored at once instead of after two seconds, and again what could not be."""
     monkeypatch.setattr("gui.project.recorder.AFTER_MS", 50)
+    monkeypatch.setattr("gui.project.recorder._RETRY_MS", 100)
 
 
 @pytest.fixture

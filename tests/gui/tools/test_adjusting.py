@@ -1,25 +1,21 @@
 """Refine edge, and lines that are adjusted after they were drawn."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
-from PySide6.QtCore import QObject
 
 from gui.tools.kinds import make_tools
 from gui.views.interaction import PointerKind
-from ilf.data.frame import RGBDFrame
 
 from ..tool_host import Hand, ToolHost
 
 
 @pytest.fixture
-def host(small_frame: RGBDFrame, small_labels: np.ndarray, qapp: QObject) -> ToolHost:
+def host(small_frame, small_labels, qapp):
     """Block 1 on the left, 2 on the right, which meet at x = 30; no snapping, a brush of 3 px."""
     return ToolHost(small_frame, small_labels)
 
 
-def hand(host: ToolHost, name: str) -> Hand:
+def hand(host, name):
     made = Hand(make_tools()[name], host)
     host.workspace.about_to_change.connect(lambda: made.tool.cancel(host))
     return made
@@ -28,7 +24,7 @@ def hand(host: ToolHost, name: str) -> Hand:
 BULGE = [(30.0, 10.0), (36.0, 20.0), (30.0, 30.0)]
 
 
-def test_a_point_of_a_border_is_moved_in_the_same_undo_step(host: ToolHost) -> None:
+def test_a_point_of_a_border_is_moved_in_the_same_undo_step(host):
     border, before = hand(host, "border"), host.labels.copy()
     border.drag(BULGE)
     assert host.preview is not None
@@ -45,7 +41,7 @@ def test_a_point_of_a_border_is_moved_in_the_same_undo_step(host: ToolHost) -> N
     assert host.preview is None
 
 
-def test_points_are_added_and_removed(host: ToolHost) -> None:
+def test_points_are_added_and_removed(host):
     border = hand(host, "border")
     border.drag([(30, 2), (50, 24), (30, 46)])
     border.click((40, 13))
@@ -66,7 +62,7 @@ def test_points_are_added_and_removed(host: ToolHost) -> None:
     assert host.steps == ["Redraw border"]
 
 
-def test_enter_takes_a_line_escape_drops_it_and_another_action_ends_it(host: ToolHost) -> None:
+def test_enter_takes_a_line_escape_drops_it_and_another_action_ends_it(host):
     border, before = hand(host, "border"), host.labels.copy()
     border.drag(BULGE)
     assert not border.tool.busy, "Ctrl+Z undoes the stroke"
@@ -86,7 +82,7 @@ def test_enter_takes_a_line_escape_drops_it_and_another_action_ends_it(host: Too
     assert np.array_equal(host.labels, before)
 
 
-def test_a_line_is_not_adjusted_after_another_step(host: ToolHost) -> None:
+def test_a_line_is_not_adjusted_after_another_step(host):
     border = hand(host, "border")
     border.drag(BULGE)
     host.document.undo_stack.beginMacro("Rename")
@@ -98,7 +94,7 @@ def test_a_line_is_not_adjusted_after_another_step(host: ToolHost) -> None:
     assert np.array_equal(labels[:, :30], host.labels[:, :30])
 
 
-def test_a_moved_point_snaps_and_its_line_keeps_its_shape(small_frame: RGBDFrame, small_labels: np.ndarray) -> None:
+def test_a_moved_point_snaps_and_its_line_keeps_its_shape(small_frame, small_labels):
     small_labels[:, 26:] = 2
     host = ToolHost(small_frame, small_labels, leash=3)
     border = hand(host, "border")
@@ -116,7 +112,7 @@ def test_a_moved_point_snaps_and_its_line_keeps_its_shape(small_frame: RGBDFrame
     ]
 
 
-def test_an_outline_is_adjusted_with_its_block(host: ToolHost) -> None:
+def test_an_outline_is_adjusted_with_its_block(host):
     outline = hand(host, "outline")
     for corner in ((40, 10), (50, 10), (50, 20), (40, 20)):
         outline.click(corner)
@@ -134,7 +130,7 @@ def test_an_outline_is_adjusted_with_its_block(host: ToolHost) -> None:
     assert set(np.unique(host.labels)) == {1, 2}
 
 
-def test_refine_edge_divides_the_band_on_release(small_frame: RGBDFrame, small_labels: np.ndarray) -> None:
+def test_refine_edge_divides_the_band_on_release(small_frame, small_labels):
     small_labels[:, 26:] = 2
     host = ToolHost(small_frame, small_labels)
     host.options.brush_radius = 7
@@ -151,7 +147,7 @@ def test_refine_edge_divides_the_band_on_release(small_frame: RGBDFrame, small_l
     assert (host.labels[12:36, 31:] == 2).all(), "the border lies at the edge"
 
 
-def test_refine_edge_says_why_nothing_changes(host: ToolHost) -> None:
+def test_refine_edge_says_why_nothing_changes(host):
     refine = hand(host, "refine")
     refine.drag([(50, 10), (50, 30)])
     assert "no border under the brush" in host.said[-1]
@@ -166,9 +162,7 @@ def test_refine_edge_says_why_nothing_changes(host: ToolHost) -> None:
     assert host.steps == []
 
 
-def test_a_band_that_is_being_decided_is_cancelled_or_ended_by_the_next_stroke(
-    small_frame: RGBDFrame, small_labels: np.ndarray
-) -> None:
+def test_a_band_that_is_being_decided_is_cancelled_or_ended_by_the_next_stroke(small_frame, small_labels):
     small_labels[:, 27:] = 2
     host = ToolHost(small_frame, small_labels)
     host.options.brush_radius = 6

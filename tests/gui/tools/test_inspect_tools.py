@@ -1,11 +1,7 @@
 """The tools that inspect: a line, a rectangle, points to measure between. They leave blocks alone."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
-from numpy.typing import NDArray
-from PySide6.QtCore import QObject
 
 from gui.state.document import Document
 from gui.tools.kinds import KINDS, make_tools
@@ -17,19 +13,19 @@ from ..tool_host import Hand, ToolHost
 
 
 @pytest.fixture
-def host(small_frame: RGBDFrame, small_labels: NDArray[np.int32], qapp: QObject) -> ToolHost:
+def host(small_frame, small_labels, qapp):
     return ToolHost(small_frame, small_labels)
 
 
-def hand(host: ToolHost, tool: str) -> Hand:
+def hand(host, tool):
     return Hand(make_tools()[tool], host)
 
 
-def measured(host: ToolHost) -> list[tuple[tuple[float, float], ...]]:
+def measured(host):
     return list(host.inspection.measurements)
 
 
-def test_inspecting_changes_no_block_and_needs_no_edges(host: ToolHost) -> None:
+def test_inspecting_changes_no_block_and_needs_no_edges(host):
     host.edge_data = None
     host.document.change_info(1, locked=True)
     labels = host.labels.copy()
@@ -47,7 +43,7 @@ def test_inspecting_changes_no_block_and_needs_no_edges(host: ToolHost) -> None:
 # the profile line
 
 
-def test_a_line_is_drawn_moved_by_its_ends_and_as_a_whole(host: ToolHost) -> None:
+def test_a_line_is_drawn_moved_by_its_ends_and_as_a_whole(host):
     user, inspection = hand(host, "profile"), host.inspection
     user.drag([(5.2, 6.7), (30, 20), (40.9, 26.1)])
     assert inspection.line == ((5.5, 6.5), (40.5, 26.5))
@@ -61,7 +57,7 @@ def test_a_line_is_drawn_moved_by_its_ends_and_as_a_whole(host: ToolHost) -> Non
     assert inspection.line == ((5.5, 45.5), (20.5, 45.5))
 
 
-def test_a_line_keeps_to_the_frame(host: ToolHost) -> None:
+def test_a_line_keeps_to_the_frame(host):
     user = hand(host, "profile")
     user.drag([(20, 20), (90, -9)])
     assert host.inspection.line == ((20.5, 20.5), (63.5, 0.5))
@@ -69,7 +65,7 @@ def test_a_line_keeps_to_the_frame(host: ToolHost) -> None:
     assert host.inspection.line == ((20.5, 47.5), (63.5, 27.5))
 
 
-def test_a_line_that_is_given_up_is_where_it_was(host: ToolHost) -> None:
+def test_a_line_that_is_given_up_is_where_it_was(host):
     user = hand(host, "profile")
     assert not user.tool.remove(host)
     user.drag([(5, 5), (40, 5)])
@@ -83,7 +79,7 @@ def test_a_line_that_is_given_up_is_where_it_was(host: ToolHost) -> None:
     assert host.inspection.line is None
 
 
-def test_lines_and_measurements_stay_with_their_frame(host: ToolHost, small_frame: RGBDFrame) -> None:
+def test_lines_and_measurements_stay_with_their_frame(host, small_frame):
     first = host.document
     hand(host, "profile").drag([(5, 5), (40, 5)])
     hand(host, "measure").click((5, 5))
@@ -99,7 +95,7 @@ def test_lines_and_measurements_stay_with_their_frame(host: ToolHost, small_fram
 # the rectangle
 
 
-def test_a_rectangle_is_drawn_resized_and_moved(host: ToolHost) -> None:
+def test_a_rectangle_is_drawn_resized_and_moved(host):
     user = hand(host, "rectangle")
     user.drag([(30.2, 12.5), (12.7, 30.1)])
     assert host.inspection.region == (slice(12, 31), slice(12, 31))
@@ -122,7 +118,7 @@ def test_a_rectangle_is_drawn_resized_and_moved(host: ToolHost) -> None:
 # measuring
 
 
-def test_two_clicks_make_a_measurement(host: ToolHost) -> None:
+def test_two_clicks_make_a_measurement(host):
     user = hand(host, "measure")
     user.click((3, 3))
     user.hover((25, 40))
@@ -139,7 +135,7 @@ def test_two_clicks_make_a_measurement(host: ToolHost) -> None:
     assert len(measured(host)) == 1  # a single point measures nothing
 
 
-def test_a_point_is_dragged_and_put_back(host: ToolHost) -> None:
+def test_a_point_is_dragged_and_put_back(host):
     user = hand(host, "measure")
     user.click((3, 3))
     user.click((20, 3))
@@ -151,8 +147,8 @@ def test_a_point_is_dragged_and_put_back(host: ToolHost) -> None:
     assert measured(host)[0][0] == (3.5, 3.5)
 
 
-def test_a_point_without_a_place_in_space_is_refused(host: ToolHost, small_frame: RGBDFrame) -> None:
-    refused: list[str] = []
+def test_a_point_without_a_place_in_space_is_refused(host, small_frame):
+    refused = []
     host.inspection.refused.connect(refused.append)
     user = hand(host, "measure")
     user.click((12, 15))

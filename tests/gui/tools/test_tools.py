@@ -1,46 +1,42 @@
 """The tools as state machines, without a window: what a hand does, and what comes of it."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
 import pytest
-from PySide6.QtCore import QObject
 
-from gui.tools.base import Point, Tool
+from gui.tools.base import Tool
 from gui.tools.kinds import make_tools
 from gui.tools.line import Pen, straightened
 from gui.views.interaction import PointerEvent, PointerKind
-from ilf.data.frame import RGBDFrame
-from ilf.segmentation.editing.patches import LabelPatch, patch_between
+from ilf.segmentation.editing.patches import patch_between
 
 from ..tool_host import Hand, ToolHost
 
 
 @pytest.fixture
-def host(small_frame: RGBDFrame, small_labels: np.ndarray, qapp: QObject) -> ToolHost:
+def host(small_frame, small_labels, qapp):
     """Block 1 on the left, 2 on the right, which meet at x = 30; no snapping, a brush of 3 px."""
     return ToolHost(small_frame, small_labels)
 
 
-def hand(host: ToolHost, name: str) -> Hand:
+def hand(host, name):
     return Hand(make_tools()[name], host)
 
 
-def _move(at: Point, keys: str = "") -> tuple[PointerKind, Point, str]:
+def _move(at, keys=""):
     return PointerKind.MOVE, at, keys
 
 
-def _release(at: Point, keys: str = "") -> tuple[PointerKind, Point, str]:
+def _release(at, keys=""):
     return PointerKind.RELEASE, at, keys
 
 
-def _all_to(host: ToolHost, label: int) -> LabelPatch | None:
+def _all_to(host, label):
     return _box_to(host, label, np.s_[:, :])
 
 
-def _box_to(host: ToolHost, label: int, box: tuple[slice, slice]) -> LabelPatch | None:
+def _box_to(host, label, box):
     after = host.labels.copy()
     after[box] = label
     return patch_between(host.labels, after)
@@ -49,7 +45,7 @@ def _box_to(host: ToolHost, label: int, box: tuple[slice, slice]) -> LabelPatch 
 # border
 
 
-def test_both_sides_follow_a_border_and_nothing_else_does(host: ToolHost) -> None:
+def test_both_sides_follow_a_border_and_nothing_else_does(host):
     border = hand(host, "border")
     before = host.labels.copy()
     border.drag([(30, 10), (36, 16), (36, 24), (30, 30)])
@@ -61,7 +57,7 @@ def test_both_sides_follow_a_border_and_nothing_else_does(host: ToolHost) -> Non
     assert host.steps == ["Redraw border"]
 
 
-def test_a_border_shows_where_it_would_lie_while_it_is_drawn(host: ToolHost) -> None:
+def test_a_border_shows_where_it_would_lie_while_it_is_drawn(host):
     host.options.leash = 6
     border = hand(host, "border")
     border.drag([(33, 5), (33.5, 15), (33, 25), (33.5, 40)], release=False)
@@ -74,7 +70,7 @@ def test_a_border_shows_where_it_would_lie_while_it_is_drawn(host: ToolHost) -> 
     assert 32.5 < bounds.center().x() < 34
 
 
-def test_shift_draws_a_border_straight_and_free_again_without(host: ToolHost) -> None:
+def test_shift_draws_a_border_straight_and_free_again_without(host):
     host.options.leash = 6
     border = hand(host, "border")
     border.press((33, 5))
@@ -86,7 +82,7 @@ def test_shift_draws_a_border_straight_and_free_again_without(host: ToolHost) ->
     assert (line.elementAt(1).x, line.elementAt(1).y) == pytest.approx((34, 40), abs=1)
 
 
-def test_whose_border_would_move_is_said_before_it_moves(host: ToolHost) -> None:
+def test_whose_border_would_move_is_said_before_it_moves(host):
     border = hand(host, "border")
     border.drag([(30, 10), (36, 16), (36, 24), (30, 30)], release=False)
     assert "px from Block 2 to Block 1" in border.tool.hint
@@ -103,7 +99,7 @@ def test_whose_border_would_move_is_said_before_it_moves(host: ToolHost) -> None
     assert "Block 2 is locked" in border.tool.hint
 
 
-def test_what_is_found_out_of_a_line_that_is_gone_shows_nothing(host: ToolHost) -> None:
+def test_what_is_found_out_of_a_line_that_is_gone_shows_nothing(host):
     host.waits = True
     for name in ("border", "give", "split", "outline"):
         user = hand(host, name)
@@ -115,14 +111,14 @@ def test_what_is_found_out_of_a_line_that_is_gone_shows_nothing(host: ToolHost) 
         assert "Release" not in user.tool.hint
 
 
-def test_a_click_with_the_border_tool_chooses(host: ToolHost) -> None:
+def test_a_click_with_the_border_tool_chooses(host):
     border = hand(host, "border")
     border.drag([(45, 20), (46, 21)])
     assert host.document.selected == [2]
     assert host.steps == []
 
 
-def test_a_line_far_from_any_border_says_so(host: ToolHost) -> None:
+def test_a_line_far_from_any_border_says_so(host):
     border = hand(host, "border")
     border.drag([(45, 20), (55, 20)])
     assert host.steps == []
@@ -132,7 +128,7 @@ def test_a_line_far_from_any_border_says_so(host: ToolHost) -> None:
 # outline
 
 
-def test_what_is_drawn_around_goes_to_the_chosen_block(host: ToolHost) -> None:
+def test_what_is_drawn_around_goes_to_the_chosen_block(host):
     host.select([1])
     outline = hand(host, "outline")
     outline.drag([(40, 10), (50, 10), (50, 20), (40, 20), (40, 11)])
@@ -142,7 +138,7 @@ def test_what_is_drawn_around_goes_to_the_chosen_block(host: ToolHost) -> None:
 
 
 @pytest.mark.parametrize(("chosen", "keys"), [([], ""), ([1], "c")])
-def test_without_a_chosen_block_or_with_control_it_is_a_new_one(host: ToolHost, chosen: list[int], keys: str) -> None:
+def test_without_a_chosen_block_or_with_control_it_is_a_new_one(host, chosen, keys):
     host.select(chosen)
     hand(host, "outline").drag([(40, 10), (50, 10), (50, 20), (40, 20), (40, 11)], keys)
     assert (host.labels[11:19, 41:49] == 3).all()
@@ -150,7 +146,7 @@ def test_without_a_chosen_block_or_with_control_it_is_a_new_one(host: ToolHost, 
 
 
 @pytest.mark.parametrize("end", ["enter", "double click", "first corner"])
-def test_an_outline_of_clicks_is_closed(host: ToolHost, end: str) -> None:
+def test_an_outline_of_clicks_is_closed(host, end):
     outline = hand(host, "outline")
     for corner in ((40, 10), (50, 10), (50, 20)):
         outline.click(corner)
@@ -169,7 +165,7 @@ def test_an_outline_of_clicks_is_closed(host: ToolHost, end: str) -> None:
     assert not outline.tool.finish(host)
 
 
-def test_corners_are_taken_back_one_by_one(host: ToolHost) -> None:
+def test_corners_are_taken_back_one_by_one(host):
     outline = hand(host, "outline")
     for corner in ((40, 10), (50, 10), (60, 40), (50, 20)):
         outline.click(corner)
@@ -186,7 +182,7 @@ def test_corners_are_taken_back_one_by_one(host: ToolHost) -> None:
     assert not outline.tool.undo_last(host)
 
 
-def test_an_outline_may_be_clicked_and_dragged_in_turns(host: ToolHost) -> None:
+def test_an_outline_may_be_clicked_and_dragged_in_turns(host):
     outline = hand(host, "outline")
     outline.click((40, 10))
     outline.drag([(50, 10), (53, 15), (50, 20)])
@@ -198,7 +194,7 @@ def test_an_outline_may_be_clicked_and_dragged_in_turns(host: ToolHost) -> None:
     assert host.labels[15, 54] == 2
 
 
-def test_two_corners_are_no_outline_and_escape_drops_them(host: ToolHost) -> None:
+def test_two_corners_are_no_outline_and_escape_drops_them(host):
     outline = hand(host, "outline")
     outline.click((40, 10))
     outline.click((50, 10))
@@ -213,7 +209,7 @@ def test_two_corners_are_no_outline_and_escape_drops_them(host: ToolHost) -> Non
 # split
 
 
-def test_a_drag_across_cuts_and_the_larger_part_keeps_the_name(host: ToolHost) -> None:
+def test_a_drag_across_cuts_and_the_larger_part_keeps_the_name(host):
     split = hand(host, "split")
     split.drag([(45, -1), (47, 20), (45, 49)])
     assert host.labels[10, 40] != host.labels[10, 60]
@@ -222,7 +218,7 @@ def test_a_drag_across_cuts_and_the_larger_part_keeps_the_name(host: ToolHost) -
     assert host.steps == ["Split Block 2"]
 
 
-def test_a_line_of_clicks_cuts_bent(host: ToolHost) -> None:
+def test_a_line_of_clicks_cuts_bent(host):
     split = hand(host, "split")
     split.click((29, 20), "c")
     split.click((50, 20))
@@ -234,9 +230,7 @@ def test_a_line_of_clicks_cuts_bent(host: ToolHost) -> None:
     assert host.labels[30, 60] == host.labels[10, 40]
 
 
-def test_a_click_in_a_block_of_two_surfaces_suggests_a_line_that_a_second_one_takes(
-    small_frame: RGBDFrame, qapp: QObject
-) -> None:
+def test_a_click_in_a_block_of_two_surfaces_suggests_a_line_that_a_second_one_takes(small_frame, qapp):
     host = ToolHost(small_frame, np.ones((48, 64), np.int32))
     split = hand(host, "split")
     split.click((10, 5))
@@ -251,7 +245,7 @@ def test_a_click_in_a_block_of_two_surfaces_suggests_a_line_that_a_second_one_ta
     assert not split.tool.busy
 
 
-def test_a_suggested_line_is_given_up_by_escape_or_by_a_drag(small_frame: RGBDFrame, qapp: QObject) -> None:
+def test_a_suggested_line_is_given_up_by_escape_or_by_a_drag(small_frame, qapp):
     host = ToolHost(small_frame, np.ones((48, 64), np.int32))
     split = hand(host, "split")
     split.click((10, 5))
@@ -264,7 +258,7 @@ def test_a_suggested_line_is_given_up_by_escape_or_by_a_drag(small_frame: RGBDFr
 
 
 @pytest.mark.parametrize("end", ["click", "escape", "drag"])
-def test_a_line_that_is_still_looked_for(small_frame: RGBDFrame, qapp: QObject, end: str) -> None:
+def test_a_line_that_is_still_looked_for(small_frame, qapp, end):
     host = ToolHost(small_frame, np.ones((48, 64), np.int32))
     host.waits = True
     split = hand(host, "split")
@@ -283,7 +277,7 @@ def test_a_line_that_is_still_looked_for(small_frame: RGBDFrame, qapp: QObject, 
     assert not split.tool.busy
 
 
-def test_where_nothing_suggests_itself_a_click_draws_nothing(host: ToolHost) -> None:
+def test_where_nothing_suggests_itself_a_click_draws_nothing(host):
     split = hand(host, "split")
     split.click((45, -1))
     assert split.tool.undo_last(host), "off the frame, a line is begun"
@@ -296,7 +290,7 @@ def test_where_nothing_suggests_itself_a_click_draws_nothing(host: ToolHost) -> 
     assert host.steps == []
 
 
-def test_open_ends_of_a_cut_run_on_to_the_boundary_and_are_shown(host: ToolHost) -> None:
+def test_open_ends_of_a_cut_run_on_to_the_boundary_and_are_shown(host):
     split = hand(host, "split")
     split.drag([(46.5, 14), (46.5, 20), (46.5, 25), (46.5, 32)], release=False)
     assert host.preview is not None
@@ -313,7 +307,7 @@ def test_open_ends_of_a_cut_run_on_to_the_boundary_and_are_shown(host: ToolHost)
     assert "Release" not in split.tool.hint
 
 
-def test_the_block_under_the_stroke_is_cut_whatever_is_chosen(host: ToolHost) -> None:
+def test_the_block_under_the_stroke_is_cut_whatever_is_chosen(host):
     host.select([1])
     split = hand(host, "split")
     split.drag([(26, 20), (31, 20), (45, 20), (64, 20)])
@@ -321,14 +315,14 @@ def test_the_block_under_the_stroke_is_cut_whatever_is_chosen(host: ToolHost) ->
     assert (host.labels[:, :30] == 1).all()
 
 
-def test_a_block_that_a_line_parts_is_meant_however_far_it_is_drawn_beyond(host: ToolHost) -> None:
+def test_a_block_that_a_line_parts_is_meant_however_far_it_is_drawn_beyond(host):
     host.workspace.current.edit(_box_to(host, 3, np.s_[:, 30:36]), "A narrow block")
     hand(host, "split").drag([(20, 24.5), (28, 24.5), (36, 24.5), (45, 24.5)])
     assert host.steps[-1] == "Split Block 3"
     assert (host.labels[:, :30] == 1).all()
 
 
-def test_how_near_an_end_must_come_goes_by_the_screen(host: ToolHost) -> None:
+def test_how_near_an_end_must_come_goes_by_the_screen(host):
     """Seen from afar, a hand misses the boundary by more pixels of the image."""
     give = hand(host, "give")
     line = [(25.0, 20.5), (40.0, 20.5), (54.0, 20.5)]  # 10 px short of the frame's rim
@@ -339,7 +333,7 @@ def test_how_near_an_end_must_come_goes_by_the_screen(host: ToolHost) -> None:
         assert host.steps == steps
 
 
-def test_edges_that_are_still_looked_for_are_said(host: ToolHost) -> None:
+def test_edges_that_are_still_looked_for_are_said(host):
     host.edge_data = None
     split = hand(host, "split")
     split.click((45, 20))
@@ -352,7 +346,7 @@ def test_edges_that_are_still_looked_for_are_said(host: ToolHost) -> None:
 # brush
 
 
-def test_erased_pixels_go_to_the_neighbour_unless_they_shall_not(host: ToolHost) -> None:
+def test_erased_pixels_go_to_the_neighbour_unless_they_shall_not(host):
     host.select([1])
     erase = hand(host, "erase")
     erase.drag([(29, 10), (29, 40)], release=False)
@@ -366,7 +360,7 @@ def test_erased_pixels_go_to_the_neighbour_unless_they_shall_not(host: ToolHost)
     assert host.steps == ["Erase from Block 1"] * 2
 
 
-def test_similar_only_keeps_a_stroke_from_going_over_an_edge(host: ToolHost) -> None:
+def test_similar_only_keeps_a_stroke_from_going_over_an_edge(host):
     host.workspace.current.edit(_all_to(host, 1), "All")
     host.select([1])
     host.document.info(2)
@@ -382,7 +376,7 @@ def test_similar_only_keeps_a_stroke_from_going_over_an_edge(host: ToolHost) -> 
     assert "still being computed" in host.said[-1]
 
 
-def test_a_stroke_that_is_given_up_was_never_there(host: ToolHost) -> None:
+def test_a_stroke_that_is_given_up_was_never_there(host):
     host.select([1])
     before = host.labels.copy()
     for name in ("paint", "erase"):
@@ -400,7 +394,7 @@ def test_a_stroke_that_is_given_up_was_never_there(host: ToolHost) -> None:
 # give
 
 
-def test_a_click_gives_a_part_or_with_control_a_region(host: ToolHost) -> None:
+def test_a_click_gives_a_part_or_with_control_a_region(host):
     host.workspace.current.edit(_all_to(host, 1), "All")
     host.workspace.current.edit(_box_to(host, 5, np.s_[5:15, 20:40]), "Box")
     host.document.info(7)
@@ -422,7 +416,7 @@ def test_a_click_gives_a_part_or_with_control_a_region(host: ToolHost) -> None:
     assert "already" in host.said[-1]
 
 
-def test_a_line_cuts_a_part_off_for_the_block_that_it_begins_in(host: ToolHost) -> None:
+def test_a_line_cuts_a_part_off_for_the_block_that_it_begins_in(host):
     give = hand(host, "give")
     before = host.labels.copy()
     give.drag([(25, 20.5), (40, 20.5), (58, 20.5), (62, 20.5)])
@@ -444,7 +438,7 @@ def test_a_line_cuts_a_part_off_for_the_block_that_it_begins_in(host: ToolHost) 
     assert np.array_equal(host.labels, before)
 
 
-def test_a_part_smaller_than_the_line_in_its_block_is_not_meant(host: ToolHost) -> None:
+def test_a_part_smaller_than_the_line_in_its_block_is_not_meant(host):
     """The line goes along the rim of a third block, farther than through the block that it cuts."""
     host.workspace.current.edit(_box_to(host, 3, np.s_[:10, 30:]), "Third block")
     host.workspace.current.edit(_box_to(host, 4, np.s_[10:13, 30:]), "To be cut")
@@ -454,12 +448,12 @@ def test_a_part_smaller_than_the_line_in_its_block_is_not_meant(host: ToolHost) 
     assert (host.labels[10:13, 44:] == 4).all()
 
 
-def _three_blocks(host: ToolHost) -> None:
+def _three_blocks(host):
     """Block 3 in the upper left corner, above Block 1; Block 2 on the right of both."""
     host.workspace.current.edit(_box_to(host, 3, np.s_[:24, :30]), "Third block")
 
 
-def test_a_line_begun_beside_the_chosen_block_is_for_that(host: ToolHost) -> None:
+def test_a_line_begun_beside_the_chosen_block_is_for_that(host):
     _three_blocks(host)
     line = [(27.0, 20.0), (36.0, 34.0), (50.0, 40.0), (58.0, 49.0)]
     hand(host, "give").drag(line)
@@ -477,7 +471,7 @@ def test_a_line_begun_beside_the_chosen_block_is_for_that(host: ToolHost) -> Non
     assert (host.labels[:24, :30] == 3).all()
 
 
-def test_a_line_begun_in_the_block_that_gives_is_for_the_one_beside(host: ToolHost) -> None:
+def test_a_line_begun_in_the_block_that_gives_is_for_the_one_beside(host):
     give = hand(host, "give")
     give.drag([(33, 20.5), (45, 20.5), (62, 20.5)])
     assert host.labels[10, 50] == 1
@@ -486,7 +480,7 @@ def test_a_line_begun_in_the_block_that_gives_is_for_the_one_beside(host: ToolHo
     assert "Start the line in the block" in host.said[-1]
 
 
-def test_what_would_lie_apart_from_its_block_is_said(host: ToolHost) -> None:
+def test_what_would_lie_apart_from_its_block_is_said(host):
     _three_blocks(host)
     host.workspace.current.edit(_box_to(host, 5, np.s_[:10, :10]), "Corner")
     host.select([5])
@@ -518,7 +512,7 @@ def test_what_would_lie_apart_from_its_block_is_said(host: ToolHost) -> None:
     assert "Release" not in outline.tool.hint
 
 
-def test_giving_needs_a_block_that_takes(host: ToolHost) -> None:
+def test_giving_needs_a_block_that_takes(host):
     give = hand(host, "give")
     give.click((10, 10))
     assert host.document.selected == [1]
@@ -533,7 +527,7 @@ def test_giving_needs_a_block_that_takes(host: ToolHost) -> None:
 # distrust
 
 
-def test_distrusted_depth_is_missing_and_comes_back(host: ToolHost) -> None:
+def test_distrusted_depth_is_missing_and_comes_back(host):
     mark_invalid = hand(host, "mark_invalid")
     known = host.document.frame.known.copy()
     mark_invalid.drag([(40, 10), (50, 10)], release=False)
@@ -552,7 +546,7 @@ def test_distrusted_depth_is_missing_and_comes_back(host: ToolHost) -> None:
     assert np.array_equal(host.document.frame.known, known)
 
 
-def test_there_must_be_depth_to_distrust(host: ToolHost) -> None:
+def test_there_must_be_depth_to_distrust(host):
     mark_invalid = hand(host, "mark_invalid")
     mark_invalid.click((14, 16))
     assert "no valid measured depth" in host.said[0]
@@ -564,7 +558,7 @@ def test_there_must_be_depth_to_distrust(host: ToolHost) -> None:
 # choosing
 
 
-def test_shift_adds_and_a_band_chooses_what_lies_in_it(host: ToolHost) -> None:
+def test_shift_adds_and_a_band_chooses_what_lies_in_it(host):
     select = hand(host, "select")
     assert not select.press((10, 10)), "a drag pans"
     assert host.document.selected == [1]
@@ -580,7 +574,7 @@ def test_shift_adds_and_a_band_chooses_what_lies_in_it(host: ToolHost) -> None:
     assert host.preview is None
 
 
-def test_locked_blocks_are_left_alone_by_every_tool(host: ToolHost) -> None:
+def test_locked_blocks_are_left_alone_by_every_tool(host):
     host.workspace.current.set_lock(2, True)
     host.select([2])
     before = host.labels.copy()
@@ -593,7 +587,7 @@ def test_locked_blocks_are_left_alone_by_every_tool(host: ToolHost) -> None:
 
 
 @pytest.mark.parametrize("name", list(make_tools()))
-def test_what_is_given_up_leaves_nothing(host: ToolHost, name: str) -> None:
+def test_what_is_given_up_leaves_nothing(host, name):
     """Events of a drag that was given up come all the same, and mean nothing."""
     user = hand(host, name)
     host.options.hand_depth = 2.0
@@ -611,14 +605,14 @@ def test_what_is_given_up_leaves_nothing(host: ToolHost, name: str) -> None:
 # the pen
 
 
-def test_nearly_upright_is_upright() -> None:
+def test_nearly_upright_is_upright():
     assert straightened((10, 10), (10.5, 40)) == pytest.approx((10, 40), abs=0.6)
     x, y = straightened((0, 0), (30, 31))
     assert x == pytest.approx(y)
     assert straightened((0, 0), (30, 15)) == (30, 15)
 
 
-def test_stretches_of_a_pen_join() -> None:
+def test_stretches_of_a_pen_join():
     pen = Pen()
     pen.begin((0, 0))
     pen.drag((5, 1), False, list)
@@ -636,7 +630,7 @@ def test_stretches_of_a_pen_join() -> None:
     assert pen.line == []
 
 
-def test_every_tool_says_what_it_does() -> None:
+def test_every_tool_says_what_it_does():
     hints = [tool.hint for tool in make_tools().values()]
     assert len(set(hints)) == len(hints)
     assert all(isinstance(tool, Tool) for tool in make_tools().values())
@@ -645,9 +639,7 @@ def test_every_tool_says_what_it_does() -> None:
 @pytest.mark.parametrize(
     ("name", "line"), [("border", [(30, 10), (36, 20), (30, 30)]), ("paint", [(45, 10), (50, 12)])]
 )
-def test_a_line_that_only_a_lock_holds_back_names_the_locked_block(
-    host: ToolHost, name: str, line: list[Point]
-) -> None:
+def test_a_line_that_only_a_lock_holds_back_names_the_locked_block(host, name, line):
     before = host.labels.copy()
     host.select([1])
     host.workspace.current.set_lock(2, True)

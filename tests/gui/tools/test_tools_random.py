@@ -1,17 +1,10 @@
 """Random events for all tools, with undo and redo: what must hold whatever a hand does."""
 
-from __future__ import annotations
-
-from typing import Any
-
 import numpy as np
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
-from PySide6.QtCore import QObject
 
-from gui.tools.base import Tool
 from gui.tools.kinds import make_tools
-from ilf.data.frame import RGBDFrame
 from ilf.segmentation.editing.patches import border_pixels
 
 from ..tool_host import Hand, ToolHost
@@ -36,7 +29,7 @@ _gesture = st.fixed_dictionaries(
 )
 
 
-def _make_gesture(host: ToolHost, tool: Tool, gesture: dict[str, Any]) -> None:
+def _make_gesture(host, tool, gesture):
     host.options.leash = gesture["leash"]
     host.options.hand_depth = gesture["hand_depth"]
     host.options.similar_only, host.options.to_no_block = gesture["switches"]
@@ -62,28 +55,28 @@ def _make_gesture(host: ToolHost, tool: Tool, gesture: dict[str, Any]) -> None:
         host.workspace.about_to_change.emit()
 
 
-def test_whatever_a_hand_does(small_frame: RGBDFrame, qapp: QObject) -> None:
+def test_whatever_a_hand_does(small_frame, qapp):
     """Blocks part the frame, locked ones stay, undo and redo are exact, drawn borders are borders,
     distrusted depth is what counts as missing; depth by hand is never in locked blocks, and no proposal stays."""
     edits = 0
 
     @settings(
-        max_examples=60,
+        max_examples=40,
         deadline=None,
         derandomize=True,
         phases=[Phase.generate],
         suppress_health_check=list(HealthCheck),
     )
     @given(gestures=st.lists(_gesture, min_size=14, max_size=24), holes=st.booleans())
-    def run(gestures: list[dict[str, Any]], holes: bool) -> None:
+    def run(gestures, holes):
         nonlocal edits
         edits += _work(small_frame, gestures, holes)
 
     run()
-    assert edits >= 200
+    assert edits >= 130
 
 
-def _work(frame: RGBDFrame, gestures: list[dict[str, Any]], holes: bool) -> int:
+def _work(frame, gestures, holes):
     """Make all gestures, and check after each; then undo all, and redo all. How many edits came of them."""
     labels = np.ones(FRAME_SHAPE, np.int32)
     labels[:, 30:] = 3
@@ -129,27 +122,27 @@ def _work(frame: RGBDFrame, gestures: list[dict[str, Any]], holes: bool) -> int:
     return edits
 
 
-def _state(host: ToolHost) -> tuple[np.ndarray, ...]:
+def _state(host):
     return host.labels.copy(), host.document.frame.known.copy(), _drawn(host), _by_hand(host)
 
 
-def _by_hand(host: ToolHost) -> np.ndarray:
+def _by_hand(host):
     """Depth by hand, 0 for none."""
     by_hand = host.document.blocks.by_hand
     return np.zeros(FRAME_SHAPE) if by_hand is None else np.nan_to_num(by_hand.depth)
 
 
-def _drawn(host: ToolHost) -> np.ndarray:
+def _drawn(host):
     drawn = host.document.blocks.drawn
     return np.zeros(FRAME_SHAPE, bool) if drawn is None else drawn.copy()
 
 
-def _compare(host: ToolHost, state: tuple[np.ndarray, ...]) -> None:
+def _compare(host, state):
     for now, then in zip(_state(host), state, strict=True):
         assert np.array_equal(now, then)
 
 
-def _check(host: ToolHost, labels: np.ndarray) -> None:
+def _check(host, labels):
     frame = host.document.frame
     assert host.labels.dtype == np.int32
     assert host.labels.min() >= 0

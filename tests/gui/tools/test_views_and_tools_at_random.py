@@ -1,14 +1,10 @@
 """What is known of one state of a frame is never taken for another's: results, edits, values, what is to be solved."""
 
-from __future__ import annotations
-
-from collections.abc import Iterator
 from threading import Event
 
 import numpy as np
 import pytest
 from PySide6.QtGui import QAction
-from pytestqt.qtbot import QtBot
 
 from gui.features.blocks.commands import BlockCommands
 from gui.features.compare import DerivedPresenter
@@ -25,15 +21,13 @@ from ilf.data.results import Completion
 from ilf.evaluation.edit_summary import EditSummary
 from ilf.run.run import Run
 from ilf.segmentation.edges.frame_edges import FrameEdges
-from ilf.segmentation.editing.patches import LabelPatch, patch_between
-
-from ..scripted_runs import Bench, Until
+from ilf.segmentation.editing.patches import patch_between
 
 Completed = tuple[Completion | None, Completion | None]
 
 
 @pytest.fixture
-def views(bench: Bench, qtbot: QtBot) -> LinkedViews:
+def views(bench, qtbot):
     views = LinkedViews(bench.workspace)
     qtbot.addWidget(views)
     views.look_back(None)
@@ -41,7 +35,7 @@ def views(bench: Bench, qtbot: QtBot) -> LinkedViews:
 
 
 @pytest.fixture
-def effect(bench: Bench, views: LinkedViews, qtbot: QtBot) -> Iterator[EditSummaryPresenter]:
+def effect(bench, views, qtbot):
     live = QAction(checkable=True, checked=True)
     line = EditSummaryLine()
     qtbot.addWidget(line)
@@ -51,7 +45,7 @@ def effect(bench: Bench, views: LinkedViews, qtbot: QtBot) -> Iterator[EditSumma
     assert presenter.shutdown()
 
 
-def box_to(bench: Bench, label: int, rows: slice, columns: slice) -> LabelPatch:
+def box_to(bench, label, rows, columns):
     labels = bench.document.labels.copy()
     labels[rows, columns] = label
     patch = patch_between(bench.document.labels, labels)
@@ -59,13 +53,13 @@ def box_to(bench: Bench, label: int, rows: slice, columns: slice) -> LabelPatch:
     return patch
 
 
-def run_all(bench: Bench, until: Until) -> None:
+def run_all(bench, until):
     bench.script.allow()
     bench.runs.start()
     until(lambda: bench.runs.state is RunState.IDLE)
 
 
-def test_results_of_a_run_are_of_the_depth_that_it_was_begun_with(bench: Bench, until: Until) -> None:
+def test_results_of_a_run_are_of_the_depth_that_it_was_begun_with(bench, until):
     bench.runs.start()
     mask = np.zeros(bench.frame.shape, bool)
     mask[:4, :4] = True
@@ -77,7 +71,7 @@ def test_results_of_a_run_are_of_the_depth_that_it_was_begun_with(bench: Bench, 
     assert set(bench.document.valid_results()) == {1, 2}
 
 
-def test_a_stroke_does_not_bring_back_the_result_of_other_drawn_borders(bench: Bench, until: Until) -> None:
+def test_a_stroke_does_not_bring_back_the_result_of_other_drawn_borders(bench, until):
     run_all(bench, until)
     block = bench.document.labels == 2
     bench.workspace.current.edit(box_to(bench, 1, np.s_[:], np.s_[30:]), "Give")
@@ -89,12 +83,10 @@ def test_a_stroke_does_not_bring_back_the_result_of_other_drawn_borders(bench: B
     assert 2 not in bench.document.valid_results()
 
 
-def test_an_edit_is_judged_against_the_drawn_borders_that_there_were(
-    bench: Bench, effect: EditSummaryPresenter, until: Until, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    asked: list[tuple[Run, Run]] = []
+def test_an_edit_is_judged_against_the_drawn_borders_that_there_were(bench, effect, until, monkeypatch):
+    asked = []
 
-    def find(before: Run, after: Run, patch: LabelPatch, completed: Completed) -> EditSummary:
+    def find(before, after, patch, completed):
         asked.append((before, after))
         return EditSummary(1)
 
@@ -117,9 +109,7 @@ def test_an_edit_is_judged_against_the_drawn_borders_that_there_were(
     np.testing.assert_array_equal(asked[2][1].blocks.drawn, asked[1][0].blocks.drawn)
 
 
-def test_the_depth_before_an_edit_is_that_of_the_values_then(
-    bench: Bench, effect: EditSummaryPresenter, views: LinkedViews, until: Until
-) -> None:
+def test_the_depth_before_an_edit_is_that_of_the_values_then(bench, effect, views, until):
     run_all(bench, until)
     first = bench.document.completion()
     bench.workspace.parameters.set(bench.workspace.parameters.current.replace(max_iterations=7))
@@ -134,9 +124,7 @@ def test_the_depth_before_an_edit_is_that_of_the_values_then(
     assert views.data.result.depth is now.depth
 
 
-def test_other_blocks_leave_nothing_to_look_back_to(
-    bench: Bench, effect: EditSummaryPresenter, views: LinkedViews, until: Until
-) -> None:
+def test_other_blocks_leave_nothing_to_look_back_to(bench, effect, views, until):
     run_all(bench, until)
     bench.workspace.current.edit(box_to(bench, 2, np.s_[5:20], np.s_[26:30]), "Paint")
     line = effect.parent()
@@ -151,9 +139,7 @@ def test_other_blocks_leave_nothing_to_look_back_to(
     np.testing.assert_array_equal(views.blocks.overlay.labels, bench.document.labels)
 
 
-def test_what_is_shown_while_one_looks_back_stays(
-    bench: Bench, effect: EditSummaryPresenter, views: LinkedViews, until: Until
-) -> None:
+def test_what_is_shown_while_one_looks_back_stays(bench, effect, views, until):
     run_all(bench, until)
     completion, former = bench.document.completion(), bench.document.labels.copy()
     assert completion is not None
@@ -169,9 +155,7 @@ def test_what_is_shown_while_one_looks_back_stays(
     np.testing.assert_array_equal(views.blocks.overlay.labels, bench.document.labels)
 
 
-def test_who_looks_back_while_a_frame_of_another_size_comes_sees_that(
-    bench: Bench, effect: EditSummaryPresenter, views: LinkedViews
-) -> None:
+def test_who_looks_back_while_a_frame_of_another_size_comes_sees_that(bench, effect, views):
     bench.script.allow()
     bench.workspace.current.edit(box_to(bench, 2, np.s_[5:20], np.s_[26:30]), "Paint")
     effect.look(True)
@@ -183,9 +167,7 @@ def test_who_looks_back_while_a_frame_of_another_size_comes_sees_that(
     np.testing.assert_array_equal(views.blocks.overlay.labels, bench.labels[small])
 
 
-def test_edges_of_one_frame_do_not_come_to_the_next(
-    bench: Bench, views: LinkedViews, until: Until, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_edges_of_one_frame_do_not_come_to_the_next(bench, views, until, monkeypatch):
     found = Event()
     monkeypatch.setattr("gui.features.compare.find_edges", lambda *_: found.wait() and FrameEdges(*3 * [edges], None))
     monkeypatch.setattr(views, "shows", lambda part: part == "edges")
@@ -202,7 +184,7 @@ def test_edges_of_one_frame_do_not_come_to_the_next(
     assert derived.shutdown()
 
 
-def test_blocks_of_one_frame_are_not_solved_in_another(bench: Bench, until: Until) -> None:
+def test_blocks_of_one_frame_are_not_solved_in_another(bench, until):
     bench.script.records = 1000
     bench.runs.resolve([2, 1])
     bench.runs.resolve([2])
@@ -216,9 +198,7 @@ def test_blocks_of_one_frame_are_not_solved_in_another(bench: Bench, until: Unti
     assert [list(steps.run.only) for steps in bench.script.runs if steps.run.frame is second.frame] == [[1]]
 
 
-def test_an_edit_between_a_command_to_run_and_the_run_is_solved_after_it(
-    bench: Bench, effect: EditSummaryPresenter, until: Until
-) -> None:
+def test_an_edit_between_a_command_to_run_and_the_run_is_solved_after_it(bench, effect, until):
     run_all(bench, until)
     bench.workspace.current.edit(box_to(bench, 3, np.s_[40:], np.s_[50:]), "Outline")
     bench.runs.start({3})
@@ -226,7 +206,7 @@ def test_an_edit_between_a_command_to_run_and_the_run_is_solved_after_it(
     until(lambda: bench.document.changed_blocks() == [])
 
 
-def test_undo_takes_back_the_values_of_its_step_alone(bench: Bench) -> None:
+def test_undo_takes_back_the_values_of_its_step_alone(bench):
     workspace = bench.workspace
     common = workspace.parameters.current
     quick = common.replace(max_iterations=7)
@@ -241,7 +221,7 @@ def test_undo_takes_back_the_values_of_its_step_alone(bench: Bench) -> None:
     assert (workspace.parameters.current, bench.document.state.common) == (quick, common)
 
 
-def test_a_command_during_a_stroke_can_be_undone_exactly(bench: Bench, views: LinkedViews) -> None:
+def test_a_command_during_a_stroke_can_be_undone_exactly(bench, views):
     editor = Editor(bench.workspace, views)
     commands = BlockCommands(bench.workspace, editor)
     former = bench.document.labels.copy()
@@ -254,7 +234,7 @@ def test_a_command_during_a_stroke_can_be_undone_exactly(bench: Bench, views: Li
     editor.shutdown()
 
 
-def test_an_export_says_what_its_results_lack(bench: Bench, until: Until) -> None:
+def test_an_export_says_what_its_results_lack(bench, until):
     run_all(bench, until)
     assert behind(bench.document) == ""
     bench.workspace.current.edit(box_to(bench, 3, np.s_[40:], np.s_[50:]), "Outline")
@@ -265,16 +245,14 @@ def test_an_export_says_what_its_results_lack(bench: Bench, until: Until) -> Non
     )
 
 
-def test_of_a_drag_the_results_are_kept_that_undo_and_redo_lead_to(
-    bench: Bench, until: Until, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_of_a_drag_the_results_are_kept_that_undo_and_redo_lead_to(bench, until, monkeypatch):
     monkeypatch.setattr("gui.state.parameters.time.monotonic", lambda: 1.0)
     workspace, document = bench.workspace, bench.document
 
-    def kept() -> list[int]:
+    def kept():
         return [one.result.parameters.max_iterations for one in document.results.kept[1]]
 
-    def solve() -> None:
+    def solve():
         bench.runs.resolve([1])
         until(lambda: bench.runs.state is RunState.IDLE)
 
@@ -294,7 +272,7 @@ def test_of_a_drag_the_results_are_kept_that_undo_and_redo_lead_to(
     assert sorted(kept()) == [109, 109, first.max_iterations], "undo may bring back the other state"
 
 
-def test_a_preview_is_not_shown_where_its_block_is_no_more(bench: Bench, until: Until) -> None:
+def test_a_preview_is_not_shown_where_its_block_is_no_more(bench, until):
     run_all(bench, until)
     block = bench.document.valid_results()[1].block
     bench.document.add_records(1, [])
@@ -306,7 +284,7 @@ def test_a_preview_is_not_shown_where_its_block_is_no_more(bench: Bench, until: 
     assert (depth[:, :26] == 9.0).all()
 
 
-def test_an_export_during_a_drag_has_not_saved_what_came_after(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_export_during_a_drag_has_not_saved_what_came_after(bench, monkeypatch):
     monkeypatch.setattr("gui.state.parameters.time.monotonic", lambda: 1.0)
     bench.workspace.parameters.set(bench.workspace.parameters.current.replace(max_iterations=7))
     state = bench.document.stamp

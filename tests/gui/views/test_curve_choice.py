@@ -1,19 +1,12 @@
 """Which curves are shown, and that the line of the criterion says what the very block has."""
 
-from __future__ import annotations
-
-from collections.abc import Callable
-
 import numpy as np
 import pytest
-from pytestqt.qtbot import QtBot
 
 import ilf
 from gui.features.curves import draw_curves
-from gui.state.document import Document
-from gui.state.workspace import Workspace
 from gui.views.curves.panel import CurvesPanel
-from ilf.data.results import BlockResult, IterationRecord
+from ilf.data.results import IterationRecord
 from ilf.project.run_history import StoredRun
 from ilf.run.run import complete
 
@@ -21,7 +14,7 @@ QUICK = ilf.preset(max_iterations=5)
 
 
 @pytest.fixture
-def panel(qtbot: QtBot) -> CurvesPanel:
+def panel(qtbot):
     panel = CurvesPanel()
     qtbot.addWidget(panel)
     panel.resize(700, 400)
@@ -30,13 +23,11 @@ def panel(qtbot: QtBot) -> CurvesPanel:
 
 
 @pytest.fixture
-def show(workspace: Workspace, panel: CurvesPanel) -> Callable[[], None]:
+def show(workspace, panel):
     return lambda: draw_curves(panel, workspace.current if workspace.has_current else None)
 
 
-def test_the_chosen_blocks_are_shown_else_the_one_that_runs_else_the_longest(
-    workspace: Workspace, panel: CurvesPanel, show: Callable[[], None], results: list[BlockResult]
-) -> None:
+def test_the_chosen_blocks_are_shown_else_the_one_that_runs_else_the_longest(workspace, panel, show, results):
     show()
     assert panel.names == []
     workspace.current.store_results(results)
@@ -57,9 +48,7 @@ def test_the_chosen_blocks_are_shown_else_the_one_that_runs_else_the_longest(
     assert panel.names == []
 
 
-def test_compared_runs_are_shown_beside_the_present_result(
-    workspace: Workspace, document: Document, panel: CurvesPanel, show: Callable[[], None], results: list[BlockResult]
-) -> None:
+def test_compared_runs_are_shown_beside_the_present_result(workspace, document, panel, show, results):
     document.store_results(results)
     workspace.select([1])
     other = complete(document.frame, document.labels, ilf.preset("paper", max_iterations=12)).results
@@ -75,9 +64,7 @@ def test_compared_runs_are_shown_beside_the_present_result(
     assert panel.names == ["Block 1", "Block 2", "Run 1: Block 1", "Run 1: Block 2"]
 
 
-def test_the_criterion_is_that_of_the_block(
-    workspace: Workspace, document: Document, panel: CurvesPanel, show: Callable[[], None]
-) -> None:
+def test_the_criterion_is_that_of_the_block(workspace, document, panel, show):
     workspace.parameters.set(QUICK)
     document.store_results(list(complete(document.frame, document.labels, QUICK).results.values()))
     workspace.parameters.set_own({"s_criteria": 0.002}, [2])

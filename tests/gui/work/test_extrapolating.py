@@ -1,9 +1,6 @@
 """The run control guessing the rest: when it may, what comes of it, and how it is given up."""
 
-from __future__ import annotations
-
 import threading
-from collections.abc import Generator, Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -12,7 +9,6 @@ import pytest
 from gui.work import frame_runs as runs_module
 from gui.work.frame_runs import RunState
 from ilf.data.parameters import BlockParameters
-from ilf.data.results import Completion, IterationRecord
 from ilf.segmentation.editing.cleaning import merge
 
 from ..scripted_runs import record
@@ -23,7 +19,7 @@ def endless_extrapolation(monkeypatch):
     """Guesses go on for ever; not before this is set."""
     gate = threading.Event()
 
-    def endless(*_: object) -> Iterator[IterationRecord]:
+    def endless(*_):
         while True:
             assert gate.wait(20)
             yield record(1)
@@ -67,9 +63,9 @@ def test_the_rest_is_guessed_and_marked_and_goes_when_results_change(bench, unti
 
 
 def test_a_guess_sees_the_edges_of_the_extraction(bench, until, monkeypatch):
-    asked: list[object] = []
+    asked = []
 
-    def nothing(completion: Completion) -> Iterator[IterationRecord]:
+    def nothing(completion):
         asked.append(completion.run.blocks.extraction)
         yield record(1)
 
@@ -172,7 +168,7 @@ def test_what_a_guess_did_without_is_said_once(bench, until, monkeypatch):
     bench.script.notes = ("The network is gone.",)
     _run_with_a_gap(bench, until)
 
-    def noted(completion: Completion, *_: object) -> Generator[IterationRecord, None, Completion]:
+    def noted(completion, *_):
         yield record(1)
         return replace(
             completion, extrapolated=~completion.filled, notes=(*completion.notes, "Another network is gone.")

@@ -70,8 +70,10 @@ def drive(tmp_path):
 
 
 @pytest.fixture
-def record(qtbot, tmp_path, small_frame, small_labels):
-    """Records two frames in a folder."""
+def record(qtbot, tmp_path, small_frame, small_labels, monkeypatch):
+    """Records two frames in a folder, at once instead of after two seconds."""
+    monkeypatch.setattr("gui.project.recorder.AFTER_MS", 50)
+    monkeypatch.setattr("gui.project.recorder._RETRY_MS", 100)
     desks = []
 
     def begin(folder: Path) -> Recording:

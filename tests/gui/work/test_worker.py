@@ -1,12 +1,8 @@
 """The worker: a job off the GUI's thread, its pace and its end."""
 
-from __future__ import annotations
-
 import gc
 import threading
 import weakref
-from collections.abc import Generator
-from typing import Any
 
 import pytest
 
@@ -25,12 +21,12 @@ def until(qtbot):
 class Job:
     """A generator of numbers that waits for the test before each."""
 
-    def __init__(self, steps: int = 3, error: Exception | None = None):
+    def __init__(self, steps=3, error=None):
         self.gate = threading.Semaphore(0)
         self.closed = False
         self._steps, self._error = steps, error
 
-    def __call__(self) -> Generator[int, None, str]:
+    def __call__(self):
         try:
             for number in range(self._steps):
                 assert self.gate.acquire(timeout=20)
@@ -52,7 +48,7 @@ def worker(qapp):
 @pytest.fixture
 def said(worker):
     """What the worker sends: every item that was yielded, and how it ended."""
-    heard: list[Any] = []
+    heard = []
     worker.progressed.connect(heard.extend)
     worker.finished.connect(lambda value: heard.append(("finished", value)))
     worker.failed.connect(lambda error: heard.append(("failed", error)))
@@ -177,9 +173,9 @@ def test_what_a_job_has_given_is_not_kept(worker, until):
     class Large:
         """Something that takes room."""
 
-    kept: list[weakref.ref[Large]] = []
+    kept = []
 
-    def job() -> Generator[None, None, Large]:
+    def job():
         yield None
         return Large()
 
@@ -191,7 +187,7 @@ def test_what_a_job_has_given_is_not_kept(worker, until):
 
 
 def test_a_job_that_ends_the_interpreter_s_way_fails(worker, said, until):
-    def job() -> Generator[int, None, None]:
+    def job():
         yield 1
         raise SystemExit(3)
 
@@ -221,7 +217,7 @@ def test_a_job_that_does_not_hear_is_left_alone(worker, said, until):
 def test_work_within_a_step_stops(worker, said, until):
     begun = threading.Event()
 
-    def job() -> Generator[int, None, None]:
+    def job():
         begun.set()
         while True:
             check_cancelled()
@@ -240,7 +236,7 @@ def test_what_is_to_be_finished_is(qapp, monkeypatch):
     monkeypatch.setattr("gui.work.jobs.SHUTDOWN_LIMIT_S", 0.05)
     worker, begun, gate, done = Worker(must_finish=True), threading.Event(), threading.Event(), []
 
-    def job() -> Generator[None, None, None]:
+    def job():
         yield None
         begun.set()
         assert gate.wait(20)

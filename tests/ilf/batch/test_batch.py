@@ -1,7 +1,5 @@
 """Batches: which frames there are, what is not done again, what came of each, and whatever may go wrong with one."""
 
-from __future__ import annotations
-
 import csv
 import dataclasses
 import json
@@ -10,7 +8,6 @@ import re
 import subprocess
 import sys
 from dataclasses import replace
-from pathlib import Path
 
 import cv2
 import numpy as np
@@ -26,7 +23,7 @@ from ilf.batch.cluster import run_on_cluster
 from ilf.batch.engine import complete_frame, complete_many
 from ilf.batch.folder_sink import FolderSink, open_folder
 from ilf.batch.frame_record import read_frame, read_frame_record
-from ilf.batch.frames import BatchFrame, folder_name, frames_of_sources, named_frames, shard_of, slice_frames
+from ilf.batch.frames import folder_name, frames_of_sources, named_frames, shard_of, slice_frames
 from ilf.batch.frozen_list import sample_name
 from ilf.batch.pictures import depth_levels, read_preview
 from ilf.batch.settings import BatchSettings, read_settings, write_settings
@@ -60,23 +57,23 @@ FLAGS = [
 
 
 @pytest.fixture
-def source(tmp_path: Path) -> Path:
+def source(tmp_path):
     """A folder of three small frames."""
     return write_frames(tmp_path / "in", 3)
 
 
-def frames_in(folder: Path) -> list[BatchFrame]:
+def frames_in(folder):
     return frames_of_sources([ilf.open_source(folder)])
 
 
-def exit_status(command: list[str]) -> object:
+def exit_status(command):
     try:
         return main(command)
     except SystemExit as end:  # of argparse
         return end.code
 
 
-def manifest(folder: Path) -> list[dict[str, str]]:
+def manifest(folder):
     return list(csv.DictReader((folder / "manifest.csv").read_text().splitlines()))
 
 
@@ -272,7 +269,7 @@ def test_a_manifest_has_what_comes_while_it_is_written(source, tmp_path, monkeyp
     complete_frame(batch, batch.to_do[0])
     real = ilf.batch.folder_sink.write_csv
 
-    def slow(path: Path, rows: list) -> None:
+    def slow(path, rows):
         real(path, rows)
         complete_frame(batch, batch.to_do[1])  # by somebody else, who has written a manifest before
 
@@ -375,9 +372,7 @@ def test_results_among_the_sources_are_no_sources(source, tmp_path, begun):
         ("--shards OUT --verify", "contains no shards", 1),
     ],
 )
-def test_wrong_requests_are_told_before_anything_is_made(
-    source, tmp_path, begun, capsys, request_: str, message: str, status: int
-):
+def test_wrong_requests_are_told_before_anything_is_made(source, tmp_path, begun, capsys, request_, message, status):
     places = {"SOURCE": str(source), "OUT": str(tmp_path / "out")}
     assert exit_status(["batch", *(places.get(word, word) for word in request_.split())]) == status
     assert message in capsys.readouterr().err
@@ -585,7 +580,7 @@ def test_other_views_and_damaged_neighbours_have_no_say(tmp_path):
     assert (len(second.neighbours), len(reading.neighbours)) == (1, 0)
 
 
-def _far(source: Path, numbers: list[int]) -> None:
+def _far(source, numbers):
     """Holes of these frames hold 65535."""
     for number in numbers:
         path = str(source / "depth" / f"{number:04}.png")

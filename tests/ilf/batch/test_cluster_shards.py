@@ -1,9 +1,6 @@
 """Shards by the workers of a Dask cluster: the same tars, and what happens when workers or the command end."""
 
-from __future__ import annotations
-
 import time
-from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,10 +8,9 @@ import pytest
 
 import ilf.batch.engine
 from ilf._runtime.folders import folder_at
-from ilf.batch.engine import Sink, complete_many, complete_unit
-from ilf.batch.frames import BatchFrame
+from ilf.batch.engine import complete_many, complete_unit
 from ilf.batch.settings import BatchSettings
-from ilf.batch.shard_sink import ShardSink, open_shards
+from ilf.batch.shard_sink import open_shards
 from ilf.cli import main
 from ilf.errors import InputError
 from ilf.run.options import ExportOptions
@@ -28,7 +24,7 @@ pytest.importorskip("pyarrow.parquet")
 
 
 @pytest.fixture(scope="module")
-def cluster() -> Iterator:
+def cluster():
     """Two workers, which are threads of this process. A scheduler serves HTTP also without a dashboard: at any free
     port, since the usual one, which is a warning if taken, may be that of another process of the tests."""
     with distributed.LocalCluster(
@@ -44,7 +40,7 @@ def cluster() -> Iterator:
 
 
 @pytest.fixture
-def batch(source: Path, tmp_path: Path, begun: list[str]) -> ShardSink:
+def batch(source, tmp_path, begun):
     return open_shards(lambda: frames_in(source), tmp_path / "out", SETTINGS, ("depth",), 3, {})
 
 
@@ -92,7 +88,7 @@ def test_a_cluster_completes_the_same_folder_and_resumes(source, tmp_path, clust
 def test_workers_end_a_shard_that_nobody_waits_for(batch, cluster, begun, monkeypatch):
     waiting, real = [], ilf.batch.engine.complete_frame
 
-    def slow(sink: Sink, frame: BatchFrame, threads: int) -> object:
+    def slow(sink, frame, threads):
         waiting.append(frame)
         while len(waiting) < 3:  # both workers are busy until this is seen below
             time.sleep(0.01)
@@ -113,7 +109,7 @@ def test_workers_end_a_shard_that_nobody_waits_for(batch, cluster, begun, monkey
     assert len(list(batch.folder.working.glob("parts/*/0*"))) == 2
 
 
-def until_both(waiting: list) -> Iterator:
+def until_both(waiting):
     while len(waiting) < 2:
         time.sleep(0.01)
     raise KeyboardInterrupt
@@ -121,7 +117,7 @@ def until_both(waiting: list) -> Iterator:
 
 
 @pytest.fixture
-def as_worker(monkeypatch: pytest.MonkeyPatch) -> None:
+def as_worker(monkeypatch):
     """This process is a worker."""
     monkeypatch.setattr(ilf.batch.engine, "check_wanted", lambda: None)
     monkeypatch.setattr(ilf.batch.engine, "threads_of_worker", lambda: 1)
@@ -130,13 +126,13 @@ def as_worker(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_a_frame_that_ends_workers_is_left_for_the_end(batch, begun, as_worker, monkeypatch):
     real = ilf.batch.engine.complete_frame
 
-    def deadly(sink: Sink, frame: BatchFrame, threads: int) -> object:
+    def deadly(sink, frame, threads):
         if frame.number == 1:
             begun.append(frame.key)
             raise SystemExit
         return real(sink, frame, threads)
 
-    def given_up(work, items, address) -> Iterator:
+    def given_up(work, items, address):
         for item in items:
             for _ in range(2):
                 try:
@@ -148,7 +144,7 @@ def test_a_frame_that_ends_workers_is_left_for_the_end(batch, begun, as_worker, 
             else:
                 yield item, None
 
-    def crashing(work, items, **_) -> Iterator:
+    def crashing(work, items, **_):
         return ((item, None if item.number == 1 else batch.done(item)) for item in items)
 
     monkeypatch.setattr(ilf.batch.engine, "complete_frame", deadly)

@@ -3,21 +3,15 @@
 from __future__ import annotations
 
 import pickle
-from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
 import ilf
 from ilf.batch.engine import Sink, complete_many
-from ilf.batch.frame_record import FrameOutcome, LoadedFrame
 from ilf.batch.frames import BatchFrame, frames_of_sources
 from ilf.batch.settings import BatchSettings
-from ilf.data.results import Completion
-from ilf.run.run import Run
 from tests.ilf.small_frames import write_small_frame
 
 
@@ -28,42 +22,40 @@ class Depths(Sink):
     folder: Path
     frames: tuple[BatchFrame, ...] = ()
 
-    def done(self, frame: BatchFrame) -> FrameOutcome | None:
+    def done(self, frame):
         path = self.folder / f"{frame.folder}.outcome"
         return pickle.loads(path.read_bytes()) if path.exists() else None
 
-    def write(
-        self, frame: BatchFrame, reading: LoadedFrame, run: Run, completion: Completion, error: NDArray[np.float32]
-    ) -> tuple[Any, Sequence[str]]:
+    def write(self, frame, reading, run, completion, error):
         np.save(self.folder / f"{frame.folder}.npy", completion.depth)
         return True, ()
 
-    def put(self, frame: BatchFrame, outcome: FrameOutcome, written: Any = None) -> None:
+    def put(self, frame, outcome, written=None):
         (self.folder / f"{frame.folder}.outcome").write_bytes(pickle.dumps(outcome))
 
-    def bare(self) -> Self:
+    def bare(self):
         return replace(self, frames=())
 
-    def check_here(self) -> None:
+    def check_here(self):
         """Any machine gives the same."""
 
-    def units(self) -> Sequence[BatchFrame]:
+    def units(self):
         return [frame for frame in self.frames if self.done(frame) is None]
 
-    def unit_of(self, frame: BatchFrame) -> BatchFrame:
+    def unit_of(self, frame):
         return frame
 
-    def frames_of(self, unit: BatchFrame) -> list[BatchFrame]:
+    def frames_of(self, unit):
         return [unit]
 
-    def outcomes(self, unit: BatchFrame) -> Iterator[FrameOutcome]:
+    def outcomes(self, unit):
         yield from filter(None, [self.done(unit)])
 
-    def close(self) -> None:
+    def close(self):
         """Each frame is stored by itself."""
 
 
-def test_a_new_sink_is_one_class(tmp_path: Path) -> None:
+def test_a_new_sink_is_one_class(tmp_path):
     for name in ("a", "b"):
         write_small_frame(tmp_path / "in" / name)
     frames = tuple(frames_of_sources([ilf.open_source(tmp_path / "in")]))

@@ -1,7 +1,5 @@
 """Shards at addresses: the same files as on a disk, each put once, and resumed after failures and kills."""
 
-from __future__ import annotations
-
 import errno
 import io
 import json
@@ -10,8 +8,6 @@ import pickle
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -36,7 +32,7 @@ OUT = "memory://results/out"
 
 
 @pytest.fixture
-def memory() -> Iterator:
+def memory():
     """An empty store."""
     store = fsspec.filesystem("memory")
     store.store.clear()
@@ -45,12 +41,12 @@ def memory() -> Iterator:
     close_all()
 
 
-def tars_at(store, folder: str) -> dict[str, bytes]:
+def tars_at(store, folder):
     return {path.rpartition("/")[2]: store.cat(path) for path in store.glob(f"{folder}/*.tar")}
 
 
-def without_tars(upload: Callable[..., None]) -> Callable[..., None]:
-    def checked(files: RemoteFiles, path: Path, name: str) -> None:
+def without_tars(upload):
+    def checked(files, path, name):
         if name.endswith(".tar"):
             raise ExportError("no route")
         upload(files, path, name)
@@ -58,11 +54,11 @@ def without_tars(upload: Callable[..., None]) -> Callable[..., None]:
     return checked
 
 
-def failing_request() -> None:
+def failing_request():
     raise ConnectionError("no route")
 
 
-def staged(tmp_path: Path) -> list[Path]:
+def staged(tmp_path):
     return [path for path in (tmp_path / "cache").rglob("*") if path.is_file()]
 
 
@@ -101,7 +97,7 @@ def test_a_resume_reads_the_listing_and_the_ends_of_tables(source, tmp_path, mem
     left = folder_at(OUT).working / "parts" / name / "000000002"  # by a kill after the table was put
     left.parent.mkdir(parents=True)
     left.write_bytes(b"{}\n")
-    read: list[str] = []
+    read = []
     for name in ("read_all", "read_ranges", "open"):
         real = getattr(RemoteFiles, name)
 
@@ -166,7 +162,7 @@ def test_a_folder_that_was_deleted_is_begun_anew(source, tmp_path, memory, begun
 def test_a_full_disk_of_this_machine_is_one_line_and_is_resumed(source, tmp_path, memory, begun, monkeypatch, capsys):
     real, left = os.fsync, [0]
 
-    def full(number: int) -> None:
+    def full(number):
         left[0] -= 1
         if left[0] == 0:
             raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
@@ -192,7 +188,7 @@ def test_a_full_disk_of_this_machine_is_one_line_and_is_resumed(source, tmp_path
 
 
 @pytest.fixture(scope="session")
-def s3() -> Iterator[dict[str, str]]:
+def s3():
     """The environment of processes that use a stand-in for S3."""
     pytest.importorskip("s3fs", reason="s3fs is not installed (extra dev)")
     pytest.importorskip("moto.server", reason="moto is not installed (extra dev)")
@@ -201,7 +197,7 @@ def s3() -> Iterator[dict[str, str]]:
 
 
 @pytest.fixture
-def bucket(s3, monkeypatch: pytest.MonkeyPatch) -> Iterator:
+def bucket(s3, monkeypatch):
     """The stand-in for S3, empty; this process and its children use it."""
     for name, value in s3.items():
         monkeypatch.setenv(name, value)

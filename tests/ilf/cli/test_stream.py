@@ -1,9 +1,6 @@
 """`ilf stream`: a recording, frame after frame, into one MCAP file or a folder."""
 
-from __future__ import annotations
-
 import subprocess
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,7 +11,7 @@ from tests.ilf.bags import write_aligned
 from tests.ilf.small_frames import write_small_frame
 
 
-def test_a_recording_becomes_a_recording(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_recording_becomes_a_recording(tmp_path, capsys):
     source, out = write_aligned(tmp_path, "mcap"), tmp_path / "out.mcap"
     assert main(["stream", str(source), "--out", str(out), "--preset", "best"]) == 0
     assert capsys.readouterr().out.startswith("3 frames, 1 scene, ")
@@ -28,7 +25,7 @@ def test_a_recording_becomes_a_recording(tmp_path: Path, capsys: pytest.CaptureF
     assert "already exists" in capsys.readouterr().err
 
 
-def test_a_folder_gets_a_frame_in_each_of_its_folders(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_folder_gets_a_frame_in_each_of_its_folders(tmp_path, capsys):
     write_small_frame(tmp_path / "in" / "a")
     out = tmp_path / "out"
     assert main(["stream", str(tmp_path / "in"), "--out", str(tmp_path / "no.mcap")]) == 1
@@ -55,13 +52,7 @@ def test_a_folder_gets_a_frame_in_each_of_its_folders(tmp_path: Path, capsys: py
         (["live", "--realsense", "--settle", "3"], "add --capture"),
     ],
 )
-def test_what_cannot_be_done_is_told_and_nothing_is_written(
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-    words: list[str],
-    said: str,
-) -> None:
+def test_what_cannot_be_done_is_told_and_nothing_is_written(tmp_path, monkeypatch, capsys, words, said):
     monkeypatch.chdir(tmp_path)
     write_small_frame(tmp_path / "in" / "b")
     assert main(words) in {1, 2}
@@ -70,8 +61,8 @@ def test_what_cannot_be_done_is_told_and_nothing_is_written(
 
 
 @pytest.mark.parametrize("played", [["room"], ["--realsense"]])
-def test_live_starts_the_window_as_it_is_installed(monkeypatch: pytest.MonkeyPatch, played: list[str]) -> None:
-    commands: list[list[str]] = []
+def test_live_starts_the_window_as_it_is_installed(monkeypatch, played):
+    commands = []
     monkeypatch.setattr("ilf.cli.live.connected_realsense", lambda: None)
     monkeypatch.setattr(subprocess, "call", lambda command: commands.append(command) or 3)
     with pytest.raises(SystemExit) as ended:

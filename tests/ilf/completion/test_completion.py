@@ -1,13 +1,10 @@
 """What a completion promises: known pixels, refusals, composition, cancelling."""
 
-from __future__ import annotations
-
 import dataclasses
 import re
 import sys
 import threading
 import time
-from collections.abc import Iterator
 
 import matplotlib
 import matplotlib.pyplot
@@ -20,13 +17,13 @@ from ilf._runtime.threads import run_in_parallel
 from ilf.completion.block import BlockTask, required_known_pixels
 from ilf.completion.pass_band.iteration import PassBandIteration
 from ilf.data.frame import RGBDFrame
-from ilf.data.results import Status, Step, compose
+from ilf.data.results import Status, compose
 from ilf.drawing.blocks import block_overlay
 from ilf.errors import Cancelled, InputError, ParameterError
 from ilf.run.run import complete
 
 
-def test_fill_mode_leaves_every_known_pixel_untouched(small_frame: RGBDFrame, small_labels: np.ndarray) -> None:
+def test_fill_mode_leaves_every_known_pixel_untouched(small_frame, small_labels):
     result = ilf.complete(small_frame, small_labels, ilf.preset("paper"))
     known = small_frame.known
     assert np.array_equal(result.depth[known], small_frame.depth[known])
@@ -35,7 +32,7 @@ def test_fill_mode_leaves_every_known_pixel_untouched(small_frame: RGBDFrame, sm
     assert result.depth.dtype == np.float32
 
 
-def test_the_first_call_extracts_blocks_and_completes_by_best(small_frame: RGBDFrame) -> None:
+def test_the_first_call_extracts_blocks_and_completes_by_best(small_frame):
     blocks = ilf.extract_blocks(small_frame)
     wanted = ilf.complete(small_frame, blocks, ilf.preset("best"))
     found = ilf.complete(small_frame)
@@ -48,7 +45,7 @@ def test_the_first_call_extracts_blocks_and_completes_by_best(small_frame: RGBDF
     assert wanted.run.blocks.edited, "nobody knows what given blocks were extracted with"
 
 
-def test_parameters_of_filter_and_extraction_are_given_by_keyword(small_frame: RGBDFrame) -> None:
+def test_parameters_of_filter_and_extraction_are_given_by_keyword(small_frame):
     extraction = ilf.BlockParameters(granularity=0.9)
     blocks = ilf.Blocks(ilf.extract_blocks(small_frame, extraction), extraction=extraction)
     wanted = ilf.Run(small_frame, blocks, ilf.preset("paper", max_iterations=20, min_known_share=0.5))
@@ -74,14 +71,14 @@ def test_parameters_of_filter_and_extraction_are_given_by_keyword(small_frame: R
         ilf.iterate(small_frame, found.blocks, 1, max_iteration=3)
 
 
-def test_a_mask_is_one_block(small_frame: RGBDFrame, small_labels: np.ndarray) -> None:
+def test_a_mask_is_one_block(small_frame, small_labels):
     wanted = ilf.complete(small_frame, (small_labels == 2).astype(np.int32), max_iterations=5)
     masked = ilf.complete(small_frame, small_labels == 2, max_iterations=5)
     np.testing.assert_array_equal(masked.depth, wanted.depth)
     assert masked.blocks.dtype == np.int32
 
 
-def test_a_completion_is_a_line_of_text_and_pictures(small_frame: RGBDFrame, small_labels: np.ndarray) -> None:
+def test_a_completion_is_a_line_of_text_and_pictures(small_frame, small_labels):
     completion = ilf.complete(small_frame, small_labels == 1)
     left = np.count_nonzero(np.isnan(completion.depth))
     filled = np.count_nonzero(completion.filled)
@@ -98,7 +95,7 @@ def test_a_completion_is_a_line_of_text_and_pictures(small_frame: RGBDFrame, sma
     np.testing.assert_array_equal(np.asarray(completion.to_open3d().depth), np.nan_to_num(completion.depth))
 
 
-def test_curves_error_and_blocks_are_plotted(small_frame: RGBDFrame, small_labels: np.ndarray) -> None:
+def test_curves_error_and_blocks_are_plotted(small_frame, small_labels):
     matplotlib.use("agg")
     completion = ilf.complete(small_frame, small_labels)
     sigma, l1 = completion.plot_curves([1])
@@ -126,7 +123,7 @@ def test_curves_error_and_blocks_are_plotted(small_frame: RGBDFrame, small_label
 
 
 @pytest.mark.parametrize("given", ["nope", 7, ilf.BlockParameters()])
-def test_what_are_no_parameters_is_refused(small_frame: RGBDFrame, small_labels: np.ndarray, given: object) -> None:
+def test_what_are_no_parameters_is_refused(small_frame, small_labels, given):
     with pytest.raises(ParameterError, match="best, paper, released-code"):
         ilf.complete(small_frame, small_labels, given)
     with pytest.raises(ParameterError, match="best, paper, released-code"):
@@ -142,7 +139,7 @@ def test_what_are_no_parameters_is_refused(small_frame: RGBDFrame, small_labels:
 
 
 @pytest.mark.parametrize("given", [np.zeros((48, 64, 3), np.uint8), "rgb.png", None])
-def test_anything_but_a_frame_is_refused_with_what_to_give(given: object, small_labels: np.ndarray) -> None:
+def test_anything_but_a_frame_is_refused_with_what_to_give(given, small_labels):
     for call in (
         lambda: ilf.complete(given, small_labels),
         lambda: ilf.complete(given, small_labels, guide=np.ones((48, 64))),
@@ -156,14 +153,14 @@ def test_anything_but_a_frame_is_refused_with_what_to_give(given: object, small_
             call()
 
 
-def test_holes_in_planes_come_back_close(small_frame: RGBDFrame, small_labels: np.ndarray) -> None:
+def test_holes_in_planes_come_back_close(small_frame, small_labels):
     result = ilf.complete(small_frame, small_labels, ilf.preset("paper", centred=True))
     rows, columns = np.mgrid[:48, :64]
     ground_truth = np.where(columns < 30, 1.5 + 0.004 * rows, 2.4 + 0.005 * columns)
     assert np.abs(result.depth - ground_truth)[result.filled].max() < 0.02
 
 
-def test_fill_and_denoise_changes_the_whole_block(small_frame: RGBDFrame, small_labels: np.ndarray) -> None:
+def test_fill_and_denoise_changes_the_whole_block(small_frame, small_labels):
     parameters = ilf.preset("paper", mode="fill+denoise")
     result = ilf.complete(small_frame, small_labels, parameters)
     stepper = ilf.iterate(small_frame, small_labels, 1, parameters)
@@ -175,7 +172,7 @@ def test_fill_and_denoise_changes_the_whole_block(small_frame: RGBDFrame, small_
     assert np.array_equal(result.filled, ~known)
 
 
-def test_history_holds_every_iteration_of_every_block(small_frame: RGBDFrame, small_labels: np.ndarray) -> None:
+def test_history_holds_every_iteration_of_every_block(small_frame, small_labels):
     result = ilf.complete(small_frame, small_labels, ilf.preset("released-code", max_iterations=25))
     assert set(result.history) == {1, 2}
     for label, history in result.history.items():
@@ -186,7 +183,7 @@ def test_history_holds_every_iteration_of_every_block(small_frame: RGBDFrame, sm
         assert outcome.status is Status.COMPLETED
 
 
-def test_blocks_without_enough_depth_are_reported_and_stay_missing(small_frame: RGBDFrame) -> None:
+def test_blocks_without_enough_depth_are_reported_and_stay_missing(small_frame):
     depth = small_frame.depth.copy()
     depth[:, 30:] = np.nan
     depth[5, 40] = 2.0
@@ -210,13 +207,13 @@ def test_blocks_without_enough_depth_are_reported_and_stay_missing(small_frame: 
     ("pixels", "share", "least", "needed"),
     [(1000, 0.02, 30, 30), (1000, 0.0301, 30, 31), (1000, 0.5, 30, 500), (20, 0.02, 30, 20), (30, 1.0, 31, 30)],
 )
-def test_known_pixels_that_a_block_needs(pixels: int, share: float, least: int, needed: int) -> None:
+def test_known_pixels_that_a_block_needs(pixels, share, least, needed):
     parameters = ilf.preset(min_known_share=share, min_known_pixels=least)
     assert required_known_pixels(pixels, parameters) == needed
     assert required_known_pixels([pixels, 10_000], parameters).tolist() == [needed, max(10_000 * share, least)]
 
 
-def test_a_block_with_just_enough_known_depth_is_completed(small_frame: RGBDFrame) -> None:
+def test_a_block_with_just_enough_known_depth_is_completed(small_frame):
     labels = np.zeros(small_frame.shape, np.int32)
     labels[:20, :10] = 1
     for known, status in ((29, Status.NOT_RECOVERABLE), (30, Status.COMPLETED)):
@@ -228,7 +225,7 @@ def test_a_block_with_just_enough_known_depth_is_completed(small_frame: RGBDFram
         assert (outcome.status, outcome.known) == (status, known)
 
 
-def test_complete_blocks_are_left_alone_in_fill_mode(small_frame: RGBDFrame) -> None:
+def test_complete_blocks_are_left_alone_in_fill_mode(small_frame):
     labels = np.zeros(small_frame.shape, np.int32)
     labels[:8, :30] = 3
     result = ilf.complete(small_frame, labels)
@@ -237,7 +234,7 @@ def test_complete_blocks_are_left_alone_in_fill_mode(small_frame: RGBDFrame) -> 
     assert not result.filled.any()
 
 
-def test_pixels_of_no_block_keep_their_raw_depth(small_frame: RGBDFrame) -> None:
+def test_pixels_of_no_block_keep_their_raw_depth(small_frame):
     labels = np.zeros(small_frame.shape, np.int32)
     labels[:, :30] = 1
     result = ilf.complete(small_frame, labels)
@@ -245,7 +242,7 @@ def test_pixels_of_no_block_keep_their_raw_depth(small_frame: RGBDFrame) -> None
 
 
 @pytest.mark.parametrize("size", [(1, 1), (1, 5), (2, 1)])
-def test_tiny_blocks_do_no_harm(small_frame: RGBDFrame, size: tuple[int, int]) -> None:
+def test_tiny_blocks_do_no_harm(small_frame, size):
     labels = np.zeros(small_frame.shape, np.int32)
     labels[10 : 10 + size[0], 8 : 8 + size[1]] = 1  # inside the hole
     labels[2 : 2 + size[0], 2 : 2 + size[1]] = 2  # known
@@ -256,14 +253,14 @@ def test_tiny_blocks_do_no_harm(small_frame: RGBDFrame, size: tuple[int, int]) -
     assert np.isfinite(result.depth[labels == 2]).all()
 
 
-def test_blocks_of_their_own_parameters(small_frame: RGBDFrame, small_labels: np.ndarray) -> None:
+def test_blocks_of_their_own_parameters(small_frame, small_labels):
     choice = {1: ilf.preset(max_iterations=3), 2: ilf.preset(max_iterations=5)}
     result = ilf.complete(small_frame, small_labels, own=choice)
     assert [result.outcomes[label].iterations for label in (1, 2)] == [3, 5]
     assert result.outcomes[1].status is Status.ITERATION_LIMIT
 
 
-def test_running_some_blocks_composes_to_the_same_as_all(small_frame: RGBDFrame, small_labels: np.ndarray) -> None:
+def test_running_some_blocks_composes_to_the_same_as_all(small_frame, small_labels):
     everything = ilf.complete(small_frame, small_labels)
     results = {}
     for label in (2, 1):
@@ -271,7 +268,7 @@ def test_running_some_blocks_composes_to_the_same_as_all(small_frame: RGBDFrame,
     assert np.array_equal(compose(everything.run, results).depth, everything.depth)
 
 
-def test_preview_is_the_depth_so_far(small_frame: RGBDFrame, small_labels: np.ndarray) -> None:
+def test_preview_is_the_depth_so_far(small_frame, small_labels):
     with ilf.Run(small_frame, small_labels, ilf.preset(max_iterations=4)).steps(1) as run:
         assert run.preview() == []
         next(run)
@@ -283,8 +280,8 @@ def test_preview_is_the_depth_so_far(small_frame: RGBDFrame, small_labels: np.nd
 
 
 @pytest.mark.parametrize("threads", [1, 2])
-def test_cancelling_by_exception(small_frame: RGBDFrame, small_labels: np.ndarray, threads: int) -> None:
-    def stop(progress: Step) -> None:
+def test_cancelling_by_exception(small_frame, small_labels, threads):
+    def stop(progress):
         if progress.record is not None and progress.record.i == 3:
             raise Cancelled("enough")
 
@@ -293,7 +290,7 @@ def test_cancelling_by_exception(small_frame: RGBDFrame, small_labels: np.ndarra
 
 
 @pytest.fixture
-def patchwork(small_frame: RGBDFrame) -> tuple[RGBDFrame, np.ndarray]:
+def patchwork(small_frame):
     """Twelve blocks of different sizes, one of them without depth, one with all of it."""
     rows = np.searchsorted([9, 25], np.arange(48), side="right")
     columns = np.searchsorted([7, 20, 44], np.arange(64), side="right")
@@ -305,16 +302,14 @@ def patchwork(small_frame: RGBDFrame) -> tuple[RGBDFrame, np.ndarray]:
 
 
 @pytest.mark.parametrize("threads", [3, 20])
-def test_results_do_not_depend_on_the_number_of_threads(
-    patchwork: tuple[RGBDFrame, np.ndarray], monkeypatch: pytest.MonkeyPatch, threads: int
-) -> None:
+def test_results_do_not_depend_on_the_number_of_threads(patchwork, monkeypatch, threads):
     monkeypatch.setattr("ilf._runtime.threads.SLICE_S", 0.0005)
     frame, labels = patchwork
     parameters = ilf.preset(max_iterations=60, mode="fill+denoise")
     alone = complete(frame, labels, parameters, threads=1)
-    seen: dict[int, list[int]] = {}
+    seen = {}
 
-    def note(progress: Step) -> None:
+    def note(progress):
         if progress.record is not None:
             seen.setdefault(progress.label, []).append(progress.record.i)
 
@@ -329,9 +324,7 @@ def test_results_do_not_depend_on_the_number_of_threads(
         assert seen.get(label, []) == [r.i for r in history]
 
 
-def test_one_thread_steps_through_the_blocks_in_order_and_no_faster_than_asked(
-    small_frame: RGBDFrame, small_labels: np.ndarray
-) -> None:
+def test_one_thread_steps_through_the_blocks_in_order_and_no_faster_than_asked(small_frame, small_labels):
     parameters = ilf.preset(max_iterations=2, correction=False)
     with ilf.Run(small_frame, small_labels, parameters).steps(1) as run:
         before = set(threading.enumerate())
@@ -341,8 +334,8 @@ def test_one_thread_steps_through_the_blocks_in_order_and_no_faster_than_asked(
     assert steps == [(1, 1), (1, 2), (1, None), (2, 1), (2, 2), (2, None)]
 
 
-def test_a_run_that_is_closed_or_left_has_no_threads(small_frame: RGBDFrame, small_labels: np.ndarray) -> None:
-    def own() -> list[str]:
+def test_a_run_that_is_closed_or_left_has_no_threads(small_frame, small_labels):
+    def own():
         return [thread.name for thread in threading.enumerate() if thread.name.startswith("ilf")]
 
     endless = ilf.preset("released-code", max_iterations=100_000)
@@ -366,10 +359,8 @@ def test_a_run_that_is_closed_or_left_has_no_threads(small_frame: RGBDFrame, sma
     assert not own()
 
 
-def test_an_error_in_a_thread_comes_out_at_next(
-    small_frame: RGBDFrame, small_labels: np.ndarray, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def broken(task: BlockTask, *_: object) -> PassBandIteration:
+def test_an_error_in_a_thread_comes_out_at_next(small_frame, small_labels, monkeypatch):
+    def broken(task, *_):
         if task.block.label == 2:
             raise MemoryError("no room for block 2")
         return PassBandIteration(task.frame, task.block, task.parameters)
@@ -379,7 +370,7 @@ def test_an_error_in_a_thread_comes_out_at_next(
         complete(small_frame, small_labels, ilf.preset("released-code", max_iterations=100_000), threads=2)
 
 
-def test_depth_that_is_not_positive_is_no_depth() -> None:
+def test_depth_that_is_not_positive_is_no_depth():
     """Beside a step the filter swings below 0: there the pixel stays missing, and is counted."""
     depth = np.full((30, 30), 9.0)
     depth[:, :15] = 0.15
@@ -403,12 +394,12 @@ def test_depth_that_is_not_positive_is_no_depth() -> None:
         (np.full((48, 64), -1, np.int32), "integers"),
     ],
 )
-def test_label_maps_that_do_not_fit_are_refused(small_frame: RGBDFrame, labels: np.ndarray, message: str) -> None:
+def test_label_maps_that_do_not_fit_are_refused(small_frame, labels, message):
     with pytest.raises(InputError, match=message):
         ilf.complete(small_frame, labels)
 
 
-def test_unknown_block_is_refused(small_frame: RGBDFrame, small_labels: np.ndarray) -> None:
+def test_unknown_block_is_refused(small_frame, small_labels):
     with pytest.raises(InputError) as refused:
         ilf.iterate(small_frame, small_labels, 9)
     assert str(refused.value) == "There is no block 9. Blocks: 1, 2."
@@ -416,7 +407,7 @@ def test_unknown_block_is_refused(small_frame: RGBDFrame, small_labels: np.ndarr
         ilf.iterate(small_frame, np.zeros_like(small_labels), 9)
 
 
-def test_a_block_without_depth_cannot_be_iterated_on(small_frame: RGBDFrame) -> None:
+def test_a_block_without_depth_cannot_be_iterated_on(small_frame):
     labels = np.zeros(small_frame.shape, np.int32)
     labels[12:20, 10:18] = 4
     with pytest.raises(InputError, match="Block 4 has no known depth"):
@@ -427,9 +418,7 @@ def test_a_block_without_depth_cannot_be_iterated_on(small_frame: RGBDFrame) -> 
     "parameters",
     [ilf.preset("best", correction=False), ilf.preset("released-code"), ilf.preset("paper", precision="float32")],
 )
-def test_a_truth_gives_every_record_its_error_and_changes_nothing_else(
-    small_frame: RGBDFrame, small_labels: np.ndarray, parameters: ilf.Parameters
-) -> None:
+def test_a_truth_gives_every_record_its_error_and_changes_nothing_else(small_frame, small_labels, parameters):
     ground_truth = np.where(small_frame.known, small_frame.depth + 9, 2.5)
     evaluated = small_frame.with_ground_truth(ground_truth)
     without, completion = (ilf.complete(frame, small_labels, parameters) for frame in (small_frame, evaluated))
@@ -444,11 +433,11 @@ def test_a_truth_gives_every_record_its_error_and_changes_nothing_else(
         ]
 
 
-def test_tasks_are_begun_as_long_as_there_is_room_for_them() -> None:
+def test_tasks_are_begun_as_long_as_there_is_room_for_them():
     sizes, pending_work, loads = [12, 8, 4, 2, 1], [], []
     lock = threading.Lock()
 
-    def task(size: int) -> Iterator[int]:
+    def task(size):
         with lock:
             pending_work.append(size)
             loads.append(sum(pending_work))
@@ -462,7 +451,7 @@ def test_tasks_are_begun_as_long_as_there_is_room_for_them() -> None:
     assert max(loads[1:]) <= 10
 
 
-def test_a_thread_that_waits_for_room_ends_when_nobody_wants_more() -> None:
+def test_a_thread_that_waits_for_room_ends_when_nobody_wants_more():
     steps = run_in_parallel([iter(range(1000)), iter(range(1000))], 2, [1, 1], room=1)
     next(steps)
     steps.close()

@@ -1,11 +1,7 @@
 """The learned correction: its arithmetic against direct formulas, what it may touch, and what its result depends on."""
 
-from __future__ import annotations
-
 import threading
 from dataclasses import replace
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -32,14 +28,14 @@ from ilf.completion.correction_network import (
     spread,
 )
 from ilf.completion.filter import is_guided
-from ilf.data.label_map import Block, find_blocks
+from ilf.data.label_map import find_blocks
 from ilf.errors import Cancelled, FormatError, InputError
 from ilf.run.record import installed_sha256
 
 RNG = np.random.default_rng(7)
 
 
-def links_of(height: int, width: int) -> np.ndarray:
+def links_of(height, width):
     links = RNG.uniform(0.01, 1, (6, height, width)).astype(np.float32)
     links[2:4] = RNG.normal(0, 0.1, (2, height, width))
     links[5] = RNG.normal(0, 0.1, (height, width))
@@ -47,7 +43,7 @@ def links_of(height: int, width: int) -> np.ndarray:
 
 
 @pytest.mark.parametrize("shape", [(5, 7), (7, 5), (1, 4), (4, 1), (1, 1)])
-def test_changes_spread_as_the_least_sum_says(shape: tuple[int, int]) -> None:
+def test_changes_spread_as_the_least_sum_says(shape):
     """Against the normal equations of the sum, written out cell by cell."""
     height, width = shape
     links = links_of(height, width)
@@ -67,7 +63,7 @@ def test_changes_spread_as_the_least_sum_says(shape: tuple[int, int]) -> None:
     np.testing.assert_allclose(spread(links).ravel(), np.linalg.solve(matrix, load), rtol=1e-4, atol=1e-6)
 
 
-def test_cells_that_hardly_anything_holds_are_where_exact_numbers_put_them() -> None:
+def test_cells_that_hardly_anything_holds_are_where_exact_numbers_put_them():
     """The network holds every cell by e^-9 at least."""
     links = np.ones((6, 60, 80), np.float32)
     links[2:4] = RNG.normal(0, 0.01, (2, 60, 80))
@@ -80,7 +76,7 @@ def test_cells_that_hardly_anything_holds_are_where_exact_numbers_put_them() -> 
     np.testing.assert_allclose(spread(links), exact, atol=2e-5)
 
 
-def test_a_pixel_takes_a_mean_of_the_cells_around_it() -> None:
+def test_a_pixel_takes_a_mean_of_the_cells_around_it():
     cells = RNG.normal(size=(3, 4)).astype(np.float32)
     logits = RNG.normal(0, 3, size=(36, 3 * CELL // 2, 4 * CELL // 2)).astype(np.float32)
     found = _weighted(cells, logits)
@@ -93,7 +89,7 @@ def test_a_pixel_takes_a_mean_of_the_cells_around_it() -> None:
     assert np.isfinite(huge).all()
 
 
-def test_small_changes_specks_and_the_grid_of_cells_go_and_edges_stay() -> None:
+def test_small_changes_specks_and_the_grid_of_cells_go_and_edges_stay():
     rows, columns = np.indices((60, 80))
     step = np.where(columns < 40, 0.3, 0).astype(np.float32)
     np.testing.assert_allclose(smoothed(step), step, atol=1e-4)
@@ -107,7 +103,7 @@ def test_small_changes_specks_and_the_grid_of_cells_go_and_edges_stay() -> None:
         np.testing.assert_allclose(smoothed(np.full_like(step, -huge)), -LARGEST)
 
 
-def test_changes_near_known_depth_fade() -> None:
+def test_changes_near_known_depth_fade():
     change = np.array([[0, 0.1]], np.float32)
     everywhere = np.zeros((30, 2), np.float32) + change
     known = np.zeros(everywhere.shape, bool)
@@ -119,7 +115,7 @@ def test_changes_near_known_depth_fade() -> None:
     np.testing.assert_allclose(found[8:, 1], 0.085, rtol=1e-5)
 
 
-def test_features_know_no_scale() -> None:
+def test_features_know_no_scale():
     depth = RNG.uniform(1, 3, (40, 50)).astype(np.float32)
     known = np.where(RNG.random(depth.shape) < 0.6, depth, np.float32(np.nan))
     contours = RNG.random(depth.shape).astype(np.float32)
@@ -130,12 +126,12 @@ def test_features_know_no_scale() -> None:
     assert np.isfinite(unfilled[0]).all(), "what has not been completed is filled from around"
 
 
-def room_block() -> tuple[Block, np.ndarray]:
+def room_block():
     mask = np.ones((4, 5), bool)
     return find_blocks(mask.astype(np.int32))[1], mask
 
 
-def test_a_block_takes_a_change_as_far_as_it_is_what_the_network_has_seen() -> None:
+def test_a_block_takes_a_change_as_far_as_it_is_what_the_network_has_seen():
     block, mask = room_block()
     base_depth = np.full(mask.shape, 2, np.float32)
     correction = Correction(base_depth, np.full(mask.shape, 0.1, np.float32), ())
@@ -154,30 +150,28 @@ def test_a_block_takes_a_change_as_far_as_it_is_what_the_network_has_seen() -> N
 
 
 @pytest.fixture(scope="module")
-def frame() -> ilf.RGBDFrame:
+def frame():
     """A quarter of the sample room."""
     room = ilf.load_frame(asset_path("samples/room"))
     return ilf.RGBDFrame(room.rgb[100:340, 200:520], room.depth[100:340, 200:520])
 
 
 @pytest.fixture(scope="module")
-def blocks(frame: ilf.RGBDFrame) -> np.ndarray:
+def blocks(frame):
     return ilf.extract_blocks(frame)
 
 
 @pytest.fixture(scope="module")
-def corrected(frame: ilf.RGBDFrame, blocks: np.ndarray) -> ilf.Completion:
+def corrected(frame, blocks):
     return ilf.complete(frame, blocks)
 
 
-def anew(frame: ilf.RGBDFrame) -> ilf.RGBDFrame:
+def anew(frame):
     """The same frame, of which nothing is remembered."""
     return ilf.RGBDFrame(frame.rgb.copy(), frame.depth.copy())
 
 
-def test_known_depth_stays_and_missing_depth_is_corrected(
-    frame: ilf.RGBDFrame, blocks: np.ndarray, corrected: ilf.Completion
-) -> None:
+def test_known_depth_stays_and_missing_depth_is_corrected(frame, blocks, corrected):
     plain = ilf.complete(frame, blocks, ilf.preset("best", correction=False))
     np.testing.assert_array_equal(corrected.depth[frame.known], frame.depth[frame.known])
     np.testing.assert_array_equal(np.isnan(corrected.depth), np.isnan(plain.depth))
@@ -187,9 +181,7 @@ def test_known_depth_stays_and_missing_depth_is_corrected(
     assert {result.correction for result in plain.results.values()} == {()}
 
 
-def test_a_block_run_alone_is_what_it_is_among_all(
-    frame: ilf.RGBDFrame, blocks: np.ndarray, corrected: ilf.Completion
-) -> None:
+def test_a_block_run_alone_is_what_it_is_among_all(frame, blocks, corrected):
     """It depends on nothing but frame and block, whatever else is run, in how many threads, and what is remembered."""
     largest = max(corrected.results, key=lambda label: corrected.results[label].outcome.recovered)
     for threads in (1, 2):
@@ -201,9 +193,7 @@ def test_a_block_run_alone_is_what_it_is_among_all(
     np.testing.assert_array_equal(ilf.complete(anew(frame), blocks, threads=2).depth, corrected.depth)
 
 
-def test_blocks_that_are_as_extracted_are_iterated_on_only_once(
-    frame: ilf.RGBDFrame, blocks: np.ndarray, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_blocks_that_are_as_extracted_are_iterated_on_only_once(frame, blocks, monkeypatch):
     made = []
     real = BlockTask.stepper
     monkeypatch.setattr(BlockTask, "stepper", lambda task, *args: made.append(task.block.label) or real(task, *args))
@@ -218,21 +208,15 @@ def test_blocks_that_are_as_extracted_are_iterated_on_only_once(
 
 
 @pytest.mark.parametrize("moment", ["look", "handing over"])
-def test_a_run_that_is_stopped_at_the_correction_keeps_every_block(
-    moment: str,
-    frame: ilf.RGBDFrame,
-    blocks: np.ndarray,
-    corrected: ilf.Completion,
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_a_run_that_is_stopped_at_the_correction_keeps_every_block(moment, frame, blocks, corrected, monkeypatch):
     wish, fresh = threading.Event(), anew(frame)
     change, hand_over = CorrectionNetwork.change, Correction.applied
 
-    def stopped_change(self: CorrectionNetwork, *known: np.ndarray) -> np.ndarray:
+    def stopped_change(self, *known):
         wish.set()
         return change(self, *known)
 
-    def stopped_hand_over(*known: Any) -> np.ndarray:
+    def stopped_hand_over(*known):
         wish.set()
         return hand_over(*known)
 
@@ -251,9 +235,7 @@ def test_a_run_that_is_stopped_at_the_correction_keeps_every_block(
     np.testing.assert_array_equal(ilf.complete(fresh, blocks).depth, corrected.depth)
 
 
-def test_a_block_whose_border_was_drawn_is_what_the_user_has_made_it(
-    frame: ilf.RGBDFrame, blocks: np.ndarray, corrected: ilf.Completion
-) -> None:
+def test_a_block_whose_border_was_drawn_is_what_the_user_has_made_it(frame, blocks, corrected):
     largest = max(corrected.results, key=lambda label: corrected.results[label].outcome.recovered)
     drawn = blocks == largest
     found, plain = (
@@ -264,7 +246,7 @@ def test_a_block_whose_border_was_drawn_is_what_the_user_has_made_it(
     np.testing.assert_array_equal(found.depth, plain.depth)
 
 
-def test_no_hidden_depth_and_no_truth_gets_in(frame: ilf.RGBDFrame) -> None:
+def test_no_hidden_depth_and_no_truth_gets_in(frame):
     hidden = frame.depth.copy()
     hidden[60:120, 80:200] = np.nan
     with_ground_truth = ilf.RGBDFrame(frame.rgb, hidden).with_ground_truth(frame.depth, None)
@@ -273,7 +255,7 @@ def test_no_hidden_depth_and_no_truth_gets_in(frame: ilf.RGBDFrame) -> None:
     np.testing.assert_array_equal(*found)
 
 
-def test_a_frame_with_a_guide_that_is_followed_is_left_to_it(frame: ilf.RGBDFrame, blocks: np.ndarray) -> None:
+def test_a_frame_with_a_guide_that_is_followed_is_left_to_it(frame, blocks):
     guided = frame.with_guide(np.where(frame.known, frame.depth, ilf.complete(frame, blocks).depth))
     assert is_guided(guided)
     assert not is_guided(frame)
@@ -281,10 +263,8 @@ def test_a_frame_with_a_guide_that_is_followed_is_left_to_it(frame: ilf.RGBDFram
     assert {result.correction for result in results} == {()}
 
 
-def test_without_its_network_depth_stays_as_the_filter_leaves_it(
-    frame: ilf.RGBDFrame, blocks: np.ndarray, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def missing() -> CorrectionNetwork:
+def test_without_its_network_depth_stays_as_the_filter_leaves_it(frame, blocks, monkeypatch):
+    def missing():
         raise InputError("There is no correction network at here.")
 
     monkeypatch.setattr(correcting, "load_correction_network", missing)
@@ -295,9 +275,7 @@ def test_without_its_network_depth_stays_as_the_filter_leaves_it(
     np.testing.assert_array_equal(found.depth, plain.depth)
 
 
-def test_the_network_is_not_asked_where_all_missing_depth_is_near_known_depth(
-    frame: ilf.RGBDFrame, blocks: np.ndarray, corrected: ilf.Completion, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_network_is_not_asked_where_all_missing_depth_is_near_known_depth(frame, blocks, corrected, monkeypatch):
     monkeypatch.setattr(correcting, "load_correction_network", lambda: pytest.fail("the network is asked"))
     thin = corrected.depth.copy()
     thin[::3, ::3] = np.nan
@@ -307,7 +285,7 @@ def test_the_network_is_not_asked_where_all_missing_depth_is_near_known_depth(
     assert not found.notes
 
 
-def test_a_file_of_another_kind_is_refused(tmp_path: Path) -> None:
+def test_a_file_of_another_kind_is_refused(tmp_path):
     with pytest.raises(FormatError, match="is not a correction network"):
         CorrectionNetwork.load(asset_path("models/depth-edges.onnx"))
     broken = tmp_path / "correction.onnx"
@@ -316,13 +294,11 @@ def test_a_file_of_another_kind_is_refused(tmp_path: Path) -> None:
         CorrectionNetwork.load(broken)
 
 
-def test_output_that_is_not_finite_is_not_applied(
-    frame: ilf.RGBDFrame, blocks: np.ndarray, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_output_that_is_not_finite_is_not_applied(frame, blocks, monkeypatch):
     network = load_correction_network()
     real = network._results
 
-    def results(inputs: dict[str, np.ndarray]) -> list[np.ndarray]:
+    def results(inputs):
         found = real(inputs)
         found[0][..., 0] = np.inf
         return found
@@ -333,7 +309,7 @@ def test_output_that_is_not_finite_is_not_applied(
 
 
 @pytest.mark.parametrize("shape", [(1, 1), (1, 50), (33, 7), (30, 1000)])
-def test_frames_of_any_size_are_looked_at(shape: tuple[int, int]) -> None:
+def test_frames_of_any_size_are_looked_at(shape):
     rgb = RNG.integers(0, 255, (*shape, 3)).astype(np.uint8)
     depth = np.full(shape, 2, np.float32)
     depth.ravel()[1::3] = np.nan
@@ -342,7 +318,7 @@ def test_frames_of_any_size_are_looked_at(shape: tuple[int, int]) -> None:
     assert np.isfinite(found).all()
 
 
-def test_presets_of_the_paper_are_not_corrected() -> None:
+def test_presets_of_the_paper_are_not_corrected():
     assert ilf.preset("best").correction
     assert not ilf.preset("paper").correction
     assert not ilf.preset("released-code").correction

@@ -1,9 +1,5 @@
 """Drawn borders in the filter: no depth gets across, each block sees its own, and without any all is as before."""
 
-from __future__ import annotations
-
-from random import Random
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -22,12 +18,12 @@ LABELS = np.where(COLUMNS - 12 * np.sin(ROWS / 7) < 80, 1, 2).astype(np.int32)
 """Two blocks; their border winds through the hole."""
 
 
-def _grey(depth: np.ndarray, hole: np.ndarray = HOLE) -> RGBDFrame:
+def _grey(depth, hole=HOLE):
     """A frame whose colour says nothing, with a hole in its depth."""
     return RGBDFrame(np.full((*depth.shape, 3), 128, np.uint8), np.where(hole, np.nan, depth))
 
 
-def _border(labels: np.ndarray) -> np.ndarray:
+def _border(labels):
     """All pixels with a neighbour of another label."""
     found = np.zeros(labels.shape, bool)
     for values, at in ((labels, found), (labels.T, found.T)):
@@ -43,7 +39,7 @@ PLANES = np.where(LABELS == 1, 1 + 0.001 * ROWS + 0.002 * COLUMNS, 2 + 0.003 * C
 
 @pytest.mark.parametrize("ground_truth", [STEP, PLANES], ids=["constant", "planes"])
 @pytest.mark.parametrize("changes", [{}, {"jump_share": 0.0}, {"mode": "fill+denoise"}])
-def test_no_depth_gets_across_a_drawn_border(ground_truth: np.ndarray, changes: dict[str, object]) -> None:
+def test_no_depth_gets_across_a_drawn_border(ground_truth, changes):
     frame, parameters = _grey(ground_truth), ilf.preset("best", **changes)
     off = {
         name: np.abs(ilf.complete(frame, LABELS, parameters, drawn=drawn).depth - ground_truth)[HOLE]
@@ -55,7 +51,7 @@ def test_no_depth_gets_across_a_drawn_border(ground_truth: np.ndarray, changes: 
 
 
 @pytest.mark.parametrize("trend", [True, False])
-def test_what_lies_beyond_a_drawn_border_makes_no_difference(trend: bool) -> None:
+def test_what_lies_beyond_a_drawn_border_makes_no_difference(trend):
     near, far = (
         ilf.complete(_grey(np.where(LABELS == 1, PLANES, beyond)), LABELS, ilf.preset(trend=trend), drawn=drawn).depth
         for drawn in [_border(LABELS)]
@@ -64,14 +60,14 @@ def test_what_lies_beyond_a_drawn_border_makes_no_difference(trend: bool) -> Non
     assert np.abs(near - far)[HOLE & (LABELS == 1)].max() < 0.001
 
 
-def test_depth_known_up_to_a_drawn_border_does_not_get_across() -> None:
+def test_depth_known_up_to_a_drawn_border_does_not_get_across():
     """The case in which the other side's depth is nearest: the cut does not fade where depth is known."""
     hole = HOLE & (LABELS == 2)
     frame = _grey(PLANES, hole)
     assert np.abs(ilf.complete(frame, LABELS, drawn=_border(LABELS)).depth - PLANES)[hole].max() < 0.001
 
 
-def test_a_thin_block_goes_on_behind_its_drawn_border() -> None:
+def test_a_thin_block_goes_on_behind_its_drawn_border():
     """Its own depth is far, the other side's a few pixels away."""
     leg = (np.abs(COLUMNS - 80) < 4) & (ROWS > 20) & (ROWS < 110)
     ground_truth = np.where(leg, 1.0, 2.0)
@@ -81,7 +77,7 @@ def test_a_thin_block_goes_on_behind_its_drawn_border() -> None:
     assert np.abs(completed - ground_truth)[hole].max() < 0.005
 
 
-def test_where_the_border_is_not_drawn_depth_still_counts_on_both_sides() -> None:
+def test_where_the_border_is_not_drawn_depth_still_counts_on_both_sides():
     """One surface that an extracted border crosses: what lies beyond it helps, also beside a stretch that is drawn."""
     frame = _grey(np.where(LABELS == 1, PLANES, 2.0), HOLE)
     upper = _border(LABELS) & (ROWS < 45)
@@ -95,7 +91,7 @@ def test_where_the_border_is_not_drawn_depth_still_counts_on_both_sides() -> Non
     assert apart["upper"][high].mean() < apart["none"][high].mean() / 5
 
 
-def test_a_blocks_result_depends_on_drawn_pixels_of_its_own_border_alone() -> None:
+def test_a_blocks_result_depends_on_drawn_pixels_of_its_own_border_alone():
     frame, border = _grey(PLANES), _border(LABELS)
     drawn = (border, border & (LABELS == 1), None, ~border)
     every, first, none, inner = (ilf.complete(frame, LABELS, ilf.preset(correction=False), drawn=one) for one in drawn)
@@ -105,7 +101,7 @@ def test_a_blocks_result_depends_on_drawn_pixels_of_its_own_border_alone() -> No
     assert not np.array_equal(every.depth, none.depth)
 
 
-def test_steps_show_the_same_surface_as_the_completion() -> None:
+def test_steps_show_the_same_surface_as_the_completion():
     frame, drawn = _grey(PLANES), _border(LABELS)
     stepper = ilf.iterate(frame, ilf.Blocks(LABELS, drawn=drawn), 1)
     coarse = [np.abs(stepper.surface - PLANES[LABELS == 1]).max() for _ in stepper]
@@ -115,7 +111,7 @@ def test_steps_show_the_same_surface_as_the_completion() -> None:
 
 
 @pytest.mark.parametrize("name", ["best", "paper", "released-code"])
-def test_without_drawn_borders_nothing_changes_and_the_pass_band_knows_none(name: str) -> None:
+def test_without_drawn_borders_nothing_changes_and_the_pass_band_knows_none(name):
     frame, parameters = _grey(PLANES), ilf.preset(name, max_iterations=40)
     none = ilf.complete(frame, LABELS, parameters).depth
     assert np.array_equal(ilf.complete(frame, LABELS, parameters, drawn=np.zeros(SHAPE, bool)).depth, none)
@@ -124,7 +120,7 @@ def test_without_drawn_borders_nothing_changes_and_the_pass_band_knows_none(name
 
 
 @pytest.mark.parametrize("drawn", [np.zeros(SHAPE), np.zeros((3, 4), bool)])
-def test_a_mask_that_does_not_fit_is_refused(drawn: np.ndarray) -> None:
+def test_a_mask_that_does_not_fit_is_refused(drawn):
     with pytest.raises(InputError, match=r"drawn borders must be bool with the frame's shape \(120, 160\)"):
         ilf.complete(_grey(STEP), LABELS, drawn=drawn)
 
@@ -134,9 +130,7 @@ masks = array_shapes(min_dims=2, max_dims=2, max_side=12).flatmap(lambda shape: 
 
 @given(st.integers(2, 30), st.integers(2, 40), st.integers(0, 9999), st.booleans())
 @settings(max_examples=25)
-def test_of_any_blocks_those_drawn_all_round_keep_their_own_depth(
-    height: int, width: int, seed: int, denoise: bool
-) -> None:
+def test_of_any_blocks_those_drawn_all_round_keep_their_own_depth(height, width, seed, denoise):
     """Blocks in crumbs, some without known depth anywhere near: nothing is too odd."""
     rng = np.random.default_rng(seed)
     coarse = rng.integers(0, 4, (height // 4 + 1, width // 4 + 1))
@@ -157,7 +151,7 @@ def test_of_any_blocks_those_drawn_all_round_keep_their_own_depth(
 
 
 @given(masks)
-def test_a_border_that_is_drawn_all_round_parts_on_every_grid(inside: np.ndarray) -> None:
+def test_a_border_that_is_drawn_all_round_parts_on_every_grid(inside):
     """No link leads out, no cell that stands for the block holds anything else, and a surface is enlarged apart."""
     level = CutLinks.around(inside, inside)
     while level is not None and level.inside.size > 1:
@@ -173,7 +167,7 @@ def test_a_border_that_is_drawn_all_round_parts_on_every_grid(inside: np.ndarray
 
 
 @given(masks, st.randoms(use_true_random=False))
-def test_cuts_go_from_the_drawn_pixels_out_of_the_block(inside: np.ndarray, random: Random) -> None:
+def test_cuts_go_from_the_drawn_pixels_out_of_the_block(inside, random):
     drawn = np.array([[random.random() < 0.5 for _ in row] for row in inside])
     level, height, width = CutLinks.around(inside, drawn), *inside.shape
     cuts = 0

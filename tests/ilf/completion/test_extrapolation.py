@@ -1,9 +1,5 @@
 """The guess of what no block could complete: everywhere, marked, and nothing else touched."""
 
-from __future__ import annotations
-
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -13,14 +9,14 @@ from ilf.data.frame import RGBDFrame
 
 
 @pytest.fixture
-def half_done(small_frame: RGBDFrame) -> tuple[RGBDFrame, ilf.Completion]:
+def half_done(small_frame):
     """The left half completed, the right one in no block."""
     labels = np.zeros(small_frame.shape, np.int32)
     labels[:, :30] = 1
     return small_frame, ilf.complete(small_frame, labels)
 
 
-def test_all_that_is_missing_is_filled_and_marked(half_done: tuple[RGBDFrame, ilf.Completion]) -> None:
+def test_all_that_is_missing_is_filled_and_marked(half_done):
     frame, before = half_done
     missing = np.isnan(before.depth)
     assert missing.sum() == 10 * 16
@@ -35,7 +31,7 @@ def test_all_that_is_missing_is_filled_and_marked(half_done: tuple[RGBDFrame, il
     assert not before.extrapolated.any(), "what went in is as it was"
 
 
-def test_a_guess_is_no_nearer_and_no_farther_than_what_is_there(half_done: tuple[RGBDFrame, ilf.Completion]) -> None:
+def test_a_guess_is_no_nearer_and_no_farther_than_what_is_there(half_done):
     frame, _ = half_done
     _, columns = np.mgrid[:48, :64]
     slope = np.where((columns > 20) & (columns < 44), 1.0 + 0.05 * columns, np.nan)
@@ -46,22 +42,20 @@ def test_a_guess_is_no_nearer_and_no_farther_than_what_is_there(half_done: tuple
     assert extrapolated.max() <= np.nanmax(np.float32(slope))
 
 
-def test_where_nothing_is_missing_nothing_is_guessed(half_done: tuple[RGBDFrame, ilf.Completion]) -> None:
+def test_where_nothing_is_missing_nothing_is_guessed(half_done):
     _, before = half_done
     done = ilf.extrapolate(before)
     assert np.array_equal(ilf.extrapolate(done).depth, done.depth)
     assert list(extrapolation_steps(done)) == []
 
 
-def test_the_guess_sees_the_edges_of_the_extraction_and_says_what_there_is_to_know(
-    half_done: tuple[RGBDFrame, ilf.Completion], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
+def test_the_guess_sees_the_edges_of_the_extraction_and_says_what_there_is_to_know(half_done, monkeypatch, tmp_path):
     frame, _ = half_done
     depth = frame.depth.copy()
     depth[20:40, 22:44] = np.nan
     frame = RGBDFrame(np.full((48, 64, 3), 90, np.uint8), depth)
 
-    def guess(extraction: ilf.BlockParameters | None) -> ilf.Completion:
+    def guess(extraction):
         run = ilf.Run(frame, ilf.Blocks(np.zeros(frame.shape, np.int32), extraction=extraction), extrapolate=True)
         return run.complete()
 
@@ -74,9 +68,7 @@ def test_the_guess_sees_the_edges_of_the_extraction_and_says_what_there_is_to_kn
     assert note.startswith("Canny's edges replace those of the network: ")
 
 
-def test_the_rest_is_the_same_as_that_of_a_dense_run_and_is_saved_as_such(
-    half_done: tuple[RGBDFrame, ilf.Completion], tmp_path: Path
-) -> None:
+def test_the_rest_is_the_same_as_that_of_a_dense_run_and_is_saved_as_such(half_done, tmp_path):
     frame, before = half_done
     extrapolate, rest = ilf.complete(frame, before.blocks, extrapolate=True), ilf.extrapolate(before)
     for completion, name in ((extrapolate, "extrapolate"), (rest, "rest"), (before, "before")):

@@ -1,13 +1,8 @@
 """The inner loops: as they are compiled, as they are written, and in numpy they give the same."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys
-from collections.abc import Callable
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -24,17 +19,17 @@ from ilf.segmentation import extraction as boundaries
 SHAPES = [(1, 1), (1, 4), (5, 1), (3, 2), (7, 9)]
 
 
-def _ways(name: str) -> list[Callable[..., Any]]:
+def _ways(name):
     """A kernel in numpy, as loops in plain Python, and as it runs here."""
     chosen = getattr(kernels, name)
     return [chosen.__wrapped__, getattr(kernels, f"_{name}"), chosen]
 
 
-def _arrays(shape: tuple[int, int], count: int) -> list[np.ndarray]:
+def _arrays(shape, count):
     return list(np.random.default_rng(shape).random((count, *shape), np.float32) + np.float32(0.5))
 
 
-def _weights(shape: tuple[int, int]) -> np.ndarray:
+def _weights(shape):
     rng, weights = np.random.default_rng(shape), Weights.none(shape)
     for part in (weights.slope_x, weights.slope_y, weights.bend_x, weights.bend_y):
         part[:] = rng.random(part.shape)
@@ -42,7 +37,7 @@ def _weights(shape: tuple[int, int]) -> np.ndarray:
 
 
 @pytest.mark.parametrize("shape", SHAPES)
-def test_pull(shape: tuple[int, int]) -> None:
+def test_pull(shape):
     counts, u = _arrays(shape, 2)
     found = []
     for way in _ways("pull"):
@@ -54,7 +49,7 @@ def test_pull(shape: tuple[int, int]) -> None:
 
 
 @pytest.mark.parametrize("shape", SHAPES)
-def test_a_step(shape: tuple[int, int]) -> None:
+def test_a_step(shape):
     inverse, direction, image, u, residual = _arrays(shape, 5)
     found = []
     for advance, turn in zip(_ways("advance"), _ways("turn"), strict=True):
@@ -68,14 +63,14 @@ def test_a_step(shape: tuple[int, int]) -> None:
 
 
 @pytest.mark.parametrize("shape", SHAPES)
-def test_tally(shape: tuple[int, int]) -> None:
+def test_tally(shape):
     expected, *others = (way(*_arrays(shape, 6)) for way in _ways("tally"))
     for found in others:
         assert found == pytest.approx(expected, rel=1e-5)
 
 
 @pytest.mark.parametrize("shape", [(5, 4), (7, 9)])
-def test_steps_one_after_the_other(shape: tuple[int, int], monkeypatch: pytest.MonkeyPatch) -> None:
+def test_steps_one_after_the_other(shape, monkeypatch):
     """In machine code, which knows of the other kernels by their loops, and in numpy: as many at a time as there is
     room for, and no more than until they are steady."""
     counts, start, inside, trend, totals = _arrays(shape, 5)
@@ -102,7 +97,7 @@ def test_steps_one_after_the_other(shape: tuple[int, int], monkeypatch: pytest.M
 
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
 @pytest.mark.parametrize("shape", SHAPES)
-def test_spread(shape: tuple[int, int], dtype: type[np.floating]) -> None:
+def test_spread(shape, dtype):
     found = []
     for way in _ways("spread"):
         out = np.ones(shape, dtype)
@@ -113,7 +108,7 @@ def test_spread(shape: tuple[int, int], dtype: type[np.floating]) -> None:
 
 
 @pytest.mark.parametrize("shape", SHAPES)
-def test_letting_go(shape: tuple[int, int]) -> None:
+def test_letting_go(shape):
     u, scale = _arrays(shape, 2)
     expected, *others = found = [_weights(shape) for _ in _ways("weaken_links")]
     for way, weights in zip(_ways("weaken_links"), found, strict=True):
@@ -123,7 +118,7 @@ def test_letting_go(shape: tuple[int, int]) -> None:
         assert_allclose(weights, expected, rtol=1e-5, atol=1e-7)
 
 
-def test_parts_are_taken_in() -> None:
+def test_parts_are_taken_in():
     """Of the parts, 1 is a speck, 2 holds a region already, 3 and 4 become regions."""
     parts = np.array([0, 1, 1, 1, 2, 2, 2, 2, 2, 4, 4, 4, 4, 3, 3, 3, 3, 3], np.int32)
     for way in (boundaries._add_new_parts.__wrapped__, boundaries._add_new_parts_by_loop, boundaries._add_new_parts):
@@ -134,7 +129,7 @@ def test_parts_are_taken_in() -> None:
 
 
 @pytest.mark.parametrize("shape", SHAPES)
-def test_second_differences_of_known_depth(shape: tuple[int, int]) -> None:
+def test_second_differences_of_known_depth(shape):
     (depth,) = _arrays(shape, 1)
     rng = np.random.default_rng(shape)
     depth[rng.random(shape) < 0.1] = np.nan
@@ -147,7 +142,7 @@ def test_second_differences_of_known_depth(shape: tuple[int, int]) -> None:
 
 @pytest.mark.parametrize("shape", [(1, 1), (1, 6), (6, 1), (2, 3), (5, 4), (4, 7)])
 @pytest.mark.parametrize("as_written", [False, True])
-def test_grids_are_solved(shape: tuple[int, int], as_written: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_grids_are_solved(shape, as_written, monkeypatch):
     """Against the dense matrix of the same entries."""
     if as_written:
         monkeypatch.setattr(banded, "_solve_band", banded._cholesky)
@@ -172,20 +167,20 @@ def test_grids_are_solved(shape: tuple[int, int], as_written: bool, monkeypatch:
     assert_allclose(found, expected, rtol=1e-10)
 
 
-def test_numba_is_asked_for_when_a_loop_is_first_run() -> None:
+def test_numba_is_asked_for_when_a_loop_is_first_run():
     """Importing it takes longer than all of the library's own files."""
     program = "import sys, ilf, ilf.completion.edge_aware.iteration; sys.exit('numba' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", program]).returncode == 0
 
 
-def test_without_machine_code_the_plain_function_runs(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_machine_code_the_plain_function_runs(monkeypatch):
     monkeypatch.setenv("NUMBA_DISABLE_JIT", "1")
     program = "from ilf._runtime.compiling import is_compiled; import sys; sys.exit(is_compiled())"
     assert subprocess.run([sys.executable, "-c", program]).returncode == 0
 
 
 @pytest.mark.skipif(not is_compiled(), reason="numba is not installed")
-def test_machine_code_is_kept_with_the_user_and_not_beside_the_sources(tmp_path: Path) -> None:
+def test_machine_code_is_kept_with_the_user_and_not_beside_the_sources(tmp_path):
     """An uninstalled package leaves nothing behind."""
     (tmp_path / "loops.py").write_text("def doubled(value):\n    return 2 * value\n")
     program = (

@@ -1,7 +1,5 @@
 """The stepper against the paper's formulas, written out by hand on tiny blocks."""
 
-from __future__ import annotations
-
 import itertools
 import math
 
@@ -14,7 +12,7 @@ from ilf.completion.edge_aware.iteration import EdgeAwareIteration
 from ilf.completion.pass_band.band import colour_weight, inside_ellipse, squared_wave_numbers
 from ilf.completion.pass_band.iteration import PassBandIteration, StagedSchedule, principal_lengths
 from ilf.data.frame import RGBDFrame
-from ilf.data.label_map import Block, find_blocks
+from ilf.data.label_map import find_blocks
 from ilf.data.parameters import PRESETS
 from ilf.data.results import hold_out_mask
 from tests.reference.full_grid import FullGridIteration
@@ -22,7 +20,7 @@ from tests.reference.full_grid import FullGridIteration
 from ..small_frames import without_edges
 
 
-def _tiny(seed: int = 3, shape: tuple[int, int] = (5, 6)) -> tuple[RGBDFrame, np.ndarray]:
+def _tiny(seed=3, shape=(5, 6)):
     rng = np.random.default_rng(seed)
     depth = rng.uniform(1.0, 2.0, shape)
     depth[rng.random(shape) < 0.3] = np.nan
@@ -31,7 +29,7 @@ def _tiny(seed: int = 3, shape: tuple[int, int] = (5, 6)) -> tuple[RGBDFrame, np
     return RGBDFrame(rng.integers(0, 255, (*shape, 3), dtype=np.uint8), depth), labels
 
 
-def _direct_dft(values: np.ndarray, sign: int) -> np.ndarray:
+def _direct_dft(values, sign):
     """The O(N^2) sum over all pixels for every wave number."""
     height, width = values.shape
     result = np.zeros(values.shape, complex)
@@ -44,7 +42,7 @@ def _direct_dft(values: np.ndarray, sign: int) -> np.ndarray:
     return result
 
 
-def _signed(k: int, size: int) -> int:
+def _signed(k, size):
     return k if k <= size // 2 else k - size
 
 
@@ -56,9 +54,7 @@ Stepper = type[PassBandIteration] | type[FullGridIteration]
 @pytest.mark.parametrize("weighted", [False, True])
 @pytest.mark.parametrize("centred", [False, True])
 @pytest.mark.parametrize("schedule", ["staged", "linear"])
-def test_iterates_equal_the_papers_formulas_by_direct_sums(
-    schedule: str, centred: bool, weighted: bool, stepper_class: Stepper
-) -> None:
+def test_iterates_equal_the_papers_formulas_by_direct_sums(schedule, centred, weighted, stepper_class):
     frame, labels = _tiny()
     parameters = ilf.preset(
         "paper",
@@ -107,7 +103,7 @@ def test_iterates_equal_the_papers_formulas_by_direct_sums(
     assert record.i == 5
 
 
-def _bumpy(shape: tuple[int, int], seed: int = 5) -> tuple[RGBDFrame, np.ndarray]:
+def _bumpy(shape, seed=5):
     """A curved, noisy block of irregular outline with a hole."""
     rng = np.random.default_rng(seed)
     rows, columns = np.mgrid[: shape[0], : shape[1]] / max(shape)
@@ -133,7 +129,7 @@ CHANGES = [
 
 @pytest.mark.parametrize("changes", CHANGES, ids=str)
 @pytest.mark.parametrize("name", ["paper", "released-code"])
-def test_pass_band_and_full_grid_give_the_same_iterates(name: str, changes: dict[str, object]) -> None:
+def test_pass_band_and_full_grid_give_the_same_iterates(name, changes):
     frame, labels = _bumpy((37, 24))
     block = find_blocks(labels)[1]
     parameters = PRESETS[name].replace(**{"max_iterations": 300, **changes})
@@ -155,7 +151,7 @@ def test_pass_band_and_full_grid_give_the_same_iterates(name: str, changes: dict
     assert_allclose(fast.surface, full.surface, atol=1e-10)
 
 
-def test_l1_norm_is_exact_where_the_filter_goes_negative() -> None:
+def test_l1_norm_is_exact_where_the_filter_goes_negative():
     depth = np.full((30, 30), 9.0)
     depth[:, :15] = 0.15
     depth[5:25, 10:15] = np.nan
@@ -170,7 +166,7 @@ def test_l1_norm_is_exact_where_the_filter_goes_negative() -> None:
     assert negative
 
 
-def test_float32_is_close() -> None:
+def test_float32_is_close():
     frame, labels = _bumpy((60, 90))
     surfaces = {}
     for precision in ("float32", "float64"):
@@ -183,7 +179,7 @@ def test_float32_is_close() -> None:
 
 
 @pytest.mark.parametrize("name", ["paper", "released-code", "best"])
-def test_what_is_held_out_has_no_part_in_the_iterates(name: str) -> None:
+def test_what_is_held_out_has_no_part_in_the_iterates(name):
     frame, labels = _bumpy((50, 70))
     block = find_blocks(labels)[1]
     # flying pixels and noise, which are found with all of the depth, are switched off and given
@@ -207,13 +203,13 @@ def test_what_is_held_out_has_no_part_in_the_iterates(name: str) -> None:
     assert all(b[2] != a[2] for b, a in zip(before, after, strict=True))
 
 
-def _stepper(frame: RGBDFrame, block: Block, parameters: ilf.Parameters) -> PassBandIteration | EdgeAwareIteration:
+def _stepper(frame, block, parameters):
     if parameters.filter == "edge-aware":
         return EdgeAwareIteration(frame, block, parameters, without_edges(frame))
     return PassBandIteration(frame, block, parameters)
 
 
-def test_the_held_out_error_turns_where_noise_comes_in() -> None:
+def test_the_held_out_error_turns_where_noise_comes_in():
     rng = np.random.default_rng(1)
     rows, columns = np.mgrid[:80, :120] / 100
     ground_truth = 2 + 0.3 * np.sin(3 * rows) * np.cos(2 * columns)
@@ -236,14 +232,14 @@ def test_the_held_out_error_turns_where_noise_comes_in() -> None:
     assert records[-1].residual < records[best].residual
 
 
-def test_surface_before_the_first_step_is_the_mean_or_nothing() -> None:
+def test_surface_before_the_first_step_is_the_mean_or_nothing():
     frame, labels = _bumpy((30, 40))
     known = frame.depth[(labels == 1) & frame.known].astype(float)
     assert_allclose(ilf.iterate(frame, labels, 1, ilf.preset("paper", centred=True)).surface, known.mean())
     assert not ilf.iterate(frame, labels, 1, ilf.preset("paper")).surface.any()
 
 
-def test_linear_schedule_has_the_released_codes_radii() -> None:
+def test_linear_schedule_has_the_released_codes_radii():
     frame, labels = _tiny(shape=(40, 60))
     steps = ilf.iterate(frame, labels, 1, ilf.preset("released-code"))
     records = [next(steps) for _ in range(120)]
@@ -254,7 +250,7 @@ def test_linear_schedule_has_the_released_codes_radii() -> None:
     assert [record.weighted for record in records] == [True] * 99 + [False] * 21
 
 
-def test_released_code_always_runs_all_iterations() -> None:
+def test_released_code_always_runs_all_iterations():
     frame, labels = _tiny()
     assert len(list(ilf.iterate(frame, labels, 1, ilf.preset("released-code", max_iterations=200)))) == 200
 
@@ -270,9 +266,7 @@ def test_released_code_always_runs_all_iterations() -> None:
         ((30.0, 8.0), 9.0, 1.0, 9 / 30, 9 / 30, 1),  # a start beyond the end is the end
     ],
 )
-def test_stages_divide_the_way_to_the_last_radius_evenly(
-    lengths: tuple[float, float], start: float, step: float, first: float, last: float, stages: int
-) -> None:
+def test_stages_divide_the_way_to_the_last_radius_evenly(lengths, start, step, first, last, stages):
     parameters = ilf.preset("paper", staged_start=start, stage_step=step, shortest_wavelength=15.0)
     schedule = StagedSchedule((80, 120), lengths, parameters)
     found = [schedule.radii]
@@ -285,7 +279,7 @@ def test_stages_divide_the_way_to_the_last_radius_evenly(
     assert not schedule.advance(steady=False), "the last stage goes on until it is steady"
 
 
-def test_staged_schedule_enlarges_the_radius_only_when_steady() -> None:
+def test_staged_schedule_enlarges_the_radius_only_when_steady():
     frame, labels = _tiny(shape=(50, 40))
     parameters = ilf.preset("paper")
     steps = ilf.iterate(frame, labels, 1, parameters)
@@ -302,7 +296,7 @@ def test_staged_schedule_enlarges_the_radius_only_when_steady() -> None:
     assert records[-1].radii == pytest.approx((100 / 15, 80 / 15))
 
 
-def test_a_band_limited_surface_is_recovered() -> None:
+def test_a_band_limited_surface_is_recovered():
     """Papoulis and Gerchberg: what lies in the pass band comes back exactly where a few pixels are missing."""
     rows, columns = np.mgrid[:32, :40]
     ground_truth = 2.0 + 0.1 * np.cos(2 * np.pi * rows / 32) + 0.1 * np.sin(2 * np.pi * columns / 40)
@@ -317,7 +311,7 @@ def test_a_band_limited_surface_is_recovered() -> None:
     assert_allclose(steps.surface, ground_truth.ravel(), atol=1e-6)
 
 
-def test_where_the_pass_band_ends_its_filter_changes_nothing() -> None:
+def test_where_the_pass_band_ends_its_filter_changes_nothing():
     """The surface is a fixed point of: known depth where it is known, the surface elsewhere, low-pass filtered."""
     frame, _ = _bumpy((32, 40))
     parameters = ilf.preset(
@@ -332,7 +326,7 @@ def test_where_the_pass_band_ends_its_filter_changes_nothing() -> None:
     assert_allclose(np.fft.irfft2(spectrum, s=frame.shape), surface, atol=1e-6)
 
 
-def test_colour_weight_is_a_symmetric_spectrum_in_0_1_with_its_top_at_zero_frequency() -> None:
+def test_colour_weight_is_a_symmetric_spectrum_in_0_1_with_its_top_at_zero_frequency():
     rng = np.random.default_rng(0)
     rgb = rng.integers(0, 255, (9, 12, 3), dtype=np.uint8)
     mask = np.ones((9, 12), bool)
@@ -346,12 +340,12 @@ def test_colour_weight_is_a_symmetric_spectrum_in_0_1_with_its_top_at_zero_frequ
     assert dilated[2, 0] == dilated[-2, 0] == dilated[0, 2] == 1.0
 
 
-def test_colour_weight_of_a_black_block_leaves_the_filter_alone() -> None:
+def test_colour_weight_of_a_black_block_leaves_the_filter_alone():
     weight = colour_weight(np.zeros((4, 4, 3), np.uint8), np.ones((4, 4), bool), (8, 8), 3)
     assert (weight == 1).all()
 
 
-def test_ellipse_holds_its_rim_and_degenerate_radii() -> None:
+def test_ellipse_holds_its_rim_and_degenerate_radii():
     squared = squared_wave_numbers((12, 16))
     band = inside_ellipse(squared, (3.0, 4.0))
     assert band[3, 0]
@@ -362,7 +356,7 @@ def test_ellipse_holds_its_rim_and_degenerate_radii() -> None:
     assert inside_ellipse(squared, (0.0, 0.0)).sum() == 1
 
 
-def test_principal_lengths_follow_a_turned_bar() -> None:
+def test_principal_lengths_follow_a_turned_bar():
     mask = np.zeros((60, 60), bool)
     for k in range(40):
         mask[10 + k : 13 + k, 10 + k] = True

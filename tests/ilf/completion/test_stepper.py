@@ -1,7 +1,5 @@
 """What every filter promises: the contract that `Stepper` writes down, and the records."""
 
-from __future__ import annotations
-
 import dataclasses
 import itertools
 import math
@@ -13,8 +11,6 @@ import pytest
 
 import ilf
 from ilf.completion.filter import max_pixels
-from ilf.completion.stepper import Stepper
-from ilf.data.frame import RGBDFrame
 from ilf.data.label_map import find_blocks
 from ilf.data.parameters import PRESETS
 from ilf.data.results import BlockOutcome, EdgeAwareRecord, IterationRecord, PassBandRecord, Status
@@ -23,7 +19,7 @@ RECORDS = {"ideal": PassBandRecord, "edge-aware": EdgeAwareRecord}
 
 
 @pytest.fixture(params=[*PRESETS, "held out", "cut short"])
-def parameters(request: pytest.FixtureRequest) -> ilf.Parameters:
+def parameters(request):
     others = {
         "held out": ilf.preset(validation_share=0.2, mode="fill+denoise"),
         "cut short": ilf.preset("paper", max_iterations=4),
@@ -32,11 +28,11 @@ def parameters(request: pytest.FixtureRequest) -> ilf.Parameters:
 
 
 @pytest.fixture
-def steps(small_frame: RGBDFrame, small_labels: np.ndarray, parameters: ilf.Parameters) -> Stepper:
+def steps(small_frame, small_labels, parameters):
     return ilf.iterate(small_frame, small_labels, 1, parameters)
 
 
-def test_every_iteration_gives_a_record(steps: Stepper, parameters: ilf.Parameters) -> None:
+def test_every_iteration_gives_a_record(steps, parameters):
     assert iter(steps) is steps
     assert not steps.settled
     records = list(steps)
@@ -54,18 +50,14 @@ def test_every_iteration_gives_a_record(steps: Stepper, parameters: ilf.Paramete
     assert steps.settled == (parameters.max_iterations > 4)
 
 
-def test_the_size_foretold_is_of_the_blocks_box_up_to_the_frame(
-    small_frame: RGBDFrame, small_labels: np.ndarray, parameters: ilf.Parameters
-) -> None:
+def test_the_size_foretold_is_of_the_blocks_box_up_to_the_frame(small_frame, small_labels, parameters):
     small_labels[:40] = 0
     block = find_blocks(small_labels)[1]
     foretold = max_pixels(small_frame, block, parameters)
     assert block.mask.size <= foretold < small_frame.depth.size
 
 
-def test_the_surface_is_there_at_any_time_and_the_callers_own(
-    steps: Stepper, small_frame: RGBDFrame, parameters: ilf.Parameters
-) -> None:
+def test_the_surface_is_there_at_any_time_and_the_callers_own(steps, small_frame, parameters):
     pixels = 48 * 30
     for _ in range(4):
         surface = steps.surface
@@ -79,14 +71,12 @@ def test_the_surface_is_there_at_any_time_and_the_callers_own(
         assert record.l1 == pytest.approx(np.abs(steps.surface).sum(), rel=1e-3)
 
 
-def test_the_surface_may_be_looked_at_from_another_thread(
-    small_frame: RGBDFrame, small_labels: np.ndarray, parameters: ilf.Parameters, steps: Stepper
-) -> None:
+def test_the_surface_may_be_looked_at_from_another_thread(small_frame, small_labels, parameters, steps):
     alone = ilf.iterate(small_frame, small_labels, 1, parameters)
     expected = {steps.surface.tobytes()} | {alone.surface.tobytes() for _ in alone}
     seen, done = set(), threading.Event()
 
-    def look() -> None:
+    def look():
         while not done.is_set():
             seen.add(steps.surface.tobytes())
 
@@ -103,8 +93,8 @@ def test_the_surface_may_be_looked_at_from_another_thread(
 
 
 def test_a_snapshot_has_the_surface_where_depth_is_missing_if_the_gap_goes_on_in_another_block(
-    small_frame: RGBDFrame, small_labels: np.ndarray, parameters: ilf.Parameters
-) -> None:
+    small_frame, small_labels, parameters
+):
     small_labels[:, 14:] = 2  # through the middle of the left gap
     block = find_blocks(small_labels)[1]
     steps = ilf.iterate(small_frame, small_labels, 1, parameters)
@@ -114,7 +104,7 @@ def test_a_snapshot_has_the_surface_where_depth_is_missing_if_the_gap_goes_on_in
         next(steps)
 
 
-def test_a_remark_is_made_where_the_last_stage_was_not_steady(small_frame: RGBDFrame, small_labels: np.ndarray) -> None:
+def test_a_remark_is_made_where_the_last_stage_was_not_steady(small_frame, small_labels):
     for parameters in (ilf.preset(), ilf.preset("paper"), ilf.preset("released-code", max_iterations=5)):
         steps = ilf.iterate(small_frame, small_labels, 1, parameters)
         *_, _ = steps
@@ -140,7 +130,7 @@ def test_a_remark_is_made_where_the_last_stage_was_not_steady(small_frame: RGBDF
     ],
     ids=lambda record: type(record).__name__,
 )
-def test_records_that_lack_a_number_are_equal_to_their_like(record: IterationRecord | BlockOutcome) -> None:
+def test_records_that_lack_a_number_are_equal_to_their_like(record):
     lacking = next(f.name for f in dataclasses.fields(record) if getattr(record, f.name) != getattr(record, f.name))
     again = pickle.loads(pickle.dumps(record))
     other_nan = dataclasses.replace(record, **{lacking: float("nan")})

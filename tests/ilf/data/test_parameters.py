@@ -1,11 +1,8 @@
 """Declarations, validation, presets."""
 
-from __future__ import annotations
-
 import pytest
 
 import ilf
-from ilf.data.declarations import ParameterSet
 from ilf.data.parameters import PRESETS, BlockParameters, Parameters
 from ilf.errors import ParameterError
 
@@ -13,7 +10,7 @@ SETS = [Parameters, BlockParameters]
 
 
 @pytest.mark.parametrize("set_class", SETS)
-def test_every_parameter_is_declared_with_a_default_in_range(set_class: type[ParameterSet]) -> None:
+def test_every_parameter_is_declared_with_a_default_in_range(set_class):
     for name, declaration in set_class.declarations().items():
         assert declaration.name == name
         assert declaration.label
@@ -25,12 +22,12 @@ def test_every_parameter_is_declared_with_a_default_in_range(set_class: type[Par
 
 
 @pytest.mark.parametrize("set_class", SETS)
-def test_round_trip_through_a_dictionary(set_class: type[ParameterSet]) -> None:
+def test_round_trip_through_a_dictionary(set_class):
     values = set_class().to_dict()
     assert set_class.from_dict(values) == set_class()
 
 
-def test_presets_are_the_papers_and_the_released_codes() -> None:
+def test_presets_are_the_papers_and_the_released_codes():
     paper, released = ilf.preset("paper"), ilf.preset("released-code")
     assert (paper.schedule, paper.s_criteria, paper.max_iterations, paper.rgb_iterations) == (
         "staged",
@@ -64,7 +61,7 @@ def test_presets_are_the_papers_and_the_released_codes() -> None:
         ({"rgb_iterations": True}, "must be a number"),
     ],
 )
-def test_unknown_names_and_values_out_of_range_raise(changes: dict[str, object], message: str) -> None:
+def test_unknown_names_and_values_out_of_range_raise(changes, message):
     with pytest.raises(ParameterError, match=message):
         ilf.preset("paper", **changes)
 
@@ -80,9 +77,7 @@ def test_unknown_names_and_values_out_of_range_raise(changes: dict[str, object],
         ("best", {"model": "mine", "edges": "canny"}, "model", "edges canny", "edges combined"),
     ],
 )
-def test_a_parameter_that_has_no_effect_is_refused(
-    preset: str, changes: dict[str, object], name: str, present: str, needed: str
-) -> None:
+def test_a_parameter_that_has_no_effect_is_refused(preset, changes, name, present, needed):
     sentence = f"{name} has no effect with {present}; it belongs to {needed}."
     with pytest.raises(ParameterError) as refused:
         ilf.preset(preset, **changes)
@@ -90,19 +85,19 @@ def test_a_parameter_that_has_no_effect_is_refused(
     assert PRESETS[preset].replace(**changes).without_effect(changes) == (sentence,)
 
 
-def test_every_parameter_that_has_no_effect_is_named() -> None:
+def test_every_parameter_that_has_no_effect_is_named():
     with pytest.raises(ParameterError, match=r"^padding has .* ideal\. precision has .* ideal\.$"):
         ilf.preset("best", padding=3, trend=False, precision="float32")
 
 
-def test_a_parameter_counts_with_those_that_are_changed_beside_it() -> None:
+def test_a_parameter_counts_with_those_that_are_changed_beside_it():
     assert ilf.preset("best", filter="ideal", padding=3).padding == 3
     assert ilf.preset("paper", schedule="linear", linear_start=1).linear_start == 1
     with pytest.raises(ParameterError, match="padding has no effect with filter edge-aware"):
         ilf.preset("paper", filter="edge-aware", padding=3)
 
 
-def test_a_parameter_may_count_with_several_values_of_another() -> None:
+def test_a_parameter_may_count_with_several_values_of_another():
     for detector in ("rgbd", "hed"):
         assert BlockParameters().changed(detector=detector, threshold=0.3).has_effect("threshold")
     with pytest.raises(ParameterError) as refused:
@@ -110,27 +105,27 @@ def test_a_parameter_may_count_with_several_values_of_another() -> None:
     assert str(refused.value) == "threshold has no effect with detector canny; it belongs to detector rgbd or hed."
 
 
-def test_replace_and_records_take_values_without_effect() -> None:
+def test_replace_and_records_take_values_without_effect():
     assert ilf.preset().replace(padding=3).padding == 3
     assert Parameters.from_dict(ilf.preset().to_dict() | {"padding": 3}).padding == 3
 
 
 @pytest.mark.parametrize("set_class", SETS)
-def test_what_matters_is_what_has_an_effect(set_class: type[ParameterSet]) -> None:
+def test_what_matters_is_what_has_an_effect(set_class):
     for parameters in (set_class(), *(PRESETS.values() if set_class is Parameters else ())):
         for name in set_class.declarations():
             assert parameters.has_effect(name) == (not parameters.without_effect([name]))
 
 
 @pytest.mark.parametrize("set_class", SETS)
-def test_what_is_made_of_stored_values_needs_all_of_them(set_class: type[ParameterSet]) -> None:
+def test_what_is_made_of_stored_values_needs_all_of_them(set_class):
     values = set_class().to_dict()
     first, *others = values
     with pytest.raises(ParameterError, match=f"There is no value for {first}"):
         set_class.from_dict({name: values[name] for name in others})
 
 
-def test_sets_have_the_same_effect_if_they_differ_in_nothing_that_counts() -> None:
+def test_sets_have_the_same_effect_if_they_differ_in_nothing_that_counts():
     best, paper = PRESETS["best"], PRESETS["paper"]
     assert best.same_effect(best.replace(padding=3.0, linear_start=2.0, centred=False))
     assert not best.same_effect(best.replace(noise=0.1))
@@ -141,7 +136,7 @@ def test_sets_have_the_same_effect_if_they_differ_in_nothing_that_counts() -> No
 
 
 @pytest.mark.parametrize("kind", [Parameters, BlockParameters])
-def test_the_docstring_lists_every_parameter_as_it_is_declared(kind: type[ParameterSet]) -> None:
+def test_the_docstring_lists_every_parameter_as_it_is_declared(kind):
     entries = {}
     for line in (kind.__doc__ or "").splitlines():
         name, found, facts = line.partition(" : ")

@@ -1,22 +1,19 @@
 """Whether an edit was for the better, on hidden depth."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 import ilf
 from ilf.data.blocks import Blocks
 from ilf.evaluation.edit_summary import EditSummary, summarise_edit
 from ilf.run.run import Run
-from ilf.segmentation.editing.patches import LabelPatch, patch_between
+from ilf.segmentation.editing.patches import patch_between
 
 
 @pytest.fixture
-def moved(small_frame: ilf.RGBDFrame, small_labels: NDArray[np.int32]) -> tuple[Run, Run, LabelPatch]:
+def moved(small_frame, small_labels):
     """The border of the two planes 6 pixels off, and put right."""
     wrong = np.where(np.arange(64) < 36, 1, 2) + np.zeros_like(small_labels)
     patch = patch_between(wrong, small_labels)
@@ -31,7 +28,7 @@ def moved(small_frame: ilf.RGBDFrame, small_labels: NDArray[np.int32]) -> tuple[
     )
 
 
-def test_a_border_that_is_put_right_lowers_the_error_on_hidden_depth(moved: tuple[Run, Run, LabelPatch]) -> None:
+def test_a_border_that_is_put_right_lowers_the_error_on_hidden_depth(moved):
     before, after, patch = moved
     effect = summarise_edit(before, after, patch)
     assert effect.moved == 48 * 6
@@ -46,7 +43,7 @@ def test_a_border_that_is_put_right_lowers_the_error_on_hidden_depth(moved: tupl
     assert back.held_out == effect.held_out[::-1]
 
 
-def test_the_hidden_depth_does_not_reach_the_filter(moved: tuple[Run, Run, LabelPatch]) -> None:
+def test_the_hidden_depth_does_not_reach_the_filter(moved):
     before, after, patch = moved
     measured = after.frame.depth.copy()
     measured[10, 33] += 0.5
@@ -61,7 +58,7 @@ def test_the_hidden_depth_does_not_reach_the_filter(moved: tuple[Run, Run, Label
     assert two.held_out != one.held_out
 
 
-def test_expected_errors_are_those_of_the_touched_blocks(moved: tuple[Run, Run, LabelPatch]) -> None:
+def test_expected_errors_are_those_of_the_touched_blocks(moved):
     before, after, patch = moved
     done = before.complete(), after.complete()
     effect = summarise_edit(before, after, patch, done)
@@ -70,7 +67,7 @@ def test_expected_errors_are_those_of_the_touched_blocks(moved: tuple[Run, Run, 
     assert effect.expected[1] == pytest.approx(float(np.sqrt(np.nanmean(error[done[1].filled] ** 2))), rel=1e-5)
 
 
-def test_where_too_little_is_known_nothing_is_said(small_labels: NDArray[np.int32]) -> None:
+def test_where_too_little_is_known_nothing_is_said(small_labels):
     depth = np.full(small_labels.shape, np.nan)
     depth[:4] = 2.0
     frame = ilf.RGBDFrame(np.zeros((*small_labels.shape, 3), np.uint8), depth)
@@ -85,16 +82,14 @@ def test_where_too_little_is_known_nothing_is_said(small_labels: NDArray[np.int3
     assert summarise_edit(Run(frame, small_labels), Run(frame, all_of_it), patch).moved == all_of_it.size
 
 
-def test_a_completion_of_an_older_state_says_nothing_of_the_one_before_the_edit(
-    moved: tuple[Run, Run, LabelPatch],
-) -> None:
+def test_a_completion_of_an_older_state_says_nothing_of_the_one_before_the_edit(moved):
     before, after, patch = moved
     older = np.where(np.arange(64) < 40, 1, 2) + np.zeros_like(after.blocks.labels)
     done = Run(before.frame, older, before.parameters).complete(), after.complete()
     assert summarise_edit(before, after, patch, done).expected is None
 
 
-def test_expected_errors_are_compared_where_both_states_are_filled(small_frame: ilf.RGBDFrame) -> None:
+def test_expected_errors_are_compared_where_both_states_are_filled(small_frame):
     """A block without known depth takes its pixels out of what is filled, and says nothing of the error of the rest."""
     labels = np.ones(small_frame.shape, np.int32)
     alone = labels.copy()
@@ -111,7 +106,7 @@ def test_expected_errors_are_compared_where_both_states_are_filled(small_frame: 
     assert effect.expected == pytest.approx(rms, rel=1e-5)
 
 
-def test_an_edit_is_judged_by_the_truth_where_there_is_one(moved: tuple[Run, Run, LabelPatch]) -> None:
+def test_an_edit_is_judged_by_the_truth_where_there_is_one(moved):
     before, after, patch = moved
     columns = np.arange(64) + np.zeros_like(after.blocks.labels)
     measured = np.where((columns > 26) & (columns < 33), np.nan, after.frame.depth)

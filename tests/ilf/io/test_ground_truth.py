@@ -1,10 +1,7 @@
 """A frame's truth: found or given, refused when it cannot be one, recorded, and never looked at by what makes depth."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
-from pathlib import Path
 
 import cv2
 import numpy as np
@@ -18,7 +15,6 @@ from ilf.io.frame_additions import load_ground_truth, with_ground_truth_file
 from ilf.run.options import ExportOptions
 from ilf.run.record_file import read_record
 from ilf.run.replaying import replay
-from ilf.run.run import Run
 
 from ..small_frames import write_small_frame
 from ..small_runs import contents, small_run, written
@@ -26,7 +22,7 @@ from ..small_runs import contents, small_run, written
 META = {"depth_units_per_m": 1000, "gt_units_per_m": 5000, "K": [80, 80, 39.5, 29.5]}
 
 
-def ground_truth_in_metres() -> np.ndarray:
+def ground_truth_in_metres():
     """Of the small frame, known everywhere but in its first row."""
     rows, columns = np.mgrid[:60, :80]
     ground_truth = np.where(columns < 40, 1.5 + 0.004 * rows, 2.6 + 0.003 * columns)
@@ -35,7 +31,7 @@ def ground_truth_in_metres() -> np.ndarray:
 
 
 @pytest.fixture
-def folder(tmp_path: Path) -> Path:
+def folder(tmp_path):
     """The small frame as a folder, with its truth in 0.2 mm."""
     write_small_frame(tmp_path)
     values = np.nan_to_num(np.rint(ground_truth_in_metres() * 5000)).astype(np.uint16)
@@ -44,7 +40,7 @@ def folder(tmp_path: Path) -> Path:
     return tmp_path
 
 
-def meta(folder: Path, **changes: object) -> Path:
+def meta(folder, **changes):
     """The folder with other values in its meta.json."""
     (folder / "meta.json").write_text(json.dumps(META | changes))
     return folder
@@ -108,7 +104,7 @@ def test_what_cannot_be_the_truth_is_refused_with_a_way_out(folder):
         load_ground_truth(folder / "none.png", frame.shape)
 
 
-def with_ground_truth(run: Run, folder: Path) -> Run:
+def with_ground_truth(run, folder):
     """The run, of a frame that has a truth in a file."""
     np.save(folder / "gt.npy", ground_truth_in_metres())
     return replace(run, frame=with_ground_truth_file(run.frame, folder / "gt.npy"))

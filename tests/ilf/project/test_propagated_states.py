@@ -1,14 +1,10 @@
 """What is known of blocks goes along when they are carried to another frame."""
 
-from __future__ import annotations
-
 from dataclasses import replace
-from pathlib import Path
 
 import cv2
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from ilf.data.blocks import BlockInfo, Blocks
 from ilf.data.frame import RGBDFrame
@@ -24,7 +20,7 @@ EXTRACTION = BlockParameters(granularity=0.3)
 
 
 @pytest.fixture
-def before(small_frame: RGBDFrame, small_labels: NDArray[np.int32]) -> FrameState:
+def before(small_frame, small_labels):
     extracted = small_labels.copy()
     extracted[:, 28:30] = 2  # block 1 has gained these by hand
     drawn = np.zeros(small_labels.shape, bool)
@@ -42,12 +38,12 @@ def before(small_frame: RGBDFrame, small_labels: NDArray[np.int32]) -> FrameStat
 
 
 @pytest.fixture
-def after(small_frame: RGBDFrame) -> FrameState:
+def after(small_frame):
     frame = replace(small_frame, name="next")
     return FrameState("after", frame, Blocks(np.zeros(frame.shape, np.int32)), note="of the user")
 
 
-def test_all_that_is_known_goes_along(before: FrameState, after: FrameState) -> None:
+def test_all_that_is_known_goes_along(before, after):
     propagated = propagate_state(before, after)
     state = propagated.state
     assert propagated.followed.how == "copied"
@@ -68,7 +64,7 @@ def test_all_that_is_known_goes_along(before: FrameState, after: FrameState) -> 
     assert not replace(state.blocks, labels=edited).propagated
 
 
-def test_locked_blocks_stay_unless_they_were_carried_there(before: FrameState, after: FrameState) -> None:
+def test_locked_blocks_stay_unless_they_were_carried_there(before, after):
     mine = BlockInfo("Mine", (9, 9, 9), locked=True)
     labels = np.zeros(after.blocks.labels.shape, np.int32)
     labels[:10, :10] = 2
@@ -99,7 +95,7 @@ def test_locked_blocks_stay_unless_they_were_carried_there(before: FrameState, a
     assert np.array_equal(kept.blocks.labels == 1, touched == 1)
 
 
-def test_blocks_that_need_a_look_say_why(before: FrameState, after: FrameState) -> None:
+def test_blocks_that_need_a_look_say_why(before, after):
     frame = replace(after.frame, rgb=np.full_like(after.frame.rgb, 90), depth=np.full(after.frame.shape, 4.0))
     state = propagate_state(before, replace(after, frame=frame), "flow").state
     assert state.to_check
@@ -107,7 +103,7 @@ def test_blocks_that_need_a_look_say_why(before: FrameState, after: FrameState) 
     assert state.blocks.reasons.keys() == state.to_check
 
 
-def test_poses_beside_the_frames_are_gone_by(tmp_path: Path) -> None:
+def test_poses_beside_the_frames_are_gone_by(tmp_path):
     states = []
     for number in range(2):  # the camera moves to the left by what are three pixels on a wall at 2 m
         folder = tmp_path / str(number)
@@ -128,7 +124,7 @@ def test_poses_beside_the_frames_are_gone_by(tmp_path: Path) -> None:
     assert propagated.state.blocks.labels[24].tolist() == [1] * 33 + [2] * 31
 
 
-def test_frames_of_another_size_are_refused(before: FrameState, after: FrameState) -> None:
+def test_frames_of_another_size_are_refused(before, after):
     part = np.s_[:40, :50]
     frame = RGBDFrame(after.frame.rgb[part], after.frame.depth[part])
     with pytest.raises(InputError, match="same size"):

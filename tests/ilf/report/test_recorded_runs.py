@@ -1,12 +1,8 @@
 """Runs on frames of recordings: on the command line, their records, and made again from these."""
 
-from __future__ import annotations
-
 import json
 import re
 import shutil
-from collections.abc import Iterator
-from pathlib import Path
 
 import cv2
 import numpy as np
@@ -24,20 +20,20 @@ QUICK = ["--max-iterations", "5", "--no-expected-error", "--quiet"]
 
 
 @pytest.fixture(autouse=True)
-def nothing_left_open() -> Iterator[None]:
+def nothing_left_open():
     yield
     close_all()
 
 
 @pytest.fixture
-def labels(tmp_path: Path) -> Path:
+def labels(tmp_path):
     values = np.zeros((H, W), np.uint8)
     values[2:14, 4:20] = 1
     cv2.imwrite(str(tmp_path / "blocks.png"), values)
     return tmp_path / "blocks.png"
 
 
-def test_a_frame_by_its_key_its_record_and_its_folder(tmp_path: Path, labels: Path) -> None:
+def test_a_frame_by_its_key_its_record_and_its_folder(tmp_path, labels):
     path, out = write_aligned(tmp_path, "ros1"), tmp_path / "out"
     assert main(["complete", str(path), "--frame", KEY, "--blocks", str(labels), "--out", str(out), *QUICK]) == 0
     record = json.loads((out / "run.json").read_text())
@@ -62,7 +58,7 @@ def test_a_frame_by_its_key_its_record_and_its_folder(tmp_path: Path, labels: Pa
     assert ilf.replay(out / "run.json").run.frame.inputs == again.run.frame.inputs
 
 
-def test_another_recording_is_not_taken_for_it(tmp_path: Path, labels: Path) -> None:
+def test_another_recording_is_not_taken_for_it(tmp_path, labels):
     path, out = write_aligned(tmp_path, "ros1"), tmp_path / "out"
     assert main(["complete", str(path), "--frame", KEY, "--blocks", str(labels), "--out", str(out), *QUICK]) == 0
     close_all()
@@ -74,7 +70,7 @@ def test_another_recording_is_not_taken_for_it(tmp_path: Path, labels: Path) -> 
         ilf.replay(out / "run.json")
 
 
-def test_what_info_says(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_what_info_says(tmp_path, capsys):
     path = write_aligned(tmp_path, "mcap")
     assert main(["info", str(path)]) == 0
     said = capsys.readouterr().out
@@ -93,7 +89,7 @@ def test_what_info_says(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> N
     assert "give the key of one of its frames" in capsys.readouterr().err
 
 
-def test_a_project_of_a_recording_and_the_command_that_makes_a_run_again(tmp_path: Path) -> None:
+def test_a_project_of_a_recording_and_the_command_that_makes_a_run_again(tmp_path):
     path = write_aligned(tmp_path, "sqlite3")
     project = tmp_path / "work.ilf"
     assert main(["project", "new", str(project), str(path)]) == 0

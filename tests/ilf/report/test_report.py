@@ -1,7 +1,5 @@
 """Reports: one whole page whose numbers are those of the judgements, and which needs nothing else."""
 
-from __future__ import annotations
-
 import base64
 import io
 import re
@@ -47,18 +45,18 @@ VOID = {"meta", "img", "br"}
 class Page(HTMLParser):
     """What stands in a page; whatever is wrong with its tags fails."""
 
-    def __init__(self, text: str) -> None:
+    def __init__(self, text):
         super().__init__(convert_charrefs=True)
-        self.open: list[str] = []
-        self.tags: set[str] = set()
-        self.values: dict[str, list[str]] = {"id": [], "href": [], "src": []}
-        self.tables: list[list[list[str]]] = []
-        self.words: list[str] = []
+        self.open = []
+        self.tags = set()
+        self.values = {"id": [], "href": [], "src": []}
+        self.tables = []
+        self.words = []
         self.feed(text)
         self.close()
         assert not self.open
 
-    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+    def handle_starttag(self, tag, attrs):
         values = dict(attrs)
         assert len(values) == len(attrs), f"an attribute twice in <{tag}>"
         self.tags.add(tag)
@@ -73,11 +71,11 @@ class Page(HTMLParser):
         elif tag in ("td", "th"):
             self.tables[-1][-1].append("")
 
-    def handle_endtag(self, tag: str) -> None:
+    def handle_endtag(self, tag):
         if tag not in VOID:
             assert self.open.pop() == tag
 
-    def handle_data(self, data: str) -> None:
+    def handle_data(self, data):
         text = " ".join(data.split())
         if text and self.open and self.open[-1] != "style":
             self.words.append(text)
@@ -86,17 +84,17 @@ class Page(HTMLParser):
                 cell[-1] = f"{cell[-1]} {text}".strip()
 
     @property
-    def text(self) -> str:
+    def text(self):
         return " ".join(self.words)
 
-    def table(self, *heading: str) -> list[list[str]]:
+    def table(self, *heading):
         """The rows below these headings."""
         found = [table for table in self.tables if table[0][: len(heading)] == list(heading)]
         assert len(found) == 1
         return found[0][1:]
 
 
-def alone(page: Page) -> None:
+def alone(page):
     """The page refers to nothing outside itself, and all within it is there and can be read."""
     assert len(set(page.values["id"])) == len(page.values["id"])
     assert set(page.values["href"]) <= {f"#{name}" for name in page.values["id"]}
@@ -113,7 +111,7 @@ def alone(page: Page) -> None:
 
 
 @pytest.fixture(scope="module")
-def run(tmp_path_factory: pytest.TempPathFactory) -> Run:
+def run(tmp_path_factory):
     """A quick run of a frame with a truth, one of whose blocks has a value of its own."""
     made = small_run(tmp_path_factory.mktemp("frame"))
     ground_truth = np.where(np.isfinite(made.frame.depth), made.frame.depth, np.float32(2.0)) + np.float32(0.01)
@@ -122,7 +120,7 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> Run:
 
 
 @pytest.fixture(scope="module")
-def subject(run: Run) -> Subject:
+def subject(run):
     """The run with all that can be told of it."""
     completion = run.complete()
     kept = StoredRun(
@@ -131,7 +129,7 @@ def subject(run: Run) -> Subject:
     return Subject(run, completion, {1: NASTY}, {1: (250, 240, 10)}, NASTY, (kept,))
 
 
-def test_the_page_of_a_frame_is_whole_and_its_numbers_are_those_of_the_judgements(run: Run, subject: Subject) -> None:
+def test_the_page_of_a_frame_is_whole_and_its_numbers_are_those_of_the_judgements(run, subject):
     test = HoldOutTest("areas", (3, 5))
     text = report([subject], ReportOptions(hidden=test))
     page = Page(text)
@@ -176,7 +174,7 @@ def test_the_page_of_a_frame_is_whole_and_its_numbers_are_those_of_the_judgement
     assert {run.frame.inputs.rgb.sha256, run.frame.inputs.depth.sha256} <= set(page.words)
 
 
-def test_what_is_not_there_is_said(tmp_path: Path) -> None:
+def test_what_is_not_there_is_said(tmp_path):
     depth = np.tile(np.linspace(1, 2, 60, dtype=np.float32), (40, 1))
     depth[10:20, 10:30] = np.nan
     bare = ilf.RGBDFrame(np.zeros((40, 60, 3), np.uint8), depth, name="bare")
@@ -202,7 +200,7 @@ def test_what_is_not_there_is_said(tmp_path: Path) -> None:
         report([])
 
 
-def test_a_stored_frame_is_reported_with_its_results_and_names(run: Run, subject: Subject) -> None:
+def test_a_stored_frame_is_reported_with_its_results_and_names(run, subject):
     results = {1: subject.completion.results[1]}
     blocks = Blocks(
         run.blocks.labels, {1: BlockInfo("Wall", (1, 2, 3))}, {1: {"smoothness": 9.0}}, extraction=run.blocks.extraction
@@ -218,7 +216,7 @@ def test_a_stored_frame_is_reported_with_its_results_and_names(run: Run, subject
     assert "ilf project replay all.ilf" in page.text
 
 
-def test_paths_that_are_no_text_are_told_as_far_as_they_are(run: Run, subject: Subject, tmp_path: Path) -> None:
+def test_paths_that_are_no_text_are_told_as_far_as_they_are(run, subject, tmp_path):
     odd = replace(run, frame=replace(run.frame, name="caf\udce9"))
     options = ReportOptions()
     content = run_to_end(report_steps([replace(subject, run=odd)], options))
@@ -226,7 +224,7 @@ def test_paths_that_are_no_text_are_told_as_far_as_they_are(run: Run, subject: S
     assert "<h1>caf?</h1>" in (tmp_path / "page.html").read_text(encoding="utf-8")
 
 
-def test_depth_is_drawn_in_the_colours_of_the_window(subject: Subject) -> None:
+def test_depth_is_drawn_in_the_colours_of_the_window(subject):
     expected = ilf.expected_error(subject.completion)
     pictures = [one for one in frame_pictures(subject, expected, None, 1024) if one.title.startswith("Depth")]
     assert [picture.title for picture in pictures] == ["Depth in", "Depth out"]
@@ -237,7 +235,7 @@ def test_depth_is_drawn_in_the_colours_of_the_window(subject: Subject) -> None:
         assert np.abs(palette[[1, 255]] - [(68, 1, 84), (253, 231, 37)]).max() <= 1  # the ends of viridis
 
 
-def test_the_scale_bar_is_as_long_as_it_says() -> None:
+def test_the_scale_bar_is_as_long_as_it_says():
     depth = np.full((48, 64), 2.5, np.float32)
     camera = ilf.Camera(50, 50, 31.5, 23.5)
     share, text = scale_bar(ilf.RGBDFrame(np.zeros((48, 64, 3), np.uint8), depth, camera), depth)
@@ -245,7 +243,7 @@ def test_the_scale_bar_is_as_long_as_it_says() -> None:
     assert share * 64 * 2.5 / 50 == pytest.approx(0.5)
 
 
-def test_the_command_that_a_report_gives_makes_the_run_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_command_that_a_report_gives_makes_the_run_again(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     frame = ilf.load_frame(*write_small_frame(tmp_path / "in"), intrinsics=CAMERA)
     extraction = ilf.BlockParameters(min_size=2.0, use_depth=False)
@@ -260,9 +258,7 @@ def test_the_command_that_a_report_gives_makes_the_run_again(tmp_path: Path, mon
     )
 
 
-def test_the_command_line_reports_on_projects(
-    run: Run, subject: Subject, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_command_line_reports_on_projects(run, subject, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     frame = replace(run.frame, name="first")
     blocks = Blocks(run.blocks.labels, own={1: {"smoothness": 3.0}})
@@ -297,9 +293,7 @@ def test_the_command_line_reports_on_projects(
     assert "no frame with edits or results" in capsys.readouterr().err
 
 
-def test_the_command_line_reports_on_frames_and_records(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_command_line_reports_on_frames_and_records(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     files = [str(path) for path in write_small_frame(tmp_path / "in")]
     assert main(["report", *files, "--max-iterations", "25", "--hold-out", "random", "--seeds", "1"]) == 0

@@ -1,9 +1,6 @@
 """Depth by hand in files: read, written, marked, recorded, and by the command line."""
 
-from __future__ import annotations
-
 import json
-from pathlib import Path
 
 import cv2
 import numpy as np
@@ -24,7 +21,7 @@ from ..space_formats import read_ply
 ARGUMENTS = ["--max-iterations", "25", "--intrinsics", CAMERA]
 
 
-def test_it_is_marked_in_the_results(tmp_path: Path) -> None:
+def test_it_is_marked_in_the_results(tmp_path):
     run = with_depth_by_hand(small_run(tmp_path))
     completion = run.complete()
     write(tmp_path / "out", run, completion, ExportOptions(cloud="ply"))
@@ -44,7 +41,7 @@ def test_it_is_marked_in_the_results(tmp_path: Path) -> None:
     assert "scalar_by_hand" not in read_ply(tmp_path / "plain" / "cloud.ply")[0].dtype.names
 
 
-def test_a_record_is_not_replayed_with_other_depth_by_hand(tmp_path: Path) -> None:
+def test_a_record_is_not_replayed_with_other_depth_by_hand(tmp_path):
     run = with_depth_by_hand(small_run(tmp_path))
     write(tmp_path / "out", run, run.complete())
     file = tmp_path / "out" / "depth_by_hand.npy"
@@ -56,9 +53,7 @@ def test_a_record_is_not_replayed_with_other_depth_by_hand(tmp_path: Path) -> No
         replay(tmp_path / "out" / "run.json")
 
 
-def test_by_the_command_line(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_by_the_command_line(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     write_small_frame(tmp_path / "in")
     files = ["in/rgb.png", "in/depth.png"]

@@ -1,23 +1,19 @@
 """Key frames: they are the depth of that iteration, cost no more than the budget, and go in order."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
 import ilf
 from ilf.completion.block import block_depth
 from ilf.data.blocks import Blocks
-from ilf.data.frame import RGBDFrame
-from ilf.data.results import IterationRecord
 from ilf.run.key_frames import KeyFrames, depth_at_key_frames
 from ilf.run.run import Run
 from ilf.segmentation.editing.patches import border_pixels
 
 
-def recorded(run: Run, key_frames: KeyFrames, threads: int = 1) -> dict[int, list[IterationRecord]]:
+def recorded(run, key_frames, threads=1):
     """Run it; the records of every block."""
-    records: dict[int, list[IterationRecord]] = {}
+    records = {}
     with run.steps(threads, key_frames.watch(run)) as steps:
         for progress in steps:
             if progress.record is not None:
@@ -28,9 +24,7 @@ def recorded(run: Run, key_frames: KeyFrames, threads: int = 1) -> dict[int, lis
 @pytest.mark.parametrize("name", ["best", "paper", "released-code"])
 @pytest.mark.parametrize("mode", ["fill", "fill+denoise"])
 @pytest.mark.parametrize("by_hand", [False, True])
-def test_a_key_frame_is_the_depth_as_it_was_then(
-    small_frame: RGBDFrame, small_labels: np.ndarray, name: str, mode: str, by_hand: bool
-) -> None:
+def test_a_key_frame_is_the_depth_as_it_was_then(small_frame, small_labels, name, mode, by_hand):
     drawn = border_pixels(small_labels) if by_hand else None
     parameters = ilf.preset(name, max_iterations=30, mode=mode)
     key_frames = KeyFrames()
@@ -48,7 +42,7 @@ def test_a_key_frame_is_the_depth_as_it_was_then(
         np.testing.assert_array_equal(past, expected)
 
 
-def test_the_records_say_which_key_frames_are_theirs(small_frame: RGBDFrame, small_labels: np.ndarray) -> None:
+def test_the_records_say_which_key_frames_are_theirs(small_frame, small_labels):
     key_frames = KeyFrames()
     run = Run(small_frame, small_labels, ilf.preset(max_iterations=5))
     first, second = recorded(run, key_frames, threads=2), recorded(run, key_frames)
@@ -63,7 +57,7 @@ def test_the_records_say_which_key_frames_are_theirs(small_frame: RGBDFrame, sma
     assert key_frames.track(first[1][1:]) is None
 
 
-def test_memory_stays_within_the_budget_thinned_evenly(small_frame: RGBDFrame, small_labels: np.ndarray) -> None:
+def test_memory_stays_within_the_budget_thinned_evenly(small_frame, small_labels):
     run = Run(small_frame, small_labels, ilf.preset("paper", max_iterations=200, stop_when_steady=False))
     whole = KeyFrames()
     recorded(run, whole)
@@ -78,7 +72,7 @@ def test_memory_stays_within_the_budget_thinned_evenly(small_frame: RGBDFrame, s
     assert key_frames.nbytes == sum(track.nbytes for track in key_frames._tracks)
 
 
-def test_what_was_run_again_goes_first(small_frame: RGBDFrame, small_labels: np.ndarray) -> None:
+def test_what_was_run_again_goes_first(small_frame, small_labels):
     run = Run(small_frame, small_labels, ilf.preset(max_iterations=20))
     once = KeyFrames()
     recorded(run, once)
@@ -91,7 +85,7 @@ def test_what_was_run_again_goes_first(small_frame: RGBDFrame, small_labels: np.
         assert track.stride == 1
 
 
-def test_nothing_is_kept_beyond_a_hopeless_budget(small_frame: RGBDFrame, small_labels: np.ndarray) -> None:
+def test_nothing_is_kept_beyond_a_hopeless_budget(small_frame, small_labels):
     key_frames = KeyFrames(1)
     records = recorded(Run(small_frame, small_labels, ilf.preset(max_iterations=20)), key_frames, threads=2)
     left = [key_frames.track(history) for history in records.values()]

@@ -1,15 +1,10 @@
 """Work that is to stop stops, in all its threads, and writes nothing."""
 
-from __future__ import annotations
-
 import threading
-from collections.abc import Generator
-from pathlib import Path
 
-import numpy as np
 import pytest
 
-from ilf import RGBDFrame, Run
+from ilf import Run
 from ilf._runtime import writing as being_written
 from ilf._runtime.cancellation import acquired, cancelled_by, check_cancelled, set_cancel_events
 from ilf._runtime.threads import run_in_parallel
@@ -20,11 +15,11 @@ from ilf.run.writing import write
 
 
 @pytest.fixture
-def cancel_event() -> threading.Event:
+def cancel_event():
     return threading.Event()
 
 
-def test_an_event_cancels_within_its_block_alone(cancel_event: threading.Event) -> None:
+def test_an_event_cancels_within_its_block_alone(cancel_event):
     with cancelled_by(cancel_event):
         check_cancelled()
         cancel_event.set()
@@ -35,17 +30,17 @@ def test_an_event_cancels_within_its_block_alone(cancel_event: threading.Event) 
     check_cancelled()
 
 
-def test_an_event_cancels_the_threads_that_share_the_work(cancel_event: threading.Event) -> None:
+def test_an_event_cancels_the_threads_that_share_the_work(cancel_event):
     begun, went_on = threading.Semaphore(0), threading.Event()
 
-    def task() -> Generator[int, None, None]:
+    def task():
         yield 0
         begun.release()
         while True:
             check_cancelled()
             went_on.wait(0.001)
 
-    def stop() -> None:
+    def stop():
         for _ in range(2):
             assert begun.acquire(timeout=20)
         cancel_event.set()
@@ -57,10 +52,10 @@ def test_an_event_cancels_the_threads_that_share_the_work(cancel_event: threadin
     stopping.join()
 
 
-def test_whoever_waits_for_a_lock_stops_waiting(cancel_event: threading.Event) -> None:
+def test_whoever_waits_for_a_lock_stops_waiting(cancel_event):
     lock, ended = threading.Lock(), []
 
-    def wait() -> None:
+    def wait():
         set_cancel_events(cancel_event)
         try:
             with acquired(lock):
@@ -79,7 +74,7 @@ def test_whoever_waits_for_a_lock_stops_waiting(cancel_event: threading.Event) -
     assert not lock.locked()
 
 
-def test_nothing_is_written_by_what_is_to_stop(tmp_path: Path, cancel_event: threading.Event) -> None:
+def test_nothing_is_written_by_what_is_to_stop(tmp_path, cancel_event):
     path = tmp_path / "notes.txt"
     write_bytes(path, b"before")
     cancel_event.set()
@@ -92,15 +87,13 @@ def test_nothing_is_written_by_what_is_to_stop(tmp_path: Path, cancel_event: thr
     assert list(tmp_path.iterdir()) == [path]
 
 
-def _write_set(target: Path) -> None:
+def _write_set(target):
     with staging(target) as folder:
         (folder / "a").touch()
         move_into_place(folder, target, ["a"])
 
 
-def test_an_export_that_is_to_stop_leaves_the_set_before(
-    tmp_path: Path, small_frame: RGBDFrame, small_labels: np.ndarray
-) -> None:
+def test_an_export_that_is_to_stop_leaves_the_set_before(tmp_path, small_frame, small_labels):
     run = Run(small_frame, small_labels, preset(max_iterations=2, correction=False))
     completion = run.complete()
     write(tmp_path, run, completion)
@@ -117,16 +110,16 @@ def test_an_export_that_is_to_stop_leaves_the_set_before(
 class _Late(threading.Event):
     """Is set after so many looks at it."""
 
-    def __init__(self, looks: int) -> None:
+    def __init__(self, looks):
         super().__init__()
         self._looks = looks
 
-    def is_set(self) -> bool:
+    def is_set(self):
         self._looks -= 1
         return self._looks < 0
 
 
-def test_what_is_being_written_is_taken_away_at_a_sudden_end(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_is_being_written_is_taken_away_at_a_sudden_end(tmp_path, monkeypatch):
     monkeypatch.setattr(being_written, "_moving", threading.Lock())
     made, kept = tmp_path / "made", tmp_path / "kept.txt"
     kept.touch()

@@ -3,11 +3,8 @@
 Such a program is a script here, which is called as the program is, whatever its arguments.
 """
 
-from __future__ import annotations
-
 import os
 import sys
-from pathlib import Path
 
 import pytest
 
@@ -29,7 +26,7 @@ if __name__ == "__main__":
 """
 
 
-def _frozen(folder: Path, room: str) -> str:
+def _frozen(folder, room):
     program = folder / "program"
     program.write_text(_PROGRAM.format(python=sys.executable, path=[path for path in sys.path if path], room=room))
     program.chmod(0o700)
@@ -37,9 +34,7 @@ def _frozen(folder: Path, room: str) -> str:
 
 
 @pytest.mark.parametrize("room", ["ilf.cli", "gui.app.start"])
-def test_a_frozen_program_tries_readers_in_a_child_and_shares_work_among_processes(
-    tmp_path: Path, monkeypatch, room: str
-) -> None:
+def test_a_frozen_program_tries_readers_in_a_child_and_shares_work_among_processes(tmp_path, monkeypatch, room):
     monkeypatch.setattr(sys, "executable", _frozen(tmp_path, room))
     monkeypatch.setattr(sys, "frozen", True, raising=False)
     assert run_in_child(divmod, 7, 2, file="seven") == (3, 1)
@@ -47,7 +42,7 @@ def test_a_frozen_program_tries_readers_in_a_child_and_shares_work_among_process
     assert group != os.getpgid(0)
 
 
-def test_a_frozen_program_names_what_it_does_not_contain(monkeypatch) -> None:
+def test_a_frozen_program_names_what_it_does_not_contain(monkeypatch):
     monkeypatch.setattr(sys, "frozen", True, raising=False)
     with pytest.raises(InputError, match=r"no_such_module, which is not part of this app.*ilf-studio.cloud"):
         optional("no_such_module", "ilf-studio[cloud]", "A test")

@@ -1,7 +1,5 @@
 """Commands and their processes end when they are asked to, and whoever reads their output may leave before that."""
 
-from __future__ import annotations
-
 import os
 import signal
 import stat
@@ -19,28 +17,21 @@ from ilf.cli import info, main
 from ilf.errors import IlfError
 
 from ..batch_frames import write_frames
+from .crashing import only_once
 
 posix = pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
 
 
-def test_a_process_that_ends_is_told_of() -> None:
+def test_a_process_that_ends_is_told_of():
     with pytest.raises(IlfError, match="ended unexpectedly"):
         run_units(os._exit, [(0,), (1,)], jobs=2)
     with pytest.raises(ZeroDivisionError):
         run_units(divmod, [(1, 0)], jobs=2)
 
 
-def only_once(folder: Path, name: str) -> str:
-    """Crash the first time that this name is given, and always if it is "bad"."""
-    if name == "bad" or not (folder / name).exists():
-        (folder / name).touch()
-        os.abort()
-    return name
-
-
-def test_items_whose_process_crashes_are_tried_once_more_and_the_others_are_not_lost(tmp_path: Path) -> None:
+def test_items_whose_process_crashes_are_tried_once_more_and_the_others_are_not_lost(tmp_path):
     (tmp_path / "good").touch()
-    tidied: list[str] = []
+    tidied = []
     items = ["good", "bad", "good", "unlucky"]
     found = list(run_in_processes(partial(only_once, tmp_path), items, jobs=2, tidy=tidied.append))
     assert sorted(found, key=str) == [("bad", None), ("good", "good"), ("good", "good"), ("unlucky", "unlucky")]
@@ -70,7 +61,7 @@ with terminating_on_signal(), removed_on_exit(half):
 
 
 @posix
-def test_what_does_not_end_is_cut_short_and_leaves_neither_files_nor_processes(tmp_path: Path) -> None:
+def test_what_does_not_end_is_cut_short_and_leaves_neither_files_nor_processes(tmp_path):
     half = tmp_path / "half"
     with subprocess.Popen(
         [sys.executable, "-c", _BUSY, half], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
@@ -97,7 +88,7 @@ for _, group in run_in_processes(os.getpgid, [0]):
 
 
 @posix
-def test_a_program_without_a_main_guard_has_children_that_leave_the_terminal_s_interrupt_to_it(tmp_path: Path) -> None:
+def test_a_program_without_a_main_guard_has_children_that_leave_the_terminal_s_interrupt_to_it(tmp_path):
     (tmp_path / "program.py").write_text(_STARTING)
     ended = subprocess.run([sys.executable, tmp_path / "program.py"], capture_output=True, text=True)
     assert (ended.returncode, ended.stdout, ended.stderr) == (0, "True\n", "")
@@ -123,7 +114,7 @@ if __name__ == "__main__":
 
 
 @posix
-def test_a_batch_that_is_asked_to_end_has_a_manifest_of_what_is_done(tmp_path: Path) -> None:
+def test_a_batch_that_is_asked_to_end_has_a_manifest_of_what_is_done(tmp_path):
     out = tmp_path / "out"
     words = [write_frames(tmp_path / "in", 40), "--out", out, "--no-cloud", "--jobs", "2", "--max-iterations", "2"]
     with subprocess.Popen(
@@ -152,7 +143,7 @@ run_in_child(exec, reader, file="a")
 
 
 @posix
-def test_a_reader_that_is_tried_ends_with_who_tries_it(tmp_path: Path) -> None:
+def test_a_reader_that_is_tried_ends_with_who_tries_it(tmp_path):
     note = tmp_path / "process"
     with subprocess.Popen([sys.executable, "-c", _TRYING, note]) as trying:
         while not (note.exists() and note.read_text()):
@@ -163,7 +154,7 @@ def test_a_reader_that_is_tried_ends_with_who_tries_it(tmp_path: Path) -> None:
         time.sleep(0.01)
 
 
-def _runs(process: int) -> bool:
+def _runs(process):
     """Whether it does; what has ended and was not asked for its status does not."""
     state = subprocess.run(["ps", "-o", "stat=", "-p", str(process)], capture_output=True, text=True).stdout
     return bool(state.strip()) and not state.startswith("Z")
@@ -171,9 +162,7 @@ def _runs(process: int) -> bool:
 
 @posix
 @pytest.mark.parametrize(("name", "status"), [("SIGINT", 130), ("SIGTERM", 143), ("SIGHUP", 129)])
-def test_a_command_that_is_asked_to_end_says_so(
-    name: str, status: int, heard: object, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_command_that_is_asked_to_end_says_so(name, status, heard, capsys, monkeypatch):
     monkeypatch.setattr(info, "facts_of_frame", lambda *_: signal.raise_signal(signal.Signals[name]))
     assert main(["info", str(Path(__file__).parents[3] / "assets" / "samples" / "room")]) == status
     assert capsys.readouterr().err == f"ilf: error: {'interrupted' if status == 130 else f'ended by {name}'}\n"
@@ -181,7 +170,7 @@ def test_a_command_that_is_asked_to_end_says_so(
 
 
 @posix
-def test_what_was_told_to_survive_its_terminal_does(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_was_told_to_survive_its_terminal_does(monkeypatch):
     before = signal.signal(signal.SIGHUP, signal.SIG_IGN)
     try:
         with terminating_on_signal():
@@ -213,37 +202,35 @@ main(["info", "absent"])
 @pytest.mark.parametrize(
     ("name", "line"), [("SIGINT", "ilf: error: interrupted\n"), ("SIGTERM", "ilf: error: ended by SIGTERM\n")]
 )
-def test_a_command_ends_quietly_while_it_is_still_importing(name: str, line: str) -> None:
+def test_a_command_ends_quietly_while_it_is_still_importing(name, line):
     ended = subprocess.run([sys.executable, "-c", _EARLY.format(name=name)], capture_output=True, text=True)
     assert (ended.returncode, ended.stdout, ended.stderr) == (128 + signal.Signals[name], "", line)
 
 
 @pytest.fixture
-def unread() -> int:
+def unread():
     """A pipe that nobody reads."""
     reading, writing = os.pipe()
     os.close(reading)
     return writing
 
 
-def test_output_that_nobody_reads(unread: int, capsys: pytest.CaptureFixture[str], monkeypatch) -> None:
+def test_output_that_nobody_reads(unread, capsys, monkeypatch):
     with open(unread, "w") as stdout:
         monkeypatch.setattr(sys, "stdout", stdout)
         assert main(["info", "--presets"]) == 1
     assert capsys.readouterr().err == ""
 
 
-def test_errors_that_nobody_reads(unread: int, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_errors_that_nobody_reads(unread, monkeypatch):
     with open(unread, "w") as stderr:
         monkeypatch.setattr(sys, "stderr", stderr)
         assert main(["info", "nothing"]) == 1
         assert main(["info", "--presets"]) == 0
 
 
-def test_what_nobody_has_foreseen_is_one_line_and_the_way_to_the_log(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    def broken(*_: object) -> None:
+def test_what_nobody_has_foreseen_is_one_line_and_the_way_to_the_log(monkeypatch, capsys):
+    def broken(*_):
         raise ZeroDivisionError("nothing\nto divide by")
 
     monkeypatch.setattr(info, "facts_of_frame", broken)
@@ -256,7 +243,7 @@ def test_what_nobody_has_foreseen_is_one_line_and_the_way_to_the_log(
 
 @pytest.mark.skipif(os.name != "posix", reason="asks for permissions")
 @pytest.mark.parametrize("is_there", [False, True])
-def test_no_other_user_may_read_the_log(is_there: bool) -> None:
+def test_no_other_user_may_read_the_log(is_there):
     if is_there:
         error_log_path().touch(0o644)
     log_error(KeyError("new"))

@@ -1,10 +1,5 @@
 """The depth-edge network: what it is told of the known depth, any size of frame, and files that are none."""
 
-from __future__ import annotations
-
-from collections.abc import Callable
-from pathlib import Path
-
 import cv2
 import numpy as np
 import pytest
@@ -25,22 +20,22 @@ INPUTS = {"image": 3, "depth": len(CHANNELS)}
 LINES = {"jump": 1, "crease": 1}
 
 
-def two_walls(height: int = 48, width: int = 64) -> np.ndarray:
+def two_walls(height=48, width=64):
     """A wall at 1.5 m on the left, one at 2.4 m on the right, and a gap across where they meet."""
     depth = np.where(np.arange(width) < width // 2, 1.5, 2.4).astype(np.float32) * np.ones((height, 1), np.float32)
     depth[10:30, width // 2 - 8 : width // 2 + 12] = np.nan
     return depth
 
 
-def feature(depth: np.ndarray, name: str) -> np.ndarray:
+def feature(depth, name):
     return depth_features(depth)[CHANNELS.index(name)]
 
 
-def test_features_know_no_scale() -> None:
+def test_features_know_no_scale():
     np.testing.assert_allclose(depth_features(two_walls()), depth_features(4 * two_walls()), atol=1e-5)
 
 
-def test_features_of_known_depth_are_what_it_is() -> None:
+def test_features_of_known_depth_are_what_it_is():
     depth = two_walls()
     known = np.isfinite(depth)
     np.testing.assert_array_equal(feature(depth, "known"), known)
@@ -55,7 +50,7 @@ def test_features_of_known_depth_are_what_it_is() -> None:
     assert feature(depth, "wide relief")[row, column] == pytest.approx(-4 * 16 / 33 * step, rel=0.1)
 
 
-def test_gaps_are_filled_from_around() -> None:
+def test_gaps_are_filled_from_around():
     depth = two_walls()
     missing = np.isnan(depth)
     filled = np.exp(filled_log_depth(depth)[0])
@@ -69,7 +64,7 @@ def test_gaps_are_filled_from_around() -> None:
 
 
 @pytest.mark.parametrize("shape", [(1, 1), (1, 9), (7, 1), (33, 50)])
-def test_features_of_depth_of_which_little_or_nothing_is_known(shape: tuple[int, int]) -> None:
+def test_features_of_depth_of_which_little_or_nothing_is_known(shape):
     depth = np.full(shape, np.nan, np.float32)
     assert np.isfinite(depth_features(depth)).all()
     depth[0, -1] = 3
@@ -78,19 +73,17 @@ def test_features_of_depth_of_which_little_or_nothing_is_known(shape: tuple[int,
 
 
 @pytest.fixture
-def tiny(tmp_path: Path) -> DepthEdgeNetwork:
+def tiny(tmp_path):
     """A network of which every output is known: means of the image and of the features, and their largest of 4 x 4."""
     path = write_network(tmp_path / "tiny.onnx", [JUMP, *CREASE, *COARSE], INPUTS, {**LINES, "coarse": 2})
     return DepthEdgeNetwork.load(path)
 
 
-def noise(height: int, width: int) -> np.ndarray:
+def noise(height, width):
     return np.random.default_rng(0).integers(0, 256, (height, width, 3), np.uint8)
 
 
-def at_all_scales(
-    lines: Callable[[np.ndarray, np.ndarray], np.ndarray], rgb: np.ndarray, depth: np.ndarray
-) -> np.ndarray:
+def at_all_scales(lines, rgb, depth):
     """The mean of lines that are found in the picture and in smaller ones of it."""
     found = []
     for scale in SCALES:
@@ -104,7 +97,7 @@ def at_all_scales(
 
 
 @pytest.mark.parametrize("size", [(48, 64), (64, 96), (97, 33)])
-def test_every_pixel_stays_in_its_place(tiny: DepthEdgeNetwork, size: tuple[int, int]) -> None:
+def test_every_pixel_stays_in_its_place(tiny, size):
     rgb, depth = noise(*size), two_walls(*size)
     found = tiny.look(rgb, depth)
     jump = at_all_scales(lambda rgb, _: rgb.mean(axis=2) / 255, rgb, depth)
@@ -114,9 +107,7 @@ def test_every_pixel_stays_in_its_place(tiny: DepthEdgeNetwork, size: tuple[int,
 
 
 @pytest.mark.parametrize("size", [(48, 64), (97, 33)])
-def test_coarse_depth_is_told_from_the_filled_one(
-    tiny: DepthEdgeNetwork, size: tuple[int, int], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_coarse_depth_is_told_from_the_filled_one(tiny, size, monkeypatch):
     monkeypatch.setattr("ilf.segmentation.edges.depth_edges.SCALES", (1.0,))
     rgb, depth = noise(*size), two_walls(*size)
     found = tiny.look(rgb, depth)
@@ -129,19 +120,19 @@ def test_coarse_depth_is_told_from_the_filled_one(
     np.testing.assert_allclose(found.spread[7:9, 7:9], np.exp(offset), rtol=1e-4)
 
 
-def test_large_frames_are_made_smaller_and_come_back(tiny: DepthEdgeNetwork) -> None:
+def test_large_frames_are_made_smaller_and_come_back(tiny):
     rgb = np.full((40, 2000, 3), 51, np.uint8)
     found = tiny.look(rgb, np.full((40, 2000), 2, np.float32))
     np.testing.assert_allclose(found.jump, np.full((40, 2000), 0.2), atol=1e-6)
 
 
-def test_without_known_depth_there_is_no_coarse_one(tiny: DepthEdgeNetwork) -> None:
+def test_without_known_depth_there_is_no_coarse_one(tiny):
     found = tiny.look(noise(32, 40), np.full((32, 40), np.nan, np.float32))
     assert found.coarse is None
     assert found.jump.shape == (32, 40)
 
 
-def test_a_single_known_pixel_is_not_lost_at_smaller_sizes(tiny: DepthEdgeNetwork) -> None:
+def test_a_single_known_pixel_is_not_lost_at_smaller_sizes(tiny):
     depth = np.full((32, 40), np.nan, np.float32)
     depth[13, 21] = 3
     found = tiny.look(np.full((32, 40, 3), 51, np.uint8), depth)
@@ -149,17 +140,17 @@ def test_a_single_known_pixel_is_not_lost_at_smaller_sizes(tiny: DepthEdgeNetwor
     np.testing.assert_allclose(found.coarse, 3 * np.exp(0.2), rtol=1e-4)
 
 
-def test_a_network_of_lines_alone_is_one_too(tmp_path: Path) -> None:
+def test_a_network_of_lines_alone_is_one_too(tmp_path):
     network = DepthEdgeNetwork.load(write_network(tmp_path / "lines.onnx", [JUMP, *CREASE], INPUTS, LINES))
     assert network.look(noise(32, 40), two_walls(32, 40)).spread is None
 
 
-def test_depth_of_another_shape_is_refused(tiny: DepthEdgeNetwork) -> None:
+def test_depth_of_another_shape_is_refused(tiny):
     with pytest.raises(InputError, match=r"shape \(32, 40\), not \(32, 41\)"):
         tiny.look(noise(32, 40), two_walls(32, 41))
 
 
-def test_networks_that_are_no_depth_edge_networks_are_refused(tmp_path: Path) -> None:
+def test_networks_that_are_no_depth_edge_networks_are_refused(tmp_path):
     paths = (
         asset_path("models/edges.onnx"),
         write_network(tmp_path / "jump.onnx", [JUMP], INPUTS, {"jump": 1}),

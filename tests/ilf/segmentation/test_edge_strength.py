@@ -1,12 +1,9 @@
 """Edge strength of a frame: found once, kept as long as the frame and no longer."""
 
-from __future__ import annotations
-
 import gc
 import hashlib
 import sys
 import weakref
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -22,7 +19,7 @@ from ilf.segmentation.edges.frame_edges import DETECTORS, canny_lines, find_edge
 from ilf.segmentation.extraction import extract
 
 
-def _frame() -> RGBDFrame:
+def _frame():
     """A colour edge between columns 29 and 30, and a depth jump between rows 39 and 40."""
     rgb = np.full((60, 80, 3), 60, np.uint8)
     rgb[:, 30:] = (220, 90, 30)
@@ -34,7 +31,7 @@ def _frame() -> RGBDFrame:
 CANNY, NETWORK = BlockParameters(detector="canny"), BlockParameters()
 
 
-def test_strength_is_1_at_colour_edges_and_depth_jumps_and_0_far_from_them() -> None:
+def test_strength_is_1_at_colour_edges_and_depth_jumps_and_0_far_from_them():
     strength = find_edges(_frame(), CANNY).strength
     assert strength.dtype == np.float32
     assert strength.shape == (60, 80)
@@ -45,7 +42,7 @@ def test_strength_is_1_at_colour_edges_and_depth_jumps_and_0_far_from_them() -> 
     assert (strength[5:30, 50:] == 0).all()
 
 
-def test_a_frame_has_one_strength_that_cannot_be_changed() -> None:
+def test_a_frame_has_one_strength_that_cannot_be_changed():
     frame, other = _frame(), _frame()
     found = find_edges(frame, CANNY)
     assert find_edges(frame, CANNY).strength is found.strength
@@ -58,7 +55,7 @@ def test_a_frame_has_one_strength_that_cannot_be_changed() -> None:
             array[0, 0] = 1
 
 
-def test_only_what_edges_depend_on_has_them_found_again() -> None:
+def test_only_what_edges_depend_on_has_them_found_again():
     frame = _frame()
     found = find_edges(frame, CANNY)
     for same in (
@@ -70,7 +67,7 @@ def test_only_what_edges_depend_on_has_them_found_again() -> None:
         assert find_edges(frame, CANNY.replace(**other)).strength is not found.strength
 
 
-def test_strength_goes_with_the_frame() -> None:
+def test_strength_goes_with_the_frame():
     frame = _frame()
     left = weakref.ref(frame), weakref.ref(find_edges(frame, CANNY).strength)
     gc.collect()
@@ -80,7 +77,7 @@ def test_strength_goes_with_the_frame() -> None:
     assert [kept() for kept in left] == [None, None]
 
 
-def test_frames_of_the_same_colour_share_what_it_says_and_depth_is_looked_at_again() -> None:
+def test_frames_of_the_same_colour_share_what_it_says_and_depth_is_looked_at_again():
     frame = _frame()
     invalid_mask = frame.with_invalid_mask(np.arange(60)[:, None] * np.ones((1, 80)) >= 40)
     for parameters in (CANNY, NETWORK):
@@ -92,7 +89,7 @@ def test_frames_of_the_same_colour_share_what_it_says_and_depth_is_looked_at_aga
         assert not np.array_equal(found.strength, other.strength)
 
 
-def test_network_and_depth_jumps_make_the_filters_edges() -> None:
+def test_network_and_depth_jumps_make_the_filters_edges():
     depth = np.full((64, 80), 2.0, np.float32)
     depth[:, 40:] = 3.0
     rgb = np.zeros((64, 80, 3), np.uint8)
@@ -108,16 +105,14 @@ def test_network_and_depth_jumps_make_the_filters_edges() -> None:
     assert found.notes == ()
 
 
-def _holed() -> tuple[RGBDFrame, np.ndarray]:
+def _holed():
     depth = np.full((64, 80), 2.0, np.float32)
     depth[20:30, 20:30] = np.nan
     return RGBDFrame(np.zeros((64, 80, 3), np.uint8), depth), np.ones((64, 80), np.int32)
 
 
 @pytest.mark.parametrize("foreign", [False, True], ids=["missing", "foreign"])
-def test_without_the_network_canny_is_taken_and_that_is_said(
-    foreign: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_without_the_network_canny_is_taken_and_that_is_said(foreign, tmp_path, monkeypatch):
     path = tmp_path / "edges.onnx"
     if foreign:
         path.write_bytes(b"no network")
@@ -137,14 +132,14 @@ def test_without_the_network_canny_is_taken_and_that_is_said(
 
 
 @pytest.fixture
-def missing_runtime(monkeypatch: pytest.MonkeyPatch) -> None:
+def missing_runtime(monkeypatch):
     """As after pip uninstall onnxruntime."""
     monkeypatch.setattr(session, "_imported", session._imported.__wrapped__)
     monkeypatch.setitem(sys.modules, "onnxruntime", None)
     monkeypatch.setattr("ilf._runtime.networks.network._networks", {})
 
 
-def test_nothing_stands_in_for_networks_that_cannot_be_run(missing_runtime: None) -> None:
+def test_nothing_stands_in_for_networks_that_cannot_be_run(missing_runtime):
     frame, labels = _holed()
     cure = 'pip install --force-reinstall "onnxruntime>=1.20,<2"'
     for parameters in (ilf.preset(), ilf.preset(correction=False), ilf.preset(edges="canny")):
@@ -155,7 +150,7 @@ def test_nothing_stands_in_for_networks_that_cannot_be_run(missing_runtime: None
         extract(frame)
 
 
-def test_a_run_that_asks_for_no_network_needs_none(missing_runtime: None, tmp_path: Path) -> None:
+def test_a_run_that_asks_for_no_network_needs_none(missing_runtime, tmp_path):
     frame, labels = _holed()
     found = extract(frame, CANNY)
     for parameters in (ilf.preset(edges="canny", correction=False), ilf.preset("paper")):
@@ -167,7 +162,7 @@ def test_a_run_that_asks_for_no_network_needs_none(missing_runtime: None, tmp_pa
         assert note.startswith("Canny's edges are used for the expected error: ONNX Runtime")
 
 
-def test_results_vouch_for_the_network_that_had_a_part_in_them() -> None:
+def test_results_vouch_for_the_network_that_had_a_part_in_them():
     frame, labels = _holed()
     sha256 = hashlib.sha256(asset_path("models/edges.onnx").read_bytes()).hexdigest()
     for parameters, expected in (
@@ -183,7 +178,7 @@ def test_results_vouch_for_the_network_that_had_a_part_in_them() -> None:
     assert extract(frame, CANNY).network is None
 
 
-def test_the_filter_sees_the_edges_of_the_extraction() -> None:
+def test_the_filter_sees_the_edges_of_the_extraction():
     """Canny and jumps with its parameters; whether and which network is asked stays the filter's own choice."""
     frame = _frame()
     own = BlockParameters(canny_sigma=4.0, canny_high=0.3, canny_low_ratio=0.2, depth_jump=0.5, model="none")
@@ -202,7 +197,7 @@ def test_the_filter_sees_the_edges_of_the_extraction() -> None:
 
 
 @pytest.mark.parametrize("detector", [name for name in DETECTORS if name != "rgbd"])
-def test_every_detector_gives_a_strength(detector: str) -> None:
+def test_every_detector_gives_a_strength(detector):
     frame = _frame()
     strength = ilf.edge_strength(frame, detector)
     assert strength.dtype == np.float32
@@ -215,7 +210,7 @@ def test_every_detector_gives_a_strength(detector: str) -> None:
     assert (colour, depth) == (detector != "depth", detector in ("depth", "combined"))
 
 
-def test_colour_alone_serves_the_network_and_canny() -> None:
+def test_colour_alone_serves_the_network_and_canny():
     frame = _frame()
     for detector in ("hed", "canny"):
         assert np.array_equal(ilf.edge_strength(frame.rgb, detector), ilf.edge_strength(frame, detector))
@@ -231,7 +226,7 @@ def test_colour_alone_serves_the_network_and_canny() -> None:
 
 
 @pytest.mark.parametrize("multiscale", [False, True])
-def test_blocks_and_filter_see_as_many_scales_as_they_ask_for(multiscale: bool) -> None:
+def test_blocks_and_filter_see_as_many_scales_as_they_ask_for(multiscale):
     frame = _frame()
     expected = ilf.edge_strength(frame, "hed", multiscale=multiscale)
     assert np.array_equal(find_edges(frame, BlockParameters(multiscale=multiscale)).detected, expected)

@@ -1,7 +1,5 @@
 """Properties of block edits: what must hold for any label map and any edit."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given as holds_for
@@ -25,7 +23,7 @@ from ilf.segmentation.editing.cleaning import (
 )
 from ilf.segmentation.editing.cutting import cut_off, extend_to_boundary, split
 from ilf.segmentation.editing.painting import Stroke, assign_outline, brush_stroke, erase, give, inside_outline, paint
-from ilf.segmentation.editing.patches import LabelPatch, patch_between
+from ilf.segmentation.editing.patches import patch_between
 
 SHAPE = (14, 17)
 label_maps = arrays(np.int32, SHAPE, elements=st.integers(0, 4))
@@ -34,7 +32,7 @@ strokes = st.tuples(st.lists(coordinates, min_size=1, max_size=4), st.floats(0, 
 locks = st.sets(st.integers(1, 4), max_size=2)
 
 
-def _applied(labels: np.ndarray, patch: LabelPatch | None) -> np.ndarray:
+def _applied(labels, patch):
     """The map after the patch; checks that it can be taken back."""
     after = labels.copy()
     if patch is not None:
@@ -46,15 +44,13 @@ def _applied(labels: np.ndarray, patch: LabelPatch | None) -> np.ndarray:
     return after
 
 
-def _locked_unchanged(labels: np.ndarray, after: np.ndarray, locked: set[int]) -> None:
+def _locked_unchanged(labels, after, locked):
     for label in locked:
         assert np.array_equal(labels == label, after == label)
 
 
 @holds_for(label_maps, strokes, st.integers(0, 5), locks)
-def test_painting_changes_only_the_stroke(
-    labels: np.ndarray, stroke: tuple[list[tuple[float, float]], float], label: int, locked: set[int]
-) -> None:
+def test_painting_changes_only_the_stroke(labels, stroke, label, locked):
     swept = brush_stroke(SHAPE, *stroke)
     if swept is None:
         return
@@ -68,9 +64,7 @@ def test_painting_changes_only_the_stroke(
 
 
 @holds_for(label_maps, strokes, st.integers(1, 4), locks)
-def test_erasing_takes_from_one_block_only(
-    labels: np.ndarray, stroke: tuple[list[tuple[float, float]], float], label: int, locked: set[int]
-) -> None:
+def test_erasing_takes_from_one_block_only(labels, stroke, label, locked):
     swept = brush_stroke(SHAPE, *stroke)
     if swept is None:
         return
@@ -82,7 +76,7 @@ def test_erasing_takes_from_one_block_only(
 
 
 @holds_for(label_maps, st.lists(st.integers(0, 5), max_size=4), locks)
-def test_deleting_and_merging_move_whole_blocks(labels: np.ndarray, chosen: list[int], locked: set[int]) -> None:
+def test_deleting_and_merging_move_whole_blocks(labels, chosen, locked):
     after = _applied(labels, delete(labels, chosen, locked))
     _locked_unchanged(labels, after, locked)
     doomed = set(chosen) - locked - {0}
@@ -94,9 +88,7 @@ def test_deleting_and_merging_move_whole_blocks(labels: np.ndarray, chosen: list
 
 
 @holds_for(label_maps, st.integers(0, 4), st.lists(coordinates, min_size=2, max_size=3), locks)
-def test_splitting_keeps_every_pixel_in_some_part(
-    labels: np.ndarray, label: int, points: list[tuple[float, float]], locked: set[int]
-) -> None:
+def test_splitting_keeps_every_pixel_in_some_part(labels, label, points, locked):
     locked &= set(np.unique(labels).tolist())
     after = _applied(labels, split(labels, label, points, locked))
     _locked_unchanged(labels, after, locked)
@@ -110,7 +102,7 @@ def test_splitting_keeps_every_pixel_in_some_part(
             assert components(after == number)[1] == 1
 
 
-def test_split_parts_a_square_where_the_line_is() -> None:
+def test_split_parts_a_square_where_the_line_is():
     labels = np.ones((20, 30), np.int32)
     patch = split(labels, 1, [(10.0, -2.0), (10.0, 22.0)])
     assert patch is not None
@@ -121,11 +113,11 @@ def test_split_parts_a_square_where_the_line_is() -> None:
 
 
 @pytest.mark.parametrize("points", [[(5.0, 5.0), (15.0, 5.0)], [(40.0, 40.0), (50.0, 50.0)]])
-def test_a_line_that_does_not_part_the_block_changes_nothing(points: list[tuple[float, float]]) -> None:
+def test_a_line_that_does_not_part_the_block_changes_nothing(points):
     assert split(np.ones((20, 30), np.int32), 1, points) is None
 
 
-def test_brush_is_a_disc_around_the_pointer() -> None:
+def test_brush_is_a_disc_around_the_pointer():
     stroke = brush_stroke((40, 40), [(20.5, 20.5)], 5.0)
     assert stroke is not None
     mask = np.zeros((40, 40), bool)
@@ -134,7 +126,7 @@ def test_brush_is_a_disc_around_the_pointer() -> None:
     assert np.array_equal(mask, np.hypot(rows - 20, columns - 20) <= 5.0)
 
 
-def test_tiny_brush_still_paints_the_pixel_under_the_pointer() -> None:
+def test_tiny_brush_still_paints_the_pixel_under_the_pointer():
     stroke = brush_stroke((10, 10), [(3.95, 6.05)], 0.1)
     assert stroke is not None
     mask = np.zeros((10, 10), bool)
@@ -143,7 +135,7 @@ def test_tiny_brush_still_paints_the_pixel_under_the_pointer() -> None:
 
 
 @pytest.mark.parametrize("corner", [(0.02, 0.02), (9.98, 0.02), (0.02, 7.98), (9.98, 7.98)])
-def test_tiny_brush_paints_the_corners_and_nothing_off_the_frame(corner: tuple[float, float]) -> None:
+def test_tiny_brush_paints_the_corners_and_nothing_off_the_frame(corner):
     stroke = brush_stroke((8, 10), [corner], 0.1)
     assert stroke is not None
     mask = np.zeros((8, 10), bool)
@@ -154,9 +146,7 @@ def test_tiny_brush_paints_the_corners_and_nothing_off_the_frame(corner: tuple[f
 
 
 @holds_for(strokes)
-def test_a_stroke_is_all_that_lies_near_the_line_or_under_its_points(
-    stroke: tuple[list[tuple[float, float]], float],
-) -> None:
+def test_a_stroke_is_all_that_lies_near_the_line_or_under_its_points(stroke):
     """Against the distance of every pixel of the frame from every segment, but for those on the very rim."""
     points, radius = stroke
     centres = np.moveaxis(np.mgrid[: SHAPE[0], : SHAPE[1]][::-1] + 0.5, 0, -1)
@@ -178,7 +168,7 @@ def test_a_stroke_is_all_that_lies_near_the_line_or_under_its_points(
     assert np.array_equal(swept[sure], wanted[sure])
 
 
-def test_the_largest_part_keeps_the_label_and_others_get_new_ones_by_size() -> None:
+def test_the_largest_part_keeps_the_label_and_others_get_new_ones_by_size():
     labels = np.zeros((9, 20), np.int32)
     labels[1:8, 1:19] = 4
     labels[0] = 6
@@ -195,7 +185,7 @@ def test_the_largest_part_keeps_the_label_and_others_get_new_ones_by_size() -> N
     assert np.array_equal(np.where(numbered >= 30, numbered - 23, numbered), after)
 
 
-def test_only_the_piece_that_the_line_crosses_is_cut() -> None:
+def test_only_the_piece_that_the_line_crosses_is_cut():
     labels = np.zeros((8, 20), np.int32)
     labels[:, :8] = labels[:, 12:] = 3
     after = _applied(labels, split(labels, 3, [(4.0, -1.0), (4.0, 9.0)]))
@@ -232,9 +222,7 @@ steps = st.tuples(
 )
 
 
-def _edit(
-    labels: np.ndarray, kind: str, points: list[tuple[float, float]], label: int, size: float, locked: set[int]
-) -> LabelPatch | None:
+def _edit(labels, kind, points, label, size, locked):
     stroke = brush_stroke(SHAPE, points, size) or Stroke((slice(0, 1), slice(0, 1)), np.zeros((1, 1), bool))
     swept = np.zeros(SHAPE, bool)
     swept[stroke.box] = stroke.mask
@@ -263,9 +251,7 @@ def _edit(
 
 
 @holds_for(label_maps, st.lists(steps, min_size=3, max_size=12))
-def test_any_edits_in_a_row_keep_a_partition_and_are_undone_and_redone(
-    labels: np.ndarray, sequence: list[tuple[str, list[tuple[float, float]], int, float, set[int]]]
-) -> None:
+def test_any_edits_in_a_row_keep_a_partition_and_are_undone_and_redone(labels, sequence):
     labels[3:11, 2:12] = 3  # something that is no mere noise
     states, patches = [labels.copy()], []
     for kind, points, label, size, locked in sequence:
@@ -298,7 +284,7 @@ def test_any_edits_in_a_row_keep_a_partition_and_are_undone_and_redone(
         assert np.array_equal(labels, state)
 
 
-def test_an_outline_takes_the_pixels_whose_centre_it_goes_around() -> None:
+def test_an_outline_takes_the_pixels_whose_centre_it_goes_around():
     labels = np.zeros((10, 12), np.int32)
     after = _applied(labels, assign_outline(labels, [(2.4, 3.4), (7.6, 3.4), (7.6, 6.6), (2.4, 6.6)], 7))
     wanted = np.zeros_like(labels)
@@ -312,7 +298,7 @@ def test_an_outline_takes_the_pixels_whose_centre_it_goes_around() -> None:
     assert assign_outline(labels, [(0, 0), (9, 0), (9, 9)], 7, locked={7}) is None
 
 
-def test_a_split_is_led_on_to_the_boundary_when_it_stops_just_short() -> None:
+def test_a_split_is_led_on_to_the_boundary_when_it_stops_just_short():
     labels = np.zeros((40, 60), np.int32)
     labels[5:35, 5:55] = 1
     for short in (0.0, 2.0, 4.0):
@@ -323,7 +309,7 @@ def test_a_split_is_led_on_to_the_boundary_when_it_stops_just_short() -> None:
     assert after[6, 30] != after[30, 30], "a bent line"
 
 
-def test_what_a_line_cuts_off_goes_to_another_block() -> None:
+def test_what_a_line_cuts_off_goes_to_another_block():
     labels = np.zeros((9, 12), np.int32)
     labels[:, :4], labels[:, 4:] = 1, 2
     labels[0, :4] = 3
@@ -343,7 +329,7 @@ def test_what_a_line_cuts_off_goes_to_another_block() -> None:
     assert cut_off(labels, 3, line, 1) is None
 
 
-def test_a_block_gets_the_part_that_is_beside_it() -> None:
+def test_a_block_gets_the_part_that_is_beside_it():
     labels = np.full((40, 60), 2, np.int32)
     labels[:, :10], labels[:20, 50:] = 1, 3
     line = [(40.5, -1.0), (40.5, 41.0)]
@@ -361,7 +347,7 @@ def test_a_block_gets_the_part_that_is_beside_it() -> None:
     assert (after[:, 10:40] == 2).all()
 
 
-def test_open_ends_run_on_through_what_the_block_goes_around() -> None:
+def test_open_ends_run_on_through_what_the_block_goes_around():
     labels = np.zeros((40, 60), np.int32)
     labels[5:35, 5:55] = 1
     labels[25:30, 25:35] = 2
@@ -383,7 +369,7 @@ def test_open_ends_run_on_through_what_the_block_goes_around() -> None:
     assert extend_to_boundary(labels, 1, near, 3.0)[-1][1] >= 35
 
 
-def test_pixels_that_touch_their_block_nowhere_or_at_a_point_lie_apart() -> None:
+def test_pixels_that_touch_their_block_nowhere_or_at_a_point_lie_apart():
     labels = np.ones((40, 60), np.int32)
     labels[:, 30:] = 2
     for box, apart in (
@@ -402,7 +388,7 @@ def test_pixels_that_touch_their_block_nowhere_or_at_a_point_lie_apart() -> None
     assert pixels_apart(labels, None, 1) == 0
 
 
-def test_islands_slivers_and_holes_go_where_they_belong() -> None:
+def test_islands_slivers_and_holes_go_where_they_belong():
     clean = np.ones((40, 60), np.int32)
     clean[:, 30:] = 2
     labels = clean.copy()
@@ -417,7 +403,7 @@ def test_islands_slivers_and_holes_go_where_they_belong() -> None:
     assert count_slivers(labels, 20, box) == 1, "in and around the box"
 
 
-def test_cleaning_up_leaves_necks_large_things_and_locked_blocks() -> None:
+def test_cleaning_up_leaves_necks_large_things_and_locked_blocks():
     labels = np.ones((40, 60), np.int32)
     labels[5:15, 5:20] = labels[5:15, 30:45] = labels[9:11, 20:30] = 2  # two parts and what holds them together
     labels[25:35, 10:30] = 0
@@ -428,7 +414,7 @@ def test_cleaning_up_leaves_necks_large_things_and_locked_blocks() -> None:
     assert clean_up(labels, 30) is not None
 
 
-def test_growing_and_shrinking_move_an_outline_by_so_many_pixels() -> None:
+def test_growing_and_shrinking_move_an_outline_by_so_many_pixels():
     labels = np.ones((30, 50), np.int32)
     labels[10:20, 20:30] = 2
     labels[:, 45:] = 3
@@ -443,7 +429,7 @@ def test_growing_and_shrinking_move_an_outline_by_so_many_pixels() -> None:
     assert shrink(labels, 2, 1, locked={1}) is None
 
 
-def test_smoothing_takes_what_is_fine_and_leaves_what_is_straight() -> None:
+def test_smoothing_takes_what_is_fine_and_leaves_what_is_straight():
     rows, columns = np.mgrid[:60, :80] + 0.5
     straight = np.where(columns < 40, 1, 2).astype(np.int32)
     assert smooth(straight, 1, 4) is None
@@ -453,7 +439,7 @@ def test_smoothing_takes_what_is_fine_and_leaves_what_is_straight() -> None:
     assert smooth(jagged, 1, 4, locked={2}) is None
 
 
-def test_erased_pixels_go_to_the_neighbour_they_fit() -> None:
+def test_erased_pixels_go_to_the_neighbour_they_fit():
     rgb = np.zeros((30, 60, 3), np.uint8)
     rgb[:, 24:] = 180
     labels = np.full((30, 60), 1, np.int32)
@@ -469,7 +455,7 @@ def test_erased_pixels_go_to_the_neighbour_they_fit() -> None:
     assert (_applied(labels, erase(labels, hole, 2, frame=frame))[10:14, 28:32] == 0).all(), "no neighbour is near"
 
 
-def test_parts_touch_where_they_share_a_side_of_a_pixel() -> None:
+def test_parts_touch_where_they_share_a_side_of_a_pixel():
     labels = np.zeros((6, 9), np.int32)
     labels[:3, :3], labels[3:, 3:6], labels[:3, 3:6] = 1, 2, 3
     assert parts_touch(labels, [1, 3])
@@ -477,7 +463,7 @@ def test_parts_touch_where_they_share_a_side_of_a_pixel() -> None:
     assert parts_touch(labels, [1, 2, 3])
 
 
-def test_a_line_that_ends_beside_the_boundary_cuts_through_to_it() -> None:
+def test_a_line_that_ends_beside_the_boundary_cuts_through_to_it():
     labels = np.zeros((100, 100), np.int32)
     labels[40:70, 40:70] = 1
     patch = split(labels, 1, [(66.5, 35.5), (68.5, 50.5), (68.5, 56.5)])
@@ -489,12 +475,8 @@ def test_a_line_that_ends_beside_the_boundary_cuts_through_to_it() -> None:
 
 @holds_for(label_maps, steps, st.integers(1, 9), st.integers(0, 40), arrays(np.bool_, SHAPE))
 def test_a_tidied_edit_leaves_no_block_that_cannot_be_completed_and_keeps_what_was_drawn(
-    labels: np.ndarray,
-    step: tuple[str, list[tuple[float, float]], int, float, set[int]],
-    smallest: int,
-    smallest_block: int,
-    known: np.ndarray,
-) -> None:
+    labels, step, smallest, smallest_block, known
+):
     labels[3:11, 2:12] = 3  # something that is no mere noise
     kind, points, label, size, locked = step
     locked &= set(np.unique(labels).tolist())
@@ -523,7 +505,7 @@ WALL = np.ones((60, 80), np.int32)
 WALL[:, 40:] = 2
 
 
-def _change(labels: np.ndarray, *changes: tuple[slice, slice, int]) -> LabelPatch:
+def _change(labels, *changes):
     after = labels.copy()
     for rows, columns, label in changes:
         after[rows, columns] = label
@@ -532,7 +514,7 @@ def _change(labels: np.ndarray, *changes: tuple[slice, slice, int]) -> LabelPatc
     return patch
 
 
-def test_what_an_edit_cuts_off_goes_with_it_and_what_was_there_before_stays() -> None:
+def test_what_an_edit_cuts_off_goes_with_it_and_what_was_there_before_stays():
     labels = WALL.copy()
     labels[50:52, 60:62] = 3  # an island that was there
     patch = _change(labels, (slice(10, 40), slice(41, 60), 4), (slice(5, 7), slice(70, 72), 4))
@@ -544,7 +526,7 @@ def test_what_an_edit_cuts_off_goes_with_it_and_what_was_there_before_stays() ->
     assert (after[10:40, 41:60] == 4).all()
 
 
-def test_of_a_block_that_is_covered_the_rest_beside_goes_too() -> None:
+def test_of_a_block_that_is_covered_the_rest_beside_goes_too():
     labels = WALL.copy()
     covered = _change(labels, (slice(0, 57), slice(40, 80), 4))
     assert set(np.unique(_applied(labels, tidied(labels, covered, 1, label=4)))) == {1, 4}
@@ -556,7 +538,7 @@ def test_of_a_block_that_is_covered_the_rest_beside_goes_too() -> None:
     assert (_applied(WALL, tidied(WALL, half, 1, label=4))[50:, 40:] == 2).all(), "a sixth is no rest"
 
 
-def test_a_part_that_cannot_be_completed_is_not_cut_off_but_may_be_drawn() -> None:
+def test_a_part_that_cannot_be_completed_is_not_cut_off_but_may_be_drawn():
     known = np.ones(WALL.shape, bool)
     known[:10, 60:] = False
     corner = _change(WALL, (slice(0, 8), slice(65, 80), 3))

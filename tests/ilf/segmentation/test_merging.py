@@ -1,7 +1,5 @@
 """Merging of regions against direct formulas: what a border costs, in which order regions unite, and what is unfit."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
@@ -14,15 +12,15 @@ from ilf.segmentation.merging import Fitness, RegionGraph, numbered
 ANY = Fitness(pixels=0, known_share=0.0, known_pixels=0)
 
 
-def _frame(depth: np.ndarray) -> RGBDFrame:
+def _frame(depth):
     return RGBDFrame(np.zeros((*depth.shape, 3), np.uint8), depth)
 
 
-def _flat(shape: tuple[int, int]) -> RGBDFrame:
+def _flat(shape):
     return _frame(np.full(shape, 2.0))
 
 
-def _relief(shape: tuple[int, int], evaluated: np.ndarray | bool = True, bend: np.ndarray | float = 0.0) -> Relief:
+def _relief(shape, evaluated=True, bend=0.0):
     """What depth would say that jumps nowhere, and is missing where it is not evaluated."""
     height, width = shape
     nowhere = np.zeros((height, width - 1), bool), np.zeros((height - 1, width), bool)
@@ -31,14 +29,14 @@ def _relief(shape: tuple[int, int], evaluated: np.ndarray | bool = True, bend: n
     return Relief(evaluated, nowhere, nowhere, evaluated, bend, np.ones(shape, np.float32))
 
 
-def _columns(*widths: int, height: int = 4) -> np.ndarray:
+def _columns(*widths, height=4):
     """Regions 1, 2, ... side by side."""
     return np.tile(np.repeat(np.arange(1, len(widths) + 1), widths), (height, 1)).astype(np.int32)
 
 
-def _partners(labels: np.ndarray, regions: np.ndarray) -> set[frozenset[int]]:
+def _partners(labels, regions):
     """Which regions have become one, as sets of their numbers; those in no block are left out."""
-    groups: dict[int, set[int]] = {}
+    groups = {}
     for region in np.unique(regions[regions > 0]):
         (label,) = np.unique(labels[regions == region])
         if label:
@@ -46,25 +44,17 @@ def _partners(labels: np.ndarray, regions: np.ndarray) -> set[frozenset[int]]:
     return {frozenset(group) for group in groups.values()}
 
 
-def _sets(*groups: str) -> set[frozenset[int]]:
+def _sets(*groups):
     return {frozenset(map(int, group)) for group in groups}
 
 
-def _merged(
-    regions: np.ndarray,
-    strength: np.ndarray,
-    limit: float,
-    relief: Relief | None = None,
-    frame: RGBDFrame | None = None,
-) -> set[frozenset[int]]:
+def _merged(regions, strength, limit, relief=None, frame=None):
     graph = RegionGraph(regions, strength.astype(np.float32), frame or _flat(regions.shape), relief)
     graph.merge_below(limit)
     return _partners(graph.labels(), regions)
 
 
-def _cost(
-    strength: np.ndarray, relief: Relief | None, frame: RGBDFrame | None = None, regions: np.ndarray | None = None
-) -> float:
+def _cost(strength, relief, frame=None, regions=None):
     """What the border between regions 1 and 2 costs: the limit at which they merge, by bisection."""
     regions = _columns(6, 6) if regions is None else regions
     low, high = 0.0, 20.0
@@ -74,7 +64,7 @@ def _cost(
     return low
 
 
-def _with_jumps(relief: Relief, count: int) -> Relief:
+def _with_jumps(relief, count):
     """Jumps between the columns 5 and 6, in so many rows."""
     right = relief.jumps[0].copy()
     right[:count, 5] = True
@@ -85,7 +75,7 @@ def _with_jumps(relief: Relief, count: int) -> Relief:
 
 
 @pytest.mark.parametrize("side", [5, 6])
-def test_without_depth_a_border_costs_the_mean_of_the_stronger_pixel_of_every_pair(side: int) -> None:
+def test_without_depth_a_border_costs_the_mean_of_the_stronger_pixel_of_every_pair(side):
     strength = np.zeros((4, 12))
     strength[:, side] = (0.1, 0.2, 0.3, 0.8)
     strength[:, 11 - side] = 0.05
@@ -94,7 +84,7 @@ def test_without_depth_a_border_costs_the_mean_of_the_stronger_pixel_of_every_pa
 
 
 @pytest.mark.parametrize("transposed", [False, True])
-def test_borders_along_rows_and_columns_count_alike(transposed: bool) -> None:
+def test_borders_along_rows_and_columns_count_alike(transposed):
     strength, regions = np.full((4, 12), 0.3), _columns(6, 6)
     strength[1, 6] = 0.7
     if transposed:
@@ -102,7 +92,7 @@ def test_borders_along_rows_and_columns_count_alike(transposed: bool) -> None:
     assert _cost(strength, None, regions=regions) == pytest.approx((0.7 + 3 * 0.3) / 4, rel=1e-6)
 
 
-def test_a_border_with_a_corner_has_the_length_of_all_its_pairs() -> None:
+def test_a_border_with_a_corner_has_the_length_of_all_its_pairs():
     regions = np.ones((5, 5), np.int32)
     regions[:2, :3] = 2
     strength = np.zeros((5, 5))
@@ -110,7 +100,7 @@ def test_a_border_with_a_corner_has_the_length_of_all_its_pairs() -> None:
     assert _cost(strength, None, regions=regions) == pytest.approx(0.5 * 3 / 5, rel=1e-6)
 
 
-def test_where_depth_goes_on_an_edge_of_colour_counts_a_tenth() -> None:
+def test_where_depth_goes_on_an_edge_of_colour_counts_a_tenth():
     strength = np.full((4, 12), 0.6)
     assert _cost(strength, _relief((4, 12))) == pytest.approx(0.06, rel=1e-5)
 
@@ -118,12 +108,12 @@ def test_where_depth_goes_on_an_edge_of_colour_counts_a_tenth() -> None:
 @pytest.mark.parametrize(
     ("bend", "expected"), [(0.4, 0.0), (0.5, 0.0), (1.5, 0.2), (3.0, 0.5), (7.0, 0.5)], ids=lambda value: f"{value:g}"
 )
-def test_a_bend_costs_a_fifth_of_what_it_is_above_a_half_up_to_three(bend: float, expected: float) -> None:
+def test_a_bend_costs_a_fifth_of_what_it_is_above_a_half_up_to_three(bend, expected):
     cost = _cost(np.full((4, 12), 0.3), _relief((4, 12), bend=bend))
     assert cost == pytest.approx(expected + 0.03, rel=1e-5)
 
 
-def test_the_bend_of_a_border_is_the_mean_over_its_judged_pairs_of_the_larger_one() -> None:
+def test_the_bend_of_a_border_is_the_mean_over_its_judged_pairs_of_the_larger_one():
     evaluated = np.ones((4, 12), bool)
     evaluated[3, 6] = False
     bend = np.zeros((4, 12))
@@ -135,7 +125,7 @@ def test_the_bend_of_a_border_is_the_mean_over_its_judged_pairs_of_the_larger_on
 
 
 @pytest.mark.parametrize("rows", [0, 1, 2, 3, 4])
-def test_what_depth_does_not_see_of_a_border_counts_in_full(rows: int) -> None:
+def test_what_depth_does_not_see_of_a_border_counts_in_full(rows):
     """Too few pixels for a plane, so that colour has the say in the rest."""
     evaluated = np.zeros((4, 12), bool)
     evaluated[:rows] = True
@@ -144,7 +134,7 @@ def test_what_depth_does_not_see_of_a_border_counts_in_full(rows: int) -> None:
     assert _cost(np.full((4, 12), 0.4), _relief((4, 12), evaluated)) == pytest.approx(expected, rel=1e-5)
 
 
-def test_where_depth_does_not_jump_but_its_bend_is_unknown_it_counts_as_continuous_for_the_most_part() -> None:
+def test_where_depth_does_not_jump_but_its_bend_is_unknown_it_counts_as_continuous_for_the_most_part():
     relief = replace(_relief((4, 12), False), near=np.ones((4, 12), bool))
     cost = _cost(np.full((4, 12), 0.4), relief)
     assert 0.1 * 0.4 < cost < 0.5 * 0.4
@@ -153,18 +143,18 @@ def test_where_depth_does_not_jump_but_its_bend_is_unknown_it_counts_as_continuo
 
 
 @pytest.mark.parametrize(("jumps", "expected"), [(0, 0.04), (2, 0.04), (3, 9 + 3 / 4), (4, 10.0)])
-def test_more_than_two_jumps_keep_regions_apart(jumps: int, expected: float) -> None:
+def test_more_than_two_jumps_keep_regions_apart(jumps, expected):
     relief = _with_jumps(_relief((4, 12)), jumps)
     assert _cost(np.full((4, 12), 0.4), relief) == pytest.approx(expected, rel=1e-5)
 
 
 @pytest.mark.parametrize(("jumps", "apart"), [(8, False), (9, True)])
-def test_jumps_along_two_hundredths_of_a_long_border_do_not_part(jumps: int, apart: bool) -> None:
+def test_jumps_along_two_hundredths_of_a_long_border_do_not_part(jumps, apart):
     relief = _with_jumps(_relief((400, 12)), jumps)
     assert (_cost(np.zeros((400, 12)), relief, regions=_columns(6, 6, height=400)) > 9) == apart
 
 
-def test_jumps_between_rows_count_too() -> None:
+def test_jumps_between_rows_count_too():
     relief = _relief((12, 4))
     below = relief.jumps[1].copy()
     below[5] = True
@@ -175,7 +165,7 @@ def test_jumps_between_rows_count_too() -> None:
 # planes: 2 x 40 x 40 pixels, of which every second along rows and columns is looked at: 400 a region
 
 
-def _wide(depth: np.ndarray, seen_rows: int = 0) -> float:
+def _wide(depth, seen_rows=0):
     """Cost of the border between two regions of 40 x 40 pixels of edge strength 0.5."""
     evaluated = np.zeros(depth.shape, bool)
     evaluated[:seen_rows] = True
@@ -187,27 +177,25 @@ APART = np.where((COLUMNS >= 36) & (COLUMNS < 44), np.nan, 1.0)
 """A gap at the border."""
 
 
-def _plane(columns: float = 0.002, rows: float = 0.001) -> np.ndarray:
+def _plane(columns=0.002, rows=0.001):
     return APART / (0.5 + columns * COLUMNS + rows * ROWS)
 
 
-def test_an_edge_between_regions_on_one_plane_counts_a_fifth() -> None:
+def test_an_edge_between_regions_on_one_plane_counts_a_fifth():
     assert _wide(_plane()) == pytest.approx(0.1, rel=1e-5)
     assert _wide(_plane(0.0, 0.0)) == pytest.approx(0.1, rel=1e-5)
     assert _wide(_plane(-0.003, 0.004)) == pytest.approx(0.1, rel=1e-5)
 
 
 @pytest.mark.parametrize(("rows", "expected"), [(19, 0.1), (20, 0.5), (40, 0.5)])
-def test_planes_count_where_less_than_half_of_the_border_is_seen(rows: int, expected: float) -> None:
+def test_planes_count_where_less_than_half_of_the_border_is_seen(rows, expected):
     seen = rows / 40
     assert _wide(_plane(), rows) == pytest.approx((1 - seen) * expected + seen * 0.1 * expected, rel=1e-5)
 
 
 @pytest.mark.parametrize("depth", [1.0, 2.0, 8.0])
 @pytest.mark.parametrize(("factor", "shared"), [(0.9, True), (1.1, False)])
-def test_a_plane_holds_both_up_to_one_percent_or_three_thousandths_per_metre(
-    depth: float, factor: float, shared: bool
-) -> None:
+def test_a_plane_holds_both_up_to_one_percent_or_three_thousandths_per_metre(depth, factor, shared):
     """Regions parted in depth by an inverse-depth step that a plane over the image cannot follow: a checker pattern."""
     allowed = max(0.01, 0.003 * depth)
     share = factor * allowed
@@ -216,15 +204,13 @@ def test_a_plane_holds_both_up_to_one_percent_or_three_thousandths_per_metre(
     assert cost == pytest.approx(0.1 if shared else 0.5, rel=1e-5)
 
 
-def test_parallel_planes_are_not_one() -> None:
+def test_parallel_planes_are_not_one():
     assert _wide(_plane() + np.where(COLUMNS < 40, 0.0, 0.3)) == pytest.approx(0.5, rel=1e-5)
 
 
 @pytest.mark.parametrize("side", [0, 1])
 @pytest.mark.parametrize(("known", "expected"), [(98, 0.5), (100, 0.1)])
-def test_a_plane_needs_fifty_of_the_pixels_that_are_looked_at_in_either_region(
-    side: int, known: int, expected: float
-) -> None:
+def test_a_plane_needs_fifty_of_the_pixels_that_are_looked_at_in_either_region(side, known, expected):
     depth = _plane()
     poor = (COLUMNS >= 40) if side else (COLUMNS < 40)
     depth[poor & (ROWS >= 2)] = np.nan
@@ -235,7 +221,7 @@ def test_a_plane_needs_fifty_of_the_pixels_that_are_looked_at_in_either_region(
     assert _wide(depth) == pytest.approx(expected, rel=1e-5)
 
 
-def test_known_pixels_on_one_line_have_a_plane() -> None:
+def test_known_pixels_on_one_line_have_a_plane():
     regions = _columns(200, 200, height=40)
     wide = np.full((40, 400), np.nan)
     wide[0] = 1 / (0.5 + 0.0002 * np.arange(400))
@@ -243,13 +229,13 @@ def test_known_pixels_on_one_line_have_a_plane() -> None:
     assert _cost(strength, _relief(wide.shape, evaluated), _frame(wide), regions) == pytest.approx(0.1, rel=1e-5)
 
 
-def test_without_relief_planes_have_no_say() -> None:
+def test_without_relief_planes_have_no_say():
     depth = _plane()
     cost = _cost(np.full(depth.shape, 0.5), None, _frame(depth), _columns(40, 40, height=40))
     assert cost == pytest.approx(0.5, rel=1e-5)
 
 
-def test_a_region_is_on_the_plane_of_all_that_it_has_taken_in() -> None:
+def test_a_region_is_on_the_plane_of_all_that_it_has_taken_in():
     """2 and 3 are on one plane, 1 is not; what 1 and 2 are together is on no plane with 3."""
     columns = np.mgrid[:40, :120][1]
     depth = np.where(columns < 40, 3.0, 2.0)
@@ -259,7 +245,7 @@ def test_a_region_is_on_the_plane_of_all_that_it_has_taken_in() -> None:
     regions = _columns(40, 40, 40, height=40)
     nowhere = np.zeros(depth.shape, bool)
 
-    def merged(limit: float) -> set[frozenset[int]]:
+    def merged(limit):
         return _merged(regions, strength, limit, _relief(depth.shape, nowhere), _frame(depth))
 
     assert merged(0.04) == _sets("1", "2", "3")
@@ -271,7 +257,7 @@ def test_a_region_is_on_the_plane_of_all_that_it_has_taken_in() -> None:
 # the order
 
 
-def _chain(*strengths: float, width: int = 4) -> tuple[np.ndarray, np.ndarray]:
+def _chain(*strengths, width=4):
     """Regions side by side, and the strength of the borders between them."""
     regions = _columns(*[width] * (len(strengths) + 1))
     strength = np.zeros(regions.shape)
@@ -280,7 +266,7 @@ def _chain(*strengths: float, width: int = 4) -> tuple[np.ndarray, np.ndarray]:
     return regions, strength
 
 
-def test_merging_ends_at_the_limit_which_is_not_below_it() -> None:
+def test_merging_ends_at_the_limit_which_is_not_below_it():
     regions, strength = _chain(0.25, 0.5, 0.125)
     assert _merged(regions, strength, 0.5) == _sets("12", "34")
     assert _merged(regions, strength, 0.5 + 1e-6) == _sets("1234")
@@ -288,7 +274,7 @@ def test_merging_ends_at_the_limit_which_is_not_below_it() -> None:
     assert _merged(regions, strength, 0.0) == _sets("1", "2", "3", "4")
 
 
-def test_borders_with_a_common_neighbour_become_one_with_the_mean_of_both() -> None:
+def test_borders_with_a_common_neighbour_become_one_with_the_mean_of_both():
     """1 lies above 2 and 3, which merge first; then its border is as strong as both together, by length."""
     regions = np.ones((6, 8), np.int32)
     regions[3:, :2], regions[3:, 2:] = 2, 3
@@ -302,7 +288,7 @@ def test_borders_with_a_common_neighbour_become_one_with_the_mean_of_both() -> N
     assert _merged(regions, strength, mean + 0.01) == _sets("123")
 
 
-def test_a_border_that_comes_to_cost_less_is_merged_in_its_turn() -> None:
+def test_a_border_that_comes_to_cost_less_is_merged_in_its_turn():
     """Alone, 1 and 3 stay apart; with 2 taken in, most of their border is weak."""
     regions = np.ones((6, 8), np.int32)
     regions[3:, :6], regions[3:, 6:] = 2, 3
@@ -314,7 +300,7 @@ def test_a_border_that_comes_to_cost_less_is_merged_in_its_turn() -> None:
     assert _merged(regions, strength, 0.3) == _sets("1", "23"), "0.05 comes before 0.2"
 
 
-def test_numbers_of_regions_and_what_is_outside_do_not_matter() -> None:
+def test_numbers_of_regions_and_what_is_outside_do_not_matter():
     regions, strength = _chain(0.1, 0.6, 0.3)
     framed = np.pad(regions, 1)
     around = np.pad(strength, 1, constant_values=1.0)
@@ -324,7 +310,7 @@ def test_numbers_of_regions_and_what_is_outside_do_not_matter() -> None:
 
 
 @pytest.mark.parametrize("seed", range(12))
-def test_any_graph_ends_as_a_slow_search_for_the_least_border_does(seed: int) -> None:
+def test_any_graph_ends_as_a_slow_search_for_the_least_border_does(seed):
     rng = np.random.default_rng(seed)
     coarse = rng.permutation(np.arange(1, 26)).reshape(5, 5)
     regions = np.kron(coarse, np.ones((4, 4))).astype(np.int32)
@@ -332,7 +318,7 @@ def test_any_graph_ends_as_a_slow_search_for_the_least_border_does(seed: int) ->
     for limit in (0.45, 0.6, 0.65):
         expected = regions.copy()
         while True:
-            borders: dict[tuple[int, int], list[float]] = {}
+            borders = {}
             for here, there, a, b in (
                 (expected[:, 1:], expected[:, :-1], strength[:, 1:], strength[:, :-1]),
                 (expected[1:], expected[:-1], strength[1:], strength[:-1]),
@@ -352,13 +338,13 @@ def test_any_graph_ends_as_a_slow_search_for_the_least_border_does(seed: int) ->
 # what is unfit
 
 
-def _taken_in(regions: np.ndarray, strength: np.ndarray, fitness: Fitness, depth: np.ndarray) -> set[frozenset[int]]:
+def _taken_in(regions, strength, fitness, depth):
     graph = RegionGraph(regions, strength.astype(np.float32), _frame(depth), None)
     graph.merge_unfit(fitness)
     return _partners(graph.labels(), regions)
 
 
-def test_small_regions_go_to_the_neighbour_they_are_least_parted_from() -> None:
+def test_small_regions_go_to_the_neighbour_they_are_least_parted_from():
     regions = _columns(5, 2, 5)
     depth, strength = np.full(regions.shape, 2.0), np.zeros(regions.shape)
     strength[:, 5], strength[:, 7] = 0.4, 0.3
@@ -372,9 +358,7 @@ def test_small_regions_go_to_the_neighbour_they_are_least_parted_from() -> None:
 
 @pytest.mark.parametrize(("pixels", "own"), [(80, True), (81, False)])
 @pytest.mark.parametrize("jumps", [0, 4])
-def test_what_jumps_part_from_all_others_is_a_block_from_a_fifth_of_the_size_on(
-    pixels: float, own: bool, jumps: int
-) -> None:
+def test_what_jumps_part_from_all_others_is_a_block_from_a_fifth_of_the_size_on(pixels, own, jumps):
     regions = _columns(4, 30)
     strength = np.zeros(regions.shape, np.float32)
     right = np.zeros((4, 33), bool)
@@ -385,7 +369,7 @@ def test_what_jumps_part_from_all_others_is_a_block_from_a_fifth_of_the_size_on(
     assert (graph.labels().max() == 2) == (own and jumps > 0)
 
 
-def test_the_smallest_goes_first_and_counts_for_the_one_that_takes_it_in() -> None:
+def test_the_smallest_goes_first_and_counts_for_the_one_that_takes_it_in():
     regions = _columns(3, 2, 10)
     depth, strength = np.full(regions.shape, 2.0), np.zeros(regions.shape)
     strength[:, 3], strength[:, 5] = 0.1, 0.9
@@ -398,7 +382,7 @@ def test_the_smallest_goes_first_and_counts_for_the_one_that_takes_it_in() -> No
 
 
 @pytest.mark.parametrize(("known", "fit"), [(7, False), (8, True)])
-def test_a_share_of_a_region_must_be_known(known: int, fit: bool) -> None:
+def test_a_share_of_a_region_must_be_known(known, fit):
     regions = _columns(4, 6)
     depth, strength = np.full(regions.shape, 2.0), np.zeros(regions.shape)
     places = np.argwhere(regions == 1)
@@ -407,7 +391,7 @@ def test_a_share_of_a_region_must_be_known(known: int, fit: bool) -> None:
 
 
 @pytest.mark.parametrize(("known", "fit"), [(4, False), (5, True)])
-def test_so_many_pixels_must_be_known_however_small_the_share(known: int, fit: bool) -> None:
+def test_so_many_pixels_must_be_known_however_small_the_share(known, fit):
     regions = _columns(4, 6)
     depth, strength = np.full(regions.shape, 2.0), np.zeros(regions.shape)
     places = np.argwhere(regions == 1)
@@ -418,7 +402,7 @@ def test_so_many_pixels_must_be_known_however_small_the_share(known: int, fit: b
     assert _taken_in(regions, strength, Fitness(0, 0.0, 5), depth) == _sets("2"), "nor goes it to another"
 
 
-def test_of_a_region_smaller_than_that_all_pixels_must_be_known() -> None:
+def test_of_a_region_smaller_than_that_all_pixels_must_be_known():
     regions = _columns(1, 6)
     depth, strength = np.full(regions.shape, 2.0), np.zeros(regions.shape)
     for needed in (24, 30):
@@ -427,7 +411,7 @@ def test_of_a_region_smaller_than_that_all_pixels_must_be_known() -> None:
     assert _taken_in(regions, strength, Fitness(0, 0.01, 24), depth) == _sets("12")
 
 
-def test_the_known_pixels_of_both_count_for_what_takes_in() -> None:
+def test_the_known_pixels_of_both_count_for_what_takes_in():
     """1 has 2 of 8, 2 has 6 of 16: together 8 of 24, a third."""
     regions = _columns(2, 4, 6)
     depth, strength = np.full(regions.shape, 2.0), np.zeros(regions.shape)
@@ -439,7 +423,7 @@ def test_the_known_pixels_of_both_count_for_what_takes_in() -> None:
         assert _taken_in(regions, strength, Fitness(0, share, 0), depth) == expected
 
 
-def test_what_has_no_neighbours_is_a_block_unless_nothing_of_it_is_known() -> None:
+def test_what_has_no_neighbours_is_a_block_unless_nothing_of_it_is_known():
     regions = np.zeros((6, 9), np.int32)
     regions[:, :2], regions[:, 4], regions[:, 6:] = 1, 2, 3
     depth, strength = np.full(regions.shape, 2.0), np.zeros(regions.shape)
@@ -454,7 +438,7 @@ def test_what_has_no_neighbours_is_a_block_unless_nothing_of_it_is_known() -> No
 # numbers
 
 
-def test_blocks_are_numbered_from_the_largest_down_and_the_first_of_two_alike_comes_first() -> None:
+def test_blocks_are_numbered_from_the_largest_down_and_the_first_of_two_alike_comes_first():
     labels = np.array([[7, 7, 7, 0], [9, 3, 3, 0], [5, 5, 2, 2]], np.int32)
     found = numbered(labels)
     assert found.dtype == np.int32

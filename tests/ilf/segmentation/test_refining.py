@@ -1,14 +1,11 @@
 """Refining borders inside a band, on frames whose true border is known."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from skimage.measure import label as connected_regions
 
 from ilf.data.frame import RGBDFrame
-from ilf.segmentation.editing.painting import Stroke, brush_stroke
-from ilf.segmentation.editing.patches import Labels
+from ilf.segmentation.editing.painting import brush_stroke
 from ilf.segmentation.editing.refining import refine_borders
 from ilf.segmentation.editing.snapping import Snapper
 
@@ -16,25 +13,25 @@ EDGE = 30
 """The column of the edge of `small_frame`."""
 
 
-def _evidence(frame: RGBDFrame) -> np.ndarray:
+def _evidence(frame):
     return Snapper(frame, np.zeros(frame.shape, np.float32)).evidence
 
 
-def _band(shape: tuple[int, int], *points: tuple[float, float], radius: float = 6) -> Stroke:
+def _band(shape, *points, radius=6):
     stroke = brush_stroke(shape, points, radius)
     assert stroke is not None
     return stroke
 
 
 @pytest.fixture
-def shifted() -> Labels:
+def shifted():
     """The border of `small_frame` is off by 4 px."""
     labels = np.ones((48, 64), np.int32)
     labels[:, EDGE + 4 :] = 2
     return labels
 
 
-def _after(frame: RGBDFrame, labels: Labels, band: Stroke, locked: tuple[int, ...] = ()) -> Labels:
+def _after(frame, labels, band, locked=()):
     after = labels.copy()
     patch = refine_borders(frame, _evidence(frame), labels, band, locked)
     if patch is not None:
@@ -42,7 +39,7 @@ def _after(frame: RGBDFrame, labels: Labels, band: Stroke, locked: tuple[int, ..
     return after
 
 
-def test_only_the_band_changes_and_its_border_is_at_the_edge(small_frame: RGBDFrame, shifted: Labels) -> None:
+def test_only_the_band_changes_and_its_border_is_at_the_edge(small_frame, shifted):
     band = _band(small_frame.shape, (33, 10), (33, 38))
     after = _after(small_frame, shifted, band)
     outside = np.ones(shifted.shape, bool)
@@ -52,7 +49,7 @@ def test_only_the_band_changes_and_its_border_is_at_the_edge(small_frame: RGBDFr
     assert (after[12:36, :EDGE] == 1).all()
 
 
-def test_where_depth_is_missing_colour_decides_and_without_an_edge_the_border_stays(shifted: Labels) -> None:
+def test_where_depth_is_missing_colour_decides_and_without_an_edge_the_border_stays(shifted):
     rgb = np.where(np.arange(64)[None, :, None] < EDGE, [200, 90, 40], [40, 110, 180]).astype(np.uint8)
     depth = np.full((48, 64), np.nan, np.float32)
     depth[:, :2] = 1.5
@@ -63,7 +60,7 @@ def test_where_depth_is_missing_colour_decides_and_without_an_edge_the_border_st
     assert np.count_nonzero(moved[12:36]) <= 24, "at most a pixel per row"
 
 
-def test_the_blocks_of_three_meet_at_their_edges(small_frame: RGBDFrame) -> None:
+def test_the_blocks_of_three_meet_at_their_edges(small_frame):
     rgb = small_frame.rgb.copy()
     rgb[24:, EDGE:] = (230, 220, 60)
     truth = np.ones((48, 64), np.int32)
@@ -80,7 +77,7 @@ def test_the_blocks_of_three_meet_at_their_edges(small_frame: RGBDFrame) -> None
     assert wrong[1] == 0, "right to the pixel beside the edges"
 
 
-def test_locked_blocks_and_bands_without_a_border_stay(small_frame: RGBDFrame, shifted: Labels) -> None:
+def test_locked_blocks_and_bands_without_a_border_stay(small_frame, shifted):
     evidence, band = _evidence(small_frame), _band(small_frame.shape, (33, 10), (33, 38))
     assert refine_borders(small_frame, evidence, shifted, band, [2]) is None
     assert refine_borders(small_frame, evidence, shifted, _band(small_frame.shape, (10, 10), (10, 30))) is None
@@ -91,9 +88,7 @@ def test_locked_blocks_and_bands_without_a_border_stay(small_frame: RGBDFrame, s
     assert (after[14:20, EDGE:] == 2).all()
 
 
-def test_no_block_has_a_border_too_and_a_block_in_the_band_does_not_vanish(
-    small_frame: RGBDFrame, shifted: Labels
-) -> None:
+def test_no_block_has_a_border_too_and_a_block_in_the_band_does_not_vanish(small_frame, shifted):
     band = _band(small_frame.shape, (33, 10), (33, 38))
     none = np.where(shifted == 1, 0, shifted).astype(np.int32)
     after = _after(small_frame, none, band)
@@ -103,7 +98,7 @@ def test_no_block_has_a_border_too_and_a_block_in_the_band_does_not_vanish(
     assert 7 in _after(small_frame, shifted, band)
 
 
-def test_no_part_is_left_apart_from_its_block() -> None:
+def test_no_part_is_left_apart_from_its_block():
     rgb = np.full((40, 60, 3), 60, np.uint8)
     rgb[:, 28:] = 200
     rgb[16:24, 19:25] = 200  # like the right block, in the left one

@@ -1,10 +1,7 @@
 """Edges from colour and known depth: of the depth that a frame has, for blocks and filter alike; what stands in."""
 
-from __future__ import annotations
-
 import dataclasses
 import hashlib
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -39,7 +36,7 @@ NODES = [
 """A network that says of every pixel what its features and its colour are on the mean, so that all of it is known."""
 
 
-def _frame(seed: int = 0) -> RGBDFrame:
+def _frame(seed=0):
     rng = np.random.default_rng(seed)
     rgb = rng.integers(0, 256, (64, 96, 3), np.uint8)
     depth = np.where(np.arange(96) < 40, 1.5, 2.5) + rng.uniform(0, 0.02, (64, 96))
@@ -48,23 +45,23 @@ def _frame(seed: int = 0) -> RGBDFrame:
 
 
 @pytest.fixture
-def network(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def network(tmp_path, monkeypatch):
     """The bundled network of depth edges is a tiny one, whose file may be changed."""
     path = _tiny(tmp_path)
     _bundle(monkeypatch, {"models/depth-edges.onnx": path})
     return path
 
 
-def _tiny(folder: Path) -> Path:
+def _tiny(folder):
     return write_network(folder / "own.onnx", NODES, {"image": 3, "depth": 6}, {"jump": 1, "crease": 1})
 
 
-def _bundle(monkeypatch: pytest.MonkeyPatch, files: dict[str, Path]) -> None:
+def _bundle(monkeypatch, files):
     found = assets.asset_path
     monkeypatch.setattr("ilf._runtime.networks.models.asset_path", lambda name: files.get(name) or found(name))
 
 
-def test_jumps_and_creases_are_the_networks_and_known_jumps_stand_at_1(network: Path) -> None:
+def test_jumps_and_creases_are_the_networks_and_known_jumps_stand_at_1(network):
     frame = _frame()
     found = find_edges(frame, RGBD)
     seen = DepthEdgeNetwork.load(network).look(frame.rgb, frame.depth)
@@ -80,7 +77,7 @@ def test_jumps_and_creases_are_the_networks_and_known_jumps_stand_at_1(network: 
     assert find_edges(frame, HED).crease is None
 
 
-def test_contours_count_as_far_as_a_jump_is_possible_and_crests_of_jumps_by_themselves() -> None:
+def test_contours_count_as_far_as_a_jump_is_possible_and_crests_of_jumps_by_themselves():
     jump = np.zeros((21, 41), np.float32)
     jump[:, 10] = 0.4
     jump[:, 9] = jump[:, 11] = 0.2
@@ -93,9 +90,7 @@ def test_contours_count_as_far_as_a_jump_is_possible_and_crests_of_jumps_by_them
     np.testing.assert_allclose(joined(jump)[10, [10, 12, 20, 28, 30]], [0.56, 0, 0, 0, 1], rtol=1e-5)
 
 
-def test_blocks_and_filter_look_once_at_a_frame_however_canny_and_jumps_are_looked_for(
-    network: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_blocks_and_filter_look_once_at_a_frame_however_canny_and_jumps_are_looked_for(network, monkeypatch):
     looked = []
     look = DepthEdgeNetwork.look
     monkeypatch.setattr(DepthEdgeNetwork, "look", lambda *args: looked.append(1) or look(*args))
@@ -106,7 +101,7 @@ def test_blocks_and_filter_look_once_at_a_frame_however_canny_and_jumps_are_look
 
 
 @pytest.mark.parametrize("pattern", ["areas", "random"])
-def test_hidden_depth_leaves_no_trace(network: Path, pattern: str) -> None:
+def test_hidden_depth_leaves_no_trace(network, pattern):
     """What was found with depth that is hidden later is not there any more: neither in memory nor anywhere else."""
     frame = _frame()
     with_all = find_edges(frame, RGBD)
@@ -127,9 +122,7 @@ def test_hidden_depth_leaves_no_trace(network: Path, pattern: str) -> None:
     np.testing.assert_array_equal(trusting.strength, with_all.strength)
 
 
-def test_contours_stand_in_where_the_network_is_missing_and_then_canny(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_contours_stand_in_where_the_network_is_missing_and_then_canny(tmp_path, monkeypatch):
     missing, foreign = tmp_path / "none.onnx", tmp_path / "foreign.onnx"
     foreign.write_bytes(b"no network")
     frame = _frame()
@@ -161,7 +154,7 @@ def test_contours_stand_in_where_the_network_is_missing_and_then_canny(
     assert found.network is None
 
 
-def test_creases_are_boundaries_of_blocks_where_they_are_asked_for(network: Path) -> None:
+def test_creases_are_boundaries_of_blocks_where_they_are_asked_for(network):
     frame = _frame()
     found = find_edges(frame, RGBD)
     assert found.crease is not None
@@ -173,7 +166,7 @@ def test_creases_are_boundaries_of_blocks_where_they_are_asked_for(network: Path
     np.testing.assert_array_equal(without.strength, found.detected)
 
 
-def test_at_a_crease_the_surface_bends_but_does_not_tear() -> None:
+def test_at_a_crease_the_surface_bends_but_does_not_tear():
     """A roof whose ridge is missing is found again if it is known to have one there."""
     columns = np.broadcast_to(np.arange(120.0), (90, 120))
     roof = 2.0 + 0.01 * np.abs(columns - 60)
@@ -185,7 +178,7 @@ def test_at_a_crease_the_surface_bends_but_does_not_tear() -> None:
     ridge = np.where(np.abs(columns - 60) <= 1, 1, 0).astype(np.float32)
     stiff = ilf.preset(trend=False, slope_weight=1e-4, bending_weight=10)
 
-    def error(**known: np.ndarray) -> float:
+    def error(**known):
         iteration = EdgeAwareIteration(frame, block, stiff, dataclasses.replace(edges, **known))
         for _ in iteration:
             pass
@@ -195,9 +188,7 @@ def test_at_a_crease_the_surface_bends_but_does_not_tear() -> None:
     assert error(crease=np.zeros_like(ridge)) == error()
 
 
-def test_the_record_names_the_network_that_was_used(
-    network: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_record_names_the_network_that_was_used(network, tmp_path, monkeypatch):
     run = Run.of(_frame(), preset=ilf.preset(edges="rgbd", correction=False, **QUICK), extraction=RGBD)
     record = make_record(run, run.complete(), OPTIONS)
     sha256 = hashlib.sha256(network.read_bytes()).hexdigest()

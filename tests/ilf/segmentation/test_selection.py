@@ -1,7 +1,5 @@
 """Selecting a surface or object by points: properties, and a box on a floor that anyone would select as one."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 
 import numpy as np
@@ -19,7 +17,7 @@ OBJECT[28:72, 38:92] = True
 POINTS = st.tuples(st.floats(0, WIDTH / 2 - 0.01), st.floats(0, HEIGHT / 2 - 0.01))
 
 
-def box_on_floor() -> ilf.RGBDFrame:
+def box_on_floor():
     """A red box, half a metre above a grey floor, with noise in its colour."""
     rng = np.random.default_rng(0)
     colour = np.where(OBJECT[..., None], (200, 40, 30), (120, 125, 130)) + rng.normal(0, 3, (HEIGHT, WIDTH, 3))
@@ -32,32 +30,32 @@ FRAME = box_on_floor()
 SMALL = ilf.RGBDFrame(rgb=FRAME.rgb[::2, ::2], depth=FRAME.depth[::2, ::2])
 
 
-def share(mask: np.ndarray, other: np.ndarray) -> float:
+def share(mask, other):
     return np.count_nonzero(mask & other) / np.count_nonzero(mask | other)
 
 
 @pytest.mark.parametrize(
     ("inside", "expected"), [((65, 50), OBJECT), ((55, 50), OBJECT), ((10, 10), ~OBJECT)], ids=("box", "hole", "floor")
 )
-def test_a_click_selects_the_surface_under_it(inside: tuple[float, float], expected: np.ndarray) -> None:
+def test_a_click_selects_the_surface_under_it(inside, expected):
     assert share(ilf.select_region(FRAME, [inside]), expected) > 0.9
 
 
-def test_a_box_around_an_object_selects_it() -> None:
+def test_a_box_around_an_object_selects_it():
     assert share(ilf.select_region(FRAME, [], box=(36, 26, 94, 74)), OBJECT) > 0.9
     assert not ilf.select_region(FRAME, [(10, 10)], box=(0, 0, 30, 30))[50, 65]
 
 
-def test_a_point_outside_takes_its_region_away() -> None:
+def test_a_point_outside_takes_its_region_away():
     assert ilf.select_region(FRAME, [(10, 10)], steps=20).all()
     assert share(ilf.select_region(FRAME, [(10, 10)], [(65, 50)], steps=20), ~OBJECT) > 0.9
 
 
-def test_a_further_point_inside_adds_its_region() -> None:
+def test_a_further_point_inside_adds_its_region():
     assert share(ilf.select_region(FRAME, [(10, 10), (65, 50)]), np.ones_like(OBJECT)) > 0.9
 
 
-def test_a_stroke_selects_what_is_under_it_and_one_outside_takes_it_away() -> None:
+def test_a_stroke_selects_what_is_under_it_and_one_outside_takes_it_away():
     across = [(x, 50.0) for x in range(20, 70, 5)]
     everything = ilf.select_region(FRAME, [across])
     assert everything[50, 20:66].all()
@@ -67,7 +65,7 @@ def test_a_stroke_selects_what_is_under_it_and_one_outside_takes_it_away() -> No
     assert np.array_equal(ilf.select_region(FRAME, [[(65, 50)]]), ilf.select_region(FRAME, [(65, 50)]))
 
 
-def test_points_change_a_selection_to_start_with() -> None:
+def test_points_change_a_selection_to_start_with():
     start = np.zeros((HEIGHT, WIDTH), bool)
     start[:, 40:] = True
     taken = ilf.select_region(FRAME, [], [(65, 50)], start=start)
@@ -82,9 +80,7 @@ def test_points_change_a_selection_to_start_with() -> None:
 
 @settings(deadline=None, max_examples=25)
 @given(st.lists(POINTS, min_size=1, max_size=4), st.lists(POINTS, max_size=3), st.integers(-3, 3))
-def test_points_inside_are_selected_and_points_outside_are_not(
-    inside: list[tuple[float, float]], outside: list[tuple[float, float]], steps: int
-) -> None:
+def test_points_inside_are_selected_and_points_outside_are_not(inside, outside, steps):
     mask = ilf.select_region(SMALL, inside, outside, steps=steps)
     pieces = region_tree(SMALL).pieces
     wanted = {pieces[int(y), int(x)] for x, y in inside}
@@ -96,13 +92,13 @@ def test_points_inside_are_selected_and_points_outside_are_not(
 
 @settings(deadline=None, max_examples=10)
 @given(POINTS)
-def test_steps_go_from_part_to_object(point: tuple[float, float]) -> None:
+def test_steps_go_from_part_to_object(point):
     masks = [ilf.select_region(SMALL, [point], steps=steps) for steps in range(-2, 4)]
     for smaller, larger in pairwise(masks):
         assert not (smaller & ~larger).any()
 
 
-def test_what_a_box_selects_has_sizes_too() -> None:
+def test_what_a_box_selects_has_sizes_too():
     masks = [ilf.select_region(FRAME, [], box=(2, 2, 126, 94), steps=steps) for steps in range(-2, 30)]
     for smaller, larger in pairwise(masks):
         assert not (smaller & ~larger).any()
@@ -113,7 +109,7 @@ PRINTED = np.zeros_like(OBJECT)
 PRINTED[44:56, 58:72] = True
 
 
-def test_a_click_on_print_selects_the_object_and_a_step_back_the_print() -> None:
+def test_a_click_on_print_selects_the_object_and_a_step_back_the_print():
     colour = FRAME.rgb.copy()
     colour[PRINTED] = (235, 235, 230)
     frame = ilf.RGBDFrame(rgb=colour, depth=FRAME.depth)
@@ -122,14 +118,14 @@ def test_a_click_on_print_selects_the_object_and_a_step_back_the_print() -> None
     assert max(share(mask, PRINTED) for mask in smaller) > 0.85, "about 12 pixels wide"
 
 
-def test_an_object_of_the_colour_of_its_surroundings_is_selected_by_its_depth() -> None:
+def test_an_object_of_the_colour_of_its_surroundings_is_selected_by_its_depth():
     rng = np.random.default_rng(1)
     grey = np.clip(120 + rng.normal(0, 3, (HEIGHT, WIDTH, 3)), 0, 255).astype(np.uint8)
     assert share(ilf.select_region(ilf.RGBDFrame(rgb=grey, depth=FRAME.depth), [(70, 60)]), OBJECT) > 0.9
 
 
 @pytest.mark.parametrize("order", [0, 1, 2])
-def test_the_other_orders_divide_the_same_pieces(order: int) -> None:
+def test_the_other_orders_divide_the_same_pieces(order):
     tree = region_tree(FRAME)
     other = tree.others[order]
     assert other.pieces is tree.pieces
@@ -138,7 +134,7 @@ def test_the_other_orders_divide_the_same_pieces(order: int) -> None:
     assert other.masks([other.parents.size - 1]).all()
 
 
-def test_a_hierarchy_divides_the_frame_and_every_node_is_its_two_parts() -> None:
+def test_a_hierarchy_divides_the_frame_and_every_node_is_its_two_parts():
     tree = region_tree(FRAME)
     count = tree.order.size
     assert sorted(tree.order.tolist()) == list(range(count)) == np.unique(tree.pieces).tolist()
@@ -151,7 +147,7 @@ def test_a_hierarchy_divides_the_frame_and_every_node_is_its_two_parts() -> None
         assert parts[0] | parts[1] == set(np.flatnonzero(tree.masks([node])[0]))
 
 
-def test_where_depth_is_missing_colour_decides() -> None:
+def test_where_depth_is_missing_colour_decides():
     depth = FRAME.depth.copy()
     depth[:, 8:] = np.nan
     frame = ilf.RGBDFrame(rgb=FRAME.rgb, depth=depth)
@@ -169,17 +165,17 @@ def test_where_depth_is_missing_colour_decides() -> None:
         ([[(3, 3)], []], [], None),
     ],
 )
-def test_impossible_points_are_refused(inside: list, outside: list, box: tuple | None) -> None:
+def test_impossible_points_are_refused(inside, outside, box):
     with pytest.raises(InputError):
         ilf.select_region(FRAME, inside, outside, box)
 
 
-def test_a_start_of_another_shape_is_refused() -> None:
+def test_a_start_of_another_shape_is_refused():
     with pytest.raises(InputError, match="shape"):
         ilf.select_region(FRAME, [(3, 3)], start=np.zeros((4, 4), bool))
 
 
-def test_every_point_inside_may_have_its_own_steps() -> None:
+def test_every_point_inside_may_have_its_own_steps():
     first, second = (65, 50), (10, 10)
     part = ilf.select_region(FRAME, [first], steps=-2)
     both = ilf.select_region(FRAME, [first, second], steps=[-2, -30])

@@ -1,9 +1,6 @@
 """Completed depth as a recording of ROS 2: what another program reads of it, and when its frames were taken."""
 
-from __future__ import annotations
-
 import shutil
-from pathlib import Path
 
 import cv2
 import numpy as np
@@ -27,8 +24,8 @@ BAG = ["--results", "--bag", "mcap"]
 CAMERA = Camera(30.0, 31.0, 15.5, 11.5)
 
 
-def _messages(path: Path) -> dict[str, list]:
-    found: dict[str, list] = {}
+def _messages(path):
+    found = {}
     with AnyReader([path]) as reader:
         for connection, time, raw in reader.messages():
             message = reader.deserialize(raw, connection.msgtype)
@@ -40,7 +37,7 @@ def _messages(path: Path) -> dict[str, list]:
 
 @pytest.mark.parametrize("storage", ["mcap", "sqlite3"])
 @pytest.mark.parametrize("encoding", ["32FC1", "16UC1"])
-def test_depth_and_camera_as_ros_has_them(tmp_path: Path, storage: str, encoding: str) -> None:
+def test_depth_and_camera_as_ros_has_them(tmp_path, storage, encoding):
     far = METRES.copy()
     far[0, 0] = 70.0
     beside = ((None, None), (COLOUR, np.where(np.isnan(METRES), np.float32(0.0004), np.float32(np.nan))))
@@ -71,9 +68,7 @@ def test_depth_and_camera_as_ros_has_them(tmp_path: Path, storage: str, encoding
     assert sorted(path.parent.iterdir()) == [path]
 
 
-def test_frames_without_times_follow_each_other_at_the_rate_that_is_given(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_frames_without_times_follow_each_other_at_the_rate_that_is_given(tmp_path, capsys):
     written(small_run(tmp_path), tmp_path / "runs" / "a", ExportOptions(cloud=None))
     for name in ("b", "c"):
         shutil.copytree(tmp_path / "runs" / "a", tmp_path / "runs" / name)
@@ -91,7 +86,7 @@ def test_frames_without_times_follow_each_other_at_the_rate_that_is_given(
     close_all()
 
 
-def test_what_cannot_be_written_leaves_nothing(tmp_path: Path) -> None:
+def test_what_cannot_be_written_leaves_nothing(tmp_path):
     def breaks_off():
         yield StampedDepth(METRES, None, 0)
         raise ExportError("stop")
@@ -106,9 +101,7 @@ def test_what_cannot_be_written_leaves_nothing(tmp_path: Path) -> None:
         write_rosbag(tmp_path / "other", [], encoding="8UC1")
 
 
-def test_runs_become_a_recording_with_the_times_of_their_source(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_runs_become_a_recording_with_the_times_of_their_source(tmp_path, capsys):
     labels = np.zeros((H, W), np.uint8)
     labels[2:14, 4:20] = 1
     cv2.imwrite(str(tmp_path / "blocks.png"), labels)
@@ -162,8 +155,8 @@ def test_runs_become_a_recording_with_the_times_of_their_source(
     assert "nowhere: cannot be read" in capsys.readouterr().err
 
 
-def test_the_time_of_a_frame() -> None:
-    def of(path: str, frame: str | None = None) -> int | None:
+def test_the_time_of_a_frame():
+    def of(path, frame=None):
         return stamp_of(FrameInputs(InputFile(path, ""), InputFile(path, ""), 1000.0, None, frame=frame))
 
     assert of("/a/1305031102.175304.png") == pytest.approx(1305031102175304000, abs=200)

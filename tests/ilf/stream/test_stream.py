@@ -1,31 +1,28 @@
 """`Stream`: the first frame as `ilf.complete`, the others carried, the same bits, new scenes, dropped frames."""
 
-from __future__ import annotations
-
 import threading
 from dataclasses import replace
 
 import cv2
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 import ilf
 from ilf.stream.carrying import Offsets, Reduced, carry_depth, drop_contradicted
 from ilf.stream.pacing import latest_of
-from ilf.stream.stream import Change, StreamStatistics
+from ilf.stream.stream import Change
 
 SHAPE = (48, 80)
 SHIFT = 2
 
 
-def scene(seed: int) -> NDArray[np.uint8]:
+def scene(seed):
     """A wide texture that the frames show parts of."""
     rng = np.random.default_rng(seed)
     return cv2.resize(rng.integers(0, 255, (16, 60, 3), dtype=np.uint8), (240, 64), interpolation=cv2.INTER_CUBIC)
 
 
-def frame(number: int, seed: int = 0) -> ilf.RGBDFrame:
+def frame(number, seed=0):
     """The view after so many steps to the right along a slanted wall, with a hole that stays in its place."""
     left = SHIFT * number
     columns = np.arange(left, left + SHAPE[1], dtype=np.float32)
@@ -36,18 +33,16 @@ def frame(number: int, seed: int = 0) -> ilf.RGBDFrame:
 
 
 @pytest.fixture(scope="module")
-def streamed() -> tuple[list[ilf.Completion], StreamStatistics]:
+def streamed():
     with ilf.Stream() as stream:
         return [stream.complete(frame(number)) for number in range(10)], stream.statistics
 
 
-def test_the_first_frame_is_completed_as_alone(streamed: tuple[list[ilf.Completion], StreamStatistics]) -> None:
+def test_the_first_frame_is_completed_as_alone(streamed):
     assert np.array_equal(streamed[0][0].depth, ilf.complete(frame(0)).depth)
 
 
-def test_later_frames_are_filled_as_accurately_as_alone(
-    streamed: tuple[list[ilf.Completion], StreamStatistics],
-) -> None:
+def test_later_frames_are_filled_as_accurately_as_alone(streamed):
     completions, statistics = streamed
     assert (statistics.frames, statistics.scenes, statistics.refreshes, statistics.dropped) == (10, 1, 2, 0)
     assert statistics.worst >= statistics.median > 0
@@ -59,17 +54,17 @@ def test_later_frames_are_filled_as_accurately_as_alone(
         assert np.array_equal(completion.depth[completion.frame.known], completion.frame.depth[completion.frame.known])
 
 
-def test_the_same_frames_give_the_same_bits(streamed: tuple[list[ilf.Completion], StreamStatistics]) -> None:
+def test_the_same_frames_give_the_same_bits(streamed):
     with ilf.Stream(threads=1) as again:
         for number, completion in enumerate(streamed[0][:5]):
             assert np.array_equal(again.complete(frame(number)).depth, completion.depth)
 
 
-def test_a_new_correction_fades_in(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_new_correction_fades_in(monkeypatch):
     monkeypatch.setattr("ilf.stream.stream._REFRESH", 2)
     shares = iter((0.1, 0.2, 0.4, 0.8))
     monkeypatch.setattr(Change, "of", lambda *_: Change(np.full(SHAPE, next(shares), np.float32)))
-    changes: list[float] = []
+    changes = []
     monkeypatch.setattr("ilf.stream.stream.applied_change", lambda values, _: changes.append(values.mean()) or values)
     with ilf.Stream() as stream:
         for _ in range(8):
@@ -77,7 +72,7 @@ def test_a_new_correction_fades_in(monkeypatch: pytest.MonkeyPatch) -> None:
     assert np.allclose(changes, [0.1, 0.1, 0.1, 0.15, 0.2, 0.3, 0.4, 0.6])  # new ones in frames 2, 4 and 6
 
 
-def test_a_new_scene_starts_anew_and_says_so() -> None:
+def test_a_new_scene_starts_anew_and_says_so():
     with ilf.Stream() as stream:
         stream.complete(frame(0))
         stream.complete(frame(1))
@@ -87,7 +82,7 @@ def test_a_new_scene_starts_anew_and_says_so() -> None:
     assert np.array_equal(other.depth, ilf.complete(frame(0, seed=1)).depth)
 
 
-def test_a_block_whose_depth_is_lost_keeps_that_of_the_frame_before() -> None:
+def test_a_block_whose_depth_is_lost_keeps_that_of_the_frame_before():
     before, after = frame(0), frame(1)
     lost = after.depth.copy()
     lost[:, 10:] = np.nan
@@ -101,7 +96,7 @@ def test_a_block_whose_depth_is_lost_keeps_that_of_the_frame_before() -> None:
     assert np.isfinite(ilf.expected_error(completion)[completion.filled]).all()
 
 
-def test_another_size_and_another_distance_are_new_scenes() -> None:
+def test_another_size_and_another_distance_are_new_scenes():
     first = frame(0)
     small = ilf.RGBDFrame(first.rgb[:40], first.depth[:40])
     far = np.where(np.arange(SHAPE[1]) % 20 < 10, 3 * first.depth, first.depth)
@@ -111,7 +106,7 @@ def test_another_size_and_another_distance_are_new_scenes() -> None:
         assert stream.statistics.scenes == 4
 
 
-def test_with_a_rate_blocks_are_found_in_the_thread() -> None:
+def test_with_a_rate_blocks_are_found_in_the_thread():
     with ilf.Stream(rate=1000) as stream:
         depths = [stream.complete(frame(number % 3)).depth for number in range(30)]
         assert stream.statistics.refreshes >= 2
@@ -121,7 +116,7 @@ def test_with_a_rate_blocks_are_found_in_the_thread() -> None:
         stream.complete(frame(0))
 
 
-def test_other_presets_are_streamed_too() -> None:
+def test_other_presets_are_streamed_too():
     with ilf.Stream("paper", max_iterations=20) as stream:
         for number in range(2):
             assert np.isfinite(stream.complete(frame(number)).depth).all()
@@ -131,7 +126,7 @@ def test_other_presets_are_streamed_too() -> None:
         ilf.Stream(threads=0)
 
 
-def test_only_the_latest_of_waiting_frames_is_taken() -> None:
+def test_only_the_latest_of_waiting_frames_is_taken():
     first_taken, all_given = threading.Event(), threading.Event()
 
     def frames():
@@ -147,7 +142,7 @@ def test_only_the_latest_of_waiting_frames_is_taken() -> None:
     assert list(taken) == [(3, 2)]
 
 
-def test_an_error_of_the_source_reaches_the_consumer() -> None:
+def test_an_error_of_the_source_reaches_the_consumer():
     def frames():
         yield frame(0)
         raise ilf.IlfError("The camera was unplugged.")
@@ -159,7 +154,7 @@ def test_an_error_of_the_source_reaches_the_consumer() -> None:
             next(played)
 
 
-def test_depth_is_carried_as_the_camera_moves_it() -> None:
+def test_depth_is_carried_as_the_camera_moves_it():
     before = frame(0)
     moved = np.where(np.isfinite(frame(1).depth), frame(1).depth - 0.1, np.nan)  # 10 cm towards the wall
     moved[:10, :20] = 1.0  # something that came into view
@@ -175,7 +170,7 @@ def test_depth_is_carried_as_the_camera_moves_it() -> None:
 
 
 @pytest.mark.parametrize("noise", [0.0, 0.03])
-def test_carried_depth_is_dropped_where_known_depth_nearby_contradicts_it(noise: float) -> None:
+def test_carried_depth_is_dropped_where_known_depth_nearby_contradicts_it(noise):
     rng = np.random.default_rng(1)
     carried = np.full((96, 160), 3.0, np.float32)
     depth = (3.0 * (1 + noise * rng.standard_normal(carried.shape))).astype(np.float32)
@@ -186,14 +181,14 @@ def test_carried_depth_is_dropped_where_known_depth_nearby_contradicts_it(noise:
     assert np.isfinite(carried[:, 75:]).all()
 
 
-def test_carried_depth_stays_where_nothing_nearby_is_known() -> None:
+def test_carried_depth_stays_where_nothing_nearby_is_known():
     carried, depth = (np.full((96, 160), 3.0, np.float32) for _ in range(2))
     depth[:, 20:] = np.nan
     drop_contradicted(carried, depth)
     assert np.isfinite(carried).all()
 
 
-def test_a_sparse_frame_gets_both_corrections_as_alone() -> None:
+def test_a_sparse_frame_gets_both_corrections_as_alone():
     rng = np.random.default_rng(2)
     rgb = cv2.resize(scene(3)[:, :80], (320, 240), interpolation=cv2.INTER_LINEAR)
     depth = np.broadcast_to(np.linspace(1.5, 3.0, 320, dtype=np.float32), (240, 320)).copy()

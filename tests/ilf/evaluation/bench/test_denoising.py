@@ -1,9 +1,6 @@
 """`ilf bench denoise`: its scenes, its peers, and the command."""
 
-from __future__ import annotations
-
 import csv
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,7 +11,7 @@ from ilf.evaluation.bench.denoising import SCENES, StructuredLight
 
 
 @pytest.mark.parametrize("name", ["cylinder, 6.5 mm", "steps and slopes, Kinect", "things, 0.4 %"])
-def test_scenes_have_the_noise_they_tell(name: str) -> None:
+def test_scenes_have_the_noise_they_tell(name):
     scene, again = SCENES[name](1), SCENES[name](1)
     assert np.array_equal(scene.frame.depth, again.frame.depth, equal_nan=True)
     part = scene.parts.get("flat", scene.parts.get("all"))
@@ -24,7 +21,7 @@ def test_scenes_have_the_noise_they_tell(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", DENOISERS)
-def test_peers_take_noise_off_a_slope_and_keep_its_depth(name: str) -> None:
+def test_peers_take_noise_off_a_slope_and_keep_its_depth(name):
     ground_truth = np.broadcast_to(2 + 0.0002 * np.arange(80), (60, 80))
     noisy = ground_truth + 0.01 * np.random.default_rng(0).standard_normal(ground_truth.shape)
     error = DENOISERS[name](noisy, 0.01) - ground_truth
@@ -32,16 +29,14 @@ def test_peers_take_noise_off_a_slope_and_keep_its_depth(name: str) -> None:
     assert abs(error.mean()) < 0.001
 
 
-def test_structured_light_measures_in_steps_whose_size_grows_with_depth() -> None:
+def test_structured_light_measures_in_steps_whose_size_grows_with_depth():
     light = StructuredLight(500.0)
     near, far = (np.unique(light.measured(np.full((40, 50), z), np.random.default_rng(0))) for z in (1.0, 4.0))
     assert np.diff(far).mean() == pytest.approx(16 * np.diff(near).mean(), rel=0.1)
     assert light.deviation(np.array([4.0])) == pytest.approx(16 * light.deviation(np.array([1.0])))
 
 
-def test_the_command_compares_and_writes(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_command_compares_and_writes(tmp_path, capsys, monkeypatch):
     for name in set(SCENES) - {"cylinder, 6.5 mm"}:
         monkeypatch.delitem(SCENES, name)
     assert main(["bench", "denoising", "--methods", "input,best,median", "--csv", str(tmp_path / "rows.csv")]) == 0
