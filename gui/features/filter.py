@@ -20,6 +20,7 @@ from ..base.needs import Need
 from ..state.document import Document
 from ..state.parameters import parameter_labels
 from ..state.parts import Part
+from ..widgets.basics import PlainLabel
 from ..widgets.parameter_form import ParameterForm
 from .context import Context
 from .panel import Panel
@@ -90,6 +91,8 @@ class FilterPanel(Panel):
         self.scope.setAccessibleName("Parameters for")
         self.scope.setToolTip("Whether the parameters below apply to all blocks, or to the selected ones only")
         self.scope.activated.connect(self.redraw)
+        self._all = PlainLabel("All blocks")  # as high, so that the form stays where it is when a block is selected
+        self._all.setMinimumHeight(self.scope.sizeHint().height())
         self.form = ParameterForm(Parameters)
         self.form.changed.connect(self.edit)
         self._own_buttons = [_button(actions[name]) for name in ("copy_own", "reset_own")]
@@ -97,6 +100,7 @@ class FilterPanel(Panel):
 
         scope = QHBoxLayout()
         scope.setSpacing(2)
+        scope.addWidget(self._all, 1)
         scope.addWidget(self.scope, 1)
         for button in self._own_buttons:
             button.hide()  # a panel is as wide as it is at first
@@ -106,11 +110,6 @@ class FilterPanel(Panel):
         choices.addRow("Parameters for", scope)
         choices.addRow("Preset", self.presets)
         choices.addRow("Frames", self.frames)
-        self._of_selection = choices.labelForField(scope), self.scope
-        for shown in self._of_selection:  # the form stays where it is when a block is selected
-            policy = shown.sizePolicy()
-            policy.setRetainSizeWhenHidden(True)
-            shown.setSizePolicy(policy)
         widget = QWidget()
         layout = QVBoxLayout(widget)
         layout.setContentsMargins(8, 8, 4, 4)
@@ -196,11 +195,11 @@ class FilterPanel(Panel):
         self.scope.setItemText(1, f"{workspace.current.info(chosen[0]).name} only" if len(chosen) == 1 else text)
         if not chosen:
             self.scope.setCurrentIndex(0)
+        self.scope.setVisible(bool(chosen))
+        self._all.setVisible(not chosen)
         scope, parameters = self.for_selected, self.shown
         for button in self._own_buttons:
             button.setVisible(scope)
-        for shown in self._of_selection:
-            shown.setVisible(bool(chosen))
         self._choices.setRowVisible(self.frames, len(workspace.entries) > 1)
         self._bases[scope] = self.presets.show_parameters(parameters, self._bases[scope])
         shared = workspace.parameters.shared

@@ -21,6 +21,8 @@ _VERSION = 3
 """Version of the stored layout; layouts of other versions are ignored."""
 _COLUMN = 0.26, 270, 380
 """Width of the panel column: share of the window, minimum and maximum [px]."""
+_LATE = 2.0
+"""How many times as high a group is that is opened beside others: it is what the user looks at."""
 _MIN_HEIGHT = 60
 """Height [px] to which a panel can shrink, so that the panels never enlarge the window."""
 
@@ -279,7 +281,8 @@ class Docks(QObject):
             share, least, most = _COLUMN
             width = min(max(round(share * self._window.width()), least), most)
             self._window.resizeDocks(docks, [width] * len(docks), Qt.Orientation.Horizontal)
-        heights = [round(100 * group.value) for group in shown]
+        late = set() if self._sized.isdisjoint(shown) else shown.keys() - self._sized
+        heights = [round(100 * group.value * (_LATE if group in late else 1)) for group in shown]
         self._window.resizeDocks(docks, heights, Qt.Orientation.Vertical)
         self._sized.update(shown)
 

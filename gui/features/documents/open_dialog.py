@@ -20,6 +20,7 @@ from PySide6.QtWidgets import (
     QLayout,
     QLineEdit,
     QPushButton,
+    QToolButton,
     QWidget,
 )
 
@@ -134,6 +135,8 @@ class OpenDialog(QDialog):
         )
         self.camera = QComboBox()
         self.camera.addItems([_FROM_META, *INTRINSICS, _NUMBERS, _FILE])
+        for choice in (self.encoding, self.camera):  # no wider than the pictures
+            choice.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
         self.camera_text = QLineEdit()
         self.camera_text.setAccessibleName("Intrinsics: numbers or file")
         self.camera_browse = QPushButton("File…", autoDefault=False)
@@ -156,12 +159,20 @@ class OpenDialog(QDialog):
         buttons.accepted.connect(self.accept)
         buttons.rejected.connect(self.reject)
 
-        self._form = self._make_form()
+        self._form, self._reading = _form(), QWidget()
+        self._reading_form = _form(self._reading)
+        self._fill_forms()
+        self.more = QToolButton(text="Reading options", checkable=True, autoRaise=True)
+        self.more.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
+        self.more.setToolTip("How depth is read, with which camera, and a guide")
+        self.more.toggled.connect(self._unfold)
+        self._unfold(False)
         previews = QHBoxLayout()
         previews.setSpacing(12)
         previews.addWidget(self.colour_preview)
         previews.addWidget(self.depth_preview)
-        lines: tuple[QWidget | QLayout, ...] = (self._form, previews, self.message, row(self.apply_button), buttons)
+        folded = row(self.more, self.apply_button)
+        lines: tuple[QWidget | QLayout, ...] = (self._form, previews, self.message, folded, self._reading, buttons)
         stack(self, *lines, spacing=12)
         for field in (self.path, self.depth_path, self.guide_path, self.invalid, self.min_confidence, self.camera_text):
             field.textChanged.connect(self._schedule)
@@ -271,18 +282,25 @@ class OpenDialog(QDialog):
 
     def _offer_options(self, kind: Kind) -> None:
         """Show the reading options that apply, and those only."""
+        self._form.setRowVisible(1, kind is Kind.PAIR)
+        self._reading_form.setRowVisible(self._reading_form.rowCount() - 1, kind in (Kind.PAIR, Kind.FRAME))
         of_images = kind in (Kind.PAIR, Kind.FRAME, Kind.FRAMES)
-        for place, shown in enumerate(
-            (True, kind is Kind.PAIR, of_images, of_images, of_images, of_images, kind in (Kind.PAIR, Kind.FRAME))
-        ):
-            self._form.setRowVisible(place, shown)
+        self.more.setVisible(of_images)
+        self._reading.setVisible(of_images and self.more.isChecked())
         for preview in (self.colour_preview, self.depth_preview):
             preview.setVisible(kind not in (Kind.PROJECT, Kind.RUN))
+
+    def _unfold(self, on: bool) -> None:
+        """Show or hide the reading options, below the pictures, which stay in their place."""
+        self.more.setArrowType(Qt.ArrowType.DownArrow if on else Qt.ArrowType.RightArrow)
+        self._reading.setVisible(on)
+        self.adjustSize()
 
     def _show(self, frame: RGBDFrame, text: str, plausibility_warnings: Iterable[PlausibilityWarning]) -> None:
         self.colour_preview.show_rgb(frame.rgb)
         self.depth_preview.show_depth(frame.depth)
-        self.message.show_message("\n".join((text, *frame.notes)), "warning" if frame.notes else "good")
+        tone = "warning" if frame.notes else "text" if frame.intrinsics is None else "good"
+        self.message.show_message("\n".join((text, *frame.notes)), tone)
         self._propose(plausibility_warnings)
         self.open_button.setEnabled(True)
 
@@ -360,9 +378,8 @@ class OpenDialog(QDialog):
             self.depth_path.clear()
             self.set_files(*paths[:2])
 
-    def _make_form(self) -> QFormLayout:
-        form = QFormLayout()
-        form.setFieldGrowthPolicy(QFormLayout.FieldGrowthPolicy.AllNonFixedFieldsGrow)
+    def _fill_forms(self) -> None:
+        """Add the fields: files above the pictures, reading options below them."""
         for text, field, *buttons in (
             ("&Path", self.path, ("File…", self._browse_any), ("Folder…", self._browse_folder)),
             ("&Depth", self.depth_path, ("File…", self._browse_depth)),
@@ -387,8 +404,8 @@ class OpenDialog(QDialog):
                 layout.setStretch(0, 1)
             line.setLayout(layout)
             field.setAccessibleName(text.replace("&", ""))
+            form = self._form if field in (self.path, self.depth_path) else self._reading_form
             form.addRow(label_of(text, field), line)
-        return form
 
     def _propose(self, plausibility_warnings: Iterable[PlausibilityWarning]) -> None:
         """Offer to apply the suggestions of plausibility warnings."""
@@ -404,6 +421,7 @@ class OpenDialog(QDialog):
                 self.encoding.setCurrentIndex(row)
             if doubt.invalid is not None:
                 self.invalid.setText(f"{doubt.invalid:.9g}")
+        self.more.setChecked(True)  # to see what was set
         self.read()
 
     def _schedule(self) -> None:
@@ -508,6 +526,13 @@ class OpenDialog(QDialog):
             colour, depth = (str(found.rgb), str(found.depth)) if found else ("", "")
         self.colour_preview.show_rgb(_try_read(lambda: read_colour(colour)) if colour else None)
         self.depth_preview.show_depth(_try_read(lambda: read_depth_values(depth)) if depth else None)
+
+
+def _form(parent: QWidget | None = None) -> QFormLayout:
+    form = QFormLayout(parent)
+    form.setContentsMargins(0, 0, 0, 0)
+    form.setFieldGrowthPolicy(QFormLayout.FieldGrowthPolicy.AllNonFixedFieldsGrow)
+    return form
 
 
 def _describe_frame(frame: RGBDFrame) -> str:
