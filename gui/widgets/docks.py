@@ -12,7 +12,7 @@ from PySide6.QtWidgets import QDockWidget, QHBoxLayout, QMainWindow, QTabBar, QT
 
 from ..base import theme
 from ..base.commands import HINT, describe
-from .basics import PlainLabel, Themed
+from .basics import PlainLabel, Themed, lay_out
 
 DEFAULT_SIZE = QSize(1440, 900)
 _FRAME = QSize(0, 40)
@@ -38,10 +38,8 @@ class PanelTitle(Themed, QWidget):
         self._close.setToolTip(f"Close the panel {dock.windowTitle()}; View > Panels opens it again")
         self._close.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         self._close.clicked.connect(dock.close)
-        line = QHBoxLayout(self)
-        line.setContentsMargins(8, 1, 2, 1)
-        line.addWidget(PlainLabel(dock.windowTitle()), 1)
-        line.addWidget(self._close)
+        title = PlainLabel(dock.windowTitle())
+        lay_out(QHBoxLayout(self), title, self._close, margins=(8, 1, 2, 1), stretched=title)
         self.setToolTip("Drag the title, or double-click it, to move the panel out of the window")
         self._take_theme()
 

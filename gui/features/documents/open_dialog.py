@@ -15,7 +15,6 @@ from PySide6.QtWidgets import (
     QComboBox,
     QDialog,
     QDialogButtonBox,
-    QFormLayout,
     QHBoxLayout,
     QLayout,
     QLineEdit,
@@ -44,7 +43,7 @@ from ilf.sources.reading import described_beside, read_depth, read_frame
 from ilf.sources.reading_options import ReadingOptions
 
 from ...base.paths import PROJECT_SUFFIX
-from ...widgets.basics import TAKES_FILES, Message, label_of, row, stack, typed_list
+from ...widgets.basics import TAKES_FILES, Message, answers, form, label_of, lay_out, row, stack, typed_list
 from ...widgets.file_choice import choose_file, choose_folder, remember_folder
 from ...widgets.notices import error_text
 from ...work.latest_request import LatestRequest
@@ -154,23 +153,17 @@ class OpenDialog(QDialog):
         self.apply_button.clicked.connect(self._apply_suggestions)
         self._doubts: tuple[PlausibilityWarning, ...] = ()
         self.colour_preview, self.depth_preview = Preview("Colour"), Preview("Depth")
-        buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Open | QDialogButtonBox.StandardButton.Cancel)
-        self.open_button = buttons.button(QDialogButtonBox.StandardButton.Open)
-        buttons.accepted.connect(self.accept)
-        buttons.rejected.connect(self.reject)
+        buttons, self.open_button = answers(self, QDialogButtonBox.StandardButton.Open)
 
-        self._form, self._reading = _form(), QWidget()
-        self._reading_form = _form(self._reading)
+        self._form, self._reading = form(), QWidget()
+        self._reading_form = form(parent=self._reading)
         self._fill_forms()
         self.more = QToolButton(text="Reading options", checkable=True, autoRaise=True)
         self.more.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
         self.more.setToolTip("How depth is read, with which camera, and a guide")
         self.more.toggled.connect(self._unfold)
         self._unfold(False)
-        previews = QHBoxLayout()
-        previews.setSpacing(12)
-        previews.addWidget(self.colour_preview)
-        previews.addWidget(self.depth_preview)
+        previews = lay_out(QHBoxLayout(), self.colour_preview, self.depth_preview, spacing=12)
         folded = row(self.more, self.apply_button)
         lines: tuple[QWidget | QLayout, ...] = (self._form, previews, self.message, folded, self._reading, buttons)
         stack(self, *lines, spacing=12)
@@ -404,8 +397,8 @@ class OpenDialog(QDialog):
                 layout.setStretch(0, 1)
             line.setLayout(layout)
             field.setAccessibleName(text.replace("&", ""))
-            form = self._form if field in (self.path, self.depth_path) else self._reading_form
-            form.addRow(label_of(text, field), line)
+            fields = self._form if field in (self.path, self.depth_path) else self._reading_form
+            fields.addRow(label_of(text, field), line)
 
     def _propose(self, plausibility_warnings: Iterable[PlausibilityWarning]) -> None:
         """Offer to apply the suggestions of plausibility warnings."""
@@ -526,13 +519,6 @@ class OpenDialog(QDialog):
             colour, depth = (str(found.rgb), str(found.depth)) if found else ("", "")
         self.colour_preview.show_rgb(_try_read(lambda: read_colour(colour)) if colour else None)
         self.depth_preview.show_depth(_try_read(lambda: read_depth_values(depth)) if depth else None)
-
-
-def _form(parent: QWidget | None = None) -> QFormLayout:
-    form = QFormLayout(parent)
-    form.setContentsMargins(0, 0, 0, 0)
-    form.setFieldGrowthPolicy(QFormLayout.FieldGrowthPolicy.AllNonFixedFieldsGrow)
-    return form
 
 
 def _describe_frame(frame: RGBDFrame) -> str:
