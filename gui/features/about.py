@@ -18,6 +18,7 @@ from PySide6.QtWidgets import (
 
 from ..base.commands import Command
 from ..base.versions import versions, versions_text
+from ..widgets.basics import lay_out
 from .context import Context, Feature
 
 _ICON = 64
@@ -67,11 +68,7 @@ class AboutDialog(QDialog):
         self.copy_button.clicked.connect(lambda: QGuiApplication.clipboard().setText(versions_text()))
         buttons.addButton(self.copy_button, QDialogButtonBox.ButtonRole.ActionRole)
         buttons.button(QDialogButtonBox.StandardButton.Close).setDefault(True)
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(18, 18, 18, 14)
-        layout.setSpacing(14)
-        layout.addLayout(row)
-        layout.addWidget(buttons)
+        lay_out(QVBoxLayout(self), row, buttons, margins=(18, 18, 18, 14), spacing=14)
 
 
 class WindowFeature(Feature):

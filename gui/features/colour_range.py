@@ -9,13 +9,13 @@ import pyqtgraph as pg
 from numpy.typing import NDArray
 from PySide6.QtCore import QSignalBlocker, Qt, QTimer, Signal
 from PySide6.QtGui import QAction, QColor, QFont
-from PySide6.QtWidgets import QComboBox, QDoubleSpinBox, QHBoxLayout, QStackedWidget, QToolButton, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QComboBox, QDoubleSpinBox, QHBoxLayout, QStackedWidget, QVBoxLayout, QWidget
 
 from ..base import theme
 from ..base.commands import Command
 from ..state.parts import Part
 from ..views.colours import DEPTH_MAPS, FIXED, KINDS, MODES, Levels, Range
-from ..widgets.basics import PlainLabel, Themed
+from ..widgets.basics import PlainLabel, Themed, command_button, lay_out
 from ..widgets.docks import PanelGroup
 from .context import Context
 from .panel import Panel
@@ -176,22 +176,10 @@ class RangePanel(Themed, QWidget):
         self._pages = QStackedWidget()
         self._pages.addWidget(self.histogram)
         self._pages.addWidget(self._nothing)
-        top, bottom = QHBoxLayout(), QHBoxLayout()
-        top.addWidget(self.title, 1)
-        top.addWidget(self.map)
-        for action in actions:
-            button = QToolButton(autoRaise=True)
-            button.setDefaultAction(action)
-            top.addWidget(button)
-        for widget in (self.mode, self.low, PlainLabel("\N{EN DASH}"), self.high):
-            bottom.addWidget(widget)
-        bottom.addStretch(1)
-        column = QVBoxLayout(self)
-        column.setContentsMargins(6, 4, 6, 4)
-        column.setSpacing(4)
-        column.addLayout(top)
-        column.addWidget(self._pages, 1)
-        column.addLayout(bottom)
+        buttons = map(command_button, actions)
+        top = lay_out(QHBoxLayout(), self.title, self.map, *buttons, stretched=self.title)
+        bottom = lay_out(QHBoxLayout(), self.mode, self.low, PlainLabel("\N{EN DASH}"), self.high, None)
+        lay_out(QVBoxLayout(self), top, self._pages, bottom, margins=(6, 4, 6, 4), spacing=4, stretched=self._pages)
         self._take_theme()
 
     def show_range(

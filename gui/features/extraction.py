@@ -9,8 +9,8 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QEvent, QObject, Qt, QTimer
-from PySide6.QtWidgets import QCheckBox, QHBoxLayout, QLabel, QToolButton, QVBoxLayout, QWidget
+from PySide6.QtCore import QEvent, QObject, QTimer
+from PySide6.QtWidgets import QCheckBox, QHBoxLayout, QLabel, QVBoxLayout, QWidget
 
 from ilf._runtime.formatting import counted
 from ilf.data.frame import RGBDFrame
@@ -22,6 +22,7 @@ from ..base.commands import Command, hint_of
 from ..base.needs import Need
 from ..state.parts import Part
 from ..views.layouts import LAYOUT_TEXTS
+from ..widgets.basics import TEXT_BESIDE_ICON, command_button, lay_out
 from ..widgets.notices import error_text
 from ..widgets.parameter_form import ParameterForm
 from ..work.found_blocks import FoundBlocks, describe_blocks, find
@@ -95,9 +96,7 @@ class ExtractionPanel(Panel):
         """Make the form, with the commands and the summary above it."""
         context = self.context
         context.actions.add(self._commands())
-        button = QToolButton()
-        button.setDefaultAction(context.actions["extract"])
-        button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
+        button = command_button(context.actions["extract"], TEXT_BESIDE_ICON)
         self._preview = QCheckBox("Preview")
         self._preview.setChecked(True)
         self._preview.setToolTip(
@@ -118,18 +117,9 @@ class ExtractionPanel(Panel):
         self.form = ParameterForm(BlockParameters)
         self.form.set_base(BlockParameters())
         self.form.changed.connect(context.workspace.parameters.set_extraction)
-        row = QHBoxLayout()
-        row.setSpacing(10)
-        row.addWidget(button)
-        row.addWidget(self._preview)
-        row.addStretch()
+        row = lay_out(QHBoxLayout(), button, self._preview, None, spacing=10)
         widget = QWidget()
-        layout = QVBoxLayout(widget)
-        layout.setContentsMargins(8, 8, 4, 4)
-        layout.addLayout(row)
-        layout.addWidget(keep)
-        layout.addWidget(self._summary)
-        layout.addWidget(self.form, 1)
+        lay_out(QVBoxLayout(widget), row, keep, self._summary, self.form, margins=(8, 8, 4, 4), stretched=self.form)
         return widget
 
     def _commands(self) -> Sequence[Command]:

@@ -6,9 +6,8 @@ from collections.abc import Generator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from PySide6.QtCore import Qt
-from PySide6.QtGui import QAction, QStandardItemModel
-from PySide6.QtWidgets import QComboBox, QFormLayout, QHBoxLayout, QToolButton, QVBoxLayout, QWidget
+from PySide6.QtGui import QStandardItemModel
+from PySide6.QtWidgets import QComboBox, QHBoxLayout, QVBoxLayout, QWidget
 
 from ilf.data.blocks import OwnValues, own_values
 from ilf.data.parameters import DEFAULT_PRESET, Parameters
@@ -20,6 +19,7 @@ from ..base.needs import Need
 from ..state.document import Document
 from ..state.parameters import parameter_labels
 from ..state.parts import Part
+from ..widgets.basics import TEXT, PlainLabel, command_button, form, lay_out
 from ..widgets.parameter_form import ParameterForm
 from .context import Context
 from .panel import Panel
@@ -90,33 +90,21 @@ class FilterPanel(Panel):
         self.scope.setAccessibleName("Parameters for")
         self.scope.setToolTip("Whether the parameters below apply to all blocks, or to the selected ones only")
         self.scope.activated.connect(self.redraw)
+        self._all = PlainLabel("All blocks")  # as high, so that the form stays where it is when a block is selected
+        self._all.setMinimumHeight(self.scope.sizeHint().height())
         self.form = ParameterForm(Parameters)
         self.form.changed.connect(self.edit)
-        self._own_buttons = [_button(actions[name]) for name in ("copy_own", "reset_own")]
-        self.form.footer.insertWidget(1, _button(actions["try_parameters"], with_text=True))
+        self._own_buttons = [command_button(actions[name]) for name in ("copy_own", "reset_own")]
+        # with an icon it is cut off in a small window
+        self.form.footer.insertWidget(1, command_button(actions["try_parameters"], TEXT))
 
-        scope = QHBoxLayout()
-        scope.setSpacing(2)
-        scope.addWidget(self.scope, 1)
+        scope = lay_out(QHBoxLayout(), self._all, self.scope, spacing=2, stretched=(self._all, self.scope))
         for button in self._own_buttons:
             button.hide()  # a panel is as wide as it is at first
             scope.addWidget(button)
-        self._choices = choices = QFormLayout()
-        choices.setFieldGrowthPolicy(QFormLayout.FieldGrowthPolicy.AllNonFixedFieldsGrow)
-        choices.addRow("Parameters for", scope)
-        choices.addRow("Preset", self.presets)
-        choices.addRow("Frames", self.frames)
-        self._of_selection = choices.labelForField(scope), self.scope
-        for shown in self._of_selection:  # the form stays where it is when a block is selected
-            policy = shown.sizePolicy()
-            policy.setRetainSizeWhenHidden(True)
-            shown.setSizePolicy(policy)
+        self._choices = form(("Parameters for", scope), ("Preset", self.presets), ("Frames", self.frames))
         widget = QWidget()
-        layout = QVBoxLayout(widget)
-        layout.setContentsMargins(8, 8, 4, 4)
-        layout.addLayout(choices)
-        layout.addWidget(self.form, 1)
-        layout.addWidget(self.work)
+        lay_out(QVBoxLayout(widget), self._choices, self.form, self.work, margins=(8, 8, 4, 4), stretched=self.form)
         return widget
 
     def _commands(self) -> Sequence[Command]:
@@ -196,11 +184,11 @@ class FilterPanel(Panel):
         self.scope.setItemText(1, f"{workspace.current.info(chosen[0]).name} only" if len(chosen) == 1 else text)
         if not chosen:
             self.scope.setCurrentIndex(0)
+        self.scope.setVisible(bool(chosen))
+        self._all.setVisible(not chosen)
         scope, parameters = self.for_selected, self.shown
         for button in self._own_buttons:
             button.setVisible(scope)
-        for shown in self._of_selection:
-            shown.setVisible(bool(chosen))
         self._choices.setRowVisible(self.frames, len(workspace.entries) > 1)
         self._bases[scope] = self.presets.show_parameters(parameters, self._bases[scope])
         shared = workspace.parameters.shared
@@ -346,14 +334,6 @@ class FilterPanel(Panel):
             self._effects = {}
             self.form.show_effects({})
             self.form.put_first(())
-
-
-def _button(action: QAction, with_text: bool = False) -> QToolButton:
-    button = QToolButton(autoRaise=not with_text)  # shows which ones are switched on
-    button.setDefaultAction(action)
-    if with_text:
-        button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextOnly)  # with an icon it is cut off in a small window
-    return button
 
 
 def _up_to_date(document: Document) -> dict[int, BlockResult]:

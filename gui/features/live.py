@@ -45,7 +45,7 @@ from ilf.stream.stream import Stream, StreamStatistics
 
 from ..views.colours import DEPTH_MAP, depth_table
 from ..views.pixel_items import rgb_image
-from ..widgets.basics import Message, PlainLabel
+from ..widgets.basics import Message, PlainLabel, lay_out
 from ..widgets.file_choice import choose_file, choose_folder, last_folder
 from ..widgets.notices import error_text
 from ..work.jobs import Worker
@@ -239,12 +239,7 @@ class LiveWindow(QDialog):
             button.clicked.connect(handler)
             buttons.addWidget(button)
         buttons.addStretch(1)
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(14, 14, 14, 14)
-        layout.setSpacing(10)
-        layout.addLayout(row, 1)
-        layout.addWidget(self.state)
-        layout.addLayout(buttons)
+        lay_out(QVBoxLayout(self), row, self.state, buttons, margins=(14, 14, 14, 14), spacing=10, stretched=row)
         self.resize(1100, 420)
 
     def play(self, path: str | None, rate: float | None, parameters: Parameters) -> None:

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 
-from PySide6.QtCore import QEvent, QObject, QSettings, QSize, Qt
+from PySide6.QtCore import QSettings, QSize, Qt
 from PySide6.QtGui import QAction, QActionGroup
 from PySide6.QtWidgets import QApplication, QMenu, QMenuBar, QToolBar, QToolButton, QWidget
 
 from ilf.drawing.blocks import STAGES
 
 from ..base import theme
-from ..base.commands import Actions
+from ..base.commands import Actions, plain
 from ..tools.kinds import KINDS
 from ..tools.options_row import OptionsRow
 from ..views.colours import DEPTH_MAP, DEPTH_MAPS
@@ -52,8 +52,6 @@ _MENUS = {
 _ICONS = QSize(20, 20)
 _SMALL = 0.88
 """Size of the names under the icons of the tools, as a share of the text's."""
-_WIDTH_FOR_NAMES = 1300
-"""Width [px] of the window from which the tools have names."""
 
 
 class _Bar(QToolBar):
@@ -66,22 +64,15 @@ class _Bar(QToolBar):
         self.setObjectName(name)
         self.setMovable(False)
         self.setIconSize(_ICONS)
-        self._only_icons = only_icons
-        only_icons.toggled.connect(self.show_names)
-        self.show_names()
+        only_icons.toggled.connect(self._show_names)
+        self._show_names(only_icons.isChecked())
 
-    def show_names(self) -> None:
-        """Show or leave out the names."""
-        only_icons = self._only_icons.isChecked() or self.is_short_of_room()
+    def _show_names(self, only_icons: bool) -> None:
         self.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonIconOnly if only_icons else self.named)
-
-    def is_short_of_room(self) -> bool:
-        """Whether names would take too much room."""
-        return False
 
 
 class ToolColumn(_Bar):
-    """The tools that correct blocks, at the left side of the window. A narrow window leaves their names out."""
+    """The tools that correct blocks, at the left side of the window, with narrow names of one or two lines."""
 
     named = Qt.ToolButtonStyle.ToolButtonTextUnderIcon
 
@@ -93,17 +84,8 @@ class ToolColumn(_Bar):
         small.setPointSizeF(_SMALL * small.pointSizeF())
         for button in self.findChildren(QToolButton):
             button.setFont(small)
-        window.installEventFilter(self)
-
-    def is_short_of_room(self) -> bool:
-        """Whether the pictures need the room of the names."""
-        return self.window().width() < _WIDTH_FOR_NAMES
-
-    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Follow the width of the window."""
-        if event.type() == QEvent.Type.Resize:
-            self.show_names()
-        return False
+        for action in self.actions():
+            action.setIconText(plain(action.text()).replace(" ", "\n", 1))
 
 
 class ToolBar(_Bar):

@@ -36,7 +36,7 @@ from ilf.errors import IlfError
 
 from ..base import theme
 from ..base.commands import Command
-from ..widgets.basics import PlainLabel, Themed, literal_text
+from ..widgets.basics import PlainLabel, Themed, answers, lay_out, literal_text
 from ..widgets.file_choice import ask_path, choose_file, last_folder, remember_folder
 from .context import Context
 
@@ -56,16 +56,9 @@ class SavePresetDialog(QDialog):
         self.with_extraction.setToolTip("The preset then also sets the parameters of the extraction")
         label = PlainLabel("&Name")
         label.setBuddy(self.name)
-        buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Save | QDialogButtonBox.StandardButton.Cancel)
-        self.save_button = buttons.button(QDialogButtonBox.StandardButton.Save)
-        buttons.accepted.connect(self.accept)
-        buttons.rejected.connect(self.reject)
+        buttons, self.save_button = answers(self, QDialogButtonBox.StandardButton.Save)
         self.name.textChanged.connect(self._allow)
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(14, 14, 14, 14)
-        layout.setSpacing(8)
-        for widget in (label, self.name, self.with_extraction, buttons):
-            layout.addWidget(widget)
+        lay_out(QVBoxLayout(self), label, self.name, self.with_extraction, buttons, margins=(14, 14, 14, 14), spacing=8)
         self.setMinimumWidth(340)
         self._allow()
 
@@ -120,11 +113,7 @@ class PresetBox(Themed, QWidget):
         self._menu_button.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
         self._menu_button.setStyleSheet("QToolButton::menu-indicator { image: none; }")
         self._menu_button.setMenu(menu)
-        row = QHBoxLayout(self)
-        row.setContentsMargins(0, 0, 0, 0)
-        row.setSpacing(2)
-        row.addWidget(self.names, 1)
-        row.addWidget(self._menu_button)
+        lay_out(QHBoxLayout(self), self.names, self._menu_button, spacing=2, stretched=self.names)
         self._take_theme()
         self.read()
 

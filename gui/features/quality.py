@@ -33,7 +33,7 @@ from ..state.parts import Part
 from ..views.interaction import Preview, PreviewItem
 from ..views.pixel_items import boundary_path
 from ..views.scene_items import HaloPath
-from ..widgets.basics import PlainLabel
+from ..widgets.basics import TEXT_BESIDE_ICON, PlainLabel, command_button, lay_out
 from ..widgets.docks import PanelGroup
 from .context import Context
 from .panel import Panel
@@ -201,15 +201,17 @@ class QualityPanel(Panel):
         self._suggest = _button(actions["suggest_invalid"])
         self._answers = [_button(actions[name]) for name in ("mark_suggested", "ignore_suggested")]
         widget = QWidget()
-        column = QVBoxLayout(widget)
-        column.setContentsMargins(8, 6, 8, 6)
-        column.addLayout(_row(arrows[0], self.position, arrows[1], None, _button(actions["ignore_check"])))
-        column.addWidget(self.reason)
-        column.addWidget(self.remedy_button)
-        column.addWidget(line)
-        column.addWidget(self.suggestion)
-        column.addLayout(_row(self._suggest, *self._answers, None))
-        column.addStretch(1)
+        lay_out(
+            QVBoxLayout(widget),
+            lay_out(QHBoxLayout(), arrows[0], self.position, arrows[1], None, _button(actions["ignore_check"])),
+            self.reason,
+            self.remedy_button,
+            line,
+            self.suggestion,
+            lay_out(QHBoxLayout(), self._suggest, *self._answers, None),
+            None,
+            margins=(8, 6, 8, 6),
+        )
         self._show_suggestion("")
         return widget
 
@@ -581,19 +583,6 @@ def _region_around(place: Place, shape: tuple[int, int]) -> Box:
 
 
 def _button(action: QAction) -> QToolButton:
-    button = QToolButton()
-    button.setDefaultAction(action)
-    button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
+    button = command_button(action, TEXT_BESIDE_ICON)
     button.setFocusPolicy(Qt.FocusPolicy.NoFocus)  # keeps the keyboard focus in the views
     return button
-
-
-def _row(*widgets: QWidget | None) -> QHBoxLayout:
-    """Return widgets side by side, the space left at None."""
-    row = QHBoxLayout()
-    for widget in widgets:
-        if widget is None:
-            row.addStretch(1)
-        else:
-            row.addWidget(widget)
-    return row

@@ -7,12 +7,13 @@ from enum import StrEnum
 
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QStandardItemModel
-from PySide6.QtWidgets import QComboBox, QHBoxLayout, QToolButton, QWidget
+from PySide6.QtWidgets import QComboBox, QHBoxLayout, QWidget
 
 from ilf._runtime.formatting import counted
 
 from ..base.commands import Command
 from ..base.needs import Need
+from ..widgets.basics import command_button, lay_out
 from .context import Context
 
 
@@ -44,15 +45,11 @@ class SharingRow(QWidget):
             self.box.addItem(sharing.value, sharing)
             self.box.setItemData(number, _HINTS[sharing], Qt.ItemDataRole.ToolTipRole)
         self.box.activated.connect(lambda _: self.choose(Sharing(self.box.currentData())))
-        row = QHBoxLayout(self)
-        row.setContentsMargins(0, 0, 0, 0)
-        row.setSpacing(2)
-        row.addWidget(self.box, 1)
+        row = lay_out(QHBoxLayout(self), self.box, spacing=2, stretched=self.box)
         context.actions.add(self._commands())
         self._buttons = []
         for name in ("share_parameters", "reset_to_shared"):
-            button = QToolButton(autoRaise=True)
-            button.setDefaultAction(context.actions[name])
+            button = command_button(context.actions[name])
             button.hide()
             row.addWidget(button)
             self._buttons.append(button)

@@ -32,7 +32,7 @@ from ..base.commands import (
     plain,
     why_not,
 )
-from ..widgets.basics import Message, PlainLabel
+from ..widgets.basics import Message, PlainLabel, lay_out
 from .context import Context, Feature
 from .palette.matching import match
 
@@ -270,14 +270,17 @@ class ShortcutsDialog(QDialog):
         clash.addWidget(self.message, 1)
         for button in (self.swap_button, self.take_button):
             clash.addWidget(button, 0, Qt.AlignmentFlag.AlignTop)
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(14, 14, 14, 14)
-        layout.setSpacing(8)
-        layout.addWidget(self.filter)
-        layout.addWidget(self.list, 1)
-        layout.addLayout(row)
-        layout.addLayout(clash)
-        layout.addWidget(buttons)
+        lay_out(
+            QVBoxLayout(self),
+            self.filter,
+            self.list,
+            row,
+            clash,
+            buttons,
+            margins=(14, 14, 14, 14),
+            spacing=8,
+            stretched=self.list,
+        )
 
         self.filter.textChanged.connect(self._filter)
         self.list.currentItemChanged.connect(lambda *_: self._choose())

@@ -10,11 +10,11 @@ from PySide6.QtWidgets import QDoubleSpinBox, QHBoxLayout, QSizePolicy, QSlider,
 
 from ilf.data.frame import FARTHEST_DEPTH
 
-from ..widgets.basics import PlainLabel
+from ..widgets.basics import TEXT_BESIDE_ICON, PlainLabel, command_button, lay_out
 from .base import BRUSH_RADII, LARGEST_AMOUNT, LARGEST_LEASH, ToolOptions
 
 _SLIDER_WIDTH = 72
-_GAP = 8
+_GAP = 4
 
 
 class OptionsRow(QWidget):
@@ -81,7 +81,7 @@ class OptionsRow(QWidget):
             "hand_depth": _together(self.hand_depth, *(_button(action) for action in by_hand)),
             "amount": _together(self.amount, *(_button(action) for action in by_amount)),
         }
-        _fill(self, *self._parts.values())
+        lay_out(QHBoxLayout(self), *self._parts.values(), spacing=_GAP)
         self.setSizePolicy(QSizePolicy.Policy.Maximum, QSizePolicy.Policy.Preferred)
         for label, longest in ((self._brush_text, "120 px"), (self._leash_text, "20 px")):
             label.setMinimumWidth(label.fontMetrics().horizontalAdvance(longest))
@@ -128,11 +128,9 @@ def _slider(name: str, low: int, high: int) -> QSlider:
 
 def _button(action: QAction, named: bool = False) -> QToolButton:
     """Return a button that is there only while its command can be used."""
-    button = QToolButton()
-    button.setDefaultAction(action)
+    button = command_button(action)
     if named:
-        button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
-    button.setAutoRaise(True)
+        button.setToolButtonStyle(TEXT_BESIDE_ICON)
     button.setFocusPolicy(Qt.FocusPolicy.NoFocus)
     _show_while_usable(button, action)
     return button
@@ -145,13 +143,5 @@ def _show_while_usable(widget: QWidget, action: QAction) -> None:
 
 def _together(*widgets: QWidget) -> QWidget:
     group = QWidget()
-    _fill(group, *widgets)
+    lay_out(QHBoxLayout(group), *widgets, spacing=_GAP)
     return group
-
-
-def _fill(row: QWidget, *widgets: QWidget) -> None:
-    layout = QHBoxLayout(row)
-    layout.setContentsMargins(0, 0, 0, 0)
-    layout.setSpacing(_GAP // 2)
-    for widget in widgets:
-        layout.addWidget(widget)

@@ -9,6 +9,7 @@ from PySide6.QtGui import QBrush, QColor, QResizeEvent, QShowEvent
 from PySide6.QtWidgets import QVBoxLayout, QWidget
 
 from ..base.theme import Colours
+from ..widgets.basics import lay_out
 from .content_menu import content_menu
 from .focus_frame import FOCUS_WIDTH, FocusFrame
 from .image_view import ImageView
@@ -53,11 +54,7 @@ class Cell(QWidget):
         self.view = ImageView(on_event)
         self.strip.titled.connect(self.view.setAccessibleName)
         self.bar = self.strip.bar
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(0, 0, 0, 0)
-        layout.setSpacing(0)
-        layout.addWidget(self.strip)
-        layout.addWidget(self.view, 1)
+        lay_out(QVBoxLayout(self), self.strip, self.view, spacing=0, stretched=self.view)
         self.focus_frame = FocusFrame(self, self.view)
         self._legend: Legend = []
         self._stripe_legend: Legend = []

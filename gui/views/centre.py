@@ -5,6 +5,7 @@ from __future__ import annotations
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QHBoxLayout, QSplitter, QStackedWidget, QTabBar, QVBoxLayout, QWidget
 
+from ..widgets.basics import lay_out
 from .cloud.cloud_view import CloudView
 
 _SHARES = 3, 2
@@ -40,11 +41,7 @@ class Centre(QStackedWidget):
         self._split.setChildrenCollapsible(False)
         self._split.addWidget(views)
         self.images = QWidget()
-        column = QVBoxLayout(self.images)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(0)
-        column.addWidget(self._split, 1)
-        self._column = column
+        self._column = lay_out(QVBoxLayout(self.images), self._split, spacing=0, stretched=self._split)
         self.tabs = QTabBar()
         self.tabs.setDrawBase(False)
         self.tabs.setExpanding(False)
@@ -69,11 +66,7 @@ class Centre(QStackedWidget):
             return
         row = QWidget()
         self._column.replaceWidget(strip, row)
-        layout = QHBoxLayout(row)
-        layout.setContentsMargins(0, 0, 0, 0)
-        layout.setSpacing(0)
-        layout.addWidget(widget, 1)
-        layout.addWidget(strip, 1)
+        lay_out(QHBoxLayout(row), widget, strip, spacing=0, stretched=(widget, strip))
 
     @property
     def shows_cloud_alone(self) -> bool:

@@ -195,13 +195,14 @@ class ColourBar(QWidget):
     def _paint_value(self, painter: QPainter, colours: Colours, value: float, levels: tuple[float, float]) -> None:
         share, text, bar = self._share(value, levels), self._text(value), self._bar()
         place = self._label(text, share)
-        taken = place.adjusted(-_GAP // 2, 0, _GAP // 2, 0)
-        for label in (self._label(*tick) for tick in self.ticks):
-            if label.intersects(taken):  # half a number would be read as another one
+        taken, ticks = place.adjusted(-_GAP // 2, 0, _GAP // 2, 0), [self._label(*tick) for tick in self.ticks]
+        covered = [label for label in ticks if label.intersects(taken)]
+        if not covered or len(ticks) > _LEAST:  # the few ticks of a small bar stay: the status line has the value, too
+            for label in covered:  # half a number would be read as another one
                 taken = taken.united(label)
-        painter.fillRect(taken, colours.panel)
-        painter.setPen(colours.accent)
-        self._write(painter, place, text)
+            painter.fillRect(taken, colours.panel)
+            painter.setPen(colours.accent)
+            self._write(painter, place, text)
         painter.setPen(colours.text)
         painter.drawRect(self._at(share) - 2, bar.top() - 1, 4, _BAR)
 

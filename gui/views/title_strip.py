@@ -20,7 +20,7 @@ _MIN_TEXT_WIDTH = 110
 """Width [px] that a guest widget leaves for the text at the right."""
 _RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
 _LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
-
+_MORE = " \N{HORIZONTAL ELLIPSIS}"
 
 _TITLE_HINT = "Click the title to select what is shown; double-click to enlarge the view or show it alone"
 
@@ -90,11 +90,6 @@ class TitleStrip(QWidget):
         return 2 * PAD + swatch + self.fontMetrics().horizontalAdvance(self.title) + _ARROW + PAD
 
     @property
-    def _legend_width(self) -> int:
-        """Width of the legend with all its words [px]."""
-        return sum(self.fontMetrics().horizontalAdvance(text) + _SWATCH + PAD + 7 for _, text in self._legend)
-
-    @property
     def _right(self) -> int:
         """Right end of text and legend [px from the left]: the colour bar, if it is shown, or the strip's."""
         return self.width() if self.bar.isHidden() else self.bar.x() - PAD
@@ -103,7 +98,9 @@ class TitleStrip(QWidget):
         """Show the colour bar where it has values and room."""
         bar = self.bar
         least = bar.minimumSizeHint().width()
-        free = self.width() - self._title_width - self._legend_width - 3 * PAD  # the legend's words come first
+        free = (
+            self.width() - self._title_width - self._width_of(self._legend) - 3 * PAD
+        )  # the legend's words come first
         width = max(least, min(round(_BAR_SHARE * self.width()), bar.sizeHint().width(), free))
         bar.setVisible(bar.levels is not None and self.width() - least >= 2 * _MIN_TITLE_WIDTH)
         bar.setGeometry(self.width() - width - PAD, 0, width, self.height())
@@ -117,8 +114,7 @@ class TitleStrip(QWidget):
             self.update()
 
     def set_legend(self, legend: list[tuple[QBrush, str]]) -> None:
-        """Set swatches with their meaning, from left to right, which is in the tool tip, too: without room for all
-        meanings, only swatches are drawn."""
+        """Set swatches with their meaning, from left to right: those that have no room are in the tool tip only."""
         self._legend = legend
         meanings = f"\nSigns: {', '.join(text for _, text in legend)}" if legend else ""
         self.setToolTip(_TITLE_HINT + meanings)
@@ -160,18 +156,36 @@ class TitleStrip(QWidget):
         taken = self.title_end
         if self._title_widget is not None:
             taken = max(taken, self._title_widget.geometry().right() + PAD)
-        room = right - taken
-        named = self._legend_width <= room
-        for brush, text in reversed(self._legend):
-            left = right - metrics.horizontalAdvance(text) if named else right + 5
-            swatch = QRect(left - 5 - _SWATCH, (self.height() - _SWATCH) // 2, _SWATCH, _SWATCH)
-            if swatch.left() < taken:
-                return
-            if named:
-                painter.drawText(QRect(left, 0, right - left + 1, self.height()), Qt.AlignmentFlag.AlignVCenter, text)
+        self._paint_legend(painter, QRect(taken, 0, right - taken + 1, self.height()))
+
+    def legend_in(self, room: int) -> list[tuple[QBrush, str]]:
+        """Return the entries of the legend, from the left, that fit a width with their words, and an ellipsis if it is
+        not all of them."""
+        shown = list(self._legend)
+        while self._width_of(shown) + (self._more_width if len(shown) < len(self._legend) else 0) > room and shown:
+            shown.pop()
+        return shown
+
+    def _paint_legend(self, painter: QPainter, room: QRect) -> None:
+        shown, left = self.legend_in(room.width()), room.right()
+        if len(shown) < len(self._legend):
+            painter.drawText(room, _RIGHT, _MORE)
+            left -= self._more_width
+        left -= self._width_of(shown)
+        for brush, text in shown:
+            swatch = QRect(left + PAD + 2, (self.height() - _SWATCH) // 2, _SWATCH, _SWATCH)
+            left += self._width_of([(brush, text)])
+            painter.drawText(swatch.right() + 6, 0, left - swatch.right(), self.height(), _LEFT, text)
             painter.setBrush(brush)
             painter.drawRect(swatch.adjusted(0, 0, -1, -1))
-            right = swatch.left() - PAD - 2
+
+    @property
+    def _more_width(self) -> int:
+        return self.fontMetrics().horizontalAdvance(_MORE)
+
+    def _width_of(self, legend: list[tuple[QBrush, str]]) -> int:
+        """Width of entries of the legend with their words [px]."""
+        return sum(PAD + 2 + _SWATCH + 5 + self.fontMetrics().horizontalAdvance(text) for _, text in legend)
 
     def _paint_title(self, painter: QPainter) -> None:
         assert self._colours is not None

@@ -4,19 +4,25 @@ from __future__ import annotations
 
 import html
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, TypeVar
 
 from PySide6.QtCore import QEvent, Qt
-from PySide6.QtGui import QHelpEvent, QPainter, QPaintEvent, QPalette, QShowEvent
+from PySide6.QtGui import QAction, QHelpEvent, QPainter, QPaintEvent, QPalette, QShowEvent
 from PySide6.QtWidgets import (
     QAbstractItemView,
+    QBoxLayout,
     QComboBox,
+    QDialog,
+    QDialogButtonBox,
+    QFormLayout,
     QGroupBox,
     QHBoxLayout,
     QHeaderView,
     QLabel,
     QLayout,
     QLineEdit,
+    QPushButton,
+    QToolButton,
     QToolTip,
     QTreeWidget,
     QVBoxLayout,
@@ -141,43 +147,88 @@ def group(title: str) -> tuple[QGroupBox, QVBoxLayout]:
     return box, column
 
 
-def stack(parent: QWidget, *parts: QWidget | QLayout, stretched: QWidget | None = None, spacing: int = 10) -> None:
-    """Lay out the parts of a dialog one above the other; the space left is that of `stretched`, or above the last."""
-    column = QVBoxLayout(parent)
-    column.setContentsMargins(14, 14, 14, 14)
-    column.setSpacing(spacing)
+Box = TypeVar("Box", bound=QBoxLayout)
+Piece = QWidget | QLayout
+
+
+def lay_out(
+    box: Box,
+    *parts: Piece | None,
+    stretched: Piece | tuple[Piece, ...] = (),
+    margins: tuple[int, int, int, int] = (0, 0, 0, 0),
+    spacing: int | None = None,
+) -> Box:
+    """Fill a row or column, and return it; `None` is a space that takes the room left, as `stretched` parts do."""
+    box.setContentsMargins(*margins)
+    if spacing is not None:
+        box.setSpacing(spacing)
+    growing = stretched if isinstance(stretched, tuple) else (stretched,)
     for part in parts:
-        if stretched is None and part is parts[-1]:
-            column.addStretch(1)
-        if isinstance(part, QWidget):
-            column.addWidget(part, int(part is stretched))
+        stretch = int(any(part is one for one in growing))
+        if part is None:
+            box.addStretch(1)
+        elif isinstance(part, QWidget):
+            box.addWidget(part, stretch)
         else:
-            column.addLayout(part)
+            box.addLayout(part, stretch)
+    return box
 
 
-def page(*parts: QWidget | QLayout) -> QWidget:
+def stack(parent: QWidget, *parts: Piece, stretched: QWidget | None = None, spacing: int = 10) -> None:
+    """Lay out the parts of a dialog one above the other; the space left is that of `stretched`, or above the last."""
+    space = () if stretched is not None else (None,)
+    column, margins = QVBoxLayout(parent), (14, 14, 14, 14)
+    lay_out(column, *parts[:-1], *space, parts[-1], stretched=stretched or (), margins=margins, spacing=spacing)
+
+
+def page(*parts: Piece) -> QWidget:
     """Return a page of a panel: its parts one above the other, of which the last takes the space left."""
     page = QWidget()
-    column = QVBoxLayout(page)
-    column.setContentsMargins(8, 6, 4, 4)
-    column.setSpacing(6)
-    for part in parts:
-        if isinstance(part, QWidget):
-            column.addWidget(part, int(part is parts[-1]))
-        else:
-            column.addLayout(part)
+    lay_out(QVBoxLayout(page), *parts, stretched=parts[-1], margins=(8, 6, 4, 4), spacing=6)
     return page
 
 
 def row(*widgets: QWidget) -> QHBoxLayout:
     """Return widgets side by side: a text field takes the space left; without one, it is on the right."""
-    line = QHBoxLayout()
-    line.setSpacing(8)
-    for widget in widgets:
-        line.addWidget(widget, int(isinstance(widget, QLineEdit)))
-    if not any(isinstance(widget, QLineEdit) for widget in widgets):
-        line.addStretch(1)
-    return line
+    fields = tuple(widget for widget in widgets if isinstance(widget, QLineEdit))
+    return lay_out(QHBoxLayout(), *widgets, *(() if fields else (None,)), stretched=fields, spacing=8)
+
+
+def form(*rows: tuple[str, Piece], parent: QWidget | None = None) -> QFormLayout:
+    """Return labelled fields below each other, which take the width."""
+    form = QFormLayout(parent)
+    form.setContentsMargins(0, 0, 0, 0)
+    form.setFieldGrowthPolicy(QFormLayout.FieldGrowthPolicy.AllNonFixedFieldsGrow)
+    for text, field in rows:
+        if isinstance(field, QWidget):
+            form.addRow(text, field)
+        else:
+            form.addRow(text, field)
+    return form
+
+
+def answers(
+    dialog: QDialog, kind: QDialogButtonBox.StandardButton, text: str = "", hint: str = ""
+) -> tuple[QDialogButtonBox, QPushButton]:
+    """Return the buttons that accept a dialog, and cancel it, and the one that accepts it."""
+    box = QDialogButtonBox(kind | QDialogButtonBox.StandardButton.Cancel)
+    box.accepted.connect(dialog.accept)
+    box.rejected.connect(dialog.reject)
+    button = box.button(kind)
+    button.setText(text or button.text())
+    button.setToolTip(hint)
+    return box, button
+
+
+TEXT, TEXT_BESIDE_ICON = Qt.ToolButtonStyle.ToolButtonTextOnly, Qt.ToolButtonStyle.ToolButtonTextBesideIcon
+
+
+def command_button(action: QAction, style: Qt.ToolButtonStyle = Qt.ToolButtonStyle.ToolButtonIconOnly) -> QToolButton:
+    """Return a button of a command; without a text it is flat, which shows whether it is switched on."""
+    button = QToolButton(autoRaise=style is Qt.ToolButtonStyle.ToolButtonIconOnly)
+    button.setDefaultAction(action)
+    button.setToolButtonStyle(style)
+    return button
 
 
 def typed_list() -> QComboBox:

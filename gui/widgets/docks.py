@@ -12,7 +12,7 @@ from PySide6.QtWidgets import QDockWidget, QHBoxLayout, QMainWindow, QTabBar, QT
 
 from ..base import theme
 from ..base.commands import HINT, describe
-from .basics import PlainLabel, Themed
+from .basics import PlainLabel, Themed, lay_out
 
 DEFAULT_SIZE = QSize(1440, 900)
 _FRAME = QSize(0, 40)
@@ -21,6 +21,8 @@ _VERSION = 3
 """Version of the stored layout; layouts of other versions are ignored."""
 _COLUMN = 0.26, 270, 380
 """Width of the panel column: share of the window, minimum and maximum [px]."""
+_LATE = 2.0
+"""How many times as high a group is that is opened beside others: it is what the user looks at."""
 _MIN_HEIGHT = 60
 """Height [px] to which a panel can shrink, so that the panels never enlarge the window."""
 
@@ -36,10 +38,8 @@ class PanelTitle(Themed, QWidget):
         self._close.setToolTip(f"Close the panel {dock.windowTitle()}; View > Panels opens it again")
         self._close.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         self._close.clicked.connect(dock.close)
-        line = QHBoxLayout(self)
-        line.setContentsMargins(8, 1, 2, 1)
-        line.addWidget(PlainLabel(dock.windowTitle()), 1)
-        line.addWidget(self._close)
+        title = PlainLabel(dock.windowTitle())
+        lay_out(QHBoxLayout(self), title, self._close, margins=(8, 1, 2, 1), stretched=title)
         self.setToolTip("Drag the title, or double-click it, to move the panel out of the window")
         self._take_theme()
 
@@ -279,7 +279,8 @@ class Docks(QObject):
             share, least, most = _COLUMN
             width = min(max(round(share * self._window.width()), least), most)
             self._window.resizeDocks(docks, [width] * len(docks), Qt.Orientation.Horizontal)
-        heights = [round(100 * group.value) for group in shown]
+        late = set() if self._sized.isdisjoint(shown) else shown.keys() - self._sized
+        heights = [round(100 * group.value * (_LATE if group in late else 1)) for group in shown]
         self._window.resizeDocks(docks, heights, Qt.Orientation.Vertical)
         self._sized.update(shown)
 

@@ -8,6 +8,8 @@ from PySide6.QtCore import Qt
 from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import QHBoxLayout, QPlainTextEdit, QToolButton, QVBoxLayout, QWidget
 
+from .basics import lay_out
+
 MAXIMUM_LINES = 2000
 
 
@@ -26,17 +28,8 @@ class LogPanel(QWidget):
         self.copy_button.clicked.connect(self.copy)
         self.clear_button = _button("Clear", "Clear the log")
         self.clear_button.clicked.connect(self.text.clear)
-        buttons = QVBoxLayout()
-        buttons.setContentsMargins(4, 4, 4, 4)
-        buttons.setSpacing(2)
-        for button in (self.copy_button, self.clear_button):
-            buttons.addWidget(button)
-        buttons.addStretch(1)
-        row = QHBoxLayout(self)
-        row.setContentsMargins(0, 0, 0, 0)
-        row.setSpacing(0)
-        row.addWidget(self.text, 1)
-        row.addLayout(buttons)
+        buttons = lay_out(QVBoxLayout(), self.copy_button, self.clear_button, None, margins=(4, 4, 4, 4), spacing=2)
+        lay_out(QHBoxLayout(self), self.text, buttons, spacing=0, stretched=self.text)
         self.setFocusProxy(self.text)
 
     def add(self, message: str) -> None:

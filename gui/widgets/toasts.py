@@ -9,7 +9,7 @@ from PySide6.QtGui import QAccessible, QAccessibleEvent, QAction, QEnterEvent
 from PySide6.QtWidgets import QFrame, QHBoxLayout, QMainWindow, QToolButton
 
 from ..base import theme
-from .basics import ElidedLabel, Themed
+from .basics import ElidedLabel, Themed, lay_out
 
 MAX_TOASTS = 3
 """Maximum number of messages at a time; a new one replaces the oldest."""
@@ -41,10 +41,7 @@ class Toast(Themed, QFrame):
         self.close_button.setAccessibleName("Close this message")
         self.close_button.setToolTip("Close this message")
         self.close_button.clicked.connect(self._go)
-        row = QHBoxLayout(self)
-        row.setContentsMargins(6, 0, 1, 0)
-        row.setSpacing(4)
-        row.addWidget(self.label, 1)
+        row = lay_out(QHBoxLayout(self), self.label, margins=(6, 0, 1, 0), spacing=4, stretched=self.label)
         for button in (*self.commands, self.close_button):
             button.setFocusPolicy(Qt.FocusPolicy.NoFocus)
             button.setAutoRaise(button is self.close_button)

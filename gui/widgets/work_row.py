@@ -9,6 +9,7 @@ from PySide6.QtWidgets import QHBoxLayout, QProgressBar, QPushButton, QSizePolic
 
 from ..work.jobs import Pace
 from ..work.latest_request import LatestRequest
+from .basics import lay_out
 
 _SOON_MS = 200
 """Time [ms] that requests take without progress being shown."""
@@ -38,11 +39,7 @@ class WorkRow(QWidget):
         self.cancel_button.setToolTip(f"Cancel the {what}; {left}")
         self.cancel_button.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
         self.cancel_button.clicked.connect(self._cancel)
-        row = QHBoxLayout(self)
-        row.setContentsMargins(0, 0, 0, 0)
-        row.setSpacing(6)
-        row.addWidget(self.bar, 1)
-        row.addWidget(self.cancel_button)
+        lay_out(QHBoxLayout(self), self.bar, self.cancel_button, spacing=6, stretched=self.bar)
         self.hide()
 
     def follow(self, requests: LatestRequest[Any, Any]) -> None:

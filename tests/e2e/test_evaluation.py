@@ -184,7 +184,7 @@ def test_errors_against_a_truth_and_on_hidden_depth(window, qtbot, frame_folder,
 
 
 def test_a_sweep_shows_what_comes_and_a_click_takes_a_value(window, qtbot, frame_folder, ground_truth_file):
-    workspace, shown = window.workspace, window.feature(SweepFeature).window_
+    workspace, shown = window.workspace, window.feature(SweepFeature)
     open_frame(window, qtbot, FrameRef(str(frame_folder), options=ReadingOptions(ground_truth=str(ground_truth_file))))
     document = workspace.current
     # from the menu of a parameter in the form
@@ -194,7 +194,7 @@ def test_a_sweep_shows_what_comes_and_a_click_takes_a_value(window, qtbot, frame
     assert menu.actions()[0].text() == "Sweep Smoothness…"
     menu.actions()[0].trigger()
     menu.close()
-    assert shown.isVisible()
+    assert shown.visible
     assert shown.first.declaration.name == "smoothness"
     assert shown.criterion.by_ground_truth
     shown.first.low.setValue(9.0)

@@ -464,7 +464,7 @@ def test_an_export_is_no_saving_opening_no_work_and_a_sweep_is_named(opened, qtb
     opened.workspace.undo_group.undo()
     assert not opened.project.present.unsaved
 
-    sweep, shown = opened.feature(SweepFeature), opened.feature(SweepFeature).window_
+    sweep = shown = opened.feature(SweepFeature)
     opened.workspace.parameters.set(ilf.preset("released-code", max_iterations=100_000))
     opened.workspace.current.note_saved(opened.workspace.current.stamp)
     sweep.open("max_iterations")

@@ -9,7 +9,6 @@ from PySide6.QtWidgets import (
     QComboBox,
     QDialog,
     QDialogButtonBox,
-    QFormLayout,
     QListWidget,
     QListWidgetItem,
     QSpinBox,
@@ -19,7 +18,7 @@ from PySide6.QtWidgets import (
 from ilf._runtime.formatting import counted
 from ilf.evaluation.hold_out import HOLD_OUT_PATTERNS, HoldOutTest
 
-from ...widgets.basics import Message, PlainLabel, label_of, stack
+from ...widgets.basics import Message, PlainLabel, answers, form, label_of, stack
 from .hold_out import Candidate
 
 _PATTERN_KEY, _SEEDS_KEY = "hold_out_test/pattern", "hold_out_test/seeds"
@@ -61,21 +60,14 @@ class HoldOutDialog(QDialog):
             item.setFlags(item.flags() | Qt.ItemFlag.ItemIsUserCheckable)
             item.setCheckState(Qt.CheckState.Checked if ticked else Qt.CheckState.Unchecked)
         self.amount = PlainLabel()
-        buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Ok | QDialogButtonBox.StandardButton.Cancel)
-        self.test_button = buttons.button(QDialogButtonBox.StandardButton.Ok)
-        self.test_button.setText("&Test")
-        self.test_button.setToolTip("Test the ticked candidates in the background; the panel Accuracy shows the errors")
-        buttons.accepted.connect(self.accept)
-        buttons.rejected.connect(self.reject)
+        hint = "Test the ticked candidates in the background; the panel Accuracy shows the errors"
+        buttons, self.test_button = answers(self, QDialogButtonBox.StandardButton.Ok, "&Test", hint)
         self.candidates.itemChanged.connect(lambda _: self._describe())
         self.seeds.valueChanged.connect(lambda _: self._describe())
 
-        form = QFormLayout()
-        form.setFieldGrowthPolicy(QFormLayout.FieldGrowthPolicy.AllNonFixedFieldsGrow)
-        form.addRow("&Hide", self.pattern)
-        form.addRow("&Seeds", self.seeds)
+        choices = form(("&Hide", self.pattern), ("&Seeds", self.seeds))
         label = label_of("&Candidates", self.candidates)
-        stack(self, about, form, label, self.candidates, self.amount, buttons, stretched=self.candidates)
+        stack(self, about, choices, label, self.candidates, self.amount, buttons, stretched=self.candidates)
         self.resize(430, 440)
         self._describe()
 

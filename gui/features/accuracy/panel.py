@@ -7,7 +7,7 @@ from pathlib import Path
 from weakref import WeakKeyDictionary
 
 from PySide6.QtCore import QSignalBlocker, Qt, Signal
-from PySide6.QtWidgets import QComboBox, QHBoxLayout, QTabWidget, QToolButton, QWidget
+from PySide6.QtWidgets import QComboBox, QHBoxLayout, QTabWidget, QWidget
 
 from ilf.data.frame import RGBDFrame
 
@@ -15,7 +15,7 @@ from ...base.commands import Command
 from ...base.needs import Need
 from ...state.document import Document
 from ...state.parts import Part
-from ...widgets.basics import Message, PlainLabel, label_of, literal_text, page
+from ...widgets.basics import TEXT, Message, PlainLabel, command_button, label_of, lay_out, literal_text, page
 from ...widgets.docks import PanelGroup
 from ...widgets.number_table import NumberTable
 from ...work.latest_request import LatestRequest
@@ -88,7 +88,7 @@ class AccuracyPanel(Panel):
         self.tabs.addTab(self._ground_truth_page(), "Ground truth")
         self.tabs.addTab(self._hold_out_page(), "Hold-out")
         self.context.actions["sweep"].setIconText("Sweep…")
-        self.tabs.setCornerWidget(self._button("sweep"))
+        self.tabs.setCornerWidget(command_button(self.context.actions["sweep"], TEXT))
         self.tabs.currentChanged.connect(lambda _: self.redraw())
         self.tabs.setMinimumSize(260, 150)
         return self.tabs
@@ -121,13 +121,6 @@ class AccuracyPanel(Panel):
             ),
         )
 
-    def _button(self, command: str, with_text: bool = True) -> QToolButton:
-        button = QToolButton()
-        button.setDefaultAction(self.context.actions[command])
-        if with_text:
-            button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextOnly)
-        return button
-
     def _ground_truth_page(self) -> QWidget:
         self.source = Message()
         self.pixels = QComboBox()
@@ -135,7 +128,10 @@ class AccuracyPanel(Panel):
         self.pixels.setToolTip("Evaluate only filled pixels, or also pixels with known depth")
         self.pixels.activated.connect(lambda _: self.redraw())
         self.ground_truth_table = NumberTable("Errors against ground truth", GROUND_TRUTH_COLUMNS)
-        buttons = self._button("load_ground_truth"), self._button("remove_ground_truth", with_text=False)
+        buttons = (
+            command_button(self.context.actions["load_ground_truth"], TEXT),
+            command_button(self.context.actions["remove_ground_truth"]),
+        )
         choice = label_of("&Evaluate", self.pixels), self.pixels
         return page(_row(*buttons), self.source, _row(*choice, unit=True), self.ground_truth_table)
 
@@ -149,7 +145,7 @@ class AccuracyPanel(Panel):
         self.outcome = Message()
         self.hold_out_table = NumberTable("Hold-out errors", HOLD_OUT_COLUMNS)
         choice = label_of("Errors &of", self.part), self.part
-        above = _row(self._button("hold_out_test")), self.work, self.outcome
+        above = _row(command_button(self.context.actions["hold_out_test"], TEXT)), self.work, self.outcome
         return page(*above, _row(*choice, unit=True), self.hold_out_table)
 
     def refresh(self, parts: Part) -> None:
@@ -321,11 +317,7 @@ def _areas(document: Document) -> dict[str, Area]:
 
 def _row(*widgets: QWidget, unit: bool = False) -> QHBoxLayout:
     """Widgets side by side; with the unit of the errors at the right."""
-    row = QHBoxLayout()
-    row.setSpacing(6)
-    for widget in widgets:
-        row.addWidget(widget)
-    row.addStretch(1)
+    row = lay_out(QHBoxLayout(), *widgets, None, spacing=6)
     if unit:
         row.addWidget(PlainLabel("Errors in mm", enabled=False))
     return row

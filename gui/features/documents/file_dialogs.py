@@ -26,7 +26,7 @@ from ilf.errors import InputError
 
 from ...views.colours import DEPTH_MAP, depth_table
 from ...views.pixel_items import rgb_image
-from ...widgets.basics import Message, PlainLabel
+from ...widgets.basics import Message, PlainLabel, answers, lay_out
 from ...widgets.notices import error_text
 from ...work.latest_request import LatestRequest
 
@@ -45,11 +45,7 @@ class Preview(QFrame):
         self.picture.setFixedSize(_SIZE)
         self.picture.setFrameShape(QFrame.Shape.StyledPanel)
         self._caption = Message()
-        column = QVBoxLayout(self)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(3)
-        column.addWidget(self.picture)
-        column.addWidget(self._caption)
+        lay_out(QVBoxLayout(self), self.picture, self._caption, spacing=3)
         self.show_rgb(None)
 
     def show_rgb(self, rgb: NDArray[np.uint8] | None) -> None:
@@ -132,18 +128,11 @@ class PreviewDialog(QDialog, Generic[Source, Found]):
         """Whether the path was chosen in the file dialog, not typed."""
         self.preview = Preview(shown)
         self.message = Message(lines=5)
-        buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Open | QDialogButtonBox.StandardButton.Cancel)
-        self.load_button = buttons.button(QDialogButtonBox.StandardButton.Open)
-        self.load_button.setText("Load")
-        buttons.accepted.connect(self.accept)
-        buttons.rejected.connect(self.reject)
+        buttons, self.load_button = answers(self, QDialogButtonBox.StandardButton.Open, "Load")
         self._column = QVBoxLayout(self)
         self._column.setContentsMargins(14, 14, 14, 14)
         self._column.setSpacing(12)
-        seen = QHBoxLayout()
-        seen.setSpacing(12)
-        seen.addWidget(self.preview)
-        seen.addWidget(self.message, 1)
+        seen = lay_out(QHBoxLayout(), self.preview, self.message, spacing=12, stretched=self.message)
         self._column.addLayout(seen)
         self._column.addStretch(1)
         self._column.addWidget(buttons)

@@ -15,11 +15,11 @@ from PySide6.QtWidgets import (
     QComboBox,
     QDialog,
     QDialogButtonBox,
-    QFormLayout,
     QHBoxLayout,
     QLayout,
     QLineEdit,
     QPushButton,
+    QToolButton,
     QWidget,
 )
 
@@ -44,7 +44,7 @@ from ilf.sources.reading import described_beside, read_depth, read_frame
 from ilf.sources.reading_options import DEPTH_VIEW, ReadingOptions
 
 from ...base.paths import PROJECT_SUFFIX
-from ...widgets.basics import TAKES_FILES, Message, label_of, row, stack, typed_list
+from ...widgets.basics import TAKES_FILES, Message, answers, form, label_of, lay_out, row, stack, typed_list
 from ...widgets.file_choice import choose_file, choose_folder, remember_folder
 from ...widgets.notices import error_text
 from ...work.latest_request import LatestRequest
@@ -139,6 +139,8 @@ class OpenDialog(QDialog):
         )
         self.camera = QComboBox()
         self.camera.addItems([_FROM_META, *INTRINSICS, _NUMBERS, _FILE])
+        for choice in (self.encoding, self.camera):  # no wider than the pictures
+            choice.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
         self.camera_text = QLineEdit()
         self.camera_text.setAccessibleName("Intrinsics: numbers or file")
         self.camera_browse = QPushButton("File…", autoDefault=False)
@@ -162,17 +164,19 @@ class OpenDialog(QDialog):
         self.apply_button.clicked.connect(self._apply_suggestions)
         self._doubts: tuple[PlausibilityWarning, ...] = ()
         self.colour_preview, self.depth_preview = Preview("Colour"), Preview("Depth")
-        buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Open | QDialogButtonBox.StandardButton.Cancel)
-        self.open_button = buttons.button(QDialogButtonBox.StandardButton.Open)
-        buttons.accepted.connect(self.accept)
-        buttons.rejected.connect(self.reject)
+        buttons, self.open_button = answers(self, QDialogButtonBox.StandardButton.Open)
 
-        self._form = self._make_form()
-        previews = QHBoxLayout()
-        previews.setSpacing(12)
-        previews.addWidget(self.colour_preview)
-        previews.addWidget(self.depth_preview)
-        lines: tuple[QWidget | QLayout, ...] = (self._form, previews, self.message, row(self.apply_button), buttons)
+        self._form, self._reading = form(), QWidget()
+        self._reading_form = form(parent=self._reading)
+        self._fill_forms()
+        self.more = QToolButton(text="Reading options", checkable=True, autoRaise=True)
+        self.more.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
+        self.more.setToolTip("How depth is read, with which camera, and a guide")
+        self.more.toggled.connect(self._unfold)
+        self._unfold(False)
+        previews = lay_out(QHBoxLayout(), self.colour_preview, self.depth_preview, spacing=12)
+        folded = row(self.more, self.apply_button)
+        lines: tuple[QWidget | QLayout, ...] = (self._form, previews, self.message, folded, self._reading, buttons)
         stack(self, *lines, spacing=12)
         texts = self.path, self.depth_path, self.guide_path, self.dataset, self.invalid, self.min_confidence
         for field in (*texts, self.camera_text):
@@ -287,16 +291,25 @@ class OpenDialog(QDialog):
     def _offer_options(self, kind: Kind) -> None:
         """Show the reading options that apply, and those only."""
         of_images, is_pair = kind in (Kind.PAIR, Kind.FRAME, Kind.FRAMES), kind is Kind.PAIR
-        of_folder, of_frame = of_images and not is_pair, kind in (Kind.PAIR, Kind.FRAME)
-        for place, shown in enumerate((True, is_pair, of_images, of_folder, *(of_images,) * 4, of_frame)):
-            self._form.setRowVisible(place, shown)
+        self._form.setRowVisible(1, is_pair)
+        self._reading_form.setRowVisible(1, of_images and not is_pair)  # a pair names the dataset behind its depth
+        self._reading_form.setRowVisible(self._reading_form.rowCount() - 1, kind in (Kind.PAIR, Kind.FRAME))
+        self.more.setVisible(of_images)
+        self._reading.setVisible(of_images and self.more.isChecked())
         for preview in (self.colour_preview, self.depth_preview):
             preview.setVisible(kind not in (Kind.PROJECT, Kind.RUN))
+
+    def _unfold(self, on: bool) -> None:
+        """Show or hide the reading options, below the pictures, which stay in their place."""
+        self.more.setArrowType(Qt.ArrowType.DownArrow if on else Qt.ArrowType.RightArrow)
+        self._reading.setVisible(on)
+        self.adjustSize()
 
     def _show(self, frame: RGBDFrame, text: str, plausibility_warnings: Iterable[PlausibilityWarning]) -> None:
         self.colour_preview.show_rgb(frame.rgb)
         self.depth_preview.show_depth(frame.depth)
-        self.message.show_message("\n".join((text, *frame.notes)), "warning" if frame.notes else "good")
+        tone = "warning" if frame.notes else "text" if frame.intrinsics is None else "good"
+        self.message.show_message("\n".join((text, *frame.notes)), tone)
         self._propose(plausibility_warnings)
         self.open_button.setEnabled(True)
 
@@ -374,9 +387,8 @@ class OpenDialog(QDialog):
             self.depth_path.clear()
             self.set_files(*paths[:2])
 
-    def _make_form(self) -> QFormLayout:
-        form = QFormLayout()
-        form.setFieldGrowthPolicy(QFormLayout.FieldGrowthPolicy.AllNonFixedFieldsGrow)
+    def _fill_forms(self) -> None:
+        """Add the fields: files above the pictures, reading options below them."""
         for text, field, *buttons in (
             ("&Path", self.path, ("File…", self._browse_any), ("Folder…", self._browse_folder)),
             ("&Depth", self.depth_path, ("File…", self._browse_depth)),
@@ -403,8 +415,8 @@ class OpenDialog(QDialog):
                 layout.setStretch(0, 1)
             line.setLayout(layout)
             field.setAccessibleName(text.replace("&", ""))
-            form.addRow(label_of(text, field), line)
-        return form
+            fields = self._form if field in (self.path, self.depth_path) else self._reading_form
+            fields.addRow(label_of(text, field), line)
 
     def _propose(self, plausibility_warnings: Iterable[PlausibilityWarning]) -> None:
         """Offer to apply the suggestions of plausibility warnings."""
@@ -420,6 +432,7 @@ class OpenDialog(QDialog):
                 self.encoding.setCurrentIndex(row)
             if doubt.invalid is not None:
                 self.invalid.setText(f"{doubt.invalid:.9g}")
+        self.more.setChecked(True)  # to see what was set
         self.read()
 
     def _schedule(self) -> None:

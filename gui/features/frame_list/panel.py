@@ -21,7 +21,7 @@ from PySide6.QtWidgets import (
 
 from ...base import theme
 from ...state.entries import Entry
-from ...widgets.basics import Themed, paint_hint
+from ...widgets.basics import Themed, lay_out, paint_hint
 from .model import ENTRY, ORDERS, STATES, FrameFilter, FrameListModel
 from .painter import FramePainter, close_box
 from .thumbnails import Thumbnails
@@ -219,12 +219,15 @@ class FramesPanel(QWidget):
 
     def _lay_out(self) -> None:
         self.filter_row = QWidget()
-        row = QHBoxLayout(self.filter_row)
-        row.setContentsMargins(6, 4, 6, 4)
-        row.setSpacing(6)
-        row.addWidget(self.text, 1)
-        row.addWidget(self.state, 1)
-        row.addWidget(self.order)
+        lay_out(
+            QHBoxLayout(self.filter_row),
+            self.text,
+            self.state,
+            self.order,
+            margins=(6, 4, 6, 4),
+            spacing=6,
+            stretched=(self.text, self.state),
+        )
         self._parts = layout = QBoxLayout(QBoxLayout.Direction.TopToBottom, self)
         layout.setContentsMargins(0, 0, 0, 0)
         layout.setSpacing(0)

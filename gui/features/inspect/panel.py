@@ -30,7 +30,7 @@ from ...base.needs import Need
 from ...state.document import Document
 from ...state.parts import NO_PART, Part
 from ...tools.line import REACH, off_line, share_along
-from ...widgets.basics import Message, PlainLabel, literal_text, page
+from ...widgets.basics import Message, PlainLabel, command_button, lay_out, literal_text, page
 from ...widgets.docks import PanelGroup
 from ...widgets.file_choice import ask_path, save
 from ...widgets.number_table import NumberTable, Row
@@ -185,10 +185,7 @@ class InspectPanel(Panel):
         )
 
     def _buttons(self, *commands: str) -> list[QToolButton]:
-        buttons = [QToolButton(autoRaise=True) for _ in commands]
-        for button, command in zip(buttons, commands, strict=True):
-            button.setDefaultAction(self.context.actions[command])
-        return buttons
+        return [command_button(self.context.actions[command]) for command in commands]
 
     def _statistics_page(self) -> QWidget:
         self.subject = QComboBox()
@@ -200,7 +197,8 @@ class InspectPanel(Panel):
         self.subject_name.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
         self.statistics = NumberTable("Statistics of raw depth and result", COLUMNS)
         self.statistics_note = Message()
-        row = _row(self.subject, self.subject_name, *self._buttons("tool_rectangle", "copy_statistics"))
+        name, buttons = self.subject_name, self._buttons("tool_rectangle", "copy_statistics")
+        row = lay_out(QHBoxLayout(), self.subject, name, *buttons, spacing=3, stretched=name)
         return page(row, self.statistics_note, self.statistics)
 
     def _measurements_page(self) -> QWidget:
@@ -210,7 +208,11 @@ class InspectPanel(Panel):
         delete = QShortcut(QKeySequence(Qt.Key.Key_Delete), self.measurements, self._delete_measurements)
         delete.setContext(Qt.ShortcutContext.WidgetShortcut)
         commands = "tool_measure", "copy_measurements", "save_measurements", "delete_measurements"
-        return page(_row(PlainLabel(), *self._buttons(*commands)), self.measurements_note, self.measurements)
+        return page(
+            lay_out(QHBoxLayout(), None, *self._buttons(*commands), spacing=3),
+            self.measurements_note,
+            self.measurements,
+        )
 
     def refresh(self, parts: Part) -> None:
         workspace = self.context.workspace
@@ -471,12 +473,3 @@ def _distance(measured: Measured) -> str:
 def _tell(note: Message, text: str) -> None:
     note.setVisible(bool(text))
     note.show_message(text)
-
-
-def _row(*widgets: QWidget) -> QHBoxLayout:
-    """Widgets side by side; a label takes the space left."""
-    row = QHBoxLayout()
-    row.setSpacing(3)
-    for widget in widgets:
-        row.addWidget(widget, int(isinstance(widget, PlainLabel)))
-    return row

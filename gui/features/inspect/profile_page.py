@@ -13,7 +13,7 @@ from PySide6.QtGui import QColor, QFont, QResizeEvent
 from PySide6.QtWidgets import QComboBox, QHBoxLayout, QLabel, QSizePolicy, QStackedWidget, QVBoxLayout, QWidget
 
 from ...base import theme
-from ...widgets.basics import Message, Themed
+from ...widgets.basics import Message, Themed, lay_out
 from .profile_plot import ProfileData, ProfilePlot, raw_colour
 
 _LONGEST_NAME = 130
@@ -56,10 +56,7 @@ class ProfilePage(Themed, QWidget):
         self.axis.setAccessibleName("Unit of the horizontal axis of the profile")
         self.axis.setToolTip("Distance along the line: in pixels of the image, or in metres along the surface")
         self.axis.currentIndexChanged.connect(self._change_axis)
-        header = QHBoxLayout()
-        header.setContentsMargins(8, 3, 4, 1)
-        header.setSpacing(2)
-        header.addWidget(self.legend, 1)
+        header = lay_out(QHBoxLayout(), self.legend, margins=(8, 3, 4, 1), spacing=2, stretched=self.legend)
         for widget in (self.axis, *buttons):
             header.addWidget(widget, 0, Qt.AlignmentFlag.AlignTop)
         self._hint = Message()
@@ -67,11 +64,7 @@ class ProfilePage(Themed, QWidget):
         self._pages = QStackedWidget()
         self._pages.addWidget(self._hint)
         self._pages.addWidget(self.plot)
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(0, 0, 0, 0)
-        layout.setSpacing(0)
-        layout.addLayout(header)
-        layout.addWidget(self._pages, 1)
+        lay_out(QVBoxLayout(self), header, self._pages, spacing=0, stretched=self._pages)
         self._take_theme()
 
     def show_hint(self, text: str) -> None:

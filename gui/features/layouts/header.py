@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QHBoxLayout, QMenu, QMenuBar, QToolButton, QWidget
 
 from ...base import theme
 from ...views.view_menus import ViewBar
-from ...widgets.basics import Themed
+from ...widgets.basics import Themed, lay_out
 
 _GAP = 14
 """Space between the view controls and the layouts [px]."""
@@ -95,12 +95,7 @@ class Header(QWidget):
         self._menu_bar = menu_bar
         self._views = views
         self._layouts = layouts
-        row = QHBoxLayout(self)
-        row.setContentsMargins(0, 0, 0, 0)
-        row.setSpacing(_GAP)
-        row.addWidget(views)
-        row.addWidget(layouts)
-        row.addWidget(self._make_more())
+        lay_out(QHBoxLayout(self), views, layouts, self._make_more(), spacing=_GAP)
         menu_bar.setCornerWidget(self)
         menu_bar.installEventFilter(self)
 

@@ -35,7 +35,7 @@ from PySide6.QtWidgets import (
 
 from ...base import theme
 from ...base.commands import ActionEntry, action_entries
-from ...widgets.basics import PlainLabel, Themed
+from ...widgets.basics import PlainLabel, Themed, lay_out
 from ..context import Context, Feature
 from .matching import Offer, RecentCommands, offers
 
@@ -137,11 +137,7 @@ class CommandPalette(Themed, QFrame):
         self.hint = PlainLabel()
         self.hint.setWordWrap(True)
         self.hint.setMargin(4)
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(8, 8, 8, 4)
-        layout.setSpacing(4)
-        for widget in (self.field, self.list, self.hint):
-            layout.addWidget(widget)
+        lay_out(QVBoxLayout(self), self.field, self.list, self.hint, margins=(8, 8, 8, 4), spacing=4)
         self._take_theme()
 
     def toggle(self) -> None:

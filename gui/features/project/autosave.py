@@ -12,8 +12,8 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 
-from PySide6.QtCore import QEvent, QObject, Qt, Signal
-from PySide6.QtGui import QPalette, QPixmap
+from PySide6.QtCore import QObject, Qt, Signal
+from PySide6.QtGui import QPixmap
 from PySide6.QtWidgets import (
     QDialog,
     QDialogButtonBox,
@@ -31,8 +31,7 @@ from ilf._runtime.formatting import counted
 from ilf.project.project import Stage
 from ilf.project.recovery import RecoverableWork, autosave_folder, find_recoverable_work
 
-from ...base import theme
-from ...widgets.basics import Message, PlainLabel
+from ...widgets.basics import Message, PlainLabel, lay_out
 from ...widgets.notices import error_details, error_text, question
 from ...work.jobs import Worker
 from ..context import Context, Feature
@@ -117,13 +116,9 @@ class RecoveryDialog(QDialog):
         later = buttons.addButton("Decide &later", QDialogButtonBox.ButtonRole.RejectRole)
         later.setToolTip("Close this dialog, and offer the remaining work again at the next start")
         buttons.rejected.connect(self.reject)
-        outer = QVBoxLayout(self)
-        outer.setContentsMargins(14, 14, 14, 14)
-        outer.setSpacing(10)
-        outer.addWidget(about)
-        outer.addWidget(self.added)
-        outer.addWidget(area, 1)
-        outer.addWidget(buttons)
+        lay_out(
+            QVBoxLayout(self), about, self.added, area, buttons, margins=(14, 14, 14, 14), spacing=10, stretched=area
+        )
         self.setMinimumWidth(600)
         self.show_added(False)
 
@@ -354,36 +349,9 @@ def _offered(left: RecoverableWork) -> UnsavedWorkInfo:
     return UnsavedWorkInfo(name_of(left), left.header.changed, tuple(lines), left.picture())
 
 
-# Label in the status bar while the autosave fails.
+# The autosave of the window, with a label in the status bar while it fails.
 
 MEANING = "Your work is in memory only. The autosave is retried every few seconds. Save the project to be safe."
-
-
-class AutosaveFailureLabel(PlainLabel):
-    """Label that is visible while the autosave fails."""
-
-    def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__("Not autosaved", parent)
-        self.setAccessibleName("State of the autosave")
-        self._paint()
-        self.hide()
-
-    def show_message(self, why: str) -> None:
-        """Set the reason, a sentence; "" hides the label."""
-        self.setVisible(bool(why))
-        self.setToolTip(f"<p>{html.escape(why)}</p><p>{MEANING}</p>")
-        self.setAccessibleDescription(why)
-
-    def changeEvent(self, event: QEvent) -> None:
-        """Keep the warning colour in any theme."""
-        super().changeEvent(event)
-        if event.type() in (QEvent.Type.PaletteChange, QEvent.Type.StyleChange):
-            self._paint()
-
-    def _paint(self) -> None:
-        palette = QPalette()
-        palette.setColor(QPalette.ColorRole.WindowText, theme.colours(palette).warning)
-        self.setPalette(palette)
 
 
 class AutosaveFeature(Feature):
@@ -392,7 +360,11 @@ class AutosaveFeature(Feature):
     def __init__(self, context: Context) -> None:
         super().__init__(context)
         self.recovery = Recovery(context, context.feature(ProjectFeature).opening, autosave_folder())
-        self.label = AutosaveFailureLabel()
+        self.label = Message()
+        self.label.setWordWrap(False)
+        self.label.setAlignment(Qt.AlignmentFlag.AlignVCenter)
+        self.label.setAccessibleName("State of the autosave")
+        self.label.hide()
         context.window.statusBar().addPermanentWidget(self.label)
         context.recorder.failed.connect(self._tell_failure)
         context.recorder.kept.connect(self._tell_kept)
@@ -412,7 +384,7 @@ class AutosaveFeature(Feature):
         return ended
 
     def _tell_failure(self, error: Exception) -> None:
-        self.label.show_message(str(error))
+        self._show_failure(str(error))
         if not self._failing:
             self._failing = True
             self.context.notes.warn("Not autosaved", [error_text(error), MEANING], error_details(error))
@@ -420,5 +392,12 @@ class AutosaveFeature(Feature):
     def _tell_kept(self) -> None:
         if self._failing:
             self._failing = False
-            self.label.show_message("")
+            self._show_failure("")
             self.context.notes.show_message("The autosave works again: all work is stored.")
+
+    def _show_failure(self, why: str) -> None:
+        """Show a sentence why the autosave fails; "" if it works."""
+        self.label.show_message("Not autosaved", "warning")
+        self.label.setVisible(bool(why))
+        self.label.setToolTip(f"<p>{html.escape(why)}</p><p>{MEANING}</p>")
+        self.label.setAccessibleDescription(why)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass
 
-from PySide6.QtCore import QObject, Qt, QTimer, Signal
+from PySide6.QtCore import QObject, Qt, QTimer
 from PySide6.QtGui import QCloseEvent
 from PySide6.QtWidgets import (
     QButtonGroup,
@@ -16,6 +16,7 @@ from PySide6.QtWidgets import (
     QTreeWidgetItem,
     QWidget,
 )
+from shiboken6 import isValid
 
 from ilf.project.state_codec import frame_part
 
@@ -24,11 +25,15 @@ from ...state.document import Document
 from ...state.entries import Entry
 from ...widgets.basics import Message, group, literal_text, row_list, stack
 from ...widgets.notices import DESTROY, ask
+from ...work.runs import RunController
 from ..context import Context
 from ..documents.feature import DocumentsFeature
 from .saving import Saving
 
 # The dialog that lists unsaved work by frame, and asks whether to save it.
+
+Save = Callable[[frozenset[str], Callable[[bool], None]], None]
+"""Saves only the work on frames of these ids, then calls a function with whether it was saved."""
 
 _ID = Qt.ItemDataRole.UserRole
 _MAX_ROWS_SHOWN = 8
@@ -55,7 +60,8 @@ class Unsaved:
 
 
 class CloseDialog(QDialog):
-    """Dialog with a tick per frame, and *Save*, *Discard* and *Cancel*. It stays open until the action is done.
+    """Dialog with a tick per frame, and *Save*, *Discard* and *Cancel*. After *Save* it stays open until the ticked
+    frames are saved, once their runs have ended.
 
     Parameters
     ----------
@@ -65,23 +71,28 @@ class CloseDialog(QDialog):
         May be empty.
     others : sequence of str
         Other work that would be lost, as sentences.
-    running : bool
-        Whether runs of these frames are in progress.
+    running : sequence of Document
+        Frames whose runs are in progress.
+    runs : RunController
+    save : Save
     parent : QWidget
-
-    Signals
-    -------
-    save_requested(), discard_requested()
-        A button was clicked; the dialog stays open. See `ticked()` and `waits()` for the choices.
     """
 
-    save_requested = Signal()
-    discard_requested = Signal()
-
     def __init__(
-        self, what: str, rows: Sequence[Unsaved], others: Sequence[str], running: bool, parent: QWidget
+        self,
+        what: str,
+        rows: Sequence[Unsaved],
+        others: Sequence[str],
+        running: Sequence[Document],
+        runs: RunController,
+        save: Save,
+        parent: QWidget,
     ) -> None:
         super().__init__(parent)
+        self._running, self._runs, self._save = running, runs, save
+        self._waits = False
+        runs.state_changed.connect(self._look)
+        self.finished.connect(lambda: runs.state_changed.disconnect(self._look))
         self.setWindowTitle("Save the work?" if rows else "Continue?")
         self.setModal(True)
         self._rows = rows
@@ -97,7 +108,7 @@ class CloseDialog(QDialog):
         self.wait.setToolTip("Complete the runs and save their results; waiting can be cancelled")
         self.stop = QRadioButton("S&top the runs and keep the completed blocks")
         self.stop.setToolTip("Save the blocks that are completed so far; the remaining blocks are not run")
-        self._runs = QButtonGroup(self)
+        self._ways = QButtonGroup(self)
         self.also = Message()
         self.progress = Message()
         self.save_button = QPushButton("&Save")
@@ -109,8 +120,8 @@ class CloseDialog(QDialog):
         if rows:
             buttons.addButton(self.save_button, QDialogButtonBox.ButtonRole.AcceptRole)
         buttons.addButton(self.discard_button, QDialogButtonBox.ButtonRole.DestructiveRole)
-        self.save_button.clicked.connect(lambda: self.save_requested.emit())
-        self.discard_button.clicked.connect(lambda: self.discard_requested.emit())
+        self.save_button.clicked.connect(self._begin)
+        self.discard_button.clicked.connect(self.accept)
         buttons.rejected.connect(self.reject)
 
         self.also.show_message("\n".join(others), "warning")
@@ -144,18 +155,46 @@ class CloseDialog(QDialog):
                 on = item.data(0, _ID) in ids
                 item.setCheckState(0, Qt.CheckState.Checked if on else Qt.CheckState.Unchecked)
 
-    def waits(self) -> bool:
-        """Whether to wait until the runs have ended."""
-        return self.wait.isChecked()
-
-    def show_progress(self, text: str) -> None:
-        """Show the progress and disable the choices; only *Cancel* stays enabled. "" enables the choices again."""
-        self.progress.setVisible(bool(text))
+    def _show_progress(self, text: str) -> None:
+        """Show the progress and disable the choices; only *Cancel* stays enabled."""
+        self.progress.show()
         self.progress.show_message(text)
         for widget in self._can_be_changed:
-            widget.setEnabled(not text)
-        if not text:
-            self._follow_ticks()
+            widget.setEnabled(False)
+
+    def _begin(self) -> None:
+        """Save the ticked frames when their runs have ended, or are stopped."""
+        self._running = [document for document in self._running if document.id in self.ticked()]
+        if not self.wait.isChecked():
+            for document in self._running:
+                self._runs.of(document).cancel()
+        self._waits = True
+        self._look()
+
+    def _look(self) -> None:
+        """Save as soon as no run is in progress."""
+        if not self._waits:
+            return
+        running = [document for document in self._running if document in self._runs.running]
+        if running:
+            done = sum(self._runs.of(document).share_done for document in running) / len(running)
+            names = running[0].name if len(running) == 1 else f"{len(running)} frames"
+            self._show_progress(f"Waiting for the run of {names}: {done:.0%} done…")
+            return
+        self._waits = False
+        QTimer.singleShot(0, self, self._save_ticked)  # results of ended runs are stored by then
+
+    def _save_ticked(self) -> None:
+        if any(document in self._runs.running for document in self._running):  # an extrapolation follows the run
+            self._waits = True
+            self._look()
+            return
+        self._show_progress("Saving…")
+        self._save(self.ticked(), self._take_saved)
+
+    def _take_saved(self, done: bool) -> None:
+        if isValid(self) and self.isVisible():  # not cancelled meanwhile
+            (self.accept if done else self.reject)()
 
     def closeEvent(self, event: QCloseEvent) -> None:
         """Handle closing as *Cancel*."""
@@ -180,7 +219,7 @@ class CloseDialog(QDialog):
     def _runs_box(self) -> QWidget:
         box, column = group("Runs in progress")
         for button in (self.stop, self.wait):
-            self._runs.addButton(button)
+            self._ways.addButton(button)
             column.addWidget(button)
         self.stop.setChecked(True)
         return box
@@ -210,8 +249,7 @@ class Closing(QObject):
     context : Context
     present : CurrentProject
     saving : Saving
-    save : callable
-        Saves only the work on frames of these ids, then calls a function with whether it was saved.
+    save : Save
     """
 
     def __init__(
@@ -219,7 +257,7 @@ class Closing(QObject):
         context: Context,
         present: CurrentProject,
         saving: Saving,
-        save: Callable[[frozenset[str], Callable[[bool], None]], None],
+        save: Save,
     ) -> None:
         super().__init__(context.window)
         self._context = context
@@ -284,11 +322,8 @@ class Closing(QObject):
         if self.dialog is not None:
             self.dialog.raise_()
             return
-        self.dialog = dialog = CloseDialog(what, rows, others, bool(running), self._context.window)
+        self.dialog = dialog = CloseDialog(what, rows, others, running, runs, self._save, self._context.window)
         dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        answer = _SaveAnswer(self._context, dialog, running, self._save)
-        dialog.save_requested.connect(answer.save)
-        dialog.discard_requested.connect(dialog.accept)
         dialog.finished.connect(self._forget)
         dialog.accepted.connect(then)
         dialog.open()
@@ -305,62 +340,3 @@ class Closing(QObject):
                 texts.append(f"a run is in progress ({runs.of(entry.document).share_done:.0%})")
             if work := ", ".join(filter(None, texts)):
                 yield entry, work
-
-
-class _SaveAnswer(QObject):
-    """The answer *Save*: saves the ticked frames when their runs have ended, then accepts the dialog."""
-
-    def __init__(
-        self,
-        context: Context,
-        dialog: CloseDialog,
-        running: list[Document],
-        save: Callable[[frozenset[str], Callable[[bool], None]], None],
-    ) -> None:
-        super().__init__(dialog)
-        self._runs = context.runs
-        self._dialog = dialog
-        self._running = running
-        self._save = save
-        self._waits = self._over = False
-        dialog.finished.connect(self._end)
-        self._runs.state_changed.connect(self._look)
-
-    def save(self) -> None:
-        """Save the ticked frames when their runs have ended."""
-        ticked = self._dialog.ticked()
-        self._running = [document for document in self._running if document.id in ticked]
-        if not self._dialog.waits():
-            for document in self._running:
-                self._runs.of(document).cancel()
-        self._waits = True
-        self._look()
-
-    def _look(self) -> None:
-        """Save as soon as no run is in progress."""
-        if not self._waits:
-            return
-        running = [document for document in self._running if document in self._runs.running]
-        if running:
-            done = sum(self._runs.of(document).share_done for document in running) / len(running)
-            names = running[0].name if len(running) == 1 else f"{len(running)} frames"
-            self._dialog.show_progress(f"Waiting for the run of {names}: {done:.0%} done…")
-            return
-        self._waits = False
-        QTimer.singleShot(0, self, self._begin)  # results of ended runs are stored by then
-
-    def _begin(self) -> None:
-        if any(document in self._runs.running for document in self._running):  # an extrapolation follows the run
-            self._waits = True
-            self._look()
-            return
-        self._dialog.show_progress("Saving…")
-        self._save(self._dialog.ticked(), self._saved)
-
-    def _saved(self, done: bool) -> None:
-        if not self._over:
-            (self._dialog.accept if done else self._dialog.reject)()
-
-    def _end(self) -> None:
-        self._over = True
-        self._runs.state_changed.disconnect(self._look)

@@ -12,7 +12,7 @@ from ilf.errors import InputError
 from ilf.sources.frame_ref import FrameRef
 
 from ...base.paths import PROJECT_SUFFIX
-from ...widgets.basics import Message, label_of, row, stack
+from ...widgets.basics import Message, answers, label_of, row, stack
 from ...widgets.file_choice import last_folder, remember_folder
 from .saving import FILE_FILTER, FOLDER_KEY
 
@@ -56,10 +56,7 @@ class SaveAsDialog(QDialog):
         )
         self.embed.setChecked(embedded)
         self.message = Message(lines=3)
-        buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Save | QDialogButtonBox.StandardButton.Cancel)
-        self.save_button = buttons.button(QDialogButtonBox.StandardButton.Save)
-        buttons.accepted.connect(self.accept)
-        buttons.rejected.connect(self.reject)
+        buttons, self.save_button = answers(self, QDialogButtonBox.StandardButton.Save)
         self._why = why
         self.path.textChanged.connect(lambda _: self._check())
         self.embed.toggled.connect(lambda _: self._check())

@@ -30,7 +30,7 @@ from ilf.sources.listing import list_frames
 
 from ...base import theme
 from ...views.pixel_items import rgb_image
-from ...widgets.basics import Message, PlainLabel, Themed, literal_text
+from ...widgets.basics import Message, PlainLabel, Themed, lay_out, literal_text
 from ...work.jobs import Worker
 from ...work.loading import contains_frames
 from ..context import Context, Feature
@@ -99,11 +99,9 @@ class StartPage(Themed, QWidget):
         self._message.show_message(_DROP)
         middle = QWidget()
         middle.setMaximumWidth(_WIDTH)
-        column = QVBoxLayout(middle)
-        column.setContentsMargins(*4 * (_MARGIN,))
-        column.setSpacing(12)
-        column.addStretch(1)
-        column.addLayout(_heading())
+        column = lay_out(
+            QVBoxLayout(middle), None, _heading(), margins=(_MARGIN, _MARGIN, _MARGIN, _MARGIN), spacing=12
+        )
         column.addSpacing(12)
         column.addLayout(buttons)
         column.addWidget(self._message)
@@ -191,15 +189,8 @@ def _heading() -> QHBoxLayout:
     font.setBold(True)
     name.setFont(font)
     purpose.show_message(_PURPOSE)
-    text = QVBoxLayout()
-    text.setSpacing(0)
-    text.addWidget(name)
-    text.addWidget(purpose)
-    row = QHBoxLayout()
-    row.setSpacing(16)
-    row.addWidget(logo)
-    row.addLayout(text, 1)
-    return row
+    text = lay_out(QVBoxLayout(), name, purpose, spacing=0)
+    return lay_out(QHBoxLayout(), logo, text, spacing=16, stretched=text)
 
 
 class StartPageFeature(Feature):

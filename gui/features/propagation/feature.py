@@ -10,7 +10,6 @@ from PySide6.QtWidgets import (
     QComboBox,
     QDialog,
     QDialogButtonBox,
-    QFormLayout,
     QHBoxLayout,
     QMenu,
     QSpinBox,
@@ -22,7 +21,7 @@ from ilf._runtime.formatting import counted
 from ...base.commands import Command, hint_of, plain
 from ...base.needs import Need
 from ...state.entries import Entry
-from ...widgets.basics import Message, PlainLabel, stack
+from ...widgets.basics import Message, PlainLabel, answers, form, lay_out, stack
 from ...widgets.work_row import WorkRow
 from ..context import Context, Feature, PendingWork
 from ..menus import insert_menu
@@ -76,19 +75,11 @@ class PropagateDialog(QDialog):
             "which are propagated further."
         )
         self.last = PlainLabel()
-        buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Ok | QDialogButtonBox.StandardButton.Cancel)
-        propagate_state = buttons.button(QDialogButtonBox.StandardButton.Ok)
-        propagate_state.setText("&Propagate")
-        propagate_state.setToolTip("Start in the background; a line under the views shows the progress")
-        buttons.accepted.connect(self.accept)
-        buttons.rejected.connect(self.reject)
+        hint = "Start in the background; a line under the views shows the progress"
+        buttons, _ = answers(self, QDialogButtonBox.StandardButton.Ok, "&Propagate", hint)
         self.count.valueChanged.connect(lambda _: self._describe())
-        form = QFormLayout()
-        form.setFieldGrowthPolicy(QFormLayout.FieldGrowthPolicy.AllNonFixedFieldsGrow)
-        form.addRow("&Frames", self.count)
-        form.addRow("", self.last)
-        form.addRow("&Method", self.how)
-        stack(self, about, form, self.replaces, buttons)
+        choices = form(("&Frames", self.count), ("", self.last), ("&Method", self.how))
+        stack(self, about, choices, self.replaces, buttons)
         self.resize(430, 0)
         self._describe()
 
@@ -117,10 +108,7 @@ class PropagateStrip(QWidget):
         self.label.setTextFormat(Qt.TextFormat.PlainText)
         self.label.setMinimumWidth(_MIN_TEXT_WIDTH)
         self.work = WorkRow("propagation of blocks")
-        layout = QHBoxLayout(self)
-        layout.setContentsMargins(8, 2, 8, 2)
-        layout.addWidget(self.label, 1)
-        layout.addWidget(self.work, 1)
+        lay_out(QHBoxLayout(self), self.label, self.work, margins=(8, 2, 8, 2), stretched=(self.label, self.work))
         self.hide()
 
     def show_progress(self, name: str, done: int, total: int) -> None:

@@ -10,7 +10,6 @@ from PySide6.QtCore import QModelIndex, QPoint, QSize, QSortFilterProxyModel
 from PySide6.QtWidgets import (
     QHBoxLayout,
     QMenu,
-    QToolButton,
     QVBoxLayout,
     QWidget,
 )
@@ -25,6 +24,7 @@ from ...base.needs import Need
 from ...state.document import Document
 from ...state.parts import Part
 from ...state.run_history import MAX_COMPARED, title_of
+from ...widgets.basics import command_button, lay_out
 from ...widgets.docks import PanelGroup
 from ...widgets.file_choice import ask_path, save
 from ...widgets.tables import ICON_SIZE
@@ -87,16 +87,11 @@ class RunsPanel(Panel):
             if name == "|":
                 row.addSpacing(10)
                 continue
-            button = QToolButton(autoRaise=True)
-            button.setDefaultAction(actions[name])
+            button = command_button(actions[name])
             button.setIconSize(QSize(ICON_SIZE, ICON_SIZE))
             row.addWidget(button)
         row.addStretch()
-        layout = QVBoxLayout(widget)
-        layout.setContentsMargins(0, 0, 0, 0)
-        layout.setSpacing(0)
-        layout.addLayout(row)
-        layout.addWidget(self.view, 1)
+        lay_out(QVBoxLayout(widget), row, self.view, spacing=0, stretched=self.view)
         widget.setFocusProxy(self.view)
         self.model.edited.connect(self._edit)
         self.view.delete_requested.connect(self.delete)

@@ -1,35 +1,188 @@
-"""The sweep: many values of one or two parameters, each evaluated and shown; a click applies one."""
+"""The sweep: values of a parameter or two, with errors and pictures, in a window of its own; a click applies one."""
 
 from __future__ import annotations
 
-from PySide6.QtCore import QPoint, Qt
-from PySide6.QtWidgets import QMenu
+import math
+from collections.abc import Callable, Sequence
 
+import numpy as np
+from PySide6.QtCore import QPoint, QSize, Qt
+from PySide6.QtGui import QColor, QIcon, QPixmap
+from PySide6.QtWidgets import (
+    QComboBox,
+    QDialog,
+    QHBoxLayout,
+    QMenu,
+    QPushButton,
+    QScrollArea,
+    QSplitter,
+    QStackedWidget,
+    QVBoxLayout,
+    QWidget,
+)
+
+from ilf._runtime.formatting import counted, millimetres
+from ilf.data.declarations import Value
 from ilf.data.parameters import Parameters
-from ilf.evaluation.sweep import can_be_swept
+from ilf.drawing.colours import to_indices
+from ilf.errors import IlfError
+from ilf.evaluation.hold_out import untrusted_note
+from ilf.evaluation.sweep import Sweep, SweepResult, can_be_swept
 
-from ..context import Context, Feature, PendingWork
-from .window import SweepWindow
+from ...base import theme
+from ...state.parts import Part
+from ...views.colours import error_table
+from ...views.pixel_items import rgb_image
+from ...widgets.basics import Message, PlainLabel, Themed, label_of, lay_out
+from ...work.frame_runs import RunState
+from ..context import Context, PendingWork
+from ..filter import FilterPanel
+from ..panel import Panel
+from .cells import Cell, PointCells
+from .curve import ErrorCurve
+from .options import CriterionBox, RangeBox
+from .state import Picture, Scale, SweepState
+
+_SIZE = QSize(1040, 660)
+_LEFT = 300
+_DEPTH, _DIFFERENCE = 0, 1
+_FULL_COVERAGE = 0.95
+"""Share of filled pixels above which the coverage is not shown."""
+_HINT = "The error of each value is plotted here,\nwith a picture of each. Click one to apply it."
 
 
-class SweepFeature(Feature):
-    """Opens the window of sweeps."""
+class SweepWindow(Themed, QDialog):
+    """Window that is drawn anew in another theme."""
+
+    def __init__(self, redraw: Callable[[], None], parent: QWidget) -> None:
+        super().__init__(parent)
+        self._redraw = redraw
+        self.setWindowTitle("Sweep")
+        self.setWindowFlag(Qt.WindowType.WindowMaximizeButtonHint)
+        self.resize(_SIZE)
+
+    def _take_theme(self) -> None:
+        self._redraw()
+
+
+class SweepFeature(Panel):
+    """Window that runs sweeps in the background, one at a time, and shows their results.
+
+    Attributes
+    ----------
+    found : SweepState or None
+        The results of the last sweep so far.
+    """
+
+    title, group = "Sweep", None
+    parts = Part.FRAME | Part.LIST | Part.PARAMETERS | Part.SELECTION | Part.INFOS | Part.GROUND_TRUTH
+    what = "sweep"
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)
-        self.window_ = SweepWindow(context)
+        self._requests.progressed.connect(self._take_arrived)
+        self._requests.ended.connect(self._end)
+        self.work.cancelled.connect(lambda: self.state.show_message("Cancelled. Results so far are kept."))
+        for changed in (context.views.ranges.changed, self.criterion.changed):
+            changed.connect(self.redraw)
+        context.refresh.add("frame of the sweep", self._follow_frames, Part.LIST)
+
+    def make(self) -> QWidget:
+        self._workspace, self._filter = self.context.workspace, self.context.feature(FilterPanel)
+        self.found: SweepState | None = None
+        self._icons: dict[int, tuple[Picture, Scale, QIcon]] = {}
+        window = SweepWindow(self._show_found, self.context.window)
+        self.first, self.second = RangeBox("Parameter"), RangeBox("Second parameter", optional=True)
+        self.criterion = CriterionBox()
+        self.curve, self.grid = ErrorCurve(), PointCells("Error against both values")
+        self.pictures = PointCells("Pictures of the values")
+        for shown in (self.curve, self.grid, self.pictures):
+            shown.taken.connect(self.apply)
+        splitter = QSplitter(Qt.Orientation.Horizontal)
+        hint = PlainLabel(_HINT, alignment=Qt.AlignmentFlag.AlignCenter, enabled=False)
+        self._outcomes = QStackedWidget()
+        self._outcomes.addWidget(hint)
+        self._outcomes.addWidget(self._right_side())
+        splitter.addWidget(self._left_side())
+        splitter.addWidget(self._outcomes)
+        splitter.setStretchFactor(1, 1)
+        splitter.setSizes([_LEFT, _SIZE.width() - _LEFT])
+        splitter.setChildrenCollapsible(False)
+        lay_out(QVBoxLayout(window), splitter)
+        for box in (self.first, self.second, self.criterion):
+            box.changed.connect(lambda: self._describe(edited=True))
+        return window
+
+    def _left_side(self) -> QWidget:
+        self.start_button = QPushButton("&Sweep", default=True)
+        self.start_button.setToolTip("Complete the frame with every value and compare the errors")
+        self.start_button.clicked.connect(lambda _: self.start())
+        self.state = Message(lines=2)
+        self.apply_button = QPushButton("&Apply best", autoDefault=False)
+        self.apply_button.setToolTip("Apply the value with the smallest error; undo it with Ctrl+Z in the main window")
+        self.apply_button.setEnabled(False)
+        self.apply_button.clicked.connect(lambda _: self._apply_best())
+        content = QWidget()
+        settings = self.first, self.second, self.criterion, self.start_button
+        below = self.work, self.state, self.apply_button, None
+        lay_out(QVBoxLayout(content), *settings, *below, margins=(10, 10, 8, 10), spacing=8)
+        area = QScrollArea()
+        area.setWidget(content)
+        area.setWidgetResizable(True)
+        area.setFrameShape(QScrollArea.Shape.NoFrame)
+        area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        area.setMinimumWidth(content.minimumSizeHint().width() + area.verticalScrollBar().sizeHint().width())
+        return area
+
+    def _right_side(self) -> QWidget:
+        self.content = QComboBox()
+        self.content.setToolTip("Content of the pictures, all in one colour scale")
+        self.content.addItems(["Depth", "Difference"])
+        self.content.activated.connect(lambda _: self._show_found())
+        self.low, self.bar, self.high = PlainLabel(), PlainLabel(), PlainLabel()
+        self.bar.setAccessibleName("Colours of the pictures")
+        self.bar.setFixedSize(180, self.bar.fontMetrics().height())
+        head = lay_out(
+            QHBoxLayout(),
+            label_of("&Pictures of", self.content),
+            self.content,
+            None,
+            self.low,
+            self.bar,
+            self.high,
+            margins=(8, 4, 8, 0),
+        )
+        below = QWidget()
+        lay_out(QVBoxLayout(below), head, self.pictures, spacing=2, stretched=self.pictures)
+        self._names = PlainLabel(alignment=Qt.AlignmentFlag.AlignCenter)
+        both = QWidget()
+        lay_out(QVBoxLayout(both), self._names, self.grid, margins=(8, 4, 8, 4), stretched=self.grid)
+        self._charts = QStackedWidget()
+        self._charts.addWidget(self.curve)
+        self._charts.addWidget(both)
+        splitter = QSplitter(Qt.Orientation.Vertical)
+        splitter.addWidget(self._charts)
+        splitter.addWidget(below)
+        splitter.setSizes([260, 400])
+        splitter.setChildrenCollapsible(False)
+        return splitter
+
+    # settings of the sweep
 
     def open(self, name: str = "") -> None:
-        """Open the window, with a parameter if one is given."""
-        if self.context.workspace.has_current:
-            self.window_.open_with(name)
-
-    def pending_work(self) -> list[PendingWork]:
-        """The sweep in progress, if any."""
-        found = self.window_.found
-        if found is None or not self.window_.busy:
-            return []
-        return [PendingWork(f"a sweep of {found.document.name}", found.document)]
+        """Open the window, with a parameter unless it is ""."""
+        if not self._workspace.has_current:
+            return
+        self.widget.show()
+        self.widget.raise_()
+        self.widget.activateWindow()
+        self._show_frame()
+        if name and not self.busy:
+            if self._filter.for_selected:
+                self.criterion.blocks.setCurrentIndex(1)
+                self._show_frame()
+            self.second.setChecked(False)
+            self.first.choose(name)
 
     def show_menu(self, name: str, place: QPoint) -> None:
         """Show the context menu of a parameter of the filter form."""
@@ -37,7 +190,265 @@ class SweepFeature(Feature):
         menu = QMenu(self.context.window)
         action = menu.addAction(f"Sweep {declaration.label}…")
         action.setToolTip("Test many values and find the best")
-        action.setEnabled(can_be_swept(declaration) and self.context.workspace.has_current)
+        action.setEnabled(can_be_swept(declaration) and self._workspace.has_current)
         action.triggered.connect(lambda _=False: self.open(name))
         menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         menu.popup(place)
+
+    def pending_work(self) -> list[PendingWork]:
+        """The sweep in progress, if any."""
+        if self.found is None or not self.busy:
+            return []
+        return [PendingWork(f"a sweep of {self.found.document.name}", self.found.document)]
+
+    def _boxes(self) -> list[RangeBox]:
+        return [self.first, *([self.second] if self.second.isChecked() else [])]
+
+    def _variation(self) -> dict[str, tuple[Value, ...]]:
+        """Name -> values to test; raises ParameterError with a message for invalid ranges."""
+        return {box.declaration.name: box.values() for box in self._boxes()}
+
+    def _follow_frames(self) -> None:
+        if self.found is not None and self.found.document not in self._workspace.open:
+            self._drop()
+
+    def refresh(self, parts: Part) -> None:
+        self._show_frame()
+
+    def _show_frame(self) -> None:
+        """Show the current values of the frame or its selected block, and what can be swept."""
+        workspace = self._workspace
+        if not workspace.has_current:
+            return
+        document, chosen = workspace.current, workspace.chosen
+        for_selected = bool(chosen) and self.criterion.for_selected
+        parameters = document.parameters_of(chosen) if for_selected else workspace.parameters.current
+        self.first.set_parameters(parameters)
+        self.second.set_parameters(parameters)
+        self.criterion.set_frame(document.frame.ground_truth is not None, document.info(chosen).name if chosen else "")
+        self._describe()
+        self._show_found()
+
+    def _describe(self, edited: bool = False) -> None:
+        """Show why the settings are invalid; or the result of the last sweep or, if `edited`, the size of the next."""
+        if self.busy:
+            return
+        self.start_button.setEnabled(False)
+        try:
+            values = self._variation()
+        except IlfError as error:
+            self.state.show_message(str(error), "error")
+            return
+        if self.second.isChecked() and self.first.declaration.name == self.second.declaration.name:
+            self.state.show_message("Select two different parameters, or switch the second one off.", "error")
+            return
+        self.start_button.setEnabled(True)
+        count = math.prod(len(one) for one in values.values())
+        test = self.criterion.test()
+        runs = count * (1 if test is None else len(test.seeds) + 1)
+        outcome = "" if edited else self._outcome()
+        self.state.show_message(outcome or f"{counted(count, 'value')}, {counted(runs, 'run')}.")
+
+    # the sweep
+
+    def start(self) -> None:
+        """Start a sweep with the settings."""
+        workspace = self._workspace
+        if self.busy or not workspace.has_current:
+            return
+        document = workspace.current
+        label = workspace.chosen if self.criterion.for_selected else 0
+        run = document.run(workspace.parameters.current)
+        try:
+            sweep = Sweep(run, self._variation(), criterion=self.criterion.test(), only=[label] if label else None)
+        except IlfError as error:
+            self.state.show_message(str(error), "error")
+            return
+        self.found = SweepState(document, sweep, label)
+        self._lay_out(self.found)
+        self.ask(self.found)
+        self.state.show_message("Running the first values…")
+        self._set_busy(True)
+        self._show_found()
+
+    def apply(self, number: int) -> None:
+        """Apply the values of a point to all blocks, or to the only block swept."""
+        found, workspace = self.found, self._workspace
+        if found is None:
+            return
+        workspace.show(found.document)
+        if found.label and found.label not in found.document.counts():
+            self.state.show_message("The swept block no longer exists.", "warning")
+            return
+        self._filter.set_values(found.values(number), found.label)
+        where = found.document.info(found.label).name if found.label else "all blocks"
+        text = f"{found.text_of(number)} applied to {where}."
+        if found.document.changed_blocks() and self.context.runs.state is RunState.IDLE:
+            self.context.notes.offer(text, self.context.actions["run"])
+        else:
+            self.context.notes.show_message(text)
+
+    def _apply_best(self) -> None:
+        if self.found is not None and self.found.best is not None:
+            self.apply(self.found.best)
+
+    def _take_arrived(self) -> None:
+        if self.found is not None and self.found.take_arrived():
+            self._show_found()
+            self.state.show_message(self._outcome())
+
+    compute = staticmethod(SweepState.compute)
+
+    def take(self, request: SweepState, answer: SweepResult) -> None:
+        request.take_arrived()
+        request.finish(answer)
+        self.state.show_message(self._outcome())
+
+    def fail(self, request: SweepState, error: Exception) -> None:
+        if isinstance(error, IlfError):
+            self.state.show_message(str(error), "error")
+        else:
+            self.context.notes.report("The sweep stopped", error)
+
+    def _end(self) -> None:
+        self._set_busy(False)
+        self._show_found()
+
+    def _drop(self) -> None:
+        """Stop the sweep of a frame that was closed, and clear its results."""
+        self.cancel()
+        self.found = None
+        self._outcomes.setCurrentIndex(0)
+        self.pictures.show_cells(())
+        self.apply_button.setEnabled(False)
+        self._describe()
+
+    def _set_busy(self, busy: bool) -> None:
+        for widget in (self.first, self.second, self.criterion, self.start_button):
+            widget.setEnabled(not busy)
+
+    # results
+
+    def _lay_out(self, found: SweepState) -> None:
+        """Make room for the results of a sweep."""
+        self._outcomes.setCurrentIndex(1)
+        self._icons.clear()
+        values = [sorted(float(value) for value in values) for values in found.sweep.values.values()]
+        names = [_with_unit(box) for box in self._boxes()]
+        self._charts.setCurrentIndex(len(names) - 1)
+        heads = None
+        if len(names) == 1:
+            self.curve.set_scale(names[0], values[0], self.first.logarithmic)
+        else:
+            heads = [f"{value:g}" for value in values[0]], [f"{value:g}" for value in values[1]]
+            self._names.setText(f"RMSE in mm: {names[0]} to the right, {names[1]} upwards")
+            self.grid.arrange(heads)
+        self.pictures.arrange(heads, found.picture_size)
+        name = "Error" if found.document.frame.ground_truth is not None else "Difference to the result"
+        self.content.setItemText(_DIFFERENCE, name)
+        self.content.setEnabled(found.has_differences)
+        if not found.has_differences:
+            self.content.setCurrentIndex(_DEPTH)
+
+    def _show_found(self) -> None:
+        """Draw the results so far."""
+        found = self.found
+        if found is None:
+            return
+        numbers = range(len(found.points))
+        differences = self.content.currentIndex() == _DIFFERENCE
+        colour_map = self.context.views.ranges.depth_map
+        pictures, scale = found.pictures(differences, colour_map, theme.is_dark(self.widget.palette()))
+        self._show_scale(scale, "mm" if differences else "m")
+        self.pictures.show_cells([self._picture_cell(found, number, pictures.get(number), scale) for number in numbers])
+        if len(found.sweep.values) == 1:
+            self.curve.set_points(list(found.errors), list(found.errors.values()), found.marked)
+            self.curve.set_present(float(next(iter(found.present_values.values()))))
+        else:
+            colours = _error_colours([found.errors.get(number, math.nan) for number in numbers])
+            self.grid.show_cells([self._error_cell(found, *numbered) for numbered in enumerate(colours)])
+        self.apply_button.setEnabled(found.best is not None and found.best != found.present)
+
+    def _show_scale(self, scale: Scale, unit: str) -> None:
+        self.low.setText(_short(scale.low))
+        self.high.setText(f"{_short(scale.high)} {unit}")
+        colours = rgb_image(np.ascontiguousarray(scale.table[None, 1:, :3]))
+        self.bar.setPixmap(QPixmap.fromImage(colours.scaled(self.bar.size())))
+        self.bar.setToolTip(f"From {_short(scale.low)} to {_short(scale.high)} {unit}; black: missing")
+
+    def _picture_cell(self, found: SweepState, number: int, picture: Picture | None, scale: Scale) -> Cell:
+        coverage = found.coverage.get(number, 1.0)
+        error = _millimetres(found.errors.get(number))
+        text = error if coverage > _FULL_COVERAGE else f"{error}, fills {coverage:.0%}"
+        best, present = number in found.marked, number == found.present
+        marks = ["best" if found.ties is None else "equal"] * best + ["current"] * present
+        hint = f"{', '.join([found.caption_of(number), text, *marks])}. Click to apply."
+        text += f" ({', '.join(marks)})" if marks else ""
+        return Cell(f"{found.caption_of(number)}\n{text}", hint, best, present, self._icon(number, picture, scale))
+
+    def _icon(self, number: int, picture: Picture | None, scale: Scale) -> QIcon:
+        """The picture of a point, made once for a colour scale; an empty one until there is a result."""
+        size = self.pictures.iconSize() * 2  # for screens of twice the resolution
+        if picture is None:
+            blank = QPixmap(size)
+            blank.fill(theme.colours(self.widget.palette()).panel)
+            return QIcon(blank)
+        known = self._icons.get(number)
+        if known is not None and known[0] is picture and known[1][0] is scale[0] and known[1][1:] == scale[1:]:
+            return known[2]
+        image = rgb_image(scale.table[to_indices(picture, scale.low, scale.high)][..., :3])
+        smooth = Qt.TransformationMode.SmoothTransformation
+        icon = QIcon(QPixmap.fromImage(image.scaled(size, Qt.AspectRatioMode.KeepAspectRatio, smooth)))
+        self._icons[number] = picture, scale, icon
+        return icon
+
+    def _error_cell(self, found: SweepState, number: int, colour: QColor | None) -> Cell:
+        error = found.errors.get(number, math.nan)
+        known = math.isfinite(error)
+        rmse = f"{1000 * error:.4g} mm. Click to apply." if known else "no error yet."
+        hint, text = f"{found.text_of(number)}: {rmse}", f"{1000 * error:.3g}" if known else ""
+        return Cell(text, hint, number in found.marked, number == found.present, colour=colour)
+
+    def _outcome(self) -> str:
+        found = self.found
+        best = None if found is None else found.best
+        if found is None or best is None:
+            return "Nothing could be evaluated." if found is not None and found.errors else ""
+        where = found.document.info(found.label).name if found.label else "all blocks"
+        over = "over the pixels that all values filled" if found.is_over_all else "so far"
+        if found.ties is not None:
+            text = f"{found.text_of_several(found.ties.equal)} are equal within {millimetres(found.ties.within)} mm"
+            text += ", the current value among them" * (found.present in found.ties.equal)
+        else:
+            text = f"best at {found.text_of(best)}, {_millimetres(found.errors[best])}"
+        if found.present in found.errors and found.present not in found.marked:
+            text += f" (current: {_millimetres(found.errors[found.present])})"
+        left_out = "" if found.sweep.criterion is None else untrusted_note(found.document.frame)
+        return f"{found.document.name}, {where}: {text}, {over}. {left_out}".rstrip()
+
+
+def _error_colours(errors: Sequence[float]) -> list[QColor | None]:
+    """Colours of errors on a logarithmic scale from the smallest to the largest; None without an error."""
+    logs = np.log(np.maximum(errors, 1e-6))
+    if not np.isfinite(logs).any():
+        return [None] * len(errors)
+    low, high = np.nanmin(logs), np.nanmax(logs)
+    table = error_table()
+    shares = (logs - low) / (high - low) if high > low else np.where(np.isfinite(logs), 0.0, np.nan)
+    places = [None if math.isnan(share) else 1 + round(254 * share) for share in shares]
+    return [None if place is None else QColor(*table[place, :3].tolist()) for place in places]
+
+
+def _with_unit(box: RangeBox) -> str:
+    declaration = box.declaration
+    return f"{declaration.label} [{declaration.unit}]" if declaration.unit else declaration.label
+
+
+def _millimetres(error: float | None) -> str:
+    if error is None:
+        return "…"
+    return f"{millimetres(error)} mm" if math.isfinite(error) else "not evaluated"
+
+
+def _short(value: float) -> str:
+    return f"{value:.0f}" if abs(value) >= 100 else f"{value:.3g}"

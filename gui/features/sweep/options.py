@@ -6,7 +6,6 @@ from PySide6.QtCore import QLocale, QSignalBlocker, Signal
 from PySide6.QtWidgets import (
     QComboBox,
     QDoubleSpinBox,
-    QFormLayout,
     QGridLayout,
     QGroupBox,
     QSizePolicy,
@@ -19,7 +18,7 @@ from ilf.data.parameters import Parameters
 from ilf.evaluation.hold_out import HOLD_OUT_PATTERNS, HoldOutTest
 from ilf.evaluation.sweep import MAX_STEPS, MIN_STEPS, can_be_swept, spread, suggested_range
 
-from ...widgets.basics import label_of
+from ...widgets.basics import form, label_of
 
 DEFAULT_STEPS, DEFAULT_STEPS_OF_TWO = 7, 4
 GROUND_TRUTH = "ground_truth"
@@ -159,13 +158,7 @@ class CriterionBox(QWidget):
         self.blocks = QComboBox()
         self.blocks.addItems(["All blocks", "Selected block"])
         self.blocks.setToolTip("Blocks to sweep and evaluate; an applied value is set for the same blocks")
-        form = QFormLayout(self)
-        form.setContentsMargins(0, 0, 0, 0)
-        form.setFieldGrowthPolicy(QFormLayout.FieldGrowthPolicy.AllNonFixedFieldsGrow)
-        form.addRow("&Criterion", self.kind)
-        form.addRow("S&eeds", self.seeds)
-        form.addRow("&Blocks", self.blocks)
-        self._form = form
+        self._form = form(("&Criterion", self.kind), ("S&eeds", self.seeds), ("&Blocks", self.blocks), parent=self)
         self._touched = False
         self._fill(False)
         self.kind.activated.connect(lambda _: self._take())

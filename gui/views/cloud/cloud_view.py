@@ -17,7 +17,7 @@ from PySide6.QtGui import (
 from PySide6.QtWidgets import QHBoxLayout, QMenu, QSlider, QToolBar, QToolButton, QVBoxLayout, QWidget
 
 from ...base import theme
-from ...widgets.basics import PlainLabel, Themed
+from ...widgets.basics import PlainLabel, Themed, lay_out
 from ..title_strip import TitleStrip
 from .canvas import EMPTY_TEXT, CloudCanvas
 from .colouring import ColourBy
@@ -191,12 +191,9 @@ class CloudView(Themed, QWidget):
         self.clip.changed.connect(self.canvas.set_depths)
         self.bar = self.strip.bar
         self._icons: list[tuple[QAction | QToolButton, str]] = []
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(0, 0, 0, 0)
-        layout.setSpacing(0)
-        for widget in (self._make_bar(), self.strip, self.clip):
-            layout.addWidget(widget)
-        layout.addWidget(self.canvas, 1)
+        lay_out(
+            QVBoxLayout(self), self._make_bar(), self.strip, self.clip, self.canvas, spacing=0, stretched=self.canvas
+        )
         self.set_message()
         self._apply_theme()
 

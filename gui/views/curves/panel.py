@@ -14,7 +14,7 @@ from PySide6.QtWidgets import QBoxLayout, QHBoxLayout, QStackedWidget, QToolButt
 from ilf.data.results import IterationRecord
 
 from ...base import theme
-from ...widgets.basics import PlainLabel, Themed
+from ...widgets.basics import PlainLabel, Themed, lay_out
 from .axes import LengthAxis, SumAxis
 from .criterion import CriterionLines
 from .curve import FLOOR, Columns, Curve, legible, readout_columns, readout_texts
@@ -89,16 +89,10 @@ class CurvesPanel(Themed, QWidget):
         self._pages = QStackedWidget()
         self._pages.addWidget(self._hint)
         self._pages.addWidget(body)
-        below = QHBoxLayout()
-        below.setContentsMargins(0, 0, 6, 0)
-        below.setSpacing(2)
-        below.addWidget(self.scrub_bar, 1)
-        below.addWidget(self._time_button)
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(0, 0, 0, 0)
-        layout.setSpacing(0)
-        layout.addWidget(self._pages, 1)
-        layout.addLayout(below)
+        below = lay_out(
+            QHBoxLayout(), self.scrub_bar, self._time_button, margins=(0, 0, 6, 0), spacing=2, stretched=self.scrub_bar
+        )
+        lay_out(QVBoxLayout(self), self._pages, below, spacing=0, stretched=self._pages)
         self.setMinimumSize(260, 120)
         self._show_axis()
 

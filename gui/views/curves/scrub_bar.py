@@ -7,7 +7,7 @@ from PySide6.QtGui import QFont, QKeyEvent
 from PySide6.QtWidgets import QHBoxLayout, QSlider, QToolButton, QWidget
 
 from ...base import theme
-from ...widgets.basics import PlainLabel, Themed
+from ...widgets.basics import PlainLabel, Themed, lay_out
 
 
 class ScrubBar(Themed, QWidget):
@@ -34,12 +34,15 @@ class ScrubBar(Themed, QWidget):
         self._end.setAccessibleName("Go to the last iteration")
         self._end.setToolTip("Go to the last iteration, the current depth (Esc or End)")
         self._end.clicked.connect(self.go_to_end)
-        layout = QHBoxLayout(self)
-        layout.setContentsMargins(8, 0, 0, 2)
-        layout.setSpacing(4)
-        layout.addWidget(self._slider, 1)
-        layout.addWidget(self._text)
-        layout.addWidget(self._end)
+        lay_out(
+            QHBoxLayout(self),
+            self._slider,
+            self._text,
+            self._end,
+            margins=(8, 0, 0, 2),
+            spacing=4,
+            stretched=self._slider,
+        )
         self.set_range(0)
         self._take_theme()
 

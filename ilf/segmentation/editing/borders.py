@@ -6,7 +6,7 @@ the swept areas. Pixels enclosed an odd number of times go to the other block, s
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -222,8 +222,8 @@ _CLOSES = 0.1
 """Maximum distance of a line's ends for it to be closed, as a fraction of its length."""
 
 _REACH, _REACH_SHARE = 16.0, 0.25
-"""Maximum distance of a line's ends from the border to redraw: pixels, or a fraction of its length if larger; twice
-that where both blocks end."""
+"""Maximum distance of a line's ends from the border to redraw: pixels, or a fraction of its length if larger; where
+both blocks end, twice the pixels or the length."""
 
 _AT_OUTLINE = 6.0
 """Maximum distance [px] of a line's end from another block or the frame's rim to be connected to it."""
@@ -232,7 +232,10 @@ _AROUND, _NEAR_END = 3.0, 4.0
 """Maximum distance from there to the border along the outline: a multiple of the straight distance, plus pixels."""
 
 _OFF_PAIR = 25.0
-"""Penalty for a line that runs through other blocks when the pair is selected, in pixels off the border."""
+"""Penalty for a line that runs through other blocks than the pair, in changed pixels per pixel of the line."""
+
+_REPLACED = 2.0
+"""Changed pixels that are made up for by one pixel of border that the line replaces."""
 
 _ALONG_BORDER, _ALONG_OUTLINE = 0.05, 1.0
 """Cost of a path per pixel along the border of the pair, and along its outline to others."""
@@ -241,8 +244,9 @@ _ALONG_BORDER, _ALONG_OUTLINE = 0.05, 1.0
 def redraw_border(labels: Labels, points: Points, locked: Collection[int] = ()) -> LabelPatch | None:
     """Move a section of the border between two blocks to a drawn line.
 
-    Only the areas between the line and the old border go to the other block, and parts that this cuts off from their
-    block. No area goes to a block that it touches only at a point.
+    Of the borders within reach it is that where the fewest pixels change their block. Only the areas between the line
+    and the old border go to the other block, and parts that this cuts off from their block. No area goes to a block
+    that it touches only at a point.
 
     Parameters
     ----------
@@ -309,12 +313,24 @@ def _padded(labels: Labels, box: tuple[slice, slice]) -> Labels:
 
 
 def _redrawn(labels: Labels, line: NDArray[np.float64], length: float, locked: Collection[int]) -> Labels | None:
+    """The labels after a line, between the pair of blocks where it changes least."""
     cracks = find_cracks(labels)
     cracks = cracks[(cracks.sides[:, 0] != _BEYOND_CROP) & ((cracks.sides >= 0).any(axis=1))]
     under = _labels_under(labels, line)
-    pair = _pair(cracks, line, under, length)
-    if pair is None or set(pair) & set(locked):
-        return None
+    best, least, chosen = None, np.inf, (0, 0)
+    for pair, off_pair in _pairs(cracks, line, under, length):
+        after = _redrawn_between(labels, cracks, pair, line, under)
+        if after is not None and not np.array_equal(after, labels):
+            cost = _change(labels, after) / length + off_pair
+            if cost < least:
+                best, least, chosen = after, cost, pair
+    return None if set(chosen) & set(locked) else best
+
+
+def _redrawn_between(
+    labels: Labels, cracks: Cracks, pair: tuple[int, int], line: NDArray[np.float64], under: NDArray[np.int32]
+) -> Labels | None:
+    """The labels after a line moves the border between a pair of blocks."""
     inside = np.flatnonzero(np.isin(under, pair))
     line = line[inside[0] : inside[-1] + 1]
     cracks = _in_one_piece(cracks[np.isin(cracks.sides, pair).any(axis=1)], pair, line)
@@ -334,17 +350,25 @@ def _redrawn(labels: Labels, line: NDArray[np.float64], length: float, locked: C
     return None if best is None else _without_fragments(labels, _undo_without_border(labels, best, pair), pair)
 
 
+def _change(before: Labels, after: Labels) -> float:
+    """How much a line changes [px]: the least is meant, and of about equal changes that which replaces most border."""
+    gone = sum(
+        np.count_nonzero((before[one] != before[other]) & (after[one] == after[other]))
+        for one, other in ((np.s_[1:], np.s_[:-1]), (np.s_[:, 1:], np.s_[:, :-1]))
+    )
+    return np.count_nonzero(before != after) - _REPLACED * gone
+
+
 def _labels_under(labels: Labels, line: NDArray[np.float64]) -> NDArray[np.int32]:
     column, row = np.floor(line).astype(np.intp).T
     held = (row >= 0) & (row < labels.shape[0]) & (column >= 0) & (column < labels.shape[1])
     return np.where(held, labels[np.where(held, row, 0), np.where(held, column, 0)], OFF_FRAME)
 
 
-def _pair(cracks: Cracks, line: NDArray[np.float64], under: NDArray[np.int32], length: float) -> tuple[int, int] | None:
-    """The two labels along whose border the line runs, with both ends near it; None if there are none."""
-    reach = max(_REACH, _REACH_SHARE * length)
-    sparse = np.unique(np.append(np.arange(0, len(line), 4), len(line) - 1))
-    best, least = None, np.inf
+def _pairs(
+    cracks: Cracks, line: NDArray[np.float64], under: NDArray[np.int32], length: float
+) -> Iterator[tuple[tuple[int, int], float]]:
+    """The pairs of labels along whose border the line may run, with both ends near it, and their penalties."""
     borders = cracks[(cracks.sides[:, 0] >= 0)]
     pairs, owner = np.unique(borders.sides, axis=0, return_inverse=True)
     for number, pair in enumerate(pairs):
@@ -353,12 +377,14 @@ def _pair(cracks: Cracks, line: NDArray[np.float64], under: NDArray[np.int32], l
         inside = np.flatnonzero(np.isin(under, pair))
         if inside.size < len(line) / 2:
             continue
-        distance = np.asarray(cKDTree(borders.middle[owner.ravel() == number]).query(line[sparse])[0])
-        ends = [(line[inside[k]], distance[np.searchsorted(sparse, inside[k])]) for k in (0, -1)]
-        cost = float(np.mean(distance)) + sum(off for _, off in ends) + _OFF_PAIR * (1 - inside.size / len(line))
-        if cost < least and all(off <= reach * (1 + _at_outline(cracks, pair, end)) for end, off in ends):
-            best, least = (int(pair[0]), int(pair[1])), cost
-    return best
+        ends = line[inside[[0, -1]]]
+        off = np.asarray(cKDTree(borders.middle[owner.ravel() == number]).query(ends)[0])
+        reach = [
+            max(2 * _REACH, length) if _at_outline(cracks, pair, end) else max(_REACH, _REACH_SHARE * length)
+            for end in ends
+        ]
+        if (off <= reach).all():
+            yield (int(pair[0]), int(pair[1])), _OFF_PAIR * (1 - inside.size / (inside[-1] - inside[0] + 1))
 
 
 def _at_outline(cracks: Cracks, pair: NDArray[np.int32], point: NDArray[np.float64]) -> bool:

@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from PySide6.QtCore import QPoint, QPointF, Qt
-from PySide6.QtGui import QContextMenuEvent, QPainterPath, QWheelEvent
+from PySide6.QtGui import QBrush, QContextMenuEvent, QPainterPath, QWheelEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
@@ -629,6 +629,19 @@ def test_a_colour_bar_is_outside_the_picture_and_has_three_ticks_at_least(views,
     assert len(set(texts)) == len(texts)
     places = [cell.bar._label(*tick) for tick in cell.bar.ticks]
     assert all(left.right() < right.left() for left, right in pairwise(places))
+
+
+def test_the_legend_has_words_only_and_as_many_as_have_room(views):
+    strip = views.cells["depth-out"].strip
+    legend = [(QBrush(), text) for text in ("unsupported", "measured", "missing")]
+    strip.set_legend(legend)
+    shown = [[text for _, text in strip.legend_in(room)] for room in range(0, 400, 10)]
+    words = [text for _, text in legend]
+    assert shown[0] == []
+    assert shown[-1] == words
+    assert all(some == words[: len(some)] for some in shown), "from the left"
+    assert {len(some) for some in shown} == {0, 1, 2, 3}
+    assert all(word in strip.toolTip() for word in words)
 
 
 def test_handles_have_one_size_on_the_screen_and_never_hide_their_outline(views):

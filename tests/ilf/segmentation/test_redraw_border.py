@@ -146,6 +146,32 @@ def test_nothing_goes_to_a_block_that_it_touches_at_a_point(
             assert contact >= min(3, len(rows) ** 0.5 / 4)
 
 
+def _on_a_table(start: int) -> np.ndarray:
+    """A can (2), which reaches over half of the bowl below it (3), on a table (1)."""
+    labels = np.ones((90, 100), np.int32)
+    labels[10:start, 40:64] = 2
+    labels[start:70, 40:64] = 3
+    return labels
+
+
+@pytest.mark.parametrize(
+    ("row", "wanted"), [(46, 2), (49, 2), (56, 1), (64, 1)], ids=["near the can", "half", "nearer the table", "rim"]
+)
+def test_a_line_across_a_block_moves_the_border_that_is_nearer(row: int, wanted: int) -> None:
+    before = _on_a_table(40)
+    after = _redrawn(before, [(39.0, float(row)), (65.0, float(row))])
+    moved = before.copy()
+    moved[(slice(40, row) if wanted == 2 else slice(row, 70)), 40:64] = wanted
+    assert np.array_equal(after, moved)
+
+
+def test_a_part_beside_a_block_and_a_table_goes_to_that_with_the_longer_border() -> None:
+    before = _on_a_table(40)
+    before[40:62, 50:64] = 2
+    after = _redrawn(before, [(39.5, 40.0), (64.5, 40.0)])
+    assert np.array_equal(after, _on_a_table(40))
+
+
 def test_locked_blocks_keep_their_border() -> None:
     for locked in ((1,), (2,)):
         assert redraw_border(_halves(40), [(30.0, -1.0), (30.0, 61.0)], locked) is None
