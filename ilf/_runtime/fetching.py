@@ -27,7 +27,7 @@ _BLOCK = 2**18
 _TRIES = 4
 """Number of connections, where they are cut."""
 
-_ROUNDED = 0.01
+ROUNDED = 0.01
 """Relative difference up to which a size is a rounded one of the file."""
 
 _REASONS = {
@@ -140,7 +140,7 @@ def _receive(address: str, part: Path, size: int, sha256: str | None, progress: 
             )
         if address.startswith("https:") and not answer.url.startswith("https:"):
             raise InputError(f"{address}: the server leads to an address without encryption, which is not opened.")
-        tolerance = 0 if sha256 else _ROUNDED * size
+        tolerance = 0 if sha256 else ROUNDED * size
         if abs(whole - size) > tolerance:
             raise InputError(f"{address}: the file has {whole} bytes instead of {size}, so it is another one.")
         entity = answer.headers.get("ETag", "")

@@ -19,6 +19,7 @@ from ..batch.frames import BatchFrame, frames_of_sources, shard_of, slice_frames
 from ..batch.pictures import write_contact_sheet, write_video
 from ..batch.settings import BatchSettings
 from ..io.frame_additions import guide_network
+from ..io.guide_models import is_guide_name
 from ..sources.source import Source
 from .batch_summary import BatchSummary
 from .options import add_export_options, export_options
@@ -96,9 +97,9 @@ def add_arguments(parser: Parser) -> None:
     beside = parser.add_argument_group("guides and ground truth: folders with one file per frame, named as the frame")
     beside.add_argument(
         "--guide",
-        metavar="DIR",
-        help="depth or inverse depth from another source, or an ONNX network that predicts it (default: guide.* of a "
-        "frame)",
+        metavar="DIR|FILE|NAME",
+        help="depth or inverse depth from another source; or one network that predicts it, an ONNX file or a name of "
+        "`ilf models list` (default: guide.* of a frame)",
     )
     beside.add_argument(
         "--ground-truth", metavar="DIR", help="depth to evaluate the results against (default: gt.* of a frame)"
@@ -226,7 +227,7 @@ def _frames(arguments: argparse.Namespace) -> list[BatchFrame]:
     )
     for kind, folder in (("guide", arguments.guide), ("ground_truth", arguments.ground_truth)):
         if kind == "guide" and folder is not None and not os.path.isdir(folder) and guide_network(folder):
-            path = str(Path(folder).absolute())
+            path = folder if is_guide_name(folder) else str(Path(folder).absolute())
             frames = [replace(frame, source=frame.source.with_options(**{kind: path})) for frame in frames]
         elif folder is not None:
             frames = with_companion_files(frames, kind, folder)

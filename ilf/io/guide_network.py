@@ -80,7 +80,7 @@ class GuideNetwork(OnnxNetwork):
         if card.output and card.output not in self._session.outputs:
             known = ", ".join(self._session.outputs)
             raise FormatError(f"{self.path.name} has no output {card.output}, only {known}. Correct its card.")
-        mean, deviation = (np.float32(of_rgb).reshape(3, 1, 1) for of_rgb in (card.mean, card.deviation))
+        mean, deviation = (np.array(of_rgb, np.float32).reshape(3, 1, 1) for of_rgb in (card.mean, card.deviation))
         outputs = self._forward({"": (as_input(image) - mean) / deviation})
         output = outputs[self._session.outputs.index(card.output) if card.output else 0]
         if output.ndim < 2 or output.size != output.shape[-2] * output.shape[-1] or min(output.shape[-2:]) < 2:

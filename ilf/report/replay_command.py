@@ -36,7 +36,7 @@ def replay_text(run: Run) -> tuple[str, str]:
     if inputs.intrinsics is not None:
         words += ["--intrinsics", ",".join(f"{number:.9g}" for number in inputs.intrinsics)]
     if frame.guide is not None and frame.guide.path is not None:
-        words += ["--guide", frame.guide.path]
+        words += ["--guide", frame.guide.path if frame.guide.network is None else frame.guide.network.name]
     words += ["--preset", nearest.preset, *_flags(run.parameters, nearest.differs)]
     words += _flags(blocks.extraction, blocks.extraction.differences_from(BlockParameters()), "blocks-")
     words += ["--extrapolate"] * run.extrapolate

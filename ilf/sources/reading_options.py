@@ -18,6 +18,7 @@ from ..errors import ParameterError
 from ..io.cameras import IntrinsicsSpec
 from ..io.encodings import ENCODING_DESCRIPTIONS, EncodingSpec, single_encoding
 from ..io.frame_additions import checked_min_confidence
+from ..io.guide_models import is_guide_name
 from .times import MAX_TIME_GAP_S
 
 
@@ -167,10 +168,11 @@ class ReadingOptions:
         metadata=_declared(
             label="guide",
             flag="--guide",
-            metavar="FILE",
+            metavar="FILE|NAME",
             help="depth or inverse depth of the frame from another source (monocular network, other sensor), in any "
-            "unit: 8- or 16-bit PNG, TIFF, NPY or NPZ; 0 and NaN are ignored. Or an ONNX network that predicts it from "
-            "colour. It is used if hidden depth is better with it (default: guide.* in the frame's folder)",
+            "unit: 8- or 16-bit PNG, TIFF, NPY or NPZ; 0 and NaN are ignored. Or a network that predicts it from "
+            "colour: an ONNX file, or a name of `ilf models list` where there is no such file. It is used if hidden "
+            "depth is better with it (default: guide.* in the frame's folder)",
             is_path=True,
             one_frame=True,
         ),
@@ -222,7 +224,10 @@ class ReadingOptions:
     @property
     def paths(self) -> dict[str, str]:
         """The files that are given, by the option's name."""
-        return {name: value for name, value in self.given.items() if OPTIONS[name].is_path and isinstance(value, str)}
+        paths = {name: value for name, value in self.given.items() if OPTIONS[name].is_path and isinstance(value, str)}
+        if is_guide_name(paths.get("guide")):
+            del paths["guide"]
+        return paths
 
     @property
     def depth_encoding(self) -> EncodingSpec | None:

@@ -13,7 +13,7 @@ import ilf
 from ilf.data.blocks import BlockInfo, Blocks
 from ilf.data.by_hand import DepthByHand
 from ilf.data.frame import RGBDFrame
-from ilf.data.guide import Guide
+from ilf.data.guide import Guide, GuideCard
 from ilf.evaluation.hold_out import HoldOutTest
 from ilf.evaluation.quality.ignored import IgnoredPlace
 from ilf.project.frame_state import FrameState, InspectionState
@@ -53,6 +53,9 @@ def rich_state(frame: RGBDFrame, frame_id: str = "ab12") -> FrameState:
     stated[22:26, 12:60] = 1.75
     by_hand = DepthByHand(stated, 0.6)
     guide = Guide(np.linspace(0.5, 4, 4800).reshape(60, 80), np.full((60, 80), 0.5), "elsewhere.npy")
+    guide = dataclasses.replace(
+        guide, network=GuideCard("depth", "Somebody", "MIT", "metric", 12, sha256="0" * 64, size=518)
+    )
     quick = ilf.preset(**QUICK)
     paper = ilf.preset("paper", **QUICK)
     early = Run(frame, Blocks(former, own={1: {"stage_step": 1.0}}, notes=("First of all.",)), paper, only=(1,))

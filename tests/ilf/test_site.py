@@ -15,6 +15,7 @@ from ilf.cli import main
 
 from .phone_files import write_record3d
 from .test_readme import DOCS, thin
+from .tiny_onnx import node, write_network
 
 INSTRUCTIONS = {
     "start": (DOCS / "start.md").read_text(encoding="utf-8"),
@@ -38,12 +39,13 @@ def code(text: str) -> list[str]:
 @pytest.mark.parametrize("name", INSTRUCTIONS)
 @pytest.mark.timeout(300)
 def test_instructions_run_as_pasted(name, tmp_path, monkeypatch):
-    """In a folder with the sample, thinned to every fourth pixel, and a phone's scan."""
+    """In a folder with the sample, thinned to every fourth pixel, a phone's scan, and a network."""
     monkeypatch.chdir(tmp_path)
     matplotlib.use("agg")
     assert main(["sample", "room"]) == 0
     thin(Path("room"))
     write_record3d(Path("scan.r3d"))
+    write_network(Path("net.onnx"), [node("ReduceMean", ["image"], "strength", axes=[1], keepdims=1)])
     blocks = [block for block in code(INSTRUCTIONS[name]) if block]
     assert blocks
     names: dict[str, object] = {}

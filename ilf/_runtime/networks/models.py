@@ -74,7 +74,7 @@ def model_path(name: str) -> Path:
     if name not in names:
         raise InputError(
             f"There is no edge network {name!r} on this computer, only {', '.join(names)}. "
-            + " ".join(("Choose one of these, or import it: ilf models import FILE --name NAME.", *damaged_lists()))
+            + " ".join(("Choose one of these, or add it: ilf models add FILE --name NAME.", *damaged_lists()))
         )
     own = _own_path(name)
     if own.is_file() or name not in installed_models():

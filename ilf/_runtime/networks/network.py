@@ -34,6 +34,9 @@ TRIAL_S, _LONGEST_TRIAL_S = 30.0, 3600.0
 """Time limits of a trial with small images and with others [s]; after the first, the user is told that a network still
 runs."""
 
+_READ_BYTES_PER_S = 4_000_000
+"""Rate at which the slowest computers read a network for its trial."""
+
 _tried: set[str] = set()
 
 
@@ -152,7 +155,9 @@ class OnnxNetwork:
         """Load a network in a child, which it may crash, and run it on empty images of these shapes."""
         from ..children import MEMORY, run_in_child  # not before: few networks are tried
 
-        seconds, memory, doing = TRIAL_S, MEMORY, "running it"
+        # a large one takes its time to reach the child, and is there several times while it is read
+        seconds, memory = TRIAL_S + content.nbytes // _READ_BYTES_PER_S, MEMORY + 4 * content.nbytes
+        doing = "running it"
         for *_, height, width in shapes.values():
             seconds, memory = _LONGEST_TRIAL_S, int(memory_limit())
             doing = f"running it on an image of about {width} x {height} pixels"

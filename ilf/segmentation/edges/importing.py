@@ -277,7 +277,7 @@ def _check_lacks_sigmoid(content: NDArray[np.uint8], source: Path) -> None:
         EdgeNetwork.read(content, source)
     except OutputRangeError:
         return
-    raise InputError(f"The output of {source.name} is already within 0 to 1. Import it without --logits.")
+    raise InputError(f"The output of {source.name} is already within 0 to 1. Add it without --logits.")
 
 
 def _need_onnx() -> None:

@@ -229,7 +229,7 @@ def test_a_folder_that_cannot_be_looked_at_is_not_an_empty_one(tmp_path: Path, m
         "complete RGB FILE --out OUT", "complete RGB DEPTH --out OUT --guide FILE",
         "complete RGB DEPTH --out OUT --invalid-mask FILE",
         "complete RGB DEPTH --out OUT --intrinsics FILE", "complete --replay FILE --out OUT", "project info FILE",
-        "models import FILE", "batch --shards SHARDS --verify", "info SHARDS", "info bag",
+        "models add FILE", "batch --shards SHARDS --verify", "info SHARDS", "info bag",
     ],
 )  # fmt: skip
 def test_a_pipe_is_not_waited_for_and_a_device_not_read(tmp_path, monkeypatch, capsys, words: str, kind: str) -> None:

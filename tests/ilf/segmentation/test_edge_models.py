@@ -219,7 +219,7 @@ def test_what_is_no_edge_network_is_refused_and_leaves_nothing(tmp_path: Path, f
 
 
 def test_options_that_do_not_fit_the_file_are_refused(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="Import it without --logits"):
+    with pytest.raises(InputError, match="Add it without --logits"):
         add_model(write_weighted_sum(tmp_path / "net.onnx", SIGMOID), logits=True)
     with pytest.raises(InputError, match=r"leave them out for hed\.h5"):
         add_model(write_keras(tmp_path / "hed.h5", hed_weights(False)), inputs="imagenet")
@@ -261,19 +261,19 @@ def test_only_conversions_need_the_onnx_package(tmp_path: Path, monkeypatch: pyt
             refused()
 
 
-def test_the_command_imports_lists_and_removes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_command_adds_lists_and_removes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     source = write_weighted_sum(tmp_path / "net.onnx", gains=GAINS * 9)
-    assert main(["models", "import", str(source)]) == 1
+    assert main(["models", "add", str(source)]) == 1
     error = capsys.readouterr().err
     assert error.startswith("ilf: error: net.onnx")
     assert "--logits" in error
-    assert main(["models", "import", str(source), "--name", "mine", "--input", "imagenet", "--logits"]) == 0
-    assert capsys.readouterr().out == f"Imported mine: 0.0 MB, {models_folder() / 'mine.onnx'}\n"
+    assert main(["models", "add", str(source), "--name", "mine", "--input", "imagenet", "--logits"]) == 0
+    assert capsys.readouterr().out == f"Added mine: 0.0 MB, {models_folder() / 'mine.onnx'}\n"
     assert main(["models", "list"]) == 0
     rows = [re.split(" {2,}", line) for line in capsys.readouterr().out.splitlines()]
     assert [row[0] for row in rows[1:6]] == [BUNDLED, "mine", DEPTH_EDGES, CORRECTION, SPARSE_CORRECTION]
-    assert rows[1][2:] == ["bundled, contours", "MIT"]
-    assert rows[2][2:] == ["your own"]
+    assert rows[1][1:] == ["contours", "ILF Studio", "MIT", "4.2 MB", "bundled"]
+    assert rows[2][1:3] == ["contours", "your own"]
     assert rows[3][3] == "MIT"
     assert main(["models", "remove", "mine"]) == 0
     assert main(["models", "remove", "mine"]) == 1

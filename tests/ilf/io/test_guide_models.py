@@ -1,0 +1,420 @@
+"""Guide networks by name: fetched from a server that fails in every way, added from files, used, recorded."""
+
+from __future__ import annotations
+
+import errno
+import hashlib
+import json
+import threading
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+import pytest
+
+import ilf
+from ilf._runtime.cancellation import cancelled_by
+from ilf._runtime.networks.session import Session
+from ilf.cli import main
+from ilf.data.guide import GuideCard
+from ilf.errors import Cancelled, ExportError, FormatError, InputError
+from ilf.io import guide_models
+from ilf.io.guide_models import fetch_guide, guide_cards, guide_file, guides_folder
+from ilf.sources.reading_options import ReadingOptions
+
+from ..batch_frames import work_in_this_process
+from ..tiny_onnx import node, write_network
+from .test_guide_network import brightness, scene
+
+NAME = "small-depth"
+
+
+@dataclass
+class Hub:
+    """A server of one file, and how it fails."""
+
+    content: bytes
+    cuts: list[int] = field(default_factory=list)
+    """Bytes after which the next connections are cut."""
+    status: int = 200
+    headers: dict[str, str] = field(default_factory=lambda: {"ETag": '"one"'})
+    ranges: bool = True
+    states_length: bool = True
+    path: str = "/net.onnx"
+    asked: list[tuple[str, str | None]] = field(default_factory=list)
+    address: str = ""
+
+
+def _handler(hub: Hub) -> type[BaseHTTPRequestHandler]:
+    class Handler(BaseHTTPRequestHandler):
+        def log_message(self, *_: Any) -> None:
+            pass
+
+        def do_GET(self) -> None:
+            wanted = self.headers.get("Range")
+            hub.asked.append((self.path, wanted))
+            if hub.status in {301, 302, 307} and self.path == hub.path:
+                self.send_response(hub.status)
+                self.send_header("Location", "/elsewhere")
+                self.end_headers()
+                return
+            if hub.status >= 400:
+                self.send_error(hub.status)
+                return
+            start = 0
+            if wanted and hub.ranges and self.headers.get("If-Range") == hub.headers.get("ETag"):
+                start = int(wanted.removeprefix("bytes=").rstrip("-"))
+                self.send_response(206)
+                self.send_header("Content-Range", f"bytes {start}-{len(hub.content) - 1}/{len(hub.content)}")
+            else:
+                self.send_response(200)
+            for name, value in hub.headers.items():
+                self.send_header(name, value)
+            if hub.states_length:
+                self.send_header("Content-Length", str(len(hub.content) - start))
+            self.end_headers()
+            end = start + hub.cuts.pop(0) if hub.cuts else None
+            self.wfile.write(hub.content[start:end])
+
+    return Handler
+
+
+@pytest.fixture
+def hub(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Hub]:
+    """A server with a network that predicts the mean of its channels, and a known card of it."""
+    monkeypatch.setattr("ilf._runtime.networks.network._networks", {})
+    monkeypatch.setenv("ILF_MODELS", str(tmp_path / "models"))
+    monkeypatch.setattr("ilf._runtime.fetching._BLOCK", 64)
+    made = Hub(brightness(tmp_path / "source.onnx").read_bytes())
+    server = ThreadingHTTPServer(("127.0.0.1", 0), _handler(made))
+    thread = threading.Thread(target=server.serve_forever, args=(0.01,))
+    thread.start()
+    made.address = f"http://127.0.0.1:{server.server_port}{made.path}"
+    know(monkeypatch, made)
+    yield made
+    server.shutdown()
+    thread.join()
+    server.server_close()
+
+
+def know(monkeypatch: pytest.MonkeyPatch, hub: Hub, **facts: Any) -> GuideCard:
+    """Make the card of the server's network known."""
+    card = GuideCard(NAME, "Somebody", "CC-BY-NC-4.0", "affine inverse", len(hub.content), address=hub.address)
+    card = replace(
+        card, sha256=hashlib.sha256(hub.content).hexdigest(), terms="not for commercial use", size=64, **facts
+    )
+    monkeypatch.setattr(guide_models, "_known", lambda: {NAME: card})
+    return card
+
+
+def pinned() -> str:
+    return str(json.loads((guides_folder() / f"{NAME}.json").read_text())["sha256"])
+
+
+def left() -> list[str]:
+    """The names of what a fetch left behind."""
+    return sorted(path.name for path in guides_folder().iterdir() if path.suffix != ".lock")
+
+
+def test_it_is_fetched_once_with_progress_and_its_hash_is_pinned(hub: Hub) -> None:
+    steps: list[tuple[int, int]] = []
+    path = fetch_guide(NAME, lambda done, whole: steps.append((done, whole)))
+    assert path == guide_file(NAME)
+    assert path.read_bytes() == hub.content
+    assert steps[-1] == (len(hub.content), len(hub.content))
+    assert [done for done, _ in steps] == sorted(done for done, _ in steps)
+    assert pinned() == hashlib.sha256(hub.content).hexdigest()
+    assert left() == [f"{NAME}.json", f"{NAME}.onnx"]
+    fetch_guide(NAME)
+    assert len(hub.asked) == 1
+
+
+@pytest.mark.parametrize("status", [301, 302, 307])
+def test_redirects_are_followed(hub: Hub, status: int) -> None:
+    hub.status = status
+    assert fetch_guide(NAME).read_bytes() == hub.content
+    assert [path for path, _ in hub.asked] == [hub.path, "/elsewhere"]
+
+
+def test_cut_connections_continue_where_they_ended(hub: Hub) -> None:
+    hub.cuts = [100, 80]
+    assert fetch_guide(NAME).read_bytes() == hub.content
+    assert [asked for _, asked in hub.asked] == [None, "bytes=100-", "bytes=180-"]
+
+
+def test_a_connection_that_is_always_cut_is_one_sentence_and_the_next_command_continues(
+    hub: Hub, capsys: pytest.CaptureFixture[str]
+) -> None:
+    hub.cuts = [10, 10, 10, 10]
+    assert main(["models", "fetch", NAME]) == 1
+    captured = capsys.readouterr()
+    assert "cut again and again (after 40 of" in captured.err
+    assert captured.err.count("\n") == 1
+    assert guide_file(NAME) is None
+    assert main(["models", "fetch", NAME]) == 0
+    assert hub.asked[-1] == (hub.path, "bytes=40-")
+    out = capsys.readouterr().out
+    assert "licence CC-BY-NC-4.0, not for commercial use" in out
+    assert pinned() in out
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        pytest.param({"ranges": False}, id="no ranges"),
+        pytest.param({"headers": {}}, id="no tag"),
+        pytest.param({"headers": {"ETag": 'W/"one"'}}, id="weak tag"),
+    ],
+)
+def test_a_server_that_does_not_continue_sends_it_from_the_start(hub: Hub, change: dict[str, Any]) -> None:
+    hub.cuts = [100]
+    for name, value in change.items():
+        setattr(hub, name, value)
+    assert fetch_guide(NAME).read_bytes() == hub.content
+    assert len(hub.asked) == 2
+
+
+def test_another_version_is_not_appended_to_the_first(hub: Hub, monkeypatch: pytest.MonkeyPatch) -> None:
+    hub.cuts = [100, 0, 0, 0]
+    with pytest.raises(InputError, match="cut again and again"):
+        fetch_guide(NAME)
+    hub.content = hub.content.replace(b"make strength", b"made strength")
+    hub.headers = {"ETag": '"two"'}
+    know(monkeypatch, hub)
+    assert fetch_guide(NAME).read_bytes() == hub.content
+
+
+def test_without_a_stated_length_the_size_of_the_card_counts(hub: Hub) -> None:
+    hub.states_length = False
+    assert fetch_guide(NAME).read_bytes() == hub.content
+    guide_models.remove_guide(NAME)
+    hub.cuts = [100]
+    assert fetch_guide(NAME).read_bytes() == hub.content
+    assert hub.asked[-1][1] == "bytes=100-"
+
+
+@pytest.mark.parametrize(
+    ("change", "reason"),
+    [
+        pytest.param({"content": b"x" * 50}, "has 50 bytes instead of", id="wrong size"),
+        pytest.param({"headers": {"Content-Type": "text/html; charset=utf-8"}}, "sends a page instead", id="page"),
+        pytest.param({"status": 404}, "there is no such file", id="404"),
+        pytest.param({"status": 401}, "access is denied", id="401"),
+        pytest.param({"status": 503}, r"cut again and again \(status 503\)", id="503"),
+        pytest.param({"status": 418}, "answers with status 418", id="418"),
+    ],
+)
+def test_what_is_not_the_file_is_refused_and_leaves_nothing(hub: Hub, change: dict[str, Any], reason: str) -> None:
+    for name, value in change.items():
+        setattr(hub, name, value)
+    with pytest.raises(InputError, match=f"{hub.address}: .*{reason}"):
+        fetch_guide(NAME)
+    assert left() == []
+
+
+def test_a_wrong_hash_is_refused_and_the_right_file_still_comes(hub: Hub) -> None:
+    right = hub.content
+    hub.content = right.replace(b"make strength", b"made strength")
+    with pytest.raises(InputError, match=r"SHA-256 is [0-9a-f]{64} instead of [0-9a-f]{64}"):
+        fetch_guide(NAME)
+    assert left() == []
+    hub.content = right
+    assert fetch_guide(NAME).read_bytes() == right
+
+
+def test_more_than_was_stated_is_refused(hub: Hub) -> None:
+    hub.states_length = False
+    hub.content += bytes(1000)
+    with pytest.raises(InputError, match="sends more than"):
+        fetch_guide(NAME)
+
+
+def test_a_server_that_is_not_there_is_one_sentence(hub: Hub, monkeypatch: pytest.MonkeyPatch) -> None:
+    know(monkeypatch, replace(hub, address="http://127.0.0.1:1/net.onnx"))
+    with pytest.raises(InputError, match=r"cannot be reached \(.*refused.*\). Check the network"):
+        fetch_guide(NAME)
+    know(monkeypatch, replace(hub, address="file:///etc/hostname"))
+    with pytest.raises(InputError, match="not an address of a web server"):
+        fetch_guide(NAME)
+
+
+def test_the_first_file_of_a_network_without_hash_is_pinned_and_no_other_is_taken_later(
+    hub: Hub, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    card = replace(know(monkeypatch, hub), sha256=None, bytes=len(hub.content) + 1)
+    monkeypatch.setattr(guide_models, "_known", lambda: {NAME: card})
+    first, hub.content = hub.content, b"n" * len(hub.content)
+    with pytest.raises(FormatError, match="cannot be read as an ONNX network"):
+        fetch_guide(NAME)
+    assert NAME not in [path.stem for path in guides_folder().glob("*.json")]
+    hub.content, hub.headers = first, {"ETag": '"two"'}
+    fetch_guide(NAME)
+    assert guide_cards()[NAME].sha256 == pinned() == hashlib.sha256(first).hexdigest()
+    guide_models.remove_guide(NAME)
+    hub.content = first.replace(b"make strength", b"made strength")
+    with pytest.raises(InputError, match="SHA-256 is"):
+        fetch_guide(NAME)
+
+
+def test_cancelled_or_on_a_full_disk_it_does_not_appear_and_continues_later(
+    hub: Hub, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    stop = threading.Event()
+    with cancelled_by(stop), pytest.raises(Cancelled):
+        fetch_guide(NAME, lambda *_: stop.set())
+    assert guide_file(NAME) is None
+
+    def full(*_: Any) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    with pytest.raises(ExportError, match=r"Could not write .*disk is full"):
+        fetch_guide(NAME, full)
+    assert fetch_guide(NAME).read_bytes() == hub.content
+    assert hub.asked[-1][1] == "bytes=128-"
+
+
+def test_two_processes_do_not_fetch_the_same_file(hub: Hub) -> None:
+    def again(*_: Any) -> None:
+        with pytest.raises(ExportError, match="Another process is fetching"):
+            fetch_guide(NAME)
+
+    assert fetch_guide(NAME, again).read_bytes() == hub.content
+
+
+def test_nothing_is_fetched_unasked(hub: Hub) -> None:
+    rgb, _ = scene()
+    with pytest.raises(InputError, match=rf"Fetch its 0 MB \(licence CC-BY-NC-4.0, not.*\): ilf models fetch {NAME}"):
+        ilf.load_guide(NAME, rgb=rgb)
+    assert hub.asked == []
+
+
+def test_a_network_is_used_by_its_name_and_recorded(
+    hub: Hub, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    work_in_this_process(monkeypatch)
+    fetch_guide(NAME)
+    rgb, depth = scene()
+    depth[30:60, 70:110] = np.nan
+    folder = tmp_path / "frames" / "box"
+    folder.mkdir(parents=True)
+    (folder / "meta.json").write_text('{"depth_units_per_m": 1000}')
+    cv2.imwrite(str(folder / "rgb.png"), rgb)
+    cv2.imwrite(str(folder / "depth.png"), np.nan_to_num(1000 * depth).astype(np.uint16))
+    frame = ilf.load_frame(folder, guide=NAME)
+    assert frame.guide is not None
+    assert frame.guide.network == guide_cards()[NAME]
+    out = tmp_path / "out"
+    assert main(["complete", str(folder), "--guide", NAME, "--out", str(out), "--no-cloud"]) == 0
+    recorded = json.loads((out / "run.json").read_text())["guide"]["network"]
+    assert (recorded["name"], recorded["sha256"], recorded["gives"]) == (NAME, pinned(), "affine inverse")
+    assert recorded["licence"] == "CC-BY-NC-4.0"
+    assert main(["info", str(out / "run.json")]) == 0
+    assert f"predicted by {NAME}" in capsys.readouterr().out
+    assert main(["batch", str(folder.parent), "--guide", NAME, "--out", str(tmp_path / "set")]) == 0
+    np.testing.assert_array_equal(np.load(tmp_path / "set" / "box" / "guide_used.npy"), frame.guide.values)
+    guide_models.remove_guide(NAME)
+    assert main(["complete", "--replay", str(out / "run.json"), "--out", str(tmp_path / "again")]) == 0
+    again = json.loads((tmp_path / "again" / "run.json").read_text())
+    assert again["guide"]["network"] == recorded
+
+
+def test_an_existing_file_wins_over_a_name(hub: Hub, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    fetch_guide(NAME)
+    monkeypatch.chdir(tmp_path)
+    assert guide_models.is_guide_name(NAME)
+    assert ReadingOptions(guide=NAME).paths == {}
+    (tmp_path / NAME).mkdir()
+    assert not guide_models.is_guide_name(NAME)
+    assert ReadingOptions(guide=NAME).paths == {"guide": NAME}
+
+
+def test_a_file_that_was_changed_is_refused(hub: Hub) -> None:
+    path = fetch_guide(NAME)
+    write_network(path, [node("ReduceMax", ["image"], "strength", axes=[1], keepdims=1)])
+    with pytest.raises(InputError, match=f"not the file that was fetched or added.* ilf models remove {NAME}"):
+        ilf.load_guide(NAME, rgb=scene()[0])
+
+
+def test_size_aspect_normalisation_and_output_are_those_of_the_card(
+    hub: Hub, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    both = write_network(
+        tmp_path / "two.onnx",
+        [
+            node("Relu", ["image"], "other"),
+            node("ReduceMean", ["image"], "depth", axes=[1], keepdims=1),
+        ],
+        outputs={"other": 3, "depth": 1},
+    )
+    hub.content = both.read_bytes()
+    know(monkeypatch, hub, output="depth", mean=(0.0, 0.0, 0.0), deviation=(1 / 255,) * 3, step=32, keep_aspect=False)
+    fetch_guide(NAME)
+    shapes: list[tuple[int, ...]] = []
+    run = Session.run
+
+    def noted(session: Session, inputs: dict[str, np.ndarray]) -> list[np.ndarray]:
+        shapes.extend(values.shape for values in inputs.values())
+        return run(session, inputs)
+
+    monkeypatch.setattr(Session, "run", noted)
+    rgb, _ = scene()
+    guide = ilf.load_guide(NAME, rgb=rgb)
+    np.testing.assert_allclose(guide.values[30:60, 40:80], rgb.mean(axis=2)[30:60, 40:80], atol=8)
+    know(monkeypatch, hub, output="depth", step=32)
+    ilf.load_guide(NAME, rgb=rgb)
+    assert shapes == [(1, 3, 64, 64), (1, 3, 64, 96)]
+    know(monkeypatch, hub, output="none")
+    with pytest.raises(FormatError, match=r"no output none, only other, depth. Correct its card"):
+        ilf.load_guide(NAME, rgb=rgb)
+
+
+def test_files_are_added_where_there_is_no_network(
+    hub: Hub, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    copied = tmp_path / "source.onnx"
+    assert main(["models", "add", str(copied)]) == 0
+    assert guide_file(NAME) is not None  # recognised by its content
+    mine = write_network(tmp_path / "mine.onnx", [node("ReduceMax", ["image"], "strength", axes=[1], keepdims=1)])
+    assert main(["models", "add", str(mine), "--gives", "metric"]) == 0
+    card = guide_cards()["mine"]
+    assert (card.gives, card.bytes, card.address) == ("metric", mine.stat().st_size, "")
+    assert ilf.load_guide("mine", rgb=scene()[0]).network == card
+    capsys.readouterr()
+    assert main(["models", "list"]) == 0
+    listed = capsys.readouterr().out
+    assert [line for line in listed.splitlines() if line.startswith("mine ") and "guide, metric" in line]
+    assert "CC-BY-NC-4.0, not for commercial use" in listed
+    assert "none was tried" in " ".join(listed.split())
+    for command, reason in {
+        f"add {mine} --gives metric": "already exists",
+        f"add {mine} --name {NAME}": f"is not the file of the guide network {NAME}",
+        f"add {mine} --name a/b --gives metric": "cannot be the name",
+        f"add {mine} --name edges --gives metric": "already exists",
+        "fetch mine": "has no address",
+        "fetch nothing": "There is no guide network 'nothing'",
+    }.items():
+        if "fetch mine" in command:
+            (guides_folder() / "mine.onnx").unlink()
+        assert main(["models", *command.split()]) == 1, command
+        assert reason in capsys.readouterr().err, command
+    assert main(["models", "add", str(mine), "--gives", "metric"]) == 0
+    assert main(["models", "add", str(mine), "--gives", "affine", "--replace"]) == 0
+    assert guide_cards()["mine"].gives == "affine"
+    assert main(["models", "remove", "mine"]) == 0
+    assert "mine" not in guide_cards()
+    assert main(["models", "add", str(mine), "--gives", "metric", "--logits"]) == 2
+
+
+def test_the_known_cards_are_complete() -> None:
+    for card in guide_models._known().values():
+        assert card.address.startswith("https://")
+        assert card.maker
+        assert card.licence
+        assert card.bytes > 1e6
+        assert card.size is not None
+        assert card.size % card.step == 0
+    assert "not for commercial use" in guide_models.licence_text(guide_cards()["depth-anything-v2-base"])
