@@ -380,12 +380,14 @@ def folder(tmp_path):
 def test_run_with_a_guide_is_made_again_and_not_without_it(folder, capsys) -> None:
     frame = ilf.load_frame(folder)
     assert frame.guide is not None
-    run = ilf.Run(frame, BLOCKS)
+    run = ilf.Run(frame.with_guide(replace(frame.guide, gives="affine inverse")), BLOCKS)
     run.complete().save(folder / "out", cloud=None)
     (folder / "guide.npy").unlink()
     again = ilf.replay(folder / "out" / "run.json")
     assert again.differences == ()
     assert again.verdict(again.run.complete()) == ()
+    assert again.run.frame.guide is not None
+    assert again.run.frame.guide.gives == "affine inverse"
     assert main(["info", str(folder / "out" / "run.json")]) == 0
     assert "guide_used.npy" in capsys.readouterr().out
 
