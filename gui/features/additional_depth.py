@@ -17,8 +17,10 @@ from ilf._runtime.formatting import counted, millimetres
 from ilf.completion.completion import guide_text
 from ilf.completion.edge_aware.fitted_guide import fit_guide
 from ilf.data.frame import RGBDFrame
+from ilf.data.guide import Gives
 from ilf.evaluation.hold_out import comparison_steps
 from ilf.io.frame_additions import load_guide
+from ilf.io.guide_models import add_guide, fetch_guide
 from ilf.run.run import Run
 from ilf.sources.frame_ref import FrameRef
 from ilf.sources.neighbours import around, neighbour_steps
@@ -34,6 +36,7 @@ from ..widgets.file_choice import choose_file
 from ..widgets.notices import error_text
 from ..work.jobs import spare_cores
 from .documents.frame_files import guide_files
+from .guide_networks import GuideNetworksDialog
 from .panel import Panel
 from .sequence.moments import place_of
 
@@ -42,6 +45,7 @@ Depth = NDArray[np.float32]
 GUIDE, NEIGHBOURS, BY_HAND = "Guide", "Depth of neighbours", "Depth by hand"
 _SHORT = {
     "load_guide": "Load…",
+    "guide_by_network": "By network…",
     "remove_guide": "Remove",
     "use_neighbours": "Use",
     "remove_neighbours": "Remove",
@@ -72,6 +76,30 @@ class _Load:
         share = (fitted.confidence > 0).mean()
         name = Path(self.path).name
         return frame, f"Guide {name}: It covers {share:.0%} of the pixels, and is {guide_text(frame)}."
+
+
+@dataclass(frozen=True, eq=False)
+class _Fetch:
+    """Fetch a guide network."""
+
+    name: str
+    progressed: Callable[[float], object]
+    """Called with the share done; in the worker's thread."""
+
+    def answer(self) -> str:
+        fetch_guide(self.name, lambda here, whole: self.progressed(min(here / max(whole, 1), 1.0)))
+        return self.name
+
+
+@dataclass(frozen=True, eq=False)
+class _Add:
+    """Add a guide network from a file."""
+
+    path: str
+    gives: Gives
+
+    def answer(self) -> str:
+        return add_guide(self.path, gives=self.gives).stem
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,7 +147,8 @@ class _Compare:
         )
 
 
-Request = _Load | _Search | _Compare
+Request = _Load | _Fetch | _Add | _Search | _Compare
+_DOING = {_Load: "Load guide", _Fetch: "Fetch network", _Add: "Add network", _Search: "Use neighbours"}
 
 
 def _completed(run: Run, first: float) -> Generator[float, None, Depth]:
@@ -177,6 +206,13 @@ class AdditionalDepthPanel(Panel):
                 needs=Need.FRAME,
             ),
             Command(
+                "guide_by_network",
+                "Guide by net&work…",
+                "Fetch a network that predicts depth from colour, or choose one that is here, and use it as guide",
+                icon="ph.brain",
+                handler=self.choose_network,
+            ),
+            Command(
                 "remove_guide",
                 "Remove guide",
                 "Complete the frame without a guide",
@@ -209,6 +245,8 @@ class AdditionalDepthPanel(Panel):
 
     def make(self) -> QWidget:
         self._sections: dict[str, _Section] = {}
+        self._networks: GuideNetworksDialog | None = None
+        """The dialog of networks while it is open."""
         self._told = WeakSet[Document]()
         """Frames whose guide was told of, or loaded here."""
         actions = self.context.actions
@@ -228,7 +266,7 @@ class AdditionalDepthPanel(Panel):
         numbers.addRow("Frames &before and after", self._count)
         numbers.addRow("Every so &many frames", self._step)
         column = QVBoxLayout()
-        column.addWidget(self._section(GUIDE, "guide", ("load_guide", "remove_guide")))
+        column.addWidget(self._section(GUIDE, "guide", ("load_guide", "guide_by_network", "remove_guide")))
         column.addWidget(self._section(NEIGHBOURS, "from_neighbours", ("use_neighbours", "remove_neighbours"), numbers))
         column.addWidget(self._section(BY_HAND, "result", ("tool_depth_by_hand", "remove_by_hand")))
         column.addWidget(self.work)
@@ -307,6 +345,22 @@ class AdditionalDepthPanel(Panel):
             self.reveal()
             self.ask(_Load(self._document, self._frame, path))
 
+    def choose_network(self) -> None:
+        """Show the networks that predict guides, to fetch, add and use them."""
+        dialog = GuideNetworksDialog(self.context.window, self.context.workspace.has_current)
+        dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        dialog.fetch_requested.connect(self._fetch)
+        dialog.add_requested.connect(lambda path, gives: self.ask(_Add(path, gives)))
+        dialog.use_requested.connect(lambda name: self.ask(_Load(self._document, self._frame, name)))
+        dialog.use_requested.connect(lambda _: self.reveal())
+        dialog.finished.connect(lambda _: setattr(self, "_networks", None))
+        dialog.follow(self._requests)
+        self._networks = dialog
+        dialog.open()
+
+    def _fetch(self, name: str) -> None:
+        self.ask(_Fetch(name, self._requests.progressed.emit))
+
     def use_neighbours(self) -> None:
         """Use depth of neighbours in the current frame, as many and as far apart as the panel says."""
         self.reveal()
@@ -349,6 +403,11 @@ class AdditionalDepthPanel(Panel):
 
     def take(self, request: Request, answer: object) -> None:
         workspace = self.context.workspace
+        if isinstance(request, _Fetch | _Add):
+            self.context.notes.show_message(f"The guide network {answer} is ready.")
+            if self._networks is not None:
+                self._networks.show_networks(str(answer))
+            return
         if not workspace.has_current or workspace.current is not request.document:
             self.context.notes.show_message(
                 f"{request.document.name}: nothing was added, since another frame is shown now. Show it, and try again."
@@ -369,9 +428,10 @@ class AdditionalDepthPanel(Panel):
     def fail(self, request: Request, error: Exception) -> None:
         if isinstance(request, _Compare):
             self._sections[request.kind].effect.show_message(error_text(error), "error")
+        elif isinstance(request, _Fetch | _Add) and self._networks is not None:
+            self._networks.tell(error_text(error), "error")
         else:
-            what = "Load guide" if isinstance(request, _Load) else "Use neighbours"
-            self.context.notes.report(what, error)
+            self.context.notes.report(_DOING[type(request)], error)
 
     def _tell_guide(self) -> None:
         """Tell once that a frame was opened with a guide."""

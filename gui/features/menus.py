@@ -33,7 +33,7 @@ _SPEEDS = "speed_quarter speed_half speed_normal speed_double speed_fourfold spe
 _GOING = "next_frame previous_frame next_untouched mark_done note_frame"
 _MENUS = {
     "&File": "open open_sample | new_project save_project "
-    "save_project_as show_project | load_ground_truth remove_ground_truth | load_guide remove_guide | "
+    "save_project_as show_project | load_ground_truth remove_ground_truth | load_guide guide_by_network remove_guide | "
     "use_neighbours remove_neighbours | load_blocks "
     "save_blocks | export export_all batch "
     "report save_picture | close_frame quit",

@@ -113,7 +113,7 @@ def _content_of(frames: Sequence[RGBDFrame | None]) -> str:
 
 def _facts(frame: RGBDFrame) -> list[Any]:
     inputs, guide = frame.inputs, frame.guide
-    facts: list[Any] = [None if guide is None else array_sha256(guide.array), repr(frame.intrinsics)]
+    facts: list[Any] = [None if guide is None else (array_sha256(guide.array), guide.gives), repr(frame.intrinsics)]
     if inputs is not None:
         files = inputs.rgb, inputs.depth, inputs.ground_truth
         facts += [None if file is None else file.sha256 for file in files]

@@ -26,7 +26,7 @@ from .block import BlockTask, Watch, filter_steps
 from .correction import BaseCompletion, Correction, correction_networks, find_base_completion, needs_correction
 from .edge_aware.fitted_guide import fit_guide
 from .filter import edges_for, is_guided
-from .guide_hold_out import GuideHoldOut, HeldOutErrors, decided, held_out_frames
+from .guide_hold_out import GuideHoldOut, HeldOut, decided, held_out_frames, ranges_of_all
 from .stepper import Stepper
 
 
@@ -94,7 +94,7 @@ def iterate(
         raise InputError(f"Block {label} has no known depth to iterate on. Select another block.")
     if parameters.filter == "edge-aware" and is_guided(task.frame):
         test = guide_hold_out(task.frame)
-        task = task if test is None or test.followed else replace(task, frame=_without_guide(task.frame))
+        task = task if test is None or test.everywhere else replace(task, frame=_without_guide(task.frame))
     return task.stepper()
 
 
@@ -111,22 +111,39 @@ def completed_blocks(
     watch: Watch | None,
 ) -> Steps[Step]:
     """Complete blocks, in stages: decide whether to follow the guide, filter the blocks, then correct."""
-    tasks = yield from _with_helpful_guide(tasks, threads)
-    yield from _completed(tasks, live, uncorrected, threads, watch)
+    test = yield from _test_of_guide(tasks, threads)
+    if test is None or test.everywhere:
+        yield from _completed(tasks, live, uncorrected, threads, watch)
+        return
+    frame = next(iter(tasks.values())).frame
+    bare, note = _without_guide(frame), f"The guide is {test.to_text()}."
+    without = {label: replace(task, frame=bare, notes=(note,)) for label, task in tasks.items()}
+    guided = (yield from _depths_with_guide(tasks, threads)) if test.followed else {}
+    with closing(_completed(without, live, uncorrected, threads, watch)) as steps:
+        for step in steps:
+            if (result := step.result) is not None and step.label in guided:
+                depth = test.ranges.mixed(guided[step.label], result.depth)
+                step = replace(step, result=replace(result, depth=depth))
+            yield step
 
 
-def _with_helpful_guide(
-    tasks: Mapping[int, BlockTask], threads: int | None
-) -> Generator[Step, None, Mapping[int, BlockTask]]:
-    """The tasks with the guide if a hold-out test speaks for it, else without and with a note that says so."""
+def _test_of_guide(tasks: Mapping[int, BlockTask], threads: int | None) -> Generator[Step, None, GuideHoldOut | None]:
+    """The hold-out test of the guide; None if there is none, or nothing to test it by."""
     guided = [task for task in tasks.values() if task.parameters.filter == "edge-aware" and is_guided(task.frame)]
-    if not guided:
-        return tasks
-    test = yield from _hold_out_guide(guided[0].frame, threads)
-    if test is None or test.followed:
-        return tasks
-    frame, note = _without_guide(guided[0].frame), f"The guide is {test.to_text()}."
-    return {label: replace(task, frame=frame, notes=(note,)) for label, task in tasks.items()}
+    return (yield from _hold_out_guide(guided[0].frame, threads)) if guided else None
+
+
+def _depths_with_guide(
+    tasks: Mapping[int, BlockTask], threads: int | None
+) -> Generator[Step, None, dict[int, NDArray[np.float32]]]:
+    """Depth [m] of the blocks' pixels with the guide followed everywhere; as steps of no block."""
+    depths = {}
+    with closing(_completed(tasks, {}, {}, threads, None)) as steps:
+        for progress in steps:
+            if progress.result is not None:
+                depths[progress.label] = progress.result.depth
+            yield NO_BLOCK
+    return depths
 
 
 _guide_hold_outs = FrameCache[RGBDFrame, tuple[GuideHoldOut | None]]()
@@ -174,15 +191,15 @@ def _hold_out_guide(frame: RGBDFrame, threads: int | None) -> Generator[Step, No
     known = _guide_hold_outs.find(frame, None)
     if known is not None:
         return known[0]
-    errors: list[HeldOutErrors] = []
+    tested: list[HeldOut] = []
     for held_out in held_out_frames(frame):
         depths = []
         for one in (held_out, _without_guide(held_out)):
             depths.append((yield from _complete_as_extracted(one, threads)))
-        errors.append(HeldOutErrors.of(frame, held_out, *depths))
-        if not errors[-1].better:
+        tested.append(HeldOut.of(frame, held_out, *depths))
+        if not tested[-1].better and not any(ranges_of_all(tested)):
             break
-    return _guide_hold_outs.keep(frame, None, (decided(errors),))[0]
+    return _guide_hold_outs.keep(frame, None, (decided(tested),))[0]
 
 
 def _complete_as_extracted(frame: RGBDFrame, threads: int | None) -> Generator[Step, None, NDArray[np.float32]]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Literal, Self
+from typing import TYPE_CHECKING, Any, Literal, Self, get_args
 
 import cv2
 import numpy as np
@@ -87,6 +87,10 @@ class Guide:
         The file that it was read from.
     network : GuideCard, optional
         The known network that predicted it.
+    gives : str, optional
+        What the values are, by which they are fitted to known depth: "affine inverse" or "affine" for a linear function
+        of inverse depth or of depth, "metric" for depth in one unit. By default what the network gives; otherwise any
+        function that rises or falls with depth.
 
     Raises
     ------
@@ -104,6 +108,7 @@ class Guide:
     confidence: NDArray[np.float32] | None = None
     path: str | None = None
     network: GuideCard | None = None
+    gives: Gives | None = None
 
     if TYPE_CHECKING:  # as in RGBDFrame
 
@@ -113,13 +118,19 @@ class Guide:
             confidence: ArrayLike | None = None,
             path: str | None = None,
             network: GuideCard | None = None,
+            gives: Gives | None = None,
         ) -> None: ...
 
     def __post_init__(self) -> None:
+        if self.gives is None and self.network is not None:
+            object.__setattr__(self, "gives", self.network.gives)
+        if self.gives is not None and self.gives not in get_args(Gives):
+            known = ", ".join(map(repr, get_args(Gives)))
+            raise InputError(f"A guide cannot give {self.gives!r}. Known: {known}.")
         values = _real(self.values, "A guide")
         with np.errstate(over="ignore"):
             values = values.astype(np.float32)
-        values[~(np.abs(values) < _LARGEST) | (values == 0)] = np.nan
+        values[~(np.abs(values) < _LARGEST) | (values <= 0 if self.gives == "metric" else values == 0)] = np.nan
         usable = values[np.isfinite(values)]
         if usable.size == 0 or usable.min() == usable.max():
             raise InputError(
@@ -172,10 +183,10 @@ class Guide:
         return cls(array.squeeze() if array.ndim > 2 else array, path=path)
 
     def is_same_as(self, other: Guide | None) -> bool:
-        """Whether another guide has the same values and confidence, and was predicted by the same network."""
+        """Whether another guide has the same values and confidence, gives the same, and is of the same network."""
         return self is other or (
             other is not None
-            and self.network == other.network
+            and (self.gives, self.network) == (other.gives, other.network)
             and np.array_equal(self.array, other.array, equal_nan=True)
         )
 

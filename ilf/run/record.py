@@ -23,7 +23,7 @@ from ..data.blocks import Blocks
 from ..data.camera import checked_transform
 from ..data.declarations import Value
 from ..data.frame import FrameInputs
-from ..data.guide import GuideCard
+from ..data.guide import Gives, GuideCard
 from ..data.neighbours import Neighbour
 from ..data.parameters import BlockParameters, Parameters
 from ..data.presets import preset
@@ -112,11 +112,12 @@ class RecordedMask:
 
 @dataclass(frozen=True)
 class RecordedGuide(RecordedMask):
-    """The guide of a run: the SHA-256 of its `array`, its file beside the record, its original path, and the card of
-    the network with a name that predicted it, with the hash of the network's file."""
+    """The guide of a run: the SHA-256 of its `array`, its file beside the record, its original path, the card of the
+    network with a name that predicted it, with the hash of the network's file, and what it gives."""
 
     path: str | None
     network: GuideCard | None
+    gives: Gives | None
 
 
 @dataclass(frozen=True)
@@ -282,7 +283,9 @@ def make_record(run: Run, completion: Completion, options: ExportOptions) -> Run
         drawn=RecordedMask.of(run.blocks.drawn, DRAWN_FILE),
         by_hand=None if by_hand is None else RecordedByHand.of(by_hand.depth, DEPTH_BY_HAND_FILE, by_hand.weight),
         outside_view=RecordedMask.of(frame.outside_view if is_of_files else None, OUTSIDE_FILE),
-        guide=None if guide is None else RecordedGuide.of(guide.array, GUIDE_FILE, guide.path, guide.network),
+        guide=None
+        if guide is None
+        else RecordedGuide.of(guide.array, GUIDE_FILE, guide.path, guide.network, guide.gives),
         pose=None if frame.pose is None else _rows(frame.pose),
         neighbours=() if frame.neighbours is None else tuple(map(RecordedNeighbour.of, frame.neighbours.neighbours)),
         extraction=run.blocks.extraction,

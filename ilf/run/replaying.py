@@ -326,7 +326,7 @@ def _recorded_frame(
     invalid_mask = _recorded_mask(record.invalid_mask, "invalid depth", folder, frame.shape)
     guide = _beside(record.guide, "the guide", folder, load_guide, lambda one: one.array)
     if guide is not None and record.guide is not None:
-        guide = replace(guide, path=record.guide.path, network=record.guide.network)
+        guide = replace(guide, path=record.guide.path, network=record.guide.network, gives=record.guide.gives)
     return frame.with_invalid_mask(invalid_mask).with_guide(guide)
 
 

@@ -220,7 +220,8 @@ def _modelled_error(completion: Completion) -> Array:
         model[result.block.box][result.block.mask] = _NUMBERS[result.parameters.filter]
     model[completion.extrapolated] = _NUMBERS[DEFAULT_MODEL]
     error = _error(frame, depth, model, _edges_of(completion))
-    error[(model == _NUMBERS[DEFAULT_MODEL]) & ~_without_measurements(completion)] *= np.float32(_guide_factor(frame))
+    measured = (model == _NUMBERS[DEFAULT_MODEL]) & ~_without_measurements(completion)
+    error[measured] *= _guide_factor(frame, completion.depth[measured])
     beyond = _beyond_range(completion)
     error[beyond] = np.maximum(error[beyond], np.float32(_MIN_ERROR_BEYOND_RANGE) * completion.depth[beyond])
     return error
@@ -306,12 +307,13 @@ def _error(frame: RGBDFrame, depth: NDArray[np.floating], model: NDArray[np.uint
     return error
 
 
-def _guide_factor(frame: RGBDFrame) -> float:
-    """Factor on the expected error by a guide that is followed, at most 1."""
+def _guide_factor(frame: RGBDFrame, depth: Array) -> Array:
+    """Factor on the expected error of pixels of this depth [m] by a guide that is followed there, at most 1."""
     test = guide_hold_out(frame) if is_guided(frame) else None
     if test is None or not test.followed:
-        return 1.0
-    return float((test.with_guide / test.without) ** _GUIDE_EXPONENT)
+        return np.ones_like(depth)
+    factor = float((test.with_guide / test.without) ** _GUIDE_EXPONENT)
+    return np.float32(1) - test.ranges.share(depth) * np.float32(1 - factor)
 
 
 def _beyond_range(completion: Completion) -> NDArray[np.bool_]:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from ...data.frame import RGBDFrame
 from ...data.frame_cache import once_per_frame
+from ...data.guide import Gives
 from ...data.label_map import Block, Box
 from ...data.pixel_grids import nearest_values
 from .guide_curve import Array, Mask, fit_slow_field, fitted, sharpen, smoothest_surface, sums_of_cells, weighted_median
@@ -84,13 +85,14 @@ class GuideTest:
         return best if after < (1 - _LEAST_GAIN) * before else 0.0
 
 
-def evaluate_guide(values: Array, depth: Array, confidence: Array) -> GuideTest:
+def evaluate_guide(values: Array, depth: Array, confidence: Array, gives: Gives | None = None) -> GuideTest:
     """Hide known depth in areas and complete it with a guide and without: by a smooth surface relative to the fitted
     guide, or relative to the slowly varying surface of the known depth.
 
     Parameters
     ----------
     values, depth, confidence : ndarray of float32, shape (H, W)
+    gives : str, optional
         As for `fitted`.
     """
     height, width = depth.shape
@@ -107,7 +109,7 @@ def evaluate_guide(values: Array, depth: Array, confidence: Array) -> GuideTest:
         seen = np.where(left, depth, np.float32(np.nan))
         logarithms = np.log(np.where(left, depth, np.float32(1)))
         plain = np.exp(fit_slow_field(logarithms, left.astype(np.float32)))
-        guide = fitted(values, seen, confidence)
+        guide = fitted(values, seen, confidence, gives)
         guided = plain + np.where(np.isfinite(guide), confidence * (guide - plain), np.float32(0))
         asked = sums_of_cells(hidden.astype(np.float32), cell)
         places = np.nonzero(asked)
@@ -213,5 +215,7 @@ def fit_guide(frame: RGBDFrame) -> FittedGuide | None:
         confidence = np.where(has_value, guide.confidence, np.float32(0))
     values = np.where(has_value, sharpen(nearest_values(guide.values, has_value, 3)[1]), np.float32(np.nan))
     return FittedGuide(
-        fitted(values, frame.depth, confidence), confidence, evaluate_guide(values, frame.depth, confidence)
+        fitted(values, frame.depth, confidence, guide.gives),
+        confidence,
+        evaluate_guide(values, frame.depth, confidence, guide.gives),
     )

@@ -1,14 +1,16 @@
-"""A guide fitted to known depth: a monotone curve for the frame, and a slowly varying factor."""
+"""A guide fitted to known depth: a curve for the frame, by what its values are, and a slowly varying factor."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from ...data.guide import Gives
 from .shape import noise_of
 from .smoothness import SmoothnessEnergy, make_weights
 
@@ -108,6 +110,29 @@ def fit_curve(values: Values, logarithms: Values, weights: Values) -> Curve:
     return Curve(nodes, fitted if rising else -fitted, simple)
 
 
+_POWERS = {"affine": 1, "affine inverse": -1}
+"""What is a linear function of a guide's values: this power of depth."""
+
+
+def fit_line(gives: Gives, values: Values, logarithms: Values, weights: Values) -> Callable[[Array], Values]:
+    """Fit the scale of metric depth, or the two numbers of a linear function of depth or inverse depth, that most
+    samples lie on.
+
+    Parameters
+    ----------
+    gives : str
+        What the values are: "metric", "affine" or "affine inverse".
+    values, logarithms, weights
+        As for `fit_curve`.
+    """
+    if gives == "metric":
+        scale = weighted_median(logarithms - np.log(np.maximum(values, _SMALL)), weights)
+        return SimpleCurve(1, 0.0, math.exp(scale))
+    line = _simple_curve(_POWERS[gives], values, logarithms, weights)[1]
+    low, high = logarithms.min() - np.log(_BEYOND), logarithms.max() + np.log(_BEYOND)
+    return lambda asked: np.clip(line(asked), low, high)
+
+
 def weighted_median(values: Values, weights: Values) -> float:
     """The value below which half of the weight lies."""
     order = np.argsort(values, kind="stable")
@@ -173,7 +198,7 @@ _SLOPE, _BENDING = 0.05, 2.0
 """Smoothness weights of the slow factor, relative to a cell full of known depth."""
 
 
-def fitted(values: Array, depth: Array, confidence: Array) -> Array:
+def fitted(values: Array, depth: Array, confidence: Array, gives: Gives | None = None) -> Array:
     """Fit a guide to known depth.
 
     Parameters
@@ -184,6 +209,8 @@ def fitted(values: Array, depth: Array, confidence: Array) -> Array:
         Known depth [m], NaN = missing.
     confidence : ndarray of float32, shape (H, W)
         Confidence of the guide, in [0, 1].
+    gives : str, optional
+        What its values are, see `Gives`; None for any monotone function of depth.
 
     Returns
     -------
@@ -201,7 +228,11 @@ def fitted(values: Array, depth: Array, confidence: Array) -> Array:
     factor = by_curve = np.zeros_like(logarithms)
     samples = values[sparse][at].astype(np.float64), weights[sparse][at].astype(np.float64)
     for _ in range(_FITTING_ROUNDS):
-        curve = fit_curve(samples[0], (logarithms - factor)[sparse][at].astype(np.float64), samples[1])
+        target = (logarithms - factor)[sparse][at].astype(np.float64)
+        if gives is None or gives == "relative inverse":
+            curve: Callable[[Array], Values] = fit_curve(samples[0], target, samples[1])
+        else:
+            curve = fit_line(gives, samples[0], target, samples[1])
         by_curve = curve(np.where(has_value, values, np.float32(0))).astype(np.float32)
         factor = fit_slow_field(logarithms - by_curve, weights)
     return np.where(has_value, np.exp(by_curve + factor), np.float32(np.nan))

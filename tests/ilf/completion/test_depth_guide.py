@@ -15,8 +15,8 @@ from ilf.completion.completion import guide_hold_out, guide_text
 from ilf.completion.confidence.expected_error import depth_error
 from ilf.completion.edge_aware.fitted_guide import fit_guide
 from ilf.completion.edge_aware.guide_curve import fit_curve, sharpen
-from ilf.completion.guide_hold_out import GuideHoldOut, HeldOutErrors, decided, held_out_frames
-from ilf.data.guide import Guide
+from ilf.completion.guide_hold_out import FollowedRanges, HeldOut, decided, held_out_frames
+from ilf.data.guide import Guide, GuideCard
 from ilf.errors import FormatError, InputError
 from ilf.evaluation.hold_out import frame_without, hidden_pixels
 from ilf.io.frame_additions import load_guide, write_array
@@ -117,16 +117,63 @@ def test_guide_is_tested_where_the_gaps_lie_when_turned_and_its_own_depth_is_hid
     assert guide_hold_out(whole) is None
 
 
-def test_guide_must_be_better_by_a_tenth_in_every_hold_out() -> None:
-    good, equal = HeldOutErrors(10, (0.5, 0.5), (1.0, 2.0), True), HeldOutErrors(30, (3.0, 3.0), (3.0, 3.0), True)
-    few_far_off, partly_spoilt = replace(good, with_guide=(0.5, 3.0)), replace(good, unspoilt=False)
-    assert [one.better for one in (good, equal, few_far_off, partly_spoilt)] == [True, False, False, False]
-    assert decided([good]) == GuideHoldOut(0.05, 0.1, True)
-    assert decided([good, equal]) == GuideHoldOut(3.5 / 40, 0.1, False)
+NEAR_TO_FAR = np.repeat(np.float32([1, 2, 3, 4]), 100)
+"""Depth of the pixels of a hold-out: a hundred in each of four ranges."""
+
+
+def held_out(*shares: float) -> HeldOut:
+    """A hold-out with an error of 0.1 m without the guide, and this share of it with the guide in each range."""
+    off = np.float32(0.1) * np.repeat(np.float32(shares), 100)
+    without = NEAR_TO_FAR + np.float32(0.1)
+    return HeldOut(NEAR_TO_FAR, NEAR_TO_FAR + off, without, (1.5, 2.5, 3.5), least=100)
+
+
+@pytest.mark.parametrize(
+    ("held", "followed", "with_guide"),
+    [
+        ([(0.5, 0.5, 0.5, 0.5)], (True, True, True, True), 0.05),
+        ([(0.5, 0.5, 0.5, 0.5), (1, 1, 1, 1)], (False,) * 4, 0.075),
+        ([(0.95, 0.95, 0.95, 0.95)], (False,) * 4, 0.095),
+        ([(2.0, 0.5, 0.5, 0.5)], (False, True, True, True), 0.0625),
+        ([(2.0, 0.5, 0.5, 0.5), (2.0, 0.5, 0.95, 0.5)], (False, True, False, True), 0.075),
+        ([(2.0, 1.0, 1.0, 0.7)], (False,) * 4, 0.1175),  # too little in all
+    ],
+)
+def test_guide_must_be_better_in_every_hold_out_and_may_be_followed_in_ranges_of_depth(
+    held, followed, with_guide
+) -> None:
+    found = decided([held_out(*shares) for shares in held])
+    assert found is not None
+    assert (found.ranges.followed, found.without) == (followed, pytest.approx(0.1, abs=1e-6))
+    assert found.with_guide == pytest.approx(with_guide, abs=1e-6)
+    assert (found.followed, found.everywhere) == (any(followed), all(followed))
+
+
+def test_hold_out_needs_hidden_pixels_and_enough_of_them_in_a_range() -> None:
     assert decided([]) is None
-    assert decided([good]).to_text() == (
-        "followed: on a hold-out of known depth, the mean error is 50 mm with it and 100 mm without"
-    )
+    found = decided([replace(held_out(2.0, 0.5, 0.5, 0.5), least=101)])
+    assert found is not None
+    assert not found.followed
+
+
+@pytest.mark.parametrize(
+    ("followed", "said"),
+    [
+        ((True, True, True, True), "followed: on a hold-out"),
+        ((True, True, False, True), "followed in a part, at depth up to 2.5 m and from 3.5 m on: on a hold-out"),
+        ((False, True, True, False), "followed in a part, at depth from 1.5 m to 3.5 m: on a hold-out"),
+    ],
+)
+def test_followed_ranges_are_told_and_end_slowly(followed, said) -> None:
+    shares = [0.5 if one else 2 for one in followed]
+    found = decided([held_out(*shares)])
+    assert found is not None
+    assert found.to_text().startswith(said)
+    ranges = FollowedRanges((1.5, 2.5, 3.5), followed)
+    depth = np.linspace(1, 5, 2000, dtype=np.float32)
+    share = ranges.share(depth)
+    assert np.abs(np.diff(share)).max() < 0.02
+    np.testing.assert_allclose(ranges.share(NEAR_TO_FAR)[::100], np.float32(followed), atol=1e-6)
 
 
 @pytest.mark.parametrize("right_near", [True, False])
@@ -144,9 +191,23 @@ def test_guide_that_is_right_at_one_depth_and_wrong_at_another_does_no_harm(righ
     test = guide_hold_out(frame.with_guide(1 / (waves * depth)))
     assert test is not None
     assert test.with_guide < 0.9 * test.without
+    assert not test.everywhere
     guided, unguided = ilf.complete(frame, BLOCKS, guide=1 / (waves * depth)), ilf.complete(frame, BLOCKS)
-    assert np.array_equal(guided.depth, unguided.depth)
-    assert any("not used" in note for note in guided.notes)
+    assert np.array_equal(guided.depth[near], unguided.depth[near])
+    off, before = (np.abs(one.depth - depth)[~near & np.isnan(known)].mean() for one in (guided, unguided))
+    if right_near:  # where it is right by much in a part of that range alone
+        assert not test.followed
+        assert off == before
+    else:
+        assert off < 0.8 * before
+    assert any(("not used" if right_near else "followed in a part") in note for note in guided.notes)
+    factor = (
+        np.ones(SHAPE)
+        if right_near
+        else 1 - test.ranges.share(guided.depth) * (1 - (test.with_guide / test.without) ** 0.75)
+    )
+    expected = factor * depth_error(guided.frame, guided.depth)
+    np.testing.assert_allclose(ilf.expected_error(guided), expected, rtol=1e-5)
 
 
 def test_block_without_known_depth_is_completed_by_a_guide_alone() -> None:
@@ -168,6 +229,44 @@ def test_rest_is_guessed_by_the_guide_too() -> None:
 def test_stepper_starts_from_the_guide() -> None:
     stepper = ilf.iterate(frame_with_hole(), BLOCKS, 1, guide=1 / ground_truth())
     assert np.abs(stepper.surface.reshape(SHAPE) - ground_truth())[30:60, 70:110].mean() < 0.05
+
+
+@pytest.mark.parametrize(
+    ("gives", "said"),
+    [
+        ("affine inverse", lambda z: 3 / z - 0.4),
+        ("affine", lambda z: 40 * z + 30),
+        ("metric", lambda z: z),
+        ("metric", lambda z: 1000 * z),
+    ],
+)
+def test_guide_that_gives_a_line_or_metres_is_fitted_beyond_what_is_known(gives, said) -> None:
+    truth = ground_truth()
+    near = truth < 2
+    known = np.where(near, truth, np.nan)
+    known[30:60, 70:110] = np.nan
+    known[0, 0], known[60, 115] = truth[0, 0], truth[60, 115]
+    frame = ilf.RGBDFrame(np.full((*SHAPE, 3), 90, np.uint8), known)
+    errors = []
+    for stated in (gives, None):
+        found = fit_guide(frame.with_guide(Guide(said(truth), gives=stated)))
+        assert found is not None
+        errors.append(np.abs(found.depth / truth - 1)[~near].mean())
+    assert errors[0] < 0.01
+    assert errors[1] > 0.1, "otherwise nothing would have to be stated"
+
+
+def test_guide_says_what_it_gives() -> None:
+    values = ground_truth()
+    values[:4] = -1
+    assert np.isnan(Guide(values, gives="metric").values[:4]).all()
+    assert np.isfinite(Guide(values, gives="affine").values).all()
+    assert not Guide(values, gives="affine").is_same_as(Guide(values))
+    assert Guide(values, gives="affine").resized_to((180, 240)).gives == "affine"
+    card = GuideCard("small", "its maker", "MIT", "affine inverse", 1)
+    assert Guide(values, network=card).gives == "affine inverse"
+    with pytest.raises(InputError, match=r"cannot give 'depth'\. Known: 'relative inverse', 'affine inverse'"):
+        Guide(values, gives="depth")  # type: ignore[arg-type]
 
 
 def test_curve_is_monotone_and_goes_on_beyond_what_is_known() -> None:
@@ -281,12 +380,14 @@ def folder(tmp_path):
 def test_run_with_a_guide_is_made_again_and_not_without_it(folder, capsys) -> None:
     frame = ilf.load_frame(folder)
     assert frame.guide is not None
-    run = ilf.Run(frame, BLOCKS)
+    run = ilf.Run(frame.with_guide(replace(frame.guide, gives="affine inverse")), BLOCKS)
     run.complete().save(folder / "out", cloud=None)
     (folder / "guide.npy").unlink()
     again = ilf.replay(folder / "out" / "run.json")
     assert again.differences == ()
     assert again.verdict(again.run.complete()) == ()
+    assert again.run.frame.guide is not None
+    assert again.run.frame.guide.gives == "affine inverse"
     assert main(["info", str(folder / "out" / "run.json")]) == 0
     assert "guide_used.npy" in capsys.readouterr().out
 

@@ -1,0 +1,147 @@
+"""The dialog *Guide by network*: known networks and the user's own, which are fetched, added and used as guide."""
+
+from __future__ import annotations
+
+from typing import Any, get_args
+from urllib.parse import urlsplit
+
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtWidgets import QComboBox, QDialog, QDialogButtonBox, QPushButton, QTreeWidgetItem, QWidget
+
+from ilf.data.guide import Gives, GuideCard
+from ilf.errors import IlfError
+from ilf.io.frame_additions import NETWORK_SUFFIX
+from ilf.io.guide_models import guide_cards, guide_file, licence_text
+
+from ..widgets.basics import Message, label_of, row, row_list, stack
+from ..widgets.file_choice import choose_file
+from ..widgets.notices import error_text
+from ..widgets.work_row import WorkRow
+from ..work.latest_request import LatestRequest
+
+_FOLDER_KEY = "guide/network-folder"
+_HEADERS = ("Network", "Maker", "Licence", "Size", "Gives", "State")
+_GIVES = {
+    "relative inverse": "a value that falls with depth",
+    "affine inverse": "inverse depth up to scale and shift",
+    "affine": "depth up to scale and shift",
+    "metric": "metric depth",
+}
+"""What networks give, in words."""
+
+
+class GuideNetworksDialog(QDialog):
+    """Dialog with a row for each network. Nothing is fetched before *Fetch* is pressed, and its work is done elsewhere:
+    closing the dialog does not end it.
+
+    Signals
+    -------
+    fetch_requested(str), use_requested(str)
+        Request to fetch the network of this name, or to use it as guide of the frame.
+    add_requested(str, str)
+        Request to add a network from a file, and what it gives.
+    """
+
+    fetch_requested = Signal(str)
+    use_requested = Signal(str)
+    add_requested = Signal(str, str)
+
+    def __init__(self, parent: QWidget, has_frame: bool) -> None:
+        super().__init__(parent)
+        self.setWindowTitle("Guide by Network")
+        self._has_frame = has_frame
+        self._requests: LatestRequest[Any, Any] | None = None
+        self._cards: dict[str, GuideCard] = {}
+        about = Message(lines=2)
+        about.show_message(
+            "A network predicts depth from colour, which is followed where hidden depth is better with it. Nothing is "
+            "fetched unasked; networks run on this computer, and images do not leave it.",
+            "text",
+        )
+        self.networks = row_list("Guide networks", "Networks that predict depth from colour", _HEADERS, stretched=2)
+        self.networks.setAllColumnsShowFocus(True)
+        self.networks.currentItemChanged.connect(lambda *_: self._show_chosen())
+        self.message = Message(lines=3)
+        self.work = WorkRow("download", "what has come is kept, and Fetch continues")
+        self.fetch_button = QPushButton("&Fetch", autoDefault=False)
+        self.use_button = QPushButton("&Use as guide", autoDefault=False)
+        self.use_button.setToolTip("Predict a guide of the current frame by the selected network")
+        self.add_button = QPushButton("&Add file…", autoDefault=False)
+        self.add_button.setToolTip("Add an ONNX file: one that was copied from another computer, or of your own")
+        self.gives = QComboBox()
+        self.gives.setToolTip("What a network of your own predicts; it is fitted to known depth as that")
+        for gives in get_args(Gives):
+            self.gives.addItem(_GIVES[gives], gives)
+        self.fetch_button.clicked.connect(lambda: self.fetch_requested.emit(self.chosen()))
+        self.use_button.clicked.connect(self._use)
+        self.add_button.clicked.connect(self._add)
+        buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
+        buttons.rejected.connect(self.reject)
+        ours = row(self.add_button, label_of("that, if of your own, &gives", self.gives), self.gives)
+        chosen = row(self.fetch_button, self.use_button)
+        stack(self, about, self.networks, self.message, chosen, self.work, ours, buttons, stretched=self.networks)
+        self.resize(820, 460)
+        self.show_networks()
+
+    def follow(self, requests: LatestRequest[Any, Any]) -> None:
+        """Show the progress of requests, cancel them by *Cancel*, and fetch nothing else meanwhile."""
+        self._requests = requests
+        self.work.follow(requests)
+        requests.begun.connect(self._allow)
+        requests.ended.connect(self._allow)
+        self._allow()
+
+    def chosen(self) -> str:
+        """The name of the selected network; "" for none."""
+        item = self.networks.currentItem()
+        return "" if item is None else item.text(0)
+
+    def show_networks(self, chosen: str = "") -> None:
+        """Show the networks as they are now, and select one; by default the same as before."""
+        chosen = chosen or self.chosen()
+        self.networks.clear()
+        try:
+            self._cards = guide_cards()
+        except IlfError as error:
+            self.tell(error_text(error), "error")
+        for name, card in self._cards.items():
+            state = "not fetched" if guide_file(name) is None else "ready"
+            size = f"{card.bytes / 1e6:.1f} MB"
+            item = QTreeWidgetItem([name, card.maker, licence_text(card), size, card.gives, state])
+            item.setToolTip(4, _GIVES[card.gives])
+            item.setToolTip(2, item.text(2))
+            item.setTextAlignment(3, Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
+            self.networks.addTopLevelItem(item)
+            if name == chosen or self.networks.currentItem() is None:
+                self.networks.setCurrentItem(item)
+
+    def tell(self, text: str, tone: str = "text") -> None:
+        """Show a sentence about the selected network."""
+        self.message.show_message(text, tone)
+
+    def _allow(self) -> None:
+        card = self._cards.get(self.chosen())
+        there = card is not None and guide_file(card.name) is not None
+        busy = self._requests is not None and self._requests.question is not None
+        self.fetch_button.setEnabled(card is not None and not there and bool(card.address) and not busy)
+        self.use_button.setEnabled(there and self._has_frame)
+        self.add_button.setEnabled(not busy)
+
+    def _show_chosen(self) -> None:
+        """Tell the licence, and where the network is fetched from, before it is."""
+        self._allow()
+        card = self._cards.get(self.chosen())
+        if card is None:
+            return
+        there = guide_file(card.name) is not None
+        source = f" Fetch gets it from {urlsplit(card.address).hostname}." if card.address and not there else ""
+        frame = " Open a frame to use it." if there and not self._has_frame else ""
+        self.tell(f"{card.name} of {card.maker}: licence {licence_text(card)}.{source}{frame}")
+
+    def _use(self) -> None:
+        self.use_requested.emit(self.chosen())
+        self.accept()
+
+    def _add(self) -> None:
+        if path := choose_file(self, "Add guide network", _FOLDER_KEY, f"ONNX networks (*{NETWORK_SUFFIX})"):
+            self.add_requested.emit(path, self.gives.currentData())
