@@ -3,17 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from itertools import pairwise
 from pathlib import Path
 
+from ilf.sources.naming import COLOUR_SUFFIXES, DEPTH_FILE_SUFFIXES
 from ilf.sources.opening import is_recording
 
 PROJECT_SUFFIX = ".ilf"
 
 
 def sort_paths(paths: Iterable[Path]) -> tuple[list[Path], list[Path], list[Path], list[Path]]:
-    """Return project files, folders and recordings, run records, and image files among paths, in the given order."""
+    """Return project files, folders and recordings, run records, and image files among paths, in the given order. A
+    MATLAB file after a colour image is its depth, not a recording."""
     chosen = list(paths)
-    folders = [path for path in chosen if path.is_dir() or is_recording(path)]
+    of_pairs = {
+        depth
+        for rgb, depth in pairwise(chosen)
+        if rgb.suffix.lower() in COLOUR_SUFFIXES and depth.suffix.lower() in DEPTH_FILE_SUFFIXES
+    }
+    folders = [path for path in chosen if path.is_dir() or (is_recording(path) and path not in of_pairs)]
     files = [path for path in chosen if path not in folders]
     projects = [path for path in files if path.suffix.lower() == PROJECT_SUFFIX]
     records = [path for path in files if path.suffix == ".json"]

@@ -148,8 +148,10 @@ class Parser(argparse.ArgumentParser):
 
 def check_there(paths: Iterable[object]) -> None:
     """Raise InputError for the first path that leads nowhere; addresses are not opened."""
+    from ..io.hdf5_depth import split_dataset  # not before: it imports numpy
+
     for path in paths:
-        if path is not None and not is_address(path) and not os.path.lexists(str(path)):
+        if path is not None and not is_address(path) and not os.path.lexists(split_dataset(str(path))[0]):
             raise InputError(f"{path}: there is no such file or folder. Check the name.")
 
 

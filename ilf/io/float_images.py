@@ -99,7 +99,6 @@ def without_channel(values: NDArray[Any]) -> NDArray[Any]:
 # Depth from OpenEXR files.
 
 _MAGIC = b"\x76\x2f\x31\x01"
-_DEPTH_CHANNELS = "z", "depth"
 _REMEDY = "Export depth alone, as one channel Z."
 
 
@@ -165,12 +164,15 @@ def _size(window: tuple[NDArray[np.int32], NDArray[np.int32]]) -> tuple[int, int
 
 
 def _depth_channels(file: FileContent, names: Collection[str]) -> list[str]:
-    """Return one channel, or red, green and blue, which must then be equal."""
-    by_name = [name for name in names if name.lower().rpartition(".")[2] in _DEPTH_CHANNELS]
+    """Return one channel, or red, green and blue, which must then be equal: of a layer called depth, such as
+    ViewLayer.Depth.Z of Blender beside ViewLayer.Normal.Z, or else Z, or else of the image."""
+    layer = [name for name in names if "depth" in name.lower().split(".")]
+    layer = layer or [name for name in names if "depth" in name.lower()]
+    by_name = layer or [name for name in names if name.lower().rpartition(".")[2] == "z"]
     if len(by_name) == 1 or len(names) == 1:
         return by_name or list(names)
-    colours = [name for name in ("R", "G", "B") if name in names]
-    if by_name or len(colours) != 3:
+    colours = [name for name in layer if name[-2:] in {".R", ".G", ".B"}] or [name for name in "RGB" if name in names]
+    if (by_name and not layer) or len(colours) != 3:
         raise FormatError(f"{file} has the channels {', '.join(names):.200}: which one is depth is unclear. {_REMEDY}")
     return colours
 

@@ -54,7 +54,7 @@ class NyuLabelled(Recording):
             if data is None:
                 raise FormatError(
                     f"{self.path} has no {name} in the form of NYU Depth V2's labelled file. Check that this is "
-                    "nyu_depth_v2_labeled.mat."
+                    "nyu_depth_v2_labeled.mat; if it is the depth of a frame, give it with its colour image."
                 )
             found.append(data)
         images, raw = found

@@ -66,6 +66,20 @@ WRITTEN = {
     "half.exr": lambda: (exr({"Y": HALF}), HALF),
     "grey.exr": lambda: (exr({"RGB": np.dstack([HALF] * 3)}), HALF),
     "layers.exr": lambda: (exr({"View.Depth.Z": METRES, "View.R": METRES + 1}), METRES),
+    "blender.exr": lambda: (
+        exr(
+            {"ViewLayer.Depth.Z": METRES, "ViewLayer.Denoising Depth.Z": METRES + 1}
+            | {f"ViewLayer.{name}": METRES + 2 for name in ("Combined.R", "Normal.X", "Normal.Z", "Position.Z")}
+        ),
+        METRES,
+    ),
+    "unreal.exr": lambda: (
+        exr(
+            {f"QueueWorldDepth.{name}": METRES for name in "RGB"}
+            | dict.fromkeys(("QueueWorldDepth.A", *"RGBA"), METRES + 1)
+        ),
+        METRES,
+    ),
     "little.pfm": lambda: (pfm(METRES), METRES),
     "big.pfm": lambda: (pfm(METRES, "2.5"), METRES),
     "only.npz": lambda: (npz(anything=METRES), METRES),

@@ -120,11 +120,14 @@ def test_the_order_of_axes_of_matlab_is_undone_also_in_squares(folder: Path, is_
     assert np.array_equal(read_depth_values(folder / "depth.mat", dataset="/scene/z"), square)
 
 
-def test_a_run_record_repeats_the_dataset(folder: Path) -> None:
+def test_a_run_record_and_a_new_project_repeat_the_dataset(folder: Path) -> None:
     colour, depth, out = str(folder / "rgb.png"), f"{folder / 'take.h5'}:/right/z", folder / "out"
     assert main(["complete", colour, depth, "--out", str(out)]) == 0
     assert json.loads((out / "run.json").read_text())["inputs"]["dataset"] == "/right/z"
     assert main(["complete", "--replay", str(out / "run.json"), "--out", str(folder / "again")]) == 0
+    assert main(["project", "new", str(folder / "new.ilf"), colour, depth]) == 0
+    with open_project(folder / "new.ilf") as opened:
+        assert np.array_equal(read_frame(opened.project.frames[0].source).depth, FAR)
 
 
 @pytest.mark.parametrize("moved", [False, True])
