@@ -209,7 +209,7 @@ class OpenDialog(QDialog):
                 self.min_confidence, "The minimum confidence must be a number of the confidence map, such as 2"
             ),
             intrinsics=self._intrinsics(),
-            undistort=(self.undistort.isChecked() and self.camera.currentText() == _FILE) or None,
+            undistort=(self.undistort.isChecked() and self._states_lens(kind)) or None,
             guide=self.guide_path.text().strip() or None if kind in (Kind.PAIR, Kind.FRAME) else None,
         )
         return FrameRef(colour, depth if kind is Kind.PAIR else None, options=options)
@@ -276,6 +276,7 @@ class OpenDialog(QDialog):
             (True, kind is Kind.PAIR, of_images, of_images, of_images, of_images, kind in (Kind.PAIR, Kind.FRAME))
         ):
             self._form.setRowVisible(place, shown)
+        self.undistort.setVisible(self._states_lens(kind))
         for preview in (self.colour_preview, self.depth_preview):
             preview.setVisible(kind not in (Kind.PROJECT, Kind.RUN))
 
@@ -414,13 +415,18 @@ class OpenDialog(QDialog):
         choice = self.camera.currentText()
         self.camera_text.setVisible(choice in (_NUMBERS, _FILE))
         self.camera_browse.setVisible(choice == _FILE)
-        self.undistort.setVisible(choice == _FILE)
+        self.undistort.setVisible(self._states_lens(self.kind))
         self.camera_text.setPlaceholderText(
             "Pixels, such as 525, 525, 319.5, 239.5"
             if choice == _NUMBERS
             else "JSON, YAML or text; FILE#NAME for one of several"
         )
         self._schedule()
+
+    def _states_lens(self, kind: Kind) -> bool:
+        """Whether the distortion of the lens can be stated, in a file of intrinsics or in those of a data set."""
+        choice = self.camera.currentText()
+        return choice == _FILE or (choice == _FROM_META and kind is Kind.FRAMES)
 
     def _browse_any(self) -> None:
         kinds = COLOUR_SUFFIXES, DEPTH_FILE_SUFFIXES, recording_suffixes(), (PROJECT_SUFFIX, ".json")
@@ -481,7 +487,7 @@ class OpenDialog(QDialog):
         if choice == _FILE:
             if not text:
                 raise InputError("Choose the file with the intrinsics.")
-            return text
+            return str(Path(self._paths()[0]).parent / text)  # messages leave out the folder
         if choice != _NUMBERS:
             return choice
         try:
