@@ -447,9 +447,14 @@ _FISHEYE = re.compile(r"fish.?eye|equi(dist|$|\s)|kannala|\bkb\d?\b", re.I)
 
 def stated_lens(camera: Camera, data: Mapping[str, Any]) -> Camera:
     """The camera with the coefficients of a stated distortion, by name or in OpenCV's order; raise InputError if its
-    model has not as many."""
+    model has not as many. The inverse Brown-Conrady model of RealSense is Brown: its library distorts in projection."""
     stated = data.get("distortion", ())
     if isinstance(stated, Mapping):
+        if camera.model != FISHEYE and stated.get("k4") and not {"k5", "k6"} & stated.keys():  # r^8 of nerfstudio
+            raise InputError(
+                "The lens has k4, but neither k5 nor k6: a polynomial of four terms is not supported. Undistort colour "
+                "and depth first, and give the intrinsics of these images."
+            )
         names = "k1 k2 k3 k4" if camera.model == FISHEYE else "k1 k2 p1 p2 k3 k4 k5 k6"
         stated = [stated.get(name, 0.0) for name in names.split()]
     if camera.model == FISHEYE and not any(stated[4:]):  # DepthAI and librealsense fill up with zeros

@@ -140,6 +140,6 @@ def _not_invertible(camera: Camera) -> InputError:
     numbers = ", ".join(f"{number:g}" for number in camera.distortion)
     order = "k1 k2 k3 k4 of a fisheye" if camera.model == FISHEYE else "k1 k2 p1 p2 k3 k4 k5 k6"
     return InputError(
-        f"The colour camera's distortion ({numbers}) cannot be inverted over an image of {camera.shape[1]} x "
+        f"The camera's distortion ({numbers}) cannot be inverted over an image of {camera.shape[1]} x "
         f"{camera.shape[0]}. Check that the coefficients are OpenCV's, {order}, and of this camera."
     )

@@ -227,7 +227,7 @@ class OpenDialog(QDialog):
                 self.min_confidence, "The minimum confidence must be a number of the confidence map, such as 2"
             ),
             intrinsics=self._intrinsics(),
-            undistort=(self.undistort.isChecked() and self.camera.currentText() == _FILE) or None,
+            undistort=(self.undistort.isChecked() and self._states_lens(kind)) or None,
             view=_VIEWS[self.view.currentText()],
             guide=self.guide_path.text().strip() or None if kind in (Kind.PAIR, Kind.FRAME) else None,
         )
@@ -294,6 +294,7 @@ class OpenDialog(QDialog):
         self._form.setRowVisible(1, is_pair)
         self._reading_form.setRowVisible(1, of_images and not is_pair)  # a pair names the dataset behind its depth
         self._reading_form.setRowVisible(self._reading_form.rowCount() - 1, kind in (Kind.PAIR, Kind.FRAME))
+        self.undistort.setVisible(self._states_lens(kind))
         self.more.setVisible(of_images)
         self._reading.setVisible(of_images and self.more.isChecked())
         for preview in (self.colour_preview, self.depth_preview):
@@ -443,13 +444,18 @@ class OpenDialog(QDialog):
         choice = self.camera.currentText()
         self.camera_text.setVisible(choice in (_NUMBERS, _FILE))
         self.camera_browse.setVisible(choice == _FILE)
-        self.undistort.setVisible(choice == _FILE)
+        self.undistort.setVisible(self._states_lens(self.kind))
         self.camera_text.setPlaceholderText(
             "Pixels, such as 525, 525, 319.5, 239.5"
             if choice == _NUMBERS
             else "JSON, YAML or text; FILE#NAME for one of several"
         )
         self._schedule()
+
+    def _states_lens(self, kind: Kind) -> bool:
+        """Whether the distortion of the lens can be stated, in a file of intrinsics or in those of a data set."""
+        choice = self.camera.currentText()
+        return choice == _FILE or (choice == _FROM_META and kind is Kind.FRAMES)
 
     def _browse_any(self) -> None:
         kinds = COLOUR_SUFFIXES, DEPTH_FILE_SUFFIXES, recording_suffixes(), (PROJECT_SUFFIX, ".json")
@@ -510,7 +516,7 @@ class OpenDialog(QDialog):
         if choice == _FILE:
             if not text:
                 raise InputError("Choose the file with the intrinsics.")
-            return text
+            return str(Path(self._paths()[0]).parent / text)  # messages leave out the folder
         if choice != _NUMBERS:
             return choice
         try:

@@ -102,6 +102,11 @@ def test_a_file_of_two_cameras_is_a_question_and_an_implausible_camera_a_warning
         dialog.read()
         assert message in dialog.message.text()
         assert dialog.open_button.isEnabled() == bool(name)
+    dialog.camera_text.setText(str(folder / "rig.json"))
+    dialog.read()
+    dialog.camera_text.setText(dialog.message.text().split()[-1].rstrip("."))
+    dialog.read()
+    assert "fx 525" in dialog.message.text(), "what it says to write is what it takes"
 
 
 def test_a_lens_is_undistorted_if_its_file_states_it(dialog, folder):
@@ -141,6 +146,21 @@ def test_a_dataset_is_named_behind_the_depth_file_or_for_a_folder(dialog, folder
     QTest.keyClicks(dialog.dataset, "/far/depth")
     qtbot.waitUntil(lambda: "First frame:\nMedian 2.50 m" in dialog.message.text())
     assert dialog.request().options.dataset == "/far/depth"
+
+
+def test_a_fisheye_of_a_data_set_is_undistorted(dialog, folder, qtbot):
+    for kind, name in (("images", "rgb.png"), ("depth", "depth.png")):
+        (folder / kind).mkdir()
+        (folder / name).rename(folder / kind / "0.png")
+    frame = {"file_path": "images/0.png", "depth_file_path": "depth/0.png", "transform_matrix": np.eye(4).tolist()}
+    lens = {"camera_model": "OPENCV_FISHEYE", "fl_x": 400.0, "fl_y": 400.0, "cx": 320.0, "cy": 240.0, "k1": 0.05}
+    (folder / "transforms.json").write_text(json.dumps({**lens, "w": 640, "h": 480, "frames": [frame]}))
+    dialog.set_files(str(folder))
+    qtbot.waitUntil(lambda: "is a fisheye" in dialog.message.text())
+    assert "No intrinsics" in dialog.message.text()
+    dialog.undistort.click()
+    qtbot.waitUntil(lambda: "Intrinsics: fx" in dialog.message.text())
+    assert "fisheye" not in dialog.message.text()
 
 
 def test_a_guide_is_read_with_the_frame_or_refused(dialog, folder):

@@ -260,6 +260,35 @@ SCANNER_APP = {
 }  # fmt: skip
 STRAY = "".join(", ".join(map(str, K[3 * row : 3 * row + 3])) + "\n" for row in range(3))
 
+VINS = f"""%YAML:1.0
+---
+model_type: KANNALA_BRANDT
+camera_name: camera
+image_width: 640
+image_height: 480
+projection_parameters:
+   k2: {FISH[0]}
+   k3: {FISH[1]}
+   k4: {FISH[2]}
+   k5: {FISH[3]}
+   mu: {FX}
+   mv: {FY}
+   u0: {CX}
+   v0: {CY}
+"""
+MEI = """%YAML:1.0
+---
+model_type: MEI
+camera_name: camera
+mirror_parameters:
+   xi: 1.89
+projection_parameters:
+   gamma1: 893.0
+   gamma2: 894.0
+   u0: 320.5
+   v0: 241.5
+"""
+
 PLAIN, ONE_FOCAL = [], [FX, FX, CX, CY]
 MADE = {
     "ROS calibration": ("ost.yaml", CALIBRATION.format(model="plumb_bob", count=5, coefficients=BROWN), "", BROWN),
@@ -273,6 +302,7 @@ MADE = {
     "ORB-SLAM3": ("TUM-VI.yaml", ORB_SLAM_3, "Camera1", FISH),
     "Kalibr fisheye": ("camchain.yaml", KALIBR, "cam0", FISH),
     "Kalibr": ("camchain.yaml", KALIBR, "cam1", BROWN[:4]),
+    "VINS fisheye": ("cam0.yaml", VINS, "", FISH),
     "RealSense text": ("d455.txt", REALSENSE, "color_640x480", BROWN),
     "RealSense text, blank": ("d455.csv", REALSENSE, "Fisheye 1", FISH),
     "RealSense": ("d455.json", json.dumps(PYREALSENSE), "color", BROWN),
@@ -367,6 +397,15 @@ def test_other_lenses_are_refused_by_name(tmp_path: Path, maker: str, entry: str
     (tmp_path / name).write_bytes(content if isinstance(content, bytes) else content.encode())
     with pytest.raises(InputError, match=f"lens model '{lens}.*is not supported"):
         lens_from(f"{tmp_path / name}#{entry}", SIZE[::-1])
+
+
+def test_a_lens_without_a_focal_length_is_refused_by_its_name(tmp_path: Path) -> None:
+    (tmp_path / "mei.yaml").write_text(MEI)
+    with pytest.raises(InputError, match="lens model 'MEI' is not supported"):
+        lens_from(str(tmp_path / "mei.yaml"), SIZE[::-1])
+    camera, notes = frame_camera(str(tmp_path / "mei.yaml"), SIZE[::-1])
+    assert camera is None
+    assert "'MEI' is not supported" in notes[0]
 
 
 def test_a_camera_of_another_size_is_scaled_with_its_lens_or_refused(tmp_path: Path) -> None:

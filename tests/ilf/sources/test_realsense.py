@@ -6,6 +6,7 @@ import math
 import sys
 from contextlib import closing
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -14,9 +15,9 @@ import pytest
 import ilf
 from ilf.cli import main
 from ilf.errors import InputError
-from ilf.sources.realsense import camera_pairs, capture_frame, load_realsense
+from ilf.sources.realsense import camera_pairs, capture_frame, load_realsense, pair_of
 from ilf.sources.registration import register
-from tests.ilf.bags import COLOUR, H, W
+from tests.ilf.bags import COLOUR, DEPTH, H, W
 from tests.ilf.realsense_bags import SHIFTS, write_library_db3, write_viewer_bag
 from tests.ilf.software_camera import connect
 
@@ -123,3 +124,41 @@ def test_without_the_library(monkeypatch: pytest.MonkeyPatch, capsys: pytest.Cap
         capture_frame()
     assert main(["live", "--realsense"]) == 1
     assert "ilf-studio[sensors]" in capsys.readouterr().err
+
+
+class _SeenFrame:
+    """A frame as the library gives it, of a camera with a lens."""
+
+    def __init__(self, pixels: np.ndarray, model: str, coefficients: list[float]) -> None:
+        intrinsics = {"fx": 30.0, "fy": 30.0, "ppx": 15.5, "ppy": 11.5, "width": W, "height": H}
+        self.intrinsics = SimpleNamespace(**intrinsics, model=SimpleNamespace(name=model), coeffs=coefficients)
+        self.profile, self.get_units = self, lambda: 0.001
+        self.get_data = lambda: pixels
+
+    def as_video_stream_profile(self) -> _SeenFrame:
+        return self
+
+    def get_extrinsics_to(self, _other: object) -> SimpleNamespace:
+        return SimpleNamespace(rotation=np.eye(3).ravel(), translation=[0.0, 0.0, 0.0])
+
+
+@pytest.mark.parametrize(
+    ("model", "lens"),
+    [
+        ("kannala_brandt4", ("fisheye", (0.05, -0.01, 0.004, -0.001))),
+        ("inverse_brown_conrady", ("pinhole", (0.05, -0.01, 0.004, -0.001, 0.0))),
+        ("ftheta", None),
+    ],
+)
+def test_the_lens_of_a_camera_is_that_of_its_model(model: str, lens: tuple[str, tuple[float, ...]] | None) -> None:
+    coefficients = [0.05, -0.01, 0.004, -0.001, 0.0]
+    frames = SimpleNamespace(
+        get_depth_frame=lambda: _SeenFrame(DEPTH, "brown_conrady", [0.0] * 5),
+        get_color_frame=lambda: _SeenFrame(COLOUR, model, coefficients),
+    )
+    if lens is None:
+        with pytest.raises(InputError, match="'ftheta' is not supported"):
+            pair_of(frames)
+        return
+    camera = pair_of(frames).colour_camera
+    assert (camera.model, camera.distortion) == lens

@@ -207,6 +207,7 @@ def test_what_cannot_be_undistorted_is_refused(files: tuple[Path, Path], tmp_pat
         (_camera(tmp_path / "wild.yaml", (-3.0, 0.0, 0.0, 0.0)), "cannot be inverted"),
         ({"fx": 75, "fy": 75, "cx": 39.5, "cy": 29.5, "camera_model": "omni"}, "'omni' is not supported"),
         ({"fx": 75, "fy": 75, "cx": 39.5, "cy": 29.5, "D": [0.1] * 6}, "coefficients"),
+        ({"fx": 75, "fy": 75, "cx": 39.5, "cy": 29.5, "k1": 0.1, "k4": 0.01}, "four terms"),
     ):
         with pytest.raises(InputError, match=told):
             ilf.load_frame(*files, intrinsics=camera, undistort=True)
