@@ -51,7 +51,7 @@ def colour_by_depth(
         Colour, black where nothing is seen.
     BroughtColour
     """
-    guessed = 1 / smoothly_filled(1 / depth, np.isfinite(depth))
+    guessed = np.reciprocal(smoothly_filled(np.reciprocal(depth), np.isfinite(depth)))
     columns, rows, away = _places(guessed, camera, colour, depth_to_colour)
     height, width = colour.shape
     seen = (away > 0) & (columns >= -0.5) & (columns < width - 0.5) & (rows >= -0.5) & (rows < height - 0.5)
@@ -60,8 +60,8 @@ def colour_by_depth(
     fineness = max(colour.fx / camera.fx, colour.fy / camera.fy)
     if fineness >= _BLUR_FROM:
         rgb = np.asarray(cv2.GaussianBlur(rgb, (0, 0), _BLUR_SHARE * fineness), np.uint8)
-    maps = (np.where(seen, places, 0).astype(np.float32) for places in (columns, rows))
-    brought = np.asarray(cv2.remap(rgb, *maps, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE), np.uint8)
+    across, down = (np.where(seen, places, 0).astype(np.float32) for places in (columns, rows))
+    brought = np.asarray(cv2.remap(rgb, across, down, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE), np.uint8)
     brought[~seen] = 0
     edge_rgb = np.rint(smoothly_filled(brought.astype(np.float32), seen)).astype(np.uint8)
     return brought, BroughtColour(read_only(seen), read_only(edge_rgb), colour, depth_to_colour)
