@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from PySide6.QtCore import QObject, Qt, Signal
+from PySide6.QtCore import QObject, Qt
 from PySide6.QtWidgets import (
     QDialog,
     QDialogButtonBox,
@@ -42,25 +42,11 @@ _ABOUT = (
 
 
 class MissingFilesDialog(QDialog):
-    """Dialog with missing and changed files, and commands to locate them.
+    """Dialog with missing and changed files, and commands to locate them."""
 
-    Signals
-    -------
-    file_located(object, object), folder_located(object)
-        The user has located a MissingFile; or the folder in which all of them are.
-    new_frame_requested(object)
-        Request to open the frame of a changed MissingFile as a new frame, without the work.
-    cancelled()
-        Request to stop the search.
-    """
-
-    file_located = Signal(object, object)
-    folder_located = Signal(object)
-    new_frame_requested = Signal(object)
-    cancelled = Signal()
-
-    def __init__(self, project: str, parent: QWidget) -> None:
+    def __init__(self, project: str, missing: Missing, parent: QWidget) -> None:
         super().__init__(parent)
+        self._missing = missing
         self.setWindowTitle(f"Missing Files of {project}")
         about = Message(lines=3)
         about.show_message(_ABOUT, "text")
@@ -90,8 +76,8 @@ class MissingFilesDialog(QDialog):
         self.files.currentItemChanged.connect(lambda *_: self._allow())
         self.file_button.clicked.connect(self._ask_file)
         self.folder_button.clicked.connect(self._ask_folder)
-        self.new_button.clicked.connect(self._request_new_frame)
-        self.work.cancelled.connect(self.cancelled)
+        self.new_button.clicked.connect(self._open_new)
+        self.work.cancelled.connect(missing.cancel_search)
 
         buttons_of_files = row(self.file_button, self.folder_button, self.new_button)
         stack(self, about, self.files, buttons_of_files, self.work, self.message, buttons, stretched=self.files)
@@ -149,19 +135,19 @@ class MissingFilesDialog(QDialog):
         name = Path(lost.wanted.path).name
         path, _ = QFileDialog.getOpenFileName(self, f"Locate {name}", str(_nearest(lost.wanted.path)))
         if path:
-            self.file_located.emit(lost, Path(path))
+            self._missing.locate_file(lost, Path(path))
 
     def _ask_folder(self) -> None:
         lost = self.chosen()
         start = _nearest(lost.wanted.path if lost is not None else "")
         folder = QFileDialog.getExistingDirectory(self, "Locate Folder of the Files", str(start))
         if folder:
-            self.folder_located.emit(Path(folder))
+            self._missing.locate_folder(Path(folder))
 
-    def _request_new_frame(self) -> None:
+    def _open_new(self) -> None:
         lost = self.chosen()
-        if lost is not None and lost.changed is not None:
-            self.new_frame_requested.emit(lost)
+        if lost is not None:
+            self._missing.open_new(lost)
 
 
 def _details(lost: MissingFile) -> str:
@@ -260,6 +246,10 @@ class Missing(QObject):
         source = relocated(source, {lost.wanted.path: lost.changed})
         self._context.loader.open_new(source, f"{entry.name} (changed)")
 
+    def cancel_search(self) -> None:
+        """End the search in progress."""
+        self._searcher.cancel()
+
     # lost files
 
     def _take_checked(self, lost: list[MissingFile]) -> None:
@@ -291,12 +281,8 @@ class Missing(QObject):
         if not self._lost:
             return
         if self.dialog is None:
-            self.dialog = dialog = MissingFilesDialog(self._present.name, self._context.window)
+            self.dialog = dialog = MissingFilesDialog(self._present.name, self, self._context.window)
             dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-            dialog.file_located.connect(self.locate_file)
-            dialog.folder_located.connect(self.locate_folder)
-            dialog.new_frame_requested.connect(self.open_new)
-            dialog.cancelled.connect(self._searcher.cancel)
             dialog.finished.connect(self._leave_dialog)
             dialog.open()
         self.dialog.show_files(self._named())

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Generator, Sequence
 
 import numpy as np
 from PySide6.QtCore import QPoint, QSize, Qt
@@ -297,7 +297,8 @@ class SweepFeature(Panel):
             self._show_found()
             self.state.show_message(self._outcome())
 
-    compute = staticmethod(SweepState.compute)
+    def compute(self, request: SweepState) -> Generator[float, None, SweepResult]:
+        return request.compute()
 
     def take(self, request: SweepState, answer: SweepResult) -> None:
         request.take_arrived()
