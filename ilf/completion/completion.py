@@ -92,9 +92,10 @@ def iterate(
     task = BlockTask.of(frame if guide is None else frame.with_guide(guide), found[label], parameters, given)
     if task.by_hand is None and not np.isfinite(task.raw).any():
         raise InputError(f"Block {label} has no known depth to iterate on. Select another block.")
-    if parameters.filter == "edge-aware" and is_guided(task.frame):
-        test = guide_hold_out(task.frame)
-        task = task if test is None or test.everywhere else replace(task, frame=_without_guide(task.frame))
+    if parameters.filter == "edge-aware" and task.frame.guide is not None:
+        test = guide_hold_out(task.frame) if is_guided(task.frame) else None
+        followed = is_guided(task.frame) and (test is None or test.everywhere)
+        task = task if followed else replace(task, frame=_without_guide(task.frame))
     return task.stepper()
 
 
@@ -111,26 +112,24 @@ def completed_blocks(
     watch: Watch | None,
 ) -> Steps[Step]:
     """Complete blocks, in stages: decide whether to follow the guide, filter the blocks, then correct."""
-    test = yield from _test_of_guide(tasks, threads)
-    if test is None or test.everywhere:
+    frame = next((task.frame for task in tasks.values() if task.parameters.filter == "edge-aware"), None)
+    if frame is None or frame.guide is None:
         yield from _completed(tasks, live, uncorrected, threads, watch)
         return
-    frame = next(iter(tasks.values())).frame
-    bare, note = _without_guide(frame), f"The guide is {test.to_text()}."
+    test = (yield from _hold_out_guide(frame, threads)) if is_guided(frame) else None
+    if is_guided(frame) and (test is None or test.everywhere):
+        yield from _completed(tasks, live, uncorrected, threads, watch)
+        return
+    # also where the belief is 0: a block is filled from its frame without suspect depth, of which it may be larger
+    bare, note = _without_guide(frame), f"The guide is {guide_text(frame)}."
     without = {label: replace(task, frame=bare, notes=(note,)) for label, task in tasks.items()}
-    guided = (yield from _depths_with_guide(tasks, threads)) if test.followed else {}
+    guided = {} if test is None or not test.followed else (yield from _depths_with_guide(tasks, threads))
     with closing(_completed(without, live, uncorrected, threads, watch)) as steps:
         for step in steps:
-            if (result := step.result) is not None and step.label in guided:
+            if test is not None and (result := step.result) is not None and step.label in guided:
                 depth = test.ranges.mixed(guided[step.label], result.depth)
                 step = replace(step, result=replace(result, depth=depth))
             yield step
-
-
-def _test_of_guide(tasks: Mapping[int, BlockTask], threads: int | None) -> Generator[Step, None, GuideHoldOut | None]:
-    """The hold-out test of the guide; None if there is none, or nothing to test it by."""
-    guided = [task for task in tasks.values() if task.parameters.filter == "edge-aware" and is_guided(task.frame)]
-    return (yield from _hold_out_guide(guided[0].frame, threads)) if guided else None
 
 
 def _depths_with_guide(

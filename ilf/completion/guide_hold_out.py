@@ -69,16 +69,13 @@ class FollowedRanges:
 
     def to_text(self) -> str:
         """The followed ranges as text for the user."""
-        bounds = ("", *map(length_text, self.limits), "")
-        parts: list[list[str]] = []
-        for number, followed in enumerate(self.followed):
-            if followed and number and self.followed[number - 1]:
-                parts[-1][1] = bounds[number + 1]
-            elif followed:
-                parts.append([bounds[number], bounds[number + 1]])
+        bounds, around = ("", *map(length_text, self.limits), ""), (False, *self.followed, False)
+        changes = list(zip(bounds, around[:-1], around[1:], strict=True))
+        starts = [bound for bound, before, after in changes if after and not before]
+        ends = [bound for bound, before, after in changes if before and not after]
         return " and ".join(
             f"from {near} to {far}" if near and far else f"up to {far}" if far else f"from {near} on"
-            for near, far in parts
+            for near, far in zip(starts, ends, strict=True)
         )
 
 
@@ -148,8 +145,8 @@ class HeldOut:
         there = frame.own & ~held_out.own & np.isfinite(with_guide) & np.isfinite(without)
         known = frame.depth[frame.own]
         limits = np.quantile(known, np.arange(1, _RANGES) / _RANGES)
-        found = (one[there] for one in (frame.depth, with_guide, without))
-        return cls(*found, tuple(map(float, limits)), _LEAST_HIDDEN * known.size)
+        depth, found, before = (one[there] for one in (frame.depth, with_guide, without))
+        return cls(depth, found, before, tuple(map(float, limits)), _LEAST_HIDDEN * known.size)
 
     @cached_property
     def errors(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

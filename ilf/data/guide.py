@@ -130,7 +130,9 @@ class Guide:
         values = _real(self.values, "A guide")
         with np.errstate(over="ignore"):
             values = values.astype(np.float32)
-        values[~(np.abs(values) < _LARGEST) | (values <= 0 if self.gives == "metric" else values == 0)] = np.nan
+        values[~(np.abs(values) < _LARGEST) | (values == 0)] = np.nan
+        if self.gives == "metric":
+            values[values < 0] = np.nan
         usable = values[np.isfinite(values)]
         if usable.size == 0 or usable.min() == usable.max():
             raise InputError(
