@@ -349,7 +349,7 @@ class AdditionalDepthPanel(Panel):
         """Show the networks that predict guides, to fetch, add and use them."""
         dialog = GuideNetworksDialog(self.context.window, self.context.workspace.has_current)
         dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        dialog.fetch_requested.connect(self._fetch)
+        dialog.fetch_requested.connect(lambda name: self.ask(_Fetch(name, self._requests.progressed.emit)))
         dialog.add_requested.connect(lambda path, gives: self.ask(_Add(path, gives)))
         dialog.use_requested.connect(lambda name: self.ask(_Load(self._document, self._frame, name)))
         dialog.use_requested.connect(lambda _: self.reveal())
@@ -357,9 +357,6 @@ class AdditionalDepthPanel(Panel):
         dialog.follow(self._requests)
         self._networks = dialog
         dialog.open()
-
-    def _fetch(self, name: str) -> None:
-        self.ask(_Fetch(name, self._requests.progressed.emit))
 
     def use_neighbours(self) -> None:
         """Use depth of neighbours in the current frame, as many and as far apart as the panel says."""

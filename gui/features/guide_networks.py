@@ -109,7 +109,6 @@ class GuideNetworksDialog(QDialog):
             size = f"{card.bytes / 1e6:.1f} MB"
             item = QTreeWidgetItem([name, card.maker, licence_text(card), size, card.gives, state])
             item.setToolTip(4, _GIVES[card.gives])
-            item.setToolTip(2, item.text(2))
             item.setTextAlignment(3, Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
             self.networks.addTopLevelItem(item)
             if name == chosen or self.networks.currentItem() is None:

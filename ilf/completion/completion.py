@@ -123,7 +123,7 @@ def completed_blocks(
     # also where the belief is 0: a block is filled from its frame without suspect depth, of which it may be larger
     bare, note = _without_guide(frame), f"The guide is {guide_text(frame)}."
     without = {label: replace(task, frame=bare, notes=(note,)) for label, task in tasks.items()}
-    guided = {} if test is None or not test.followed else (yield from _depths_with_guide(tasks, threads))
+    guided = {} if test is None or not test.followed else (yield from _depths(tasks, threads))
     with closing(_completed(without, live, uncorrected, threads, watch)) as steps:
         for step in steps:
             if test is not None and (result := step.result) is not None and step.label in guided:
@@ -132,10 +132,10 @@ def completed_blocks(
             yield step
 
 
-def _depths_with_guide(
+def _depths(
     tasks: Mapping[int, BlockTask], threads: int | None
 ) -> Generator[Step, None, dict[int, NDArray[np.float32]]]:
-    """Depth [m] of the blocks' pixels with the guide followed everywhere; as steps of no block."""
+    """Depth [m] of the pixels of each block with its frame as it is; as steps of no block."""
     depths = {}
     with closing(_completed(tasks, {}, {}, threads, None)) as steps:
         for progress in steps:
@@ -207,11 +207,8 @@ def _complete_as_extracted(frame: RGBDFrame, threads: int | None) -> Generator[S
     blocks = find_blocks(found_blocks(frame, extraction).labels)
     tasks = {label: BlockTask(frame, block, Parameters(), extraction) for label, block in blocks.items()}
     depth = frame.depth.copy()
-    with closing(_completed(tasks, {}, {}, threads, None)) as steps:
-        for progress in steps:
-            if (result := progress.result) is not None:
-                depth[result.block.box][result.block.mask] = result.depth
-            yield NO_BLOCK
+    for label, found in (yield from _depths(tasks, threads)).items():
+        depth[blocks[label].box][blocks[label].mask] = found
     return depth
 
 
