@@ -117,7 +117,8 @@ class OpenDialog(QDialog):
         self._reading_delay.timeout.connect(self.read)
 
         self.path = QLineEdit(placeholderText="Colour image, folder, data set, recording, project, or run.json")
-        self.depth_path = QLineEdit(placeholderText="Raw depth: 16-bit or float, one channel; FILE.h5:/depth")
+        self.depth_path = QLineEdit(placeholderText="Raw depth: 16-bit or float, one channel")
+        self.depth_path.setToolTip("One of several datasets of an HDF5 file is named behind it: FILE.h5:/depth.")
         self.guide_path = QLineEdit(placeholderText="Depth or inverse depth from elsewhere (optional)")
         self.encoding = typed_list()
         self.encoding.addItems(
