@@ -127,9 +127,9 @@ class Guide:
         if self.gives is not None and self.gives not in get_args(Gives):
             known = ", ".join(map(repr, get_args(Gives)))
             raise InputError(f"A guide cannot give {self.gives!r}. Known: {known}.")
-        values = _real(self.values, "A guide")
+        real = _real(self.values, "A guide")
         with np.errstate(over="ignore"):
-            values = values.astype(np.float32)
+            values = real.astype(np.float32)
         values[~(np.abs(values) < _LARGEST) | (values == 0)] = np.nan
         if self.gives == "metric":
             values[values < 0] = np.nan
