@@ -1,20 +1,26 @@
 """The dialog that asks where missing files of frames are: its buttons, and what they ask for."""
 
-from pathlib import Path
+from unittest.mock import Mock
 
 import pytest
 from PySide6.QtWidgets import QFileDialog, QWidget
 
-from gui.features.project.missing import MissingFilesDialog
+from gui.features.project.missing import Missing, MissingFilesDialog
 from ilf.data.frame import InputFile
 from ilf.project.missing_files import MissingFile
 
 
 @pytest.fixture
-def dialog(qtbot):
+def asked():
+    """What the dialog has asked for."""
+    return Mock(spec=Missing)
+
+
+@pytest.fixture
+def dialog(qtbot, asked):
     parent = QWidget()
     qtbot.addWidget(parent)
-    yield MissingFilesDialog("house.ilf", parent)
+    yield MissingFilesDialog("house.ilf", asked, parent)
     parent.close()
 
 
@@ -37,40 +43,34 @@ def test_without_files_there_is_nothing_to_locate(dialog):
         assert not button.isEnabled()
 
 
-def test_the_chosen_file_is_located(dialog, files, qtbot, tmp_path, monkeypatch):
-    asked = []
+def test_the_chosen_file_is_located(dialog, files, asked, tmp_path, monkeypatch):
+    seen = []
 
     def choose(path):
-        monkeypatch.setattr(
-            QFileDialog, "getOpenFileName", lambda _, title, start: asked.append((title, start)) or path
-        )
-
-    choose((str(tmp_path / "new.png"), ""))
-    with qtbot.waitSignal(dialog.file_located) as told:
+        monkeypatch.setattr(QFileDialog, "getOpenFileName", lambda _, title, start: seen.append((title, start)) or path)
         dialog.file_button.click()
-    assert told.args == [files[0], tmp_path / "new.png"]
-    assert asked == [("Locate rgb.png", str(tmp_path))], "from the nearest folder that is there"
+
     choose(("", ""))
-    with qtbot.assertNotEmitted(dialog.file_located):
-        dialog.file_button.click()
+    asked.locate_file.assert_not_called()
+    choose((str(tmp_path / "new.png"), ""))
+    asked.locate_file.assert_called_once_with(files[0], tmp_path / "new.png")
+    assert seen[0] == ("Locate rgb.png", str(tmp_path)), "from the nearest folder that is there"
 
 
-def test_a_folder_is_located_for_all(dialog, files, qtbot, tmp_path, monkeypatch):
-    monkeypatch.setattr(QFileDialog, "getExistingDirectory", lambda *_: str(tmp_path / "moved"))
-    with qtbot.waitSignal(dialog.folder_located) as told:
-        dialog.folder_button.click()
-    assert told.args == [Path(tmp_path / "moved")]
+def test_a_folder_is_located_for_all(dialog, files, asked, tmp_path, monkeypatch):
     monkeypatch.setattr(QFileDialog, "getExistingDirectory", lambda *_: "")
-    with qtbot.assertNotEmitted(dialog.folder_located):
-        dialog.folder_button.click()
+    dialog.folder_button.click()
+    asked.locate_folder.assert_not_called()
+    monkeypatch.setattr(QFileDialog, "getExistingDirectory", lambda *_: str(tmp_path / "moved"))
+    dialog.folder_button.click()
+    asked.locate_folder.assert_called_once_with(tmp_path / "moved")
 
 
-def test_only_a_changed_file_can_be_opened_as_a_new_frame(dialog, files, qtbot):
+def test_only_a_changed_file_can_be_opened_as_a_new_frame(dialog, files, asked):
     assert not dialog.new_button.isEnabled()
     dialog.choose("b")
-    with qtbot.waitSignal(dialog.new_frame_requested) as told:
-        dialog.new_button.click()
-    assert told.args == [files[1]]
+    dialog.new_button.click()
+    asked.open_new.assert_called_once_with(files[1])
 
 
 def test_during_a_search_nothing_else_is_asked_for(dialog, files):

@@ -10,6 +10,7 @@ import numpy as np
 
 import ilf
 from tests.ilf.small_sequences import CAMERA, write_sequence
+from tests.ilf.tiny_onnx import node, write_network
 
 _SAMPLE = Path(__file__).parents[3] / "assets" / "samples" / "room"
 _STEP = 4
@@ -42,6 +43,12 @@ def guide(folder: Path) -> Path:
     assert truth is not None
     np.save(folder / "guide.npy", 1 / truth[::_STEP, ::_STEP])
     return folder / "guide.npy"
+
+
+def guide_network(folder: Path) -> Path:
+    """A network that takes the mean of the colours for a guide."""
+    mean = node("ReduceMean", ["image"], "strength", axes=[1], keepdims=1)
+    return write_network(folder / "mean.onnx", [mean])
 
 
 def walk(folder: Path) -> Path:

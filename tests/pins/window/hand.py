@@ -597,6 +597,7 @@ DIALOGS = {
     "CloseDialog": "Save the work?",
     "ExportDialog": "Export",
     "GroundTruthDialog": "Load Ground Truth for room",
+    "GuideNetworksDialog": "Guide by Network",
     "HoldOutDialog": "Hold-out Test of room",
     "LiveWindow": "Play live",
     "LoadBlocksDialog": "Load Blocks for room",
@@ -612,8 +613,8 @@ DIALOGS = {
 }
 """Class of each dialog -> how its title begins in the sessions."""
 
-_NO_DIALOGS = {"PreviewDialog", "ExperimentsWindow"}
-"""A base class, and a window that is no part of the program's work on frames."""
+_NO_DIALOGS = {"PreviewDialog"}
+"""A base class."""
 
 
 def commands(window: MainWindow) -> list[str]:

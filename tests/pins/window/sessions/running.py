@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 
-from ..frames import guide, room, true_depth
+from ..frames import guide, guide_network, room, true_depth
 from ..hand import Hand
 
 
@@ -252,6 +252,19 @@ def follow_a_guide(user: Hand) -> None:
     user.keep_project("guided")
     user.do("remove_guide")
     user.do("undo")
+    _end(user)
+
+
+def follow_a_network(user: Hand) -> None:
+    """A network of one's own is added from a file, and predicts the guide of a run."""
+    _open(user)
+    user.start("guide_by_network")
+    dialog = user.dialog("Guide by Network")
+    with user.answering(guide_network(user.folder)):
+        user.press("Add file", dialog)
+    user.keep("networks", user.rows("Guide networks", dialog)[-1])
+    user.press("Use as guide", dialog)
+    user.do("run_all")
     _end(user)
 
 
