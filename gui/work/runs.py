@@ -107,12 +107,6 @@ class RunController(QObject):
         present = self._current
         return 0.0 if present is None else present.share_done
 
-    @property
-    def seconds(self) -> float:
-        """Duration of the current frame's work so far [s]."""
-        present = self._current
-        return 0.0 if present is None else present.seconds
-
     def start(self, only: set[int] | None = None, stepwise: bool = False) -> None:
         """Run all blocks of the current frame, or some; with `stepwise`, one at a time, pausing after each step."""
         self.of(self._workspace.current).start(only, stepwise)

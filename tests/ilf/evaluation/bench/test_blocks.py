@@ -3,13 +3,16 @@
 import csv
 import dataclasses
 import json
+import math
 
 import cv2
 import numpy as np
 import pytest
 
+import ilf
 from ilf import RGBDFrame
 from ilf.cli import main
+from ilf.completion.block import required_known_pixels
 from ilf.data.pixel_grids import mark
 from ilf.errors import InputError
 from ilf.evaluation.bench.block_measures import find_reference, score_blocks
@@ -76,6 +79,13 @@ def test_missing_pixels_are_recoverable_in_blocks_with_enough_depth():
     assert measure("recoverable", WHOLE, evidence) == 1.0
     assert measure("recoverable", np.where(COLUMNS < 45, 1, 0), evidence) == pytest.approx(15 / 90)
     assert measure("recoverable", WHOLE, evidence_of(STEP)) is None
+
+
+@pytest.mark.parametrize(("lacking", "share"), [(0, 1.0), (1, 0.0)])
+def test_exactly_the_depth_that_completion_needs_is_enough(lacking, share):
+    known = np.zeros(WHOLE.shape, bool)
+    known.flat[: math.ceil(required_known_pixels(WHOLE.size, ilf.preset())) - lacking] = True
+    assert measure("recoverable", WHOLE, evidence_of(STEP, ~known)) == share
 
 
 @pytest.mark.parametrize(
