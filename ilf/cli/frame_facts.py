@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from .._runtime.files import read_file
 from ..data.camera import camera_doubt
-from ..data.frame import check_depth_scale, check_same_size
-from ..data.lenses import undistorted_view
+from ..data.frame import RGBDFrame, check_depth_scale, check_same_size
+from ..data.lenses import undistorted
 from ..io.cameras import IntrinsicsSpec, frame_camera
 from ..io.depth_reading import DepthReading
 from ..io.frame_additions import (
@@ -31,11 +31,11 @@ from ..io.images import read_colour_with_warning, turned
 from ..io.orientation import pair_orientation
 from ..sources.frame_folder import FrameFiles
 from ..sources.frame_ref import FrameRef
-from ..sources.image_pair import depth_of_files, lenses_of, unlike_companions
+from ..sources.image_pair import depth_of_files, read_files, unlike_companions
 from ..sources.naming import META_NAME
 from ..sources.own_results import COMPLETED_DEPTH, is_result
 from ..sources.reading import files_of, read_frame
-from ..sources.reading_options import ReadingOptions
+from ..sources.reading_options import DEPTH_VIEW, ReadingOptions
 from ..sources.recorded import read_recorded
 from ..sources.remote import copied
 from .facts import Facts
@@ -55,9 +55,9 @@ def facts_of_frame(ref: FrameRef, given: ReadingOptions) -> Facts:
         files = replace(files, options=here.options.or_else(files.options))
         facts.add("name", files.name, name=files.name)
         depth = depth_of_files(files, given)
-        _add_pair(facts, files, depth)
-        _add_ground_truth(facts, files, depth)
-        _add_guide(facts, files.options, depth.metres)
+        frame = _add_pair(facts, files, depth, given)
+        _add_ground_truth(facts, files, depth, frame)
+        _add_guide(facts, files.options, depth.metres if frame is None else frame.measured)
         _add_confidence(facts, files.options, depth.metres)
     return facts
 
@@ -68,13 +68,9 @@ def _facts_of_recorded(ref: FrameRef) -> Facts:
     depth, (height, width) = images.reading, frame.shape
     facts.add("name", frame.name, name=frame.name)
     facts.add("colour", f"{ref.rgb}, {width} x {height}", colour=ref.rgb, width=width, height=height)
-    _add_depth(facts, ref.rgb, depth, frame.intrinsics)
-    outside = f", {frame.outside_share:.1%} outside the depth camera's view" if frame.outside_share else ""
-    shares = {"missing_share": frame.missing_share, "outside_view_share": frame.outside_share}
-    facts.add("registered", f"{frame.missing_share:.1%} missing{outside}", **shares)
-    if frame.brought is not None:
-        seen = float(frame.brought.seen.mean())
-        facts.add("view", f"of the depth camera; colour sees {seen:.1%} of its pixels", view="depth", colour_share=seen)
+    _add_depth(facts, ref.rgb, depth)
+    _add_camera(facts, "intrinsics", frame.intrinsics, depth.values.shape)
+    _add_registered(facts, frame)
     if images.confidence is not None:
         with facts.problems():
             _add_confidence_values(facts, None, images.confidence, ref.options.min_confidence, depth.metres)
@@ -97,16 +93,23 @@ def _add_colour(facts: Facts, path: Path) -> NDArray[np.uint8]:
     return rgb
 
 
-def _add_pair(facts: Facts, files: FrameFiles, depth: DepthReading) -> None:
-    """Add colour and depth, and whether they match."""
+def _add_registered(facts: Facts, frame: RGBDFrame) -> None:
+    """Add what a frame is whose pixels are not those of its depth file, or of its colour file."""
+    outside = f", {frame.outside_share:.1%} outside the depth camera's view" if frame.outside_share else ""
+    shares = {"missing_share": frame.missing_share, "outside_view_share": frame.outside_share}
+    facts.add("registered", f"{frame.missing_share:.1%} missing{outside}", **shares)
+    if frame.brought is not None:
+        seen = float(frame.brought.seen.mean())
+        facts.add("view", f"of the depth camera; colour sees {seen:.1%} of its pixels", view="depth", colour_share=seen)
+
+
+def _add_pair(facts: Facts, files: FrameFiles, depth: DepthReading, given: ReadingOptions) -> RGBDFrame | None:
+    """Add colour and depth, and whether they match; returns the frame if its pixels are not those of both files."""
     options, content = files.options, read_file(files.depth)
     rgb = _add_colour(facts, files.rgb)
-    camera = options.depth_intrinsics or options.intrinsics
-    if options.undistort:
-        camera = None
-        with facts.problems():
-            camera = undistorted_view(lenses_of(options, rgb.shape[:2], depth.metres.shape)[0])[0]
-    _add_depth(facts, with_dataset(files.depth, options.dataset), depth, camera)
+    _add_depth(facts, with_dataset(files.depth, options.dataset), depth)
+    if not options.undistort:
+        _add_camera(facts, "intrinsics", options.depth_intrinsics or options.intrinsics, depth.values.shape)
     orientation = pair_orientation(read_file(files.rgb), rgb, content, depth.metres)
     facts.tell("warning" if orientation.is_doubt else "orientation", orientation.note)
     if is_result(FrameRef(str(files.rgb), str(files.depth))):
@@ -114,14 +117,23 @@ def _add_pair(facts: Facts, files: FrameFiles, depth: DepthReading) -> None:
     rgb, metres = turned(rgb, orientation.tags[0]), turned(depth.metres, orientation.tags[1])
     if options.depth_intrinsics is not None and rgb.shape[:2] != metres.shape:
         _add_camera(facts, "colour camera", options.intrinsics, (rgb.shape[0], rgb.shape[1]))
-        facts.add("registered", "on reading, by the intrinsics of both images")
-        return
+    elif not options.undistort and options.view != DEPTH_VIEW:
+        with facts.problems():
+            facts.tell("warning", *unlike_companions(options, content, orientation))
+            check_same_size(rgb, metres)
+        return None
     with facts.problems():
-        facts.tell("warning", *unlike_companions(options, content, orientation))
-        check_same_size(rgb, metres)
+        frame = read_files(files, given).frame()
+        if options.undistort:
+            facts.add_camera("intrinsics", frame.intrinsics)
+            told = {*depth.notes, orientation.note}
+            facts.tell("note", *(text for text in frame.notes if text not in told))
+        _add_registered(facts, frame)
+        return frame
+    return None
 
 
-def _add_depth(facts: Facts, path: str, depth: DepthReading, camera: IntrinsicsSpec | None) -> None:
+def _add_depth(facts: Facts, path: str, depth: DepthReading) -> None:
     values, metres = depth.values, depth.metres
     known = metres[np.isfinite(metres)]
     height, width = values.shape
@@ -136,7 +148,6 @@ def _add_depth(facts: Facts, path: str, depth: DepthReading, camera: IntrinsicsS
         low, high, median = float(known.min()), float(known.max()), float(np.median(known))
         text = f"{low:.3f} to {high:.3f} m, median {median:.3f} m"
         facts.add("range", text, min_m=low, max_m=high, median_m=median)
-    _add_camera(facts, "intrinsics", camera, (height, width))
     with facts.problems():
         check_depth_scale(metres)
     facts.tell("left out", depth.left_out)
@@ -151,8 +162,8 @@ def _add_camera(facts: Facts, name: str, given: IntrinsicsSpec | None, shape: tu
     facts.tell("warning", "" if camera is None else camera_doubt(camera, shape))
 
 
-def _add_ground_truth(facts: Facts, files: FrameFiles, reading: DepthReading) -> None:
-    options, depth = files.options, reading.metres
+def _add_ground_truth(facts: Facts, files: FrameFiles, reading: DepthReading, frame: RGBDFrame | None) -> None:
+    options, depth = files.options, reading.metres if frame is None else frame.measured
     if options.ground_truth is None:
         if files.has_meta and (filled := sorted(files.rgb.parent.glob("gt.*"))):
             why = f"none: according to {META_NAME}, {filled[0].name} is not measured or exact depth"
@@ -163,6 +174,7 @@ def _add_ground_truth(facts: Facts, files: FrameFiles, reading: DepthReading) ->
         truth, file, note = read_ground_truth(
             options.ground_truth, shape, options.ground_truth_units, encoding.units, encoding.invalid
         )
+        truth = truth if frame is None else undistorted(truth, frame)
         shares, text = _known_shares(truth, depth)
         entries = {"path": str(file.path), **shares, "units_per_m": file.units}
         facts.add("ground truth", f"{file.named}, {file.units:g} units per metre, {text}", ground_truth=entries)

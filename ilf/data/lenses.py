@@ -114,12 +114,13 @@ def undistorted_view(camera: Camera) -> tuple[Camera, NDArray[np.float32], NDArr
 
 
 def undistorted(values: NDArray[_Value], frame: RGBDFrame, *, of_depth: bool = False) -> NDArray[_Value]:
-    """Values for the pixels of a frame's colour file (or depth file), (H, W), by the nearest pixel for those of the
-    frame, which was undistorted on reading; unchanged if it was not."""
+    """Values for the pixels of the file whose view the frame has, or of its depth file, (H, W), by the nearest pixel
+    for those of the frame, which was undistorted on reading; unchanged if it was not."""
     if frame.inputs is None or frame.inputs.lenses is None or frame.intrinsics is None:
         return values
     height, width = frame.shape
-    columns, rows = places_in_image(frame.inputs.lenses[of_depth], frame.intrinsics.matrix, (width, height))
+    lens = frame.inputs.lenses[of_depth or frame.brought is not None]
+    columns, rows = places_in_image(lens, frame.intrinsics.matrix, (width, height))
     inside = (np.clip(np.rint(at), 0, last).astype(int) for at, last in ((rows, height - 1), (columns, width - 1)))
     return values[tuple(inside)]
 

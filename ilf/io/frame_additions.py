@@ -114,9 +114,7 @@ def with_ground_truth_file(frame: RGBDFrame, path: str | os.PathLike[str], units
     >>> frame.inputs.ground_truth.units
     1000.0
     """
-    default_units = None if frame.inputs is None else frame.inputs.depth_units
-    ground_truth, file, note = read_ground_truth(path, frame.shape, units, default_units, invalid_of(frame))
-    ground_truth = undistorted(ground_truth, frame)
+    ground_truth, file, note = ground_truth_of(frame, path, units)
     problem = scale_misfit(ground_truth, frame.measured, file.units)
     if problem:
         raise InputError(f"{file.path}: {problem}")
@@ -159,6 +157,15 @@ def _apart(ground_truth: NDArray[np.floating], depth: NDArray[np.floating]) -> f
     differences = np.abs(ground_truth - depth)
     known = np.isfinite(differences)
     return float(differences[known].mean()) if known.any() else math.inf
+
+
+def ground_truth_of(
+    frame: RGBDFrame, path: FileSource, units: float | None = None, dataset: str | None = None
+) -> tuple[NDArray[np.float32], GroundTruthFile, str]:
+    """What `read_ground_truth` gives, in the pixels of a frame; integers are in the units of its depth by default."""
+    usual = None if frame.inputs is None else frame.inputs.depth_units
+    ground_truth, file, note = read_ground_truth(path, frame.shape, units, usual, invalid_of(frame), dataset)
+    return undistorted(ground_truth, frame), file, note
 
 
 def read_ground_truth(

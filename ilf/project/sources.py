@@ -17,12 +17,11 @@ from .._runtime.files import FileContent, read_file
 from .._runtime.named_places import first_allowed, named_in, note_opened
 from ..data.camera import Camera
 from ..data.frame import FrameInputs, GroundTruthFile, InputFile, RGBDFrame
-from ..data.lenses import undistorted
 from ..errors import InputError
 from ..io.depth import read_depth_values
 from ..io.depth_reading import decoded
 from ..io.encodings import encoding_of_inputs
-from ..io.frame_additions import invalid_of, read_ground_truth
+from ..io.frame_additions import ground_truth_of
 from ..io.images import read_colour, turned
 from ..io.orientation import AS_STORED
 from ..sources.frame_ref import FrameRef
@@ -271,7 +270,5 @@ def with_ground_truth(
 ) -> RGBDFrame:
     """Return the frame with the ground truth of a file at its present path; raises as `find_source`, and InputError."""
     content = find_source(wanted, parts, places)
-    ground_truth, file, _ = read_ground_truth(
-        content, frame.shape, wanted.units, invalid=invalid_of(frame), dataset=wanted.dataset
-    )
-    return frame.with_ground_truth(undistorted(ground_truth, frame), file)
+    ground_truth, file, _ = ground_truth_of(frame, content, wanted.units, wanted.dataset)
+    return frame.with_ground_truth(ground_truth, file)

@@ -20,13 +20,13 @@ def replay_text(run: Run) -> tuple[str, str]:
     inputs, frame = run.frame.inputs, run.frame
     if inputs is None:
         return "The frame was not read from files, so no command reproduces the run.", ""
-    blocks, nothing = run.blocks, (None, None, None)
-    edited = blocks.edited or blocks.own or (frame.invalid_mask, blocks.drawn, blocks.by_hand) != nothing
+    blocks, replay = run.blocks, "ilf complete --replay run.json"
+    by_hand = any(one is not None for one in (frame.invalid_mask, blocks.drawn, blocks.by_hand))
+    edited = blocks.edited or blocks.own or by_hand
     if edited or blocks.extraction is None or (frame.guide is not None and frame.guide.path is None):
-        return (
-            "Blocks, parameters or depth were edited by hand. Export the frame and replay its run.json.",
-            "ilf complete --replay run.json",
-        )
+        return "Blocks, parameters or depth were edited by hand. Export the frame and replay its run.json.", replay
+    if inputs.lenses is not None:
+        return "The frame was undistorted on reading. Export the frame and replay its run.json.", replay
     nearest = nearest_preset(run.parameters)
     encoding = f"{inputs.depth_units:.9g}" if inputs.encoding is None else inputs.encoding
     files = [inputs.rgb.path, inputs.depth.path] if inputs.frame is None else [inputs.rgb.path, "--frame", inputs.frame]

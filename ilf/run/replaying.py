@@ -22,12 +22,11 @@ from .._runtime.schema import Section
 from ..data.blocks import Blocks
 from ..data.by_hand import DepthByHand
 from ..data.frame import InputFile, RGBDFrame
-from ..data.lenses import undistorted
 from ..data.neighbours import Neighbour, NeighbourDepth
 from ..data.results import Completion
 from ..errors import IlfError, InputError
 from ..io.depth import depth_in_metres, read_depth_values
-from ..io.frame_additions import invalid_of, load_guide, read_ground_truth
+from ..io.frame_additions import ground_truth_of, load_guide
 from ..io.labels import read_labels, read_mask
 from ..segmentation.extraction import found_blocks
 from ..sources.frame_ref import FrameRef
@@ -378,9 +377,8 @@ def _with_recorded_ground_truth(record: RunRecord, frame: RGBDFrame, folder: Pat
         named_in(recorded.path, folder)
     try:
         found = _recorded_file(recorded, "ground-truth file", folder, None)
-        invalid, dataset = invalid_of(frame), recorded.dataset
-        ground_truth, _, _ = read_ground_truth(found, frame.shape, recorded.units, invalid=invalid, dataset=dataset)
-        return frame.with_ground_truth(undistorted(ground_truth, frame), recorded), ()
+        ground_truth, _, _ = ground_truth_of(frame, found, recorded.units, recorded.dataset)
+        return frame.with_ground_truth(ground_truth, recorded), ()
     except NotAllowed:
         raise
     except InputError as error:

@@ -128,7 +128,7 @@ def _cameras(
 ) -> tuple[Cameras, tuple[str, ...], tuple[str, ...]]:
     """The cameras of colour and depth, notes on both, and those among them to issue as warnings."""
     if options.undistort:
-        colour, depth, notes = lenses_of(options, shape, depth_shape)
+        colour, depth, notes = _lenses(options, shape, depth_shape)
         return Cameras(colour, depth, np.eye(4)), notes, ()
     if shape == depth_shape:
         given = options.intrinsics if options.depth_intrinsics is None else options.depth_intrinsics
@@ -143,7 +143,7 @@ def _cameras(
     return Cameras(camera, depth_camera, np.eye(4)), (*notes, *depth_notes, *issued), issued
 
 
-def lenses_of(
+def _lenses(
     options: ReadingOptions, shape: tuple[int, int], depth_shape: tuple[int, int]
 ) -> tuple[Camera, Camera, tuple[str, ...]]:
     """The cameras of colour and depth with their distortion, and notes on scaling; raises InputError if none is

@@ -1,0 +1,148 @@
+"""Reading options together: lenses, view, dataset, ground truth, confidence and a guide by name, in every way back."""
+
+from __future__ import annotations
+
+import json
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+import cv2
+import h5py
+import numpy as np
+import pytest
+
+import ilf
+from ilf.cli import main
+from ilf.data.blocks import Blocks
+from ilf.data.camera import Camera
+from ilf.data.frame import RGBDFrame
+from ilf.io.guide_models import add_guide
+from ilf.project.file import open_project, save_project
+from ilf.project.frame_state import FrameState
+from ilf.project.project import FrameSummary, Project, ProjectFrame, Stage
+from ilf.report.replay_command import replay_text
+from ilf.sources.frame_ref import FrameRef
+
+from ..io.test_guide_network import brightness
+
+COLOUR = Camera(75.0, 75.0, 39.5, 29.5, size=(80, 60), distortion=(-0.32, 0.11, 0.001, -0.0008, -0.01))
+SMALL = Camera(60.0, 60.0, 31.5, 23.5, size=(64, 48), distortion=(-0.1, 0.02, 0.0, 0.0))
+CASES = [
+    (undistort, view, camera)
+    for undistort, view, camera in product((False, True), ("colour", "depth"), (COLOUR, SMALL))
+    if undistort or camera is SMALL or view == "colour"
+]
+IDS = ["-".join((("bent", "straight")[not how], view, str(camera.size[0]))) for how, view, camera in CASES]
+
+
+def plane(camera: Camera, is_bent: bool) -> np.ndarray:
+    """Depth [m] of a slanted plane in each pixel of a camera."""
+    rows, columns = np.indices(camera.shape, np.float64)
+    seen = np.stack([columns.ravel(), rows.ravel()], axis=1)[:, None]
+    lens = np.array(camera.distortion) if is_bent else np.zeros(5)
+    x, y = cv2.undistortPoints(seen, camera.matrix, lens)[:, 0].T
+    return (1 / (0.5 + 0.1 * x + 0.2 * y)).reshape(camera.shape).astype(np.float32)
+
+
+@pytest.fixture
+def given(request: pytest.FixtureRequest, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
+    """The arguments of `load_frame` for files of a plane, by one of CASES."""
+    undistort, view, camera = request.param
+    monkeypatch.setenv("ILF_MODELS", str(tmp_path / "models"))
+    monkeypatch.setattr("ilf._runtime.networks.network._networks", {})
+    add_guide(brightness(tmp_path / "net.onnx"), "mine", gives="affine")
+    shades = np.repeat(np.linspace(20, 230, 80)[None], 60, axis=0).astype(np.uint8)
+    cv2.imwrite(str(tmp_path / "rgb.png"), np.dstack((shades, shades, 255 - shades)))
+    for name, one in (("colour", COLOUR), ("depth", camera)):
+        (tmp_path / f"{name}.json").write_text(json.dumps(one.to_json()))
+    depth = plane(camera, undistort)
+    depth[15:30, 10:25] = np.nan
+    with h5py.File(tmp_path / "take.h5", "w") as file:
+        file["left/z"], file["right/z"] = depth, 2 * depth
+        file["exact"] = plane(camera if view == "depth" else COLOUR, undistort)
+    arguments = {
+        "rgb": str(tmp_path / "rgb.png"),
+        "depth": f"{tmp_path / 'take.h5'}:/left/z",
+        "ground_truth": f"{tmp_path / 'take.h5'}:/exact",
+        "intrinsics": str(tmp_path / "colour.json"),
+        "guide": "mine",
+        "view": view,
+    }
+    if camera is SMALL:
+        arguments["depth_intrinsics"] = str(tmp_path / "depth.json")
+    if undistort:
+        arguments["undistort"] = True
+    if camera is COLOUR or view == "depth":
+        width, height = camera.size
+        np.save(tmp_path / "confidence.npy", np.tile(np.where(np.arange(width) < width // 2, 2, 0), (height, 1)))
+        arguments |= {"confidence": str(tmp_path / "confidence.npy"), "min_confidence": 1}
+    return arguments
+
+
+def flat(frame: RGBDFrame) -> np.ndarray:
+    return plane(Camera(*frame.intrinsics.numbers, size=frame.shape[::-1]), False)
+
+
+def check_same(found: RGBDFrame, frame: RGBDFrame) -> None:
+    assert found.inputs == frame.inputs
+    assert found.intrinsics.numbers == frame.intrinsics.numbers
+    for name in ("rgb", "edge_rgb", "measured", "ground_truth"):
+        assert np.array_equal(getattr(found, name), getattr(frame, name), equal_nan=name not in {"rgb", "edge_rgb"})
+    assert found.guide.is_same_as(frame.guide)
+
+
+@pytest.mark.filterwarnings("ignore::ilf.errors.DepthWarning")
+@pytest.mark.parametrize("given", CASES, ids=IDS, indirect=True)
+def test_a_frame_is_right_and_comes_back_from_runs_and_projects(given: dict[str, Any], tmp_path: Path) -> None:
+    frame = ilf.load_frame(**given)
+    assert np.nanmax(np.abs(frame.measured - flat(frame))) < 0.06
+    assert np.nanmax(np.abs(frame.ground_truth - flat(frame))) < 0.06
+    assert frame.guide.network.name == "mine"
+    again = ilf.load_frame(**json.loads(json.dumps(frame.sources)) | {"guide": "mine"})
+    check_same(again, frame)
+    ilf.complete(frame, max_iterations=2).save(tmp_path / "out", cloud=None)
+    replayed = ilf.replay(tmp_path / "out/run.json")
+    assert replayed.differences == ()
+    check_same(replayed.run.frame, frame)
+    assert ilf.load_frame(tmp_path / "out").intrinsics.numbers == pytest.approx(frame.intrinsics.numbers)
+    one = ProjectFrame("a1", "one", FrameRef.of(frame.inputs), FrameSummary(Stage.UNTOUCHED), True)
+    state = FrameState("a1", frame, Blocks(np.ones(frame.shape, np.int32)))
+    save_project(tmp_path / "room.ilf", Project((one,)), [state])
+    with open_project(tmp_path / "room.ilf") as opened:
+        check_same(opened.state("a1").state.frame, frame)
+
+
+@pytest.mark.filterwarnings("ignore::ilf.errors.DepthWarning")
+@pytest.mark.parametrize("given", CASES, ids=IDS, indirect=True)
+def test_info_tells_of_the_frame_that_is_read(given: dict[str, Any], capsys: pytest.CaptureFixture[str]) -> None:
+    frame = ilf.load_frame(**given)
+    flags = [f"--{name.replace('_', '-')}={value}" for name, value in given.items() if isinstance(value, str)]
+    flags = [flag for flag in flags if flag.split("=")[0] not in {"--rgb", "--depth", "--confidence"}]
+    undistort = ["--undistort"] if "undistort" in given else []
+    assert main(["info", given["rgb"], given["depth"], *flags, *undistort, "--json"]) == 0
+    facts = json.loads(capsys.readouterr().out)["frame"]
+    assert facts["problems"] == []
+    assert facts["ground_truth"]["known_share"] == np.isfinite(frame.ground_truth).mean()
+    assert facts.get("view") == ("depth" if given["view"] == "depth" else None)
+    if undistort:
+        camera = facts["intrinsics"]
+        assert [camera[name] for name in ("fx", "fy", "cx", "cy")] == pytest.approx(frame.intrinsics.numbers)
+
+
+@pytest.mark.filterwarnings("ignore::ilf.errors.DepthWarning")
+@pytest.mark.parametrize("given", CASES, ids=IDS, indirect=True)
+@pytest.mark.parametrize("with_confidence", [False, True])
+def test_a_report_gives_the_command_only_if_it_makes_the_same_frame(
+    given: dict[str, Any], with_confidence: bool
+) -> None:
+    if not with_confidence:
+        given = {name: value for name, value in given.items() if "confidence" not in name}
+    sentence, command = replay_text(ilf.complete(ilf.load_frame(**given), max_iterations=2).run)
+    if "min_confidence" in given:
+        assert "by hand" in sentence
+    elif "undistort" in given:
+        assert "undistorted" in sentence
+    else:
+        assert "--dataset /left/z" in command
+        assert "--guide mine" in command
