@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QComboBox, QDialog, QDialogButtonBox, QPushButton,
 from ilf.data.guide import Gives, GuideCard
 from ilf.errors import IlfError
 from ilf.io.frame_additions import NETWORK_SUFFIX
-from ilf.io.guide_models import guide_cards, guide_file, licence_text
+from ilf.io.guide_models import guide_cards, guide_file, licence_text, state_of
 
 from ..widgets.basics import Message, label_of, row, row_list, stack
 from ..widgets.file_choice import choose_file
@@ -22,8 +22,8 @@ from ..work.latest_request import LatestRequest
 _FOLDER_KEY = "guide/network-folder"
 _HEADERS = ("Network", "Maker", "Licence", "Size", "Gives", "State")
 _GIVES = {
-    "relative inverse": "a value that falls with depth",
-    "affine inverse": "inverse depth up to scale and shift",
+    "relative-inverse": "a value that falls with depth",
+    "affine-inverse": "inverse depth up to scale and shift",
     "affine": "depth up to scale and shift",
     "metric": "metric depth",
 }
@@ -105,9 +105,8 @@ class GuideNetworksDialog(QDialog):
         except IlfError as error:
             self.tell(error_text(error), "error")
         for name, card in self._cards.items():
-            state = "not fetched" if guide_file(name) is None else "ready"
             size = f"{card.bytes / 1e6:.1f} MB"
-            item = QTreeWidgetItem([name, card.maker, licence_text(card), size, card.gives, state])
+            item = QTreeWidgetItem([name, card.maker, licence_text(card), size, card.gives, state_of(card)])
             item.setToolTip(4, _GIVES[card.gives])
             item.setTextAlignment(3, Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
             self.networks.addTopLevelItem(item)

@@ -94,7 +94,7 @@ class BatchSettings:
                 "extrapolate": self.extrapolate,
                 "fill_gaps": blocks.fill_gaps,
                 "files": {name: _content_sha256(path) for name, path in files.items() if path is not None},
-                "export": self.options.to_json(),
+                "export": dataclasses.asdict(self.options),
                 "steady": self.steady,
                 "hidden": None if self.hidden is None else dataclasses.asdict(self.hidden),
                 **({"neighbours": [self.neighbours, self.neighbour_step]} if self.neighbours else {}),

@@ -18,8 +18,9 @@ from ..io.depth import write_depth
 from ..sources.reading import load_frame
 from .frame_record import LoadedFrame
 
-DEPTH_FILE, COLOUR_FILE = "steady/depth.npy", "steady/rgb.png"
-"""Files in a frame's folder that it is completed from; the colour only if the frame has no colour file."""
+DEPTH_FILE, COLOUR_FILE, TRUTH_FILE = "steady/depth.npy", "steady/rgb.png", "steady/gt.npy"
+"""Files in a frame's folder that it is completed from; the colour only if the frame has no colour file, the ground
+truth only if it was undistorted."""
 
 _BLUR_SIGMA = 2.0
 """Standard deviation [px] of the Gaussian blur of colours before they are compared; it removes noise."""
@@ -37,8 +38,10 @@ _MAX_CHANGED_SHARE = 0.4
 
 def files_of(frame: RGBDFrame) -> tuple[str, ...]:
     """Return the files that `with_temporal_median` writes for a frame."""
-    has_colour_file = frame.inputs is not None and frame.inputs.has_colour_file
-    return (DEPTH_FILE,) if has_colour_file else (DEPTH_FILE, COLOUR_FILE)
+    inputs = frame.inputs
+    colour = () if inputs is not None and inputs.has_colour_file else (COLOUR_FILE,)
+    is_undistorted = frame.ground_truth is not None and inputs is not None and inputs.lenses is not None
+    return (DEPTH_FILE, *colour, *((TRUTH_FILE,) if is_undistorted else ()))
 
 
 def with_temporal_median(reading: LoadedFrame, folder: Path) -> RGBDFrame:
@@ -59,14 +62,18 @@ def with_temporal_median(reading: LoadedFrame, folder: Path) -> RGBDFrame:
         _, encoded = cv2.imencode(".png", frame.edge_rgb[..., ::-1])
         write_bytes(folder / COLOUR_FILE, encoded.tobytes())
     inputs = frame.inputs
-    ground_truth = None if inputs is None else inputs.ground_truth
+    truth = None if inputs is None else inputs.ground_truth
+    truth_path, truth_units = (None, None) if truth is None else (truth.named, truth.units)
+    if frame.ground_truth is not None and TRUTH_FILE in files_of(frame):
+        truth_path, truth_units = str(folder / TRUTH_FILE), 1.0
+        write_depth(truth_path, frame.ground_truth)
     read = load_frame(
         inputs.rgb.path if inputs is not None and inputs.has_colour_file else folder / COLOUR_FILE,
         folder / DEPTH_FILE,
         intrinsics=frame.intrinsics,
         name=frame.name,
-        ground_truth=None if ground_truth is None else ground_truth.named,
-        ground_truth_units=None if ground_truth is None else ground_truth.units,
+        ground_truth=truth_path,
+        ground_truth_units=truth_units,
         beside=False,
         warn=False,
     )

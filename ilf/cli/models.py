@@ -6,6 +6,7 @@ import argparse
 from importlib.metadata import metadata, packages_distributions
 from operator import itemgetter
 from pathlib import Path
+from typing import get_args
 
 from .._runtime.networks.models import (
     BUNDLED,
@@ -29,6 +30,7 @@ from ..io.guide_models import (
     is_guide_file,
     licence_text,
     remove_guide,
+    state_of,
 )
 from ..segmentation.edges.hed_weights import INPUTS
 from ..segmentation.edges.importing import add_model
@@ -42,13 +44,6 @@ _BUNDLED = {
     SPARSE_CORRECTION: "correction of sparse depth",
 }
 """Name -> what a bundled network is for; all are under the program's licence."""
-
-_GIVES: dict[str, Gives] = {
-    "relative-inverse": "relative inverse",
-    "affine-inverse": "affine inverse",
-    "affine": "affine",
-    "metric": "metric",
-}
 
 
 def add_arguments(parser: Parser) -> None:
@@ -81,7 +76,7 @@ def add_arguments(parser: Parser) -> None:
     adding.add_argument("--name", metavar="NAME", help="name of the network (default: the file's name)")
     adding.add_argument(
         "--gives",
-        choices=list(_GIVES),
+        choices=get_args(Gives),
         help="add a guide network of your own, and what it predicts: any decreasing function of depth, a linear "
         "function of inverse depth or of depth, or metres",
     )
@@ -111,7 +106,7 @@ def run_list(arguments: argparse.Namespace) -> None:
             card.maker,
             licence_text(card),
             f"{card.bytes / 1e6:.1f} MB",
-            _state(card.name),
+            state_of(card),
         )
         for card in guide_cards().values()
     ]
@@ -139,13 +134,6 @@ def _about(name: str) -> tuple[str, str, str, str, str]:
     return "contours", f"package {about['Name']}", ", ".join(about.get_all("License-Expression", [])), size, "installed"
 
 
-def _state(name: str) -> str:
-    card = guide_card(name)
-    if guide_file(name) is None:
-        return "not fetched" if card.address else "file missing"
-    return "ready"
-
-
 def run_fetch(arguments: argparse.Namespace) -> None:
     """Fetch a guide network, after its size, licence and address were printed."""
     card = guide_card(arguments.name)
@@ -165,7 +153,7 @@ def run_add(arguments: argparse.Namespace) -> None:
     elif arguments.logits or "inputs" in arguments.given:
         raise UsageError("--input and --logits are for edge networks: leave them out for a guide.")
     else:
-        path = add_guide(file, name, _GIVES[arguments.gives or "relative-inverse"], again=arguments.replace)
+        path = add_guide(file, name, arguments.gives or "relative-inverse", again=arguments.replace)
     print(f"Added {path.stem}: {_size(path)}, {path}")
 
 

@@ -22,7 +22,7 @@ _MIN_KNOWN_SHARE = 0.5
 """Minimum known share of the area that a resized pixel covers."""
 
 
-Gives = Literal["relative inverse", "affine inverse", "affine", "metric"]
+Gives = Literal["relative-inverse", "affine-inverse", "affine", "metric"]
 """What a network predicts: a decreasing function of depth, a linear function of inverse depth, a linear function of
 depth, or depth in metres."""
 
@@ -88,7 +88,7 @@ class Guide:
     network : GuideCard, optional
         The known network that predicted it.
     gives : str, optional
-        What the values are, by which they are fitted to known depth: "affine inverse" or "affine" for a linear function
+        What the values are, by which they are fitted to known depth: "affine-inverse" or "affine" for a linear function
         of inverse depth or of depth, "metric" for depth in one unit. By default what the network gives; otherwise any
         function that rises or falls with depth.
 

@@ -106,7 +106,7 @@ BLOCK_FORMATS = {
 }
 """Format -> description and suffix. All are exact to the pixel; those of JSON contain names."""
 
-PALETTE_MAX = 255
+_PALETTE_MAX = 255
 """Largest label in the format "palette", whose values are the labels."""
 
 _DEFAULTS = {".png": "png", ".json": "coco"}
@@ -176,6 +176,16 @@ def encode_blocks(
     return json.dumps(coco_of_blocks(checked, names, image, runs=format == "coco-rle")).encode()
 
 
+def palette_problem(labels: NDArray[np.int32]) -> str:
+    """A sentence that labels have no place in a palette; "" if they have."""
+    largest = int(labels.max(initial=0))
+    if largest <= _PALETTE_MAX:
+        return ""
+    return (
+        f"A palette has the labels 0 to {_PALETTE_MAX}, not {largest}: use the label map of 16 bits, COCO or labelme."
+    )
+
+
 def path_from(folder: Path, file: str | os.PathLike[str]) -> str:
     """Return the path of a file as seen from a folder, with / between its parts; an address as it is.
 
@@ -194,13 +204,10 @@ def path_from(folder: Path, file: str | os.PathLike[str]) -> str:
 
 def _with_palette(labels: NDArray[np.int32], colours: Mapping[int, Colour]) -> bytes:
     """Return a PNG whose values are the labels, shown in the colours of the blocks, and black where there is none."""
-    if labels.max() > PALETTE_MAX:
-        raise ExportError(
-            f"A palette has the labels 0 to {PALETTE_MAX}, not {labels.max()}: use the label map of 16 bits, COCO or "
-            "labelme."
-        )
+    if problem := palette_problem(labels):
+        raise ExportError(problem)
     image, content = Image.fromarray(labels.astype(np.uint8)), io.BytesIO()
-    table = [(0, 0, 0), *(colours.get(label, block_colour(label)) for label in range(1, PALETTE_MAX + 1))]
+    table = [(0, 0, 0), *(colours.get(label, block_colour(label)) for label in range(1, _PALETTE_MAX + 1))]
     image.putpalette([value for colour in table for value in colour])
     image.save(content, "png")
     return content.getvalue()

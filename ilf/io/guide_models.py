@@ -119,7 +119,7 @@ def is_guide_file(file: str | os.PathLike[str], name: str | None = None) -> bool
 
 
 def add_guide(
-    file: str | os.PathLike[str], name: str | None = None, gives: Gives = "relative inverse", *, again: bool = False
+    file: str | os.PathLike[str], name: str | None = None, gives: Gives = "relative-inverse", *, again: bool = False
 ) -> Path:
     """Add the file of a network that was copied to this computer: of a known one, or of one of the user's own.
 
@@ -216,6 +216,13 @@ def predict_by_name(name: str, rgb: NDArray[np.uint8]) -> Guide:
             f"ilf models remove {name}."
         )
     return Guide(network.predict(rgb, card), path=str(path), network=card)
+
+
+def state_of(card: GuideCard) -> str:
+    """Whether the file of a network is on this computer, in a word or two."""
+    if guide_file(card.name) is not None:
+        return "ready"
+    return "not fetched" if card.address else "file missing"
 
 
 def licence_text(card: GuideCard) -> str:

@@ -13,7 +13,7 @@ from .._runtime.networks.session import RefusedInputError
 from ..data.guide import GuideCard
 from ..errors import FormatError
 
-_ANY = GuideCard("", "", "", "relative inverse", 0)
+_ANY = GuideCard("", "", "", "relative-inverse", 0)
 """The card of a network without one."""
 
 _SIZES = ((518, 14), (384, 32))

@@ -12,7 +12,7 @@ from ..data.camera import Camera
 from ..data.frame import RGBDFrame
 from ..data.results import Completion
 from ..errors import InputError
-from ..io.block_files import PALETTE_MAX, encode_blocks, path_from
+from ..io.block_files import encode_blocks, palette_problem, path_from
 from ..io.camera_writing import camera_info_yaml, camera_json, opencv_yaml
 from ..io.depth import encode_depth
 from .run import Run
@@ -66,13 +66,6 @@ def _blocks(completion: Completion, image: str, *, format: str) -> tuple[bytes, 
     return encode_blocks(format, blocks.labels, blocks.names, blocks.colours, image), ()
 
 
-def _no_palette(run: Run) -> str:
-    largest = int(run.blocks.labels.max(initial=0))
-    if largest <= PALETTE_MAX:
-        return ""
-    return f"A palette has the labels 0 to {PALETTE_MAX}, but the blocks have up to {largest}: take blocks.png or COCO."
-
-
 def _camera(
     completion: Completion, image: str, *, write: Callable[[Camera, tuple[int, int]], bytes]
 ) -> tuple[bytes, Sequence[str]]:
@@ -98,7 +91,7 @@ FORMATS = {
         "Label map, coloured",
         "blocks.palette.png",
         partial(_blocks, format="palette"),
-        _no_palette,
+        lambda run: palette_problem(run.blocks.labels),
     ),
     "coco.json": Format(BLOCKS, "COCO, run lengths", "blocks.coco.json", partial(_blocks, format="coco-rle")),
     "labelme.json": Format(BLOCKS, "labelme, polygons", "blocks.labelme.json", partial(_blocks, format="labelme")),

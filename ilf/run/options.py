@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from dataclasses import asdict, dataclass, field, replace
-from typing import Any
+from dataclasses import dataclass, field, replace
 
 from ..data.frame import RGBDFrame
 from ..data.points import AXES
@@ -147,13 +146,6 @@ class ExportOptions:
         if self.run_record:
             names.append(RECORD_FILE)
         return tuple(names)
-
-    def to_json(self) -> dict[str, Any]:
-        """The options as an object of a JSON file, with exports only if there are any."""
-        options = asdict(self)
-        if not self.exports:
-            del options["exports"]
-        return options
 
 
 def drop_impossible_cloud(

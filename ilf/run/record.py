@@ -116,8 +116,8 @@ class RecordedGuide(RecordedMask):
     network with a name that predicted it, with the hash of the network's file, and what it gives."""
 
     path: str | None
-    network: GuideCard | None
-    gives: Gives | None
+    network: GuideCard | None = field(default=None, metadata={"optional": True})
+    gives: Gives | None = field(default=None, metadata={"optional": True})
 
 
 @dataclass(frozen=True)
@@ -317,7 +317,7 @@ def array_sha256(values: NDArray[Any]) -> str:
 
 def to_json(record: RunRecord) -> bytes:
     """Content of run.json, with null for NaN."""
-    data = {"program": PROGRAM, "schema": SCHEMA, **dataclasses.asdict(record), "export": record.export.to_json()}
+    data = {"program": PROGRAM, "schema": SCHEMA, **dataclasses.asdict(record)}
     return f"{json.dumps(plain(data), indent=2)}\n".encode()
 
 

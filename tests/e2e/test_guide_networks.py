@@ -79,7 +79,7 @@ def hub(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Hub]:
         NAME,
         "Somebody",
         "CC-BY-NC-4.0",
-        "affine inverse",
+        "affine-inverse",
         len(made.content),
         terms="not for commercial use",
         address=f"http://127.0.0.1:{server.server_port}/net.onnx",
@@ -110,7 +110,7 @@ def test_a_network_is_fetched_when_asked_cancelled_continued_and_used(window, qt
     panel = window.feature(AdditionalDepthPanel)
     dialog = opened(window)
     assert state(dialog) == [
-        [NAME, "Somebody", "CC-BY-NC-4.0, not for commercial use", "0.0 MB", "affine inverse", "not fetched"]
+        [NAME, "Somebody", "CC-BY-NC-4.0, not for commercial use", "0.0 MB", "affine-inverse", "not fetched"]
     ]
     assert "licence CC-BY-NC-4.0, not for commercial use. Fetch gets it from 127.0.0.1." in dialog.message.text()
     assert not dialog.use_button.isEnabled()
@@ -139,7 +139,7 @@ def test_a_network_is_fetched_when_asked_cancelled_continued_and_used(window, qt
     dialog.use_button.click()
     document = window.workspace.current
     qtbot.waitUntil(lambda: document.frame.guide is not None, timeout=WAIT_MS)
-    assert document.frame.guide.gives == "affine inverse"
+    assert document.frame.guide.gives == "affine-inverse"
     assert document.frame.guide.network.name == NAME
     window.refresh.now()
     assert "From tiny" in panel._sections[GUIDE].message.text()
@@ -158,7 +158,7 @@ def test_a_wrong_file_is_one_sentence_and_a_file_can_be_added(window, qtbot, hub
     assert dialog.fetch_button.isEnabled()
 
     own = write_network(tmp_path / "own.onnx", [node("ReduceMax", ["image"], "strength", axes=[1], keepdims=1)])
-    for path, name, gives in ((own, "own", "metric"), (tmp_path / "source.onnx", NAME, "affine inverse")):
+    for path, name, gives in ((own, "own", "metric"), (tmp_path / "source.onnx", NAME, "affine-inverse")):
         monkeypatch.setattr("gui.features.guide_networks.choose_file", lambda *_, path=path: str(path))
         dialog.gives.setCurrentIndex(dialog.gives.findData("metric"))
         dialog.add_button.click()

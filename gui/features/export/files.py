@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -181,7 +182,7 @@ class FilesForm(QWidget):
 
     def store(self) -> None:
         """Remember the choice. What is not possible for this frame keeps its stored choice."""
-        QSettings().setValue(_OPTIONS_KEY, json.dumps(self._options(possible=False).to_json()))
+        QSettings().setValue(_OPTIONS_KEY, json.dumps(asdict(self._options(possible=False))))
         if (chosen := self._chosen_units()) != self._proposed_units:
             QSettings().setValue(_UNITS_KEY, "" if chosen == self._usual_units else chosen)
 

@@ -110,7 +110,7 @@ def fit_curve(values: Values, logarithms: Values, weights: Values) -> Curve:
     return Curve(nodes, fitted if rising else -fitted, simple)
 
 
-_POWERS = {"affine": 1, "affine inverse": -1}
+_POWERS = {"affine": 1, "affine-inverse": -1}
 """What is a linear function of a guide's values: this power of depth."""
 
 
@@ -121,7 +121,7 @@ def fit_line(gives: Gives, values: Values, logarithms: Values, weights: Values) 
     Parameters
     ----------
     gives : str
-        What the values are: "metric", "affine" or "affine inverse".
+        What the values are: "metric", "affine" or "affine-inverse".
     values, logarithms, weights
         As for `fit_curve`.
     """
@@ -229,7 +229,7 @@ def fitted(values: Array, depth: Array, confidence: Array, gives: Gives | None =
     samples = values[sparse][at].astype(np.float64), weights[sparse][at].astype(np.float64)
     for _ in range(_FITTING_ROUNDS):
         target = (logarithms - factor)[sparse][at].astype(np.float64)
-        if gives is None or gives == "relative inverse":
+        if gives is None or gives == "relative-inverse":
             curve: Callable[[Array], Values] = fit_curve(samples[0], target, samples[1])
         else:
             curve = fit_line(gives, samples[0], target, samples[1])

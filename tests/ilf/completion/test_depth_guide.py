@@ -244,7 +244,7 @@ def test_stepper_starts_from_the_guide() -> None:
 @pytest.mark.parametrize(
     ("gives", "said"),
     [
-        ("affine inverse", lambda z: 3 / z - 0.4),
+        ("affine-inverse", lambda z: 3 / z - 0.4),
         ("affine", lambda z: 40 * z + 30),
         ("metric", lambda z: z),
         ("metric", lambda z: 1000 * z),
@@ -273,9 +273,9 @@ def test_guide_says_what_it_gives() -> None:
     assert np.isfinite(Guide(values, gives="affine").values).all()
     assert not Guide(values, gives="affine").is_same_as(Guide(values))
     assert Guide(values, gives="affine").resized_to((180, 240)).gives == "affine"
-    card = GuideCard("small", "its maker", "MIT", "affine inverse", 1)
-    assert Guide(values, network=card).gives == "affine inverse"
-    with pytest.raises(InputError, match=r"cannot give 'depth'\. Known: 'relative inverse', 'affine inverse'"):
+    card = GuideCard("small", "its maker", "MIT", "affine-inverse", 1)
+    assert Guide(values, network=card).gives == "affine-inverse"
+    with pytest.raises(InputError, match=r"cannot give 'depth'\. Known: 'relative-inverse', 'affine-inverse'"):
         Guide(values, gives="depth")  # type: ignore[arg-type]
 
 
@@ -390,14 +390,14 @@ def folder(tmp_path):
 def test_run_with_a_guide_is_made_again_and_not_without_it(folder, capsys) -> None:
     frame = ilf.load_frame(folder)
     assert frame.guide is not None
-    run = ilf.Run(frame.with_guide(replace(frame.guide, gives="affine inverse")), BLOCKS)
+    run = ilf.Run(frame.with_guide(replace(frame.guide, gives="affine-inverse")), BLOCKS)
     run.complete().save(folder / "out", cloud=None)
     (folder / "guide.npy").unlink()
     again = ilf.replay(folder / "out" / "run.json")
     assert again.differences == ()
     assert again.verdict(again.run.complete()) == ()
     assert again.run.frame.guide is not None
-    assert again.run.frame.guide.gives == "affine inverse"
+    assert again.run.frame.guide.gives == "affine-inverse"
     assert main(["info", str(folder / "out" / "run.json")]) == 0
     assert "guide_used.npy" in capsys.readouterr().out
 

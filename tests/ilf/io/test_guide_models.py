@@ -109,7 +109,7 @@ def hub(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Hub]:
 
 def know(monkeypatch: pytest.MonkeyPatch, hub: Hub, **facts: Any) -> GuideCard:
     """Make the card of the server's network known."""
-    card = GuideCard(NAME, "Somebody", "CC-BY-NC-4.0", "affine inverse", len(hub.content), address=hub.address)
+    card = GuideCard(NAME, "Somebody", "CC-BY-NC-4.0", "affine-inverse", len(hub.content), address=hub.address)
     usual = {"sha256": hashlib.sha256(hub.content).hexdigest(), "terms": "not for commercial use", "size": 64}
     card = replace(card, **{**usual, **facts})
     monkeypatch.setattr(guide_models, "_known", lambda: {NAME: card})
@@ -332,7 +332,7 @@ def test_a_network_is_used_by_its_name_and_recorded(
     out = tmp_path / "out"
     assert main(["complete", str(folder), "--guide", NAME, "--out", str(out), "--no-cloud"]) == 0
     recorded = json.loads((out / "run.json").read_text())["guide"]["network"]
-    assert (recorded["name"], recorded["sha256"], recorded["gives"]) == (NAME, pinned(), "affine inverse")
+    assert (recorded["name"], recorded["sha256"], recorded["gives"]) == (NAME, pinned(), "affine-inverse")
     assert recorded["licence"] == "CC-BY-NC-4.0"
     assert main(["info", str(out / "run.json")]) == 0
     assert f"predicted by {NAME}" in capsys.readouterr().out

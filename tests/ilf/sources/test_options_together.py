@@ -146,3 +146,29 @@ def test_a_report_gives_the_command_only_if_it_makes_the_same_frame(
     else:
         assert "--dataset /left/z" in command
         assert "--guide mine" in command
+
+
+@pytest.mark.filterwarnings("ignore::ilf.errors.DepthWarning")
+@pytest.mark.parametrize(
+    "given", [(True, "depth", SMALL), (True, "colour", SMALL)], ids=["depth", "colour"], indirect=True
+)
+@pytest.mark.parametrize("static", [[], ["--static-camera", "1"]], ids=["moving", "static"])
+def test_a_batch_evaluates_undistorted_frames_in_their_own_pixels(
+    given: dict[str, Any], static: list[str], tmp_path: Path
+) -> None:
+    for name in ("f0", "f1"):
+        folder = tmp_path / "frames" / name
+        folder.mkdir(parents=True)
+        for file in ("rgb.png", "take.h5"):
+            (folder / file).write_bytes((tmp_path / file).read_bytes())
+        stated = {"depth": "take.h5:/left/z", "gt": "take.h5:/exact", "depth_units_per_m": 1}
+        (folder / "meta.json").write_text(json.dumps(stated))
+    names = ("intrinsics", "depth_intrinsics", "view", "guide")
+    flags = [text for name in names for text in (f"--{name.replace('_', '-')}", given[name])]
+    command = ["batch", str(tmp_path / "frames"), "--out", str(tmp_path / "out"), "--undistort", "--quiet"]
+    assert main([*command, *flags, *static, "--max-iterations", "2", "--no-cloud"]) == 0
+    replayed = ilf.replay(tmp_path / "out/f1/run.json")
+    assert replayed.differences == ()
+    frame = replayed.run.frame
+    assert np.nanmax(np.abs(frame.ground_truth - flat(frame))) < 0.06
+    assert frame.guide.gives == "affine"
