@@ -21,13 +21,13 @@ from ..work.latest_request import LatestRequest
 
 _FOLDER_KEY = "guide/network-folder"
 _HEADERS = ("Network", "Maker", "Licence", "Size", "Gives", "State")
-_GIVES = {
+GIVES = {
     "relative-inverse": "a value that falls with depth",
     "affine-inverse": "inverse depth up to scale and shift",
     "affine": "depth up to scale and shift",
     "metric": "metric depth",
 }
-"""What networks give, in words."""
+"""What guides give, in words."""
 
 
 class GuideNetworksDialog(QDialog):
@@ -71,7 +71,7 @@ class GuideNetworksDialog(QDialog):
         self.gives = QComboBox()
         self.gives.setToolTip("What a network of your own predicts; it is fitted to known depth as that")
         for gives in get_args(Gives):
-            self.gives.addItem(_GIVES[gives], gives)
+            self.gives.addItem(GIVES[gives], gives)
         self.fetch_button.clicked.connect(lambda: self.fetch_requested.emit(self.chosen()))
         self.use_button.clicked.connect(self._use)
         self.add_button.clicked.connect(self._add)
@@ -107,7 +107,7 @@ class GuideNetworksDialog(QDialog):
         for name, card in self._cards.items():
             size = f"{card.bytes / 1e6:.1f} MB"
             item = QTreeWidgetItem([name, card.maker, licence_text(card), size, card.gives, state_of(card)])
-            item.setToolTip(4, _GIVES[card.gives])
+            item.setToolTip(4, GIVES[card.gives])
             item.setTextAlignment(3, Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
             self.networks.addTopLevelItem(item)
             if name == chosen or self.networks.currentItem() is None:

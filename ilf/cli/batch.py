@@ -19,7 +19,7 @@ from ..batch.frames import BatchFrame, frames_of_sources, shard_of, slice_frames
 from ..batch.pictures import write_contact_sheet, write_video
 from ..batch.settings import BatchSettings
 from ..io.frame_additions import guide_network
-from ..io.guide_models import is_guide_name, ready_guide
+from ..io.guide_models import is_guide_name
 from ..sources.source import Source
 from .batch_summary import BatchSummary
 from .options import add_export_options, export_options
@@ -225,10 +225,13 @@ def _frames(arguments: argparse.Namespace) -> list[BatchFrame]:
         end=end,
         every=arguments.every,
     )
-    if is_guide_name(arguments.guide):
-        ready_guide(arguments.guide)
     for kind, folder in (("guide", arguments.guide), ("ground_truth", arguments.ground_truth)):
-        if kind == "guide" and folder is not None and not os.path.isdir(folder) and guide_network(folder):
+        if (
+            kind == "guide"
+            and folder is not None
+            and not os.path.isdir(folder)
+            and guide_network(folder, arguments.guide_gives)
+        ):
             path = folder if is_guide_name(folder) else str(Path(folder).absolute())
             frames = [replace(frame, source=frame.source.with_options(**{kind: path})) for frame in frames]
         elif folder is not None:

@@ -191,13 +191,15 @@ def _known_shares(values: NDArray[Any], depth: _Depth) -> tuple[dict[str, float]
 
 
 def _add_guide(facts: Facts, options: ReadingOptions, depth: _Depth) -> None:
-    if options.guide is not None and guide_network(options.guide):
-        facts.add("guide", f"to be predicted by {options.guide}", guide={"path": options.guide})
-    elif options.guide is not None:
-        with facts.problems():
-            guide = load_guide(options.guide, (depth.shape[0], depth.shape[1]))
-            shares, text = _known_shares(guide.values, depth)
-            facts.add("guide", f"{guide.path}, {text}", guide={"path": str(guide.path), **shares})
+    if options.guide is None:
+        return
+    with facts.problems():
+        if guide_network(options.guide, options.guide_gives):
+            facts.add("guide", f"to be predicted by {options.guide}", guide={"path": options.guide})
+            return
+        guide = load_guide(options.guide, (depth.shape[0], depth.shape[1]), gives=options.guide_gives)
+        shares, text = _known_shares(guide.values, depth)
+        facts.add("guide", f"{guide.path}, {text}", guide={"path": str(guide.path), **shares})
 
 
 def _add_confidence(facts: Facts, options: ReadingOptions, depth: _Depth) -> None:

@@ -136,7 +136,8 @@ class Guide:
         usable = values[np.isfinite(values)]
         if usable.size == 0 or usable.min() == usable.max():
             raise InputError(
-                "The guide has no usable values: all are zero, not finite, or equal. Check that it is the right file."
+                "The guide has no usable values: all are zero, not finite, equal, or, of metric depth, negative. Check "
+                "that it is the right file."
             )
         values.setflags(write=False)
         object.__setattr__(self, "values", values)

@@ -19,14 +19,14 @@ from .._runtime.plugins import GUIDES, call, entry_of_file, entry_points, load
 from .._runtime.writing import write_bytes
 from ..data.by_hand import DepthByHand, as_by_hand
 from ..data.frame import COMMON_DEPTH_UNITS, GroundTruthFile, RGBDFrame, check_depth_scale
-from ..data.guide import Guide
+from ..data.guide import Gives, Guide
 from ..data.lenses import undistorted
 from ..errors import FormatError, InputError, ParameterError, warn_of_reading
 from .depth import checked_number, checked_units, default_depth_units, depth_in_metres, read_depth_values
 from .depth_reading import decoded, marker_doubt
 from .encodings import DepthEncoding, encoding_of_inputs
 from .float_images import read_exr, read_npy, read_npz, read_pfm, without_channel
-from .guide_models import is_guide_name, predict_by_name
+from .guide_models import is_guide_name, predict_by_name, ready_guide
 from .guide_network import predict_guide
 from .hdf5_depth import HDF5_SUFFIXES, split_dataset
 from .images import read_image, read_indices
@@ -246,7 +246,12 @@ NETWORK_SUFFIX = ".onnx"
 """Suffix of a network that predicts a guide without a plugin."""
 
 
-def load_guide(path: FileSource, shape: tuple[int, int] | None = None, rgb: NDArray[np.uint8] | None = None) -> Guide:
+def load_guide(
+    path: FileSource,
+    shape: tuple[int, int] | None = None,
+    rgb: NDArray[np.uint8] | None = None,
+    gives: Gives | None = None,
+) -> Guide:
     """Read a guide: depth or inverse depth of a frame, metric or relative; or predict it by a network.
 
     Parameters
@@ -260,11 +265,14 @@ def load_guide(path: FileSource, shape: tuple[int, int] | None = None, rgb: NDAr
         Height and width of the frame, to which it is resized; it must have the same aspect ratio.
     rgb : ndarray of uint8, shape (H, W, 3), optional
         The frame's colour, for a network.
+    gives : str, optional
+        What the values are, see `Guide`. None: what the card of a network with a name states.
 
     Raises
     ------
     InputError
-        If the file does not exist, has no usable values, or its aspect ratio is not the frame's.
+        If the file does not exist, has no usable values, or its aspect ratio is not the frame's; or the card states
+        another kind of values.
     FormatError
         If it is damaged or contains something else, such as a colour-mapped depth image.
 
@@ -274,31 +282,35 @@ def load_guide(path: FileSource, shape: tuple[int, int] | None = None, rgb: NDAr
     >>> load_guide("guide.npy").values.tolist()
     [[0.5, 0.25], [0.5, nan]]
     """
-    if isinstance(path, str | os.PathLike) and (predict := guide_network(path)) is not None:
+    if isinstance(path, str | os.PathLike) and (predict := guide_network(path, gives)) is not None:
         if rgb is None:
             raise InputError(f"{path}: a network predicts a guide from the frame's colour. Give it, too (rgb=).")
-        return predict(Path(path), rgb)
+        guide = predict(Path(path), rgb)
+        return guide if gives is None else replace(guide, gives=gives)
     content = read_file(path)
     suffix = content.path.suffix.lower()
     array = _READERS[suffix](content) if suffix in _READERS else _one_channel(content, read_image(content))
     try:
-        guide = Guide.from_array(array, str(content.path))
+        guide = replace(Guide.from_array(array, str(content.path)), gives=gives)
         return guide if shape is None else guide.resized_to(shape)
     except InputError as error:
         raise InputError(f"{content}: {error}") from error
 
 
-def guide_network(path: str | os.PathLike[str]) -> Callable[[Path, NDArray[np.uint8]], Guide] | None:
+def guide_network(
+    path: str | os.PathLike[str], gives: Gives | None = None
+) -> Callable[[Path, NDArray[np.uint8]], Guide] | None:
     """What predicts a guide from colour by a network: one with a name, an ONNX file, or a file in the format of a
     plugin; None for others.
 
     Raises
     ------
     InputError
-        If two plugins read the file, or one cannot be imported.
+        If two plugins read the file, or one cannot be imported; or as `ready_guide`.
     """
     suffix = Path(path).suffix.lower()
     if is_guide_name(path):
+        ready_guide(str(path), gives)
         return lambda name, rgb: predict_by_name(str(name), rgb)
     if suffix == NETWORK_SUFFIX:
         return lambda file, rgb: Guide(predict_guide(file, rgb), path=str(file))
@@ -343,6 +355,9 @@ UNUSED_CONFIDENCE = (
     "min_confidence=; 2 is ARKit's high, in maps of 0 to 2) to mark depth below it as missing."
 )
 """Note if a confidence map is not used."""
+
+NO_GUIDE = "There is no guide, so what the guide gives has no effect."
+"""Note if there is no guide, but it is said what it gives."""
 
 NO_CONFIDENCE_MAP = "There is no confidence map, so the min. confidence has no effect."
 """Note if there is no confidence map."""

@@ -187,9 +187,14 @@ def remove_guide(name: str) -> Path:
     return path
 
 
-def ready_guide(name: str) -> tuple[GuideCard, Path]:
-    """The card and the file of a network; raises InputError if there is none, or it is not on this computer."""
+def ready_guide(name: str, gives: Gives | None = None) -> tuple[GuideCard, Path]:
+    """The card and the file of a network; raises InputError if there is none, it is not on this computer, or gives
+    something else."""
     card, path = guide_card(name), guide_file(name)
+    if gives not in {None, card.gives}:
+        raise InputError(
+            f"The guide network {name} gives {card.gives}, not {gives}. Leave out what the guide gives (--guide-gives)."
+        )
     if path is None:
         raise InputError(
             f"The guide network {name} is not on this computer. Fetch its {card.bytes / 1e6:.0f} MB (licence "

@@ -43,6 +43,7 @@ def replay_text(run: Run) -> tuple[str, str]:
         words += ["--view", inputs.view]
     if frame.guide is not None and frame.guide.path is not None:
         words += ["--guide", frame.guide.path if frame.guide.network is None else frame.guide.network.name]
+        words += ["--guide-gives", frame.guide.gives] if frame.guide.gives and frame.guide.network is None else []
     words += ["--preset", nearest.preset, *_flags(run.parameters, nearest.differs)]
     words += _flags(blocks.extraction, blocks.extraction.differences_from(BlockParameters()), "blocks-")
     words += ["--extrapolate"] * run.extrapolate

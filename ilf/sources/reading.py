@@ -15,6 +15,7 @@ from .._runtime.files import is_address
 from .._runtime.named_places import note_opened
 from ..data.camera import CAMERA_DOUBT
 from ..data.frame import RGBDFrame
+from ..data.guide import Gives
 from ..data.lenses import undistorted
 from ..errors import FormatError, InputError, ParameterError, PathKind, check_kind, warn_of_reading
 from ..io.cameras import IntrinsicsSpec, frame_camera
@@ -22,6 +23,7 @@ from ..io.depth_reading import DepthReading
 from ..io.encodings import EncodingSpec
 from ..io.frame_additions import (
     NO_CONFIDENCE_MAP,
+    NO_GUIDE,
     UNUSED_CONFIDENCE,
     confidence_doubt,
     load_guide,
@@ -58,6 +60,7 @@ def load_frame(
     ground_truth: str | os.PathLike[str] | None = None,
     ground_truth_units: float | None = None,
     guide: str | os.PathLike[str] | None = None,
+    guide_gives: Gives | None = None,
     confidence: str | os.PathLike[str] | None = None,
     min_confidence: float | None = None,
     pose: str | os.PathLike[str] | ArrayLike | None = None,
@@ -115,6 +118,8 @@ def load_frame(
     guide : path-like, optional
         Depth from another origin, or a network that predicts it, see `ilf.load_guide`. None uses that of the folder, if
         any.
+    guide_gives : str, optional
+        What the guide's values are, see `ilf.data.guide.Guide`; a network with a name states it itself.
     confidence : path-like, optional
         The sensor's confidence of its depth, see `ilf.io.read_confidence`. None uses that of the folder, if any: also
         without meta.json, a file whose name has "confidence" where that of the depth file or its folder has "depth".
@@ -148,7 +153,7 @@ def load_frame(
     ParameterError
         If depth or ground truth units are not a positive number, there is no such encoding, both units and an encoding
         are given, ground truth units are given without ground truth, the minimum confidence is not a number, or there
-        is no such view.
+        is no such view or kind of guide.
     ExportError
         If files at addresses cannot be copied to this machine.
 
@@ -213,7 +218,10 @@ def _read(ref: FrameRef, name: str | None, beside: bool, report: Callable[[str],
     chosen = chosen.checked()
     loaded = _with_min_confidence(loaded, chosen.confidence or images.confidence, chosen.min_confidence, report)
     if chosen.guide is not None:
-        loaded = loaded.with_guide(load_guide(chosen.guide, loaded.shape, loaded.rgb))
+        loaded = loaded.with_guide(load_guide(chosen.guide, loaded.shape, loaded.rgb, chosen.guide_gives))
+    elif chosen.guide_gives is not None:
+        loaded = replace(loaded, notes=(*loaded.notes, NO_GUIDE))
+        report(NO_GUIDE)
     if chosen.ground_truth is None:
         if ref.options.ground_truth_units is not None:
             raise ParameterError("Ground truth units are given without ground truth: give its file, too.")

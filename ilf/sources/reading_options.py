@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 
 from .._runtime.schema import Section, converted, plain
 from ..data.camera import INTRINSICS, Camera, checked_transform, is_preset
+from ..data.guide import Gives
 from ..errors import ParameterError
 from ..io.cameras import IntrinsicsSpec
 from ..io.encodings import ENCODING_DESCRIPTIONS, EncodingSpec, single_encoding
@@ -202,6 +203,16 @@ class ReadingOptions:
             one_frame=True,
         ),
     )
+    guide_gives: Gives | None = field(
+        default=None,
+        metadata=_declared(
+            label="what the guide gives",
+            flag="--guide-gives",
+            metavar="KIND",
+            help=f"what the values of a guide's file are, as which they are fitted: {', '.join(get_args(Gives))} "
+            "(default: any that rise or fall with depth; a network with a name states it itself)",
+        ),
+    )
     confidence: str | None = field(default=None, metadata=_declared(is_path=True, one_frame=True))
     pose: PoseSpec | None = field(default=None, metadata=_declared(is_path=True, one_frame=True))
     max_gap: float | None = field(
@@ -276,12 +287,11 @@ class ReadingOptions:
 
     def checked(self) -> Self:
         """The same options; raises ParameterError if both an encoding and units are given, the minimum confidence is
-        not a number, the time gap is no duration, or there is no such view."""
+        not a number, the time gap is no duration, or there is no such view or kind of guide."""
         single_encoding(self.encoding, self.depth_units)
-        if self.view not in {None, *VIEWS}:
-            raise ParameterError(
-                f"The view must be that of one of the cameras, {' or '.join(VIEWS)}, not {self.view!r:.60}."
-            )
+        for name, known in (("view", VIEWS), ("guide_gives", get_args(Gives))):
+            if (value := getattr(self, name)) not in {None, *known}:
+                raise ParameterError(f"The option {name} must be {' or '.join(known)}, not {value!r:.60}.")
         if not self.time_gap >= 0:
             raise ParameterError(f"The maximum time gap must be 0 s or more, not {self.max_gap!r:.60}.")
         lowest = self.min_confidence
@@ -386,5 +396,6 @@ KINDS: Mapping[str, tuple[type, ...]] = {
     **{name: get_args(hint) for name, hint in get_type_hints(ReadingOptions).items()},
     **dict.fromkeys(_CAMERAS, (str, list, dict, NoneType)),
     "pose": (str, list, NoneType),
+    "guide_gives": (str, NoneType),
 }
 """Name -> types of its value in JSON."""

@@ -17,6 +17,7 @@ from .._runtime.files import is_address
 from .._runtime.formatting import counted
 from ..data.camera import Cameras
 from ..data.frame import RGBDFrame
+from ..data.guide import Gives
 from ..errors import InputError, ParameterError, PathKind, check_kind
 from ..io.cameras import IntrinsicsSpec, frame_camera, intrinsics_from
 from ..io.encodings import EncodingSpec
@@ -241,6 +242,7 @@ def open_source(
     undistort: bool | None = None,
     view: str | None = None,
     min_confidence: float | None = None,
+    guide_gives: Gives | None = None,
     max_gap: float = MAX_TIME_GAP_S,
     topics: Topics | None = None,
     layout: str | os.PathLike[str] | None = None,
@@ -260,9 +262,10 @@ def open_source(
     path : path-like
         Or an address (s3://, gs://, https://, hf://), by fsspec and its driver, which are installed separately: frames
         are read when they are asked for, a recording is copied to the cache as a whole.
-    depth_units, encoding, invalid, dataset, intrinsics, depth_intrinsics, undistort, view, min_confidence : optional
-        How the depth of all frames is read, its cameras, the one whose pixels the frames have, and its minimum
-        confidence, as for `ilf.load_frame`. None uses the options of the source's layout.
+    depth_units, encoding, invalid, dataset, intrinsics, depth_intrinsics : optional
+    undistort, view, min_confidence, guide_gives : optional
+        How the depth of all frames is read, its cameras, the one whose pixels the frames have, its minimum confidence,
+        and what the frames' guides give, as for `ilf.load_frame`. None uses the options of the source's layout.
     max_gap : float
         Maximum time difference [s] of colour and depth of one frame, where they are matched by time. Each image is used
         once.

@@ -49,6 +49,7 @@ from ...widgets.file_choice import choose_file, choose_folder, remember_folder
 from ...widgets.notices import error_text
 from ...work.latest_request import LatestRequest
 from ...work.loading import FolderPreview, contains_frames
+from ..guide_networks import GIVES
 from .file_dialogs import Preview
 from .frame_files import guide_files, matching_colour_file, matching_depth_file, recording_files
 
@@ -120,6 +121,14 @@ class OpenDialog(QDialog):
         self.depth_path = QLineEdit(placeholderText="Raw depth: 16-bit or float, one channel")
         self.depth_path.setToolTip("One of several datasets of an HDF5 file is named behind it: FILE.h5:/depth.")
         self.guide_path = QLineEdit(placeholderText="Depth or inverse depth from elsewhere (optional)")
+        self.guide_gives = QComboBox()
+        self.guide_gives.setAccessibleName("What the guide gives")
+        self.guide_gives.setToolTip("What the guide's values are, as which they are fitted; networks by name state it")
+        for text, gives in (
+            ("a value that rises or falls with depth", None),
+            *((text, one) for one, text in GIVES.items()),
+        ):
+            self.guide_gives.addItem(text, gives)
         self.encoding = typed_list()
         self.encoding.addItems(
             [_AUTOMATIC, *(f"{name} ({meaning})" for name, meaning in ENCODING_DESCRIPTIONS.items())]
@@ -140,7 +149,7 @@ class OpenDialog(QDialog):
         )
         self.camera = QComboBox()
         self.camera.addItems([_FROM_META, *INTRINSICS, _NUMBERS, _FILE])
-        for choice in (self.encoding, self.camera):  # no wider than the pictures
+        for choice in (self.encoding, self.camera, self.guide_gives):  # no wider than the pictures
             choice.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
         self.camera_text = QLineEdit()
         self.camera_text.setAccessibleName("Intrinsics: numbers or file")
@@ -187,6 +196,7 @@ class OpenDialog(QDialog):
         self.encoding.editTextChanged.connect(self._schedule)
         self.undistort.toggled.connect(self._schedule)
         self.view.currentTextChanged.connect(self._schedule)
+        self.guide_gives.currentTextChanged.connect(self._schedule)
         self.camera.currentTextChanged.connect(self._change_camera)
         self._change_camera()
         self.read()
@@ -233,6 +243,7 @@ class OpenDialog(QDialog):
             undistort=(self.undistort.isChecked() and self._states_lens(kind)) or None,
             view=_VIEWS[self.view.currentText()],
             guide=self.guide_path.text().strip() or None if kind in (Kind.PAIR, Kind.FRAME) else None,
+            guide_gives=self.guide_gives.currentData() if kind in (Kind.PAIR, Kind.FRAME) else None,
         )
         return FrameRef(colour, depth if kind is Kind.PAIR else None, options=options)
 
@@ -408,6 +419,8 @@ class OpenDialog(QDialog):
             if field is self.camera:
                 self.camera_browse.clicked.connect(self._browse_camera)
                 parts += [self.camera_text, self.camera_browse, self.undistort]
+            if field is self.guide_path:
+                parts.append(self.guide_gives)
             for name, browse in buttons:
                 button = QPushButton(name, autoDefault=False)
                 button.clicked.connect(lambda _=False, browse=browse: browse())

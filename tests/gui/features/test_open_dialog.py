@@ -174,7 +174,9 @@ def test_a_guide_is_read_with_the_frame_or_refused(dialog, folder):
     dialog.guide_path.setText(str(folder / "half.npy"))
     dialog.read()
     assert "The guide covers 100 % of the missing pixels." in dialog.message.text()
-    assert read_frame(dialog.request()).guide.path == str(folder / "half.npy")
+    dialog.guide_gives.setCurrentText("metric depth")
+    guide = read_frame(dialog.request()).guide
+    assert (guide.path, guide.gives) == (str(folder / "half.npy"), "metric")
 
 
 def test_absurd_scale_is_refused_with_the_way_out_and_mends(dialog, folder, qtbot):

@@ -443,6 +443,7 @@ EVERY_OPTION = ReadingOptions(
     ground_truth="gt.png",
     ground_truth_units=1000.0,
     guide="guide.npy",
+    guide_gives="metric",
     confidence="sure.png",
     depth_intrinsics="azure-kinect",
     undistort=True,

@@ -17,6 +17,7 @@ from ilf.cli import main
 from ilf.data.blocks import Blocks
 from ilf.data.camera import Camera
 from ilf.data.frame import RGBDFrame
+from ilf.errors import InputError, ParameterError
 from ilf.io.guide_models import add_guide
 from ilf.project.file import open_project, save_project
 from ilf.project.frame_state import FrameState
@@ -25,6 +26,7 @@ from ilf.report.replay_command import replay_text
 from ilf.sources.frame_ref import FrameRef
 
 from ..io.test_guide_network import brightness
+from ..small_frames import write_small_frame
 
 COLOUR = Camera(75.0, 75.0, 39.5, 29.5, size=(80, 60), distortion=(-0.32, 0.11, 0.001, -0.0008, -0.01))
 SMALL = Camera(60.0, 60.0, 31.5, 23.5, size=(64, 48), distortion=(-0.1, 0.02, 0.0, 0.0))
@@ -172,3 +174,39 @@ def test_a_batch_evaluates_undistorted_frames_in_their_own_pixels(
     frame = replayed.run.frame
     assert np.nanmax(np.abs(frame.ground_truth - flat(frame))) < 0.06
     assert frame.guide.gives == "affine"
+
+
+def test_what_a_file_gives_is_said_and_a_network_with_a_name_says_it_itself(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("ILF_MODELS", str(tmp_path / "models"))
+    monkeypatch.setattr("ilf._runtime.networks.network._networks", {})
+    add_guide(brightness(tmp_path / "net.onnx"), "mine", gives="affine")
+    files = [str(path) for path in write_small_frame(tmp_path / "in")]
+    np.save(tmp_path / "guide.npy", np.linspace(1, 3, 4800, dtype=np.float32).reshape(60, 80))
+    out = tmp_path / "out"
+    said = ["--guide", str(tmp_path / "guide.npy"), "--guide-gives", "metric"]
+    assert main(["complete", *files, *said, "--out", str(out), "--max-iterations", "2"]) == 0
+    run = ilf.replay(out / "run.json").run
+    assert run.frame.guide.gives == "metric"
+    assert "--guide-gives metric" in replay_text(run)[1]
+    assert ilf.load_frame(*files, guide=tmp_path / "net.onnx", guide_gives="affine").guide.gives == "affine"
+    assert ilf.load_frame(*files, guide="mine", guide_gives="affine").guide.network.name == "mine"
+    with pytest.raises(InputError, match=r"mine gives affine, not metric\. Leave out"):
+        ilf.load_frame(*files, guide="mine", guide_gives="metric")
+    with pytest.raises(ParameterError, match="affine or metric, not 'depth'"):
+        ilf.load_frame(*files, guide="mine", guide_gives="depth")
+    capsys.readouterr()
+    assert main(["info", *files, "--guide", "mine", "--guide-gives", "metric", "--json"]) == 0
+    assert "mine gives affine, not metric" in json.loads(capsys.readouterr().out)["frame"]["problems"][0]
+    with pytest.warns(ilf.DepthWarning, match="There is no guide"):
+        assert "There is no guide" in ilf.load_frame(*files, guide_gives="affine").notes[-1]
+
+
+def test_a_folder_of_frames_has_guides_of_one_kind(tmp_path: Path) -> None:
+    for name in ("f0", "f1"):
+        write_small_frame(tmp_path / name)
+        (tmp_path / name / "meta.json").write_text('{"depth_units_per_m": 1000}')
+        np.save(tmp_path / name / "guide.npy", np.linspace(1, 3, 4800, dtype=np.float32).reshape(60, 80))
+    source = ilf.open_source(tmp_path, guide_gives="affine-inverse")
+    assert [source.read(key).guide.gives for key in source.keys] == ["affine-inverse"] * 2
