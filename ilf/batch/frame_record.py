@@ -118,10 +118,8 @@ def _facts(frame: RGBDFrame) -> list[Any]:
         files = inputs.rgb, inputs.depth, inputs.ground_truth
         facts += [None if file is None else file.sha256 for file in files]
         facts += [inputs.depth_units, inputs.encoding, inputs.invalid]
-        facts += [] if inputs.depth_intrinsics is None else [inputs.depth_intrinsics]
-        facts += [] if inputs.dataset is None else [inputs.dataset]
-        facts += [] if inputs.lenses is None else [lens.to_json() for lens in inputs.lenses]
-        facts += [] if inputs.view is None else [inputs.view]
+        lenses = (lens.to_json() for lens in inputs.lenses or ())
+        facts += filter(None, (inputs.depth_intrinsics, inputs.dataset, *lenses, inputs.view))
     if frame.neighbours is not None:
         facts += [one.sha256 for one in frame.neighbours.neighbours]
     return facts

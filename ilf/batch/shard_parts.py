@@ -125,12 +125,10 @@ def _figures(outcome: FrameOutcome) -> dict[str, Any]:
 def _colour_path(frame: RGBDFrame) -> str | None:
     """Return the file of a frame's colour; None if it is from a recording, or was registered, turned or undistorted."""
     inputs = frame.inputs
-    if inputs is None or inputs.frame is not None:
+    if inputs is None:
         return None
-    changes = inputs.depth_intrinsics, inputs.orientations, inputs.lenses, inputs.view
-    if any(change is not None for change in changes):
-        return None
-    return inputs.rgb.path
+    changes = inputs.frame, inputs.depth_intrinsics, inputs.orientations, inputs.lenses, inputs.view
+    return inputs.rgb.path if all(change is None for change in changes) else None
 
 
 def _member(name: str, content: bytes) -> bytes:

@@ -225,23 +225,15 @@ def _frames(arguments: argparse.Namespace) -> list[BatchFrame]:
         end=end,
         every=arguments.every,
     )
-    for kind, folder in (("guide", arguments.guide), ("ground_truth", arguments.ground_truth)):
-        if (
-            kind == "guide"
-            and folder is not None
-            and not os.path.isdir(folder)
-            and guide_network(folder, arguments.guide_gives)
-        ):
-            path = folder if is_guide_name(folder) else str(Path(folder).absolute())
-            frames = [replace(frame, source=frame.source.with_options(**{kind: path})) for frame in frames]
-        elif folder is not None:
-            frames = with_companion_files(frames, kind, folder)
-    if arguments.ground_truth_units is None:
-        return frames
-    return [
-        replace(frame, source=frame.source.with_options(ground_truth_units=arguments.ground_truth_units))
-        for frame in frames
-    ]
+    guide, of_all = arguments.guide, {"ground_truth_units": arguments.ground_truth_units}
+    if guide is not None and not os.path.isdir(guide) and guide_network(guide, arguments.guide_gives):
+        of_all["guide"] = guide if is_guide_name(guide) else str(Path(guide).absolute())
+    elif guide is not None:
+        frames = with_companion_files(frames, "guide", guide)
+    if arguments.ground_truth is not None:
+        frames = with_companion_files(frames, "ground_truth", arguments.ground_truth)
+    given = {name: value for name, value in of_all.items() if value is not None}
+    return [replace(frame, source=frame.source.with_options(**given)) for frame in frames] if given else frames
 
 
 def _complete(sink: Sink, arguments: argparse.Namespace, summary: BatchSummary) -> float:

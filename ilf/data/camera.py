@@ -150,10 +150,10 @@ class Camera:
 
     def to_json(self) -> dict[str, Any]:
         """The camera as an object of a JSON file, with size, distortion and model only where they are known."""
-        known = {"size": self.size, "distortion": self.distortion}
-        stated: dict[str, Any] = {name: list(value) for name, value in known.items() if value}
-        stated |= {"model": self.model} if self.model == FISHEYE else {}
-        return dict(zip(("fx", "fy", "cx", "cy"), self.numbers, strict=True)) | {"name": self.name} | stated
+        model = self.model if self.model == FISHEYE else None
+        known = {"size": self.size and list(self.size), "distortion": list(self.distortion), "model": model}
+        stated = {"name": self.name} | {name: value for name, value in known.items() if value}
+        return dict(zip(("fx", "fy", "cx", "cy"), self.numbers, strict=True)) | stated
 
     def points(self, columns: ArrayLike, rows: ArrayLike, depth: ArrayLike) -> NDArray[np.float64]:
         """Back-project pixels with depth to 3-D points.
@@ -445,10 +445,11 @@ _FISHEYE = re.compile(r"fish.?eye|equi(dist|$|\s)|kannala|\bkb\d?\b", re.I)
 """What the names of that fisheye contain."""
 
 
-def stated_lens(camera: Camera, data: Mapping[str, Any]) -> Camera:
-    """The camera with the coefficients of a stated distortion, by name or in OpenCV's order; raise InputError if its
-    model has not as many. The inverse Brown-Conrady model of RealSense is Brown: its library distorts in projection."""
-    stated = data.get("distortion", ())
+def lens_of(data: Mapping[str, Any], shape: tuple[int, int] | None = None) -> Camera:
+    """As `camera_of`, with the coefficients of a stated distortion, by name or in OpenCV's order; raise InputError if
+    the model has not as many. The inverse Brown-Conrady model of RealSense is Brown: its library distorts in
+    projection."""
+    camera, stated = camera_of(data, shape), data.get("distortion", ())
     if isinstance(stated, Mapping):
         if camera.model != FISHEYE and stated.get("k4") and not {"k5", "k6"} & stated.keys():  # r^8 of nerfstudio
             raise InputError(

@@ -27,8 +27,8 @@ from ..data.camera import (
     fitted,
     is_normalised,
     is_preset,
+    lens_of,
     lens_problem,
-    stated_lens,
     stated_size,
 )
 from ..errors import FormatError, InputError
@@ -99,9 +99,7 @@ def lens_from(spec: IntrinsicsSpec, shape: tuple[int, int]) -> tuple[Camera, tup
     """The camera of an image (H, W) with its distortion, from the same descriptions, and a note if it is scaled; raises
     as `intrinsics_from`, and InputError for distortion that OpenCV's models do not have."""
     stated = _stated(spec)
-    camera = camera_of(stated, shape)
-    if isinstance(stated, Mapping):
-        camera = stated_lens(camera, stated)
+    camera = lens_of(stated, shape) if isinstance(stated, Mapping) else camera_of(stated, shape)
     return replace(fitted(camera, shape), size=(shape[1], shape[0])), _scaling_note(camera, shape)
 
 

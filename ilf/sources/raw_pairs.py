@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from .._runtime.files import read_file, read_json
 from .._runtime.formatting import counted
 from .._runtime.schema import Section
-from ..data.camera import Camera, Cameras, camera_of, checked_transform, stated_lens
+from ..data.camera import Camera, Cameras, checked_transform, lens_of
 from ..errors import FormatError, InputError, ParameterError
 from ..io.depth import read_depth_values
 from ..io.encodings import EncodingSpec, encoding_of, packed_channels, single_encoding
@@ -112,7 +112,7 @@ def _camera(stated: Section) -> Camera:
     facts: dict[str, Any] = {"K": stated.get("K", list)}
     facts |= {"distortion": stated.items("distortion", float)} if "distortion" in stated.values else {}
     facts |= {"model": stated.get("model", str)} if "model" in stated.values else {}
-    return replace(stated_lens(camera_of(facts, None), facts), size=size)
+    return replace(lens_of(facts), size=size)
 
 
 def _images(root: Path, names: tuple[str, ...], suffixes: tuple[str, ...]) -> dict[str, Path]:

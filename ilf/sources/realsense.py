@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._runtime.installation import load_libusb, optional
-from ..data.camera import Camera, camera_of, stated_lens
+from ..data.camera import Camera, lens_of
 from ..data.frame import RGBDFrame
 from ..errors import InputError
 from .registration import RawPair, register
@@ -137,4 +137,4 @@ def _camera(frame: Any) -> Camera:
     facts = {"fx": seen.fx, "fy": seen.fy, "cx": seen.ppx, "cy": seen.ppy, "width": seen.width, "height": seen.height}
     if coefficients.any():
         facts |= {"lens": seen.model.name, "distortion": coefficients.tolist()}
-    return stated_lens(camera_of(facts, None), facts)
+    return lens_of(facts)

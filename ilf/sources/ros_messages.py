@@ -15,8 +15,7 @@ from numpy.typing import NDArray
 
 from .._runtime.files import FileContent
 from .._runtime.installation import optional
-from ..data.camera import Camera, fitted, stated_lens
-from ..data.camera import camera_of as stated_camera
+from ..data.camera import Camera, fitted, lens_of
 from ..errors import FormatError, InputError
 from ..io.depth import checked_depth_values, default_depth_units, eight_bit_error
 from ..io.images import check_pixel_count, image_header, read_colour, read_image
@@ -227,7 +226,7 @@ def camera_of(info: Any, topic: str, size: tuple[int, int]) -> Camera | None:
         if not is_rectified:
             few = distortion if distortion[_RATIONAL:].any() else distortion[:_RATIONAL]
             facts |= {"lens": info.distortion_model, "distortion": few.tolist() if few.any() else []}
-        return fitted(stated_lens(stated_camera(facts, None), facts), (size[1], size[0]))
+        return fitted(lens_of(facts), (size[1], size[0]))
     except InputError as error:
         raise FormatError(f"the calibration of {topic} cannot be used: {error}") from error
 

@@ -122,7 +122,6 @@ class OpenDialog(QDialog):
         self.depth_path.setToolTip("One of several datasets of an HDF5 file is named behind it: FILE.h5:/depth.")
         self.guide_path = QLineEdit(placeholderText="Depth or inverse depth from elsewhere (optional)")
         self.guide_gives = QComboBox()
-        self.guide_gives.setAccessibleName("What the guide gives")
         self.guide_gives.setToolTip("What the guide's values are, as which they are fitted; networks by name state it")
         for text, gives in (
             ("a value that rises or falls with depth", None),
@@ -307,7 +306,8 @@ class OpenDialog(QDialog):
         of_images, is_pair = kind in (Kind.PAIR, Kind.FRAME, Kind.FRAMES), kind is Kind.PAIR
         self._form.setRowVisible(1, is_pair)
         self._reading_form.setRowVisible(1, of_images and not is_pair)  # a pair names the dataset behind its depth
-        self._reading_form.setRowVisible(self._reading_form.rowCount() - 1, kind in (Kind.PAIR, Kind.FRAME))
+        for field in (self.guide_path, self.guide_gives):
+            self._reading_form.setRowVisible(field.parentWidget(), kind in (Kind.PAIR, Kind.FRAME))
         self.undistort.setVisible(self._states_lens(kind))
         self.more.setVisible(of_images)
         self._reading.setVisible(of_images and self.more.isChecked())
@@ -414,13 +414,12 @@ class OpenDialog(QDialog):
             ("Camera &intrinsics", self.camera),
             ("Pi&xels of", self.view),
             ("&Guide", self.guide_path, ("File…", self._browse_guide)),
+            ("&What it gives", self.guide_gives),
         ):
             parts: list[QWidget] = [field]
             if field is self.camera:
                 self.camera_browse.clicked.connect(self._browse_camera)
                 parts += [self.camera_text, self.camera_browse, self.undistort]
-            if field is self.guide_path:
-                parts.append(self.guide_gives)
             for name, browse in buttons:
                 button = QPushButton(name, autoDefault=False)
                 button.clicked.connect(lambda _=False, browse=browse: browse())
