@@ -27,6 +27,11 @@ Gives = Literal["relative-inverse", "affine-inverse", "affine", "metric"]
 depth, or depth in metres."""
 
 
+def _check_gives(gives: Gives) -> None:
+    if gives not in get_args(Gives):
+        raise InputError(f"A guide cannot give {gives!r}. Known: {', '.join(map(repr, get_args(Gives)))}.")
+
+
 @dataclass(frozen=True)
 class GuideCard:
     """What is known of a network that predicts guides from colour.
@@ -53,6 +58,11 @@ class GuideCard:
         Subtracted from colour in [0, 1], and what it is divided by.
     output : str
         Name of the output; "" for the first.
+
+    Raises
+    ------
+    InputError
+        If `gives` is none of `Gives`.
     """
 
     name: str
@@ -69,6 +79,9 @@ class GuideCard:
     mean: tuple[float, float, float] = (0.485, 0.456, 0.406)
     deviation: tuple[float, float, float] = (0.229, 0.224, 0.225)
     output: str = ""
+
+    def __post_init__(self) -> None:
+        _check_gives(self.gives)
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,9 +137,8 @@ class Guide:
     def __post_init__(self) -> None:
         if self.gives is None and self.network is not None:
             object.__setattr__(self, "gives", self.network.gives)
-        if self.gives is not None and self.gives not in get_args(Gives):
-            known = ", ".join(map(repr, get_args(Gives)))
-            raise InputError(f"A guide cannot give {self.gives!r}. Known: {known}.")
+        if self.gives is not None:
+            _check_gives(self.gives)
         real = _real(self.values, "A guide")
         with np.errstate(over="ignore"):
             values = real.astype(np.float32)

@@ -42,7 +42,8 @@ def rays_of(camera: Camera, pixels: NDArray[np.float64]) -> NDArray[np.float64]:
     """The points on the plane at depth 1, (N, 2), that pixels (N, 2) see; wrong where the model is not invertible."""
     criteria = (cv2.TERM_CRITERIA_COUNT + cv2.TERM_CRITERIA_EPS, 100, 1e-9)
     invert = cv2.fisheye.undistortPoints if camera.model == FISHEYE else cv2.undistortPoints
-    rays = invert(pixels[:, None], camera.matrix, camera.coefficients, R=None, P=None, criteria=criteria)
+    coefficients = np.zeros(4) if camera.coefficients is None else camera.coefficients
+    rays = invert(pixels[:, None], camera.matrix, coefficients, R=None, P=None, criteria=criteria)
     return np.asarray(rays[:, 0], np.float64)
 
 

@@ -20,7 +20,7 @@ from .._runtime.networks.models import check_name, model_names, models_folder, n
 from .._runtime.schema import converted
 from .._runtime.writing import atomic_path, ensure_folder, write_bytes
 from ..data.guide import Gives, Guide, GuideCard
-from ..errors import ExportError, InputError, cause
+from ..errors import ExportError, FormatError, InputError, cause
 from .guide_network import GuideNetwork
 
 
@@ -45,7 +45,10 @@ def guide_cards() -> dict[str, GuideCard]:
     """
     cards = dict(_known())
     for path in sorted(guides_folder().glob("*.json")):
-        own = replace(converted(read_json(path), GuideCard, f"card {path}"), name=path.stem)
+        try:
+            own = replace(converted(read_json(path), GuideCard, f"card {path}"), name=path.stem)
+        except FormatError as error:
+            raise FormatError(f"{error} Delete this card, and add or fetch its network again.") from error
         known = cards.get(own.name, own)
         cards[own.name] = known if known.sha256 else replace(known, sha256=own.sha256, bytes=own.bytes)
     return cards

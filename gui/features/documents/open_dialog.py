@@ -306,8 +306,8 @@ class OpenDialog(QDialog):
         of_images, is_pair = kind in (Kind.PAIR, Kind.FRAME, Kind.FRAMES), kind is Kind.PAIR
         self._form.setRowVisible(1, is_pair)
         self._reading_form.setRowVisible(1, of_images and not is_pair)  # a pair names the dataset behind its depth
-        for field in (self.guide_path, self.guide_gives):
-            self._reading_form.setRowVisible(field.parentWidget(), kind in (Kind.PAIR, Kind.FRAME))
+        for last in (1, 2):  # the guide, and what it gives
+            self._reading_form.setRowVisible(self._reading_form.rowCount() - last, kind in (Kind.PAIR, Kind.FRAME))
         self.undistort.setVisible(self._states_lens(kind))
         self.more.setVisible(of_images)
         self._reading.setVisible(of_images and self.more.isChecked())

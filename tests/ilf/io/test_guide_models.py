@@ -356,6 +356,16 @@ def test_an_existing_file_wins_over_a_name(hub: Hub, tmp_path: Path, monkeypatch
     assert ReadingOptions(guide=NAME).paths == {"guide": NAME}
 
 
+def test_a_damaged_card_says_what_to_do_and_none_is_written_with_another_kind(hub: Hub, tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="cannot give 'depth'"):
+        guide_models.add_guide(tmp_path / "source.onnx", "mine", gives="depth")
+    assert "mine" not in guide_cards()
+    guides_folder().mkdir(parents=True, exist_ok=True)
+    (guides_folder() / "mine.json").write_text('{"name": "mine"}')
+    with pytest.raises(FormatError, match=r"mine\.json.* Delete this card, and add or fetch its network again\."):
+        ilf.load_guide("mine", rgb=scene()[0])
+
+
 def test_a_file_that_was_changed_is_refused(hub: Hub) -> None:
     path = fetch_guide(NAME)
     write_network(path, [node("ReduceMax", ["image"], "strength", axes=[1], keepdims=1)])
