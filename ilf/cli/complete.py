@@ -15,7 +15,7 @@ from ..run.run import Run
 from ..run.writing import check_not_an_input, check_write, write
 from ..sources.frame_folder import frame_folder
 from ..sources.opening import is_recording
-from .options import add_export_options, export_options, files_to_export, formats_to_export, geometry_flags
+from .options import add_export_options, export_options, geometry_flags, given_exports
 from .output import print_json, shows_progress, warn
 from .parsing import add_flags, add_frame, add_given_blocks, add_settings, frame_from, preset_from, settings_from
 from .run_output import COMPLETION_KEYS, FinishedRun, completed, completion_record, completion_report
@@ -66,13 +66,13 @@ def run(arguments: argparse.Namespace) -> None:
         run, options, told = _new(arguments)
     else:
         run, told = again.run, again.differences
-        options = replace(again.options, exports=(*again.options.exports, *formats_to_export(arguments)))
+        options = replace(again.options, exports=(*again.options.exports, *given_exports(arguments)[0]))
         options = replace(options, cloud=None) if arguments.no_cloud else options
     folder = Path(arguments.out or output_folder_name(run.frame.name))
     names = "blocks", "drawn", "invalid_mask", "by_hand", "intrinsics", "preset"
     given = [path for name in names if (path := getattr(arguments, name)) is not None]
     check_write(folder, run, options, given=given)
-    exports = [Export(path) for path in files_to_export(arguments)]
+    exports = [Export(path) for path in given_exports(arguments)[1]]
     for export in exports:
         export.check(run)
     check_not_an_input(run.frame, [export.path for export in exports], given)

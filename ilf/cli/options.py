@@ -72,14 +72,10 @@ def add_export_options(group: argparse._ActionsContainer) -> None:
     )
 
 
-def formats_to_export(arguments: argparse.Namespace) -> tuple[str, ...]:
-    """Return what --export gives as formats of files among the results."""
-    return tuple(given for given in arguments.export if given in FORMATS)
-
-
-def files_to_export(arguments: argparse.Namespace) -> list[str]:
-    """Return what --export gives as files, rather than as formats."""
-    return [given for given in arguments.export if given not in FORMATS]
+def given_exports(arguments: argparse.Namespace) -> tuple[tuple[str, ...], list[str]]:
+    """Return what --export gives: formats of files among the results, and other files."""
+    formats = tuple(given for given in arguments.export if given in FORMATS)
+    return formats, [given for given in arguments.export if given not in FORMATS]
 
 
 def export_options(arguments: argparse.Namespace, *, with_files: bool = False) -> ExportOptions:
@@ -94,7 +90,8 @@ def export_options(arguments: argparse.Namespace, *, with_files: bool = False) -
     """
     if arguments.no_cloud and arguments.mesh is None and (flags := geometry_flags(arguments)):
         raise UsageError(f"--no-cloud contradicts {', '.join(flags)}: leave it out, or add --mesh.")
-    if not with_files and (files := files_to_export(arguments)):
+    exports, files = given_exports(arguments)
+    if files and not with_files:
         raise UsageError(f"--export takes a format here, not {files[0]!r:.60}: {', '.join(FORMATS)}.")
     formats = arguments.depth_formats
     return ExportOptions(
@@ -107,7 +104,7 @@ def export_options(arguments: argparse.Namespace, *, with_files: bool = False) -
         mesh=arguments.mesh,
         normals=arguments.normals,
         drop_flying=arguments.drop_flying,
-        exports=formats_to_export(arguments),
+        exports=exports,
     )
 
 

@@ -31,6 +31,8 @@ FISHEYE = "fisheye"
 """The model of Kannala and Brandt, as in OpenCV's module of this name; the other model is "pinhole"."""
 _COEFFICIENTS = {"pinhole": (0, 4, 5, 8, 12, 14), FISHEYE: (0, 4)}
 """Supported numbers of distortion coefficients of each model, in OpenCV's order."""
+ORDERS = {"pinhole": "k1 k2 p1 p2 k3 k4 k5 k6 s1 s2 s3 s4 and two angles", FISHEYE: "k1 k2 k3 k4 of a fisheye"}
+"""That order."""
 _MAX_COEFFICIENT = 1e6
 
 
@@ -99,14 +101,9 @@ class Camera:
             raise InputError(f"A camera's model must be {' or '.join(_COEFFICIENTS)}, not {self.model!r:.40}.")
         *counts, most = _COEFFICIENTS[self.model]
         if len(self.distortion) not in {*counts, most}:
-            order = (
-                "k1 k2 k3 k4 of a fisheye"
-                if self.model == FISHEYE
-                else "k1 k2 p1 p2 k3 k4 k5 k6 s1 s2 s3 s4 and two angles"
-            )
             raise InputError(
-                f"A camera's distortion must have {', '.join(map(str, counts))} or {most} coefficients, {order}, not "
-                f"{len(self.distortion)}."
+                f"A camera's distortion must have {', '.join(map(str, counts))} or {most} coefficients, "
+                f"{ORDERS[self.model]}, not {len(self.distortion)}."
             )
         if not np.all(np.abs(self.distortion) <= _MAX_COEFFICIENT):
             raise InputError(f"A camera's distortion must be finite numbers, not {self.distortion}.")

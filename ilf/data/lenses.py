@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InputError
-from .camera import FISHEYE, Camera
+from .camera import FISHEYE, ORDERS, Camera
 from .frame import RGBDFrame, read_only
 
 _Value = TypeVar("_Value", bound=np.generic)
@@ -139,8 +139,7 @@ def _border_rays(camera: Camera, columns: NDArray[np.float64], rows: NDArray[np.
 
 def _not_invertible(camera: Camera) -> InputError:
     numbers = ", ".join(f"{number:g}" for number in camera.distortion)
-    order = "k1 k2 k3 k4 of a fisheye" if camera.model == FISHEYE else "k1 k2 p1 p2 k3 k4 k5 k6"
     return InputError(
         f"The camera's distortion ({numbers}) cannot be inverted over an image of {camera.shape[1]} x "
-        f"{camera.shape[0]}. Check that the coefficients are OpenCV's, {order}, and of this camera."
+        f"{camera.shape[0]}. Check that the coefficients are OpenCV's, {ORDERS[camera.model]}, and of this camera."
     )

@@ -72,13 +72,12 @@ class Export:
             If it cannot be made of this run, or the plugin fails; likewise.
         """
         self.check(completion.run)
+        ensure_folder(self.path.parent)
         if self._write is None:
             image = colour_seen_from(self.path.parent, completion.frame)
             content, notes = FORMATS[self._entry.name].content(completion, image)
-            ensure_folder(self.path.parent)
             write_bytes(self.path, content)
             return [f"{self.path.name}: {note}" for note in notes]
-        ensure_folder(self.path.parent)
         with atomic_path(self.path) as temporary:
             call(self._entry, self._write, temporary, completion)
             if not (temporary.exists() and temporary.stat().st_size):
