@@ -146,6 +146,8 @@ class FrameLoader(QObject):
         self._workspace = workspace
         self.stored: StoredFrames | None = None
         """Storage of the states of frames that are not open."""
+        self.replace: Callable[[Sequence[Entry], Callable[[], None]], None] = lambda entries, then: then()
+        """Prepares removal of frames that are read again: calls `then` unless the user cancels."""
         self._reading, self._extracting = self._lines = JobQueue(self), JobQueue(self)
         self._was_busy = False
         self._postponed = WeakSet[Document]()
@@ -196,8 +198,8 @@ class FrameLoader(QObject):
             self.read(f"Open {record.name}", lambda: _open_run(record), self._take_opened)
 
     def open_folder(self, how: FrameRef, show: bool = True) -> None:
-        """Add the frames of a folder to the list, with the units and intrinsics of `how`; with `show`, open the
-        first."""
+        """Add the frames of a folder to the list, with the reading options of `how`; with `show`, open the first, and
+        replace frames of the list that were read with other options."""
         what = f"Look for frames in {Path(how.rgb).name}"
         self.read(what, lambda: _list(how), lambda found: self._take_listing(how, found[0], found[1], show))
 
@@ -292,12 +294,22 @@ class FrameLoader(QObject):
             self.incomplete.emit(document, decoded.problems)
 
     def _take_listing(self, how: FrameRef, listing: Listing, found: Sequence[Entry], show: bool) -> None:
-        entries = self._workspace.entries
-        self._workspace.add_entries([entry for entry in found if entries.of_key(entry.key) is None])
-        self.listed.emit(how, listing)
-        first = entries.of_key(found[0].key)
-        if show and first is not None:
-            self.open_entry(first)
+        workspace, entries = self._workspace, self._workspace.entries
+        there = [(entry, entries.of_key(entry.key)) for entry in found]
+        others = [old for new, old in there if show and old is not None and _is_read_otherwise(old, new)]
+
+        def add() -> None:
+            workspace.remove_entries(others)
+            workspace.add_entries([entry for entry in found if entries.of_key(entry.key) is None])
+            self.listed.emit(how, listing)
+            first = entries.of_key(found[0].key)
+            if show and first is not None:
+                self.open_entry(first)
+
+        if others:
+            self.replace(others, add)
+        else:
+            add()
 
     def _note_problem(self, entry: Entry, error: Exception) -> None:
         self.opening_failed.emit(entry, error)
@@ -434,6 +446,11 @@ def _describe_kept(locked: int, by_hand: int, all_kept: bool) -> str:
 def _list(how: FrameRef) -> tuple[Listing, list[Entry]]:
     listing = list_frames(how.rgb, how.options)
     return listing, [Entry.of(source, from_folder=True) for source in listing.sources]
+
+
+def _is_read_otherwise(present: Entry, found: Entry) -> bool:
+    """Whether a frame of the list was read with other options than those of the same frame in a listing."""
+    return present.source is not None and found.source is not None and present.source.options != found.source.options
 
 
 def _open(source: FrameRef, parameters: BlockParameters) -> _Opened:

@@ -14,6 +14,7 @@ from gui.features.documents.open_dialog import OpenDialog
 from gui.features.status import StatusFeature
 from ilf.sources.frame_ref import FrameRef
 from ilf.sources.reading import load_frame
+from ilf.sources.reading_options import DEPTH_VIEW, ReadingOptions
 from tests.ilf.two_cameras import write_pair
 
 from .conftest import WAIT_MS, export, open_frame
@@ -57,3 +58,35 @@ def test_the_title_of_other_frames_says_nothing_of_a_view(window: MainWindow, qt
     qtbot.waitUntil(lambda: "desk 1" in window.windowTitle(), timeout=WAIT_MS)
     assert "view" not in window.windowTitle()
     assert load_frame(tmp_path / "desk", frame="1").brought is None
+
+
+def test_frames_that_are_open_are_read_again_with_other_options(
+    window: MainWindow, qtbot: QtBot, tmp_path: Path
+) -> None:
+    pair = write_pair(tmp_path / "desk")
+    folder, entries = str(tmp_path / "desk"), window.workspace.entries
+    for view, shape in ((None, pair.rgb.shape[:2]), (DEPTH_VIEW, pair.depth.shape), (None, pair.rgb.shape[:2])):
+        with qtbot.waitSignal(window.loader.idle, timeout=WAIT_MS):
+            window.documents.open_source(FrameRef(folder, options=ReadingOptions(view=view)))
+        assert window.workspace.current.frame.shape == shape
+        names = [entry.name for entry in entries]
+        assert len(names) == len(set(names))
+    present = window.workspace.current
+    with qtbot.waitSignal(window.loader.idle, timeout=WAIT_MS):
+        window.documents.open_source(FrameRef(folder))
+    assert window.workspace.current is present, "the same options: nothing is read again"
+
+
+def test_work_on_frames_is_asked_about_before_they_are_read_again(
+    window: MainWindow, qtbot: QtBot, tmp_path: Path
+) -> None:
+    write_pair(tmp_path / "desk")
+    folder = str(tmp_path / "desk")
+    with qtbot.waitSignal(window.loader.idle, timeout=WAIT_MS):
+        window.documents.open_source(FrameRef(folder))
+    present, asked = window.workspace.current, []
+    window.documents.remove = lambda entries, then: asked.extend(entry.name for entry in entries)
+    with qtbot.waitSignal(window.loader.idle, timeout=WAIT_MS):
+        window.documents.open_source(FrameRef(folder, options=ReadingOptions(view=DEPTH_VIEW)))
+    assert asked == [entry.name for entry in window.workspace.entries]
+    assert window.workspace.current is present

@@ -84,6 +84,7 @@ class DocumentsFeature(Feature):
     def begin(self) -> None:
         """Show the messages of reading; the features that react to them do so before."""
         loader, notes = self._loader, self._notes
+        loader.replace = lambda entries, then: self.remove(entries, then)
         loader.replayed.connect(self._tell_differences)
         self.context.runs.finished.connect(self._tell_verdict)
         loader.failed.connect(notes.report)
