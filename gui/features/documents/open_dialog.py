@@ -63,10 +63,10 @@ _FOLDER_KEY = "open/folder"
 _DELAY_MS = 200
 _MAX_NAMED = 5
 
-_AUTOMATIC = "Automatic (from meta.json, or by file type)"
-_FROM_META, _NUMBERS, _FILE = (
-    "From meta.json, or none (needed for point clouds only)",
-    "Numbers: fx, fy, cx, cy",
+_AUTOMATIC = "Automatic (as the files state, or by file type)"
+_AS_STATED, _NUMBERS, _FILE = (
+    "As the files state, or none (needed for point clouds only)",
+    "Four numbers",
     "From a file",
 )
 _VIEWS = {"Colour camera": None, "Depth camera": DEPTH_VIEW}
@@ -136,7 +136,7 @@ class OpenDialog(QDialog):
             "How the values of the file become metres: a name, or the number of file units per metre. Automatic: from "
             "meta.json; without it, millimetres for integer depth and metres for floating-point depth."
         )
-        self.dataset = QLineEdit(placeholderText="The only one that can be depth")
+        self.dataset = QLineEdit(placeholderText="In HDF5 files: the only one that can be depth")
         self.dataset.setToolTip("The dataset of HDF5 files with several images, such as /left/depth.")
         self.invalid = QLineEdit(placeholderText="Zero only; 65535 in 7-Scenes")
         self.invalid.setToolTip(
@@ -147,9 +147,10 @@ class OpenDialog(QDialog):
             "Depth of lower confidence counts as missing, if the frame has a confidence map (2 = ARKit high)."
         )
         self.camera = QComboBox()
-        self.camera.addItems([_FROM_META, *INTRINSICS, _NUMBERS, _FILE])
+        self.camera.addItems([_AS_STATED, *INTRINSICS, _NUMBERS, _FILE])
         for choice in (self.encoding, self.camera, self.guide_gives):  # no wider than the pictures
             choice.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
+            choice.setMinimumContentsLength(len(_NUMBERS))
         self.camera_text = QLineEdit()
         self.camera_text.setAccessibleName("Intrinsics: numbers or file")
         self.camera_browse = QPushButton("File…", autoDefault=False)
@@ -286,7 +287,7 @@ class OpenDialog(QDialog):
             shown = ", ".join(names[:_MAX_NAMED]) + ", …" * (len(names) > _MAX_NAMED)
             text = f"A project with {counted(len(names), 'frame')}: {shown}.\nIt takes the place of the present one."
         self._show_nothing()
-        self.message.show_message(text, "good")
+        self._tell(text, "good")
         self.open_button.setEnabled(True)
 
     def _propose_partner(self) -> None:
@@ -324,14 +325,14 @@ class OpenDialog(QDialog):
         self.colour_preview.show_rgb(frame.rgb)
         self.depth_preview.show_depth(frame.depth)
         tone = "warning" if frame.notes else "text" if frame.intrinsics is None else "good"
-        self.message.show_message("\n".join((text, *frame.notes)), tone)
+        self._tell("\n".join((text, *frame.notes)), tone)
         self._propose(plausibility_warnings)
         self.open_button.setEnabled(True)
 
     def _look_into(self, source: FrameRef) -> None:
         """List the frames in a worker thread; meanwhile the source can be opened already."""
         self._show_nothing()
-        self.message.show_message("Listing frames…", "text")
+        self._tell("Listing frames…", "text")
         self.open_button.setEnabled(True)
         self._wanted = source
         self._looks.ask(source)
@@ -342,7 +343,7 @@ class OpenDialog(QDialog):
         frames = f"{counted(len(look.listing.sources), 'frame')} found."
         text = " ".join((frames, *look.listing.notes))
         if look.frame is None:
-            self.message.show_message(f"{text}\nThe first frame cannot be read: {look.problem}", "warning")
+            self._tell(f"{text}\nThe first frame cannot be read: {look.problem}", "warning")
         else:
             self._show(look.frame, f"{text} First frame:\n{_describe_frame(look.frame)}", look.plausibility_warnings)
 
@@ -358,7 +359,7 @@ class OpenDialog(QDialog):
         """Say what a file names elsewhere; the window asks about it after *Open*."""
         self._show_nothing()
         places = " and ".join(error.places)
-        self.message.show_message(
+        self._tell(
             f"A file names {places} outside its own folder, which was never opened here: Open asks first.", "warning"
         )
         self.open_button.setEnabled(True)
@@ -367,6 +368,12 @@ class OpenDialog(QDialog):
         self.colour_preview.show_rgb(None)
         self.depth_preview.show_depth(None)
         self._propose(())
+
+    def _tell(self, text: str, tone: str) -> None:
+        """Show a message, for which the dialog grows if it must."""
+        self.message.show_message(text, tone)
+        height = self.layout().totalHeightForWidth(self.width())
+        self.resize(self.width(), max(self.height(), height))
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Open by Enter, also while a change is waiting to be read."""
@@ -425,11 +432,8 @@ class OpenDialog(QDialog):
                 button.clicked.connect(lambda _=False, browse=browse: browse())
                 parts.append(button)
             line = QWidget()
-            layout = row(*parts)
-            layout.setContentsMargins(0, 0, 0, 0)
-            if isinstance(field, QComboBox):
-                layout.setStretch(0, 1)
-            line.setLayout(layout)
+            texts = tuple(part for part in parts if isinstance(part, QLineEdit))
+            line.setLayout(lay_out(QHBoxLayout(), *parts, stretched=texts, spacing=8))
             field.setAccessibleName(text.replace("&", ""))
             fields = self._form if field in (self.path, self.depth_path) else self._reading_form
             fields.addRow(label_of(text, field), line)
@@ -461,7 +465,7 @@ class OpenDialog(QDialog):
         self.camera_browse.setVisible(choice == _FILE)
         self.undistort.setVisible(self._states_lens(self.kind))
         self.camera_text.setPlaceholderText(
-            "Pixels, such as 525, 525, 319.5, 239.5"
+            "fx, fy, cx, cy [px]: 525, 525, 319.5, 239.5"
             if choice == _NUMBERS
             else "JSON, YAML or text; FILE#NAME for one of several"
         )
@@ -470,7 +474,7 @@ class OpenDialog(QDialog):
     def _states_lens(self, kind: Kind) -> bool:
         """Whether the distortion of the lens can be stated, in a file of intrinsics or in those of a data set."""
         choice = self.camera.currentText()
-        return choice == _FILE or (choice == _FROM_META and kind is Kind.FRAMES)
+        return choice == _FILE or (choice == _AS_STATED and kind is Kind.FRAMES)
 
     def _browse_any(self) -> None:
         kinds = COLOUR_SUFFIXES, DEPTH_FILE_SUFFIXES, recording_suffixes(), (PROJECT_SUFFIX, ".json")
@@ -526,7 +530,7 @@ class OpenDialog(QDialog):
 
     def _intrinsics(self) -> str | tuple[float, ...] | None:
         choice, text = self.camera.currentText(), self.camera_text.text().strip()
-        if choice == _FROM_META:
+        if choice == _AS_STATED:
             return None
         if choice == _FILE:
             if not text:
@@ -549,7 +553,7 @@ class OpenDialog(QDialog):
         files = colour, depth, self.guide_path.text().strip()
         for path in {str(Path(file).parent) for file in files} - {"."}:
             text = text.replace(f"{path}/", "")
-        self.message.show_message(text, tone)
+        self._tell(text, tone)
         self._propose(
             _try_read(lambda: read_depth(self.request()).plausibility_warnings) or () if tone == "error" else ()
         )

@@ -69,7 +69,7 @@ def test_two_files_beside_a_meta_are_read_as_it_says_and_that_is_said(dialog, fo
 def test_request_opens_the_very_frame(dialog, folder):
     dialog.set_files(str(folder / "depth.png"), str(folder / "rgb.png"))
     dialog.encoding.setEditText("500 (mine)")
-    dialog.camera.setCurrentText("Numbers: fx, fy, cx, cy")
+    dialog.camera.setCurrentText("Four numbers")
     dialog.camera_text.setText("525, 525 319.5, 239.5")
     dialog.accept()
     assert dialog.result() == QDialog.DialogCode.Accepted
@@ -83,8 +83,8 @@ def test_request_opens_the_very_frame(dialog, folder):
 def test_the_camera_field_says_what_to_type(dialog, folder):
     dialog.set_files(str(folder / "rgb.png"))
     dialog.more.click()
-    dialog.camera.setCurrentText("Numbers: fx, fy, cx, cy")
-    assert dialog.camera_text.placeholderText().startswith("Pixels, such as 525, 525")
+    dialog.camera.setCurrentText("Four numbers")
+    assert dialog.camera_text.placeholderText().startswith("fx, fy, cx, cy")
     dialog.camera.setCurrentText("From a file")
     assert "FILE#NAME" in dialog.camera_text.placeholderText()
     assert dialog.camera_browse.isVisible()
@@ -233,7 +233,7 @@ def test_folder_with_meta_is_enough(dialog, folder):
 def test_numbers_that_are_none_are_refused(dialog, folder, units, numbers):
     dialog.set_files(str(folder / "rgb.png"))
     dialog.encoding.setEditText(units)
-    dialog.camera.setCurrentText("Numbers: fx, fy, cx, cy")
+    dialog.camera.setCurrentText("Four numbers")
     dialog.camera_text.setText(numbers)
     with pytest.raises(InputError, match="number"):
         dialog.request()
@@ -437,3 +437,30 @@ def test_what_is_dropped_on_the_dialog_is_chosen(dialog, folder):
         assert event.isAccepted()
     assert dialog.path.text() == str(folder / "rgb.png")
     assert dialog.open_button.isEnabled()
+
+
+def test_no_choice_is_cut_off_and_the_file_of_intrinsics_has_room(dialog, folder):
+    dialog.set_files(str(folder / "rgb.png"))
+    dialog.more.setChecked(True)
+    QApplication.processEvents()
+    for choice in (dialog.encoding, dialog.camera, dialog.view):
+        assert choice.fontMetrics().horizontalAdvance(choice.currentText()) < choice.width() - 30
+    dialog.camera.setCurrentText("From a file")
+    QApplication.processEvents()
+    assert dialog.camera_text.width() > dialog.width() / 4
+
+
+def test_a_long_message_makes_the_dialog_higher_and_covers_nothing(dialog, folder):
+    camera = {"camera_matrix": [[525, 0, 319], [0, 525, 239], [0, 0, 1]], "dist_coeffs": [0.2, -0.5, 0, 0, 0.3]}
+    (folder / "camera.json").write_text(json.dumps(camera))
+    dialog.set_files(str(folder / "rgb.png"))
+    dialog.more.setChecked(True)
+    dialog.encoding.setEditText("100")
+    dialog.camera.setCurrentText("From a file")
+    dialog.camera_text.setText("camera.json")
+    dialog.read()
+    QApplication.processEvents()
+    assert "lens distortion" in dialog.message.text()
+    assert dialog.message.height() >= dialog.message.heightForWidth(dialog.message.width())
+    preview = dialog.colour_preview
+    assert preview.height() >= preview.sizeHint().height(), "the caption is below the picture"
