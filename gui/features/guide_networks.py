@@ -48,7 +48,7 @@ class GuideNetworksDialog(QDialog):
 
     def __init__(self, parent: QWidget, has_frame: bool) -> None:
         super().__init__(parent)
-        self.setWindowTitle("Guide by Network")
+        self.setWindowTitle("Guide by network")
         self._has_frame = has_frame
         self._requests: LatestRequest[Any, Any] | None = None
         self._cards: dict[str, GuideCard] = {}
@@ -77,10 +77,10 @@ class GuideNetworksDialog(QDialog):
         self.add_button.clicked.connect(self._add)
         buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
         buttons.rejected.connect(self.reject)
-        ours = row(self.add_button, label_of("that, if of your own, &gives", self.gives), self.gives)
+        ours = row(self.add_button, label_of("A network of your own &gives", self.gives), self.gives)
         chosen = row(self.fetch_button, self.use_button)
         stack(self, about, self.networks, self.message, chosen, self.work, ours, buttons, stretched=self.networks)
-        self.resize(820, 460)
+        self.resize(860, 460)
         self.show_networks()
 
     def follow(self, requests: LatestRequest[Any, Any]) -> None:
@@ -134,7 +134,8 @@ class GuideNetworksDialog(QDialog):
         there = guide_file(card.name) is not None
         source = f" Fetch gets it from {urlsplit(card.address).hostname}." if card.address and not there else ""
         frame = " Open a frame to use it." if there and not self._has_frame else ""
-        self.tell(f"{card.name} of {card.maker}: licence {licence_text(card)}.{source}{frame}")
+        licence = f" of {card.maker}: licence {licence_text(card)}" if card.licence else ": a network of your own"
+        self.tell(f"{card.name}{licence}.{source}{frame}")
 
     def _use(self) -> None:
         self.use_requested.emit(self.chosen())

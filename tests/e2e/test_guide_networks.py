@@ -167,6 +167,8 @@ def test_a_wrong_file_is_one_sentence_and_a_file_can_be_added(window, qtbot, hub
         assert [row[4:] for row in state(dialog) if row[0] == name] == [[gives, "ready"]]
     assert not dialog.use_button.isEnabled()
     assert "Open a frame to use it." in dialog.message.text()
+    dialog.show_networks("own")
+    assert dialog.message.text() == "own: a network of your own. Open a frame to use it."
     (tmp_path / "text.onnx").write_text("no network")
     monkeypatch.setattr("gui.features.guide_networks.choose_file", lambda *_: str(tmp_path / "text.onnx"))
     dialog.add_button.click()
