@@ -335,7 +335,7 @@ class RemoteFiles:
             )
         if isinstance(error, TimeoutError):
             return InputError(
-                f"{address}: the server does not answer, or too slowly. Check the network, and try again."
+                f"{address}: the server does not answer, or too slowly. Check the connection, and try again."
             )
         return InputError(
             f"{address}: cannot be read ({reason}). Check the address, the credentials and the network, and try again."

@@ -185,7 +185,7 @@ def _answer(request: Request) -> HTTPResponse | HTTPError:
         why = getattr(error, "reason", error)
         reason = cause(why) if isinstance(why, Exception) else str(why)
         raise InputError(
-            f"{request.full_url}: the server cannot be reached ({reason}). Check the network, and repeat the command."
+            f"{request.full_url}: the server cannot be reached ({reason}). Check the connection, and try again."
         ) from error
     return answer
 

@@ -250,7 +250,7 @@ def test_more_than_was_stated_is_refused(hub: Hub) -> None:
 
 def test_a_server_that_is_not_there_is_one_sentence(hub: Hub, monkeypatch: pytest.MonkeyPatch) -> None:
     know(monkeypatch, replace(hub, address="http://127.0.0.1:1/net.onnx"))
-    with pytest.raises(InputError, match=r"cannot be reached \(.*refused.*\). Check the network"):
+    with pytest.raises(InputError, match=r"cannot be reached \(.*refused.*\). Check the connection"):
         fetch_guide(NAME)
     know(monkeypatch, replace(hub, address="file:///etc/hostname"))
     with pytest.raises(InputError, match="not an address of a web server"):
