@@ -84,7 +84,8 @@ def test_work_on_frames_is_asked_about_before_they_are_read_again(
     folder = str(tmp_path / "desk")
     with qtbot.waitSignal(window.loader.idle, timeout=WAIT_MS):
         window.documents.open_source(FrameRef(folder))
-    present, asked = window.workspace.current, []
+    present = window.workspace.current
+    asked: list[str] = []
     window.documents.remove = lambda entries, then: asked.extend(entry.name for entry in entries)
     with qtbot.waitSignal(window.loader.idle, timeout=WAIT_MS):
         window.documents.open_source(FrameRef(folder, options=ReadingOptions(view=DEPTH_VIEW)))
