@@ -19,6 +19,7 @@ from PySide6.QtWidgets import (
     QLayout,
     QLineEdit,
     QPushButton,
+    QSizePolicy,
     QToolButton,
     QWidget,
 )
@@ -155,6 +156,7 @@ class OpenDialog(QDialog):
         self.camera_text.setAccessibleName("Intrinsics: numbers or file")
         self.camera_browse = QPushButton("File…", autoDefault=False)
         self.undistort = QCheckBox("Undistort")
+        self.undistort.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)  # the choice has the rest
         self.undistort.setToolTip(
             "Correct the lens distortion that the file states, of colour and depth: the camera of the frame and of all "
             "results is that of the corrected images."

@@ -440,11 +440,17 @@ def test_what_is_dropped_on_the_dialog_is_chosen(dialog, folder):
 
 
 def test_no_choice_is_cut_off_and_the_file_of_intrinsics_has_room(dialog, folder):
-    dialog.set_files(str(folder / "rgb.png"))
+    one = folder / "frames/one"
+    one.mkdir(parents=True)
+    for name in ("rgb.png", "depth.png"):
+        shutil.copy(folder / name, one)
     dialog.more.setChecked(True)
-    QApplication.processEvents()
-    for choice in (dialog.encoding, dialog.camera, dialog.view):
-        assert choice.fontMetrics().horizontalAdvance(choice.currentText()) < choice.width() - 30
+    for path in (folder / "rgb.png", one.parent):
+        dialog.set_files(str(path))
+        QApplication.processEvents()
+        for choice in (dialog.encoding, dialog.camera, dialog.view):
+            assert choice.fontMetrics().horizontalAdvance(choice.currentText()) < choice.width() - 30
+    assert dialog.undistort.isVisible()
     dialog.camera.setCurrentText("From a file")
     QApplication.processEvents()
     assert dialog.camera_text.width() > dialog.width() / 4
