@@ -374,8 +374,8 @@ class OpenDialog(QDialog):
     def _tell(self, text: str, tone: str) -> None:
         """Show a message, for which the dialog grows if it must."""
         self.message.show_message(text, tone)
-        height = self.layout().totalHeightForWidth(self.width())
-        self.resize(self.width(), max(self.height(), height))
+        if (layout := self.layout()) is not None:
+            self.resize(self.width(), max(self.height(), layout.totalHeightForWidth(self.width())))
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Open by Enter, also while a change is waiting to be read."""
