@@ -27,7 +27,7 @@ COMMANDS = {
     "bench": "compare presets and other methods of completion, blocks or denoising on many frames",
     "report": "write one HTML page about frames: pictures, blocks, parameters, curves, errors, versions and hashes",
     "project": "make, show, export and replay project files; export results to other programs",
-    "models": "list, import and remove edge networks",
+    "models": "list, fetch, add and remove networks for edges and guides",
     "sample": "write the bundled sample frame into a folder",
     "live": "play a recording or a camera in the window, completed as it plays, or capture a frame with the camera",
     "stream": "complete a recording frame after frame, as a robot would, or write results, as a recording or a folder",

@@ -31,7 +31,7 @@ from ..io.images import read_colour_with_warning, turned
 from ..io.orientation import pair_orientation
 from ..sources.frame_folder import FrameFiles
 from ..sources.frame_ref import FrameRef
-from ..sources.image_pair import depth_of_files, read_files, unlike_companions
+from ..sources.image_pair import depth_of_files, is_registered, read_files, unlike_companions
 from ..sources.naming import META_NAME
 from ..sources.own_results import COMPLETED_DEPTH, is_result
 from ..sources.reading import files_of, read_frame
@@ -115,7 +115,8 @@ def _add_pair(facts: Facts, files: FrameFiles, depth: DepthReading, given: Readi
     if is_result(FrameRef(str(files.rgb), str(files.depth))):
         facts.tell("note", f"{files.depth.name}: {COMPLETED_DEPTH}")
     rgb, metres = turned(rgb, orientation.tags[0]), turned(depth.metres, orientation.tags[1])
-    if options.depth_intrinsics is not None and rgb.shape[:2] != metres.shape:
+    shapes = (rgb.shape[0], rgb.shape[1]), (metres.shape[0], metres.shape[1])
+    if options.depth_intrinsics is not None and not is_registered(options, *shapes):
         _add_camera(facts, "colour camera", options.intrinsics, (rgb.shape[0], rgb.shape[1]))
     elif not options.undistort and options.view != DEPTH_VIEW:
         with facts.problems():

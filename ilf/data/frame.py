@@ -107,7 +107,7 @@ class FrameInputs:
     of the decoded depth. `invalid` is the depth file's value that marks missing depth, if there is one besides
     zero. `frame` is the key of a frame of a recording: `rgb` and `depth` are then the recording, with the SHA-256
     of the bytes in it that contain the frame's colour and depth. `depth_intrinsics` are fx, fy, cx, cy [px] of a
-    depth file of another size than colour, by which its depth was registered. `lenses` are the cameras of colour
+    depth file of a camera of its own, by which its depth was registered. `lenses` are the cameras of colour
     and depth by whose distortion both were undistorted; `intrinsics` are then those of the undistorted image. `view` is
     "depth" for a frame in the depth camera's view; `intrinsics` of two files are then still those of colour.
     `orientations` are the tags (EXIF) by which colour and depth were turned; None if both are as stored. `dataset` is
@@ -136,6 +136,11 @@ class FrameInputs:
         return self.frame is None and not is_changed and not is_address(self.rgb.path)
 
     @property
+    def view_to_ask_for(self) -> str | None:
+        """The view with which the files are read as they were: without one, images of the same size are registered."""
+        return "colour" if self.view is None and self.depth_intrinsics is not None else self.view
+
+    @property
     def arguments(self) -> dict[str, Any]:
         """Arguments of `ilf.load_frame` to read the same files again, ready for JSON."""
         truth, cameras = self.ground_truth, (self.intrinsics, self.depth_intrinsics)
@@ -149,7 +154,7 @@ class FrameInputs:
             "dataset": self.dataset,
             "depth_intrinsics": stated[1],
             "undistort": self.lenses is not None or None,
-            "view": self.view,
+            "view": self.view_to_ask_for,
             "ground_truth": None if truth is None else truth.named,
             "ground_truth_units": None if truth is None else truth.units,
         }
@@ -561,8 +566,8 @@ def check_depth_scale(depth: NDArray[np.floating], *, in_file: bool = True) -> f
             )
         direction = "larger" if median > high else "smaller"
         raise InputError(
-            f"{outside}The depth units are probably wrong: try a {direction} number of file units per metre "
-            "(1000 for millimetres, 5000 for TUM, 10000 for 0.1 mm, 1 for metres)."
+            f"{outside}The depth units or the encoding are probably wrong: try a {direction} number of file units per "
+            "metre (1000 for millimetres, 100 for centimetres, 5000 for TUM, 10000 for 0.1 mm, 1 for metres)."
         )
     _check_extremes(known)
     return median

@@ -29,6 +29,10 @@ _LEAST_NEAR = 0.001
 _AT_NEAR = 1.1
 """Maximum ratio of depth to that of the near plane where hardly anything is seen, but where the buffer is turned."""
 
+_OTHER_ORDER = {"rgb24": "bgr24", "bgr24": "rgb24"}
+_SMOOTHER = 0.1
+"""Ratio of the usual difference between neighbours below which the other order of channels is the right one."""
+
 _FEWEST_VALUES = 32
 _ROUNDING = 0.01
 """Maximum difference from a whole number after single precision."""
@@ -75,9 +79,15 @@ def normalised_doubt(values: NDArray[Any], metres: NDArray[np.float32]) -> str:
 
 
 def other_way_round(metres: NDArray[np.float32], encoding: str | None) -> str:
-    """Describe why a z-buffer, read as `metres` (H, W) by an encoding with numbers, likely is the other way round, from
-    1 to 0 or from 0 to 1; "" if it is not, or the encoding is another one."""
+    """Describe why depth, read as `metres` (H, W) by an encoding with numbers, likely is the other way round: a
+    z-buffer from 1 to 0 or from 0 to 1, 24 bits with the lowest in red or in blue; "" if it is not, or of another
+    encoding."""
     kind, _, numbers = (encoding or "").partition(":")
+    if kind in _OTHER_ORDER and _is_smoother_exchanged(metres, float(numbers)):
+        return (
+            "Depth jumps from pixel to pixel, and does not with the three channels the other way round. Give "
+            f"{_OTHER_ORDER[kind]}:{numbers}."
+        )
     if kind != "zbuffer" or not np.isfinite(metres).any():
         return ""
     near, far, *turned = numbers.split(",")
@@ -87,6 +97,15 @@ def other_way_round(metres: NDArray[np.float32], encoding: str | None) -> str:
         f"Nearly all depth lies at the near plane, {near} m: the z-buffer is most likely the other way round. Give "
         f"{kind}:{near},{far}{'' if turned else ',reversed'}."
     )
+
+
+def _is_smoother_exchanged(metres: NDArray[np.float32], far: float) -> bool:
+    """Whether depth from 24 bits, the share of `far` [m], differs less between neighbours if its lowest and highest
+    bytes are exchanged."""
+    values = np.rint(np.nan_to_num(metres).astype(np.float64) / far * (2**24 - 1)).astype(np.int64)
+    exchanged = (values & 255) << 16 | values & 0xFF00 | values >> 16
+    stored, other = (np.median(np.abs(np.diff(image, axis=1))) if image.size else 0 for image in (values, exchanged))
+    return bool(other < _SMOOTHER * stored)
 
 
 def _are_integers(seen: NDArray[Any]) -> bool:

@@ -39,8 +39,8 @@ def replay_text(run: Run) -> tuple[str, str]:
         words += ["--intrinsics", ",".join(f"{number:.9g}" for number in inputs.intrinsics)]
     if inputs.depth_intrinsics is not None:
         words += ["--depth-intrinsics", ",".join(f"{number:.9g}" for number in inputs.depth_intrinsics)]
-    if inputs.view is not None:
-        words += ["--view", inputs.view]
+    if inputs.view_to_ask_for is not None:
+        words += ["--view", inputs.view_to_ask_for]
     if frame.guide is not None and frame.guide.path is not None:
         words += ["--guide", frame.guide.path if frame.guide.network is None else frame.guide.network.name]
         words += ["--guide-gives", frame.guide.gives] if frame.guide.gives and frame.guide.network is None else []

@@ -298,7 +298,7 @@ def _recorded_frame(
         intrinsics=inputs.intrinsics if inputs.lenses is None else inputs.lenses[0],
         depth_intrinsics=inputs.depth_intrinsics if inputs.lenses is None else inputs.lenses[1],
         undistort=None if inputs.lenses is None else True,
-        view=inputs.view,
+        view=inputs.view_to_ask_for,
         name=record.name,
         beside=False,
         warn=False,

@@ -30,6 +30,9 @@ _NO_COLOUR_CAMERA = (
     "depth has another size than colour: to register it, also give the intrinsics of colour (--intrinsics)."
 )
 
+_SAME_CAMERA = 0.02
+"""By how much two cameras of one image may differ: focal lengths as a share, principal points by that of a side."""
+
 
 def read_files(files: FrameFiles, options: ReadingOptions, name: str | None = None) -> ReadImages:
     """Read a colour and a depth file; `options` are those of the user, which replace the ones stated beside the files.
@@ -47,7 +50,7 @@ def read_files(files: FrameFiles, options: ReadingOptions, name: str | None = No
     read, chosen = depth_of_files(files, options, depth_file), options.or_else(files.options)
     orientation = pair_orientation(rgb_file, colour, depth_file, read.metres)
     colour, metres = turned(colour, orientation.tags[0]), turned(read.metres, orientation.tags[1])
-    shape, is_same = colour.shape[:2], colour.shape[:2] == metres.shape
+    shape, is_same = colour.shape[:2], is_registered(chosen, colour.shape[:2], metres.shape)
     if not is_same and chosen.depth_intrinsics is None:
         is_exchanged = shape == metres.shape[::-1]
         hint = " Width and height are exchanged: one of the files is turned by 90 degrees." if is_exchanged else ""
@@ -123,6 +126,12 @@ def unlike_companions(
     return companion_doubts(companions, orientation_tag(depth_file) if orientation.tags == AS_STORED else 1)
 
 
+def is_registered(options: ReadingOptions, shape: tuple[int, int], depth_shape: tuple[int, int]) -> bool:
+    """Whether depth has the pixels of colour: images of the same size do, unless the options give depth a camera of its
+    own and say in which camera's pixels both are to be."""
+    return shape == depth_shape and (options.depth_intrinsics is None or options.view is None)
+
+
 def _cameras(
     options: ReadingOptions, shape: tuple[int, int], depth_shape: tuple[int, int]
 ) -> tuple[Cameras, tuple[str, ...], tuple[str, ...]]:
@@ -130,10 +139,11 @@ def _cameras(
     if options.undistort:
         colour, depth, notes = _lenses(options, shape, depth_shape)
         return Cameras(colour, depth, np.eye(4)), notes, ()
-    if shape == depth_shape:
+    if is_registered(options, shape, depth_shape):
         given = options.intrinsics if options.depth_intrinsics is None else options.depth_intrinsics
         camera, notes = frame_camera(given, shape)
-        return Cameras.registered(camera), notes, notes if camera is None else ()
+        doubt = _doubt_of_registration(options, camera, shape)
+        return Cameras.registered(camera), (*notes, *doubt), notes if camera is None else doubt
     camera, notes = frame_camera(options.intrinsics, shape)
     depth_camera, depth_notes = frame_camera(options.depth_intrinsics, depth_shape)
     if depth_camera is None or (camera is None and notes):
@@ -141,6 +151,24 @@ def _cameras(
     doubt = camera_doubt(depth_camera, depth_shape)
     issued = (f"Depth camera: {doubt}",) if doubt else ()
     return Cameras(camera, depth_camera, np.eye(4)), (*notes, *depth_notes, *issued), issued
+
+
+def _doubt_of_registration(options: ReadingOptions, depth: Camera | None, shape: tuple[int, int]) -> tuple[str, ...]:
+    """A doubt whether depth has the pixels of colour, if both cameras are stated and differ; else none."""
+    if depth is None or options.depth_intrinsics is None:
+        return ()
+    colour = frame_camera(options.intrinsics, shape)[0]
+    if colour is None:
+        return ()
+    height, width = shape
+    differences = np.abs(np.subtract(colour.numbers, depth.numbers)) / (depth.fx, depth.fy, width, height)
+    if differences.max() <= _SAME_CAMERA:
+        return ()
+    return (
+        "Colour and depth have the same size and are taken as registered, with the intrinsics of depth "
+        f"(fx {depth.fx:g}), but those of colour differ (fx {colour.fx:g}). If they are not registered, say in which "
+        "camera's pixels they are to be (--view colour, or depth); if they are, leave out the intrinsics of depth.",
+    )
 
 
 def _lenses(

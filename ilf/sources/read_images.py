@@ -121,7 +121,8 @@ class ReadImages:
         if self.inputs.view is not None:
             raise InputError(
                 "colour and depth have the same pixels already, which are completed as they are: leave out the depth "
-                "camera's view (--view depth), which is for images of two cameras that are not registered."
+                "camera's view (--view depth), or, if they are of two cameras that are not registered, also give the "
+                "intrinsics of depth (--depth-intrinsics)."
             )
         camera = self.cameras.depth
         is_distorted = camera is not None and any(camera.distortion)

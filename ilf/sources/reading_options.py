@@ -143,8 +143,8 @@ class ReadingOptions:
             label="depth intrinsics",
             flag="--depth-intrinsics",
             metavar="CAMERA",
-            help="intrinsics of a depth image of another size than colour: depth is registered to colour by both "
-            "intrinsics, as seen from the same place. In the same forms as --intrinsics",
+            help="intrinsics of a depth image of another size than colour, or of the same size with --view: depth is "
+            "registered to colour by both intrinsics, as seen from the same place. In the same forms as --intrinsics",
         ),
     )
     undistort: bool | None = field(

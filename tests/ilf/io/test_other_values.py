@@ -99,6 +99,20 @@ def test_a_z_buffer_that_is_the_other_way_round_is_doubted(is_reversed: bool, tm
     assert not told(paths, encoding=right)
 
 
+@pytest.mark.parametrize("right", ["rgb24", "bgr24"])
+def test_bits_in_three_channels_that_are_read_the_other_way_round_are_doubted(right: str, tmp_path: Path) -> None:
+    bits = np.rint(np.where(np.isfinite(depth()), depth() / 1000, 1) * (2**24 - 1)).astype(int)
+    channels = [bits & 255, bits >> 8 & 255, bits >> 16]
+    rgb = tmp_path / "rgb.png"
+    Image.fromarray(np.zeros((*SHAPE, 3), np.uint8)).save(rgb)
+    image = np.dstack(channels if right == "rgb24" else channels[::-1]).astype(np.uint8)
+    Image.fromarray(image).save(tmp_path / "bits.png")
+    wrong = "bgr24" if right == "rgb24" else "rgb24"
+    with pytest.raises(ilf.IlfError, match=rf"100 for centimetres.*Give {right}:1000\.0"):
+        ilf.load_frame(rgb, tmp_path / "bits.png", encoding=f"{wrong}:1000")
+    assert not told((rgb, tmp_path / "bits.png"), encoding=f"{right}:1000")
+
+
 @pytest.mark.parametrize("scale", [1, 1.5, 4.5])
 def test_inverse_depth_in_16_bits_is_doubted_whatever_its_median(scale: float, tmp_path: Path) -> None:
     rows = np.linspace(0.2, 1, 240)[:, None] + np.zeros(320)  # of a floor, from 5 m to 1 m

@@ -245,3 +245,46 @@ def test_what_is_registered_already_or_has_no_other_camera_is_refused(tmp_path: 
         ilf.load_frame(files["rgb"], files["depth"], view="both")
     with pytest.raises(ParameterError, match="colour or depth, not 'both'"):
         ilf.open_source(tmp_path, view="both")
+
+
+def test_two_cameras_of_the_same_size_are_registered_where_the_view_is_given(tmp_path: Path, capsys) -> None:
+    given = write_files(tmp_path / "files") | {"depth_intrinsics": (60.0, 60.0, 31.5, 27.5)}
+    np.save(str(given["depth"]), np.full((H, W), 2.0, np.float32))
+    del given["view"]
+    with pytest.warns(ilf.DepthWarning, match="taken as registered.*--view colour"):
+        doubted = ilf.load_frame(**given)
+    assert doubted.known.all()
+    assert "--view colour" in doubted.notes[0]
+    frame = ilf.load_frame(**given, view="colour")
+    assert frame.intrinsics.numbers == pytest.approx(CAMERA.numbers)
+    assert frame.outside_view is not None or not frame.known.all()
+    again = ilf.load_frame(**frame.sources)
+    assert np.array_equal(again.depth, frame.depth, equal_nan=True)
+    seen = ilf.load_frame(**given, view="depth")
+    assert seen.intrinsics.numbers == pytest.approx((60, 60, 31.5, 27.5))
+    assert seen.brought is not None
+    files = [str(given["rgb"]), str(given["depth"]), "--out", str(tmp_path / "out"), "--quiet", "--max-iterations", "5"]
+    cameras = [
+        f"--{name}=" + ",".join(map(str, given[name.replace("-", "_")])) for name in ("intrinsics", "depth-intrinsics")
+    ]
+    assert main(["complete", *files, *cameras, "--view", "colour"]) == 0
+    capsys.readouterr()
+    assert main(["complete", "--replay", str(tmp_path / "out/run.json"), "--out", str(tmp_path / "again")]) == 0
+    assert "differ" not in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("view", ["colour", "depth"])
+def test_info_doubts_no_camera_of_a_recording_and_shows_that_of_the_result(tmp_path: Path, view: str, capsys) -> None:
+    write_pair(tmp_path / "desk")
+    frame = ilf.load_frame(tmp_path / "desk", frame="1", view=view)
+    assert main(["info", str(tmp_path / "desk"), "--frame", "1", "--view", view, "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)["frame"]
+    assert told["plausibility_warnings"] == []
+    assert told["intrinsics"]["fx"] == pytest.approx(frame.intrinsics.fx)
+    given = write_files(tmp_path / "files") | {"view": view}
+    files = [str(given["rgb"]), str(given["depth"]), "--view", view]
+    cameras = ["--intrinsics", "60,60,47.5,23.5", "--depth-intrinsics", "40,40,23.5,17.5"]
+    assert main(["info", *files, *cameras, "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)["frame"]
+    assert told["intrinsics"]["fx"] == ilf.load_frame(**given).intrinsics.fx
+    assert ("depth_camera" in told, "colour_camera" in told) == (view == "colour", view == "depth")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 
 import cv2
@@ -188,7 +189,7 @@ def test_ground_truth_and_confidence_are_those_of_the_files_and_undistorted_with
     assert np.array_equal(again.run.frame.ground_truth, frame.ground_truth, equal_nan=True)
 
 
-def test_depth_of_its_own_lens_is_registered_by_both(files: tuple[Path, Path], tmp_path: Path) -> None:
+def test_depth_of_its_own_lens_is_registered_by_both(files: tuple[Path, Path], tmp_path: Path, capsys) -> None:
     small = K.copy()
     small[:2] *= 0.5
     small[:2, 2] -= 0.25
@@ -198,6 +199,11 @@ def test_depth_of_its_own_lens_is_registered_by_both(files: tuple[Path, Path], t
     assert frame.shape == (H, W)
     assert np.allclose(frame.depth[frame.known], 2.0)
     assert np.array_equal(ilf.load_frame(**frame.sources).depth, frame.depth, equal_nan=True)
+    own = ["--depth-intrinsics", ",".join(map(str, lenses["depth_intrinsics"]))]
+    assert main(["info", *map(str, files), "--intrinsics", str(lenses["intrinsics"]), *own, "--undistort"]) == 0
+    told = capsys.readouterr().out
+    assert "problem" not in told
+    assert re.search(rf"intrinsics: +fx {frame.intrinsics.fx:g},", told)
 
 
 def test_what_cannot_be_undistorted_is_refused(files: tuple[Path, Path], tmp_path: Path) -> None:
