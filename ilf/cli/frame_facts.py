@@ -69,7 +69,7 @@ def _facts_of_recorded(ref: FrameRef) -> Facts:
     facts.add("name", frame.name, name=frame.name)
     facts.add("colour", f"{ref.rgb}, {width} x {height}", colour=ref.rgb, width=width, height=height)
     _add_depth(facts, ref.rgb, depth)
-    _add_camera(facts, "intrinsics", frame.intrinsics, depth.values.shape)
+    _add_camera(facts, "intrinsics", frame.intrinsics, frame.shape)
     _add_registered(facts, frame)
     if images.confidence is not None:
         with facts.problems():
@@ -108,8 +108,6 @@ def _add_pair(facts: Facts, files: FrameFiles, depth: DepthReading, given: Readi
     options, content = files.options, read_file(files.depth)
     rgb = _add_colour(facts, files.rgb)
     _add_depth(facts, with_dataset(files.depth, options.dataset), depth)
-    if not options.undistort:
-        _add_camera(facts, "intrinsics", options.depth_intrinsics or options.intrinsics, depth.values.shape)
     orientation = pair_orientation(read_file(files.rgb), rgb, content, depth.metres)
     facts.tell("warning" if orientation.is_doubt else "orientation", orientation.note)
     if is_result(FrameRef(str(files.rgb), str(files.depth))):
@@ -117,16 +115,20 @@ def _add_pair(facts: Facts, files: FrameFiles, depth: DepthReading, given: Readi
     rgb, metres = turned(rgb, orientation.tags[0]), turned(depth.metres, orientation.tags[1])
     shapes = (rgb.shape[0], rgb.shape[1]), (metres.shape[0], metres.shape[1])
     if options.depth_intrinsics is not None and not is_registered(options, *shapes):
-        _add_camera(facts, "colour camera", options.intrinsics, (rgb.shape[0], rgb.shape[1]))
+        if options.view == DEPTH_VIEW:
+            _add_camera(facts, "colour camera", options.intrinsics, shapes[0])
+        else:
+            _add_camera(facts, "depth camera", options.depth_intrinsics, shapes[1])
     elif not options.undistort and options.view != DEPTH_VIEW:
+        _add_camera(facts, "intrinsics", options.depth_intrinsics or options.intrinsics, shapes[1])
         with facts.problems():
             facts.tell("warning", *unlike_companions(options, content, orientation))
             check_same_size(rgb, metres)
         return None
     with facts.problems():
         frame = read_files(files, given).frame()
+        _add_camera(facts, "intrinsics", frame.intrinsics, frame.shape)
         if options.undistort:
-            facts.add_camera("intrinsics", frame.intrinsics)
             told = {*depth.notes, orientation.note}
             facts.tell("note", *(text for text in frame.notes if text not in told))
         _add_registered(facts, frame)
