@@ -49,9 +49,9 @@ _KEYS = (
     "frame: name, colour, depth (paths), width, height, depth_width, depth_height, depth_type, encoding, "
     "encoding_assumed, missing_share, min_m, max_m, median_m, intrinsics, colour_camera, depth_camera, ground_truth, "
     "guide, confidence, outside_view_share, view, colour_share. run: version, versions, colour, depth, encoding, "
-    "intrinsics, view, frame, ground_truth, width, height, blocks_from, extraction, preset, parameters, block_parameters, "
-    "networks, invalid_mask, borders, depth_by_hand, guide, neighbours, extrapolated, files, blocks (as in `ilf "
-    "complete --json`). Keys without a value are left out. Of lists: presets or layouts, and folder"
+    "intrinsics, view, frame, ground_truth, width, height, blocks_from, extraction, preset, parameters, "
+    "block_parameters, networks, invalid_mask, borders, depth_by_hand, guide, neighbours, extrapolated, files, "
+    "blocks (as in `ilf complete --json`). Keys without a value are left out. Of lists: presets or layouts, and folder"
 )
 
 

@@ -142,8 +142,8 @@ def _cameras(
     if is_registered(options, shape, depth_shape):
         given = options.intrinsics if options.depth_intrinsics is None else options.depth_intrinsics
         camera, notes = frame_camera(given, shape)
-        doubt = _doubt_of_registration(options, camera, shape)
-        return Cameras.registered(camera), (*notes, *doubt), notes if camera is None else doubt
+        doubts = _doubt_of_registration(options, camera, shape)
+        return Cameras.registered(camera), (*notes, *doubts), notes if camera is None else doubts
     camera, notes = frame_camera(options.intrinsics, shape)
     depth_camera, depth_notes = frame_camera(options.depth_intrinsics, depth_shape)
     if depth_camera is None or (camera is None and notes):
