@@ -135,9 +135,10 @@ def cameras_in(
     around, count = _about_image(known or {}, own), 0
     if numbers := _numbers_in(facts):
         yield "/".join(path) or "top", around | numbers
+    has_own = bool(numbers) or any(_is_damaged_matrix(key, item) for key, item in tree.items())
     for key, item in tree.items():
         plain, matrix = _plain(key), _numbers(item) or []
-        if _is_camera_matrix(plain, matrix) and not (numbers and (plain in _NAMES or _DERIVED.search(plain))):
+        if _is_camera_matrix(plain, matrix) and not (has_own and (plain in _NAMES or _DERIVED.search(plain))):
             yield "/".join((*path, key)), around | _lettered(tree, key) | {"K": _square(matrix)}
             count += 1
     for key, item in below.items():
@@ -147,6 +148,13 @@ def cameras_in(
     is_camera = not (path and (_plain(path[-1]) in _SHARED or _DISTORTION.search(_plain(path[-1]))))
     if not numbers and not count and is_camera and lens_problem(own):  # its numbers are those of its lens model
         yield "/".join(path) or "top", around
+
+
+def _is_damaged_matrix(key: str, item: Any) -> bool:
+    """Whether this states the camera matrix by values that are no numbers, in whose place no other matrix is right."""
+    values = item.get("data") if isinstance(item, Mapping) else item
+    is_flat = isinstance(values, list) and not any(isinstance(value, Mapping) for value in values)
+    return _NAMES.get(_plain(key)) == "K" and is_flat and _numbers(item) is None
 
 
 def _plain(key: str) -> str:

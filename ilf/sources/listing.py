@@ -296,22 +296,19 @@ def _by_layout(
     folders: Folders, given: ReadingOptions, layouts: Iterable[Layout], *, is_given: bool = False
 ) -> Listing | None:
     """The frames by the first of these layouts that has any; the others that have some are named in a note, and so are
-    missing files of a layout that the user gave. Variants of the first, whose names begin with its own, are its other
-    files and no other reading."""
+    missing files of a layout that the user gave."""
     found: Listing | None = None
-    others, variants = [], ""
+    others = []
     for layout in layouts:
         listed = LayoutFrames(layout, folders)
         if found is not None:
-            is_other = not layout.name.startswith(variants) and listed.has_frames
-            others += [layout.text] if is_other else []
+            others += [layout.text] if listed.has_frames else []
         elif sources := listed.sources(given):
             notes = [*([layout.note] if layout.note else []), *listed.unmatched.notes("of that name")]
             if is_given and listed.not_found:
                 notes.append(f"There is no file {' and no '.join(listed.not_found)}: frames are read without.")
             is_registered = layout.registered and not layout.depth_K
             found = Listing(tuple(sources), tuple(notes), _times(sources), is_registered, layout.text)
-            variants = f"{layout.name}-"
     if found is None or not others:
         return found
     return replace(

@@ -188,6 +188,7 @@ def test_what_is_stated_twice_is_refused(tmp_path, name, content):
         "!!python/object/apply:os.system ['false']", "fx: 1\n" * 60_000, "[camera]\nfx=a\n",
         "a: &a {x: 1}\nb: &b {<<: [*a, *a]}\n" + "".join(f"c{n}: &b {{<<: [*b, *b]}}\n" for n in range(40)),
         "fx: wide\nfy: 1\ncx: 2\ncy: 3\n", f"K: {[*K[:8], 2.0]}\n", f"K: {[0.0] * 9}\n", "{\"depth\": " * 5_000,
+        f"K: [.nan, 0, 319.5, 0, 525, 239.5, 0, 0, 1]\nP: {[*K[:3], 0.0, *K[3:6], 0.0, *K[6:], 0.0]}\n",
     ],
     ids=lambda content: content[:12],
 )  # fmt: skip
