@@ -93,11 +93,11 @@ def _add_colour(facts: Facts, path: Path) -> NDArray[np.uint8]:
     return rgb
 
 
-def _add_registered(facts: Facts, frame: RGBDFrame) -> None:
+def _add_registered(facts: Facts, frame: RGBDFrame, how: str = "") -> None:
     """Add what a frame is whose pixels are not those of its depth file, or of its colour file."""
     outside = f", {frame.outside_share:.1%} outside the depth camera's view" if frame.outside_share else ""
     shares = {"missing_share": frame.missing_share, "outside_view_share": frame.outside_share}
-    facts.add("registered", f"{frame.missing_share:.1%} missing{outside}", **shares)
+    facts.add("registered", f"{how}{frame.missing_share:.1%} missing{outside}", **shares)
     if frame.brought is not None:
         seen = float(frame.brought.seen.mean())
         facts.add("view", f"of the depth camera; colour sees {seen:.1%} of its pixels", view="depth", colour_share=seen)
@@ -114,7 +114,9 @@ def _add_pair(facts: Facts, files: FrameFiles, depth: DepthReading, given: Readi
         facts.tell("note", f"{files.depth.name}: {COMPLETED_DEPTH}")
     rgb, metres = turned(rgb, orientation.tags[0]), turned(depth.metres, orientation.tags[1])
     shapes = (rgb.shape[0], rgb.shape[1]), (metres.shape[0], metres.shape[1])
+    how = ""
     if options.depth_intrinsics is not None and not is_registered(options, *shapes):
+        how = "on reading, by the intrinsics of both images, as seen from the same place: "
         if options.view == DEPTH_VIEW:
             _add_camera(facts, "colour camera", options.intrinsics, shapes[0])
         else:
@@ -131,7 +133,7 @@ def _add_pair(facts: Facts, files: FrameFiles, depth: DepthReading, given: Readi
         if options.undistort:
             told = {*depth.notes, orientation.note}
             facts.tell("note", *(text for text in frame.notes if text not in told))
-        _add_registered(facts, frame)
+        _add_registered(facts, frame, how)
         return frame
     return None
 
