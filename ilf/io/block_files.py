@@ -191,7 +191,7 @@ def path_from(folder: Path, file: str | os.PathLike[str]) -> str:
 
     Examples
     --------
-    >>> path_from(Path("/work/out"), "/work/room/rgb.png")
+    >>> path_from(Path("/home/me/out"), "/home/me/room/rgb.png")
     '../room/rgb.png'
     """
     if is_address(file):
