@@ -9,9 +9,8 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QComboBox, QDialog, QDialogButtonBox, QPushButton, QTreeWidgetItem, QWidget
 
 from ilf.data.guide import Gives, GuideCard
-from ilf.errors import IlfError
 from ilf.io.frame_additions import NETWORK_SUFFIX
-from ilf.io.guide_models import guide_cards, guide_file, licence_text, state_of
+from ilf.io.guide_models import damaged_cards, guide_cards, guide_file, licence_text, state_of
 
 from ..widgets.basics import Message, label_of, row, row_list, stack
 from ..widgets.file_choice import choose_file
@@ -100,10 +99,7 @@ class GuideNetworksDialog(QDialog):
         """Show the networks as they are now, and select one; by default the same as before."""
         chosen = chosen or self.chosen()
         self.networks.clear()
-        try:
-            self._cards = guide_cards()
-        except IlfError as error:
-            self.tell(error_text(error), "error")
+        self._cards = guide_cards()
         for name, card in self._cards.items():
             size = f"{card.bytes / 1e6:.1f} MB"
             item = QTreeWidgetItem([name, card.maker, licence_text(card), size, card.gives, state_of(card)])
@@ -112,6 +108,8 @@ class GuideNetworksDialog(QDialog):
             self.networks.addTopLevelItem(item)
             if name == chosen or self.networks.currentItem() is None:
                 self.networks.setCurrentItem(item)
+        for error in damaged_cards().values():
+            self.tell(error_text(error), "error")
 
     def tell(self, text: str, tone: str = "text") -> None:
         """Show a sentence about the selected network."""

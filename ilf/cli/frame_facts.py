@@ -127,6 +127,8 @@ def _add_pair(facts: Facts, files: FrameFiles, depth: DepthReading, given: Readi
             facts.tell("warning", *unlike_companions(options, content, orientation))
             check_same_size(rgb, metres)
         return None
+    for camera, shape in zip((options.intrinsics, options.depth_intrinsics), shapes, strict=True):
+        frame_camera(camera, shape)  # one that cannot be read is an error, not a problem of the pair
     with facts.problems():
         frame = read_files(files, given).frame()
         _add_camera(facts, "intrinsics", frame.intrinsics, frame.shape)

@@ -23,6 +23,7 @@ from ..data.guide import Gives
 from ..errors import InputError
 from ..io.guide_models import (
     add_guide,
+    damaged_cards,
     fetch_guide,
     guide_card,
     guide_cards,
@@ -34,7 +35,7 @@ from ..io.guide_models import (
 )
 from ..segmentation.edges.hed_weights import INPUTS
 from ..segmentation.edges.importing import add_model
-from .output import Bar, Column, shows_progress, table
+from .output import Bar, Column, shows_progress, table, warn
 from .usage import Parser, UsageError, add_action, add_progress
 
 _BUNDLED = {
@@ -117,6 +118,7 @@ def run_list(arguments: argparse.Namespace) -> None:
         "\n`ilf models fetch NAME` fetches a known guide. They are listed as their publishers describe them; none was "
         f"tried with this version. Your own and fetched networks are in {models_folder()}"
     )
+    warn(f"The guide network {name} is left out: {error}" for name, error in damaged_cards().items())
 
 
 def _about(name: str) -> tuple[str, str, str, str, str]:
@@ -148,18 +150,25 @@ def run_fetch(arguments: argparse.Namespace) -> None:
 def run_add(arguments: argparse.Namespace) -> None:
     """Add a network for edges or guides."""
     file, name = arguments.file, arguments.name
+    note = ""
     if arguments.gives is None and not is_guide_file(file, name):
         path = add_model(file, name, inputs=arguments.inputs, logits=arguments.logits, replace=arguments.replace)
+        if Path(file).suffix.lower() == ".onnx" and "inputs" not in arguments.given:
+            note = (
+                f"\nIt is taken as a network for edges whose input is {INPUTS['rgb']}. If its input is another, say so "
+                f"by --input; if it predicts depth, it is a guide: remove it (ilf models remove {path.stem}), and add "
+                f"it with what it gives, --gives {'|'.join(get_args(Gives))}."
+            )
     elif arguments.logits or "inputs" in arguments.given:
         raise UsageError("--input and --logits are for edge networks: leave them out for a guide.")
     else:
         path = add_guide(file, name, arguments.gives or "relative-inverse", again=arguments.replace)
-    print(f"Added {path.stem}: {_size(path)}, {path}")
+    print(f"Added {path.stem}: {_size(path)}, {path}{note}")
 
 
 def run_remove(arguments: argparse.Namespace) -> None:
     """Delete a network."""
-    is_guide = arguments.name in guide_cards() and arguments.name not in model_names()
+    is_guide = arguments.name in guide_cards() | damaged_cards() and arguments.name not in model_names()
     print(f"Removed {(remove_guide if is_guide else remove_model)(arguments.name)}")
 
 

@@ -91,7 +91,7 @@ def frame_camera(spec: IntrinsicsSpec | None, shape: tuple[int, int] | None) -> 
     if camera.model == FISHEYE:
         return None, (f"{camera.name or 'Intrinsics'}: {FISHEYE_NOTE}",)
     is_bent = any(stated.get("distortion", ()) if isinstance(stated, Mapping) else camera.distortion)
-    notes = (f"{DISTORTION_NOTE} Undistort the frame on reading to correct it.",) if is_bent else ()
+    notes = (DISTORTION_NOTE,) if is_bent else ()
     return fitted(camera, shape).pinhole, _scaling_note(camera, shape) + notes
 
 

@@ -392,7 +392,8 @@ def read_confidence(path: FileSource, shape: tuple[int, int]) -> NDArray[Any]:
     if values.shape != shape:
         raise InputError(
             f"{content} is {values.shape[1]} x {values.shape[0]}, but the depth is {shape[1]} x {shape[0]}: a "
-            "confidence map must have the same pixels."
+            "confidence map must have the same pixels. That of depth which is registered on reading is used in the depth "
+            "camera's view (--view depth)."
         )
     return values
 

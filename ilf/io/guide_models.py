@@ -36,27 +36,35 @@ def _known() -> dict[str, GuideCard]:
 
 
 def guide_cards() -> dict[str, GuideCard]:
-    """The cards of the networks that the program knows, then of the user's own; with the hashes that were pinned.
+    """The cards of the networks that the program knows, then of the user's own; with the hashes that were pinned. Those
+    of `damaged_cards` are left out."""
+    return _read_cards()[0]
 
-    Raises
-    ------
-    FormatError
-        If a card in the user's folder is damaged.
-    """
-    cards = dict(_known())
+
+def damaged_cards() -> dict[str, FormatError]:
+    """The errors of the cards in the user's folder that cannot be read, by the names of their networks."""
+    return _read_cards()[1]
+
+
+def _read_cards() -> tuple[dict[str, GuideCard], dict[str, FormatError]]:
+    cards, damaged = dict(_known()), {}
     for path in sorted(guides_folder().glob("*.json")):
         try:
             own = replace(converted(read_json(path), GuideCard, f"card {path}"), name=path.stem)
         except FormatError as error:
-            raise FormatError(f"{error} Delete this card, and add or fetch its network again.") from error
+            damaged[path.stem] = FormatError(f"{error} Delete this card, and add or fetch its network again.")
+            cards.pop(path.stem, None)  # it is not used without the hash that was pinned
+            continue
         known = cards.get(own.name, own)
         cards[own.name] = known if known.sha256 else replace(known, sha256=own.sha256, bytes=own.bytes)
-    return cards
+    return cards, damaged
 
 
 def guide_card(name: str) -> GuideCard:
-    """The card of a network; raises InputError if there is none of this name."""
-    cards = guide_cards()
+    """The card of a network; raises InputError if there is none of this name, FormatError if it is damaged."""
+    cards, damaged = _read_cards()
+    if name in damaged:
+        raise damaged[name]
     if name not in cards:
         raise InputError(
             f"There is no guide network {name!r}, only {', '.join(cards)}. Choose one of these, or add a file: "
@@ -67,7 +75,7 @@ def guide_card(name: str) -> GuideCard:
 
 def is_guide_name(text: object) -> bool:
     """Whether a guide is given by the name of a network; a file of that name comes first."""
-    return isinstance(text, str) and not os.path.exists(text) and text in guide_cards()
+    return isinstance(text, str) and not os.path.exists(text) and any(text in cards for cards in _read_cards())
 
 
 def guide_file(name: str) -> Path | None:
@@ -149,7 +157,7 @@ def add_guide(
     source = existing_file(file)
     sha256 = file_sha256(source)
     name = name or next((card.name for card in _known().values() if card.sha256 == sha256), name_from(source))
-    card = (_known() if again else guide_cards()).get(name) if name in _known() else None
+    card = (_known()[name] if again else guide_card(name)) if name in _known() else None
     if card is None:
         check_name(name)
         card = GuideCard(name, "your own", "", gives, source.stat().st_size)

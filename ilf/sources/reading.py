@@ -207,7 +207,8 @@ def _read(ref: FrameRef, name: str | None, beside: bool, report: Callable[[str],
         loaded = images.frame()
     else:
         images, chosen = read_recorded(ref, name), ref.options
-        camera, notes = frame_camera(chosen.intrinsics, images.shape)
+        stated = chosen.intrinsics if images.inputs.lenses is None else None  # or else it is that of the lens
+        camera, notes = frame_camera(stated, images.shape)
         if camera is None and notes:
             raise InputError(notes[0])
         loaded = images.frame(camera, notes)

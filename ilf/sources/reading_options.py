@@ -153,7 +153,7 @@ class ReadingOptions:
             label="undistortion",
             flag="--undistort",
             help="correct the lens distortion of colour and depth, which the files of --intrinsics and "
-            "--depth-intrinsics state; the camera of the results is that of the corrected images",
+            "--depth-intrinsics or the recording state; the camera of the results is that of the corrected images",
         ),
     )
     view: str | None = field(

@@ -153,7 +153,7 @@ class Source:
             If there is no such frame, or the file with its calibration cannot be read.
         """
         ref = self.ref(key)
-        if ref.options.undistort and ref.frame is None:
+        if ref.options.undistort and (ref.frame is None or self.is_registered):
             return Cameras.registered(read_frame(ref).intrinsics)
         camera, depth_camera = (
             frame_camera(given, None)[0] for given in (ref.options.intrinsics, ref.options.depth_intrinsics)

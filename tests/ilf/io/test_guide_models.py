@@ -356,7 +356,9 @@ def test_an_existing_file_wins_over_a_name(hub: Hub, tmp_path: Path, monkeypatch
     assert ReadingOptions(guide=NAME).paths == {"guide": NAME}
 
 
-def test_a_damaged_card_says_what_to_do_and_none_is_written_with_another_kind(hub: Hub, tmp_path: Path) -> None:
+def test_a_damaged_card_says_what_to_do_and_none_is_written_with_another_kind(
+    hub: Hub, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     with pytest.raises(InputError, match="cannot give 'depth'"):
         guide_models.add_guide(tmp_path / "source.onnx", "mine", gives="depth")
     assert "mine" not in guide_cards()
@@ -364,6 +366,16 @@ def test_a_damaged_card_says_what_to_do_and_none_is_written_with_another_kind(hu
     (guides_folder() / "mine.json").write_text('{"name": "mine"}')
     with pytest.raises(FormatError, match=r"mine\.json.* Delete this card, and add or fetch its network again\."):
         ilf.load_guide("mine", rgb=scene()[0])
+    (guides_folder() / f"{NAME}.json").write_text("no JSON")  # the pinned hash of a known network
+    assert main(["models", "list"]) == 0
+    listed = capsys.readouterr()
+    assert "correction" in listed.out
+    for name in "mine", NAME:
+        assert f"The guide network {name} is left out: " in listed.err
+        assert f"{name} " not in listed.out
+        assert main(["models", "fetch", name]) == 1
+        assert f"{name}.json" in capsys.readouterr().err
+    assert guide_file(NAME) is None
 
 
 def test_a_file_that_was_changed_is_refused(hub: Hub) -> None:
@@ -441,6 +453,20 @@ def test_files_are_added_where_there_is_no_network(
     assert main(["models", "remove", "mine"]) == 0
     assert "mine" not in guide_cards()
     assert main(["models", "add", str(mine), "--gives", "metric", "--logits"]) == 2
+
+
+def test_a_file_added_as_an_edge_network_says_what_is_assumed(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("ILF_MODELS", str(tmp_path / "models"))
+    mine = write_network(tmp_path / "mine.onnx", [node("ReduceMax", ["image"], "strength", axes=[1], keepdims=1)])
+    assert main(["models", "add", str(mine)]) == 0
+    told = capsys.readouterr().out
+    assert "taken as a network for edges whose input is RGB in 0 to 1" in told
+    assert "ilf models remove mine" in told
+    assert "--gives relative-inverse|" in told
+    assert main(["models", "add", str(mine), "--input", "rgb", "--replace"]) == 0
+    assert "taken as" not in capsys.readouterr().out
 
 
 def test_the_known_cards_are_complete() -> None:

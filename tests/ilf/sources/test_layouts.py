@@ -322,6 +322,12 @@ def test_depth_of_a_phone_is_registered_to_its_larger_colour(tmp_path: Path) -> 
     frame = ilf.open_source(tmp_path)[0]
     assert (frame.shape, frame.intrinsics.fx) == ((2 * H, 2 * W), 120.0)
     assert np.nanmedian(frame.depth) == pytest.approx(np.median(METRES[METRES > 0]), abs=0.02)
+    with pytest.raises(InputError, match=r"confidence map must have the same pixels.* \(--view depth\)"):
+        ilf.open_source(tmp_path, min_confidence=255)[0]
+    own = ilf.open_source(tmp_path / "keyframes", min_confidence=255, view="depth")  # a folder in the data set
+    assert own.layout.startswith("polycam ")
+    assert (own[0].shape, own[0].intrinsics.fx) == ((H, W), 60.0)
+    assert np.allclose(own.pose(own.keys[1]), _poses(2)[1])
 
 
 def test_a_file_named_distance_to_camera_is_along_rays_if_the_camera_is_known(tmp_path: Path) -> None:

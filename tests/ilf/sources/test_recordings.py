@@ -408,7 +408,7 @@ def test_lenses_of_12_and_14_coefficients(tmp_path: Path, distortion: tuple[floa
     assert np.nanmax(np.abs(frame.depth - 1.5)) < 1e-6
     if registered:
         assert frame.intrinsics.fx == 30
-        assert any("distortion" in note for note in frame.notes)
+        assert any("Undistort the frame on reading" in note for note in frame.notes)
     else:
         assert frame.missing_share < 0.1
         ray = (np.array([[[5.0, 7.0]]]) - (frame.intrinsics.cx, frame.intrinsics.cy)) / (
@@ -420,6 +420,40 @@ def test_lenses_of_12_and_14_coefficients(tmp_path: Path, distortion: tuple[floa
         )
         x, y = seen.ravel()
         assert frame.rgb[7, 5, :2] == pytest.approx([8 * x, 10 * y], abs=1.5)  # a ramp along both axes
+
+
+@pytest.mark.parametrize("stated", [False, True])
+def test_registered_images_are_undistorted_as_those_of_files(tmp_path: Path, stated: bool) -> None:
+    """By the lens of the recording, or by one that is given; the frame is read again as it was."""
+    depth = np.full((H, W), 1500, np.uint16)
+    depth[5:9, 8:15] = 2400
+    lens = {"fx": 30.0, "fy": 30.0, "cx": 15.5, "cy": 11.5, "distortion": [-0.2, 0.05, 0.001, -0.002, 0.0]}
+    with bag(tmp_path, "mcap") as out:
+        out.info("/color/camera_info", distortion=() if stated else tuple(lens["distortion"]))
+        out.image("/color/image_raw", COLOUR, "rgb8", 0, "colour")
+        out.image("/depth/image_raw", depth, "16UC1", 0, "colour")
+    given = {"intrinsics": lens} if stated else {}
+    source = ilf.open_source(tmp_path / "recording", undistort=True, **given)
+    frame = source[0]
+    cv2.imwrite(str(tmp_path / "rgb.png"), COLOUR[..., ::-1])
+    cv2.imwrite(str(tmp_path / "depth.png"), depth)
+    wanted = ilf.load_frame(tmp_path / "rgb.png", tmp_path / "depth.png", intrinsics=lens, undistort=True)
+    assert frame.intrinsics.numbers == wanted.intrinsics.numbers != (30.0, 30.0, 15.5, 11.5)
+    assert np.array_equal(frame.rgb, wanted.rgb)
+    assert np.array_equal(frame.depth, wanted.depth, equal_nan=True)
+    assert source.calibration(source.keys[0]).colour.numbers == frame.intrinsics.numbers
+    again = ilf.load_frame(**frame.sources)
+    assert np.array_equal(again.depth, frame.depth, equal_nan=True)
+    assert not any("distortion" in note for note in frame.notes)
+
+
+def test_registered_images_without_distortion_are_not_undistorted(tmp_path: Path) -> None:
+    with bag(tmp_path, "mcap") as out:
+        out.info("/color/camera_info")
+        out.image("/color/image_raw", COLOUR, "rgb8", 0, "colour")
+        out.image("/depth/image_raw", np.full((H, W), 1500, np.uint16), "16UC1", 0, "colour")
+    with pytest.raises(InputError, match="no lens distortion that could be corrected: do not undistort"):
+        ilf.open_source(tmp_path / "recording", undistort=True)[0]
 
 
 def test_two_fisheyes_are_registered_with_both_undistorted(tmp_path: Path) -> None:

@@ -206,6 +206,13 @@ def test_depth_of_its_own_lens_is_registered_by_both(files: tuple[Path, Path], t
     assert re.search(rf"intrinsics: +fx {frame.intrinsics.fx:g},", told)
 
 
+def test_a_camera_that_its_file_has_not_is_an_error_of_info(files: tuple[Path, Path], tmp_path: Path, capsys) -> None:
+    lens = _camera(tmp_path / "lens.yaml")
+    for more in [], ["--undistort"], ["--depth-intrinsics", str(lens), "--view", "depth"]:
+        assert main(["info", *map(str, files), "--intrinsics", f"{lens}#left", *more]) == 1
+        assert "left" in capsys.readouterr().err
+
+
 def test_what_cannot_be_undistorted_is_refused(files: tuple[Path, Path], tmp_path: Path) -> None:
     for camera, told in (
         (None, "give a file of intrinsics"),
