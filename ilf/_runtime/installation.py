@@ -7,7 +7,7 @@ import platform
 import sys
 from collections.abc import Sequence
 from contextlib import suppress
-from importlib import import_module, metadata
+from importlib import import_module
 from pathlib import Path
 from types import ModuleType
 
@@ -141,6 +141,8 @@ def check_opencv() -> None:
 
 def _version(distribution: str) -> str | None:
     """The version of an installed distribution."""
+    from importlib import metadata  # not before: children start without it
+
     try:
         return metadata.version(distribution)
     except metadata.PackageNotFoundError:

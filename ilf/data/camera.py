@@ -20,8 +20,8 @@ _SHORTEST, _LARGEST = 1e-3, 1e6
 REMEDY = "Give intrinsics as fx,fy,cx,cy, as one of the presets, or as a file."
 
 DISTORTION_NOTE = (
-    "The lens distortion of colour and depth is not corrected, which bends the point cloud at its borders. Undistort the "
-    "frame on reading to correct it."
+    "The lens distortion of colour and depth is not corrected, which bends the point cloud at its borders. Undistort "
+    "the frame on reading to correct it."
 )
 
 

@@ -30,7 +30,6 @@ from .float_images import (
     read_npy,
     read_npz,
     read_pfm,
-    without_channel,
 )
 from .hdf5_depth import HDF5_SUFFIXES, read_hdf5
 from .heic import HEIC_SUFFIXES, read_heic_depth
@@ -121,6 +120,13 @@ def _joined_channels(file: FileContent, channels: str) -> NDArray[np.uint32]:
     for at, channel in enumerate(channels):
         values |= image[..., "bgr".index(channel)].astype(np.uint32) << np.uint32(8 * at)  # the decoder's order
     return values
+
+
+def without_channel(values: NDArray[Any]) -> NDArray[Any]:
+    """Values (H, W) from an array (H, W, 1) or (1, H, W); others unchanged."""
+    if values.ndim != 3 or 1 not in (values.shape[0], values.shape[2]):
+        return values
+    return values[..., 0] if values.shape[2] == 1 else values[0]
 
 
 def checked_depth_values(values: NDArray[Any], path: object) -> NDArray[Any]:

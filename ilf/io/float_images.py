@@ -89,13 +89,6 @@ def read_npz(file: FileContent, names: tuple[str, ...]) -> NDArray[Any]:
     return read_npy(FileContent(file.path, data))
 
 
-def without_channel(values: NDArray[Any]) -> NDArray[Any]:
-    """Values (H, W) from an array (H, W, 1) or (1, H, W); others unchanged."""
-    if values.ndim != 3 or 1 not in (values.shape[0], values.shape[2]):
-        return values
-    return values[..., 0] if values.shape[2] == 1 else values[0]
-
-
 # Depth from OpenEXR files.
 
 _MAGIC = b"\x76\x2f\x31\x01"

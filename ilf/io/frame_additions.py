@@ -22,10 +22,17 @@ from ..data.frame import COMMON_DEPTH_UNITS, GroundTruthFile, RGBDFrame, check_d
 from ..data.guide import Gives, Guide
 from ..data.lenses import undistorted
 from ..errors import FormatError, InputError, ParameterError, warn_of_reading
-from .depth import checked_number, checked_units, default_depth_units, depth_in_metres, read_depth_values
+from .depth import (
+    checked_number,
+    checked_units,
+    default_depth_units,
+    depth_in_metres,
+    read_depth_values,
+    without_channel,
+)
 from .depth_reading import decoded, marker_doubt
 from .encodings import DepthEncoding, encoding_of_inputs
-from .float_images import read_exr, read_npy, read_npz, read_pfm, without_channel
+from .float_images import read_exr, read_npy, read_npz, read_pfm
 from .guide_models import is_guide_name, predict_by_name, ready_guide
 from .guide_network import predict_guide
 from .hdf5_depth import HDF5_SUFFIXES, split_dataset
@@ -392,8 +399,8 @@ def read_confidence(path: FileSource, shape: tuple[int, int]) -> NDArray[Any]:
     if values.shape != shape:
         raise InputError(
             f"{content} is {values.shape[1]} x {values.shape[0]}, but the depth is {shape[1]} x {shape[0]}: a "
-            "confidence map must have the same pixels. That of depth which is registered on reading is used in the depth "
-            "camera's view (--view depth)."
+            "confidence map must have the same pixels. That of depth which is registered on reading is used in the "
+            "depth camera's view (--view depth)."
         )
     return values
 

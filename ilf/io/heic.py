@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Iterator
-from contextlib import contextmanager
-from typing import Any
+from collections.abc import Callable
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,9 +25,11 @@ _ORIENTATION = 274
 
 _ASPECT_TOLERANCE = 0.01
 
+Result = TypeVar("Result")
+
 
 def read_heic_depth(file: FileContent) -> NDArray[np.float32]:
-    """Read the depth image of a photo.
+    """Read the depth image of a photo, as all else of it, in a child.
 
     Returns
     -------
@@ -42,10 +43,43 @@ def read_heic_depth(file: FileContent) -> NDArray[np.float32]:
     FormatError
         If the photo is damaged, or has no depth image whose values can be converted to metres.
     """
-    with _opened(file) as photo:
-        image = _depth_image(file, photo)
-        check_memory(file, *image.size)
-        values = np.asarray(image)
+    return _in_child(_depth, file)
+
+
+def read_heic_colour(file: FileContent) -> NDArray[np.uint8]:
+    """Read the colour of a photo, RGB (H, W, 3); with a depth image, which shows the same view, at its size, by area
+    averages. Raises as `read_heic_depth`."""
+    return _in_child(_colour, file)
+
+
+def heic_orientation(file: FileContent) -> int:
+    """The orientation tag of a photo, which its decoder has applied already; 1 if there is none."""
+    return _in_child(_orientation, file)
+
+
+def _in_child(read: Callable[[FileContent], Result], file: FileContent) -> Result:
+    from .._runtime.children import run_in_child
+
+    if file.data[4:8].tobytes() != b"ftyp" and kind_of_file(file, file.data):
+        raise wrong_kind(file, file.data, "an HEIC photo")
+    return run_in_child(read, file, file=str(file), doing="reading this HEIC")
+
+
+def _opened(file: FileContent) -> Any:
+    """The photo, whose images are decoded when they are asked for."""
+    heif = optional("pillow_heif", "ilf-studio[sensors]", "Reading HEIC")
+    photo = heif.open_heif(io.BytesIO(file.data.tobytes()), convert_hdr_to_8bit=True)
+    check_memory(file, *photo.size)
+    return photo
+
+
+def _depth(file: FileContent) -> NDArray[np.float32]:
+    images = _opened(file).info.get("depth_images") or []
+    if not images:
+        raise FormatError(f"{file} has no depth image. Take the photo in portrait mode, or export its depth.")
+    image = images[0]
+    check_memory(file, *image.size)
+    values = np.asarray(image)
     if values.ndim != 2 or values.dtype.kind not in "ui":
         raise FormatError(f"{file}: its depth image has shape {values.shape} and type {values.dtype}, not one channel.")
     stated = image.info.get("metadata") or {}
@@ -69,13 +103,10 @@ def read_heic_depth(file: FileContent) -> NDArray[np.float32]:
     return np.where(np.isfinite(metres) & (metres > 0), metres, np.nan).astype(np.float32)
 
 
-def read_heic_colour(file: FileContent) -> NDArray[np.uint8]:
-    """Read the colour of a photo, RGB (H, W, 3); with a depth image, which shows the same view, at its size, by area
-    averages. Raises as `read_heic_depth`."""
-    with _opened(file) as photo:
-        colour = Image.frombytes(photo.mode, photo.size, photo.data, "raw", photo.mode, photo.stride).convert("RGB")
-        images = photo.info.get("depth_images")
-    if images:
+def _colour(file: FileContent) -> NDArray[np.uint8]:
+    photo = _opened(file)
+    colour = Image.frombytes(photo.mode, photo.size, photo.data, "raw", photo.mode, photo.stride).convert("RGB")
+    if images := photo.info.get("depth_images"):
         size = images[0].size
         if abs(size[0] / size[1] * colour.height / colour.width - 1) > _ASPECT_TOLERANCE:
             raise FormatError(
@@ -85,32 +116,7 @@ def read_heic_colour(file: FileContent) -> NDArray[np.uint8]:
     return np.asarray(colour, np.uint8)
 
 
-def heic_orientation(file: FileContent) -> int:
-    """The orientation tag of a photo, which its decoder has applied already; 1 if there is none."""
-    with _opened(file) as photo:
-        exif = Image.Exif()
-        exif.load(photo.info.get("exif") or b"")
-        return int(exif.get(_ORIENTATION, 1))
-
-
-@contextmanager
-def _opened(file: FileContent) -> Iterator[Any]:
-    """Open a photo; its images are decoded in the block, whose errors of the decoder become FormatError."""
-    heif = optional("pillow_heif", "ilf-studio[sensors]", "Reading HEIC")
-    try:
-        photo = heif.open_heif(io.BytesIO(file.data.tobytes()), convert_hdr_to_8bit=True)
-        check_memory(file, *photo.size)
-        yield photo
-    except FormatError:
-        raise
-    except (ValueError, OSError, RuntimeError, SyntaxError, EOFError, MemoryError) as error:
-        if file.data[4:8].tobytes() != b"ftyp" and kind_of_file(file, file.data):
-            raise wrong_kind(file, file.data, "an HEIC photo") from error
-        raise FormatError(f"{file}: this HEIC cannot be read ({error!s:.80}). Copy it again.") from error
-
-
-def _depth_image(file: FileContent, photo: Any) -> Any:
-    images = photo.info.get("depth_images") or []
-    if not images:
-        raise FormatError(f"{file} has no depth image. Take the photo in portrait mode, or export its depth.")
-    return images[0]
+def _orientation(file: FileContent) -> int:
+    exif = Image.Exif()
+    exif.load(_opened(file).info.get("exif") or b"")
+    return int(exif.get(_ORIENTATION, 1))

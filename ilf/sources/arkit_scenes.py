@@ -18,7 +18,7 @@ from ..data.camera import Camera, Cameras
 from ..errors import FormatError, InputError
 from ..io.depth import read_depth_values
 from ..io.images import image_header, read_colour
-from .poses import checked_pose
+from .poses import checked_pose, rows_of
 from .recording import RecordedFrame, Recording, RecordingIndex, Topics, confidence_beside
 from .times import MAX_TIME_GAP_S, associated, gap_text
 
@@ -112,16 +112,9 @@ class ARKitScenes(Recording):
         path = self.path / _TRAJECTORY
         if not path.is_file():
             return np.empty((0, 7))
-        try:
-            found = np.array(
-                [line.split() for line in read_file(path).data.tobytes().splitlines() if line.strip()], float
-            )
-            if found.shape[1:] != (7,) or not np.isfinite(found).all():
-                raise ValueError("found other content")
-        except ValueError as error:
-            raise FormatError(
-                f"{path} must contain seven numbers per line ({error!s:.80}). Download it again."
-            ) from error
+        found = rows_of(path)
+        if found.shape[1:] != (7,) or not np.isfinite(found).all():
+            raise FormatError(f"{path} must contain seven numbers per line. Download it again.")
         return found
 
     def _colour_file(self, key: str) -> FileContent:

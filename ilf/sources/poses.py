@@ -84,7 +84,7 @@ def stated_pose(pose: str | tuple[float, ...]) -> Matrix | None:
 def read_pose(path: Path) -> Matrix | None:
     """The camera pose of a text file with the three or four rows of its matrix, or with its numbers in one line; None
     if it contains anything else."""
-    return as_pose(_numbers(path))
+    return as_pose(rows_of(path))
 
 
 def as_pose(numbers: ArrayLike) -> Matrix | None:
@@ -98,10 +98,10 @@ def as_pose(numbers: ArrayLike) -> Matrix | None:
 @lru_cache(maxsize=2)
 def _trajectory(path: Path, changed: int) -> Matrix:
     """The numbers of a trajectory file, cached by its modification time: it has a line for each frame."""
-    return _numbers(path)
+    return rows_of(path)
 
 
-def _numbers(path: Path) -> Matrix:
+def rows_of(path: Path) -> Matrix:
     """The numbers of a text file, a row per line; empty if it contains anything else."""
     try:
         lines = read_file(path).data.tobytes().decode("utf-8").splitlines()

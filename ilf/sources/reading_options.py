@@ -261,7 +261,7 @@ class ReadingOptions:
     def paths(self) -> dict[str, str]:
         """The files that are given, by the option's name; without the dataset of the ground truth."""
         paths = {name: value for name, value in self.given.items() if OPTIONS[name].is_path and isinstance(value, str)}
-        if is_guide_name(paths.get("guide")):
+        if "guide" in paths and is_guide_name(paths["guide"]):
             del paths["guide"]
         return {name: split_dataset(path)[0] for name, path in paths.items()}
 

@@ -53,6 +53,7 @@ _ALL = (
     Format("depth-npy", "depth.npy", seeds.depth_npy, of_bytes, readers.depth),
     Format("colour-png", "rgb.png", seeds.colour_png, of_png, readers.colour),
     Format("colour-jpeg", "rgb.jpg", seeds.colour_jpeg, of_bytes, readers.colour),
+    Format("colour-heic", "rgb.heic", seeds.colour_heic, of_bytes, readers.photo),
     Format("colour-ppm-tiff", "rgb.tif", seeds.colour_ppm, of_bytes, readers.colour),
     Format("thumbnail", "rgb.png", seeds.colour_png, of_png, readers.thumbnail),
     Format("guide-npz", "guide.npz", seeds.guide_npz, of_zip(lambda name: of_bytes), readers.guide),

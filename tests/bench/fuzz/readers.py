@@ -13,6 +13,7 @@ import ilf
 import ilf.batch.folder_sink
 import ilf.segmentation.edges.detectors
 from gui.features.frame_list.thumbnails import read_thumbnail
+from ilf._runtime.files import read_file
 from ilf._runtime.networks.models import models_folder
 from ilf.batch.folder_sink import FolderSink, unchanged
 from ilf.batch.frames import frames_of_sources
@@ -27,6 +28,8 @@ from ilf.evaluation.bench.runner import read_earlier_result
 from ilf.io.block_files import read_blocks
 from ilf.io.cameras import intrinsics_from
 from ilf.io.frame_additions import load_guide, low_confidence, read_confidence
+from ilf.io.images import read_colour
+from ilf.io.orientation import orientation_tag
 from ilf.project.file import open_project, save_project
 from ilf.project.recovery import copy_frames, find_recoverable_work
 from ilf.project.state_codec import load_state
@@ -57,6 +60,11 @@ def dataset(path: Path) -> None:
 
 def colour(path: Path) -> None:
     load_frame(path, path.parent / "depth.png")
+
+
+def photo(path: Path) -> None:
+    read_colour(path)
+    orientation_tag(read_file(path))
 
 
 def thumbnail(path: Path) -> None:

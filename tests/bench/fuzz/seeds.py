@@ -11,6 +11,7 @@ from pathlib import Path
 import cv2
 import h5py
 import numpy as np
+import pillow_heif
 from PIL import Image
 
 import ilf
@@ -232,6 +233,19 @@ def colour_jpeg(folder: Path) -> list[bytes]:
     image.save(stream, "JPEG", exif=exif)
     kinds = [_encoded(".jpg", _colour()), _encoded(".jpg", _colour(), cv2.IMWRITE_JPEG_PROGRESSIVE, 1)]
     return [*kinds, _encoded(".jpg", _colour()[..., 0]), stream.getvalue()]
+
+
+def colour_heic(folder: Path) -> list[bytes]:
+    """A photo, and one with an orientation tag."""
+    with_depth(folder)
+    exif = Image.Exif()
+    exif[274] = 6
+    found = []
+    for more in ({}, {"exif": exif.tobytes()}):
+        stream = io.BytesIO()
+        pillow_heif.from_pillow(Image.fromarray(_colour())).save(stream, **more)
+        found.append(stream.getvalue())
+    return found
 
 
 def colour_ppm(folder: Path) -> list[bytes]:

@@ -178,7 +178,8 @@ def photo(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
         module = ModuleType("pillow_heif")
         module.open_heif = lambda file, convert_hdr_to_8bit: opened  # type: ignore[attr-defined]
         monkeypatch.setitem(sys.modules, "pillow_heif", module)
-        (tmp_path / "a.heic").write_bytes(b"stand-in")
+        monkeypatch.setattr("ilf._runtime.children.run_in_child", lambda read, content, **_: read(content))
+        (tmp_path / "a.heic").write_bytes(b"\0\0\0\x18ftypheic")
         return tmp_path / "a.heic"
 
     return show
@@ -209,3 +210,17 @@ def test_photos_without_metres_are_refused(photo) -> None:
             read_depth_values(photo(*given))
     with pytest.raises(FormatError, match="another view"):
         read_colour(photo(values, {}, (2 * W, 2 * H)))
+
+
+def test_photos_are_read_in_a_child_and_damaged_ones_refused(tmp_path: Path) -> None:
+    heif = pytest.importorskip("pillow_heif")
+    grey = np.full((64, 96, 3), 90, np.uint8)
+    path = tmp_path / "a.heic"
+    heif.from_bytes("RGB", (96, 64), grey.tobytes()).save(path)
+    assert np.abs(read_colour(path).astype(int) - grey).max() < 5
+    path.write_bytes(path.read_bytes()[:400])
+    with pytest.raises(FormatError, match=f"{path} is damaged: reading this HEIC fails"):
+        read_colour(path)
+    path.write_bytes(b"\x89PNG\r\n\x1a\n" + bytes(100))
+    with pytest.raises(FormatError, match="a PNG"):
+        read_colour(path)
