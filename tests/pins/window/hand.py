@@ -597,7 +597,7 @@ DIALOGS = {
     "CloseDialog": "Save the work?",
     "ExportDialog": "Export",
     "GroundTruthDialog": "Load Ground Truth for room",
-    "GuideNetworksDialog": "Guide by Network",
+    "GuideNetworksDialog": "Guide by network",
     "HoldOutDialog": "Hold-out Test of room",
     "LiveWindow": "Play live",
     "LoadBlocksDialog": "Load Blocks for room",

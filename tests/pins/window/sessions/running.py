@@ -259,7 +259,7 @@ def follow_a_network(user: Hand) -> None:
     """A network of one's own is added from a file, and predicts the guide of a run."""
     _open(user)
     user.start("guide_by_network")
-    dialog = user.dialog("Guide by Network")
+    dialog = user.dialog("Guide by network")
     with user.answering(guide_network(user.folder)):
         user.press("Add file", dialog)
     user.keep("networks", user.rows("Guide networks", dialog)[-1])
