@@ -1,5 +1,7 @@
 """A batch out of the real window: its frames, what comes of them, an end before all are done, and results that open."""
 
+import csv
+import re
 import threading
 from pathlib import Path
 
@@ -116,7 +118,7 @@ def test_the_time_left_follows_from_frames_completed_since_the_start(part, windo
     assert part.dialog.work.bar.format() == "67%, 10 s left"
 
 
-def test_the_manifest_is_written_when_the_batch_is_cancelled_after_its_last_frame(tmp_path, monkeypatch):
+def test_a_frame_has_its_figures_and_a_batch_cancelled_after_its_last_one_its_manifest(tmp_path, monkeypatch):
     work_in_this_process(monkeypatch)
     frames = tuple(frames_of_sources([ilf.open_source(write_frames(tmp_path / "in", 1))]))
     quick, choice = ilf.preset(max_iterations=5, correction=False), BlockChoice(ilf.BlockParameters(detector="canny"))
@@ -124,11 +126,17 @@ def test_the_manifest_is_written_when_the_batch_is_cancelled_after_its_last_fram
     steps = batch_steps(lambda: open_folder(frames, tmp_path / "done", settings), pictures=[write_contact_sheet])
     cancel_event = threading.Event()
     with cancelled_by(cancel_event):
-        assert next(steps)
+        figures = next(steps).notes[0]
         cancel_event.set()
         with pytest.raises(Cancelled):
             next(steps)
     assert {path.name for path in (tmp_path / "done").iterdir()} == {"batch.json", "manifest.csv", frames[0].folder}
+    (listed,) = csv.DictReader((tmp_path / "done" / "manifest.csv").read_text().splitlines())
+    pixels, before, after = (int(listed[name]) for name in ("pixels", "missing_before", "missing_after"))
+    error, seconds = 1000 * float(listed["expected_error_median_m"]), float(listed["seconds"])
+    found = re.fullmatch(r"Missing (.+)% → (.+)%, expected error, median (.+) mm, (.+) s\.", figures)
+    expected = 100 * before / pixels, 100 * after / pixels, error, seconds
+    assert [float(figure) for figure in found.groups()] == pytest.approx(expected, abs=0.051)
 
 
 def test_a_batch_is_cancelled_and_goes_on_other_values_are_refused(part, window, qtbot, tmp_path, monkeypatch):

@@ -2,11 +2,7 @@
 
 from __future__ import annotations
 
-import hashlib
-import threading
 from collections.abc import Iterator
-from dataclasses import dataclass, field
-from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 
 import pytest
@@ -14,84 +10,21 @@ from PySide6.QtWidgets import QWidget
 
 from gui.features.additional_depth import GUIDE, AdditionalDepthPanel
 from gui.features.guide_networks import GuideNetworksDialog
-from ilf.data.guide import GuideCard
-from ilf.io import guide_models
 from ilf.io.guide_models import guide_file
 from ilf.sources.frame_ref import FrameRef
 
+from ..ilf.io.test_guide_models import NAME, Hub, publishing
 from ..ilf.tiny_onnx import node, write_network
 from .conftest import WAIT_MS, open_frame
-
-NAME = "tiny"
-
-
-@dataclass
-class Hub:
-    """A server of one network, which sends as much as is allowed."""
-
-    content: bytes
-    halfway: threading.Event = field(default_factory=threading.Event)
-    """Set when the second half may be sent."""
-    asked: list[str | None] = field(default_factory=list)
-    wrong: bool = False
-
-
-def _handler(hub: Hub) -> type[BaseHTTPRequestHandler]:
-    class Handler(BaseHTTPRequestHandler):
-        def log_message(self, *_: object) -> None:
-            pass
-
-        def do_GET(self) -> None:
-            wanted = self.headers.get("Range")
-            hub.asked.append(wanted)
-            content = b"<html>" * 400 if hub.wrong else hub.content
-            start = int(wanted.removeprefix("bytes=").rstrip("-")) if wanted else 0
-            self.send_response(206 if wanted else 200)
-            if wanted:
-                self.send_header("Content-Range", f"bytes {start}-{len(content) - 1}/{len(content)}")
-            self.send_header("ETag", '"one"')
-            self.send_header("Content-Length", str(len(content) - start))
-            self.end_headers()
-            half = max(len(content) // 2, start)
-            self.wfile.write(content[start:half])
-            self.wfile.flush()
-            hub.halfway.wait(10)
-            try:
-                self.wfile.write(content[half:])
-            except OSError:  # the fetch was cancelled
-                self.close_connection = True
-
-    return Handler
 
 
 @pytest.fixture
 def hub(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Hub]:
-    """A server of a network that predicts the mean of its channels; its card is the only known one."""
-    monkeypatch.setattr("ilf._runtime.networks.network._networks", {})
-    monkeypatch.setenv("ILF_MODELS", str(tmp_path / "models"))
-    monkeypatch.setattr("ilf._runtime.fetching._BLOCK", 16)
-    mean = write_network(tmp_path / "source.onnx", [node("ReduceMean", ["image"], "strength", axes=[1], keepdims=1)])
-    made = Hub(mean.read_bytes())
-    server = ThreadingHTTPServer(("127.0.0.1", 0), _handler(made))
-    thread = threading.Thread(target=server.serve_forever, args=(0.01,))
-    thread.start()
-    card = GuideCard(
-        NAME,
-        "Somebody",
-        "CC-BY-NC-4.0",
-        "affine-inverse",
-        len(made.content),
-        terms="not for commercial use",
-        address=f"http://127.0.0.1:{server.server_port}/net.onnx",
-        sha256=hashlib.sha256(made.content).hexdigest(),
-        size=48,
-    )
-    monkeypatch.setattr(guide_models, "_known", lambda: {NAME: card})
-    yield made
-    made.halfway.set()
-    server.shutdown()
-    thread.join()
-    server.server_close()
+    """A publisher that sends half of its network until it may go on."""
+    with publishing(tmp_path, monkeypatch) as made:
+        monkeypatch.setattr("ilf._runtime.fetching._BLOCK", 16)
+        yield made
+        made.go_on.set()
 
 
 def opened(window: QWidget) -> GuideNetworksDialog:
@@ -125,12 +58,12 @@ def test_a_network_is_fetched_when_asked_cancelled_continued_and_used(window, qt
     assert not dialog.work.isVisible()
     assert dialog.fetch_button.isEnabled()
 
-    hub.halfway.set()
+    hub.go_on.set()
     qtbot.wait(100)  # the server ends the first connection
     dialog.fetch_button.click()
     dialog.close()  # the work goes on
-    qtbot.waitUntil(lambda: "guide network tiny is ready" in window.toasts.message, timeout=WAIT_MS)
-    assert hub.asked[1] is not None, "continued"
+    qtbot.waitUntil(lambda: f"guide network {NAME} is ready" in window.toasts.message, timeout=WAIT_MS)
+    assert hub.asked[1][1] is not None, "continued"
     assert guide_file(NAME).read_bytes() == hub.content
 
     dialog = opened(window)
@@ -142,15 +75,15 @@ def test_a_network_is_fetched_when_asked_cancelled_continued_and_used(window, qt
     assert document.frame.guide.gives == "affine-inverse"
     assert document.frame.guide.network.name == NAME
     window.refresh.now()
-    assert "From tiny" in panel._sections[GUIDE].message.text()
+    assert f"From {NAME}" in panel._sections[GUIDE].message.text()
     assert len(hub.asked) == 2
 
 
 def test_a_wrong_file_is_one_sentence_and_a_file_can_be_added(window, qtbot, hub, tmp_path, monkeypatch):
     panel = window.feature(AdditionalDepthPanel)
     dialog = opened(window)
-    hub.wrong = True
-    hub.halfway.set()
+    hub.content = b"<html>" * 400
+    hub.go_on.set()
     dialog.fetch_button.click()
     qtbot.waitUntil(lambda: dialog.message.tone() == "error", timeout=WAIT_MS)
     assert "Traceback" not in dialog.message.text()

@@ -3,10 +3,6 @@
 from __future__ import annotations
 
 import json
-import threading
-from collections.abc import Callable
-from functools import partial
-from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 
 import pytest
 from PySide6.QtWidgets import QMessageBox
@@ -17,6 +13,7 @@ from ilf.project.project import Project, ProjectFrame
 from ilf.sources.frame_ref import FrameRef
 
 from ..ilf.batch_frames import write_frames
+from ..web_server import serving_folder
 from .conftest import WAIT_MS
 
 pytest.importorskip("fsspec")
@@ -26,14 +23,8 @@ pytest.importorskip("aiohttp", reason="aiohttp is not installed (extra dev)")
 @pytest.fixture
 def web(tmp_path):
     """The address of a folder with a frame on a web server, and the paths that were asked for."""
-    asked = list[str]()
-    log: Callable[..., None] = lambda handler, *_: asked.append(handler.path)  # noqa: E731
-    quiet = type("Quiet", (SimpleHTTPRequestHandler,), {"log_message": log})
-    root = write_frames(tmp_path / "web", 1)
-    with ThreadingHTTPServer(("127.0.0.1", 0), partial(quiet, directory=str(root))) as serving:
-        threading.Thread(target=serving.serve_forever, daemon=True).start()
-        yield f"http://127.0.0.1:{serving.server_port}", asked
-        serving.shutdown()
+    with serving_folder(write_frames(tmp_path / "web", 1)) as served:
+        yield served
 
 
 def question(window, qtbot) -> QMessageBox:

@@ -4,10 +4,8 @@ import hashlib
 import json
 import os
 import shutil
-import threading
 from dataclasses import replace
 from functools import partial
-from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 
 import numpy as np
 import pytest
@@ -29,6 +27,7 @@ from ilf.sources.frame_ref import FrameRef
 from ilf.sources.reading import read_frame
 from ilf.sources.reading_options import ReadingOptions
 
+from ..web_server import serving_folder
 from .batch_frames import work_in_this_process, write_frames
 
 fsspec = pytest.importorskip("fsspec")
@@ -45,14 +44,10 @@ def nothing_opened_before(tmp_path, monkeypatch):
 @pytest.fixture(scope="module")
 def server(tmp_path_factory):
     """The address of a folder with a frame on a web server, and the paths that were asked for."""
-    root, asked = tmp_path_factory.mktemp("web"), list[str]()
+    root = tmp_path_factory.mktemp("web")
     write_frames(root / "in", 1)
-    log = lambda handler, *_: asked.append(handler.path)  # noqa: E731
-    quiet = type("Quiet", (SimpleHTTPRequestHandler,), {"log_message": log})
-    with ThreadingHTTPServer(("127.0.0.1", 0), partial(quiet, directory=str(root))) as serving:
-        threading.Thread(target=serving.serve_forever, daemon=True).start()
-        yield f"http://127.0.0.1:{serving.server_port}/in", asked
-        serving.shutdown()
+    with serving_folder(root) as (address, asked):
+        yield f"{address}/in", asked
 
 
 @pytest.fixture

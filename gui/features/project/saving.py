@@ -137,7 +137,7 @@ class Saving(QObject):
         wanted = [entry for entry in workspace.entries if request.only is None or entry.id in request.only]
         stamps = {entry.document: entry.document.stamp for entry in wanted if entry.document is not None}
         for document in stamps:
-            if document.unsaved or has_content(document):
+            if has_content(document):
                 self._context.recorder.keep(document)
         project = self._present.snapshot(self._view.window_state(), request.only)
         unload = {entry: entry.changes for entry in wanted if entry.document is None}

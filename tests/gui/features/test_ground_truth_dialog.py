@@ -29,13 +29,14 @@ def test_the_true_depth_is_seen_and_described_before_it_is_loaded(
     dialog: GroundTruthDialog, small_frame: RGBDFrame, qtbot: QtBot, tmp_path: Path
 ) -> None:
     path = tmp_path / "true.png"
-    truth = np.nan_to_num(small_frame.depth, nan=2.0) + 0.01
+    truth = np.nan_to_num(small_frame.depth, nan=2.0) + 0.1
     cv2.imwrite(str(path), (1000 * truth).round().astype(np.uint16))
     assert dialog.preview.picture.pixmap().isNull()
     dialog.choose(str(path))
     qtbot.waitUntil(dialog.load_button.isEnabled)
     assert not dialog.preview.picture.pixmap().isNull()
-    assert dialog.message.text().startswith("Known at 100% of the pixels without depth; median deviation")
+    described = "Known at 100% of the pixels without depth; median deviation from the known depth: 100.0 mm."
+    assert dialog.message.text().startswith(described)
     assert dialog.found().ground_truth == pytest.approx(truth, abs=0.001)
     dialog.path.clear()
     dialog.read()

@@ -9,7 +9,7 @@ from PySide6.QtWidgets import QApplication
 
 from gui.base import theme
 from gui.views.colours import DEPTH_MAP, DEPTH_MAPS, depth_table, difference_table, error_table, strength_table
-from gui.views.scene_items import blend
+from gui.views.scene_items import blend, hatch_brush
 from ilf.data.colour_maps import depth_colours
 
 from ..base.test_theme import APART, SEEN_BY, lab
@@ -64,3 +64,11 @@ def test_depth_in_only_one_of_two_is_told_apart(qapp: QApplication, name: str, e
         qapp.setStyleSheet(before[1])
     first, second = (blend(colours.background, only, 0.55) for only in (colours.good, colours.warning))
     assert np.linalg.norm(lab(first, eye) - lab(second, eye)) >= APART / 2
+
+
+def test_stripes_go_on_from_tile_to_tile(qapp: QApplication) -> None:
+    tile = hatch_brush(QColor("white"), QColor("black")).texture().toImage()
+    height, width = tile.height(), tile.width()
+    grey = np.array([[tile.pixelColor(x, y).red() for x in range(width)] for y in range(height)])
+    assert np.ptp(grey) > 150
+    assert np.abs(grey - np.roll(grey, (1, -1), (0, 1))).max() < 20

@@ -22,6 +22,10 @@ from ilf.data.results import EdgeAwareRecord, PassBandRecord
 from ilf.run.run import Run, complete
 
 
+def show(panel: CurvesPanel, workspace: Workspace) -> None:
+    draw_curves(panel, workspace.current if workspace.has_current else None)
+
+
 def staged(count=40, length=8, weighted=10):
     return [
         PassBandRecord(
@@ -168,13 +172,9 @@ def test_a_corrected_block_has_the_error_of_its_depth(panel: CurvesPanel) -> Non
     workspace.open_document(Document.of(Run(frame, np.ones((24, 32), np.int32)), "origin", "key"))
     document = workspace.current
     (result,) = complete(frame, document.labels).results.values()
-
-    def show() -> None:
-        draw_curves(panel, workspace.current if workspace.has_current else None)
-
     for correction, expected in ((("a" * 64,), "err 20 mm"), ((), "err 10 mm")):
         document.store_results([replace(result, depth=result.depth - 0.01, correction=correction)])
-        show()
+        show(panel, workspace)
         assert expected in panel.readout.text
 
 
@@ -349,18 +349,13 @@ def test_a_block_without_curves_says_why(panel: CurvesPanel) -> None:
     workspace = Workspace()
     workspace.open_document(Document.of(Run(frame, np.ones((12, 16), np.int32)), "origin", "key"))
     workspace.select([1])
-
-    def show() -> None:
-        draw_curves(panel, workspace.current if workspace.has_current else None)
-
-    panel.show()
-    show()
+    show(panel, workspace)
     assert panel.hint == EMPTY_TEXT
     workspace.current.store_results(list(complete(frame, workspace.current.labels).results.values()))
-    show()
+    show(panel, workspace)
     assert panel.hint == "All depth is known."
     workspace.show(None)
-    show()
+    show(panel, workspace)
     assert panel.hint == EMPTY_TEXT
 
 

@@ -5,7 +5,7 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from PySide6.QtCore import QPointF
+from PySide6.QtCore import QPointF, QRectF
 from PySide6.QtGui import QColor, QImage, QPainter, QPainterPath
 from PySide6.QtWidgets import QApplication, QStyleOptionGraphicsItem
 
@@ -138,6 +138,10 @@ def test_nothing_stays_where_it_was(views, overlay):
                 QApplication.processEvents()
         QApplication.processEvents()
         assert _stale(views) == 0, f"at {scale} screen pixels per pixel"
+
+
+def test_lines_around_blocks_are_repainted_in_the_whole_frame(views):
+    assert views.cells["colour"].view.lines.sceneBoundingRect() == QRectF(0, 0, WIDTH, HEIGHT)
 
 
 @pytest.fixture

@@ -20,6 +20,16 @@ from gui.widgets.docks import PanelTitle
 from ilf._runtime.installation import asset_path
 
 
+@pytest.fixture
+def shown(qtbot):
+    window = MainWindow()
+    qtbot.addWidget(window)
+    window.resize(1280, 800)
+    window.show()
+    qtbot.waitExposed(window)
+    return window
+
+
 @pytest.mark.parametrize(
     ("window", "room", "expected"),
     [
@@ -82,26 +92,12 @@ def test_each_screen_keeps_its_own_size_of_the_window(qtbot, monkeypatch):
         again.close()
 
 
-def test_the_panels_let_the_window_become_small(qtbot):
-    window = MainWindow(persistent=False)
-    qtbot.addWidget(window)
-    window.show()
-    qtbot.waitExposed(window)
-    window.feature(StatusFeature).bar.hint.setText("long " * 200)
-    window.feature(StatusFeature).bar.readout.setText("long " * 200)
-    window.setWindowTitle("long " * 200)
-    window.resize(800, 560)
-    qtbot.waitUntil(lambda: window.size() == QSize(800, 560))
-
-
-@pytest.fixture
-def shown(qtbot):
-    window = MainWindow()
-    qtbot.addWidget(window)
-    window.resize(1280, 800)
-    window.show()
-    qtbot.waitExposed(window)
-    return window
+def test_the_panels_let_the_window_become_small(shown, qtbot):
+    shown.feature(StatusFeature).bar.hint.setText("long " * 200)
+    shown.feature(StatusFeature).bar.readout.setText("long " * 200)
+    shown.setWindowTitle("long " * 200)
+    shown.resize(800, 560)
+    qtbot.waitUntil(lambda: shown.size() == QSize(800, 560))
 
 
 def test_panels_stand_by_group_in_whatever_order_they_were_added(shown, qtbot):
@@ -122,6 +118,7 @@ def _click(window, title: str):
 
 def test_panels_open_and_close_and_one_key_folds_all_of_them(shown, qtbot):
     assert shown.panels.open == ["Blocks", "Parameters"]
+    qtbot.waitUntil(lambda: shown.findChild(QDockWidget, "Blocks").width() == round(0.26 * shown.width()))
     before = shown.views.width()
     _click(shown, "Parameters")
     _click(shown, "Log")
@@ -162,23 +159,19 @@ def test_no_panel_makes_the_window_larger(shown):
     assert shown.size() == QSize(1280, 720)
 
 
-def test_full_screen_by_f11_and_back_and_escape_does_not_quit(qtbot):
-    window = MainWindow(persistent=False)
-    qtbot.addWidget(window)
-    window.show()
-    qtbot.waitExposed(window)
-    window.activateWindow()
-    qtbot.waitUntil(window.isActiveWindow)
-    assert not window.actions_["full_screen"].isChecked()
-    qtbot.keyClick(window, Qt.Key.Key_F11)
-    assert window.isFullScreen()
-    assert window.actions_["full_screen"].isChecked()
-    qtbot.keyClick(window, Qt.Key.Key_Escape)
-    assert window.isVisible()
-    qtbot.keyClick(window, Qt.Key.Key_F11)
-    assert not window.isFullScreen()
-    window.showFullScreen()
-    qtbot.waitUntil(window.actions_["full_screen"].isChecked)
+def test_full_screen_by_f11_and_back_and_escape_does_not_quit(shown, qtbot):
+    shown.activateWindow()
+    qtbot.waitUntil(shown.isActiveWindow)
+    assert not shown.actions_["full_screen"].isChecked()
+    qtbot.keyClick(shown, Qt.Key.Key_F11)
+    assert shown.isFullScreen()
+    assert shown.actions_["full_screen"].isChecked()
+    qtbot.keyClick(shown, Qt.Key.Key_Escape)
+    assert shown.isVisible()
+    qtbot.keyClick(shown, Qt.Key.Key_F11)
+    assert not shown.isFullScreen()
+    shown.showFullScreen()
+    qtbot.waitUntil(shown.actions_["full_screen"].isChecked)
 
 
 def test_the_icon_is_what_its_script_draws():

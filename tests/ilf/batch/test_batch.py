@@ -472,6 +472,8 @@ def test_settings_hold_what_their_files_do(source, tmp_path):
     cv2.imwrite(str(mask), np.full((24, 32), 255, np.uint8))
     assert before != settings.facts()
     assert before["hidden"] == {"pattern": "areas", "seeds": [0]}
+    assert "neighbours" not in before
+    assert replace(settings, neighbours=2, neighbour_step=3).facts()["neighbours"] == [2, 3]
 
 
 def test_settings_name_the_networks_that_have_a_part_in_the_results():

@@ -481,6 +481,12 @@ def test_info_tells_of_colour_and_depth_of_different_sizes(files, capsys):
     )
 
 
+def test_info_tells_how_much_of_the_missing_depth_a_guide_knows(files, capsys):
+    np.save("guide.npy", np.where(np.arange(80) < 40, np.nan, np.linspace(1, 3, 60)[:, None]))
+    assert main(["info", *files, "--guide", "guide.npy"]) == 0
+    assert "known at 50.0% of all pixels and 56.7% of the missing ones" in capsys.readouterr().out
+
+
 def test_info_shows_what_is_wrong_with_a_set(files, capsys):
     main(["complete", *files, "--no-cloud", "--extrapolate", "--out", "out", "--quiet", *QUICK])
     assert main(["info", "out"]) == 0
@@ -494,6 +500,11 @@ def test_info_shows_what_is_wrong_with_a_set(files, capsys):
     assert "problem:      The set of files is incomplete: missing depth.npy." in capsys.readouterr().out
     Path("out/run.json").unlink()
     assert "an interrupted export" in fails(capsys, "info", "out")
+
+
+def test_words_of_a_table_stand_left_and_numbers_right():
+    columns = output.Column("block", lambda row: row[0]), output.Column("pixels", lambda row: row[1])
+    assert output.table(columns, [("wall", 7), ("floor", 1234)]) == ["block  pixels", "wall        7", "floor    1234"]
 
 
 def test_sample_is_copied_and_nothing_else_overwritten(tmp_path, capsys):

@@ -7,13 +7,13 @@ import hashlib
 import json
 import threading
 from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field, replace
-from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from http.server import BaseHTTPRequestHandler
 from pathlib import Path
 from typing import Any
 from urllib.request import urlopen
 
-import cv2
 import numpy as np
 import pytest
 
@@ -27,9 +27,10 @@ from ilf.io import guide_models
 from ilf.io.guide_models import fetch_guide, guide_cards, guide_file, guides_folder
 from ilf.sources.reading_options import ReadingOptions
 
+from ...web_server import serving
 from ..batch_frames import work_in_this_process
 from ..tiny_onnx import node, write_network
-from .test_guide_network import brightness, scene
+from .test_guide_network import brightness, scene, write_scene
 
 NAME = "small-depth"
 
@@ -45,6 +46,8 @@ class Hub:
     headers: dict[str, str] = field(default_factory=lambda: {"ETag": '"one"'})
     ranges: bool = True
     states_length: bool = True
+    go_on: threading.Event = field(default_factory=threading.Event)
+    """Set when the second half may be sent."""
     path: str = "/net.onnx"
     asked: list[tuple[str, str | None]] = field(default_factory=list)
     address: str = ""
@@ -84,27 +87,33 @@ def _handler(hub: Hub) -> type[BaseHTTPRequestHandler]:
                 self.send_header("Content-Length", str(len(hub.content) - start))
             self.end_headers()
             end = start + hub.cuts.pop(0) if hub.cuts else None
-            self.wfile.write(hub.content[start:end])
+            halfway = end if hub.go_on.is_set() else max(len(hub.content) // 2, start)
+            self.wfile.write(hub.content[start:halfway])
+            if halfway != end and hub.go_on.wait(60):
+                with suppress(OSError):  # the fetch was cancelled
+                    self.wfile.write(hub.content[halfway:end])
 
     return Handler
 
 
-@pytest.fixture
-def hub(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Hub]:
+@contextmanager
+def publishing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Hub]:
     """A server with a network that predicts the mean of its channels, and a known card of it."""
     monkeypatch.setattr("ilf._runtime.networks.network._networks", {})
     monkeypatch.setenv("ILF_MODELS", str(tmp_path / "models"))
     monkeypatch.setattr("ilf._runtime.fetching._BLOCK", 64)
     made = Hub(brightness(tmp_path / "source.onnx").read_bytes())
-    server = ThreadingHTTPServer(("127.0.0.1", 0), _handler(made))
-    thread = threading.Thread(target=server.serve_forever, args=(0.01,))
-    thread.start()
-    made.address = f"http://127.0.0.1:{server.server_port}{made.path}"
-    know(monkeypatch, made)
-    yield made
-    server.shutdown()
-    thread.join()
-    server.server_close()
+    with serving(_handler(made)) as address:
+        made.address = address + made.path
+        know(monkeypatch, made)
+        yield made
+
+
+@pytest.fixture
+def hub(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Hub]:
+    with publishing(tmp_path, monkeypatch) as made:
+        made.go_on.set()
+        yield made
 
 
 def know(monkeypatch: pytest.MonkeyPatch, hub: Hub, **facts: Any) -> GuideCard:
@@ -319,13 +328,7 @@ def test_a_network_is_used_by_its_name_and_recorded(
 ) -> None:
     work_in_this_process(monkeypatch)
     fetch_guide(NAME)
-    rgb, depth = scene()
-    depth[30:60, 70:110] = np.nan
-    folder = tmp_path / "frames" / "box"
-    folder.mkdir(parents=True)
-    (folder / "meta.json").write_text('{"depth_units_per_m": 1000}')
-    cv2.imwrite(str(folder / "rgb.png"), rgb)
-    cv2.imwrite(str(folder / "depth.png"), np.nan_to_num(1000 * depth).astype(np.uint16))
+    folder = write_scene(tmp_path / "frames" / "box")
     frame = ilf.load_frame(folder, guide=NAME)
     assert frame.guide is not None
     assert frame.guide.network == guide_cards()[NAME]

@@ -38,6 +38,17 @@ def scene() -> tuple[np.ndarray, np.ndarray]:
     return rgb, depth.astype(np.float32)
 
 
+def write_scene(folder: Path) -> Path:
+    """The scene as a frame folder, with a gap in its depth."""
+    rgb, depth = scene()
+    depth[30:60, 70:110] = np.nan
+    folder.mkdir(parents=True)
+    (folder / "meta.json").write_text('{"depth_units_per_m": 1000}')
+    cv2.imwrite(str(folder / "rgb.png"), rgb)
+    cv2.imwrite(str(folder / "depth.png"), np.nan_to_num(1000 * depth).astype(np.uint16))
+    return folder
+
+
 def test_a_network_gets_normalised_colour_and_its_output_is_resized_to_the_frame(tmp_path: Path) -> None:
     rgb, _ = scene()
     values = GuideNetwork.load(brightness(tmp_path / "net.onnx")).predict(rgb)
@@ -71,14 +82,7 @@ def test_a_frame_takes_its_guide_from_a_network_in_library_and_commands(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     work_in_this_process(monkeypatch)
-    rgb, truth = scene()
-    depth = truth.copy()
-    depth[30:60, 70:110] = np.nan
-    folder = tmp_path / "frames" / "box"
-    folder.mkdir(parents=True)
-    (folder / "meta.json").write_text('{"depth_units_per_m": 1000}')
-    cv2.imwrite(str(folder / "rgb.png"), rgb)
-    cv2.imwrite(str(folder / "depth.png"), np.nan_to_num(1000 * depth).astype(np.uint16))
+    folder = write_scene(tmp_path / "frames" / "box")
     network = brightness(tmp_path / "net.onnx")
     frame = ilf.load_frame(folder, guide=network)
     assert frame.guide is not None

@@ -134,6 +134,8 @@ def test_rows_and_columns_that_matlab_has_exchanged(size: tuple[int, int], tmp_p
     if size[0] == size[1]:
         with pytest.raises(ilf.IlfError, match="rows and columns exchanged"):
             ilf.load_frame(rgb, plain, ground_truth=written)
+        symmetric = save_hdf5(tmp_path / "symmetric.hdf5", depth / 2 + depth.T / 2)
+        assert ilf.load_frame(rgb, plain, ground_truth=symmetric).ground_truth is not None
     else:
         assert np.allclose(ilf.load_frame(rgb, plain, ground_truth=written).ground_truth, depth / 1000)
 

@@ -7,8 +7,6 @@ import sys
 import tempfile
 import threading
 from collections.abc import Callable
-from functools import partial
-from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 
 import cv2
@@ -25,6 +23,7 @@ from ilf.errors import Cancelled, FormatError, InputError
 from ilf.sources.opening import close_all
 from ilf.sources.reading import read_frame
 
+from ...web_server import serving_folder
 from ..bags import write_aligned
 from ..batch_frames import work_in_this_process, write_frames
 from ..phone_files import write_stray
@@ -113,16 +112,12 @@ def test_a_folder_on_the_web_is_read_by_its_pages_of_links(tmp_path: Path, monke
     path = write_frames(tmp_path / "web" / "in", 2)
     out = str(tmp_path / "web" / "shards")
     assert main(["batch", str(path), "--shards", out, "--max-iterations", "3", "--quiet", "--per-shard", "1"]) == 0
-    quiet = type("Quiet", (SimpleHTTPRequestHandler,), {"log_message": lambda *_: None})
-    with ThreadingHTTPServer(("127.0.0.1", 0), partial(quiet, directory=str(tmp_path / "web"))) as server:
-        threading.Thread(target=server.serve_forever, daemon=True).start()
-        address = f"http://127.0.0.1:{server.server_port}"
+    with serving_folder(tmp_path / "web") as (address, _):
         for name in ("in", "shards"):  # this server sends whole files only, and states no sizes
             here, there = ilf.open_source(tmp_path / "web" / name), ilf.open_source(f"{address}/{name}")
             assert here.keys == there.keys
             for key in here.keys:
                 np.testing.assert_array_equal(here[key].measured, there[key].measured)
-        server.shutdown()
 
 
 def test_files_at_the_root_of_a_server_are_read_from_nowhere_else(tmp_path: Path, capsys):
@@ -133,17 +128,14 @@ def test_files_at_the_root_of_a_server_are_read_from_nowhere_else(tmp_path: Path
     depth = cv2.imread(str(frames / "depth/0000.png"), cv2.IMREAD_UNCHANGED)
     with h5py.File(web / "take.h5", "w") as file:
         file["left/depth"], file["right/depth"] = depth + 1, depth
-    quiet = type("Quiet", (SimpleHTTPRequestHandler,), {"log_message": lambda *_: None})
-    with ThreadingHTTPServer(("127.0.0.1", 0), partial(quiet, directory=str(web))) as server:
-        threading.Thread(target=server.serve_forever, daemon=True).start()
-        files = [f"http://127.0.0.1:{server.server_port}/{name}" for name in ("rgb.png", "take.h5:/right/depth")]
+    with serving_folder(web) as (address, _):
+        files = [f"{address}/{name}" for name in ("rgb.png", "take.h5:/right/depth")]
         frame = ilf.load_frame(*files)
         assert np.allclose(np.nan_to_num(frame.depth), depth / 1000)
         assert np.array_equal(ilf.load_frame(**frame.sources).depth, frame.depth, equal_nan=True)
         assert main(["complete", *files, "--out", str(tmp_path / "out"), "--quiet", "--max-iterations", "3"]) == 0
         assert main(["complete", "--replay", str(tmp_path / "out/run.json"), "--out", str(tmp_path / "again")]) == 0
         assert "identical to the recorded one" in capsys.readouterr().out
-        server.shutdown()
 
 
 def test_a_run_of_a_remote_frame_is_replayed_and_its_folder_opened(tmp_path: Path, capsys):

@@ -250,7 +250,7 @@ DAMAGED: dict[str, tuple[Callable[[Path], Path], str]] = {
     "cut .r3d": (lambda f: cut(write_record3d(f / "a.r3d"), 0.7), "not a complete recording"),
     "no frames": (lambda f: _zip(f / "a.r3d"), "no frames"),
     "no sizes": (lambda f: write_record3d(f / "a.r3d", dw=None), "must have dw and dh"),
-    "huge depth": (lambda f: write_record3d(f / "a.r3d", dw=100_000, dh=100_000), "100000 x 100000 pixels"),
+    "huge depth": (lambda f: write_record3d(f / "a.r3d", dw=50_000, dh=100_000), "50000 x 100000 pixels"),
     "endless depth": (lambda f: write_record3d(f / "a.r3d", dw=10**400), "Resize or crop it first"),
     "other depth": (lambda f: write_record3d(f / "a.r3d", dw=40, dh=30), "instead of|does not announce"),
     "no camera": (lambda f: write_record3d(f / "a.r3d", K=[1, 2]), "K of nine numbers"),
