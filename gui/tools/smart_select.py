@@ -110,8 +110,8 @@ class SmartSelectTool(Tool):
         if self._clicks:
             end = f"change {self._name}" if self._label else "make it a block"
             return (
-                f"Click or Shift+drag: add | with Alt: take away | wrong size: Ctrl+wheel or [ ], or drag a box | "
-                f"Enter: {end} | Backspace: remove last | Esc: cancel"
+                f"Enter: {end} | click or Shift+drag: add | with Alt: take away | "
+                f"wrong size: Ctrl+wheel or [ ], or drag a box | Backspace: remove last | Esc: cancel"
             )
         return (
             "Click or drag a box: new block | Shift: add to the selected block | Alt: take away from it | "
