@@ -79,8 +79,8 @@ class SmartSelectTool(Tool):
     after a box, or says why not. Enter makes the selection a block.
 
     The first click starts a new block, also inside the selected one; with Shift or Alt the selection starts as the
-    selected block, to which clicks add or, with Alt, from which they take away, and Enter changes the block. The preview
-    shows what a click would change; it is hatched where a block changes.
+    selected block, to which clicks add or, with Alt, from which they take away, and Enter changes the block. The
+    preview shows what a click would change; it is hatched where a block changes.
     """
 
     options = ("no_block",)
