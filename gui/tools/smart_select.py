@@ -319,14 +319,14 @@ def _start(event: PointerEvent, host: Host) -> int:
 
 def _search(clicks: _Clicks, label: int, host: Host) -> partial[Mask]:
     """Return a function that computes the selection."""
-    start = host.document.labels == label if label else None
-    return partial(_selected, host.document.frame, clicks, start)
+    return partial(_selected, host.document.frame, clicks, host.document.labels == label if label else None)
 
 
 def _selected(frame: RGBDFrame, clicks: _Clicks, start: Mask | None) -> Mask:
     """What a box selects, and then clicks add or take away."""
-    if clicks.box is not None:
-        start = select_region(frame, (), box=clicks.box.getCoords(), steps=clicks.steps, start=start)
+    if (box := clicks.box) is not None:
+        corners = box.left(), box.top(), box.right(), box.bottom()
+        start = select_region(frame, (), box=corners, steps=clicks.steps, start=start)
     if start is not None and not clicks.clicks:
         return start
     steps = [click.steps for click in clicks.clicks if click.inside]
