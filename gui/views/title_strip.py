@@ -102,9 +102,7 @@ class TitleStrip(QWidget):
         """Show the colour bar where it has values, and room beside title and text."""
         bar = self.bar
         least = bar.minimumSizeHint().width()
-        free = (
-            self.width() - self._title_width - self._width_of(self._legend) - 3 * PAD
-        )  # the legend's words come first
+        free = self.width() - self._title_width - self._width_of(self._legend) - 3 * PAD  # the legend comes first
         width = max(least, min(round(_BAR_SHARE * self.width()), bar.sizeHint().width(), free))
         bar.setVisible(bar.levels is not None and self.width() - least - self._text_width >= 2 * _MIN_TITLE_WIDTH)
         bar.setGeometry(self.width() - width - PAD, 0, width, self.height())
