@@ -111,8 +111,8 @@ class ToolsFeature(Feature):
             ),
             Command(
                 "to_no_block",
-                "To &no block",
-                "Assign erased pixels to no block instead of the best-fitting neighbour",
+                "Erase to &no block",
+                "Assign pixels that are taken away to no block instead of the best-fitting neighbour",
                 icon="ph.selection-slash",
                 keys="Ctrl+Shift+E",
                 checkable=True,

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from PySide6.QtCore import QRectF
 from PySide6.QtGui import QPainterPath
 
+from ilf.data.frame import RGBDFrame
 from ilf.segmentation.editing.cleaning import pixels_apart
 from ilf.segmentation.editing.painting import Stroke, erase, give
 from ilf.segmentation.editing.patches import LabelPatch, bounds, patch_between
@@ -77,9 +78,9 @@ class SmartSelectTool(Tool):
     box, with Shift a stroke, which acts like a click. Ctrl+wheel steps to smaller and larger regions, after a click as
     after a box, or says why not. Enter makes the selection a block.
 
-    The first click starts a new block, unless it is in the selected block or with Shift or Alt: then the selection
-    starts as that block, to which clicks add or, with Alt, from which they take away, and Enter changes the block; Ctrl
-    always starts a new one. The preview shows what a click would change; it is hatched where a block changes.
+    The first click starts a new block, also inside the selected one; with Shift or Alt the selection starts as the
+    selected block, to which clicks add or, with Alt, from which they take away, and Enter changes the block. The
+    preview shows what a click would change; it is hatched where a block changes.
     """
 
     options = ("no_block",)
@@ -109,12 +110,12 @@ class SmartSelectTool(Tool):
         if self._clicks:
             end = f"change {self._name}" if self._label else "make it a block"
             return (
-                f"Click or Shift+drag: add | with Alt: take away | wrong size: Ctrl+wheel or [ ], or drag a box | "
-                f"Enter: {end} | Backspace: remove last | Esc: cancel"
+                f"Enter: {end} | click or Shift+drag: add | with Alt: take away | "
+                f"wrong size: Ctrl+wheel or [ ], or drag a box | Backspace: remove last | Esc: cancel"
             )
         return (
-            "Click or drag a box: new block | Shift: add to the selected block | Alt: take away | "
-            "Ctrl: new block in it | Ctrl+wheel or [ ]: smaller or larger"
+            "Click or drag a box: new block | Shift: add to the selected block | Alt: take away from it | "
+            "Ctrl+wheel or [ ]: smaller or larger"
         )
 
     @property
@@ -184,7 +185,7 @@ class SmartSelectTool(Tool):
         host.select([label])
         apart = pixels_apart(before, done, label)
         if apart:
-            host.show_message(f"{disconnected_text(name, apart)} Hold Ctrl at the first click to make a new block.")
+            host.show_message(f"{disconnected_text(name, apart)} Click without Shift to make a new block.")
         return True
 
     def _draw(self, press: Press, event: PointerEvent, host: Host) -> None:
@@ -311,26 +312,25 @@ def _outline(mask: Mask | None) -> QPainterPath:
 
 
 def _start(event: PointerEvent, host: Host) -> int:
-    """The block that a first click in the frame changes; 0 for a new one."""
-    document = host.document
-    if event.ctrl or not document.selected:
-        return 0
-    label = document.selected[0]
-    return label if event.shift or event.alt or document.label_at(event.x, event.y) == label else 0
+    """The block that a first click changes; 0 for a new one."""
+    selected = host.document.selected
+    return selected[0] if selected and (event.shift or event.alt) else 0
 
 
 def _search(clicks: _Clicks, label: int, host: Host) -> partial[Mask]:
     """Return a function that computes the selection."""
-    box, steps = clicks.box, [click.steps for click in clicks.clicks if click.inside]
-    return partial(
-        select_region,
-        host.document.frame,
-        clicks.strokes(inside=True),
-        clicks.strokes(inside=False),
-        None if box is None else (box.left(), box.top(), box.right(), box.bottom()),
-        steps=steps or clicks.steps,
-        start=host.document.labels == label if label else None,
-    )
+    return partial(_selected, host.document.frame, clicks, host.document.labels == label if label else None)
+
+
+def _selected(frame: RGBDFrame, clicks: _Clicks, start: Mask | None) -> Mask:
+    """What a box selects, and then clicks add or take away."""
+    if (box := clicks.box) is not None:
+        corners = box.left(), box.top(), box.right(), box.bottom()
+        start = select_region(frame, (), box=corners, steps=clicks.steps, start=start)
+    if start is not None and not clicks.clicks:
+        return start
+    steps = [click.steps for click in clicks.clicks if click.inside]
+    return select_region(frame, clicks.strokes(inside=True), clicks.strokes(inside=False), steps=steps, start=start)
 
 
 def _difference(before: Mask | None, find: partial[Mask]) -> Mask:

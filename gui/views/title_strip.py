@@ -80,8 +80,12 @@ class TitleStrip(QWidget):
     def title_end(self) -> int:
         """Right end of the title [px from the left], where other items may begin."""
         swatch = _SWATCH + PAD if self._swatch is not None else 0
-        text = self.fontMetrics().horizontalAdvance(self._text) + 2 * PAD if self._text else 0
-        return min(self._title_width, max(self._right - text, _MIN_TITLE_WIDTH + swatch))
+        return min(self._title_width, max(self._right - self._text_width, _MIN_TITLE_WIDTH + swatch))
+
+    @property
+    def _text_width(self) -> int:
+        """Width of the text at the right, with its margins [px]."""
+        return self.fontMetrics().horizontalAdvance(self._text) + 2 * PAD if self._text else 0
 
     @property
     def _title_width(self) -> int:
@@ -95,14 +99,12 @@ class TitleStrip(QWidget):
         return self.width() if self.bar.isHidden() else self.bar.x() - PAD
 
     def _place_bar(self) -> None:
-        """Show the colour bar where it has values and room."""
+        """Show the colour bar where it has values, and room beside title and text."""
         bar = self.bar
         least = bar.minimumSizeHint().width()
-        free = (
-            self.width() - self._title_width - self._width_of(self._legend) - 3 * PAD
-        )  # the legend's words come first
+        free = self.width() - self._title_width - self._width_of(self._legend) - 3 * PAD  # the legend comes first
         width = max(least, min(round(_BAR_SHARE * self.width()), bar.sizeHint().width(), free))
-        bar.setVisible(bar.levels is not None and self.width() - least >= 2 * _MIN_TITLE_WIDTH)
+        bar.setVisible(bar.levels is not None and self.width() - least - self._text_width >= 2 * _MIN_TITLE_WIDTH)
         bar.setGeometry(self.width() - width - PAD, 0, width, self.height())
         self._place_title_widget()
         self.update()
@@ -111,7 +113,7 @@ class TitleStrip(QWidget):
         """Set the text about the picture, at the right."""
         if text != self._text:
             self._text = text
-            self.update()
+            self._place_bar()
 
     def set_legend(self, legend: list[tuple[QBrush, str]]) -> None:
         """Set swatches with their meaning, from left to right: those that have no room are in the tool tip only."""

@@ -55,6 +55,15 @@ def test_a_frame_that_cannot_be_read_leaves_the_open_one_alone(opened, qtbot, re
     assert not opened.loader.busy, "it is open already"
 
 
+def test_another_name_is_typed_over_the_proposed_one(window, qtbot, tmp_path):
+    dialog = SaveAsDialog(tmp_path / "p.ilf", False, [], "", window)
+    dialog.open()
+    qtbot.waitUntil(dialog.path.hasFocus, timeout=WAIT_MS)
+    qtbot.keyClicks(dialog.path, "table")
+    assert dialog.chosen() == tmp_path / "table.ilf"
+    dialog.reject()
+
+
 def test_files_are_taken_as_copies_and_by_the_window_alone(window, qtbot, frame_folder, tmp_path):
     """After a move, the file manager may delete what was dropped."""
     files, move = QMimeData(), Qt.DropAction.MoveAction

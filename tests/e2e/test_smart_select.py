@@ -58,7 +58,7 @@ def test_a_click_and_enter_make_a_block_in_one_undo_step(selecting, qtbot):
 
 
 @pytest.mark.parametrize("how", ["click", "box"])
-def test_after_enter_a_click_outside_starts_a_new_object(selecting, qtbot, how):
+def test_after_enter_a_click_starts_a_new_object(selecting, qtbot, how):
     document = selecting.workspace.current
     height, width = document.labels.shape
     click(selecting, (5, 20))
@@ -114,13 +114,13 @@ def test_the_preview_follows_the_pointer_and_the_wheel_steps_to_the_object(selec
 def test_alt_click_takes_away_backspace_brings_back_and_escape_cancels(selecting, qtbot):
     document = selecting.workspace.current
     before = document.labels.copy()
-    for point, modifier in (((50, 20), CTRL), ((5, 20), None), ((5, 5), ALT)):
-        click(selecting, point, *(() if modifier is None else (modifier,)))
+    for point, modifiers in (((50, 20), ()), ((5, 20), ()), ((5, 5), (ALT,))):
+        click(selecting, point, *modifiers)
         _wait(selecting, qtbot)
     key(selecting, _Key.Key_Backspace)
     _wait(selecting, qtbot)
     assert selecting.editor.busy
-    assert "Enter" in selecting.editor.tool.hint
+    assert selecting.editor.tool.hint.startswith("Enter: make it a block"), "also where the end is elided"
     key(selecting, _Key.Key_Escape)
     assert not selecting.editor.busy
     assert np.array_equal(document.labels, before)
@@ -131,19 +131,30 @@ def test_alt_click_takes_away_backspace_brings_back_and_escape_cancels(selecting
     assert document.labels[20, 50] == document.selected[0] != document.labels[20, 5]
 
 
-def test_with_a_block_selected_alt_click_takes_a_part_away_and_ctrl_makes_a_new_block(selecting, qtbot):
+def test_with_a_block_selected_shift_adds_alt_takes_away_and_a_click_in_it_makes_a_new_block(selecting, qtbot):
     document = selecting.workspace.current
     before, left = document.labels.copy(), int(document.labels[20, 5])
     selecting.workspace.select([left])
-    for point, modifier in (((50, 20), SHIFT), ((50, 20), ALT), ((50, 20), CTRL)):
-        click(selecting, point, modifier)
+    for modifiers, joins in (((SHIFT,), True), ((ALT,), False), ((SHIFT,), True), ((), False)):
+        click(selecting, (50, 20), *modifiers)
         _wait(selecting, qtbot)
         key(selecting, _Key.Key_Return)
-        assert (document.labels[20, 50] == left) == (modifier is SHIFT)
+        assert (document.labels[20, 50] == left) == joins
         assert document.labels[20, 5] == left
         selecting.workspace.select([left])
-    assert document.labels[20, 50] not in before
-    assert document.undo_stack.count() == 3
+    assert document.labels[20, 50] not in {0, *before.flat}
+    assert document.undo_stack.count() == 4
+
+
+def test_a_click_after_a_box_adds_to_what_the_box_selects(selecting, qtbot):
+    height, width = selecting.workspace.current.labels.shape
+    drag(selecting, [(28, 1), (40, 20), (width - 1, height - 1)])
+    _wait(selecting, qtbot)
+    click(selecting, (5, 20))
+    _wait(selecting, qtbot)
+    left, _, right, _ = _shown(selecting)
+    assert left < 5
+    assert right > 50
 
 
 def test_a_stroke_with_shift_acts_like_a_click(selecting, qtbot):

@@ -44,6 +44,7 @@ class SaveAsDialog(QDialog):
         self.setWindowTitle("Save Project As")
         size = f" ({_words(sum(map(_size_of, sources)))})" if len(sources) <= _MAX_SIZED else ""
         self.path = QLineEdit(str(proposed))
+        self.path.setSelection(len(str(proposed)) - len(proposed.name), len(proposed.stem))  # to type another name
         self.path.setMinimumWidth(380)
         self.path.setToolTip(f"The project file; {PROJECT_SUFFIX} is added if it has no suffix")
         browse = QPushButton("&Browse…", autoDefault=False)

@@ -644,6 +644,17 @@ def test_the_legend_has_words_only_and_as_many_as_have_room(views):
     assert all(word in strip.toolTip() for word in words)
 
 
+@pytest.mark.parametrize("width", [420, 640, 1100])
+def test_a_text_about_the_picture_never_covers_its_title(views, width):
+    strip = views.cells["depth-in"].strip
+    views.resize(width, 500)
+    strip.set_text("previous result")
+    right = strip.bar.x() if strip.bar.isVisible() else strip.width()
+    assert strip.title_end + strip.fontMetrics().horizontalAdvance("previous result") <= right
+    strip.set_text("")
+    assert strip.bar.isVisible()
+
+
 def test_handles_have_one_size_on_the_screen_and_never_hide_their_outline(views):
     views.open(np.zeros((HEIGHT, WIDTH, 3), np.uint8), np.full((HEIGHT, WIDTH), 2.0, np.float32))
     turns = np.linspace(0, 2 * np.pi, 12, endpoint=False)
