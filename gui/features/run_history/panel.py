@@ -7,12 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from PySide6.QtCore import QModelIndex, QPoint, QSize, QSortFilterProxyModel
-from PySide6.QtWidgets import (
-    QHBoxLayout,
-    QMenu,
-    QVBoxLayout,
-    QWidget,
-)
+from PySide6.QtWidgets import QHBoxLayout, QVBoxLayout, QWidget
 
 from ilf._runtime.formatting import counted
 from ilf.data.results import BlockResult
@@ -331,12 +326,6 @@ class RunsPanel(Panel):
         return self._why_none() or ("" if len(self.selected()) == 1 else "Select one run first.")
 
     def _show_menu(self, place: QPoint) -> None:
-        menu = QMenu(self.view)
-        menu.setToolTipsVisible(True)
-        for name in _MENU.split():
-            if name == "|":
-                menu.addSeparator()
-            else:
-                menu.addAction(self.context.actions[name])
+        menu = self.context.actions.menu("", self.view, _MENU)
         menu.exec(self.view.viewport().mapToGlobal(place))
         menu.deleteLater()
