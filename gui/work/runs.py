@@ -44,7 +44,7 @@ class RunController(QObject):
         self._all: dict[Document, FrameRuns] = {}
         self._closed: list[FrameRuns] = []
         """Runs of closed frames that have not ended."""
-        workspace.changed.connect(lambda parts: self._cancel_closed() if parts & Part.LIST else None)
+        workspace.on(Part.LIST, self._cancel_closed)
 
     def of(self, document: Document) -> FrameRuns:
         """Return the runs of a frame."""
@@ -196,7 +196,7 @@ class LiveSolver(QObject):
         self._requested: set[int] = set()
         """Blocks of the current frame that were requested since they were last edited."""
         workspace.edited.connect(self._take)
-        workspace.changed.connect(lambda parts: self._turn() if parts & Part.FRAME else None)
+        workspace.on(Part.FRAME, self._turn)
         runs.state_changed.connect(self._go_on)
 
     def _take(self, edit: Edit) -> None:

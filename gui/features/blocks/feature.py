@@ -122,7 +122,6 @@ class BlocksFeature(Panel):
         self.commands = BlockCommands(context.workspace, context.editor)
         super().__init__(context)
         self.commands.message.connect(context.notes.show_message)
-        context.actions.add(self._declared())
         context.views.contextMenuRequested.connect(self._show_menu_at)
         context.loader.busy_changed.connect(self._show_hint)
 
@@ -142,7 +141,7 @@ class BlocksFeature(Panel):
         table.activated.connect(lambda _: self.context.feature(ViewsFeature).zoom_to_blocks())
         return table
 
-    def _declared(self) -> Sequence[Command]:
+    def _commands(self) -> Sequence[Command]:
         do = self.commands
         return (
             Command(

@@ -85,10 +85,9 @@ class ProjectFeature(Feature):
         context.refresh.add(
             "title",
             self._show_title,
-            Part.FRAME | Part.LIST,
+            Part.FRAME | Part.LIST | Part.CONTENT,
             also=(
                 workspace.project_touched,
-                workspace.touched,
                 workspace.undo_group.cleanChanged,
                 self.saving.changed,
             ),

@@ -71,7 +71,6 @@ class RunsPanel(Panel):
     def make(self) -> QWidget:
         """Make the table, with its commands above it as icons."""
         actions = self.context.actions
-        actions.add(self._commands())
         self.model = RunModel(self.context.window)
         self.view = RunView(self.model)
         widget = QWidget()
@@ -291,7 +290,9 @@ class RunsPanel(Panel):
     def selected(self) -> list[StoredRun]:
         """Return the selected runs of the current frame in table order; a hidden table may show another frame."""
         workspace = self.context.workspace
-        there = workspace.current.state.runs if workspace.has_current else ()
+        if not self.made or not workspace.has_current:
+            return []
+        there = workspace.current.state.runs
         rows = sorted(self.view.selectionModel().selectedRows(), key=QModelIndex.row)
         chosen = [self.model.runs[self._proxy.mapToSource(index).row()] for index in rows]
         return [stored for stored in chosen if stored in there]
