@@ -72,12 +72,6 @@ class RunController(RunNews):
         present = self._current
         return set() if present is None else present.queued
 
-    @property
-    def share_done(self) -> float:
-        """Share of the blocks of the current frame's run that are done, 0-1."""
-        present = self._current
-        return 0.0 if present is None else present.share_done
-
     def start(self, only: set[int] | None = None, stepwise: bool = False) -> None:
         """Run all blocks of the current frame, or some; with `stepwise`, one at a time, pausing after each step."""
         self.of(self._workspace.current).start(only, stepwise)
@@ -101,14 +95,6 @@ class RunController(RunNews):
     def toggle_pause(self) -> None:
         """Pause the current frame's run, or resume it."""
         self.of(self._workspace.current).toggle_pause()
-
-    def pause(self) -> None:
-        """Pause the current frame's run after the current iteration."""
-        self.of(self._workspace.current).pause()
-
-    def resume(self) -> None:
-        """Resume the current frame's run."""
-        self.of(self._workspace.current).resume()
 
     def step(self) -> None:
         """Run one iteration of the current frame, then pause: of its run, or of a new one."""

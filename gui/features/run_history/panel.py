@@ -111,7 +111,7 @@ class RunsPanel(Panel):
                 icon="ph.columns",
                 keys="Ctrl+Shift+D",
                 handler=self.compare,
-                needs=Need.FRAME,
+                needs=Need.RUNS,
                 why_off=self._why_none_selected,
             ),
             Command(
@@ -120,7 +120,7 @@ class RunsPanel(Panel):
                 "Set the parameters of the selected run, common and per-block ones; results stay as they are",
                 icon="ph.arrow-u-up-left",
                 handler=self.restore,
-                needs=Need.FRAME,
+                needs=Need.RUNS,
                 why_off=self._why_not_one,
             ),
             Command(
@@ -130,7 +130,7 @@ class RunsPanel(Panel):
                 icon="ph.check-circle",
                 keys="Ctrl+Shift+A",
                 handler=self.accept,
-                needs=Need.FRAME,
+                needs=Need.RUNS,
                 why_off=self._why_not_one,
             ),
             Command(
@@ -139,7 +139,7 @@ class RunsPanel(Panel):
                 "Rename the selected run (F2 in the list)",
                 icon="ph.pencil-simple",
                 handler=lambda: self.edit_cell(Column.NAME),
-                needs=Need.FRAME,
+                needs=Need.RUNS,
                 why_off=self._why_not_one,
             ),
             Command(
@@ -148,7 +148,7 @@ class RunsPanel(Panel):
                 "Edit the note on the selected run",
                 icon="ph.note-pencil",
                 handler=lambda: self.edit_cell(Column.NOTE),
-                needs=Need.FRAME,
+                needs=Need.RUNS,
                 why_off=self._why_not_one,
             ),
             Command(
@@ -157,7 +157,7 @@ class RunsPanel(Panel):
                 "Delete the selected runs (Del in the list)",
                 icon="ph.trash",
                 handler=self.delete,
-                needs=Need.FRAME,
+                needs=Need.RUNS,
                 why_off=self._why_none_selected,
             ),
             Command(
@@ -166,8 +166,7 @@ class RunsPanel(Panel):
                 "Write the list of runs, with all parameters, as CSV",
                 icon="ph.export",
                 handler=self.ask_export,
-                needs=Need.FRAME,
-                why_off=self._why_none,
+                needs=Need.RUNS,
             ),
             Command(
                 "clear_runs",
@@ -175,8 +174,7 @@ class RunsPanel(Panel):
                 "Delete all runs of the frame",
                 icon="ph.backspace",
                 handler=self.clear,
-                needs=Need.FRAME,
-                why_off=self._why_none,
+                needs=Need.RUNS,
             ),
         )
 
@@ -317,14 +315,11 @@ class RunsPanel(Panel):
         else:
             workspace.current.change_run(stored, **{what: value})
 
-    def _why_none(self) -> str:
-        return "" if self.context.workspace.current.state.runs else "There are no runs yet."
-
     def _why_none_selected(self) -> str:
-        return self._why_none() or ("" if self.selected() else "Select a run first.")
+        return "" if self.selected() else "Select a run first."
 
     def _why_not_one(self) -> str:
-        return self._why_none() or ("" if len(self.selected()) == 1 else "Select one run first.")
+        return "" if len(self.selected()) == 1 else "Select one run first."
 
     def _show_menu(self, place: QPoint) -> None:
         menu = self.context.actions.menu("", self.view, _MENU)
