@@ -16,7 +16,6 @@ from ilf.data.camera import Camera
 
 from ..base import theme
 from ..base.commands import Command
-from ..base.needs import Need
 from ..state.document import Document
 from ..state.parts import Part
 from ..state.workspace import Workspace
@@ -138,7 +137,7 @@ class CloudFeature(Feature):
                     checkable=True,
                     held="X",
                     handler=lambda on: self.changed.emit(),
-                    needs=Need.RESULTS,
+                    why_off=self._why_no_raw,
                 ),
                 Command(
                     "cloud_selected_only",
@@ -215,6 +214,10 @@ class CloudFeature(Feature):
             if not request.is_same(self._request):
                 self._request = request
                 self._questions.ask(_Request(request, self._scene_before(request)))
+
+    def _why_no_raw(self) -> str:
+        there = not self._cloud.isVisible() or not self._workspace.has_current
+        return "" if there or self._workspace.current.completion() is not None else "Not available now."
 
     def _turn(self) -> None:
         """Release the data of a frame that is not shown any more."""
