@@ -97,8 +97,9 @@ class CommandAction(QAction):
 
     def enable(self, missing: Need) -> None:
         """Enable the action, given what is missing; what else keeps it off counts only where a button is seen."""
-        buttons = (shown for shown in self.associatedObjects() if isinstance(shown, QToolButton))
-        asked = self._command.why_off is not None and any(button.isVisible() for button in buttons)
+        asked = self._command.why_off is not None and any(
+            isinstance(button, QToolButton) and button.isVisible() for button in self.associatedObjects()
+        )
         self._enable(missing, asked)
 
     def isEnabled(self) -> bool:
