@@ -279,7 +279,7 @@ def test_frames_run_side_by_side(bench, until):
     bench.workspace.show(bench.document)
     assert bench.runs.state is RunState.RUNNING, "the other one alone is held"
     bench.workspace.show(other)
-    bench.runs.of(bench.document).resume()
+    bench.runs.of(other).resume()
     bench.script.allow()
     until(lambda: len(bench.said) == 2)
     assert (set(bench.document.valid_results()), set(other.valid_results())) == ({1, 2}, {2})
