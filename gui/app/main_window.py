@@ -53,6 +53,7 @@ from ..tools.editor import Editor
 from ..views.centre import Centre
 from ..views.cloud.cloud_view import CloudView
 from ..views.linked_views import LinkedViews
+from ..widgets.basics import Late
 from ..widgets.docks import Docks, PanelGroup
 from ..widgets.log_panel import LogPanel
 from ..widgets.notices import Notes
@@ -102,7 +103,7 @@ _FURTHER: tuple[type[Feature], ...] = (
 )
 """Those with panels of their own add them after the standard ones."""
 
-_OF_COMMANDS = ~(Part.STROKE | Part.RECORDS | Part.PREVIEWS | Part.BLOCK_ERRORS)
+_OF_COMMANDS = ~(Part.STROKE | Part.CONTENT | Part.RECORDS | Part.PREVIEWS | Part.BLOCK_ERRORS)
 """The parts on which it depends whether a command can be used."""
 
 
@@ -174,7 +175,7 @@ class MainWindow(QMainWindow):
         parameters = QTabWidget()
         parameters.setDocumentMode(True)
         parameters.addTab(feature(FilterPanel).widget, "Filter")
-        parameters.addTab(feature(ExtractionPanel).widget, "Extraction")
+        parameters.addTab(Late(lambda: feature(ExtractionPanel).widget), "Extraction")
         add = self.panels.add
         FramesFeature(self.context)
         HistoryFeature(self.context)

@@ -5,9 +5,10 @@ from __future__ import annotations
 import html
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from functools import partial
 
 from PySide6.QtGui import QAction, QActionGroup, QIcon, QKeySequence
-from PySide6.QtWidgets import QMainWindow, QMenu, QWidget
+from PySide6.QtWidgets import QMainWindow, QMenu, QToolBar, QToolButton, QWidget
 from shiboken6 import isValid
 
 from . import theme
@@ -49,7 +50,7 @@ class Command:
         What must be there for it.
     why_off : callable, optional
         Given that this is there, returns why the command cannot be used now, as a sentence with what to do first; ""
-        if it can.
+        if it can. It is asked when somebody looks: at a button, as a menu opens, before its key is used.
     """
 
     name: str
@@ -95,14 +96,20 @@ class CommandAction(QAction):
         return sentence(command.needs & self._missing()) or (command.why_off() if command.why_off is not None else "")
 
     def enable(self, missing: Need) -> None:
-        """Enable the action if the command can be used, given what is missing."""
-        command = self._command
-        self.setEnabled(not (command.needs & missing or (command.why_off is not None and command.why_off())))
+        """Enable the action, given what is missing; what else keeps it off counts only where a button is seen."""
+        asked = self._command.why_off is not None and any(
+            isinstance(button, QToolButton) and button.isVisible() for button in self.associatedObjects()
+        )
+        self._enable(missing, asked)
 
     def isEnabled(self) -> bool:
         """Whether the command can be used now, though the last change may not be told yet."""
-        self.enable(self._missing())
+        self._enable(self._missing(), True)
         return super().isEnabled()
+
+    def _enable(self, missing: Need, asked: bool) -> None:
+        needs, why_off = self._command.needs, self._command.why_off
+        self.setEnabled(not (needs & missing or (asked and why_off is not None and why_off())))
 
     def trigger(self) -> None:
         """Use the command if it can be used now."""
@@ -158,6 +165,22 @@ class Actions:
         self._icons[name] = icon
         self._draw_icons({name: icon})
 
+    def menu(self, title: str, parent: QWidget, names: str = "") -> QMenu:
+        """Make a menu of actions, which are on or off as it opens; `names` as of `fill`."""
+        menu = QMenu(title, parent)
+        menu.setToolTipsVisible(True)
+        menu.aboutToShow.connect(partial(_ask, menu))
+        self.fill(menu, names)
+        return menu
+
+    def fill(self, place: QMenu | QToolBar, names: str) -> None:
+        """Add actions by their names to a menu or a bar, with a separator for each "|"."""
+        for name in names.split():
+            if name == "|":
+                place.addSeparator()
+            else:
+                place.addAction(self[name])
+
     def _connect(self, action: CommandAction, command: Command) -> None:
         handler = command.handler
         if handler is None:
@@ -190,6 +213,12 @@ class Actions:
         for name, icon in icons.items():
             if icon:
                 self[name].setIcon(theme.icon(icon, palette))
+
+
+def _ask(menu: QMenu) -> None:
+    """Enable the actions of a menu that can be used now."""
+    for action in menu.actions():
+        action.isEnabled()
 
 
 def why_not(action: QAction) -> str:

@@ -35,6 +35,7 @@ from ..widgets.docks import PanelGroup
 from ..widgets.file_choice import choose_file
 from ..widgets.notices import error_text
 from ..work.jobs import spare_cores
+from .context import Context
 from .documents.frame_files import guide_files
 from .guide_networks import GuideNetworksDialog
 from .panel import Panel
@@ -218,8 +219,7 @@ class AdditionalDepthPanel(Panel):
                 "Complete the frame without a guide",
                 icon="ph.x-circle",
                 handler=self.remove_guide,
-                needs=Need.FRAME,
-                why_off=lambda: "" if self._frame.guide is not None else "This frame has no guide.",
+                needs=Need.GUIDE,
             ),
             Command(
                 "use_neighbours",
@@ -236,24 +236,22 @@ class AdditionalDepthPanel(Panel):
                 "Complete the frame with its own depth alone",
                 icon="ph.x-circle",
                 handler=self.remove_neighbours,
-                needs=Need.FRAME,
-                why_off=lambda: (
-                    "" if self._frame.neighbours is not None else "No depth of neighbours is used in this frame."
-                ),
+                needs=Need.NEIGHBOURS,
             ),
         )
 
-    def make(self) -> QWidget:
+    def __init__(self, context: Context) -> None:
         self._sections: dict[str, _Section] = {}
         self._networks: GuideNetworksDialog | None = None
         """The dialog of networks while it is open."""
         self._told = WeakSet[Document]()
         """Frames whose guide was told of, or loaded here."""
-        actions = self.context.actions
-        actions.add(self._commands())
+        super().__init__(context)
+        context.refresh.add("guide told", self._tell_guide, Part.FRAME | Part.GUIDE)
+
+    def make(self) -> QWidget:
         for name, short in _SHORT.items():
-            actions[name].setIconText(short)
-        self.context.refresh.add("guide told", self._tell_guide, Part.FRAME | Part.GUIDE)
+            self.context.actions[name].setIconText(short)
         self._count, self._step = (
             QSpinBox(minimum=1, maximum=most, value=int(str(QSettings().value(key, usual, int))))
             for key, usual, most in ((_COUNT_KEY, _COUNT, _MAX_COUNT), (_STEP_KEY, _STEP, _MAX_STEP))

@@ -16,14 +16,14 @@ BY_HAND_COMMANDS = ("fill_by_hand", "continue_plane", "nearer_surface", "farther
 def by_hand_commands(context: Context, choose: Callable[[str], None]) -> Sequence[Command]:
     """Return the commands; `choose` makes a tool the active one."""
     editor = context.editor
-    tool = editor.tools["depth_by_hand"]
-    assert isinstance(tool, DepthByHandTool)
 
-    def with_tool(act: Callable[[], None]) -> Callable[[], None]:
+    def with_tool(act: Callable[[DepthByHandTool], None]) -> Callable[[], None]:
         def handler() -> None:
+            tool = editor.tools["depth_by_hand"]
+            assert isinstance(tool, DepthByHandTool)
             if editor.tool is not tool:
                 choose("depth_by_hand")
-            act()
+            act(tool)
 
         return handler
 
@@ -33,7 +33,7 @@ def by_hand_commands(context: Context, choose: Callable[[str], None]) -> Sequenc
             "&Fill with depth",
             "State the depth in the tool bar at all missing depth of the selected blocks",
             icon="ph.paint-bucket",
-            handler=with_tool(lambda: tool.fill(editor)),
+            handler=with_tool(lambda tool: tool.fill(editor)),
             needs=Need.SELECTION,
         ),
         Command(
@@ -42,7 +42,7 @@ def by_hand_commands(context: Context, choose: Callable[[str], None]) -> Sequenc
             "Continue the plane of the known depth in the rectangle, or in the selected blocks, into their holes",
             icon="ph.square-half",
             keys="Ctrl+Shift+U",
-            handler=with_tool(lambda: tool.propose_plane(editor)),
+            handler=with_tool(lambda tool: tool.propose_plane(editor)),
             needs=Need.SELECTION,
         ),
         Command(
@@ -50,7 +50,7 @@ def by_hand_commands(context: Context, choose: Callable[[str], None]) -> Sequenc
             "&Nearer surface",
             "Continue the nearer of the two surfaces around a hole of the selected blocks into it",
             icon="ph.arrow-line-down",
-            handler=with_tool(lambda: tool.propose_surface(editor, nearer=True)),
+            handler=with_tool(lambda tool: tool.propose_surface(editor, nearer=True)),
             needs=Need.SELECTION,
         ),
         Command(
@@ -58,7 +58,7 @@ def by_hand_commands(context: Context, choose: Callable[[str], None]) -> Sequenc
             "F&arther surface",
             "Continue the farther of the two surfaces around a hole of the selected blocks into it",
             icon="ph.arrow-line-up",
-            handler=with_tool(lambda: tool.propose_surface(editor, nearer=False)),
+            handler=with_tool(lambda tool: tool.propose_surface(editor, nearer=False)),
             needs=Need.SELECTION,
         ),
         Command(
@@ -66,7 +66,7 @@ def by_hand_commands(context: Context, choose: Callable[[str], None]) -> Sequenc
             "Remo&ve depth by hand",
             "Remove depth by hand from the selected blocks, or everywhere if none is selected",
             icon="ph.backspace",
-            handler=with_tool(lambda: tool.erase(editor)),
+            handler=with_tool(lambda tool: tool.erase(editor)),
             needs=Need.BY_HAND,
         ),
     )

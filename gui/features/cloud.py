@@ -117,7 +117,6 @@ class CloudFeature(Feature):
         self._workspace = workspace = context.workspace
         self._cloud = cloud = context.cloud
         self._views = views = context.views
-        self._has_raw = True
         """Whether raw depth can be shown instead of completed depth."""
         context.actions.add(
             (
@@ -138,7 +137,7 @@ class CloudFeature(Feature):
                     checkable=True,
                     held="X",
                     handler=lambda on: self.changed.emit(),
-                    why_off=lambda: "" if self._has_raw else "Not available now.",
+                    why_off=self._why_no_raw,
                 ),
                 Command(
                     "cloud_selected_only",
@@ -167,6 +166,7 @@ class CloudFeature(Feature):
         self.links = CloudLinks(workspace, context.editor, cloud.canvas, views, self._shows_present)
         errors = context.feature(ErrorFeature)
         errors.watch(lambda: cloud.isVisible() and cloud.colour_by is ColourBy.EXPECTED)
+        workspace.on(Part.FRAME, self._turn)
         context.refresh.add(
             "cloud",
             self.show,
@@ -183,6 +183,7 @@ class CloudFeature(Feature):
             | Part.PROPOSAL
             | Part.ITERATION,
             deferred_on=Part.SOME_RESULTS,
+            when=cloud.isVisible,
             also=(
                 *(self.changed, views.shownChanged, context.centre.turned),
                 *(cloud.colours_changed, views.ranges.changed),
@@ -199,19 +200,11 @@ class CloudFeature(Feature):
         if self.context.refresh.changed("cloud") & (Part.FRAME | Part.LABELS | Part.STROKE | Part.INFOS):
             self._blocks = None
         document = self._workspace.current if self._workspace.has_current else None
-        if self._request is not None and (document is None or document.key != self._request.key):
-            self._drop()  # release the data of closed frames
-        if not self._cloud.isVisible():
-            return
         if document is None:
             self._cloud.set_message()
             self._cloud.set_unavailable({})
             return
         self._cloud.set_unavailable(self._unavailable(document))
-        has_raw = document.completion() is not None
-        if has_raw != self._has_raw:
-            self._has_raw = has_raw
-            self.context.actions.refresh()
         if document.frame.intrinsics is None:
             self._drop(_NO_INTRINSICS)
         elif self._cloud.chosen_only.isChecked() and not document.selected:
@@ -221,6 +214,16 @@ class CloudFeature(Feature):
             if not request.is_same(self._request):
                 self._request = request
                 self._questions.ask(_Request(request, self._scene_before(request)))
+
+    def _why_no_raw(self) -> str:
+        there = not self._cloud.isVisible() or not self._workspace.has_current
+        return "" if there or self._workspace.current.completion() is not None else "Not available now."
+
+    def _turn(self) -> None:
+        """Release the data of a frame that is not shown any more."""
+        document = self._workspace.current if self._workspace.has_current else None
+        if self._request is not None and (document is None or document.key != self._request.key):
+            self._drop()
 
     def shutdown(self) -> bool:
         """Stop permanently before the window closes. True if the threads have ended."""

@@ -292,46 +292,42 @@ class ColourRange(Panel):
         views = context.views
         context.feature(ViewsFeature).bar.add_entry(context.actions["fit_range"])
         context.refresh.add("range_lock", self._show_lock, Part.FRAME, also=(views.rangeChanged, views.shownChanged))
-        for signal in (views.rangeChanged, views.shownChanged):
-            signal.connect(self.redraw)
+
+    def _commands(self) -> Sequence[Command]:
+        return (
+            Command(
+                "show_range",
+                "Colour &range",
+                "Open the histogram of the shown values with the limits of the colour range",
+                icon="ph.chart-bar",
+                keys="Ctrl+Shift+G",
+                handler=self.reveal,
+            ),
+            Command(
+                "fit_range",
+                "Colour range from &selection or view",
+                "Set the colour range to the values of the selected blocks, or of the visible part of the view",
+                icon="ph.arrows-out-line-vertical",
+                keys="Ctrl+Alt+G",
+                handler=self.fit,
+                why_off=self._why_no_range,
+            ),
+            Command(
+                "lock_range",
+                "Loc&k colour range",
+                "Keep the colour range in all views, for all runs and frames",
+                icon="ph.lock",
+                checkable=True,
+                handler=self._set_lock,
+                why_off=self._why_no_range,
+            ),
+        )
 
     def make(self) -> RangePanel:
-        """Make the panel and its commands."""
-        actions = self.context.actions
-        self._has_range = True
-        """Whether the active view has a range."""
-        actions.add(
-            (
-                Command(
-                    "show_range",
-                    "Colour &range",
-                    "Open the histogram of the shown values with the limits of the colour range",
-                    icon="ph.chart-bar",
-                    keys="Ctrl+Shift+G",
-                    handler=self.reveal,
-                ),
-                Command(
-                    "fit_range",
-                    "Colour range from &selection or view",
-                    "Set the colour range to the values of the selected blocks, or of the visible part of the view",
-                    icon="ph.arrows-out-line-vertical",
-                    keys="Ctrl+Alt+G",
-                    handler=self.fit,
-                    why_off=lambda: "" if self._has_range else "Not available now.",
-                ),
-                Command(
-                    "lock_range",
-                    "Loc&k colour range",
-                    "Keep the colour range in all views, for all runs and frames",
-                    icon="ph.lock",
-                    checkable=True,
-                    handler=self._set_lock,
-                    why_off=lambda: "" if self._has_range else "Not available now.",
-                ),
-            )
-        )
-        self._lock = actions["lock_range"]
-        panel = RangePanel([actions["fit_range"], self._lock])
+        actions, views = self.context.actions, self.context.views
+        for signal in (views.rangeChanged, views.shownChanged):
+            signal.connect(self.redraw)
+        panel = RangePanel([actions["fit_range"], actions["lock_range"]])
         panel.modeChosen.connect(self._set_mode)
         panel.levelsSet.connect(self._set_levels)
         panel.mapChosen.connect(self.context.views.ranges.set_depth_map)
@@ -354,14 +350,14 @@ class ColourRange(Panel):
         cell = self.context.views.ranged
         return self.context.workspace.has_current and bool(cell.range_kind) and cell.bar.levels is not None
 
+    def _why_no_range(self) -> str:
+        return "" if self._is_there() else "Not available now."
+
     def _show_lock(self) -> None:
-        """Show whether the range is locked, and whether there is one."""
-        views, there = self.context.views, self._is_there()
-        with QSignalBlocker(self._lock):
-            self._lock.setChecked(there and views.ranges.of(views.ranged.range_kind).locked)
-        if there != self._has_range:
-            self._has_range = there
-            self.context.actions.refresh()
+        """Show whether the range is locked."""
+        views, lock = self.context.views, self.context.actions["lock_range"]
+        with QSignalBlocker(lock):
+            lock.setChecked(self._is_there() and views.ranges.of(views.ranged.range_kind).locked)
 
     def fit(self) -> None:
         """Set the range of the active view to the values of the selected blocks, or of its visible part."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -99,8 +100,6 @@ class DerivedPresenter(QObject):
             self._tell("guide")
         else:
             self._ask("guide", (frame,), lambda: _fitted(frame))
-        if self._views.shows("spectrum"):
-            self._ask_spectrum(document)
 
     def _ask(self, name: str, key: tuple[Any, ...], find: Callable[[], Any]) -> None:
         """Request derived data unless it is there or pending."""
@@ -125,7 +124,11 @@ class DerivedPresenter(QObject):
         if self._needs(name, request) and self._document is not None and self._workspace.is_shown(self._document):
             self._views.show_found(**{name: answer})
 
-    def _ask_spectrum(self, document: Document) -> None:
+    def show_spectrum(self) -> None:
+        """Request the spectrum of the selected block."""
+        if not self._workspace.has_current:
+            return
+        document = self._workspace.current
         label = self._workspace.chosen
         result = document.valid_results().get(label)
         if not label:
@@ -173,7 +176,6 @@ class CompareFeature(Feature):
         self._replaced: dict[str, str] = {}
         """Content of a view before the result replaced it: name of its cell -> content."""
         self.derived.failed.connect(lambda error: context.notes.report("View content", error))
-        compared = Part.FRAME | Part.HISTORY | Part.COMPARED | Part.GROUND_TRUTH
         inputs = Part.FRAME | Part.LABELS | Part.INVALID_MASK | Part.GUIDE | Part.NEIGHBOURS
         add = context.refresh.add
         # an edit must show its effect on the result
@@ -181,9 +183,16 @@ class CompareFeature(Feature):
         add(
             "derived",
             self.derived.show,
-            compared | inputs | Part.RESULTS | Part.SELECTION,
+            Part.FRAME | Part.LABELS | Part.INVALID_MASK | Part.GUIDE | Part.NEIGHBOURS,
+            also=(views.shownChanged,),
+        )
+        add(
+            "spectrum",
+            self.derived.show_spectrum,
+            Part.FRAME | Part.LABELS | Part.RESULTS | Part.SELECTION,
             Part.SOME_RESULTS,
             also=(views.shownChanged,),
+            when=partial(views.shows, "spectrum"),
         )
         views.layoutChanged.connect(self._follow_layout)
 

@@ -22,7 +22,6 @@ from ..views.curves.curve import Curve
 from ..views.curves.panel import EMPTY_TEXT, CurvesPanel
 from ..widgets.docks import PanelGroup
 from ..work.frame_runs import RunState
-from .context import Context
 from .panel import Panel
 
 MAX_CURVES = 8
@@ -58,20 +57,19 @@ class CurvesFeature(Panel):
     what = "earlier iteration"
     widget: CurvesPanel
 
-    def __init__(self, context: Context) -> None:
-        super().__init__(context)
+    def make(self) -> CurvesPanel:
+        context = self.context
+        panel = CurvesPanel(context.panels.persistent)
         self._workspace = workspace = context.workspace
         self._state = context.runs.state
-        self._bar = bar = self.widget.scrub_bar
+        self._bar = bar = panel.scrub_bar
         bar.moved.connect(lambda _: self._show_iteration())
         workspace.about_to_change.connect(bar.go_to_end)
         context.runs.state_changed.connect(self._follow_run)
         edits = Part.LABELS | Part.STROKE | Part.INVALID_MASK | Part.GUIDE | Part.NEIGHBOURS
         context.refresh.add("current iteration", bar.go_to_end, edits)
         context.refresh.add("earlier iteration", self._show_again, Part.RESULTS | Part.PARAMETERS, self.deferred)
-
-    def make(self) -> CurvesPanel:
-        return CurvesPanel(self.context.panels.persistent)
+        return panel
 
     def refresh(self, parts: Part) -> None:
         """Draw the curves; those already shown are extended. Update the range and tool tip of the slider."""

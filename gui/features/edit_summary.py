@@ -223,7 +223,10 @@ class EditSummaryPresenter(QObject):
         self._questions.failed.connect(lambda question, error: self._say(question, None, f"not evaluated: {error}"))
         workspace.about_to_change.connect(self._note_idle)
         workspace.edited.connect(self._take)
-        workspace.changed.connect(self._follow)
+        workspace.on(Part.FRAME, self._turn)
+        workspace.on(Part.REPLACED, self._forget)
+        workspace.on(Part.GROUND_TRUTH, self._ask_again)
+        workspace.on(Part.PARAMETERS | Part.RESULTS, self._go_on)
         runs.state_changed.connect(self._go_on)
         line.clear(workspace.has_current)
 
@@ -269,14 +272,10 @@ class EditSummaryPresenter(QObject):
         self._line.show_message(_title(edit), EditSummary(int(np.count_nonzero(patch.before != patch.after))))
         self._go_on()
 
-    def _follow(self, parts: Part) -> None:
-        edited = self._change is not None and self._workspace.is_shown(self._change.document)
-        if parts & Part.REPLACED or (parts & Part.FRAME and not edited):
+    def _turn(self) -> None:
+        """Forget the edit of a frame that is not shown any more."""
+        if self._change is None or not self._workspace.is_shown(self._change.document):
             self._forget()
-        if parts & Part.GROUND_TRUTH:
-            self._ask_again()
-        if parts & (Part.PARAMETERS | Part.RESULTS):
-            self._go_on()
 
     def _take_other(self, title: str, count: int) -> None:
         """Show what an edit of depth leaves, in pixels; the state before it can be viewed."""

@@ -67,8 +67,10 @@ class ExtractionPanel(Panel):
     parts = Part.FRAME | Part.EXTRACTION | Part.LABELS | Part.INFOS
     what = "extraction"
 
-    visible = True
-    """Its view is elsewhere, and its summary is a line: drawn also behind another tab."""
+    @property
+    def visible(self) -> bool:
+        """Whether the panel or its view is visible."""
+        return super().visible or self.context.views.shows("stage")
 
     def __init__(self, context: Context) -> None:
         self._board = context.views.extraction
@@ -82,6 +84,8 @@ class ExtractionPanel(Panel):
         self._found: FoundBlocks | None = None
         """The extraction in the view."""
         self._failure = ""
+        self._previews = True
+        """Whether the view follows the parameters."""
         super().__init__(context)
         self._slow = QTimer(self, singleShot=True, interval=_SLOW_MS)
         self._slow.timeout.connect(lambda: self._board.show_text("Extracting…"))
@@ -95,16 +99,15 @@ class ExtractionPanel(Panel):
     def make(self) -> QWidget:
         """Make the form, with the commands and the summary above it."""
         context = self.context
-        context.actions.add(self._commands())
         button = command_button(context.actions["extract"], TEXT_BESIDE_ICON)
-        self._preview = QCheckBox("Preview")
-        self._preview.setChecked(True)
-        self._preview.setToolTip(
+        preview = QCheckBox("Preview")
+        preview.setChecked(self._previews)
+        preview.setToolTip(
             "Update the view of the extraction as the parameters below change; the frame's blocks stay as they are"
         )
-        self._preview.clicked.connect(self._switch_preview)
+        preview.clicked.connect(self._switch_preview)
         keep = QCheckBox("Keep blocks made by hand")
-        keep.setChecked(True)
+        keep.setChecked(context.workspace.parameters.keeps_handmade)
         keep.setToolTip(
             "Keep the blocks that you drew, enlarged, merged or erased from when blocks are extracted again; locked "
             "blocks are always kept"
@@ -117,7 +120,7 @@ class ExtractionPanel(Panel):
         self.form = ParameterForm(BlockParameters)
         self.form.set_base(BlockParameters())
         self.form.changed.connect(context.workspace.parameters.set_extraction)
-        row = lay_out(QHBoxLayout(), button, self._preview, None, spacing=10)
+        row = lay_out(QHBoxLayout(), button, preview, None, spacing=10)
         widget = QWidget()
         lay_out(QVBoxLayout(widget), row, keep, self._summary, self.form, margins=(8, 8, 4, 4), stretched=self.form)
         return widget
@@ -169,7 +172,8 @@ class ExtractionPanel(Panel):
     def refresh(self, parts: Part) -> None:
         """Update the picture and the summary from frame, parameters and stage."""
         workspace = self.context.workspace
-        self.form.set_parameters(workspace.parameters.extraction)
+        if self.made:
+            self.form.set_parameters(workspace.parameters.extraction)
         frame = workspace.current.frame if workspace.has_current else None
         if frame is not self._frame:
             self._frame, self._drawn, self._found, self._failure = frame, None, None, ""
@@ -183,7 +187,7 @@ class ExtractionPanel(Panel):
     def _ask_stage(self, frame: RGBDFrame) -> None:
         """Ask for the picture of the shown stage, unless the view shows it."""
         document = self.context.workspace.current
-        if self._preview.isChecked():
+        if self._previews:
             parameters: BlockParameters | None = self.context.workspace.parameters.extraction
         elif self._held is not None and self._held.frame is frame:
             parameters = self._held.parameters
@@ -246,6 +250,7 @@ class ExtractionPanel(Panel):
             views.set_layout(LAYOUT)
 
     def _switch_preview(self, on: bool) -> None:
+        self._previews = on
         if on:
             self.show_view()
         self.redraw()
@@ -266,12 +271,14 @@ class ExtractionPanel(Panel):
     def _describe(self) -> None:
         """Show the summary of the parameters' result in the panel, with the blocks that are kept; or a link to the
         layout that shows that result."""
+        if not self.made:
+            return
         colours = theme.colours(self.widget.palette())
         shown, workspace = self.context.views.shows("stage"), self.context.workspace
         lines: list[tuple[str, str]] = []
         if self._frame is None or not workspace.has_current:
             pass
-        elif not shown and self._preview.isChecked():
+        elif not shown and self._previews:
             if workspace.current.blocks.extraction != workspace.parameters.extraction:
                 layout = html.escape(LAYOUT_TEXTS[LAYOUT])
                 link = f'<a href="view" style="color: {colours.accent.name()}">{layout}</a>'
@@ -289,7 +296,7 @@ class ExtractionPanel(Panel):
 
     def _text(self, found: FoundBlocks) -> str:
         workspace = self.context.workspace
-        if self._preview.isChecked():
+        if self._previews:
             title = "Preview"
         else:
             fits = found.parameters == workspace.parameters.extraction

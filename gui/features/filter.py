@@ -64,7 +64,7 @@ class FilterPanel(Panel):
     parameters that it shows, and puts those first that change this frame most.
     """
 
-    title, icon, group = "Filter", "ph.sliders-horizontal", None
+    title, icon, group, open_at_first = "Filter", "ph.sliders-horizontal", None, True
     parts = _SHOWN | Part.RESULTS | _OTHER_DEPTH
     what = "trial of parameters"
 
@@ -80,7 +80,6 @@ class FilterPanel(Panel):
     def make(self) -> QWidget:
         """Make the rows of preset, blocks and frames, and the form."""
         actions = self.context.actions
-        actions.add(self._commands())
         self.presets = PresetBox(self.context, lambda: self.shown)
         self.presets.chosen.connect(self._choose_preset)
         self.presets.changed.connect(self._take_presets)
@@ -189,7 +188,10 @@ class FilterPanel(Panel):
         scope, parameters = self.for_selected, self.shown
         for button in self._own_buttons:
             button.setVisible(scope)
-        self._choices.setRowVisible(self.frames, len(workspace.entries) > 1)
+        several = len(workspace.entries) > 1
+        self._choices.setRowVisible(self.frames, several)
+        if several:
+            self.frames.show_present()
         self._bases[scope] = self.presets.show_parameters(parameters, self._bases[scope])
         shared = workspace.parameters.shared
         if scope:
@@ -199,7 +201,6 @@ class FilterPanel(Panel):
         else:
             self.form.set_base(self.presets.parameters(self._bases[scope]))
         self.form.set_parameters(parameters)
-        self.frames.show_present()
 
     # changes
 

@@ -79,7 +79,7 @@ class ToolColumn(_Bar):
     def __init__(self, actions: Actions, window: QWidget) -> None:
         super().__init__("Tool column", actions["only_icons"], window)
         self.setOrientation(Qt.Orientation.Vertical)
-        _fill(self, entries(actions, _TOOLS))
+        actions.fill(self, _TOOLS)
         small = self.font()
         small.setPointSizeF(_SMALL * small.pointSizeF())
         for button in self.findChildren(QToolButton):
@@ -93,7 +93,7 @@ class ToolBar(_Bar):
 
     def __init__(self, actions: Actions, options: OptionsRow, window: QWidget) -> None:
         super().__init__("Tools", actions["only_icons"], window)
-        _fill(self, entries(actions, "open export | run live | undo redo"))
+        actions.fill(self, "open export | run live | undo redo")
         self._undo = [self.widgetForAction(actions[name]) for name in ("undo", "redo")]
         self._options = self.addWidget(options)
         for name in ("pause", "step", "cancel", "run_selected", "merge_blocks", "delete_blocks"):
@@ -126,40 +126,25 @@ class ToolBar(_Bar):
 def fill_menu_bar(bar: QMenuBar, actions: Actions, views: LinkedViews, toggles: Iterable[QAction]) -> None:
     """Create all menus; `toggles` show and hide the docks."""
     for title, names in _MENUS.items():
-        _fill(bar.addMenu(title), entries(actions, names))
-    view = bar.addMenu("&View")
-    _fill(
-        view,
-        entries(
-            actions,
-            f"fit one_to_one zoom_block show_before_edit | {_GOING} | full_screen",
-        ),
-    )
-    playing = view.addMenu("&Play the frames")
-    _fill(playing, entries(actions, f"play_frames | {_SPEEDS} | play_loop play_completed"))
+        bar.addMenu(actions.menu(title, bar, names))
+    view = actions.menu("&View", bar, f"fit one_to_one zoom_block show_before_edit | {_GOING} | full_screen")
+    bar.addMenu(view)
+    view.addMenu(actions.menu("&Play the frames", view, f"play_frames | {_SPEEDS} | play_loop play_completed"))
     view.addSeparator()
-    panels = view.addMenu("Pa&nels")
-    panels.setToolTipsVisible(True)
+    panels = actions.menu("Pa&nels", view)
     panels.addActions(list(toggles))
-    _fill(view, entries(actions, "toggle_panels film_strip only_icons |"))
-    _fill(view, entries(actions, "view_content reset_contents"))
+    view.addMenu(panels)
+    actions.fill(view, "toggle_panels film_strip only_icons | view_content reset_contents")
     view.addMenu(_compare_menu(actions, views, view))
     view.addSeparator()
-    _fill(view, entries(actions, "contours_only block_names show_missing shuffle_colours"))
-    _fill(view, entries(actions, "cloud_beside cloud_raw cloud_selected_only"))
-    view.addSeparator()
+    actions.fill(view, "contours_only block_names show_missing shuffle_colours")
+    actions.fill(view, "cloud_beside cloud_raw cloud_selected_only |")
     view.addMenu(_layout_menu(views, view))
-    stages = view.addMenu("&Stage of the extraction")
-    _fill(stages, entries(actions, " ".join(f"stage_{name}" for name in STAGES)))
+    view.addMenu(actions.menu("&Stage of the extraction", view, " ".join(f"stage_{name}" for name in STAGES)))
     view.addMenu(_depth_map_menu(views, view))
-    _fill(view, entries(actions, "show_range fit_range lock_range"))
+    actions.fill(view, "show_range fit_range lock_range")
     view.addMenu(_theme_menu(view))
-    _fill(bar.addMenu("&Help"), entries(actions, "palette shortcuts | about"))
-
-
-def entries(actions: Actions, names: str) -> list[QAction | None]:
-    """Return actions by their names, None for "|" (a separator)."""
-    return [None if name == "|" else actions[name] for name in names.split()]
+    bar.addMenu(actions.menu("&Help", bar, "palette shortcuts | about"))
 
 
 def insert_menu(bar: QMenuBar, menu: QMenu, after: QAction) -> None:
@@ -171,16 +156,6 @@ def insert_menu(bar: QMenuBar, menu: QMenu, after: QAction) -> None:
             holder.insertMenu(entries[entries.index(after) + 1], menu)
             return
     raise ValueError(f"no menu contains {after.text()!r}, or it is the last entry")
-
-
-def _fill(menu: QMenu | QToolBar, actions: Iterable[QAction | None]) -> None:
-    if isinstance(menu, QMenu):
-        menu.setToolTipsVisible(True)
-    for action in actions:
-        if action is None:
-            menu.addSeparator()
-        else:
-            menu.addAction(action)
 
 
 def _choices(menu: QMenu, texts: Mapping[str, str], chosen: str) -> dict[str, QAction]:
@@ -197,8 +172,7 @@ def _choices(menu: QMenu, texts: Mapping[str, str], chosen: str) -> dict[str, QA
 
 
 def _compare_menu(actions: Actions, views: LinkedViews, parent: QMenu) -> QMenu:
-    menu = QMenu("Co&mpare two depths", parent)
-    _fill(menu, entries(actions, "compare_two swipe blink | swap_sides"))
+    menu = actions.menu("Co&mpare two depths", parent, "compare_two swipe blink | swap_sides")
     for side in (0, 1):
         menu.addMenu(SidesMenu(views, side, menu))
     return menu

@@ -5,8 +5,6 @@ from __future__ import annotations
 from importlib.util import find_spec
 from typing import TYPE_CHECKING
 
-from PySide6.QtWidgets import QMenu
-
 from ..base import theme
 from ..base.commands import Command
 from ..base.needs import Need
@@ -19,8 +17,6 @@ if TYPE_CHECKING:
     from .live import LiveFeature
     from .palette.palette import PaletteFeature
     from .sweep.feature import SweepFeature
-
-_PLAY = "play_recording", "play_folder", "play_camera"
 
 
 class OnUseFeature(Feature):
@@ -111,10 +107,8 @@ class OnUseFeature(Feature):
 
     def begin(self) -> None:
         """Insert the menu *Play live*."""
-        menu = QMenu("Play &live", self.context.window)
+        menu = self.context.actions.menu("Play &live", self.context.window, "play_recording play_folder play_camera")
         menu.setIcon(theme.icon("ph.play-circle", menu.palette()))
-        menu.setToolTipsVisible(True)
-        menu.addActions([self.context.actions[name] for name in _PLAY])
         insert_menu(self.context.window.menuBar(), menu, self.context.actions["open_sample"])
 
     def _sweep(self) -> SweepFeature:

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from functools import cached_property
 from typing import Any, ClassVar
 
 from PySide6.QtCore import QEvent, QObject
 from PySide6.QtWidgets import QWidget
 
+from ..base.commands import Command
 from ..state.parts import NO_PART, Part
+from ..widgets.basics import Late
 from ..widgets.docks import PanelGroup
 from ..widgets.work_row import WorkRow
 from ..work.latest_request import LatestRequest
@@ -17,8 +21,8 @@ from .context import Context, Feature
 class Panel(Feature):
     """A panel of the window: a widget in a dock, drawn only while it is visible.
 
-    A subclass declares the attributes, adds its commands, makes its widget in `make` and draws it in `refresh`. What
-    takes time it asks for: `compute` answers in a worker thread, `take` shows the answer.
+    A subclass declares the attributes and its commands, makes its widget in `make`, when it is first shown, and draws
+    it in `refresh`. What takes time it asks for: `compute` answers in a worker thread, `take` shows the answer.
 
     Attributes
     ----------
@@ -31,10 +35,9 @@ class Panel(Feature):
     deferred : Part
         Those that change several times a second by themselves, as in a run: it is drawn when there is time.
     open_at_first : bool
-        Whether it is open at the first start.
+        Whether it is open at the first start; it is made at once then.
     what : str
         What is computed, as in "hold-out test": named beside the progress and in errors.
-    widget : QWidget
     work : WorkRow
         Progress of the computation, with *Cancel*, from the first share on that `compute` yields; a panel whose
         `compute` does so places it in its widget.
@@ -53,14 +56,38 @@ class Panel(Feature):
         self._requests = LatestRequest[Any, Any](self.compute, self)
         self._requests.answered.connect(self.take)
         self._requests.failed.connect(self.fail)
-        self.work = WorkRow(self.what)
-        self.widget = self.make()
-        if self.work.parentWidget() is not None:  # else it would open as a window
-            self.work.follow(self._requests)
-        self.widget.installEventFilter(self)
+        context.actions.add(self._commands())
         if self.group is not None:
-            context.panels.add(self.title, self.widget, self.group, self.icon, self.open_at_first)
+            context.panels.add(self.title, self._in_dock(), self.group, self.icon, self.open_at_first)
         context.refresh.add(self.title, self._draw, self.parts, self.deferred)
+        if self.open_at_first:
+            _ = self.widget
+
+    def _in_dock(self) -> QWidget:
+        """Return what its dock contains."""
+        return Late(lambda: self.widget)
+
+    @cached_property
+    def work(self) -> WorkRow:
+        work = WorkRow(self.what)
+        work.follow(self._requests)
+        return work
+
+    @cached_property
+    def widget(self) -> QWidget:
+        """Its content, made when it is first shown or asked for."""
+        widget = self.make()
+        widget.installEventFilter(self)
+        return widget
+
+    @property
+    def made(self) -> bool:
+        """Whether it was shown before."""
+        return "widget" in vars(self)
+
+    def _commands(self) -> Sequence[Command]:
+        """Return its commands."""
+        return ()
 
     def make(self) -> QWidget:
         """Make the widget of the panel."""
@@ -86,7 +113,7 @@ class Panel(Feature):
     @property
     def visible(self) -> bool:
         """Whether the panel is open, in front of the other tabs of its place."""
-        return self.widget.isVisible()
+        return self.made and self.widget.isVisible()
 
     @property
     def busy(self) -> bool:
@@ -95,6 +122,7 @@ class Panel(Feature):
 
     def reveal(self) -> None:
         """Open the panel in front of the other tabs of its place."""
+        _ = self.widget  # made even if the window is not shown yet
         self.context.panels.reveal(self.title)
 
     def redraw(self) -> None:
@@ -121,7 +149,7 @@ class Panel(Feature):
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         """Draw what has changed while the panel was not visible."""
         if watched is self.widget and event.type() == QEvent.Type.Show:
-            self.redraw()
+            self.context.refresh.mark(self.title, "commands")  # its buttons are seen now
         return super().eventFilter(watched, event)
 
     def _draw(self) -> None:

@@ -14,7 +14,6 @@ from PySide6.QtWidgets import (
     QHBoxLayout,
     QInputDialog,
     QLineEdit,
-    QMenu,
     QMessageBox,
     QToolButton,
     QVBoxLayout,
@@ -105,8 +104,7 @@ class PresetBox(Themed, QWidget):
         self.names.currentIndexChanged.connect(lambda _: context.actions.refresh())
         commands = self._commands()
         context.actions.add(commands)
-        menu = QMenu(self)
-        menu.addActions([context.actions[command.name] for command in commands])
+        menu = context.actions.menu("", self, " ".join(command.name for command in commands))
         self._menu_button = QToolButton(autoRaise=True)
         self._menu_button.setAccessibleName("Own presets")
         self._menu_button.setToolTip("Save, rename, delete, import or export presets of your own")

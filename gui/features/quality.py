@@ -176,7 +176,6 @@ class QualityPanel(Panel):
     def make(self) -> QWidget:
         """Make the marks in the views, and the lines of the panel."""
         actions = self.context.actions
-        actions.add(self._commands())
         self._marks, self._suggested = [
             [HaloPath(_WIDTH, _COLOUR, _HALO, _HEIGHT) for _ in self.context.views.cells] for _ in range(2)
         ]
@@ -213,13 +212,13 @@ class QualityPanel(Panel):
             margins=(8, 6, 8, 6),
         )
         self._show_suggestion("")
+        for changed in (self.context.editor.hint_changed, self.context.editor.tool_changed):
+            changed.connect(self._show_remedy)
         return widget
 
     def begin(self) -> None:
         """Connect the key that applies the remedy, unless the tool needs it, as its hint says."""
         self.context.feature(ToolsFeature).keys.on_enter(lambda: self.visible and self.apply())
-        for changed in (self.context.editor.hint_changed, self.context.editor.tool_changed):
-            changed.connect(self._show_remedy)
 
     def _commands(self) -> Sequence[Command]:
         return (

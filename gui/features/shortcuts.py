@@ -419,15 +419,22 @@ class ShortcutsFeature(Feature):
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         """Say why a command cannot be used if its keys are pressed: nothing in the window has used them."""
-        if isinstance(event, QKeyEvent) and event.type() == QEvent.Type.KeyPress and not event.isAutoRepeat():
-            pressed = QKeySequence(event.keyCombination())
-            for action in self.context.window.actions():
-                if pressed in action.shortcuts() and not action.isEnabled():
-                    self.context.notes.show_message(f"{plain(action.text())}: {why_not(action)}")
-                    return True
-        elif event.type() == QEvent.Type.ShortcutOverride:
-            self.context.refresh.now()  # the key finds the commands as they are after the last change
+        if not isinstance(event, QKeyEvent):
+            return False
+        if event.type() == QEvent.Type.ShortcutOverride:
+            self.context.refresh.now()
+            self._commands_off(event)  # the key finds the commands as they are after the last change
+        elif event.type() == QEvent.Type.KeyPress and not event.isAutoRepeat():
+            for action in self._commands_off(event):
+                self.context.notes.show_message(f"{plain(action.text())}: {why_not(action)}")
+                return True
         return False
+
+    def _commands_off(self, event: QKeyEvent) -> list[QAction]:
+        """Return the commands of a key that cannot be used now."""
+        pressed = QKeySequence(event.keyCombination())
+        actions = self.context.window.actions()
+        return [action for action in actions if pressed in action.shortcuts() and not action.isEnabled()]
 
     def _ask(self) -> None:
         if self.keymap is not None:

@@ -77,8 +77,8 @@ class ViewsFeature(Feature):
                 ),
             )
         )
-        shown = ("contours_only", "block_names", "show_missing", "fit")
-        self.bar = ViewBar(views, context.centre, [context.actions[name] for name in shown])
+        menu = context.actions.menu("", context.window, "contours_only block_names show_missing fit")
+        self.bar = ViewBar(views, context.centre, menu)
         refresh = context.refresh
         refresh.add("pictures", lambda: views.refresh(refresh.changed("pictures")), ALL_READ, ALL_READ_LATER)
         refresh.add("blocks", lambda: views.blocks.draw(refresh.changed("blocks")), BLOCK_PARTS)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 from PySide6.QtCore import QObject, Qt, Signal
@@ -40,8 +41,13 @@ class Changes(QObject):
         super().__init__(parent)
         self._shown: Any = None
         self._parts = NO_PART
+        self._listeners: list[tuple[Part, Callable[[], None]]] = []
         # not a timer with interval 0: the next user input would be handled before it
         self._wanted.connect(self.tell, Qt.ConnectionType.QueuedConnection)
+
+    def on(self, parts: Part, call: Callable[[], None]) -> None:
+        """Call a function in each turn in which one of these parts has changed, before `changed` is emitted."""
+        self._listeners.append((parts, call))
 
     def is_shown(self, document: object) -> bool:
         """Whether this is the current document."""
@@ -54,8 +60,16 @@ class Changes(QObject):
             self._wanted.emit()
         self._parts |= part if document is None or document is self._shown else Part.LIST
 
+    def touch(self, document: object) -> None:
+        """Tell that content of a document that a project stores has changed."""
+        self.touched.emit(document)
+        self.note(Part.CONTENT, document)
+
     def tell(self) -> None:
         """Tell now what would be told in the next turn."""
         parts, self._parts = self._parts, NO_PART
+        for wanted, call in self._listeners:
+            if wanted & parts:
+                call()
         if parts:
             self.changed.emit(parts)

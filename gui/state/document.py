@@ -109,7 +109,7 @@ class Document(FrameData):
         if not viewing:
             self.note_other_change()
         if self.changes is not None:
-            self.changes.touched.emit(self)
+            self.changes.touch(self)
 
     def note_edit(self) -> None:
         """Note an edit that the undo stack does not report; undo steps call this through their signal."""

@@ -155,7 +155,7 @@ class Frames(Changes):
     def _note_step(self, document: Document | None) -> None:
         """Note that a step of a frame was made, undone or redone."""
         if document is not None and document in self.open:
-            self.touched.emit(document)
+            self.touch(document)
 
     def set_note(self, entry: Entry, note: str) -> None:
         """Set the user's note on a frame, open or not."""

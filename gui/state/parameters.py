@@ -166,7 +166,7 @@ class DocumentParameters:
         last = stack.command(stack.index() - 1) if not stack.isClean() else None
         if isinstance(last, EditParameters) and stack.index() == stack.count() and last.extend(common, own, names):
             document.note_edit()
-            self._frames.touched.emit(document)
+            self._frames.touch(document)
             return
         what = parameter_labels(names)[0] if len(names) == 1 else f"{len(names)} filter parameters"
         blocks = f" of {document.info(min(own)).name}" if len(own) == 1 else f" of {len(own)} blocks"
@@ -215,7 +215,7 @@ class DocumentParameters:
         if former.on and not shared.on:  # from now on they are stored with each frame
             for document in self._frames.open:
                 if document.counts() or document.unsaved:
-                    self._frames.touched.emit(document)
+                    self._frames.touch(document)
         self._frames.note(Part.PARAMETERS)
         self._frames.project_touched.emit()
 

@@ -57,6 +57,8 @@ class Part(Flag):
     """The earlier iteration that the views show."""
     RUNNING = auto()
     """A run has started, paused, gone on or ended."""
+    CONTENT = auto()
+    """Content of a frame that a project stores has changed."""
     LOADING = auto()
     """Frames are being read, or are not any more."""
 

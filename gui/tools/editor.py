@@ -25,7 +25,7 @@ from ..views.linked_views import LinkedViews
 from ..work.latest_request import LatestRequest
 from .base import Result, Tool, ToolOptions
 from .edge_data import EdgeData, EdgeDataSource
-from .kinds import KINDS, make_tools
+from .kinds import KINDS, Tools
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,13 +68,13 @@ class Editor(QObject):
         self._jobs.failed.connect(lambda _, error: self.failed.emit(error))
         self.inspection = Inspection(workspace, self)
         self.inspection.refused.connect(self.message)
-        self.tools: dict[str, Tool] = make_tools()
+        self.tools = Tools()
         self.options = ToolOptions()
         self._active = "select"
         self._hint = ""
         self._pointer: PointerEvent | None = None
         workspace.about_to_change.connect(self.cancel)
-        workspace.changed.connect(lambda parts: self._turn() if parts & Part.FRAME else None)
+        workspace.on(Part.FRAME, self._turn)
 
     # the tools
 

@@ -130,6 +130,9 @@ KINDS = (
 )
 
 
-def make_tools() -> dict[str, Tool]:
-    """Return one tool of each kind, by name."""
-    return {kind.name: kind.make() for kind in KINDS}
+class Tools(dict[str, Tool]):
+    """One tool of each kind by its name, made when it is first used."""
+
+    def __missing__(self, name: str) -> Tool:
+        tool = self[name] = next(kind.make() for kind in KINDS if kind.name == name)
+        return tool

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-
 from PySide6.QtCore import QSize, Qt, Signal
 from PySide6.QtGui import QAction, QActionGroup
 from PySide6.QtWidgets import QComboBox, QHBoxLayout, QMenu, QSlider, QToolButton, QWidget, QWidgetAction
@@ -61,11 +59,11 @@ class ViewBar(QWidget):
     ----------
     views : LinkedViews
     centre : Centre
-    actions : iterable of QAction
-        Entries of the menu, under the opacity of the blocks.
+    menu : QMenu
+        Commands of the menu, under the opacity of the blocks.
     """
 
-    def __init__(self, views: LinkedViews, centre: Centre, actions: Iterable[QAction]) -> None:
+    def __init__(self, views: LinkedViews, centre: Centre, menu: QMenu) -> None:
         super().__init__()
         self.opacity = OpacityAction(self)
         self.opacity.turned.connect(lambda value: views.set_overlay_opacity(value / 100))
@@ -82,11 +80,9 @@ class ViewBar(QWidget):
         self.shown.setText("Show")
         self.shown.setToolTip("What is drawn over the views")
         self.shown.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
-        self._menu = QMenu(self.shown)
-        self._menu.setToolTipsVisible(True)
-        self._menu.addAction(self.opacity)
-        self._menu.addActions(list(actions))
-        self.shown.setMenu(self._menu)
+        self._menu = menu
+        menu.insertAction(menu.actions()[0], self.opacity)
+        self.shown.setMenu(menu)
         layout = QHBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
         layout.setSpacing(_SPACE)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import html
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, TypeVar
 
 from PySide6.QtCore import QEvent, Qt
@@ -172,6 +172,23 @@ def lay_out(
         else:
             box.addLayout(part, stretch)
     return box
+
+
+class Late(QWidget):
+    """A place whose content is made when it is first shown."""
+
+    def __init__(self, make: Callable[[], QWidget]) -> None:
+        super().__init__()
+        self._make = make
+
+    def showEvent(self, event: QShowEvent) -> None:
+        super().showEvent(event)
+        if self.layout() is None:
+            content = self._make()
+            content.setMinimumHeight(self.minimumHeight())
+            lay_out(QVBoxLayout(self), content, spacing=0)
+            self.setFocusProxy(content)
+            content.show()
 
 
 def stack(parent: QWidget, *parts: Piece, stretched: QWidget | None = None, spacing: int = 10) -> None:

@@ -83,26 +83,25 @@ class _FollowUp:
     action: Callable[[], None] | None = None
 
 
-class FrameRuns(QObject):
-    """Starts, pauses, steps and cancels the work on one frame, and adds its records, previews and results to the
-    workspace.
+class RunNews(QObject):
+    """What runs tell.
 
     Signals
     -------
     state_changed()
-        `state` or `queued` has changed.
+        `state` or `queued` has changed, of any frame.
     records(int, list)
-        New records of a block, in batches.
+        New records of a block of the current frame, in batches.
     ended(str)
-        The run has ended; a message with its outcome.
+        A run has ended; a message with its outcome.
     resolved(str)
-        Blocks were re-solved; a message with the duration.
+        Blocks of the current frame were re-solved; a message with the duration.
     run_ended(object)
         A run or a re-solve has ended and its results are stored; an `RunOutcome`.
     finished(object)
         A run has finished, including the extrapolation if there is one; its session.
     failed(object)
-        The run failed with an exception.
+        A run failed with an exception.
     """
 
     state_changed = Signal()
@@ -113,8 +112,14 @@ class FrameRuns(QObject):
     finished = Signal(object)
     failed = Signal(object)
 
-    def __init__(self, workspace: Workspace, document: Document, parent: QObject) -> None:
-        super().__init__(parent)
+
+class FrameRuns(QObject):
+    """Starts, pauses, steps and cancels the work on one frame, adds its records, previews and results to the workspace,
+    and tells of them by `news`."""
+
+    def __init__(self, workspace: Workspace, document: Document, news: RunNews) -> None:
+        super().__init__(news)
+        self._news = news
         self._workspace = workspace
         self.document = document
         self._worker = Worker(self)
@@ -122,7 +127,7 @@ class FrameRuns(QObject):
         self._worker.finished.connect(lambda found: self._end("finished", found))
         self._worker.cancelled.connect(lambda: self._end("cancelled"))
         self._worker.failed.connect(self._fail)
-        self._worker.paused.connect(self.state_changed)
+        self._worker.paused.connect(news.state_changed)
         self._run: Run | None = None
         self._steps: Execution | None = None
         self._extrapolating: Completion | None = None
@@ -207,7 +212,9 @@ class FrameRuns(QObject):
         if changed:
             self.start(set(changed))
         else:
-            self.ended.emit(f"{self.document.name}: all blocks are up to date. Use Run all blocks to run them again.")
+            self._news.ended.emit(
+                f"{self.document.name}: all blocks are up to date. Use Run all blocks to run them again."
+            )
 
     def start_selected(self) -> None:
         """Run the selected blocks."""
@@ -249,7 +256,7 @@ class FrameRuns(QObject):
         there = self.document.counts()
         self._resolving = tuple(label for label in blocks if label in there)
         if not self._resolving:
-            self.state_changed.emit()
+            self._news.state_changed.emit()
             return
         self._preview_time = max(self._preview_time, time.perf_counter() + _FIRST_PREVIEW_S)
         self._run = run = self.document.run(self.document.state.common, self._resolving)
@@ -267,7 +274,7 @@ class FrameRuns(QObject):
                     yield progress, self._due_previews(steps)
 
         self._worker.start(job, paused, lambda step: step[0] is not NO_BLOCK)
-        self.state_changed.emit()
+        self._news.state_changed.emit()
 
     def extrapolate(self) -> None:
         """Extrapolate what the blocks leave missing."""
@@ -291,7 +298,7 @@ class FrameRuns(QObject):
                     return end.value
 
         self._worker.start(job)
-        self.state_changed.emit()
+        self._news.state_changed.emit()
 
     def _due_previews(self, steps: Execution) -> list[Preview] | None:
         """Called in the background thread; the GUI's thread sets when the next preview is due."""
@@ -303,12 +310,12 @@ class FrameRuns(QObject):
     def pause(self) -> None:
         """Pause after the current iteration."""
         self._worker.pause()
-        self.state_changed.emit()
+        self._news.state_changed.emit()
 
     def resume(self) -> None:
         """Resume the run."""
         self._worker.resume()
-        self.state_changed.emit()
+        self._news.state_changed.emit()
 
     def toggle_pause(self) -> None:
         """Pause the run, or resume it."""
@@ -320,7 +327,7 @@ class FrameRuns(QObject):
             self.start(self._chosen() or None, stepwise=True)
         else:
             self._worker.step()
-            self.state_changed.emit()
+            self._news.state_changed.emit()
 
     def cancel(self) -> None:
         """Cancel after the current iteration; completed blocks keep their results."""
@@ -328,7 +335,7 @@ class FrameRuns(QObject):
             self._stopping = True
             self._next = None
             self._worker.cancel()
-            self.state_changed.emit()
+            self._news.state_changed.emit()
 
     def clear_results(self) -> None:
         """Remove all results, also those of a re-solve or an extrapolation in progress."""
@@ -354,7 +361,8 @@ class FrameRuns(QObject):
         self._begun.update(fresh)
         for label, records in fresh.items():
             self.document.add_records(label, records)
-            self.records.emit(label, records)
+            if self._workspace.is_shown(self.document):
+                self._news.records.emit(label, records)
         for _, previews in batch:
             if previews is not None:
                 self.document.add_previews(previews)
@@ -385,7 +393,7 @@ class FrameRuns(QObject):
         again = following is not None and following.action is None
         self.document.end_run(keep_previews=again)
         if following is None:
-            self.state_changed.emit()
+            self._news.state_changed.emit()
         elif following.action is not None:
             following.action()
         else:
@@ -393,7 +401,7 @@ class FrameRuns(QObject):
                 (*following.blocks, *(one for one in resolved if one not in done and one not in following.blocks))
             )
         if run is not None:
-            self.run_ended.emit(RunOutcome(self.document, run, frozenset(done), seconds, how, bool(resolved)))
+            self._news.run_ended.emit(RunOutcome(self.document, run, frozenset(done), seconds, how, bool(resolved)))
         if resolved:
             self._report_resolved([label for label in resolved if label in done], seconds)
         elif steps is not None:
@@ -402,10 +410,10 @@ class FrameRuns(QObject):
     def _report_resolved(self, done: list[int], seconds: float) -> None:
         results = self.document.valid_results()
         done = [label for label in done if label in results]
-        if done:
+        if done and self._workspace.is_shown(self.document):
             count = sum(results[label].outcome.iterations for label in done)
             what = self.document.info(done[0]).name if len(done) == 1 else counted(len(done), "block")
-            self.resolved.emit(f"{what}: {counted(count, 'iteration')} in {1000 * seconds:.0f} ms")
+            self._news.resolved.emit(f"{what}: {counted(count, 'iteration')} in {1000 * seconds:.0f} ms")
 
     def _report_ended(self, steps: Execution, how: str, done: set[int], seconds: float) -> None:
         document = self.document
@@ -415,7 +423,7 @@ class FrameRuns(QObject):
             text += f" {counted(lost, 'block')} edited meanwhile: run again (F5)."
         if uncorrected := len(done & steps.uncorrected.keys()):
             text += f" {counted(uncorrected, 'block')} without the learned correction: run again (F5)."
-        self.ended.emit(" ".join((text, *notes_of(steps.results))))
+        self._news.ended.emit(" ".join((text, *notes_of(steps.results))))
         if how == "finished":
             self._go_on()
 
@@ -425,7 +433,7 @@ class FrameRuns(QObject):
         if self.document.state.extrapolate and completion is not None and self.state is RunState.IDLE:
             self._begin_extrapolation(completion)
         else:
-            self.finished.emit(self.document)
+            self._news.finished.emit(self.document)
 
     def _end_extrapolation(self, how: str, found: Completion | None) -> None:
         base, self._extrapolating = self._extrapolating, None
@@ -445,12 +453,12 @@ class FrameRuns(QObject):
             elif not holds:
                 text = f"{document.name}: blocks were edited during the extrapolation: extrapolate again."
             text = " ".join((text, *(note for note in found.notes if note not in base.notes)))
-        self.state_changed.emit()
-        self.ended.emit(text)
+        self._news.state_changed.emit()
+        self._news.ended.emit(text)
         if holds:
-            self.finished.emit(document)
+            self._news.finished.emit(document)
 
     def _fail(self, error: Any) -> None:
         self._next = None
         self._end("failed")
-        self.failed.emit(error)
+        self._news.failed.emit(error)

@@ -154,7 +154,8 @@ class FrameLoader(QObject):
         """Frames whose extraction was postponed because another frame was shown."""
         for line in self._lines:
             line.changed.connect(self._emit_busy)
-        workspace.changed.connect(self._follow)
+        workspace.on(Part.FRAME, self._resume_postponed)
+        workspace.on(Part.LIST, self._cancel_closed)
 
     @property
     def busy(self) -> bool:
@@ -376,12 +377,6 @@ class FrameLoader(QObject):
                 about=document,
             )
         )
-
-    def _follow(self, parts: Part) -> None:
-        if parts & Part.FRAME:
-            self._resume_postponed()
-        if parts & Part.LIST:
-            self._cancel_closed()
 
     def _resume_postponed(self) -> None:
         """Start the postponed extraction of the current frame."""

@@ -34,6 +34,7 @@ class Refresh(QObject):
         self._changed: dict[str, Part] = {}
         """What has changed since something was drawn last."""
         self._draw: dict[str, Callable[[], None]] = {}
+        self._seen: dict[str, Callable[[], bool]] = {}
         self._stale: set[str] = set()
         self._deferred: set[str] = set()
         self._not_before = 0.0
@@ -52,6 +53,7 @@ class Refresh(QObject):
         on: Part,
         deferred_on: Part = NO_PART,
         also: tuple[SignalInstance, ...] = (),
+        when: Callable[[], bool] = lambda: True,
     ) -> None:
         """Add something to be drawn.
 
@@ -63,8 +65,11 @@ class Refresh(QObject):
             Parts of the state that mark it for the next turn, and for later.
         also : tuple of signals
             Of widgets, that mark it for the next turn.
+        when : callable
+            Returns whether it is seen; it is not drawn otherwise, and who shows it marks it.
         """
         self._draw[name] = draw
+        self._seen[name] = when
         self._changed[name] = EVERY_PART
         self._parts[name] = on, deferred_on
         for signal in also:
@@ -137,11 +142,12 @@ class Refresh(QObject):
             self._stale |= self._deferred
             self._deferred.clear()
         try:
-            for part, draw in self._draw.items():
+            for part, draw in tuple(self._draw.items()):  # what is shown for the first time adds some
                 if part in self._stale:
                     self._stale.discard(part)
                     self._deferred.discard(part)
-                    draw()
+                    if self._seen[part]():
+                        draw()
         finally:
             if waited:
                 ended = time.perf_counter()

@@ -5,38 +5,20 @@ from __future__ import annotations
 from collections.abc import Sequence
 from weakref import WeakKeyDictionary
 
-from PySide6.QtCore import QObject, Signal
+from PySide6.QtCore import QObject
 from PySide6.QtGui import QAction
 
 from ..state.document import Document
 from ..state.edits import Edit
 from ..state.parts import Part
 from ..state.workspace import Workspace
-from .frame_runs import FrameRuns, RunOutcome, RunState
+from .frame_runs import FrameRuns, RunNews, RunOutcome, RunState
 
 __all__ = ["RunController", "RunOutcome", "RunState"]
 
 
-class RunController(QObject):
-    """The runs of all frames in parallel; properties and commands refer to the current frame.
-
-    Signals
-    -------
-    state_changed()
-        `state` or `queued` has changed, of any frame.
-    records(int, list)
-        New records of a block of the current frame, in batches.
-    ended(str), resolved(str), run_ended(object), finished(object), failed(object)
-        As in `FrameRuns`, of any frame.
-    """
-
-    state_changed = Signal()
-    records = Signal(int, list)
-    ended = Signal(str)
-    resolved = Signal(str)
-    run_ended = Signal(object)
-    finished = Signal(object)
-    failed = Signal(object)
+class RunController(RunNews):
+    """The runs of all frames in parallel; properties and commands refer to the current frame."""
 
     def __init__(self, workspace: Workspace, parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -44,25 +26,14 @@ class RunController(QObject):
         self._all: dict[Document, FrameRuns] = {}
         self._closed: list[FrameRuns] = []
         """Runs of closed frames that have not ended."""
-        workspace.changed.connect(lambda parts: self._cancel_closed() if parts & Part.LIST else None)
+        workspace.on(Part.LIST, self._cancel_closed)
+        self.state_changed.connect(self._forget_idle)
 
     def of(self, document: Document) -> FrameRuns:
         """Return the runs of a frame."""
         if document not in self._all:
-            self._all[document] = runs = FrameRuns(self._workspace, document, self)
-            for signal in ("state_changed", "ended", "run_ended", "finished", "failed"):
-                getattr(runs, signal).connect(getattr(self, signal))
-            runs.records.connect(lambda label, records: self._pass_records(document, label, records))
-            runs.resolved.connect(lambda text: self._pass_resolved(document, text))
+            self._all[document] = FrameRuns(self._workspace, document, self)
         return self._all[document]
-
-    def _pass_records(self, document: Document, label: int, records: list[object]) -> None:
-        if self._workspace.is_shown(document):
-            self.records.emit(label, records)
-
-    def _pass_resolved(self, document: Document, text: str) -> None:
-        if self._workspace.is_shown(document):
-            self.resolved.emit(text)
 
     @property
     def _current(self) -> FrameRuns | None:
@@ -101,12 +72,6 @@ class RunController(QObject):
         present = self._current
         return set() if present is None else present.queued
 
-    @property
-    def share_done(self) -> float:
-        """Share of the blocks of the current frame's run that are done, 0-1."""
-        present = self._current
-        return 0.0 if present is None else present.share_done
-
     def start(self, only: set[int] | None = None, stepwise: bool = False) -> None:
         """Run all blocks of the current frame, or some; with `stepwise`, one at a time, pausing after each step."""
         self.of(self._workspace.current).start(only, stepwise)
@@ -131,14 +96,6 @@ class RunController(QObject):
         """Pause the current frame's run, or resume it."""
         self.of(self._workspace.current).toggle_pause()
 
-    def pause(self) -> None:
-        """Pause the current frame's run after the current iteration."""
-        self.of(self._workspace.current).pause()
-
-    def resume(self) -> None:
-        """Resume the current frame's run."""
-        self.of(self._workspace.current).resume()
-
     def step(self) -> None:
         """Run one iteration of the current frame, then pause: of its run, or of a new one."""
         self.of(self._workspace.current).step()
@@ -162,7 +119,6 @@ class RunController(QObject):
             runs = self._all.pop(document)
             self._closed.append(runs)
             runs.cancel()
-            runs.state_changed.connect(self._forget_idle)
         self._forget_idle()
 
     def _forget_idle(self) -> None:
@@ -196,7 +152,7 @@ class LiveSolver(QObject):
         self._requested: set[int] = set()
         """Blocks of the current frame that were requested since they were last edited."""
         workspace.edited.connect(self._take)
-        workspace.changed.connect(lambda parts: self._turn() if parts & Part.FRAME else None)
+        workspace.on(Part.FRAME, self._turn)
         runs.state_changed.connect(self._go_on)
 
     def _take(self, edit: Edit) -> None:

@@ -209,8 +209,8 @@ def test_the_range_is_dragged_typed_and_locked_over_frames(opened, run_all, qtbo
     run_all(opened)
     ranges = part(opened, ColourRange)
     assert isinstance(ranges, ColourRange)
-    panel, views = ranges.panel, opened.views
     opened.actions_["show_range"].trigger()
+    panel, views = ranges.panel, opened.views
     opened.refresh.now()
     assert panel.isVisible()
     assert "Depth in [m]" in panel.title.text(), "the first view that has a range"

@@ -10,7 +10,7 @@ import pytest
 from numpy.typing import NDArray
 from PySide6.QtCore import QPointF, Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QCheckBox, QLabel, QMessageBox, QSlider
+from PySide6.QtWidgets import QCheckBox, QLabel, QMessageBox, QSlider, QTabWidget
 
 from gui.features.extraction import ExtractionPanel
 from gui.features.views import ViewsFeature
@@ -58,13 +58,20 @@ def _pictures_given(window, monkeypatch) -> list[tuple[tuple[int, ...], str]]:
     return given
 
 
+def _panel(window) -> ExtractionPanel:
+    """The panel, in front of the other tab."""
+    tabs = next(tabs for tabs in window.findChildren(QTabWidget) if tabs.tabText(1) == "Extraction")
+    tabs.setCurrentIndex(1)
+    return window.feature(ExtractionPanel)
+
+
 def _slide(window, name: str, value: int):
-    window.feature(ExtractionPanel).form.findChild(QSlider, f"slider_{name}").setValue(value)
+    _panel(window).form.findChild(QSlider, f"slider_{name}").setValue(value)
     window.refresh.now()
 
 
 def _click(window, text: str):
-    box = next(box for box in window.feature(ExtractionPanel).widget.findChildren(QCheckBox) if box.text() == text)
+    box = next(box for box in _panel(window).widget.findChildren(QCheckBox) if box.text() == text)
     box.click()
 
 
@@ -75,8 +82,9 @@ def _said(window) -> list[str]:
 
 
 def _summary(window) -> str:
+    panel = _panel(window)
     window.refresh.now()
-    return window.feature(ExtractionPanel).widget.findChild(QLabel, "summary").text()
+    return panel.widget.findChild(QLabel, "summary").text()
 
 
 def _cut_off_by_hand(window) -> int:
@@ -248,7 +256,7 @@ def test_the_view_says_that_the_first_extraction_failed(window, qtbot, frame_fol
 
 
 def test_values_whose_picture_is_not_to_be_seen_lead_to_it(opened, qtbot):
-    label = opened.feature(ExtractionPanel).widget.findChild(QLabel, "summary")
+    label = _panel(opened).widget.findChild(QLabel, "summary")
     assert _summary(opened) == ""
     _slide(opened, "dilation", 5)
     assert "Four with extraction" in _summary(opened)

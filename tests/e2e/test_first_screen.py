@@ -94,6 +94,6 @@ def test_a_new_tool_is_one_record(qtbot, monkeypatch):
         monkeypatch.setattr(f"{module}.KINDS", (*kinds.KINDS[:-3], new, *kinds.KINDS[-3:]))
     window = MainWindow(persistent=False)
     qtbot.addWidget(window)
-    assert "wand" in window.editor.tools
+    assert isinstance(window.editor.tools["wand"], SelectTool)
     assert window.actions_["tool_wand"].toolTip() == "<b>Wand (Q)</b><br>Do magic"
     window.close()

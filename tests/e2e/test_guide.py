@@ -25,7 +25,7 @@ def test_guide_is_loaded_seen_followed_undone_and_kept(window, qtbot, frame_fold
     np.save(tmp_path / "other.npy", ground_truth[:, :40])
     np.save(tmp_path / "inverse.npy", 1 / ground_truth)
     panel = window.feature(AdditionalDepthPanel)
-    section, reported = panel._sections[GUIDE], []
+    reported: list[str] = []
     monkeypatch.setattr(window.notes, "report", lambda what, error: reported.append(str(error)))
 
     def load(path):
@@ -34,6 +34,7 @@ def test_guide_is_loaded_seen_followed_undone_and_kept(window, qtbot, frame_fold
         qtbot.waitUntil(lambda: not panel.busy, timeout=WAIT_MS)
 
     load(tmp_path / "other.npy")
+    section = panel._sections[GUIDE]
     assert "another aspect" in reported[0]
     assert document.frame.guide is None
     assert section.message.text() == "None in this frame."

@@ -24,7 +24,9 @@ def shown(window, kind: type[Stroke] | type[Text] = Text) -> list[Stroke | Text]
 
 
 def part_of(window) -> InspectPanel:
-    return window.feature(InspectPanel)
+    part = window.feature(InspectPanel)
+    assert part.widget is not None, "made, though it may be closed"
+    return part
 
 
 def numbers(window, qtbot) -> str:

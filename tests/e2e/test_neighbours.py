@@ -30,6 +30,7 @@ def open_sequence(window, qtbot, folder, number=2, intrinsics=CAMERA):
 def use(window, qtbot, count=2):
     """The section of the panel, after a search."""
     panel = window.feature(AdditionalDepthPanel)
+    panel.reveal()
     panel._count.setValue(count)
     window.actions_["use_neighbours"].trigger()
     qtbot.waitUntil(lambda: not panel.busy, timeout=WAIT_MS)

@@ -47,8 +47,7 @@ class _Missing(Panel):
 def test_a_new_panel_is_one_class(opened, qtbot):
     panel = _Missing(opened.context)
     opened.refresh.draw_all()
-    assert not panel.visible
-    assert not panel.drawn, "a closed panel draws nothing"
+    assert not panel.made, "a closed panel is not even made"
     panel.reveal()
     missing = int(np.count_nonzero(~np.isfinite(opened.workspace.current.frame.depth)))
     qtbot.waitUntil(lambda: panel.label.text() == f"{missing} px", timeout=WAIT_MS)

@@ -57,6 +57,7 @@ def press(window, qtbot, name: str) -> str:
 
 def settled(window, qtbot) -> str:
     panel = window.feature(QualityPanel)
+    assert panel.widget is not None, "made, though it may be closed"
     window.refresh.now()
     qtbot.waitUntil(lambda: not panel.busy, timeout=WAIT_MS)
     return ": ".join(filter(None, (panel.position.text(), panel.reason.text())))

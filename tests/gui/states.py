@@ -19,7 +19,7 @@ QUICK_OWN = own_values(QUICK, preset())
 
 
 class Told:
-    """Calling it gives what a workspace has told since the last call."""
+    """Calling it gives what a workspace has told since the last call, but for `CONTENT`, which every edit changes."""
 
     def __init__(self, workspace: Workspace) -> None:
         self._workspace = workspace
@@ -33,7 +33,7 @@ class Told:
     def __call__(self) -> Part:
         self._workspace.tell()
         parts, self._parts = self._parts, NO_PART
-        return parts
+        return parts & ~Part.CONTENT
 
 
 def painted(document: Document, label: int, rows: slice = np.s_[0:4], columns: slice = np.s_[0:5]) -> np.ndarray:

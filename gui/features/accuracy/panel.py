@@ -19,7 +19,7 @@ from ...widgets.basics import TEXT, Message, PlainLabel, command_button, label_o
 from ...widgets.docks import PanelGroup
 from ...widgets.number_table import NumberTable
 from ...work.latest_request import LatestRequest
-from ..context import PendingWork
+from ..context import Context, PendingWork
 from ..panel import Panel
 from .evaluation import Area, AreaErrors, EvaluatedResult, EvaluationRequest, Evaluator
 from .ground_truth import GroundTruthDialog, GroundTruthSource, described, frame_with
@@ -68,21 +68,23 @@ class AccuracyPanel(Panel):
     what = "hold-out test"
     tested = Signal()
 
-    def make(self) -> QWidget:
+    def __init__(self, context: Context) -> None:
         self.outcomes: WeakKeyDictionary[Document, HoldOutOutcome] = WeakKeyDictionary()
         self._page = -1
         """The page that was drawn last."""
         self._testing: Document | None = None
         self._evaluated = ""  # id of a frame: a closed panel would keep the frame itself in memory
         """The frame whose errors are shown or computed."""
+        super().__init__(context)
         self._evaluations = LatestRequest[EvaluationRequest, dict[str, AreaErrors]](Evaluator(), self)
         self._evaluations.answered.connect(self._show_errors)
         self._evaluations.failed.connect(self._fail_to_evaluate)
         self._reader = LatestRequest[GroundTruthSource, RGBDFrame](frame_with, self)
         self._requests.progressed.connect(self._cancel_closed)
         self._requests.ended.connect(self._end_test)
+
+    def make(self) -> QWidget:
         self.work.cancelled.connect(lambda: self.context.notes.show_message("The hold-out test was cancelled."))
-        self.context.actions.add(self._commands())
         self.tabs = QTabWidget()
         self.tabs.setDocumentMode(True)
         self.tabs.addTab(self._ground_truth_page(), "Ground truth")

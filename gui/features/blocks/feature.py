@@ -23,7 +23,7 @@ from ...state.parts import Part
 from ...widgets.docks import PanelGroup
 from ...work.runs import RunController
 from ..context import Context
-from ..menus import BLOCK_MENU, entries
+from ..menus import BLOCK_MENU
 from ..panel import Panel
 from ..views import ViewsFeature
 from .commands import BlockCommands
@@ -122,7 +122,6 @@ class BlocksFeature(Panel):
         self.commands = BlockCommands(context.workspace, context.editor)
         super().__init__(context)
         self.commands.message.connect(context.notes.show_message)
-        context.actions.add(self._declared())
         context.views.contextMenuRequested.connect(self._show_menu_at)
         context.loader.busy_changed.connect(self._show_hint)
 
@@ -137,11 +136,12 @@ class BlocksFeature(Panel):
         )
         table.visibilityChanged.connect(lambda label, on: workspace.current.set_visible(label, on))
         table.lockChanged.connect(lambda label, on: workspace.current.set_lock(label, on))
-        table.contextMenuRequested.connect(lambda place, _: self._run(self._with_commands(QMenu(table)), place))
+        menu = self.context.actions.menu
+        table.contextMenuRequested.connect(lambda place, _: self._run(menu("", table, BLOCK_MENU), place))
         table.activated.connect(lambda _: self.context.feature(ViewsFeature).zoom_to_blocks())
         return table
 
-    def _declared(self) -> Sequence[Command]:
+    def _commands(self) -> Sequence[Command]:
         do = self.commands
         return (
             Command(
@@ -294,19 +294,10 @@ class BlocksFeature(Panel):
 
         The block there is selected; the block that was selected before can take over that block or a piece of it.
         """
-        menu = QMenu(self.context.views)
-        menu.setToolTipsVisible(True)
+        menu = self.context.actions.menu("", self.context.views)
         for text, act in self.commands.offers(x, y):
             menu.addAction(text).triggered.connect(lambda _=False, act=act: act())
-        menu.addSeparator()
-        return self._with_commands(menu)
-
-    def _with_commands(self, menu: QMenu) -> QMenu:
-        for command in entries(self.context.actions, BLOCK_MENU):
-            if command is None:
-                menu.addSeparator()
-            else:
-                menu.addAction(command)
+        self.context.actions.fill(menu, f"| {BLOCK_MENU}")
         return menu
 
     @staticmethod

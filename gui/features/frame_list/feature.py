@@ -40,7 +40,7 @@ class FramesFeature(Panel):
     icon = "ph.image"
     group = PanelGroup.WORK
     parts = Part.FRAME | Part.LABELS | Part.RESULTS
-    deferred = Part.LIST | Part.SOME_RESULTS
+    deferred = Part.LIST | Part.CONTENT | Part.SOME_RESULTS
 
     _wanted: Entry | None = None
     """The frame that is being opened; *Next frame* continues from it."""
@@ -55,21 +55,18 @@ class FramesFeature(Panel):
         self.open_frames = OpenFrameLimiter(
             workspace, self._is_busy, loader.is_postponed, store.has, context.recorder.flush, self
         )
-        workspace.changed.connect(self._forget_wanted)
-        workspace.touched.connect(lambda _: context.refresh.mark_deferred(self.title))
-        context.actions.add(self._commands())
+        workspace.on(Part.FRAME, self._forget_wanted)
         self._connect_list()
 
     def make(self) -> QWidget:
-        """Make the list, in the dock or under the images."""
+        """Make the list, which is visible in one of its shapes."""
         self.panel = FramesPanel()
+        return self.panel
+
+    def _in_dock(self) -> QWidget:
+        _ = self.widget
         self.place = FramesPlace(self.context, self.panel)
         return self.place.dock
-
-    @property
-    def visible(self) -> bool:
-        """Whether the list is visible in one of its shapes."""
-        return self.panel.isVisible()
 
     def _commands(self) -> Sequence[Command]:
         return (
@@ -170,9 +167,8 @@ class FramesFeature(Panel):
         workspace = self.context.workspace
         return workspace.entries.of(workspace.current.id) if workspace.has_current else None
 
-    def _forget_wanted(self, parts: Part) -> None:
-        if parts & Part.FRAME:
-            self._wanted = None
+    def _forget_wanted(self) -> None:
+        self._wanted = None
 
     # navigation
 

@@ -53,22 +53,20 @@ class OpenFrameLimiter(QObject):
         self._settle = flush
         self._recently_shown: list[Document] = []
         """In the order in which they were shown; the current one is the last."""
-        workspace.changed.connect(self._look)
-        workspace.touched.connect(self._close_surplus_after)
+        workspace.on(Part.FRAME | Part.LIST, self._tidy)
+        workspace.on(Part.FRAME, self._note_shown)
 
-    def _look(self, parts: Part) -> None:
-        """Note which frame is shown, and forget closed ones."""
-        workspace = self._workspace
-        if parts & (Part.FRAME | Part.LIST):
-            self._recently_shown = [one for one in self._recently_shown if one in workspace.open]
-        if parts & Part.FRAME and workspace.has_current:
-            present = workspace.current
-            self._recently_shown = [*(one for one in self._recently_shown if one is not present), present]
+    def _tidy(self) -> None:
+        """Forget closed frames; close surplus ones that were never shown, as after propagation through a list."""
+        documents = self._workspace.open
+        self._recently_shown = [one for one in self._recently_shown if one in documents]
+        if len(documents) > max(self.max_open, len(self._recently_shown)):
             self.close_surplus()
 
-    def _close_surplus_after(self, document: Document) -> None:
-        """Tidy after work on a frame that is not shown, such as propagation through a list."""
-        if document not in self._recently_shown and len(self._workspace.open) > self.max_open:
+    def _note_shown(self) -> None:
+        if self._workspace.has_current:
+            present = self._workspace.current
+            self._recently_shown = [*(one for one in self._recently_shown if one is not present), present]
             self.close_surplus()
 
     def close_surplus(self) -> None:

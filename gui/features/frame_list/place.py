@@ -53,7 +53,6 @@ class FramesPlace(QObject):
         self._on.toggled.connect(self._keep)
         context.refresh.add("film strip", self.update, Part.LIST, also=(self._on.toggled,))
         self.dock.installEventFilter(self)
-        context.centre.installEventFilter(self)
 
     def update(self) -> None:
         """Move the panel to where it belongs, and show or hide the strip."""
@@ -65,7 +64,9 @@ class FramesPlace(QObject):
         height = min(max(round(_HEIGHT_SHARE * self._context.window.height()), least), most)
         self._panel.set_bar(0 if docked else height)
         several = len(self._context.workspace.entries) > 1
-        self.bar.setVisible(not docked and several and self._on.isChecked())
+        shown, centre = not docked and several and self._on.isChecked(), self._context.centre
+        self.bar.setVisible(shown)
+        (centre.installEventFilter if shown else centre.removeEventFilter)(self)  # while its height matters
         self._context.refresh.mark("Frames")
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:

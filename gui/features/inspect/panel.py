@@ -34,6 +34,7 @@ from ...widgets.basics import Message, PlainLabel, command_button, lay_out, lite
 from ...widgets.docks import PanelGroup
 from ...widgets.file_choice import ask_path, save
 from ...widgets.number_table import NumberTable, Row
+from ..context import Context
 from ..expected_error import ErrorFeature
 from ..panel import Panel
 from .marks import InspectMarks, measurement_marks, profile_marks, region_marks
@@ -84,9 +85,7 @@ class InspectPanel(Panel):
     deferred = Part.SOME_RESULTS | Part.PREVIEWS
     what = "computation of statistics"
 
-    def make(self) -> QWidget:
-        context = self.context
-        context.actions.add(self._commands())
+    def __init__(self, context: Context) -> None:
         self.inspection = context.editor.inspection
         self._page = -1
         """The page that was drawn last."""
@@ -97,6 +96,14 @@ class InspectPanel(Panel):
         """The place of the marked sample of the profile, in image coordinates."""
         self._deleted: WeakKeyDictionary[Document, tuple[Line, ...]] = WeakKeyDictionary()
         self._marks, self._follows_depth = InspectMarks(context.views), False
+        super().__init__(context)
+        for tool, number in (("profile", PROFILE), ("rectangle", STATISTICS), ("measure", MEASUREMENTS)):
+            context.actions[f"tool_{tool}"].triggered.connect(lambda _=False, number=number: self.reveal_page(number))
+        shown = Part.FRAME | Part.REGION | Part.MARKS
+        context.refresh.add("inspect marks", self._show_marks, shown, also=(context.editor.tool_changed,))
+
+    def make(self) -> QWidget:
+        context = self.context
         self.pages = QTabWidget()
         self.pages.setDocumentMode(True)
         self.pages.setAccessibleName("Inspection")
@@ -107,13 +114,9 @@ class InspectPanel(Panel):
         self.pages.addTab(self._measurements_page(), "Measurements")
         self.pages.setMinimumSize(240, 120)
         self.pages.currentChanged.connect(lambda _: self.redraw())
-        for tool, number in (("profile", PROFILE), ("rectangle", STATISTICS), ("measure", MEASUREMENTS)):
-            context.actions[f"tool_{tool}"].triggered.connect(lambda _=False, number=number: self.reveal_page(number))
         context.feature(ErrorFeature).watch(self.profile.plot.isVisible)
         context.views.cursorMoved.connect(self._hover)
         context.refresh.add("profile place", self._follow, NO_PART)
-        shown = Part.FRAME | Part.REGION | Part.MARKS
-        context.refresh.add("inspect marks", self._show_marks, shown, also=(context.editor.tool_changed,))
         return self.pages
 
     def _commands(self) -> Sequence[Command]:
@@ -232,8 +235,8 @@ class InspectPanel(Panel):
 
     def reveal_page(self, number: int) -> None:
         """Open the panel at a page."""
-        self.pages.setCurrentIndex(number)
         self.reveal()
+        self.pages.setCurrentIndex(number)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         """Draw the marks of the panel when it is opened and closed."""
@@ -390,7 +393,7 @@ class InspectPanel(Panel):
         _tell(self.statistics_note, " ".join(filter(None, (*answer.notes, self._iteration_note()))))
 
     def _copy_statistics(self) -> None:
-        if not self.statistics.rows:
+        if not self.made or not self.statistics.rows:
             self.reveal_page(STATISTICS)
             self.context.notes.show_message(f"There are no statistics. {self._with_key(_NO_SUBJECT, 'rectangle')}")
             return
@@ -446,7 +449,7 @@ class InspectPanel(Panel):
 
     def _delete_measurements(self) -> None:
         """Delete the measurements selected in the list, or all; they can be restored."""
-        lines, chosen = self.inspection.measurements, self.measurements.chosen()
+        lines, chosen = self.inspection.measurements, self.measurements.chosen() if self.made else []
         if not lines:
             self.context.notes.show_message("There are no measurements to delete.")
             return

@@ -8,7 +8,7 @@ from functools import partial
 
 from PySide6.QtCore import QSettings, Qt
 from PySide6.QtGui import QAction
-from PySide6.QtWidgets import QInputDialog, QMenu
+from PySide6.QtWidgets import QInputDialog
 
 from ...base.commands import Actions, Command, describe
 from ...views.layouts import CORRECT as CORRECT_VIEWS
@@ -55,7 +55,7 @@ class LayoutsFeature(Feature):
         context.actions.add(self._commands())
         self._actions: dict[str, QAction] = {name: context.actions[f"layout_{name}"] for name in names}
         context.views.layoutChanged.connect(self._follow_views)
-        self.menu = QMenu("&Layout", context.window)
+        self.menu = context.actions.menu("&Layout", context.window)
         self.bar = LayoutBar()
         self.header = Header(context.window.menuBar(), context.feature(ViewsFeature).bar, self.bar)
         context.centre.turned.connect(self.header.fit)
@@ -316,10 +316,7 @@ class LayoutsFeature(Feature):
         actions = self.context.actions
         self.menu.clear()
         self.menu.addActions(shown)
-        self.menu.addSeparator()
-        self.menu.addActions([actions[name] for name in ("save_layout", "rename_layout", "delete_layout")])
-        self.menu.addSeparator()
-        self.menu.addAction(actions["reset_layout"])
+        actions.fill(self.menu, "| save_layout rename_layout delete_layout | reset_layout")
         self.bar.set_actions(shown)
         self.header.fit()
         actions.refresh()

@@ -20,6 +20,7 @@ from ilf.project.state_codec import UnreadableFrame
 
 from ...base import theme
 from ...base.commands import Command
+from ...base.needs import Need
 from ...project.current_project import CurrentProject, source_of
 from ...state.document import Document
 from ...state.entries import Entry
@@ -85,10 +86,9 @@ class ProjectFeature(Feature):
         context.refresh.add(
             "title",
             self._show_title,
-            Part.FRAME | Part.LIST,
+            Part.FRAME | Part.LIST | Part.CONTENT,
             also=(
                 workspace.project_touched,
-                workspace.touched,
                 workspace.undo_group.cleanChanged,
                 self.saving.changed,
             ),
@@ -124,7 +124,7 @@ class ProjectFeature(Feature):
                 icon="ph.floppy-disk",
                 keys="Ctrl+S",
                 handler=self.save,
-                why_off=self._why_empty,
+                needs=Need.LISTED,
             ),
             Command(
                 "save_project_as",
@@ -132,7 +132,7 @@ class ProjectFeature(Feature):
                 "Save all frames with the work on them to another file, optionally with the frames' own files",
                 keys="Ctrl+Shift+S",
                 handler=self.save_as,
-                why_off=self._why_empty,
+                needs=Need.LISTED,
             ),
             Command(
                 "show_project",
@@ -143,9 +143,6 @@ class ProjectFeature(Feature):
                 why_off=lambda: "" if self._saved_file() else "The project is not saved yet.",
             ),
         )
-
-    def _why_empty(self) -> str:
-        return "" if len(self.context.workspace.entries) else "Open a frame first."
 
     def begin(self) -> None:
         """Insert the menu of recent projects and the button *Save*."""

@@ -207,7 +207,7 @@ class RecentFeature(Feature):
         self.frames = RecentOrigins("frames", context.panels.persistent)
         self._noted: set[str] = set()
         self.menu = RecentMenu("Open re&cent", self.frames, self._open, context.window)
-        context.workspace.changed.connect(lambda parts: self._note() if parts & Part.LIST else None)
+        context.workspace.on(Part.LIST, self._note)
         context.loader.listed.connect(self.menu.note)
 
     def begin(self) -> None:

@@ -11,7 +11,6 @@ from PySide6.QtWidgets import (
     QDialog,
     QDialogButtonBox,
     QHBoxLayout,
-    QMenu,
     QSpinBox,
     QWidget,
 )
@@ -264,9 +263,7 @@ class PropagationFeature(Feature):
 
     def begin(self) -> None:
         """Insert the menu of the methods."""
-        menu = QMenu("Pr&opagation method", self.context.window)
-        menu.setToolTipsVisible(True)
-        menu.addActions([self.context.actions[name] for name in HOW])
+        menu = self.context.actions.menu("Pr&opagation method", self.context.window, " ".join(HOW))
         insert_menu(self.context.window.menuBar(), menu, self.context.actions["propagate_through"])
 
     def pending_work(self) -> list[PendingWork]:

@@ -7,12 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from PySide6.QtCore import QModelIndex, QPoint, QSize, QSortFilterProxyModel
-from PySide6.QtWidgets import (
-    QHBoxLayout,
-    QMenu,
-    QVBoxLayout,
-    QWidget,
-)
+from PySide6.QtWidgets import QHBoxLayout, QVBoxLayout, QWidget
 
 from ilf._runtime.formatting import counted
 from ilf.data.results import BlockResult
@@ -76,7 +71,6 @@ class RunsPanel(Panel):
     def make(self) -> QWidget:
         """Make the table, with its commands above it as icons."""
         actions = self.context.actions
-        actions.add(self._commands())
         self.model = RunModel(self.context.window)
         self.view = RunView(self.model)
         widget = QWidget()
@@ -117,7 +111,7 @@ class RunsPanel(Panel):
                 icon="ph.columns",
                 keys="Ctrl+Shift+D",
                 handler=self.compare,
-                needs=Need.FRAME,
+                needs=Need.RUNS,
                 why_off=self._why_none_selected,
             ),
             Command(
@@ -126,7 +120,7 @@ class RunsPanel(Panel):
                 "Set the parameters of the selected run, common and per-block ones; results stay as they are",
                 icon="ph.arrow-u-up-left",
                 handler=self.restore,
-                needs=Need.FRAME,
+                needs=Need.RUNS,
                 why_off=self._why_not_one,
             ),
             Command(
@@ -136,7 +130,7 @@ class RunsPanel(Panel):
                 icon="ph.check-circle",
                 keys="Ctrl+Shift+A",
                 handler=self.accept,
-                needs=Need.FRAME,
+                needs=Need.RUNS,
                 why_off=self._why_not_one,
             ),
             Command(
@@ -145,7 +139,7 @@ class RunsPanel(Panel):
                 "Rename the selected run (F2 in the list)",
                 icon="ph.pencil-simple",
                 handler=lambda: self.edit_cell(Column.NAME),
-                needs=Need.FRAME,
+                needs=Need.RUNS,
                 why_off=self._why_not_one,
             ),
             Command(
@@ -154,7 +148,7 @@ class RunsPanel(Panel):
                 "Edit the note on the selected run",
                 icon="ph.note-pencil",
                 handler=lambda: self.edit_cell(Column.NOTE),
-                needs=Need.FRAME,
+                needs=Need.RUNS,
                 why_off=self._why_not_one,
             ),
             Command(
@@ -163,7 +157,7 @@ class RunsPanel(Panel):
                 "Delete the selected runs (Del in the list)",
                 icon="ph.trash",
                 handler=self.delete,
-                needs=Need.FRAME,
+                needs=Need.RUNS,
                 why_off=self._why_none_selected,
             ),
             Command(
@@ -172,8 +166,7 @@ class RunsPanel(Panel):
                 "Write the list of runs, with all parameters, as CSV",
                 icon="ph.export",
                 handler=self.ask_export,
-                needs=Need.FRAME,
-                why_off=self._why_none,
+                needs=Need.RUNS,
             ),
             Command(
                 "clear_runs",
@@ -181,8 +174,7 @@ class RunsPanel(Panel):
                 "Delete all runs of the frame",
                 icon="ph.backspace",
                 handler=self.clear,
-                needs=Need.FRAME,
-                why_off=self._why_none,
+                needs=Need.RUNS,
             ),
         )
 
@@ -296,7 +288,9 @@ class RunsPanel(Panel):
     def selected(self) -> list[StoredRun]:
         """Return the selected runs of the current frame in table order; a hidden table may show another frame."""
         workspace = self.context.workspace
-        there = workspace.current.state.runs if workspace.has_current else ()
+        if not self.made or not workspace.has_current:
+            return []
+        there = workspace.current.state.runs
         rows = sorted(self.view.selectionModel().selectedRows(), key=QModelIndex.row)
         chosen = [self.model.runs[self._proxy.mapToSource(index).row()] for index in rows]
         return [stored for stored in chosen if stored in there]
@@ -321,22 +315,13 @@ class RunsPanel(Panel):
         else:
             workspace.current.change_run(stored, **{what: value})
 
-    def _why_none(self) -> str:
-        return "" if self.context.workspace.current.state.runs else "There are no runs yet."
-
     def _why_none_selected(self) -> str:
-        return self._why_none() or ("" if self.selected() else "Select a run first.")
+        return "" if self.selected() else "Select a run first."
 
     def _why_not_one(self) -> str:
-        return self._why_none() or ("" if len(self.selected()) == 1 else "Select one run first.")
+        return "" if len(self.selected()) == 1 else "Select one run first."
 
     def _show_menu(self, place: QPoint) -> None:
-        menu = QMenu(self.view)
-        menu.setToolTipsVisible(True)
-        for name in _MENU.split():
-            if name == "|":
-                menu.addSeparator()
-            else:
-                menu.addAction(self.context.actions[name])
+        menu = self.context.actions.menu("", self.view, _MENU)
         menu.exec(self.view.viewport().mapToGlobal(place))
         menu.deleteLater()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import NamedTuple
 
 from ...project.store import WorkStore
@@ -30,13 +31,14 @@ class FlickerFeature(Feature):
         self._questions = LatestRequest[_Question, Before](_find, self)
         self._questions.answered.connect(self._take)
         self._questions.failed.connect(lambda _, error: context.views.show_found(before=Before(text=str(error))))
-        context.workspace.changed.connect(lambda parts: self._questions.forget() if parts & Part.FRAME else None)
+        context.workspace.on(Part.FRAME, self._questions.forget)
         context.refresh.add(
             "flicker",
             self.show,
             Part.FRAME | Part.LIST | Part.RESULTS | Part.INVALID_MASK,
             Part.SOME_RESULTS,
             also=(context.views.shownChanged,),
+            when=partial(context.views.shows, "before"),
         )
 
     @property
@@ -45,9 +47,9 @@ class FlickerFeature(Feature):
         return self._questions.busy
 
     def show(self) -> None:
-        """Find the change against the frame before, if a view shows it."""
+        """Find the change against the frame before, which a view shows."""
         workspace, views = self.context.workspace, self.context.views
-        if not workspace.has_current or not views.shows("before"):
+        if not workspace.has_current:
             return
         entry, (shown, _) = workspace.entries.of(workspace.current.id), self._frames.shown()
         row = shown.index(entry) if entry in shown else 0

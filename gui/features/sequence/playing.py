@@ -9,7 +9,7 @@ from contextlib import ExitStack, closing
 from dataclasses import dataclass, replace
 
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QHBoxLayout, QMenu, QToolButton, QWidget
+from PySide6.QtWidgets import QHBoxLayout, QToolButton, QWidget
 
 from ilf.data.parameters import Parameters
 from ilf.errors import IlfError
@@ -363,12 +363,7 @@ class _PlayBar(QWidget):
         super().__init__()
         play, self._speed = QToolButton(), QToolButton()
         play.setDefaultAction(actions["play_frames"])
-        menu = QMenu(self)
-        menu.setToolTipsVisible(True)
-        menu.addActions([actions[name] for name in _SPEEDS])
-        menu.addSeparator()
-        menu.addActions([actions["play_loop"], actions["play_completed"]])
-        self._speed.setMenu(menu)
+        self._speed.setMenu(actions.menu("", self, f"{' '.join(_SPEEDS)} | play_loop play_completed"))
         self._speed.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
         self._speed.setAccessibleName("Speed of playing")
         self._speed.setToolTip("Speed, loop, and completion while playing")

@@ -12,6 +12,7 @@ import pytest
 from gui.project.current_project import CurrentProject
 from gui.state.document import Document
 from gui.state.entries import Entry
+from gui.state.parts import Part
 from gui.state.workspace import Workspace
 from ilf.data.blocks import Blocks
 from ilf.data.parameters import BlockParameters
@@ -125,12 +126,16 @@ def _save(present: CurrentProject, workspace):
 @pytest.mark.parametrize("do", WORK.values(), ids=WORK)
 def test_work_is_unsaved_and_saved_work_is_not(saved, workspace, document, do):
     told: list[object] = []
+    titled: list[None] = []
     workspace.touched.connect(told.append)
     workspace.project_touched.connect(lambda: told.append(None))
+    workspace.on(Part.LIST | Part.CONTENT, lambda: titled.append(None))
     do(workspace, document)
+    workspace.tell()
     assert saved.unsaved
     assert saved.words() or any(entry.unsaved_summary() for entry in workspace.entries)
     assert told, "who keeps the work has been told"
+    assert titled or None in told, "and who shows that it is unsaved"
     _save(saved, workspace)
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from gui.state.document import Document
-from gui.tools.kinds import KINDS, make_tools
+from gui.tools.kinds import KINDS, Tools
 from gui.views.interaction import PointerKind
 from ilf.data.frame import RGBDFrame
 from ilf.run.run import Run
@@ -18,7 +18,7 @@ def host(small_frame, small_labels, qapp):
 
 
 def hand(host, tool):
-    return Hand(make_tools()[tool], host)
+    return Hand(Tools()[tool], host)
 
 
 def measured(host):

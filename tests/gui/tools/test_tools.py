@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from gui.tools.base import Tool
-from gui.tools.kinds import make_tools
+from gui.tools.kinds import KINDS, Tools
 from gui.tools.line import Pen, straightened
 from gui.views.interaction import PointerEvent, PointerKind
 from ilf.segmentation.editing.patches import patch_between
@@ -21,7 +21,7 @@ def host(small_frame, small_labels, qapp):
 
 
 def hand(host, name):
-    return Hand(make_tools()[name], host)
+    return Hand(Tools()[name], host)
 
 
 def _move(at, keys=""):
@@ -586,7 +586,7 @@ def test_locked_blocks_are_left_alone_by_every_tool(host):
         assert np.array_equal(host.labels, before), name
 
 
-@pytest.mark.parametrize("name", list(make_tools()))
+@pytest.mark.parametrize("name", [kind.name for kind in KINDS])
 def test_what_is_given_up_leaves_nothing(host, name):
     """Events of a drag that was given up come all the same, and mean nothing."""
     user = hand(host, name)
@@ -631,9 +631,9 @@ def test_stretches_of_a_pen_join():
 
 
 def test_every_tool_says_what_it_does():
-    hints = [tool.hint for tool in make_tools().values()]
+    hints = [kind.make().hint for kind in KINDS]
     assert len(set(hints)) == len(hints)
-    assert all(isinstance(tool, Tool) for tool in make_tools().values())
+    assert all(isinstance(kind.make(), Tool) for kind in KINDS)
 
 
 @pytest.mark.parametrize(

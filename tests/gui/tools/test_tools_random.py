@@ -4,7 +4,7 @@ import numpy as np
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 
-from gui.tools.kinds import make_tools
+from gui.tools.kinds import KINDS
 from ilf.segmentation.editing.patches import border_pixels
 
 from ..tool_host import Hand, ToolHost
@@ -16,7 +16,7 @@ _point = st.tuples(st.floats(-4, 68), st.floats(-4, 52))
 _keys = st.sampled_from(["", "", "", "s", "c", "a"])
 _gesture = st.fixed_dictionaries(
     {
-        "tool": st.sampled_from(list(make_tools())),
+        "tool": st.sampled_from([kind.name for kind in KINDS]),
         "how": st.sampled_from(["drag", "drag", "adjusted", "clicks", "clicks", "double click", "given up", "left"]),
         "points": st.lists(_point, min_size=2, max_size=5),
         "keys": _keys,
@@ -84,7 +84,7 @@ def _work(frame, gestures, holes):
     labels[:6] = 0 if holes else 4
     host = ToolHost(frame, labels)
     host.document.change_info(LOCKED, locked=True)
-    tools = make_tools()
+    tools = {kind.name: kind.make() for kind in KINDS}
     for tool in tools.values():
         host.workspace.about_to_change.connect(lambda tool=tool: tool.cancel(host))
     stack = host.document.undo_stack

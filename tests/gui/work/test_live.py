@@ -108,7 +108,7 @@ def test_nothing_is_solved_before_a_first_run_or_where_it_is_not_wanted(bench, s
 
 def test_what_is_touched_during_a_run_is_solved_after_it(bench, solver, until):
     _run(bench, until)
-    bench.runs.pause()
+    bench.runs.of(bench.document).pause()
     bench.runs.start()
     bench.workspace.current.edit(_patch(bench, 2), "Paint")
     until(lambda: len(bench.script.runs) == 3)

@@ -102,7 +102,7 @@ def test_a_run_takes_the_place_of_a_re_solve_and_keeps_it(bench, until, stepwise
     bench.script.allow()
     if stepwise:
         until(lambda: bench.runs.state is RunState.PAUSED)
-        bench.runs.resume()
+        bench.runs.of(bench.document).resume()
     until(lambda: bool(bench.said))
     assert [list(steps.run.only) for steps in bench.script.runs] == [[1], [2]], (
         "values that came later do not push it aside"

@@ -47,7 +47,11 @@ def test_a_run_goes_over_all_blocks_with_their_parameters_and_leaves_one_core(be
     assert bench.runs.state is RunState.IDLE
     assert bench.states[0] is RunState.RUNNING
     assert bench.states[-1] is RunState.IDLE
-    assert (bench.runs.running, bench.document.results.running, bench.runs.share_done) == ([], [], 0.0)
+    assert (bench.runs.running, bench.document.results.running, bench.runs.of(bench.document).share_done) == (
+        [],
+        [],
+        0.0,
+    )
 
 
 def test_what_a_run_did_without_is_said_once(bench, until):
@@ -74,10 +78,10 @@ def test_records_results_and_progress_come_as_they_are_made(bench, until):
     assert bench.runs.queued == {1, 2}
     bench.script.allow(2)
     until(lambda: len(results.live.get(1, [])) == 2)
-    assert (results.running, bench.runs.queued, bench.runs.share_done) == ([1], {2}, 0.0)
+    assert (results.running, bench.runs.queued, bench.runs.of(bench.document).share_done) == ([1], {2}, 0.0)
     bench.script.allow(1)
     until(lambda: 1 in bench.document.valid_results())
-    assert (results.running, bench.runs.queued, bench.runs.share_done) == ([], {2}, 15 / 32)
+    assert (results.running, bench.runs.queued, bench.runs.of(bench.document).share_done) == ([], {2}, 15 / 32)
     bench.script.allow(1)
     until(lambda: results.running == [2])
     assert bench.runs.queued == set()
@@ -275,7 +279,7 @@ def test_frames_run_side_by_side(bench, until):
     bench.workspace.show(bench.document)
     assert bench.runs.state is RunState.RUNNING, "the other one alone is held"
     bench.workspace.show(other)
-    bench.runs.resume()
+    bench.runs.of(other).resume()
     bench.script.allow()
     until(lambda: len(bench.said) == 2)
     assert (set(bench.document.valid_results()), set(other.valid_results())) == ({1, 2}, {2})
@@ -314,7 +318,7 @@ def test_blocks_that_wait_for_the_correction_stay_when_a_run_is_cancelled(bench,
     first = bench.document.valid_results()[1]
     waits = replace(first, parameters=first.parameters.replace(correction=False))
     bench.run.uncorrected[2] = replace(waits, block=find_blocks(bench.document.labels)[2], depth=second_depth(bench))
-    assert bench.runs.share_done == 1.0
+    assert bench.runs.of(bench.document).share_done == 1.0
     bench.runs.cancel()
     bench.script.allow()
     until(lambda: bool(bench.said))
