@@ -205,8 +205,9 @@ def _shape(
     y, x = ((np.arange(size) - (cell - 1) / 2) / (cell * max(-(-size // cell) - 1, 1) / 2) - 1 for size in shape)
     square = np.zeros((3, 3))
     square[tuple(zip(*_POWERS, strict=True))] = coefficients
-    found = np.vander(y[rows], 3, increasing=True) @ square @ np.vander(x, 3, increasing=True).T
-    return _as_depth(found, inverse)
+    along_x = square @ np.vander(x, 3, increasing=True).T
+    # threads of BLAS would spin longer than they work
+    return _as_depth(np.einsum("ya,ax->yx", np.vander(y[rows], 3, increasing=True), along_x), inverse)
 
 
 def _sheet(counts: NDArray[np.float64], totals: NDArray[np.float64], cell: int) -> NDArray[np.float64]:
