@@ -10,6 +10,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from enum import StrEnum
 from functools import lru_cache
+from operator import attrgetter
 from typing import TYPE_CHECKING, Any, Self, overload
 
 import numpy as np
@@ -592,9 +593,9 @@ class CompactHistory(Sequence[IterationRecord]):
 
     def __init__(self, records: Sequence[IterationRecord]) -> None:
         self._first = records[0]
-        self._columns: dict[str, NDArray[Any]] = {
-            field.name: np.array([getattr(record, field.name) for record in records]) for field in fields(self._first)
-        }
+        names = [field.name for field in fields(self._first)]
+        columns = zip(*map(attrgetter(*names), records), strict=True)
+        self._columns: dict[str, NDArray[Any]] = dict(zip(names, map(np.array, columns), strict=True))
 
     @classmethod
     def from_columns(cls, kind: type[IterationRecord], columns: Mapping[str, NDArray[Any]]) -> Self:

@@ -15,7 +15,7 @@ from ...data.parameters import BlockParameters, Parameters
 from ...data.pixel_grids import nearest_values, sums_of_four
 from ...errors import InputError, InstallationError
 from ...segmentation.edges.frame_edges import FrameEdges, find_edges
-from ..edge_aware.smoothness import solve_grid
+from ..banded import solve_grid
 from ..filter import edge_parameters
 
 Array = NDArray[np.float32]

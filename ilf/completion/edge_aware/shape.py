@@ -12,10 +12,10 @@ import cv2
 import numpy as np
 from numpy.polynomial import legendre
 from numpy.typing import NDArray
-from scipy.linalg import LinAlgError, solveh_banded
 
 from ..._runtime.compiling import compiled
 from ...data.frame import FARTHEST_DEPTH
+from ..banded import empty_band, solve_band
 from .noise import Noise
 
 Array = NDArray[np.float64]
@@ -205,23 +205,24 @@ def _shape(
     y, x = ((np.arange(size) - (cell - 1) / 2) / (cell * max(-(-size // cell) - 1, 1) / 2) - 1 for size in shape)
     square = np.zeros((3, 3))
     square[tuple(zip(*_POWERS, strict=True))] = coefficients
-    found = np.vander(y[rows], 3, increasing=True) @ square @ np.vander(x, 3, increasing=True).T
-    return _as_depth(found, inverse)
+    along_x = square @ np.vander(x, 3, increasing=True).T
+    # threads of BLAS would spin longer than they work
+    return _as_depth(np.einsum("ya,ax->yx", np.vander(y[rows], 3, increasing=True), along_x), inverse)
 
 
 def _sheet(counts: NDArray[np.float64], totals: NDArray[np.float64], cell: int) -> NDArray[np.float64]:
     """A stiff sheet through the cells' samples; `totals` of cells without a count are ignored."""
     if counts.shape[0] < counts.shape[1]:  # the band is narrower along the shorter side
         return _sheet(counts.T, totals.T, cell).T
-    wanted = np.where(counts > 0, totals, 0.0).ravel()
+    wanted = np.where(counts > 0, totals, 0.0).reshape(1, -1)
     least = 1e-6
     while True:
         band = _third_differences(*counts.shape) * (_STIFFNESS / cell**4)
-        band[0] += counts.ravel() + least
-        try:
-            return solveh_banded(band, wanted, overwrite_ab=True, lower=True, check_finite=False).reshape(counts.shape)
-        except LinAlgError:  # samples in a row or a corner hold the sheet by less than rounding
-            least *= 10
+        band[:, 0] += counts.ravel() + least
+        found = solve_band(band, wanted.copy())
+        if np.isfinite(found).all():
+            return found.reshape(counts.shape)
+        least *= 10  # samples in a row or a corner hold the sheet by less than rounding
 
 
 def _spread(
@@ -255,16 +256,17 @@ _DIFFERENCES = ((1,), (1, -1), (1, -2, 1), (1, -3, 3, -1))
 
 
 def _third_differences(height: int, width: int) -> Array:
-    """Lower band of the operator of the sum of squared third differences, the mixed ones weighted most: f(x) + g(y) is
-    smooth."""
-    band = np.zeros((3 * width + 1, height, width))
+    """`empty_band` with the operator of the sum of squared third differences, the mixed ones weighted most: f(x) + g(y)
+    is smooth."""
+    band = empty_band(height * width, 3 * width)
     for order, times in enumerate((1, _MIXED, _MIXED, 1)):
         other = 3 - order
         for down, right in itertools.product(range(order + 1), range(-other, other + 1)):
             if height > order and width > other and (down > 0 or right >= 0):
-                entries = band[down * width + right, : height - down, max(0, -right) : width - max(0, right)]
+                entries = band[:, down * width + right].reshape(height, width)  # a view
+                entries = entries[: height - down, max(0, -right) : width - max(0, right)]
                 entries += times * np.outer(_squared(height, order, down), _squared(width, other, abs(right)))
-    return band.reshape(-1, height * width)
+    return band
 
 
 def _squared(size: int, order: int, off: int) -> Array:

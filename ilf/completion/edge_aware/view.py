@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from ...data.by_hand import DepthByHand
 from ...data.frame import RGBDFrame
 from ...data.frame_cache import once_per_frame
-from ...data.label_map import Block, Box, union, within
+from ...data.label_map import Block, Box, union, widened, within
 from ...data.neighbours import WEIGHT
 from ...data.parameters import Parameters
 from ...data.results import hold_out_mask
@@ -127,18 +127,22 @@ def beyond_sensor_range(frame: RGBDFrame, block: Block) -> BeyondRange | None:
     at_reach = _AT_REACH * sensor_range_of(frame)
     if not (frame.depth[block.box][block.mask] >= at_reach).any():
         return None
-    rows, columns = (slice(max(side.start - _BACK[1], 0), side.stop + _BACK[1]) for side in block.box)
+    rows, columns = widened(block.box, _BACK[1])
     depth, known = frame.depth[rows, columns], frame.known[rows, columns]
-    inside = np.zeros(frame.shape, bool)
-    inside[block.box] = block.mask
-    own_missing = (inside & missing)[rows, columns].astype(np.uint8)
+    inside = np.zeros(depth.shape, bool)
+    inside[within(block.box, (rows, columns))] = block.mask
+    own_missing = (inside & missing[rows, columns]).astype(np.uint8)
     count, holes, boxes, _ = cv2.connectedComponentsWithStats(own_missing, connectivity=4)
     pixels, in_front, limits = np.zeros(frame.shape, bool), np.zeros(frame.shape, bool), []
+    at_end = inside & (depth >= at_reach)
     for number in range(1, count):
-        x, y, width, height = boxes[number, :4]
-        part = np.s_[max(y - _BACK[1], 0) : y + height + _BACK[1], max(x - _BACK[1], 0) : x + width + _BACK[1]]
+        x, y, width, height, _ = boxes[number].tolist()
+        box = slice(y, y + height), slice(x, x + width)
+        if 2 * np.count_nonzero(at_end[widened(box, _RIM)]) < _LEAST_RIM:  # the rim's median cannot be at the end
+            continue
+        part = widened(box, _BACK[1])
         hole, there = holes[part] == number, depth[part]
-        own = inside[rows, columns][part] & known[part]
+        own = inside[part] & known[part]
         off = cv2.distanceTransform((~hole).astype(np.uint8), cv2.DIST_L2, 5)
         rim, back = there[own & (off <= _RIM)], there[own & (off > _BACK[0]) & (off <= _BACK[1])]
         if rim.size < _LEAST_RIM or back.size == 0 or known[part][(off <= _RIM) & ~hole].mean() < _DENSE:

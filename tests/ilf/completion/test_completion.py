@@ -2,6 +2,7 @@
 
 import dataclasses
 import re
+import subprocess
 import sys
 import threading
 import time
@@ -322,6 +323,31 @@ def test_results_do_not_depend_on_the_number_of_threads(patchwork, monkeypatch, 
             dataclasses.replace(r, seconds=0.0) for r in history
         ]
         assert seen.get(label, []) == [r.i for r in history]
+
+
+_BITS = """
+import hashlib
+import ilf
+from tests.bench.samples import scaled
+
+frame = scaled((240, 180))
+for mode in ("fill", "fill+denoise"):
+    result = ilf.complete(frame, mode=mode)
+    print(*(hashlib.sha256(values).hexdigest() for values in (result.depth, ilf.expected_error(result))))
+"""
+
+
+@pytest.mark.parametrize("numpy_only", ["0", "1"])
+def test_results_do_not_depend_on_the_number_of_threads_of_blas(monkeypatch, numpy_only):
+    """A banded factorisation on two threads differs from one on one in the last bits."""
+    monkeypatch.setenv("NUMBA_DISABLE_JIT", numpy_only)
+    children = []
+    for threads in "124":
+        monkeypatch.setenv("OPENBLAS_NUM_THREADS", threads)
+        children.append(subprocess.Popen([sys.executable, "-c", _BITS], stdout=subprocess.PIPE, text=True))
+    found = [child.communicate()[0] for child in children]
+    assert len(found[0].split()) == 4
+    assert found == [found[0]] * 3
 
 
 def test_one_thread_steps_through_the_blocks_in_order_and_no_faster_than_asked(small_frame, small_labels):

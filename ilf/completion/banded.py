@@ -1,0 +1,145 @@
+"""Direct solution of symmetric, positive definite systems in which every unknown is coupled to a few that follow.
+
+No BLAS: on several threads, its factors differ in the last bits, and its threads spin while they wait.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.lib.stride_tricks import as_strided
+from numpy.typing import NDArray
+from scipy.linalg import cho_solve_banded
+
+from .._runtime.compiling import compiled
+
+Values = NDArray[np.float64]
+
+_LANES = 32
+"""Rows are subtracted in multiples of this many columns: whole vectors, without a remainder."""
+
+_BEYOND = 3 + _LANES
+"""Columns of zeros beyond the band, so that four rows can be subtracted at a time, in whole vectors."""
+
+
+def empty_band(cells: int, reach: int) -> Values:
+    """Make the array for `solve_band`, all 0, float64 (N, R + 36): column k of row i is for the matrix entry
+    (i, i + k), with k up to R, the reach."""
+    return np.zeros((cells, reach + 1 + _BEYOND))
+
+
+def solve_grid(diagonal: Values, along_x: tuple[Values, ...], along_y: tuple[Values, ...], wanted: Values) -> Values:
+    """Solve a symmetric, positive definite system over the cells of a grid.
+
+    Parameters
+    ----------
+    diagonal : ndarray, shape (H, W)
+        Diagonal entries.
+    along_x, along_y : tuple of ndarray, shape (H, W)
+        Entries between a cell and the next, the one after that, and so on, along x and along y; 0 beyond the grid.
+    wanted : ndarray, shape (K, H, W)
+        Right-hand sides.
+
+    Returns
+    -------
+    ndarray of float64, shape (K, H, W)
+    """
+    height, width = diagonal.shape
+    if height < width:  # the band is narrower along the shorter side
+        turned = solve_grid(
+            diagonal.T, _transposed(along_y), _transposed(along_x), np.ascontiguousarray(wanted.transpose(0, 2, 1))
+        )
+        return np.ascontiguousarray(turned.transpose(0, 2, 1))
+    cells = diagonal.size
+    reach = max(len(along_x), len(along_y) * width)
+    band = empty_band(cells, reach)
+    band[:, 0] = diagonal.ravel()
+    for step, entries in enumerate(along_x, 1):
+        band[:, step] += entries.ravel()
+    for step, entries in enumerate(along_y, 1):
+        band[:, step * width] += entries.ravel()
+    found = wanted.reshape(len(wanted), cells).astype(np.float64)
+    return solve_band(band, found).reshape(wanted.shape)
+
+
+def _transposed(entries: tuple[Values, ...]) -> tuple[Values, ...]:
+    return tuple(values.T for values in entries)
+
+
+def _cholesky(band: Values, found: Values) -> Values:
+    cells, width = band.shape
+    reach = width - _BEYOND
+    entries, lanes = band.reshape(-1), np.uint64(_LANES)  # with signed indices, it is not vectorised
+    for i in range(cells):
+        row, begun = band[i], np.uint64(i * width)
+        k = max(i - reach + 1, 0)
+        while k + 3 < i:
+            off = i - k
+            a, b, c, d = -band[k, off], -band[k + 1, off - 1], -band[k + 2, off - 2], -band[k + 3, off - 3]
+            first, step = np.uint64(k * width + off), np.uint64(width - 1)
+            second, third, fourth = first + step, first + step + step, first + step + step + step
+            length = min(reach - off + 3, reach)
+            for j in range(np.uint64((length + _LANES - 1) // _LANES) * lanes):
+                entries[begun + j] += (
+                    a * entries[first + j] + b * entries[second + j] + c * entries[third + j] + d * entries[fourth + j]
+                )
+            k += 4
+        while k < i:
+            off = i - k
+            a, above = -band[k, off], band[k, off:reach]
+            for j in range(reach - off):
+                row[j] += a * above[j]
+            k += 1
+        scale = 1 / np.sqrt(row[0])
+        for j in range(reach):
+            row[j] *= scale
+    for side in found:
+        for i in range(cells):
+            row = band[i]
+            length = min(reach, cells - i)
+            ahead = side[i : i + length]
+            ahead[0] /= row[0]
+            here = ahead[0]
+            for j in range(1, length):
+                ahead[j] -= row[j] * here
+        for i in range(cells - 1, -1, -1):
+            row = band[i]
+            length = min(reach, cells - i)
+            ahead = side[i : i + length]
+            total = 0.0
+            for j in range(1, length):
+                total += row[j] * ahead[j]
+            side[i] = (side[i] - total) / row[0]
+    return found
+
+
+@compiled(_cholesky)
+def solve_band(band: Values, found: Values) -> Values:
+    """Solve by Cholesky factorisation, row by row.
+
+    Parameters
+    ----------
+    band : ndarray of float64, shape (N, R + 36)
+        From `empty_band`, filled in; overwritten.
+    found : ndarray of float64, shape (K, N)
+        Right-hand sides; overwritten.
+
+    Returns
+    -------
+    ndarray of float64, shape (K, N)
+        NaN if rounding leaves the matrix not positive definite.
+    """
+    cells, reach = len(band), band.shape[1] - _BEYOND
+    # with zeros before and beyond, every row has the same number of rows above it, each shifted by one
+    wide = np.zeros((cells + reach, 2 * reach))
+    wide[reach:, :reach] = band[:, :reach]
+    down, right = wide.strides
+    for i in range(cells):
+        row, above = (
+            wide[reach + i, :reach],
+            as_strided(wide[i + 1 :, reach - 1 :], (reach - 1, reach), (down - right, right)),
+        )
+        row -= np.einsum("i,ij->j", above[:, 0], above)
+        row /= math.sqrt(row[0]) if row[0] > 0 else math.nan
+    return cho_solve_banded((wide[reach:, :reach].T, True), found.T, check_finite=False).T
