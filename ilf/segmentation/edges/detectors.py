@@ -191,9 +191,9 @@ class EdgeNetwork(OnnxNetwork):
             size = (max(1, round(width * scale)), max(1, round(height * scale)))
             rgb = cv2.resize(rgb, size, interpolation=cv2.INTER_AREA if scale < 1 else cv2.INTER_LINEAR)  # type: ignore[assignment]
         padded, window = reflected(rgb, MULTIPLE, _MARGIN)
-        maps = self._run(padded)[:, *window]
+        maps = list(self._run(padded)[:, *window])
         if scale != 1:
-            maps = [cv2.resize(one, (width, height), interpolation=cv2.INTER_LINEAR) for one in maps]
+            maps = [np.asarray(cv2.resize(one, (width, height)), np.float32) for one in maps]
         return [np.clip(one, 0, 1, out=one) for one in maps]
 
     def _run(self, padded: NDArray[np.uint8]) -> NDArray[np.float32]:

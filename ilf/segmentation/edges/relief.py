@@ -130,7 +130,7 @@ def _bend(filled: NDArray[np.float32]) -> NDArray[np.float32]:
     # planes continue beyond the image
     beyond = np.pad(1 / filled, _BEND_RADIUS, mode="reflect", reflect_type="odd")
     rim = _BEND_RADIUS - _CONTINUITY_DISTANCE
-    inverse = cv2.blur(beyond, (_AVERAGED, _AVERAGED))[rim:-rim, rim:-rim]
+    inverse = np.asarray(cv2.blur(beyond, (_AVERAGED, _AVERAGED))[rim:-rim, rim:-rim], np.float32)
     bend = np.empty_like(filled)
     for top in range(0, len(filled), _STRIP):
         rows = slice(top, top + _STRIP)
