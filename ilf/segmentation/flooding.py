@@ -16,6 +16,9 @@ _PIXELS_PER_CHECK = 20_000
 _MAX_PIXELS, _STEPS = 1 << 22, 1 << 20
 """Number of pixels above which heights may be rounded to so many steps."""
 
+_STRIP = 32
+"""Number of rows that are prepared together, so that what that takes stays in the cache."""
+
 Keys = NDArray[np.int64]
 Pixels = NDArray[np.int32]
 
@@ -63,18 +66,21 @@ def flood_large(heights: NDArray[np.float32], markers: NDArray[np.int32], mask: 
     queue each, and equal markers come row by row."""
     if mask.size <= _MAX_PIXELS:
         return flood(heights, markers, mask)
-    low, high = float(heights.min()), float(heights.max())
-    scaled = heights - np.float32(low)
-    scaled *= np.float32((_STEPS - 1) / max(high - low, 1e-6))
-    ground = scaled.astype(np.int32)
-    marked = np.flatnonzero((markers > 0) & mask)
-    steps = ground.ravel()[marked]
-    np.invert(ground, out=ground)
-    np.copyto(ground, markers, where=markers > 0)
+    low, high = np.float32(heights.min()), float(heights.max())
+    per_height = np.float32((_STEPS - 1) / max(high - float(low), 1e-6))
+
+    def steps_of(values: NDArray[np.float32]) -> NDArray[np.int32]:
+        return ((values - low) * per_height).astype(np.int32)
+
     # a rim that is never reached, so that every pixel has four neighbours
     width = mask.shape[1] + 2
     cells = np.zeros((mask.shape[0] + 2, width, 2), np.int32)
-    np.multiply(ground, mask, out=cells[1:-1, 1:-1, 0])
+    regions = cells[1:-1, 1:-1, 0]
+    for top in range(0, len(mask), _STRIP):
+        rows = slice(top, top + _STRIP)
+        regions[rows] = np.where(markers[rows] > 0, markers[rows], ~steps_of(heights[rows])) * mask[rows]
+    marked = np.flatnonzero((markers > 0) & mask)
+    steps = steps_of(heights.ravel()[marked])
     marked += width + 1 + 2 * (marked // mask.shape[1])
     flat, ends, *queued = _for_loops([cells.ravel(), np.full(2 * _STEPS, -1, np.int32), marked, steps])
     fill_queues(flat, ends, *queued)
@@ -82,7 +88,7 @@ def flood_large(heights: NDArray[np.float32], markers: NDArray[np.int32], mask: 
     while reached < _STEPS:
         check_cancelled()
         reached = grow_by_steps(flat, ends, reached, _PIXELS_PER_CHECK, width)
-    return np.maximum(cells[1:-1, 1:-1, 0], 0)
+    return np.maximum(regions, 0)
 
 
 def _with_rim(markers: NDArray[np.int32], mask: NDArray[np.bool_]) -> tuple[NDArray[np.int32], NDArray[np.bool_]]:
