@@ -71,9 +71,7 @@ def find_boundaries(
     parameters : BlockParameters
         The same as for `find_edges`, `canny_lines` and `relief_of`.
     """
-    strength, edges, guide = found.detected, lines, found.detected
-    if parameters.use_depth and parameters.use_creases and found.crease is not None:
-        strength = np.maximum(strength, found.crease)
+    strength, edges, guide = _detected(found, parameters), lines, found.detected
     if found.network is not None:
         edges = otsu_edges(strength, parameters.threshold)
         guide = strength + np.where(lines, np.float32(_CANNY_RAISE), np.float32(0))
@@ -91,6 +89,13 @@ def find_boundaries(
         np.where(jumps, np.float32(_JUMP_HEIGHT), guide),
         relief,
     )
+
+
+def _detected(found: FrameEdges, parameters: BlockParameters) -> NDArray[np.float32]:
+    """Strength by the detector, and by its creases if they count."""
+    if parameters.use_depth and parameters.use_creases and found.crease is not None:
+        return np.maximum(found.detected, found.crease)
+    return found.detected
 
 
 # From edges to watertight boundaries: dilation, and contraction with the edges as the guide (section 2).
@@ -394,10 +399,13 @@ def _boundaries(frame: RGBDFrame, parameters: BlockParameters) -> Boundaries:
 def _blocks(frame: RGBDFrame, parameters: BlockParameters) -> NDArray[np.int32]:
     """The label map, int32 (H, W)."""
     regions = _regions(frame, parameters.replace(**_MERGING_DEFAULTS))
-    found = _boundaries(frame, parameters)
+    strength, relief = _detected(find_edges(frame, parameters), parameters), None
+    if parameters.use_depth:
+        relief = relief_of(frame, parameters)
+        strength = np.where(mark(relief.jumps), np.float32(1), strength)
     smallest = parameters.smallest_block(regions.size)
     check_cancelled()
-    graph = RegionGraph(regions, found.strength, frame, found.relief)
+    graph = RegionGraph(regions, strength, frame, relief)
     release_memory(regions.size)
     check_cancelled()
     limit = _MEDIUM_MERGE_COST ** (2 * parameters.granularity)

@@ -16,6 +16,9 @@ _PIXELS_PER_CHECK = 20_000
 _MAX_PIXELS, _STEPS = 1 << 22, 1 << 20
 """Number of pixels above which heights may be rounded to so many steps."""
 
+_STRIP = 32
+"""Number of rows that are prepared together, so that what that takes stays in the cache."""
+
 Keys = NDArray[np.int64]
 Pixels = NDArray[np.int32]
 
@@ -63,20 +66,29 @@ def flood_large(heights: NDArray[np.float32], markers: NDArray[np.int32], mask: 
     queue each, and equal markers come row by row."""
     if mask.size <= _MAX_PIXELS:
         return flood(heights, markers, mask)
-    regions, dry = _with_rim(markers, mask)
-    steps = np.zeros(regions.shape, np.int32)
-    low, high = float(heights.min()), float(heights.max())
-    per_height = np.float32((_STEPS - 1) / max(high - low, 1e-6))
-    np.multiply(heights - np.float32(low), per_height, out=steps[1:-1, 1:-1], casting="unsafe")
-    arrays: list[Any] = [steps.ravel(), dry.ravel(), regions.ravel(), np.flatnonzero(regions)]
-    arrays += [np.full(_STEPS, -1, np.int32), np.empty(_STEPS, np.int32), np.empty(regions.size, np.int32)]
-    *flat, marked, first, last, following = _for_loops(arrays)
-    queues, step = (first, last, following), 0
-    fill_queues(queues, flat[0], marked)
-    while step < _STEPS:
+    low, high = np.float32(heights.min()), float(heights.max())
+    per_height = np.float32((_STEPS - 1) / max(high - float(low), 1e-6))
+
+    def steps_of(values: NDArray[np.float32]) -> NDArray[np.int32]:
+        return ((values - low) * per_height).astype(np.int32)
+
+    # a rim that is never reached, so that every pixel has four neighbours
+    width = mask.shape[1] + 2
+    cells = np.zeros((mask.shape[0] + 2, width, 2), np.int32)
+    regions = cells[1:-1, 1:-1, 0]
+    for top in range(0, len(mask), _STRIP):
+        rows = slice(top, top + _STRIP)
+        regions[rows] = np.where(markers[rows] > 0, markers[rows], ~steps_of(heights[rows])) * mask[rows]
+    marked = np.flatnonzero((markers > 0) & mask)
+    steps = steps_of(heights.ravel()[marked])
+    marked += width + 1 + 2 * (marked // mask.shape[1])
+    flat, ends, *queued = _for_loops([cells.ravel(), np.full(2 * _STEPS, -1, np.int32), marked, steps])
+    fill_queues(flat, ends, *queued)
+    reached = 0
+    while reached < _STEPS:
         check_cancelled()
-        step = grow_by_steps(queues, step, _PIXELS_PER_CHECK, regions.shape[1], *flat)
-    return np.ascontiguousarray(regions[1:-1, 1:-1])
+        reached = grow_by_steps(flat, ends, reached, _PIXELS_PER_CHECK, width)
+    return np.maximum(regions, 0)
 
 
 def _with_rim(markers: NDArray[np.int32], mask: NDArray[np.bool_]) -> tuple[NDArray[np.int32], NDArray[np.bool_]]:
@@ -185,58 +197,57 @@ def grow_regions(
     return waiting, reached
 
 
-Queues = tuple[Pixels, Pixels, Pixels]
-"""First and last pixel of every step's queue, -1 for none, and for every pixel the one that follows it."""
+@compiled()
+def fill_queues(cells: Pixels, ends: Pixels, marked: NDArray[np.intp], steps: Pixels) -> None:
+    """Put marked pixels into the empty queues of their steps."""
+    for place in range(len(marked)):
+        append(cells, ends, steps[place], marked[place])
 
 
 @compiled()
-def fill_queues(queues: Queues, steps: Pixels, marked: NDArray[np.intp]) -> None:
-    """Put marked pixels into empty queues."""
-    for pixel in marked:
-        append(queues, steps[pixel], pixel)
-
-
-@compiled()
-def append(queues: Queues, step: int, pixel: int) -> None:
+def append(cells: Pixels, ends: Pixels, step: int, pixel: int) -> None:
     """Put a pixel at the end of a step's queue."""
-    first, last, following = queues
-    following[pixel] = -1
-    if first[step] < 0:
-        first[step] = pixel
+    cells[2 * pixel + 1] = -1
+    if ends[2 * step] < 0:
+        ends[2 * step] = pixel
     else:
-        following[last[step]] = pixel
-    last[step] = pixel
+        cells[2 * ends[2 * step + 1] + 1] = pixel
+    ends[2 * step + 1] = pixel
 
 
 @compiled()
-def grow_by_steps(
-    queues: Queues,
-    step: int,
-    pixels: int,
-    width: int,
-    steps: Pixels,
-    dry: NDArray[np.bool_],
-    regions: NDArray[np.int32],
-) -> int:
+def grow_by_steps(cells: Pixels, ends: Pixels, step: int, pixels: int, width: int) -> int:
     """Grow the regions from the next `pixels` queued ones, or from all if there are fewer; like `grow_regions`.
+
+    Parameters
+    ----------
+    cells : ndarray of int32
+        Two numbers for each pixel, side by side, since pixels come in no order that a cache foresees. First its region,
+        0 if it is never reached, or, until it is reached, -1 minus the step of its height; then the pixel that follows
+        it in its queue, -1 for none. Updated in place.
+    ends : ndarray of int32
+        First and last pixel of every step's queue; the first is -1 if it is empty. Updated in place.
+    step : int
+        The first step.
+    pixels : int
+    width : int
+        Width of the image with its rim.
 
     Returns
     -------
     int
         The step that is reached; the number of steps at the end.
     """
-    first, _, following = queues
-    while pixels > 0 and step < len(first):
-        pixel = first[step]
+    while pixels > 0 and 2 * step < len(ends):
+        pixel = ends[2 * step]
         if pixel < 0:
             step += 1
             continue
-        first[step] = following[pixel]
+        region, ends[2 * step] = cells[2 * pixel], cells[2 * pixel + 1]
         pixels -= 1
         for neighbour in (pixel - width, pixel - 1, pixel + 1, pixel + width):
-            if dry[neighbour]:
-                dry[neighbour] = False
-                regions[neighbour] = regions[pixel]
-                steps[neighbour] = max(steps[neighbour], step)
-                append(queues, steps[neighbour], neighbour)
+            ground = cells[2 * neighbour]
+            if ground < 0:
+                cells[2 * neighbour] = region
+                append(cells, ends, max(-1 - ground, step), neighbour)
     return step

@@ -5,6 +5,7 @@ from __future__ import annotations
 import heapq
 import itertools
 import math
+import operator
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -48,6 +49,10 @@ _PLANE_STEP, _MIN_PLANE_SAMPLES = 2, 50
 _PLANE_SHARE, _PLANE_PER_METRE = 0.01, 0.003
 """Maximum RMS deviation from a plane as a fraction of depth: the larger of a constant and a term that grows with
 depth."""
+
+
+Border = tuple[float, ...]
+"""What `_borders` sums along a border. Python's numbers: for so few, an array takes several times as long."""
 
 
 @dataclass(frozen=True)
@@ -95,7 +100,7 @@ class RegionGraph:
         self.pixels = np.bincount(regions.ravel(), minlength=count)
         self.known = np.bincount(regions[frame.known], minlength=count)
         self._planes = _Planes(regions, frame, count) if relief is not None else None
-        self._borders: list[dict[int, NDArray[np.float64]]] = [{} for _ in range(count)]
+        self._borders: list[dict[int, Border]] = [{} for _ in range(count)]
         for one, other, border in _borders(regions, strength, relief):
             self._borders[one][other] = self._borders[other][one] = border
 
@@ -104,7 +109,7 @@ class RegionGraph:
 
         The cost of a border is that at its creation, or its present one if that is higher.
         """
-        heap: list[tuple[float, int, int, int, NDArray[np.float64]]] = []
+        heap: list[tuple[float, int, int, int, Border]] = []
         serial = itertools.count()
 
         def push(one: int, other: int) -> None:
@@ -161,7 +166,8 @@ class RegionGraph:
         root = self._parent
         while not np.array_equal(root, root[root]):
             root = root[root]
-        return numbered(root.astype(np.int32)[self._regions])
+        sizes = np.where(root == np.arange(root.size), self.pixels, 0)
+        return _by_size(sizes)[root][self._regions]
 
     def _cost(self, one: int, other: int) -> float:
         length, edge, jumps, seen, evaluated, bend = self._borders[one][other]
@@ -185,7 +191,8 @@ class RegionGraph:
         del self._borders[kept][gone], self._borders[gone][kept]
         for neighbour, border in self._borders[gone].items():
             del self._borders[neighbour][gone]
-            joined = border + self._borders[kept].get(neighbour, 0.0)
+            known = self._borders[kept].get(neighbour)
+            joined = border if known is None else tuple(map(operator.add, border, known))
             self._borders[kept][neighbour] = self._borders[neighbour][kept] = joined
         moved = list(self._borders[gone])
         self._borders[gone] = {}
@@ -194,16 +201,20 @@ class RegionGraph:
 
 def numbered(labels: NDArray[np.integer]) -> NDArray[np.int32]:
     """A label map with its blocks numbered 1, 2, ... in order of decreasing size; 0 stays."""
-    sizes = np.bincount(labels.ravel())
+    return _by_size(np.bincount(labels.ravel()))[labels]
+
+
+def _by_size(sizes: NDArray[np.integer]) -> NDArray[np.int32]:
+    """The numbers of labels of these sizes: 1 for the largest; 0 for label 0 and for labels without pixels."""
     there = 1 + np.flatnonzero(sizes[1:])
     numbers = np.zeros(sizes.size, np.int32)
     numbers[there[np.argsort(-sizes[there], kind="stable")]] = np.arange(1, there.size + 1)
-    return numbers[labels]
+    return numbers
 
 
 def _borders(
     regions: NDArray[np.int32], strength: NDArray[np.float32], relief: Relief | None
-) -> Iterator[tuple[int, int, NDArray[np.float64]]]:
+) -> Iterator[tuple[int, int, Border]]:
     """Neighbouring regions and their border: its length, and the sums along it of the edge strength, the jumps, how far
     depth is seen to be continuous, the pixels with a valid bend, and their bend."""
     count = int(regions.max()) + 1
@@ -224,8 +235,8 @@ def _borders(
         columns.append(np.stack(column))
     pairs, owner = np.unique(np.concatenate(keys), return_inverse=True)
     sums = [np.bincount(owner, values, minlength=pairs.size) for values in np.concatenate(columns, axis=1)]
-    for pair, border in zip(pairs.tolist(), np.stack(sums, axis=1), strict=True):
-        yield pair // count, pair % count, border
+    for pair, *border in zip(pairs.tolist(), *(one.tolist() for one in sums), strict=True):
+        yield pair // count, pair % count, tuple(border)
 
 
 class _Planes:
@@ -237,7 +248,7 @@ class _Planes:
     def __init__(self, regions: NDArray[np.int32], frame: RGBDFrame, count: int) -> None:
         coarse = np.s_[::_PLANE_STEP, ::_PLANE_STEP]
         rows, columns = _PLANE_STEP * np.argwhere(frame.known[coarse] & (regions[coarse] > 0)).T
-        owner = regions[rows, columns]
+        owner = regions[rows, columns].astype(np.intp)
         height, width = regions.shape
         inverse = 1 / frame.depth[rows, columns].astype(np.float64)
         terms = (np.ones(rows.size), columns / width - 0.5, rows / height - 0.5, inverse)

@@ -26,6 +26,9 @@ squares over which its depth is averaged first."""
 _BEND_RADIUS = _CONTINUITY_DISTANCE + _AVERAGED // 2
 """Radius [px] of all depth that is used for a pixel's bend."""
 
+_STRIP = 32
+"""Number of rows whose bends are worked out together, so that they stay in the cache."""
+
 _BEND_SHARE, _BEND_PER_METRE = 0.01, 0.003
 """Maximum deviation from a straight line over `_CONTINUITY_DISTANCE` on a smooth surface, as a fraction of the depth:
 the larger of a constant, which a right-angled room corner in a Kinect's image exceeds by about half, and a term that
@@ -127,7 +130,19 @@ def _bend(filled: NDArray[np.float32]) -> NDArray[np.float32]:
     # planes continue beyond the image
     beyond = np.pad(1 / filled, _BEND_RADIUS, mode="reflect", reflect_type="odd")
     rim = _BEND_RADIUS - _CONTINUITY_DISTANCE
-    inverse = cv2.blur(beyond, (_AVERAGED, _AVERAGED))[rim:-rim, rim:-rim]
+    inverse = np.asarray(cv2.blur(beyond, (_AVERAGED, _AVERAGED))[rim:-rim, rim:-rim], np.float32)
+    bend = np.empty_like(filled)
+    for top in range(0, len(filled), _STRIP):
+        rows = slice(top, top + _STRIP)
+        bend[rows] = _deviation(inverse[top : top + _STRIP + 2 * _CONTINUITY_DISTANCE])
+        bend[rows] *= filled[rows]
+        bend[rows] /= np.maximum(_BEND_SHARE, _BEND_PER_METRE * filled[rows])
+    return bend
+
+
+def _deviation(inverse: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Larger deviation from a straight line along the column or the row, without `_CONTINUITY_DISTANCE` on every
+    side."""
     centre, before, after = (
         slice(_CONTINUITY_DISTANCE, -_CONTINUITY_DISTANCE),
         slice(None, -2 * _CONTINUITY_DISTANCE),
@@ -136,5 +151,4 @@ def _bend(filled: NDArray[np.float32]) -> NDArray[np.float32]:
     twice = 2 * inverse[centre, centre]
     along_column = inverse[before, centre] - twice + inverse[after, centre]
     along_row = inverse[centre, before] - twice + inverse[centre, after]
-    bend = filled * np.maximum(np.abs(along_column), np.abs(along_row))
-    return np.asarray(bend / np.maximum(_BEND_SHARE, _BEND_PER_METRE * filled), np.float32)
+    return np.maximum(np.abs(along_column), np.abs(along_row))
