@@ -47,7 +47,7 @@ def test_no_depth_gets_across_a_drawn_border(ground_truth, changes):
     }
     assert off["drawn"].max() < 0.001
     if "mode" not in changes:  # in which polynomials explain the blocks, and need nothing from beyond any border
-        assert off["extracted"].mean() > 0.03
+        assert off["extracted"].mean() > 0.01
 
 
 @pytest.mark.parametrize("trend", [True, False])
@@ -87,7 +87,7 @@ def test_where_the_border_is_not_drawn_depth_still_counts_on_both_sides():
     }
     apart = {name: np.abs(depth[name] - depth["all"]) for name in ("none", "upper")}
     low, high = HOLE & (ROWS > 75) & _border(LABELS), HOLE & (ROWS < 40) & _border(LABELS)
-    assert apart["upper"][low].mean() > 0.03
+    assert apart["upper"][low].mean() > 0.02
     assert apart["upper"][high].mean() < apart["none"][high].mean() / 5
 
 
