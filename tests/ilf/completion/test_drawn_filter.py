@@ -46,8 +46,9 @@ def test_no_depth_gets_across_a_drawn_border(ground_truth, changes):
         for name, drawn in (("drawn", _border(LABELS)), ("extracted", None))
     }
     assert off["drawn"].max() < 0.001
-    if "mode" not in changes:  # in which polynomials explain the blocks, and need nothing from beyond any border
-        assert off["extracted"].mean() > 0.01
+    # constant depth limits a block, and in the mode, polynomials explain it: neither needs anything from beyond a border
+    if "mode" not in changes and ground_truth is PLANES:
+        assert off["extracted"].mean() > 0.03
 
 
 @pytest.mark.parametrize("trend", [True, False])
@@ -79,7 +80,7 @@ def test_a_thin_block_goes_on_behind_its_drawn_border():
 
 def test_where_the_border_is_not_drawn_depth_still_counts_on_both_sides():
     """One surface that an extracted border crosses: what lies beyond it helps, also beside a stretch that is drawn."""
-    frame = _grey(np.where(LABELS == 1, PLANES, 2.0), HOLE)
+    frame = _grey(PLANES, HOLE)
     upper = _border(LABELS) & (ROWS < 45)
     depth = {
         name: ilf.complete(frame, LABELS, drawn=drawn).depth
@@ -87,7 +88,7 @@ def test_where_the_border_is_not_drawn_depth_still_counts_on_both_sides():
     }
     apart = {name: np.abs(depth[name] - depth["all"]) for name in ("none", "upper")}
     low, high = HOLE & (ROWS > 75) & _border(LABELS), HOLE & (ROWS < 40) & _border(LABELS)
-    assert apart["upper"][low].mean() > 0.02
+    assert apart["upper"][low].mean() > 0.03
     assert apart["upper"][high].mean() < apart["none"][high].mean() / 5
 
 
