@@ -46,7 +46,7 @@ def test_no_depth_gets_across_a_drawn_border(ground_truth, changes):
         for name, drawn in (("drawn", _border(LABELS)), ("extracted", None))
     }
     assert off["drawn"].max() < 0.001
-    # constant depth limits a block, and in the mode, polynomials explain it: neither needs anything from beyond a border
+    # constant depth limits a block, and in the mode, polynomials explain it: neither needs depth from beyond a border
     if "mode" not in changes and ground_truth is PLANES:
         assert off["extracted"].mean() > 0.03
 
