@@ -216,6 +216,7 @@ class Pixels:
     places: NDArray[np.intp]
     seen: NDArray[np.intp]
     trend: Array
+    limits: tuple[float, float]
     frame: RGBDFrame
     block: Block
 
@@ -227,10 +228,11 @@ class Pixels:
         window: Box,
         levels: tuple[Level, ...],
         trend: Array,
+        limits: tuple[float, float],
         changing: bool = False,
     ) -> Pixels:
-        """The block's pixels in a window, all or those without depth, for surfaces on grids of these levels and a trend
-        in the window."""
+        """The block's pixels in a window, all or those without depth, for surfaces on grids of these levels, a trend in
+        the window, and limits of their sum."""
         around = union(block.box, window)
         mask = np.zeros(tuple(side.stop - side.start for side in around), bool)
         mask[within(block.box, around)] = block.mask
@@ -238,7 +240,7 @@ class Pixels:
         among = inside & ~frame.own[window] if changing else inside
         places = np.flatnonzero(among)
         seen = np.flatnonzero(pixels_in_window(block, window))[among[inside]]
-        return cls(levels, places, seen, trend.ravel()[places], frame, block)
+        return cls(levels, places, seen, trend.ravel()[places], limits, frame, block)
 
     @property
     def nbytes(self) -> int:
@@ -256,7 +258,7 @@ class Pixels:
         for coarser, finer in pairwise(reversed(self.levels[: coarseness + 1])):
             u = coarser.enlarged(u, finer)
         result = self.frame.depth[self.block.box][self.block.mask].astype(np.float64)
-        result[self.seen] = (self.on(u) if coarseness else u) + self.trend
+        result[self.seen] = np.clip((self.on(u) if coarseness else u) + self.trend, *self.limits)
         return result
 
 

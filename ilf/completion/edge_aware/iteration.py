@@ -294,6 +294,7 @@ class EdgeAwareIteration(Iterator[EdgeAwareRecord]):
         self._levelling = np.float32(_LEVELLING * max(1.0, self._slope, self._bending))
         self._jump = max(noise, parameters.jump_share * max(depth, NEAREST)) if parameters.jump_share else math.inf
 
+        self._limits = view.limits(trend)
         self._finest = finest = view.grid(np.ascontiguousarray(trend), edges, parameters)
         # of samples of weight w: w times the square, as their total is w times their depth
         self._known_squares = inner(finest.totals, finest.start)
@@ -339,7 +340,9 @@ class EdgeAwareIteration(Iterator[EdgeAwareRecord]):
 
     def _pixels_of(self, changing: bool = False) -> Pixels:
         """The block's pixels in the window: all, or those without depth."""
-        return Pixels.of(self._frame, self._block, self._window, self._levels, self._finest.trend, changing)
+        return Pixels.of(
+            self._frame, self._block, self._window, self._levels, self._finest.trend, self._limits, changing
+        )
 
     def snapshot(self) -> Snapshot:
         """The current surface where it may become depth; raw depth at other pixels.

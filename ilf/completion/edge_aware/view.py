@@ -285,6 +285,9 @@ CARRIED_WEIGHT = 0.02
 _COVERED = 0.9
 """Minimum share of the missing pixels for which carried depth replaces the trend."""
 
+_WELL_KNOWN = 0.5
+"""Minimum known share of a block whose filled depth keeps to the range of its known depth."""
+
 _SEPARATING_EDGE = 10.0
 """Edge strength that fully separates a hole beyond the sensor range from something in front of it."""
 
@@ -387,6 +390,16 @@ class View:
         if found is None:
             return np.full(self._mask.shape, depth, np.float32), stiffness, False
         return found.surface[self.place], stiffness, found.spread < _EXPLAINED_SPREAD * noise
+
+    def limits(self, trend: Array) -> tuple[float, float]:
+        """Limits of the block's surface [m]: the range of its known depth, depth by hand and trend, unless most of the
+        block is missing. Depth of other blocks that leaks through a gap in an edge is often beyond them."""
+        stated = self._stated[self.mask]
+        known = stated[np.isfinite(stated)]
+        if known.size < _WELL_KNOWN * stated.size:
+            return -math.inf, math.inf
+        values = np.concatenate([known, trend[self._mask]])
+        return float(values.min()), float(values.max())
 
     def guided(self, trend: Array, guide: FittedGuide) -> Array:
         """Replace a trend [m] in the window by the guide, as far as it is believed: only in and around wide gaps, since

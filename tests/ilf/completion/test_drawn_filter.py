@@ -46,7 +46,8 @@ def test_no_depth_gets_across_a_drawn_border(ground_truth, changes):
         for name, drawn in (("drawn", _border(LABELS)), ("extracted", None))
     }
     assert off["drawn"].max() < 0.001
-    if "mode" not in changes:  # in which polynomials explain the blocks, and need nothing from beyond any border
+    # constant depth limits a block, and in the mode, polynomials explain it: neither needs depth from beyond a border
+    if "mode" not in changes and ground_truth is PLANES:
         assert off["extracted"].mean() > 0.03
 
 
@@ -86,7 +87,8 @@ def test_where_the_border_is_not_drawn_depth_still_counts_on_both_sides():
         for name, drawn in (("none", None), ("upper", upper), ("all", _border(LABELS)))
     }
     apart = {name: np.abs(depth[name] - depth["all"]) for name in ("none", "upper")}
-    low, high = HOLE & (ROWS > 75) & _border(LABELS), HOLE & (ROWS < 40) & _border(LABELS)
+    beside = HOLE & _border(LABELS) & (LABELS == 1)  # the other block is limited to its constant depth
+    low, high = beside & (ROWS > 75), beside & (ROWS < 34)
     assert apart["upper"][low].mean() > 0.03
     assert apart["upper"][high].mean() < apart["none"][high].mean() / 5
 

@@ -56,8 +56,8 @@ def test_a_hole_in_a_plane_comes_back(trend: bool) -> None:
 
 def test_a_hole_that_goes_on_to_the_borders_of_the_frame_comes_back() -> None:
     plane = 1.5 + 0.004 * ROWS + 0.006 * COLUMNS
-    open_hole = (ROWS < 40) | (COLUMNS > 110)
-    assert np.abs(_completed(np.where(open_hole, np.nan, plane)) - plane).max() < 0.001
+    for open_hole in ((ROWS < 40) | (COLUMNS > 110), ROWS < 40):
+        assert np.abs(_completed(np.where(open_hole, np.nan, plane)) - plane).max() < 0.001
 
 
 JUMP = np.where(COLUMNS < 80, 1.0 + 0.001 * ROWS, 2.0)
@@ -85,6 +85,15 @@ def test_a_boundary_drawn_by_hand_parts_what_colour_does_not() -> None:
     assert parted[deep].mean() < 0.03
     assert parted[deep].mean() < joined[deep].mean() / 3
     assert parted[HOLE & (np.abs(COLUMNS - 79.5) > 4)].max() < 0.3, "nearer to the other side's depth"
+
+
+def test_leaking_depth_does_not_exceed_a_blocks_own_unless_most_of_that_is_missing() -> None:
+    near = COLUMNS < 80
+    most = (ROWS >= 10) & (ROWS < 110) & (COLUMNS >= 4) & (COLUMNS < 120)
+    for hole, limited in ((HOLE, True), (most, False)):
+        frame = _grey(np.where(hole, np.nan, JUMP))
+        depth = ilf.complete(frame, np.where(near, 1, 2).astype(np.int32), _best()).depth
+        assert (depth[near].max() <= np.nanmax(frame.depth[near])) == limited
 
 
 @pytest.mark.parametrize("count", [1, 12])
