@@ -63,6 +63,31 @@ def solve_grid(diagonal: Values, along_x: tuple[Values, ...], along_y: tuple[Val
     return solve_band(band, found).reshape(wanted.shape)
 
 
+def solve_linked(along_x: NDArray[np.floating], along_y: NDArray[np.floating], held: Values, wanted: Values) -> Values:
+    """Solve for values on a grid whose cells are linked to their four neighbours and held at 0: the matrix is that of
+    sum held u^2 + sum conductance (u_next - u)^2.
+
+    Parameters
+    ----------
+    along_x, along_y : ndarray, shapes (H, W - 1) and (H - 1, W)
+        Conductances of the links.
+    held : ndarray of float64, shape (H, W)
+        Weight with which each cell is held; positive.
+    wanted : ndarray of float64, shape (K, H, W)
+        Right-hand sides.
+
+    Returns
+    -------
+    ndarray of float64, shape (K, H, W)
+    """
+    right, below = np.zeros_like(held), np.zeros_like(held)
+    right[:, :-1], below[:-1] = along_x, along_y
+    diagonal = held + right + below
+    diagonal[:, 1:] += right[:, :-1]
+    diagonal[1:] += below[:-1]
+    return solve_grid(diagonal, (-right,), (-below,), wanted)
+
+
 def _transposed(entries: tuple[Values, ...]) -> tuple[Values, ...]:
     return tuple(values.T for values in entries)
 

@@ -13,7 +13,7 @@ from .._runtime.networks.session import RefusedInputError
 from ..errors import FormatError
 from ..segmentation.edges.depth_edges import CHANNELS as KNOWN_CHANNELS
 from ..segmentation.edges.depth_edges import features_of, filled_log_depth
-from .banded import solve_grid
+from .banded import solve_linked
 
 Array = NDArray[np.float32]
 Floats = NDArray[np.floating]
@@ -124,19 +124,10 @@ def spread(links: NDArray[np.float32]) -> NDArray[np.float32]:
     ndarray of float32, shape (H, W)
         The minimum of sum held u^2 - 2 pull u + sum conductance (u_next - u - rise)^2.
     """
-    height, width = links.shape[1:]
-    if height > width:
-        # the cost grows with the square of the side that cells are numbered along
-        return np.ascontiguousarray(spread(links[[1, 0, 3, 2, 4, 5]].transpose(0, 2, 1)).T)
     right, below, rise_right, rise_below, held, pull = links
     right, rise_right, below, rise_below = right[:, :-1], rise_right[:, :-1], below[:-1], rise_below[:-1]
-    diagonal, along_x, along_y = (np.zeros(held.shape) for _ in range(3))
-    along_x[:, :-1], along_y[:-1] = right, below
-    diagonal += held + np.float32(_LEAK) + along_x + along_y
-    diagonal[:, 1:] += right
-    diagonal[1:] += below
-    load = load_of(right, below, rise_right, rise_below, pull)
-    return solve_grid(diagonal, (-along_x,), (-along_y,), load[None])[0].astype(np.float32)
+    load = load_of(right, below, rise_right, rise_below, pull).astype(np.float64)
+    return solve_linked(right, below, held.astype(np.float64) + _LEAK, load[None])[0].astype(np.float32)
 
 
 # The correction network in use: changes of completed depth from colour, known and completed depth.

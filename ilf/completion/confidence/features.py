@@ -15,7 +15,7 @@ from ...data.parameters import BlockParameters, Parameters
 from ...data.pixel_grids import nearest_values, sums_of_four
 from ...errors import InputError, InstallationError
 from ...segmentation.edges.frame_edges import FrameEdges, find_edges
-from ..banded import solve_grid
+from ..banded import solve_linked
 from ..filter import edge_parameters
 
 Array = NDArray[np.float32]
@@ -107,7 +107,8 @@ def walk(depth: Array, edges: Array) -> Walks:
     hard = 1 / np.maximum(np.exp(-edges / np.float32(_EDGE_SCALE)), np.float32(_LEAST))
     along_x, along_y = _links(hard, cell), _links(np.ascontiguousarray(hard.T), cell).T
     wanted = np.stack([ends, np.ones_like(ends), *(ends * values for values in (mean, square, rows, columns))])
-    arriving, steps, *gathered = _solve(along_x, along_y, ends + _LEAST, wanted)
+    # for the walks from every cell, the sums of the values collected at each step
+    arriving, steps, *gathered = solve_linked(along_x, along_y, ends + _LEAST, wanted)
     mean_end, square_end, row_end, column_end = (values / np.maximum(arriving, 1e-12) for values in gathered)
     spread = np.sqrt(np.maximum(square_end - mean_end**2, 0))
     aside = cell * np.hypot(row_end - rows, column_end - columns)
@@ -137,18 +138,6 @@ def _means(values: NDArray, width: int, height: int) -> Array:
     """Means over rectangles of width x height pixels, which divide the array evenly."""
     size = values.shape[1] // width, values.shape[0] // height
     return np.asarray(cv2.resize(values, size, interpolation=cv2.INTER_AREA), np.float32)
-
-
-def _solve(
-    along_x: Array, along_y: Array, ends: NDArray[np.float64], wanted: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    """For the walks from every cell, the sum of the values collected at each step, (K, rows, columns)."""
-    right, below = np.zeros_like(ends), np.zeros_like(ends)
-    right[:, :-1], below[:-1] = along_x, along_y
-    diagonal = ends + right + below
-    diagonal[:, 1:] += right[:, :-1]
-    diagonal[1:] += below[:-1]
-    return solve_grid(diagonal, (-right,), (-below,), wanted)
 
 
 # Features of filled pixels, from the walks, the known depth around and the edges.
