@@ -232,6 +232,22 @@ class FrameData:
         self._shown.take_frame(frame)
         self._forget_results()
 
+    def shows(self, read: RGBDFrame) -> bool:
+        """Whether colour and measured depth are the frame's own."""
+        images = ((self.frame.rgb, read.rgb), (self.frame.measured, read.measured))
+        return all(np.array_equal(here, there, equal_nan=here.dtype.kind == "f") for here, there in images)
+
+    def replace_camera(self, read: RGBDFrame) -> None:
+        """Replace the frame by itself with the camera and the notes of the same frame as `read`. Results of blocks
+        stay valid; extrapolated depth is forgotten."""
+        inputs = self.frame.inputs
+        if inputs is not None and read.inputs is not None:
+            inputs = replace(read.inputs, ground_truth=inputs.ground_truth)
+        camera = {name: getattr(read, name) for name in ("intrinsics", "notes", "plausibility_warnings")}
+        self.change(frame=replace(self.frame, depth=self.frame.measured, inputs=inputs, **camera))
+        self.results.forget_extrapolation()
+        self._completion = None
+
     def take_ground_truth(self, ground_truth: NDArray[np.float32] | None, file: GroundTruthFile | None = None) -> None:
         """Set the ground truth [m], float32 (H, W), or None; results stay valid."""
         self.change(frame=self.frame.with_ground_truth(ground_truth, file))

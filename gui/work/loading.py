@@ -189,6 +189,25 @@ class FrameLoader(QObject):
         elif not self._shown_already(source, source.key):
             self.read(f"Open {Path(source.key).name}", lambda: _open(source, parameters), self._take_opened)
 
+    def read_again(self, entry: Entry, source: FrameRef, replace: Callable[[], None]) -> None:
+        """Read an open frame with other options. If only its camera differs, it is taken over, and the work on the
+        frame stays; otherwise, and for a frame that is not open, call `replace`."""
+        document = entry.document
+        if document is None:
+            replace()
+            return
+
+        def take(frame: RGBDFrame) -> None:
+            if entry.document is not document or not document.take_camera(frame, source):
+                replace()
+                return
+            entry.source = source
+            self._workspace.show(document)
+            camera = "no intrinsics" if frame.intrinsics is None else "other intrinsics"
+            self.message.emit(f"{entry.name} has {camera} now; its blocks, edits and their results stay.")
+
+        self.read(f"Open {entry.name}", lambda: read_frame(source), take)
+
     def open_run(self, record: Path) -> None:
         """Open a run.json: its frame, blocks and parameters. Run the frame to get its completed depth."""
         record = Path(os.path.abspath(record))  # one key for all spellings of the path

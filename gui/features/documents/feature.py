@@ -171,7 +171,8 @@ class DocumentsFeature(Feature):
 
     def open_source(self, source: FrameRef) -> None:
         """Open a frame, or the frames of a folder or a recording; ask first if that would replace the same frame, read
-        with other options, and the work on it, or if it is not of the folder of the project."""
+        with other options, and the work on it, or if it is not of the folder of the project. Other intrinsics alone
+        replace nothing."""
         source = source.absolute()
         note_opened(*source.paths)
         self.join(Path(source.rgb), lambda: self._open_joined(source))
@@ -188,7 +189,7 @@ class DocumentsFeature(Feature):
         if entry is None or entry.origin == source:
             self._loader.open(source)
         else:
-            self.remove([entry], lambda: self._loader.open(source))
+            self._loader.read_again(entry, source, lambda: self.remove([entry], lambda: self._loader.open(source)))
 
     def _open_dialog(self, rgb: str | None, depth: str | None) -> None:
         from .open_dialog import Kind, OpenDialog

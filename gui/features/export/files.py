@@ -51,7 +51,7 @@ _AXES = {
     WORLD: "World: by the frame's pose",
 }
 _CLOUD_UNITS = {"m": "Metres", "mm": "Millimetres"}
-_NO_INTRINSICS = "The frame has no camera intrinsics. Open it again with a camera preset or numbers."
+_NO_INTRINSICS = "The frame has no camera intrinsics. Open it again with a camera: blocks and results stay."
 
 
 def stored_options() -> ExportOptions:

@@ -1,0 +1,59 @@
+"""A frame that is open, opened again with other reading options."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from pytestqt.qtbot import QtBot
+
+from gui.app.main_window import MainWindow
+from ilf.data.frame import RGBDFrame
+from ilf.sources.frame_ref import FrameRef
+from ilf.sources.reading_options import ReadingOptions
+
+from .conftest import WAIT_MS, open_frame, write_frame
+
+
+@pytest.fixture
+def images(tmp_path: Path, small_frame: RGBDFrame) -> tuple[str, str]:
+    """Colour and depth files that state no camera."""
+    folder = write_frame(tmp_path / "desk", small_frame)
+    (folder / "meta.json").unlink()
+    return str(folder / "rgb.png"), str(folder / "depth.png")
+
+
+def test_with_a_camera_it_keeps_the_work_on_it(
+    window: MainWindow, qtbot: QtBot, images: tuple[str, str], run_all: Callable[[MainWindow], None]
+) -> None:
+    open_frame(window, qtbot, FrameRef(*images))
+    present = window.workspace.current
+    present.edit_infos({1: {"name": "floor"}}, "Rename")
+    run_all(window)
+    completed = present.completion().depth
+    assert present.frame.intrinsics is None
+    with qtbot.waitSignal(window.loader.idle, timeout=WAIT_MS):
+        window.documents.open_source(FrameRef(*images, options=ReadingOptions(intrinsics=(500, 500, 31.5, 23.5))))
+    assert window.workspace.current is present
+    assert len(window.workspace.entries) == 1
+    assert present.frame.intrinsics.fx == present.completion().run.frame.intrinsics.fx == 500
+    np.testing.assert_array_equal(present.completion().depth, completed)
+    assert present.info(1).name == "floor"
+    present.undo_stack.undo()
+    assert present.info(1).name == "Block 1"
+
+
+def test_with_other_units_it_is_replaced_after_asking(
+    window: MainWindow, qtbot: QtBot, images: tuple[str, str]
+) -> None:
+    open_frame(window, qtbot, FrameRef(*images))
+    present = window.workspace.current
+    asked: list[str] = []
+    window.documents.remove = lambda entries, then: (asked.extend(entry.name for entry in entries), then())
+    with qtbot.waitSignal(window.loader.idle, timeout=WAIT_MS):
+        window.documents.open_source(FrameRef(*images, options=ReadingOptions(depth_units=2000)))
+    assert asked == [present.name]
+    assert window.workspace.current is not present
+    assert np.nanmedian(window.workspace.current.frame.depth) == pytest.approx(np.nanmedian(present.frame.depth) / 2)
