@@ -65,7 +65,7 @@ class Panel(Feature):
 
     def _in_dock(self) -> QWidget:
         """Return what its dock contains."""
-        return Late(lambda: self.widget)
+        return self.widget if self.open_at_first else Late(lambda: self.widget)
 
     @cached_property
     def work(self) -> WorkRow:

@@ -54,19 +54,14 @@ class OpenFrameLimiter(QObject):
         self._recently_shown: list[Document] = []
         """In the order in which they were shown; the current one is the last."""
         workspace.on(Part.FRAME | Part.LIST, self._tidy)
-        workspace.on(Part.FRAME, self._note_shown)
 
     def _tidy(self) -> None:
-        """Forget closed frames; close surplus ones that were never shown, as after propagation through a list."""
-        documents = self._workspace.open
-        self._recently_shown = [one for one in self._recently_shown if one in documents]
-        if len(documents) > max(self.max_open, len(self._recently_shown)):
-            self.close_surplus()
-
-    def _note_shown(self) -> None:
-        if self._workspace.has_current:
-            present = self._workspace.current
-            self._recently_shown = [*(one for one in self._recently_shown if one is not present), present]
+        """Note which frame is shown, and forget closed ones. Close surplus frames after another one is shown, and after
+        work on frames that were never shown, such as propagation through a list."""
+        documents, before = self._workspace.open, self._recently_shown
+        present = [self._workspace.current] if self._workspace.has_current else []
+        self._recently_shown = [*(one for one in before if one in documents and one not in present), *present]
+        if before[-1:] != present or len(documents) > max(self.max_open, len(self._recently_shown)):
             self.close_surplus()
 
     def close_surplus(self) -> None:
