@@ -122,18 +122,25 @@ def embedding_loss(embedding: Tensor, things: Tensor) -> Tensor:
 
 
 class _Deployed(nn.Module):
-    """The model with the image and its mirror image as one batch: their mean does not depend on which is which."""
+    """The borders alone, with the image and its mirror image as one batch: their mean does not depend on which is
+    which."""
 
-    def __init__(self, model: nn.Module) -> None:
+    def __init__(self, model: ContourModel) -> None:
         super().__init__()
         self.model = model
 
-    def forward(self, image: Tensor) -> tuple[Tensor, Tensor, Tensor]:
-        lines, embedding = self.model(torch.cat([image, image.flip(3)]))
-        border, own = lines[:, LINES.index("border")][:, None], embedding[:1]
+    def forward(self, image: Tensor) -> tuple[Tensor, Tensor]:
+        border = self._borders(torch.cat([image, image.flip(3)]))
         logit = (border[:1] + border[1:].flip(3)) / 2
         strength = ((logit - _FAINTEST) / (_STRONGEST - _FAINTEST)).clamp(0, 1)
-        return own, torch.sigmoid(logit), strength
+        return torch.sigmoid(logit), strength
+
+    def _borders(self, images: Tensor) -> Tensor:
+        """Logits of borders, without those of the other lines."""
+        half, _ = self.model.levels(images)
+        first = 4 * LINES.index("border")
+        weight, bias = (one[first : first + 4] for one in (self.model.lines.weight, self.model.lines.bias))
+        return functional.pixel_shuffle(functional.conv2d(half, weight, bias, padding=1), 2)
 
 
 class ContourRecipe(Recipe):
@@ -153,7 +160,7 @@ class ContourRecipe(Recipe):
     peak_rate = 2e-3
     file_name = "edges.onnx"
     inputs: ClassVar = {"image": 3}
-    outputs = ("embedding", "probability", "strength")
+    outputs = ("probability", "strength")
 
     def __init__(self, folder: PictureFolder, frames: Sequence[RGBDFrame], start: Path | None = None) -> None:
         self.folder, self.frames, self.start = folder, frames, start
@@ -196,4 +203,5 @@ class ContourRecipe(Recipe):
         return {"held-out loss": float(np.mean(losses)), **measures}
 
     def deployed(self, model: nn.Module) -> nn.Module:
+        assert isinstance(model, ContourModel)
         return _Deployed(model)
