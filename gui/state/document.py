@@ -465,12 +465,12 @@ class Document(FrameData):
             self.touch(viewing)
             self.note(part)
 
-    def take_camera(self, read: RGBDFrame, origin: object) -> bool:
+    def set_camera(self, read: RGBDFrame, origin: object) -> bool:
         """Take over the camera of the frame as it was read again, and what was read; no undo step. Return False, and
         change nothing, if its images are others, or if depth of neighbours was brought here by the present camera."""
-        if self.frame.neighbours is not None or not self.shows(read):
+        if self.frame.neighbours is not None or not self.has_images_of(read):
             return False
-        self.replace_camera(read)
+        self.take_camera(read)
         self.origin = origin
         self.touch()
         self.note(Part.FRAME)

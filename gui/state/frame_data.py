@@ -232,12 +232,12 @@ class FrameData:
         self._shown.take_frame(frame)
         self._forget_results()
 
-    def shows(self, read: RGBDFrame) -> bool:
+    def has_images_of(self, read: RGBDFrame) -> bool:
         """Whether colour and measured depth are the frame's own."""
         images = ((self.frame.rgb, read.rgb), (self.frame.measured, read.measured))
         return all(np.array_equal(here, there, equal_nan=here.dtype.kind == "f") for here, there in images)
 
-    def replace_camera(self, read: RGBDFrame) -> None:
+    def take_camera(self, read: RGBDFrame) -> None:
         """Replace the frame by itself with the camera and the notes of the same frame as `read`. Results of blocks
         stay valid; extrapolated depth is forgotten."""
         inputs = self.frame.inputs

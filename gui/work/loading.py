@@ -198,7 +198,7 @@ class FrameLoader(QObject):
             return
 
         def take(frame: RGBDFrame) -> None:
-            if entry.document is not document or not document.take_camera(frame, source):
+            if entry.document is not document or not document.set_camera(frame, source):
                 replace()
                 return
             entry.source = source

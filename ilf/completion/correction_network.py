@@ -5,7 +5,6 @@ from __future__ import annotations
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import cho_solve_banded, cholesky_banded
 
 from .._runtime.networks.models import CORRECTION, model_path
 from .._runtime.networks.network import OnnxNetwork, as_input, reflected
@@ -66,31 +65,8 @@ def correction_features(depth: Array, completed: Array, contours: Array) -> tupl
 
 # Changes of depth spread from cell to cell, according to the conductance of the links.
 
-_LEAK = 1e-8
+LEAK = 1e-8
 """Minimum weight with which every cell is pulled to 0, so that there is always a solution."""
-
-
-def factors_of(right: Floats, below: Floats, held: Floats) -> Floats:
-    """Banded Cholesky factors of a grid, with cells numbered down the columns.
-
-    Parameters
-    ----------
-    right, below : ndarray, shapes (H, W - 1) and (H - 1, W)
-        Conductances of the links to the right and to the lower neighbour.
-    held : ndarray, shape (H, W)
-        Weight with which each cell is pulled to 0.
-    """
-    height, width = held.shape
-    diagonal = held + _LEAK
-    diagonal[:, 1:] += right
-    diagonal[:, :-1] += right
-    diagonal[1:] += below
-    diagonal[:-1] += below
-    bands = np.zeros((height + 1, width, height), diagonal.dtype)
-    bands[0] = diagonal.T
-    bands[1, :, :-1] = -below.T
-    bands[height, :-1] = -right.T
-    return np.asarray(cholesky_banded(bands.reshape(height + 1, -1), overwrite_ab=True, lower=True, check_finite=False))
 
 
 def load_of(right: Floats, below: Floats, rise_right: Floats, rise_below: Floats, pull: Floats) -> Floats:
@@ -101,13 +77,6 @@ def load_of(right: Floats, below: Floats, rise_right: Floats, rise_below: Floats
     load[1:] += below * rise_below
     load[:-1] -= below * rise_below
     return load
-
-
-def solve(factors: Floats, load: Floats) -> Floats:
-    """Solve for the values of the cells, shape (H, W)."""
-    height, width = load.shape
-    values = cho_solve_banded((factors, True), load.T.reshape(-1), check_finite=False)
-    return np.asarray(values.reshape(width, height).T)
 
 
 def spread(links: NDArray[np.float32]) -> NDArray[np.float32]:
@@ -127,7 +96,7 @@ def spread(links: NDArray[np.float32]) -> NDArray[np.float32]:
     right, below, rise_right, rise_below, held, pull = links
     right, rise_right, below, rise_below = right[:, :-1], rise_right[:, :-1], below[:-1], rise_below[:-1]
     load = load_of(right, below, rise_right, rise_below, pull).astype(np.float64)
-    return solve_linked(right, below, held.astype(np.float64) + _LEAK, load[None])[0].astype(np.float32)
+    return solve_linked(right, below, held.astype(np.float64) + LEAK, load[None])[0].astype(np.float32)
 
 
 # The correction network in use: changes of completed depth from colour, known and completed depth.

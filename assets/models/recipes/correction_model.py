@@ -4,14 +4,19 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
 import torch
+from numpy.typing import NDArray
+from scipy.linalg import cho_solve_banded, cholesky_banded
 from torch import Tensor, nn
 from torch.nn import functional
 
-from ilf.completion.correction_network import CELL, CHANNELS, factors_of, load_of, solve
+from ilf.completion.correction_network import CELL, CHANNELS, LEAK, load_of
 
 from .depth_edges import DepthEdgeModel
 from .unet import UP_WIDTHS
+
+Floats = NDArray[np.floating]
 
 Links = tuple[Tensor, Tensor, Tensor, Tensor, Tensor, Tensor]
 """Arguments of `conduct`."""
@@ -40,14 +45,44 @@ def conduct(right: Tensor, below: Tensor, rise_right: Tensor, rise_below: Tensor
     return values
 
 
+def _factors_of(right: Floats, below: Floats, held: Floats) -> Floats:
+    """Banded Cholesky factors of a grid, with cells numbered down the columns.
+
+    Parameters
+    ----------
+    right, below : ndarray, shapes (H, W - 1) and (H - 1, W)
+        Conductances of the links to the right and to the lower neighbour.
+    held : ndarray, shape (H, W)
+        Weight with which each cell is pulled to 0.
+    """
+    height, width = held.shape
+    diagonal = held + LEAK
+    diagonal[:, 1:] += right
+    diagonal[:, :-1] += right
+    diagonal[1:] += below
+    diagonal[:-1] += below
+    bands = np.zeros((height + 1, width, height), diagonal.dtype)
+    bands[0] = diagonal.T
+    bands[1, :, :-1] = -below.T
+    bands[height, :-1] = -right.T
+    return np.asarray(cholesky_banded(bands.reshape(height + 1, -1), overwrite_ab=True, lower=True, check_finite=False))
+
+
+def _solve(factors: Floats, load: Floats) -> Floats:
+    """Solve for the values of the cells, shape (H, W)."""
+    height, width = load.shape
+    values = cho_solve_banded((factors, True), load.T.reshape(-1), check_finite=False)
+    return np.asarray(values.reshape(width, height).T)
+
+
 class _Conduction(torch.autograd.Function):
     @staticmethod
     def forward(ctx: Any, *inputs: Tensor) -> Tensor:
         right, below, rise_right, rise_below, held, pull = (one.detach().cpu().numpy() for one in inputs)
-        ctx.factors = [factors_of(*one) for one in zip(right, below, held, strict=True)]
+        ctx.factors = [_factors_of(*one) for one in zip(right, below, held, strict=True)]
         solved = torch.stack(
             [
-                torch.from_numpy(solve(factors, load_of(*one)))
+                torch.from_numpy(_solve(factors, load_of(*one)))
                 for factors, one in zip(
                     ctx.factors, zip(right, below, rise_right, rise_below, pull, strict=True), strict=True
                 )
@@ -60,7 +95,7 @@ class _Conduction(torch.autograd.Function):
     def backward(ctx: Any, *gradients: Tensor) -> tuple[Tensor, ...]:
         solved, right, below, rise_right, rise_below, *_ = ctx.saved_tensors
         gradient = gradients[0].cpu().numpy()
-        adjoint = torch.stack([torch.from_numpy(solve(*one)) for one in zip(ctx.factors, gradient, strict=True)]).to(
+        adjoint = torch.stack([torch.from_numpy(_solve(*one)) for one in zip(ctx.factors, gradient, strict=True)]).to(
             solved.device
         )
         across, down = adjoint.diff(dim=2), adjoint.diff(dim=1)

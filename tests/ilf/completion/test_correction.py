@@ -5,6 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.sparse import coo_array, diags_array
+from scipy.sparse.linalg import spsolve
 
 import ilf
 from ilf._runtime.cancellation import cancelled_by
@@ -17,14 +19,12 @@ from ilf.completion.correction_network import (
     CELL,
     CHANNELS,
     LARGEST,
+    LEAK,
     CorrectionNetwork,
     _weighted,
     correction_features,
-    factors_of,
     load_correction_network,
-    load_of,
     smoothed,
-    solve,
     spread,
 )
 from ilf.completion.filter import is_guided
@@ -69,9 +69,16 @@ def test_cells_that_hardly_anything_holds_are_where_exact_numbers_put_them():
     links[2:4] = RNG.normal(0, 0.01, (2, 60, 80))
     links[4], links[5] = np.exp(-9), 0
     links[5, 0, 0] = np.exp(-9)
-    right, below, rise_right, rise_below, held, pull = links.astype(np.float64)
-    one, other = (right[:, :-1], below[:-1]), (rise_right[:, :-1], rise_below[:-1])
-    exact = solve(factors_of(*one, held), load_of(*one, *other, pull))
+    cells = np.arange(60 * 80).reshape(60, 80)
+    ends = [(cells[:, :-1], cells[:, 1:]), (cells[:-1], cells[1:])]
+    one, other = (np.concatenate([pair[end].ravel() for pair in ends]) for end in (0, 1))
+    numbers, ones = np.arange(one.size), np.ones(one.size)
+    shape = one.size, cells.size
+    differences = coo_array((ones, (numbers, other)), shape) - coo_array((ones, (numbers, one)), shape)
+    rises = np.concatenate([links[2, :, :-1].ravel(), links[3, :-1].ravel()]).astype(np.float64)
+    held, pull = (values.ravel().astype(np.float64) for values in links[4:])
+    matrix = (differences.T @ differences + diags_array(held + LEAK)).tocsc()
+    exact = spsolve(matrix, pull + differences.T @ rises).reshape(60, 80)
     assert spread(links).dtype == np.float32
     np.testing.assert_allclose(spread(links), exact, atol=2e-5)
 
