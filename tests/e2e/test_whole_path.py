@@ -150,7 +150,7 @@ def test_steps_and_pauses(opened, qtbot):
         actions["step"].trigger()
         qtbot.waitUntil(lambda: seen == list(range(1, number + 1)), timeout=WAIT_MS)  # noqa: B023 - called here only
         qtbot.waitUntil(lambda: runs.state is RunState.PAUSED, timeout=WAIT_MS)
-    assert actions["pause"].isChecked()
+    qtbot.waitUntil(actions["pause"].isChecked, timeout=WAIT_MS)
     actions["pause"].trigger()
     qtbot.waitUntil(lambda: len(seen) > 20, timeout=WAIT_MS)
     actions["pause"].trigger()
