@@ -231,7 +231,7 @@ _AT_OUTLINE = 6.0
 _AROUND, _NEAR_END = 3.0, 4.0
 """Maximum distance from there to the border along the outline: a multiple of the straight distance, plus pixels."""
 
-_OFF_PAIR = 25.0
+_OFF_PAIR = 50.0
 """Penalty for a line that runs through other blocks than the pair, in changed pixels per pixel of the line."""
 
 _REPLACED = 2.0
@@ -244,9 +244,9 @@ _ALONG_BORDER, _ALONG_OUTLINE = 0.05, 1.0
 def redraw_border(labels: Labels, points: Points, locked: Collection[int] = ()) -> LabelPatch | None:
     """Move a section of the border between two blocks to a drawn line.
 
-    Of the borders within reach it is that where the fewest pixels change their block. Only the areas between the line
-    and the old border go to the other block, and parts that this cuts off from their block. No area goes to a block
-    that it touches only at a point.
+    Of the borders within reach it is that whose two blocks the line runs through, and where few pixels change. Only
+    the areas between the line and the old border go to the other block, and parts that this cuts off from their block.
+    No area goes to a block that it touches only at a point.
 
     Parameters
     ----------

@@ -172,6 +172,16 @@ def test_a_part_beside_a_block_and_a_table_goes_to_that_with_the_longer_border()
     assert np.array_equal(after, _on_a_table(40))
 
 
+def test_a_line_through_a_block_cuts_its_lobe_although_a_smaller_change_is_near() -> None:
+    before = np.ones((90, 110), np.int32)
+    before[20:40, 10:60] = before[40:80, 40:60] = 2
+    before[10:41, 60:95] = 3
+    after = _redrawn(before, [(16, 40.5), (30, 40.5), (59.5, 40), (62, 38), (85, 38), (88, 36)])
+    wanted = before.copy()
+    wanted[40:80, 40:60] = 1
+    assert np.array_equal(after, wanted)
+
+
 def test_locked_blocks_keep_their_border() -> None:
     for locked in ((1,), (2,)):
         assert redraw_border(_halves(40), [(30.0, -1.0), (30.0, 61.0)], locked) is None
