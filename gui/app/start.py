@@ -103,9 +103,9 @@ def _run(options: argparse.Namespace, inputs: _Inputs) -> int:
     if options.size:
         window.resize(*options.size)
     ErrorReporter(window.notes).watch()
-    window.show()
     if splash is not None:
         splash.close()
+    window.show()
     if not options.run and options.screenshot is None:
         _open(window, options, inputs)
         status = app.exec()
@@ -247,12 +247,15 @@ def _inputs(options: argparse.Namespace, reading: ReadingOptions) -> _Inputs:
     from ilf.sources.source import Source
 
     from ..base.paths import sort_paths
+    from ..features.documents.frame_files import pair_of
 
     if options.frame is not None:
         found = Source(options.frames[0], reading).ref(options.frame)
         return _Inputs([], [], [replace(found, options=reading.or_else(found.options))], [])
     projects, folders, records, files = sort_paths(options.frames)
     sources = [FrameRef(str(path), options=reading) for path in folders]
+    if len(files) % 2 and (pair := pair_of(files[-1])) is not None:
+        files[-1:] = pair
     pairs = zip(files[::2], files[1::2], strict=False)
     sources += [FrameRef(str(rgb), str(depth), options=reading) for rgb, depth in pairs]
     return _Inputs(projects, records, sources, files[len(files) // 2 * 2 :])

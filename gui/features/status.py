@@ -31,6 +31,13 @@ _ROOM = 8
 """Height beside that of a line: buttons of messages fit, so that the bar never moves the pictures."""
 
 
+class _Progress(QProgressBar):
+    """A bar that shows its text also while the finished share is not known."""
+
+    def text(self) -> str:
+        return self.format()
+
+
 class StatusBar(QStatusBar):
     """Status bar with a hint on the left, readout and progress on the right. Messages are shown elsewhere."""
 
@@ -39,7 +46,7 @@ class StatusBar(QStatusBar):
         self.hint = ElidedLabel()
         self.hint.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
         self.readout = QLabel()
-        self.progress = QProgressBar()
+        self.progress = _Progress()
         # its text must not limit the width of the window
         self.readout.setMinimumWidth(1)
         self.progress.setFixedWidth(_PROGRESS)

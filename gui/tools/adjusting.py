@@ -205,7 +205,7 @@ class AdjustableTool(LineTool):
         if self._applied is None:
             return ""
         return (
-            "Drag a point: adjust the line | click the line: add a point | Alt+click: remove a point | Enter: done | "
+            "Drag a point: adjust the line | click the line: add a point | Ctrl+click: remove a point | Enter: done | "
             "Esc: drop the line"
         )
 
@@ -277,7 +277,7 @@ class AdjustableTool(LineTool):
     def _gripped(self, applied: _Applied, event: PointerEvent) -> _Grip | None:
         corner = nearest(applied.line.corners, event)
         if corner is not None:
-            return _Grip(Press(event), applied.line, corner, False, event.alt)
+            return _Grip(Press(event), applied.line, corner, False, event.opposite)
         divided = applied.line.divided(event)
         return None if divided is None else _Grip(Press(event), *divided, True, False)
 

@@ -123,7 +123,7 @@ def brush_preview(event: PointerEvent, host: Host, area: QPainterPath | None = N
 class PaintTool(StrokeTool):
     """The tool Paint: adds pixels to the selected block, or to the one under the press if none is selected.
 
-    Alt swaps painting and erasing for one stroke.
+    Ctrl swaps painting and erasing for one stroke.
     """
 
     options = ("brush", "similar", "new_block")
@@ -140,7 +140,7 @@ class PaintTool(StrokeTool):
     @property
     def hint(self) -> str:
         """Hint: what a drag would do."""
-        return "Drag: add pixels to the block | Alt+drag: erase | [ ] or Ctrl+wheel: brush size"
+        return "Drag: add pixels to the block | Ctrl+drag: erase | [ ] or Ctrl+wheel: brush size"
 
     def cancel(self, host: Host) -> bool:
         """Restore the stroke's pixels."""
@@ -153,7 +153,7 @@ class PaintTool(StrokeTool):
         document = host.document
         chosen = document.selected
         self._label = chosen[0] if chosen else document.label_at(event.x, event.y)
-        self._erasing = self.erases != event.alt
+        self._erasing = self.erases != event.opposite
         if self._label == 0:
             host.show_message("Select a block first, or start a new one with Blocks > New block.")
             return False
@@ -209,11 +209,11 @@ class EraseTool(PaintTool):
     @property
     def hint(self) -> str:
         """Hint: what a drag would do."""
-        return "Drag: remove pixels from the block | Alt+drag: add | [ ] or Ctrl+wheel: brush size"
+        return "Drag: remove pixels from the block | Ctrl+drag: add | [ ] or Ctrl+wheel: brush size"
 
 
 class MarkInvalidTool(StrokeTool):
-    """The tool that marks measured depth as invalid by strokes: it counts as missing. Alt marks it valid again."""
+    """The tool that marks measured depth as invalid by strokes: it counts as missing. Ctrl marks it valid again."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -222,11 +222,11 @@ class MarkInvalidTool(StrokeTool):
     @property
     def hint(self) -> str:
         """Hint: what a drag would do."""
-        return "Drag: mark depth invalid, as behind glass | Alt+drag: mark valid | [ ] or Ctrl+wheel: brush size"
+        return "Drag: mark depth invalid, as behind glass | Ctrl+drag: mark valid | [ ] or Ctrl+wheel: brush size"
 
     def begin(self, event: PointerEvent, host: Host) -> bool:
-        """Start a stroke, which marks depth valid with Alt."""
-        self._marks_valid = event.alt
+        """Start a stroke, which marks depth valid with Ctrl."""
+        self._marks_valid = event.opposite
         return True
 
     def apply(self, swept: Swept, host: Host) -> None:

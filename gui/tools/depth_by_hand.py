@@ -23,7 +23,7 @@ from .brush import StrokeTool, Swept, brush_preview
 Depth = NDArray[np.float32]
 Mask = NDArray[np.bool_]
 
-_NO_DEPTH = "No depth is set yet: Alt+click picks one from the image, or type it in the tool bar."
+_NO_DEPTH = "No depth is set yet: Ctrl+click picks one from the image, or type it in the tool bar."
 _NOT_MISSING = (
     "Nothing is missing here: depth by hand counts only where depth is missing. Mark the measured depth invalid first."
 )
@@ -51,7 +51,7 @@ class Surface(NamedTuple):
 
 class DepthByHandTool(StrokeTool):
     """The tool Depth by hand. A drag paints the set depth on missing depth of the selected blocks, or of all if none is
-    selected; Shift erases, Alt+click picks the depth under the pointer.
+    selected; Shift erases, Ctrl+click picks the depth under the pointer.
 
     A proposal, such as a continued plane, is shown in images and point cloud until Enter takes it; meanwhile a drag
     limits it to what the brush covers.
@@ -73,7 +73,7 @@ class DepthByHandTool(StrokeTool):
         """Hint: what a click, a drag or a key would do."""
         if self._surface is not None:
             return f"Enter: take | Esc: drop | drag: only under the brush | {self._surface.text}"
-        return "Drag: paint the depth | Alt+click: pick a depth | Shift+drag: erase | [ ] or Ctrl+wheel: brush size"
+        return "Drag: paint the depth | Ctrl+click: pick a depth | Shift+drag: erase | [ ] or Ctrl+wheel: brush size"
 
     @property
     def busy(self) -> bool:
@@ -81,8 +81,8 @@ class DepthByHandTool(StrokeTool):
         return super().busy or self._surface is not None
 
     def begin(self, event: PointerEvent, host: Host) -> bool:
-        """Pick a depth with Alt; else start a stroke."""
-        if event.alt:
+        """Pick a depth with Ctrl; else start a stroke."""
+        if event.opposite:
             pick_depth(host, event.x, event.y)
             return False
         self._erases = event.shift and self._surface is None

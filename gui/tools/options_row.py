@@ -54,6 +54,7 @@ class OptionsRow(QWidget):
         self.amount = QSpinBox()
         self.amount.setRange(1, LARGEST_AMOUNT)
         self.amount.setAccessibleName("Amount")
+        self.amount.setPrefix("by ")
         self.amount.setSuffix(" px")
         self.hand_depth = QDoubleSpinBox()
         self.hand_depth.setRange(0.0, FARTHEST_DEPTH)
@@ -63,7 +64,7 @@ class OptionsRow(QWidget):
         self.hand_depth.setSpecialValueText("not set")
         self.hand_depth.setButtonSymbols(QDoubleSpinBox.ButtonSymbols.NoButtons)
         self.hand_depth.setAccessibleName("Depth")
-        self.hand_depth.setToolTip("Depth that the brush paints and Fill uses; Alt+click in the image picks one")
+        self.hand_depth.setToolTip("Depth that the brush paints and Fill uses; Ctrl+click in the image picks one")
         self.hand_depth.setFocusPolicy(Qt.FocusPolicy.ClickFocus)
         self.leash.setToolTip(
             "Snap: maximum distance on the screen that a drawn line moves to an edge (less of the image when zoomed "
@@ -75,11 +76,11 @@ class OptionsRow(QWidget):
         self._parts: dict[str, QWidget] = {
             "brush": _together(self.brush, self._brush_text),
             "leash": _together(PlainLabel("Snap"), self.leash, self._leash_text),
-            "similar": _together(_button(similar, named=True)),
-            "no_block": _together(_button(no_block, named=True)),
-            "new_block": _together(_button(new_block, named=True)),
+            "similar": _together(_button(similar)),
+            "no_block": _together(_button(no_block)),
+            "new_block": _together(_button(new_block)),
             "hand_depth": _together(self.hand_depth, *(_button(action) for action in by_hand)),
-            "amount": _together(self.amount, *(_button(action) for action in by_amount)),
+            "amount": _together(*(_button(action) for action in by_amount), self.amount),
         }
         lay_out(QHBoxLayout(self), *self._parts.values(), spacing=_GAP)
         self.setSizePolicy(QSizePolicy.Policy.Maximum, QSizePolicy.Policy.Preferred)
@@ -126,11 +127,9 @@ def _slider(name: str, low: int, high: int) -> QSlider:
     return slider
 
 
-def _button(action: QAction, named: bool = False) -> QToolButton:
+def _button(action: QAction) -> QToolButton:
     """Return a button that is there only while its command can be used."""
-    button = command_button(action)
-    if named:
-        button.setToolButtonStyle(TEXT_BESIDE_ICON)
+    button = command_button(action, TEXT_BESIDE_ICON)
     button.setFocusPolicy(Qt.FocusPolicy.NoFocus)
     _show_while_usable(button, action)
     return button

@@ -74,12 +74,12 @@ class _Clicks:
 
 
 class SmartSelectTool(Tool):
-    """The tool Smart select. Clicks add what is under them to the selection, with Alt they take it away; a drag draws a
-    box, with Shift a stroke, which acts like a click. Ctrl+wheel steps to smaller and larger regions, after a click as
-    after a box, or says why not. Enter makes the selection a block.
+    """The tool Smart select. Clicks add what is under them to the selection, with Ctrl they take it away. A drag draws
+    a box, with Shift a stroke, which acts like a click. Ctrl+wheel steps to smaller and larger regions, after a click
+    as after a box, or says why not. Enter makes the selection a block.
 
-    The first click starts a new block, also inside the selected one; with Shift or Alt the selection starts as the
-    selected block, to which clicks add or, with Alt, from which they take away, and Enter changes the block. The
+    The first click starts a new block, also inside the selected one; with Shift or Ctrl the selection starts as the
+    selected block, to which clicks add or, with Ctrl, from which they take away, and Enter changes the block. The
     preview shows what a click would change; it is hatched where a block changes.
     """
 
@@ -110,11 +110,11 @@ class SmartSelectTool(Tool):
         if self._clicks:
             end = f"change {self._name}" if self._label else "make it a block"
             return (
-                f"Enter: {end} | click or Shift+drag: add | with Alt: take away | "
+                f"Enter: {end} | click or Shift+drag: add | with Ctrl: take away | "
                 f"wrong size: Ctrl+wheel or [ ], or drag a box | Backspace: remove last | Esc: cancel"
             )
         return (
-            "Click or drag a box: new block | Shift: add to the selected block | Alt: take away from it | "
+            "Click or drag a box: new block | Shift: add to the selected block | Ctrl: take away from it | "
             "Ctrl+wheel or [ ]: smaller or larger"
         )
 
@@ -129,7 +129,7 @@ class SmartSelectTool(Tool):
         match event.kind:
             case PointerKind.PRESS:
                 self._press, self._next = Press(event), None
-                self._stroke = [self._press.point] if event.shift or event.alt else []
+                self._stroke = [self._press.point] if event.shift or event.opposite else []
             case PointerKind.MOVE if self._press is not None and self._press.follow(event):
                 self._draw(self._press, event, host)
             case PointerKind.RELEASE if self._press is not None:
@@ -212,12 +212,12 @@ class SmartSelectTool(Tool):
         else:
             drawn = self._stroke if press.drags else [(event.x, event.y)]
             points = tuple((x, y) for x, y in drawn if 0 <= x < width and 0 <= y < height)
-            if event.alt and not self._clicks and not label:
+            if event.opposite and not self._clicks and not label:
                 host.show_message(
                     "There is nothing to take away yet: click what you want to select, or select a block."
                 )
             elif points:
-                self._clicks = self._clicks.added(points, inside=not event.alt)
+                self._clicks = self._clicks.added(points, inside=not event.opposite)
         self._stroke, self._label, self._name = [], label, host.document.info(label).name if label else ""
         if self._clicks:
             self._update(host)
@@ -250,7 +250,7 @@ class SmartSelectTool(Tool):
         if larger > former:
             host.show_message("There is no larger region here: click what else belongs to it, or drag a box around it.")
         elif larger < former:
-            host.show_message("There is no smaller region here: take parts away with Alt+click, or drag a box.")
+            host.show_message("There is no smaller region here: take parts away with Ctrl+click, or drag a box.")
 
     def _update(self, host: Host) -> None:
         """Compute the selection in the background."""
@@ -272,12 +272,13 @@ class SmartSelectTool(Tool):
         height, width = host.document.labels.shape
         label = self._label if self._clicks else _start(event, host)
         inside_frame = 0 <= event.x < width and 0 <= event.y < height
-        if not inside_frame or (event.alt and not self._clicks and not label):
+        if not inside_frame:
             self._next = None
             self._show(host)
             return
         before = self._mask if self._mask is not None else host.document.labels == label if label else None
-        after = _search(self._clicks.added(((event.x, event.y),), inside=not event.alt), label, host)
+        inside = not event.opposite or not (self._clicks or label)
+        after = _search(self._clicks.added(((event.x, event.y),), inside=inside), label, host)
         find = partial(_difference, before, after)
         host.run_in_background(find, partial(self._take_next, host, self._clicks))
 
@@ -314,7 +315,7 @@ def _outline(mask: Mask | None) -> QPainterPath:
 def _start(event: PointerEvent, host: Host) -> int:
     """The block that a first click changes; 0 for a new one."""
     selected = host.document.selected
-    return selected[0] if selected and (event.shift or event.alt) else 0
+    return selected[0] if selected and (event.shift or event.opposite) else 0
 
 
 def _search(clicks: _Clicks, label: int, host: Host) -> partial[Mask]:

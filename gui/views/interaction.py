@@ -58,6 +58,11 @@ class PointerEvent:
     pixel: float = 1.0
     steps: int = 0
 
+    @property
+    def opposite(self) -> bool:
+        """Whether a tool's opposite is meant, such as to take away: Ctrl, or Alt where the desktop does not use it."""
+        return self.alt or (self.ctrl and self.kind is not PointerKind.WHEEL)
+
 
 PointerHandler = Callable[[PointerEvent], "bool | None"]
 """Handles pointer events. False for PRESS: rejected, pan instead. True for DOUBLE: handled, send no PRESS for

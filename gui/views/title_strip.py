@@ -170,7 +170,7 @@ class TitleStrip(QWidget):
 
     def _paint_legend(self, painter: QPainter, room: QRect) -> None:
         shown, left = self.legend_in(room.width()), room.right()
-        if len(shown) < len(self._legend):
+        if len(shown) < len(self._legend) and self._more_width <= room.width():
             painter.drawText(room, _RIGHT, _MORE)
             left -= self._more_width
         left -= self._width_of(shown)

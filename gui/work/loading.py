@@ -177,8 +177,8 @@ class FrameLoader(QObject):
 
     # opening
 
-    def open(self, source: FrameRef) -> None:
-        """Read a frame, show it, and extract its blocks.
+    def open(self, source: FrameRef, frame: RGBDFrame | None = None) -> None:
+        """Read a frame, unless `frame` is what was read, show it, and extract its blocks.
 
         A frame that is already open is only shown; if it is open with other units or intrinsics, it is read again and
         replaced.
@@ -187,19 +187,19 @@ class FrameLoader(QObject):
         if entry is not None and entry.document is None and entry.source == source:
             self.open_entry(entry)
         elif not self._shown_already(source, source.key):
-            self.read(f"Open {Path(source.key).name}", lambda: _open(source, parameters), self._take_opened)
+            self.read(f"Open {Path(source.key).name}", lambda: _open(source, parameters, frame), self._take_opened)
 
-    def read_again(self, entry: Entry, source: FrameRef, replace: Callable[[], None]) -> None:
+    def read_again(self, entry: Entry, source: FrameRef, replace: Callable[[RGBDFrame | None], None]) -> None:
         """Read an open frame with other options. If only its camera differs, it is taken over, and the work on the
-        frame stays; otherwise, and for a frame that is not open, call `replace`."""
+        frame stays; otherwise call `replace` with what was read, or, for a frame that is not open, with None."""
         document = entry.document
         if document is None:
-            replace()
+            replace(None)
             return
 
         def take(frame: RGBDFrame) -> None:
             if entry.document is not document or not document.set_camera(frame, source):
-                replace()
+                replace(frame)
                 return
             entry.source = source
             self._workspace.show(document)
@@ -467,8 +467,8 @@ def _is_read_otherwise(present: Entry, found: Entry) -> bool:
     return present.source is not None and found.source is not None and present.source.options != found.source.options
 
 
-def _open(source: FrameRef, parameters: BlockParameters) -> _Opened:
-    frame = read_frame(source)
+def _open(source: FrameRef, parameters: BlockParameters, frame: RGBDFrame | None = None) -> _Opened:
+    frame = read_frame(source) if frame is None else frame
     no_blocks = np.zeros(frame.shape, np.int32)
     return _Opened(Run(frame, Blocks(no_blocks, extraction=parameters, extracted=no_blocks)), source, source.key)
 

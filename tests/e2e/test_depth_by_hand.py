@@ -10,7 +10,7 @@ from ilf.run.replaying import replay
 from ilf.run.writing import write
 
 from .conftest import WAIT_MS
-from .hand import ALT, CTRL, click, drag, key
+from .hand import CTRL, click, drag, key
 
 _Key = Qt.Key
 
@@ -27,7 +27,7 @@ def test_depth_by_hand(opened, qtbot, run_all, tmp_path):
     window.refresh.now()
 
     # a picked depth is in the tool bar, a typed one is painted, and the block is solved again
-    click(window, (5, 30), ALT)
+    click(window, (5, 30), CTRL)
     box = window.feature(ToolsFeature).options.hand_depth
     window.refresh.now()
     assert box.value() == round(float(document.frame.depth[30, 5]), 3)

@@ -7,13 +7,15 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
+import pytest
 from pytestqt.qtbot import QtBot
 
 from gui.app.main_window import MainWindow
 from gui.features.documents.open_dialog import OpenDialog
 from gui.features.status import StatusFeature
+from gui.work import loading
 from ilf.sources.frame_ref import FrameRef
-from ilf.sources.reading import load_frame
+from ilf.sources.reading import load_frame, read_frame
 from ilf.sources.reading_options import DEPTH_VIEW, ReadingOptions
 from tests.ilf.two_cameras import write_pair
 
@@ -61,8 +63,10 @@ def test_the_title_of_other_frames_says_nothing_of_a_view(window: MainWindow, qt
 
 
 def test_frames_that_are_open_are_read_again_with_other_options(
-    window: MainWindow, qtbot: QtBot, tmp_path: Path
+    window: MainWindow, qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    reads: list[FrameRef] = []
+    monkeypatch.setattr(loading, "read_frame", lambda source: reads.append(source) or read_frame(source))
     pair = write_pair(tmp_path / "desk")
     folder, entries = str(tmp_path / "desk"), window.workspace.entries
     for view, shape in ((None, pair.rgb.shape[:2]), (DEPTH_VIEW, pair.depth.shape), (None, pair.rgb.shape[:2])):
@@ -71,6 +75,8 @@ def test_frames_that_are_open_are_read_again_with_other_options(
         assert window.workspace.current.frame.shape == shape
         names = [entry.name for entry in entries]
         assert len(names) == len(set(names))
+        assert len(reads) == 1
+        reads.clear()
     present = window.workspace.current
     with qtbot.waitSignal(window.loader.idle, timeout=WAIT_MS):
         window.documents.open_source(FrameRef(folder))

@@ -74,7 +74,7 @@ def test_erasing_takes_from_the_chosen_block_only_and_alt_swaps(editing):
     editing.editor.set_option("to_no_block", True)
     drag(editing, [(40, 24), (48, 24)])
     assert document.labels[24, 44] == 0
-    drag(editing, [(40, 24), (34, 24)], Qt.KeyboardModifier.AltModifier)
+    drag(editing, [(40, 24), (34, 24)], Qt.KeyboardModifier.ControlModifier)
     assert document.labels[24, 34] == before[24, 50]
 
 

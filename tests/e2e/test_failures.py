@@ -64,6 +64,17 @@ def test_another_name_is_typed_over_the_proposed_one(window, qtbot, tmp_path):
     dialog.reject()
 
 
+def test_a_whole_path_is_typed_over_the_proposed_name(window, qtbot, tmp_path):
+    (tmp_path / "else").mkdir()
+    dialog = SaveAsDialog(tmp_path / "p.ilf", False, [], "", window)
+    dialog.open()
+    qtbot.waitUntil(dialog.path.hasFocus, timeout=WAIT_MS)
+    qtbot.keyClicks(dialog.path, str(tmp_path / "else" / "table"))
+    assert dialog.chosen() == tmp_path / "else" / "table.ilf"
+    assert dialog.path.text() == str(dialog.chosen()), "it shows what it saves"
+    dialog.reject()
+
+
 def test_files_are_taken_as_copies_and_by_the_window_alone(window, qtbot, frame_folder, tmp_path):
     """After a move, the file manager may delete what was dropped."""
     files, move = QMimeData(), Qt.DropAction.MoveAction

@@ -139,7 +139,12 @@ def test_a_run_whose_frame_is_gone(start, frame_folder, tmp_path, picture):
     refused(start(tmp_path / "done" / "run.json", "--run"), picture, "depth.png", "recorded run")
 
 
+def test_the_depth_beside_a_colour_file_is_its_own(start, frame_folder, picture):
+    assert start(frame_folder / "rgb.png") == (0, "")
+
+
 def test_a_colour_file_without_its_depth(start, frame_folder, picture):
+    (frame_folder / "depth.png").unlink()
     refused(start(frame_folder / "rgb.png", "--run"), picture, "rgb.png", "depth file")
 
 

@@ -114,7 +114,7 @@ def test_the_preview_follows_the_pointer_and_the_wheel_steps_to_the_object(selec
 def test_alt_click_takes_away_backspace_brings_back_and_escape_cancels(selecting, qtbot):
     document = selecting.workspace.current
     before = document.labels.copy()
-    for point, modifiers in (((50, 20), ()), ((5, 20), ()), ((5, 5), (ALT,))):
+    for point, modifiers in (((50, 20), ()), ((5, 20), ()), ((5, 5), (CTRL,))):
         click(selecting, point, *modifiers)
         _wait(selecting, qtbot)
     key(selecting, _Key.Key_Backspace)
@@ -135,7 +135,7 @@ def test_with_a_block_selected_shift_adds_alt_takes_away_and_a_click_in_it_makes
     document = selecting.workspace.current
     before, left = document.labels.copy(), int(document.labels[20, 5])
     selecting.workspace.select([left])
-    for modifiers, joins in (((SHIFT,), True), ((ALT,), False), ((SHIFT,), True), ((), False)):
+    for modifiers, joins in (((SHIFT,), True), ((CTRL,), False), ((SHIFT,), True), ((), False)):
         click(selecting, (50, 20), *modifiers)
         _wait(selecting, qtbot)
         key(selecting, _Key.Key_Return)
@@ -161,7 +161,7 @@ def test_a_stroke_with_shift_acts_like_a_click(selecting, qtbot):
     document = selecting.workspace.current
     drag(selecting, [(36, 8), (50, 20), (54, 36)], SHIFT)
     _wait(selecting, qtbot)
-    drag(selecting, [(4, 8), (8, 30)], SHIFT | ALT)
+    drag(selecting, [(4, 8), (8, 30)], SHIFT | CTRL)
     _wait(selecting, qtbot)
     key(selecting, _Key.Key_Return)
     new = document.selected[0]
@@ -233,7 +233,7 @@ def test_sizes_step_after_a_click_as_after_a_box_and_their_end_is_said(selecting
     assert not said, "a step that had no effect is not counted"
     while not said:
         smaller.append(step(-1))
-    assert said == ["There is no smaller region here: take parts away with Alt+click, or drag a box."]
+    assert said == ["There is no smaller region here: take parts away with Ctrl+click, or drag a box."]
     assert smaller[-1] < sizes[-1]
 
 
@@ -241,7 +241,7 @@ def test_sizes_of_what_is_taken_away_are_told_to_be_none(selecting, qtbot):
     said = list[str]()
     selecting.editor.message.connect(said.append)
     selecting.workspace.select([int(selecting.workspace.current.labels[20, 5])])
-    click(selecting, (5, 20), ALT)
+    click(selecting, (5, 20), CTRL)
     _wait(selecting, qtbot)
     turn_wheel(selecting, (5, 20), 1, CTRL)
     assert said == ["Sizes belong to what a click or a box adds: click what you want to add first."]

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from PySide6.QtCore import QPointF, Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication, QCheckBox, QLineEdit, QWidget
+from PySide6.QtWidgets import QApplication, QCheckBox, QLineEdit, QToolButton, QWidget
 
 from gui.features.blocks.feature import BlocksFeature
 from gui.features.status import StatusFeature
@@ -173,6 +173,9 @@ def test_options_show_for_the_tool_that_has_them_and_stay(editing):
     assert shown["paint"] == shown["erase"] == shown["mark_invalid"] == (True, False, False)
     assert shown["border"] == shown["outline"] == shown["split"] == (False, True, False)
     assert shown["select"] == (False, False, True)
+    icons = Qt.ToolButtonStyle.ToolButtonIconOnly
+    assert not [button.text() for button in row.findChildren(QToolButton) if button.toolButtonStyle() is icons]
+    assert row.amount.text() == "by 2 px", "beside Grow, Shrink and Smooth"
     row.leash.setValue(11)
     row.amount.setValue(4)
     editing.actions_["similar_only"].trigger()

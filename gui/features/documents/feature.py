@@ -189,7 +189,9 @@ class DocumentsFeature(Feature):
         if entry is None or entry.origin == source:
             self._loader.open(source)
         else:
-            self._loader.read_again(entry, source, lambda: self.remove([entry], lambda: self._loader.open(source)))
+            self._loader.read_again(
+                entry, source, lambda frame: self.remove([entry], lambda: self._loader.open(source, frame))
+            )
 
     def _open_dialog(self, rgb: str | None, depth: str | None) -> None:
         from .open_dialog import Kind, OpenDialog

@@ -23,6 +23,18 @@ def recording_files() -> str:
     return f"Recordings ({' '.join(f'*{suffix}' for suffix in recording_suffixes())})"
 
 
+def pair_of(path: Path) -> tuple[Path, Path] | None:
+    """Return the colour and the depth file of which one is `path`, and the other lies beside it; None if none does."""
+    colour = matching_colour_file(path) if looks_like_depth(path) else None
+    depth = path if colour is not None else matching_depth_file(path)
+    return None if depth is None else (colour or path, depth)
+
+
+def looks_like_depth(path: Path) -> bool:
+    """Return whether a file is depth by its name."""
+    return "depth" in path.stem.lower() or path.suffix.lower() in set(DEPTH_FILE_SUFFIXES) - set(COLOUR_SUFFIXES)
+
+
 def matching_depth_file(colour: Path) -> Path | None:
     """Return the depth file that probably belongs to a colour file; None if there is none."""
     return _partner(colour, _COLOUR_WORDS, _DEPTH_WORDS, DEPTH_FILE_SUFFIXES)

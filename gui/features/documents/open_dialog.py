@@ -52,7 +52,7 @@ from ...work.latest_request import LatestRequest
 from ...work.loading import FolderPreview, contains_frames
 from ..guide_networks import GIVES
 from .file_dialogs import Preview
-from .frame_files import guide_files, matching_colour_file, matching_depth_file, recording_files
+from .frame_files import guide_files, looks_like_depth, pair_of, recording_files
 
 _Result = TypeVar("_Result")
 
@@ -212,7 +212,7 @@ class OpenDialog(QDialog):
             remember_folder(_FOLDER_KEY, rgb)
             self._set_paths(rgb, self.depth_path.text() if kind_of(rgb) is Kind.PAIR else "")
         else:
-            swapped = _looks_like_depth(Path(rgb)) and not _looks_like_depth(Path(depth))
+            swapped = looks_like_depth(Path(rgb)) and not looks_like_depth(Path(depth))
             self._set_paths(depth if swapped else rgb, rgb if swapped else depth)
 
     @property
@@ -297,12 +297,10 @@ class OpenDialog(QDialog):
         colour, depth = self._paths()
         if self.kind is not Kind.PAIR or depth not in ("", self._proposed_depth):
             return
-        path = Path(colour)
-        partner = matching_colour_file(path) if _looks_like_depth(path) else None
-        found = path if partner is not None else matching_depth_file(path)
-        if partner is not None or found is not None or depth:
-            self._proposed_depth = str(found or "")
-            self._write_paths(str(partner or colour), self._proposed_depth)
+        pair = pair_of(Path(colour))
+        if pair is not None or depth:
+            rgb, self._proposed_depth = (colour, "") if pair is None else (str(pair[0]), str(pair[1]))
+            self._write_paths(rgb, self._proposed_depth)
 
     def _offer_options(self, kind: Kind) -> None:
         """Show the reading options that apply, and those only."""
@@ -607,7 +605,3 @@ def _number(field: QLineEdit, demand: str) -> float | None:
         return float(text) if text else None
     except ValueError as error:
         raise InputError(f"{demand}, not {text!r}.") from error
-
-
-def _looks_like_depth(path: Path) -> bool:
-    return "depth" in path.stem.lower() or path.suffix.lower() in set(DEPTH_FILE_SUFFIXES) - set(COLOUR_SUFFIXES)

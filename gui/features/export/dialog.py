@@ -151,7 +151,7 @@ class ExportDialog(QDialog):
             (self.results, "Re&sults"),
         ):
             self.tabs.addTab(page, title)
-        self.message = Message(lines=3)
+        self.message, self.warning = Message(lines=2), Message()
         self.work = WorkRow("export", "finished frames stay, and exporting again goes on")
         self.work.cancelled.connect(self.cancelled)
         buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
@@ -168,7 +168,7 @@ class ExportDialog(QDialog):
         form.addRow("Fra&mes", self.scope)
         form.addRow("&Depth", self.source)
         form.addRow(label_of("F&older", self.folder_path), row(self.folder_path, browse))
-        stack(self, self._form, self.tabs, self.message, self.work, buttons, stretched=self.tabs)
+        stack(self, self._form, self.tabs, self.message, self.warning, self.work, buttons, stretched=self.tabs)
         self._remembered: dict[str, QWidget] = {
             "report/format": self.format,
             "report/hidden": self.hidden,
@@ -278,6 +278,7 @@ class ExportDialog(QDialog):
         self.work.end()
         self._allow()
         self.message.show_message(text, tone)
+        self.warning.show_message("")
         (self.close_button if tone == "good" else self.export_button).setFocus()
 
     def update_message(self) -> None:
@@ -301,7 +302,8 @@ class ExportDialog(QDialog):
         else:
             problem = self._problem(export.folder, names)
         self.export_button.setEnabled(not problem)
-        self.message.show_message(*((problem, "error") if problem else self._plan(export, names)))
+        self.message.show_message(problem or self._plan(export, names), "error" if problem else "muted")
+        self.warning.show_message("" if problem else self._lacks(export), "warning")
 
     def _problem(self, folder: Path, names: Sequence[str]) -> str:
         """Return why nothing can be exported, and what to do; "" if it can."""
@@ -315,22 +317,26 @@ class ExportDialog(QDialog):
             return "There is no such frame. Choose other frames."
         return ""
 
-    def _plan(self, export: Export, names: Sequence[str]) -> tuple[str, str]:
-        """Return what the export would write, and the tone of the message."""
+    def _plan(self, export: Export, names: Sequence[str]) -> str:
+        """Return what the export would write."""
         files = ", ".join(names)
         if export.from_files:
-            return f"Writes a folder per frame with {files}. {_FROM_FILES}", "muted"
+            return f"Writes a folder per frame with {files}. {_FROM_FILES}"
         if export.scope != THIS:
             folders = counted(self._counts[export.scope], "folder")
             return (
                 f"Writes {folders}, one per frame, with {files}, as far as the frame has them. Blocks without a result "
-                "are run first. Frames that have not changed since an earlier export are skipped.",
-                "muted",
+                "are run first. Frames that have not changed since an earlier export are skipped."
             )
-        text = f"Writes {files}." if export.folder.is_dir() else f"Creates the folder, writes {files}."
+        return f"Writes {files}." if export.folder.is_dir() else f"Creates the folder, writes {files}."
+
+    def _lacks(self, export: Export) -> str:
+        """Return what the results of this frame lack; "" for nothing, and for other exports."""
+        if export.from_files or export.scope != THIS:
+            return ""
         if self._completion is None:
-            return f"{text}\nNo block has been run in its current state: the input depth is exported.", "warning"
-        return f"{text}\n{self._behind}".strip(), "warning" if self._behind else "muted"
+            return "No block has been run in its current state: the input depth is exported."
+        return self._behind
 
     def _turn(self) -> None:
         """Offer what belongs to the chosen frames and to where their depth is from."""
@@ -353,7 +359,7 @@ class ExportDialog(QDialog):
         for part in (self._form, self.files, self.report_page, self.batch_page):
             part.setEnabled(not self._busy)
         self.export_button.setEnabled(not self._busy)
-        self.show_button.setEnabled(not self._busy and any(self._folder().glob(f"*/{RECORD_FILE}")))
+        self.show_button.setVisible(not self._busy and any(self._folder().glob(f"*/{RECORD_FILE}")))
 
     def _folder(self) -> Path:
         return Path(os.path.abspath(os.path.expanduser(self.folder_path.text().strip())))

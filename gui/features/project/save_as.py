@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Collection
 from pathlib import Path
 
@@ -17,6 +18,8 @@ from ...widgets.file_choice import last_folder, remember_folder
 from .saving import FILE_FILTER, FOLDER_KEY
 
 _NOT_EMBEDDED = "The frames' files are not included: copy them, too, when you move the project to another computer."
+_BEFORE_WHOLE_PATH = re.compile(r"^.*[/\\](?=/|~/|[A-Za-z]:[/\\])")
+"""What stands before a whole path that was typed over the name."""
 _MAX_SIZED = 500
 """Maximum number of frames whose file sizes are added up for the dialog."""
 
@@ -59,6 +62,7 @@ class SaveAsDialog(QDialog):
         self.message = Message(lines=3)
         buttons, self.save_button = answers(self, QDialogButtonBox.StandardButton.Save)
         self._why = why
+        self.path.textEdited.connect(self._start_anew)
         self.path.textChanged.connect(lambda _: self._check())
         self.embed.toggled.connect(lambda _: self._check())
 
@@ -81,6 +85,14 @@ class SaveAsDialog(QDialog):
         )
         if path:
             self.path.setText(path)
+
+    def _start_anew(self, text: str) -> None:
+        """Drop the folder before a whole path that is typed over the name."""
+        behind = len(text) - self.path.cursorPosition()
+        whole = _BEFORE_WHOLE_PATH.sub("", text)
+        if whole != text:
+            self.path.setText(whole)
+            self.path.setCursorPosition(len(whole) - behind)
 
     def _check(self) -> None:
         """Show what is wrong with the file, or that an existing one will be replaced."""

@@ -13,7 +13,7 @@ from ilf._runtime.formatting import length_text
 
 from ...base import theme
 from .curve import FLOOR
-from .plot import ConvergencePlot
+from .plot import ConvergencePlot, text_background
 
 _LABEL = {"position": 0.02, "anchors": [(0, 0), (0, 0)], "movable": False}
 """Below the line at the left, where no curve is before it has converged."""
@@ -65,3 +65,4 @@ class CriterionLines:
             line.setPen(pg.mkPen(self._colours.warning, width=1.5, style=Qt.PenStyle.DashLine))
             line.label.setColor(self._colours.warning)
             line.label.setFont(self._font)
+            line.label.fill = text_background(self._colours)

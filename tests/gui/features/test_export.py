@@ -153,13 +153,13 @@ def test_without_result_no_curves_and_a_word_about_it(make):
     assert not dialog.files.options().curves
     assert not dialog.files.options().expected_error
     assert not dialog.files.expected_error.isEnabled()
-    assert "No block has been run" in dialog.message.text()
+    assert "No block has been run" in dialog.warning.text()
 
 
 def test_what_the_results_lack_is_said(make):
     dialog = make(behind="1 of 2 blocks has not.")
-    assert "1 of 2 blocks has not." in dialog.message.text()
-    assert dialog.message.tone() == "warning"
+    assert dialog.warning.text() == "1 of 2 blocks has not."
+    assert (dialog.message.text().partition(" ")[0], dialog.message.tone()) == ("Writes", "muted"), "no warning"
 
 
 def test_clipping_is_foretold(make):

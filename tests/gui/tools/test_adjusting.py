@@ -50,7 +50,7 @@ def test_points_are_added_and_removed(host):
     assert host.steps == ["Redraw border"]
     border.drag([(40, 13), (44, 9), (48, 9)])
     assert host.labels[13, 44] == 1
-    border.click((48, 9), "a")
+    border.click((48, 9), "c")
     assert host.labels[13, 44] == 2
     border.click((50, 24), "a")
     assert host.labels[24, 32] == 2

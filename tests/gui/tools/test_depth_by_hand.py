@@ -33,8 +33,8 @@ def _tool(hand: Hand) -> DepthByHandTool:
 
 def test_a_picked_depth_is_painted_where_depth_is_missing(hand: Hand) -> None:
     hand.drag([(10, 16), (18, 16)])
-    assert hand.host.said == ["No depth is set yet: Alt+click picks one from the image, or type it in the tool bar."]
-    hand.click((5, 30), "a")
+    assert hand.host.said == ["No depth is set yet: Ctrl+click picks one from the image, or type it in the tool bar."]
+    hand.click((5, 30), "c")
     assert hand.host.options.hand_depth == pytest.approx(1.62)
     hand.drag([(4, 16), (14, 16)])
     painted = np.isfinite(_depth(hand))

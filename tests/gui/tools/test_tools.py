@@ -537,7 +537,7 @@ def test_distrusted_depth_is_missing_and_comes_back(host):
     mark_invalid.send(*_release((50, 10)))
     assert not host.document.frame.known[8:13, 40:50].any()
     assert host.document.frame.invalid_mask is not None
-    mark_invalid.drag([(44, 10), (60, 10)], "a")
+    mark_invalid.drag([(44, 10), (60, 10)], "c")
     assert host.document.frame.known[10, 44:60].all()
     assert not host.document.frame.known[10, 39]
     assert host.steps == ["Mark depth invalid", "Mark depth valid"]

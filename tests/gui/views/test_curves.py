@@ -217,6 +217,14 @@ def test_the_label_of_a_criterion_is_below_its_line_and_above_no_curve(panel: Cu
     assert view.mapViewToScene(QPointF(1, lowest)).y() <= at_line, "the curve is on the other side"
 
 
+def test_a_curve_that_dips_below_the_criterion_leaves_its_label_readable(panel: CurvesPanel) -> None:
+    panel.resize(360, 500)
+    panel.show_curves([curve(linear(10), s_criteria=0.05)])
+    (line,) = panel._criteria._lines
+    assert line.label.fill.color().alpha() > 100
+    assert line.zValue() > max(shown.zValue() for shown in panel.sigma_plot.lines)
+
+
 def test_readout_follows_the_cursor_and_returns_to_the_last(panel):
     panel.show_curves([curve(staged())])
     last = panel.readout.text

@@ -644,6 +644,17 @@ def test_the_legend_has_words_only_and_as_many_as_have_room(views):
     assert all(word in strip.toolTip() for word in words)
 
 
+def test_where_the_legend_has_no_room_for_its_ellipsis_there_is_none(views):
+    strip = views.cells["depth-out"].strip
+    strip.set_title("Expected error")
+    pictures = []
+    for legend in ([], [(QBrush(), "unsupported")]):
+        strip.set_legend(legend)
+        strip.resize(strip._title_width + 10, strip.height())
+        pictures.append(strip.grab().toImage())
+    assert pictures[0] == pictures[1], "no half of an ellipsis"
+
+
 @pytest.mark.parametrize("width", [420, 640, 1100])
 def test_a_text_about_the_picture_never_covers_its_title(views, width):
     strip = views.cells["depth-in"].strip
