@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 
-from PySide6.QtCore import QSignalBlocker, Qt, Signal
+from PySide6.QtCore import QEvent, QSignalBlocker, Qt, Signal
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QDoubleSpinBox, QHBoxLayout, QSizePolicy, QSlider, QSpinBox, QToolButton, QWidget
 
@@ -79,11 +79,13 @@ class OptionsRow(QWidget):
             "similar": _together(_button(similar)),
             "no_block": _together(_button(no_block)),
             "new_block": _together(_button(new_block)),
-            "hand_depth": _together(self.hand_depth, *(_button(action) for action in by_hand)),
+            "hand_depth": _together(self.hand_depth, *(_button(action, short=True) for action in by_hand)),
             "amount": _together(*(_button(action) for action in by_amount), self.amount),
         }
         lay_out(QHBoxLayout(self), *self._parts.values(), spacing=_GAP)
-        self.setSizePolicy(QSizePolicy.Policy.Maximum, QSizePolicy.Policy.Preferred)
+        policy = QSizePolicy(QSizePolicy.Policy.Maximum, QSizePolicy.Policy.Preferred)
+        policy.setRetainSizeWhenHidden(True)
+        self.setSizePolicy(policy)
         for label, longest in ((self._brush_text, "120 px"), (self._leash_text, "20 px")):
             label.setMinimumWidth(label.fontMetrics().horizontalAdvance(longest))
         self.brush.valueChanged.connect(lambda radius: self.changed.emit("brush_radius", float(radius)))
@@ -94,6 +96,12 @@ class OptionsRow(QWidget):
             box.editingFinished.connect(box.clearFocus)  # so that keys go to the tools again
         self.hand_depth.valueChanged.connect(lambda depth: self.changed.emit("hand_depth", depth))
         self.amount.valueChanged.connect(lambda amount: self.changed.emit("amount", amount))
+
+    def event(self, event: QEvent) -> bool:
+        """Tell the tool bar of another width also while it has no room for the row, which it hides then."""
+        if event.type() == QEvent.Type.LayoutRequest:
+            self.updateGeometry()
+        return super().event(event)
 
     def show_options(self, names: Collection[str], options: ToolOptions) -> None:
         """Show the options of a tool (`Tool.options`) with their values."""
@@ -127,8 +135,10 @@ def _slider(name: str, low: int, high: int) -> QSlider:
     return slider
 
 
-def _button(action: QAction) -> QToolButton:
-    """Return a button that is there only while its command can be used."""
+def _button(action: QAction, short: bool = False) -> QToolButton:
+    """Return a button that is there only while its command can be used; with `short`, with its first word."""
+    if short:
+        action.setIconText(action.iconText().partition(" ")[0])
     button = command_button(action, TEXT_BESIDE_ICON)
     button.setFocusPolicy(Qt.FocusPolicy.NoFocus)
     _show_while_usable(button, action)

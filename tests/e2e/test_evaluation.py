@@ -209,7 +209,9 @@ def test_a_sweep_shows_what_comes_and_a_click_takes_a_value(window, qtbot, frame
     shown.start_button.click()
     qtbot.waitUntil(lambda: not shown.busy, timeout=WAIT_MS)
     tiles = [shown.pictures.item(*shown.pictures.place(number)).text() for number in range(3)]
-    assert [text.splitlines()[0] for text in tiles] == ["0.01", "1", "100"]
+    assert [text.splitlines()[0].partition(" ")[0] for text in tiles] == ["0.01", "1", "100"]
+    widest = max(shown.pictures.fontMetrics().horizontalAdvance(line) for text in tiles for line in text.splitlines())
+    assert widest <= shown.pictures.iconSize().width(), "captions are not cut off"
     assert ["current" in text for text in tiles] == [False, True, False]
     marked = {number for number, text in enumerate(tiles) if "best" in text or "equal" in text}
     assert marked == shown.found.marked

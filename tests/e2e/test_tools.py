@@ -184,6 +184,17 @@ def test_options_show_for_the_tool_that_has_them_and_stay(editing):
     assert row.leash.value() == 11
 
 
+def test_the_options_of_every_tool_have_room_in_a_narrow_window(editing, qtbot):
+    row = editing.feature(ToolsFeature).options
+    editing.resize(1100, 700)
+    editing.workspace.select([1])
+    for kind in (*KINDS, *KINDS[::-1]):
+        _take(editing, kind.name)
+        if editing.editor.tool.options:
+            qtbot.waitUntil(row.isVisible, timeout=WAIT_MS)
+    assert row.amount.isVisible()
+
+
 def test_keys_work_wherever_the_focus_is_but_not_where_numbers_are_typed(editing):
     viewport = editing.views.cells["colour"].view.viewport()
     views, table = editing.views.cells["depth-in"].view, editing.feature(BlocksFeature).table.view

@@ -321,5 +321,5 @@ def _row(*widgets: QWidget, unit: bool = False) -> QHBoxLayout:
     """Widgets side by side; with the unit of the errors at the right."""
     row = lay_out(QHBoxLayout(), *widgets, None, spacing=6)
     if unit:
-        row.addWidget(PlainLabel("Errors in mm", enabled=False))
+        row.addWidget(PlainLabel("Errors in mm"))
     return row

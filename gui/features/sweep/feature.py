@@ -100,7 +100,7 @@ class SweepFeature(Panel):
         for shown in (self.curve, self.grid, self.pictures):
             shown.taken.connect(self.apply)
         splitter = QSplitter(Qt.Orientation.Horizontal)
-        hint = PlainLabel(_HINT, alignment=Qt.AlignmentFlag.AlignCenter, enabled=False)
+        hint = PlainLabel(_HINT, alignment=Qt.AlignmentFlag.AlignCenter)
         self._outcomes = QStackedWidget()
         self._outcomes.addWidget(hint)
         self._outcomes.addWidget(self._right_side())
@@ -384,9 +384,10 @@ class SweepFeature(Panel):
         text = error if coverage > _FULL_COVERAGE else f"{error}, fills {coverage:.0%}"
         best, present = number in found.marked, number == found.present
         marks = ["best" if found.ties is None else "equal"] * best + ["current"] * present
-        hint = f"{', '.join([found.caption_of(number), text, *marks])}. Click to apply."
-        text += f" ({', '.join(marks)})" if marks else ""
-        return Cell(f"{found.caption_of(number)}\n{text}", hint, best, present, self._icon(number, picture, scale))
+        caption = found.caption_of(number)
+        hint = f"{', '.join([caption, text, *marks])}. Click to apply."
+        caption += f" ({', '.join(marks)})" if marks else ""
+        return Cell(f"{caption}\n{text}", hint, best, present, self._icon(number, picture, scale))
 
     def _icon(self, number: int, picture: Picture | None, scale: Scale) -> QIcon:
         """The picture of a point, made once for a colour scale; an empty one until there is a result."""
