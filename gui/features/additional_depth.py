@@ -30,7 +30,7 @@ from ..base.needs import Need
 from ..state.document import Document
 from ..state.entries import Entry
 from ..state.parts import Part
-from ..widgets.basics import Message, group, row
+from ..widgets.basics import Message, form, group, row
 from ..widgets.docks import PanelGroup
 from ..widgets.file_choice import choose_file
 from ..widgets.notices import error_text
@@ -260,9 +260,7 @@ class AdditionalDepthPanel(Panel):
         self._step.setToolTip(
             "Use every so many frames: a camera that moves slowly shows more from frames farther away"
         )
-        numbers = QFormLayout()
-        numbers.addRow("Frames &before and after", self._count)
-        numbers.addRow("Every so &many frames", self._step)
+        numbers = form(("Frames &before and after", self._count), ("Every so &many frames", self._step))
         column = QVBoxLayout()
         column.addWidget(self._section(GUIDE, "guide", ("load_guide", "guide_by_network", "remove_guide")))
         column.addWidget(self._section(NEIGHBOURS, "from_neighbours", ("use_neighbours", "remove_neighbours"), numbers))

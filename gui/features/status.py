@@ -74,7 +74,7 @@ class StatusBar(QStatusBar):
         else:
             progress.setRange(0, 100)
             progress.setValue(round(100 * share))
-            suffix = f" {round(100 * share)} %" + (f", {left}" if left else "")
+            suffix = f", {round(100 * share)} %" + (f", {left}" if left else "")
         metrics = progress.fontMetrics()
         room = progress.width() - 2 * metrics.averageCharWidth() - metrics.horizontalAdvance(suffix)
         progress.setFormat(metrics.elidedText(text, Qt.TextElideMode.ElideRight, room) + suffix)

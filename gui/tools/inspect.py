@@ -21,7 +21,6 @@ class MeasureTool(Tool):
     points_only = True
 
     def __init__(self) -> None:
-        self._press: Press | None = None
         self._start: Point | None = None
         """The first point, until the second is clicked."""
         self._held: tuple[int, int] | None = None
@@ -103,7 +102,6 @@ class ShapeTool(Tool, Generic[Shape, Grip]):
     """A tool whose drag draws a new shape, or changes the existing one at the pressed handle; one shape per frame."""
 
     def __init__(self) -> None:
-        self._press: Press | None = None
         self._before: Shape | None = None
         self._grip: Grip | None = None
         """The handle under the press; None to draw a new shape."""
@@ -123,11 +121,6 @@ class ShapeTool(Tool, Generic[Shape, Grip]):
     def dragged(self, press: Press, event: PointerEvent, frame: tuple[int, int]) -> Shape:
         """Return the shape after a drag, on a frame of shape (H, W)."""
         raise NotImplementedError
-
-    @property
-    def busy(self) -> bool:
-        """Whether the shape is being dragged."""
-        return self._press is not None
 
     def pointer(self, event: PointerEvent, host: Host) -> bool:
         """Draw or change the shape while the button is down."""

@@ -37,7 +37,6 @@ class SelectTool(Tool):
     options = ("amount",)
 
     def __init__(self) -> None:
-        self._press: Press | None = None
         self._act = _Act.BOX
         self._stroke: list[Point] = []
         self._found: list[int] = []
@@ -54,11 +53,6 @@ class SelectTool(Tool):
             "Click: select | Ctrl+click: add or remove | Shift+drag: select by box | Ctrl+drag: select what it crosses "
             "| Ctrl+Shift+drag: merge what it crosses | drag: pan"
         )
-
-    @property
-    def busy(self) -> bool:
-        """Whether a box or a stroke is being drawn."""
-        return self._press is not None
 
     def pointer(self, event: PointerEvent, host: Host) -> bool:
         """Select on press, or on release with Shift or Ctrl; the view handles the drag without these."""

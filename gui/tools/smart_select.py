@@ -87,7 +87,6 @@ class SmartSelectTool(Tool):
     wheel = True
 
     def __init__(self) -> None:
-        self._press: Press | None = None
         self._stroke: list[Point] = []
         """The stroke in progress, if it is one."""
         self._clicks = _Clicks()
@@ -277,7 +276,7 @@ class SmartSelectTool(Tool):
             self._show(host)
             return
         before = self._mask if self._mask is not None else host.document.labels == label if label else None
-        inside = not event.opposite or not (self._clicks or label)
+        inside = not event.opposite or not (self._clicks or label)  # Ctrl may be held for the wheel
         after = _search(self._clicks.added(((event.x, event.y),), inside=inside), label, host)
         find = partial(_difference, before, after)
         host.run_in_background(find, partial(self._take_next, host, self._clicks))

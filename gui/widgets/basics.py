@@ -211,16 +211,13 @@ def row(*widgets: QWidget) -> QHBoxLayout:
     return lay_out(QHBoxLayout(), *widgets, *(() if fields else (None,)), stretched=fields, spacing=8)
 
 
-def form(*rows: tuple[str, Piece], parent: QWidget | None = None) -> QFormLayout:
+def form(*rows: tuple[str | PlainLabel, Piece], parent: QWidget | None = None) -> QFormLayout:
     """Return labelled fields below each other, which take the width."""
     form = QFormLayout(parent)
     form.setContentsMargins(0, 0, 0, 0)
     form.setFieldGrowthPolicy(QFormLayout.FieldGrowthPolicy.AllNonFixedFieldsGrow)
-    for text, field in rows:
-        if isinstance(field, QWidget):
-            form.addRow(text, field)
-        else:
-            form.addRow(text, field)
+    for label, field in rows:
+        form.addRow(label, field)
     return form
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import ilf
 from gui.features.status import StatusFeature
 
@@ -25,6 +27,7 @@ def test_stages_of_a_run_are_named(opened, qtbot):
         return opened.workspace.current.expected_error() is not None
 
     qtbot.waitUntil(ended, timeout=WAIT_MS)
+    assert all(re.fullmatch(r"Filtering \d+ of \d+, \d+ %.*", text) for text in seen if text.startswith("Filtering"))
     assert any(text.startswith("Estimating") for text in seen), "named, though its share is not known"
     assert {text.partition(" ")[0] for text in seen} <= {"Filtering", "Correcting", "Estimating"}
     qtbot.waitUntil(lambda: not progress.isVisible())

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from PySide6.QtWidgets import QFormLayout, QWidget
+from PySide6.QtWidgets import QWidget
 
 from ilf._runtime.named_places import note_opened
 from ilf.data.frame import RGBDFrame
@@ -15,7 +15,7 @@ from ilf.errors import InputError
 from ilf.io.frame_additions import with_ground_truth_file
 from ilf.sources.naming import DEPTH_FILE_SUFFIXES
 
-from ...widgets.basics import label_of, row, typed_list
+from ...widgets.basics import form, label_of, row, typed_list
 from ...widgets.file_choice import choose_file
 from ...work.latest_request import LatestRequest
 from ..documents.file_dialogs import PreviewDialog
@@ -69,10 +69,8 @@ class GroundTruthDialog(PreviewDialog[GroundTruthSource, RGBDFrame]):
         self.units.editTextChanged.connect(self.schedule)
         self.file_button.setToolTip("Select the file with the true depth")
         self.setMinimumWidth(600)
-        form = QFormLayout()
-        form.addRow(label_of("Ground &truth", self.path), row(self.path, self.file_button))
-        form.addRow(label_of("&Units per metre", self.units), self.units)
-        self.ask(form)
+        path = label_of("Ground &truth", self.path), row(self.path, self.file_button)
+        self.ask(form(path, ("&Units per metre", self.units)))
 
     def source(self, path: str) -> GroundTruthSource:
         units = _units(self.units.currentText())

@@ -15,7 +15,6 @@ from PySide6.QtWidgets import (
     QDialog,
     QDialogButtonBox,
     QFileDialog,
-    QFormLayout,
     QLineEdit,
     QPushButton,
     QSpinBox,
@@ -36,7 +35,7 @@ from ilf.run.options import RECORD_FILE, ExportOptions, as_file_name, output_fol
 from ilf.run.run import Run
 
 from ...base import theme
-from ...widgets.basics import Message, label_of, literal_text, row, row_list, stack
+from ...widgets.basics import Message, form, label_of, literal_text, row, row_list, stack
 from ...widgets.file_choice import save_folder
 from ...widgets.work_row import WorkRow
 from ...work.jobs import spare_cores
@@ -164,10 +163,8 @@ class ExportDialog(QDialog):
         buttons.accepted.connect(lambda: self.requested.emit(self.request()))
         buttons.rejected.connect(self.reject)
         self._form = QWidget()
-        form = _form(self._form)
-        form.addRow("Fra&mes", self.scope)
-        form.addRow("&Depth", self.source)
-        form.addRow(label_of("F&older", self.folder_path), row(self.folder_path, browse))
+        folder = label_of("F&older", self.folder_path), row(self.folder_path, browse)
+        form(("Fra&mes", self.scope), ("&Depth", self.source), folder, parent=self._form)
         stack(self, self._form, self.tabs, self.message, self.warning, self.work, buttons, stretched=self.tabs)
         self._remembered: dict[str, QWidget] = {
             "report/format": self.format,
@@ -302,8 +299,9 @@ class ExportDialog(QDialog):
         else:
             problem = self._problem(export.folder, names)
         self.export_button.setEnabled(not problem)
-        self.message.show_message(problem or self._plan(export, names), "error" if problem else "muted")
-        self.warning.show_message("" if problem else self._lacks(export), "warning")
+        text, lacks = (problem, "") if problem else self._plan(export, names)
+        self.message.show_message(text, "error" if problem else "muted")
+        self.warning.show_message(lacks, "warning")
 
     def _problem(self, folder: Path, names: Sequence[str]) -> str:
         """Return why nothing can be exported, and what to do; "" if it can."""
@@ -317,26 +315,22 @@ class ExportDialog(QDialog):
             return "There is no such frame. Choose other frames."
         return ""
 
-    def _plan(self, export: Export, names: Sequence[str]) -> str:
-        """Return what the export would write."""
+    def _plan(self, export: Export, names: Sequence[str]) -> tuple[str, str]:
+        """Return what the export would write, and what the results of a single frame lack."""
         files = ", ".join(names)
         if export.from_files:
-            return f"Writes a folder per frame with {files}. {_FROM_FILES}"
+            return f"Writes a folder per frame with {files}. {_FROM_FILES}", ""
         if export.scope != THIS:
             folders = counted(self._counts[export.scope], "folder")
             return (
                 f"Writes {folders}, one per frame, with {files}, as far as the frame has them. Blocks without a result "
-                "are run first. Frames that have not changed since an earlier export are skipped."
+                "are run first. Frames that have not changed since an earlier export are skipped.",
+                "",
             )
-        return f"Writes {files}." if export.folder.is_dir() else f"Creates the folder, writes {files}."
-
-    def _lacks(self, export: Export) -> str:
-        """Return what the results of this frame lack; "" for nothing, and for other exports."""
-        if export.from_files or export.scope != THIS:
-            return ""
+        text = f"Writes {files}." if export.folder.is_dir() else f"Creates the folder, writes {files}."
         if self._completion is None:
-            return "No block has been run in its current state: the input depth is exported."
-        return self._behind
+            return text, "No block has been run in its current state: the input depth is exported."
+        return text, self._behind
 
     def _turn(self) -> None:
         """Offer what belongs to the chosen frames and to where their depth is from."""
@@ -400,11 +394,8 @@ class ExportDialog(QDialog):
         self.opens.setChecked(True)
         self.opens.setToolTip("Open the report in the browser or the PDF viewer")
         page, fields = QWidget(), QWidget()
-        form = _form(fields)
-        form.addRow("Form&at", self.format)
-        form.addRow("Hold-out test", self.hidden)
-        form.addRow("Pattern and seeds", row(self.pattern, self.seeds))
-        form.addRow("", self.opens)
+        test = ("Hold-out test", self.hidden), ("Pattern and seeds", row(self.pattern, self.seeds))
+        form(("Form&at", self.format), *test, ("", self.opens), parent=fields)
         stack(page, self.report, about, fields, QWidget())
         return page
 
@@ -418,19 +409,10 @@ class ExportDialog(QDialog):
         self.retry.setToolTip("Retry frames that failed before")
         self.anew.setToolTip("Complete frames again whose settings or files have changed since")
         page, fields = QWidget(), QWidget()
-        form = _form(fields)
-        form.addRow("&Processes", self.jobs)
-        form.addRow("Also write", row(self.sheet, self.video))
-        form.addRow("Redo", row(self.retry, self.anew))
+        also, redo = row(self.sheet, self.video), row(self.retry, self.anew)
+        form(("&Processes", self.jobs), ("Also write", also), ("Redo", redo), parent=fields)
         stack(page, fields, QWidget())
         return page
-
-
-def _form(parent: QWidget) -> QFormLayout:
-    form = QFormLayout(parent)
-    form.setContentsMargins(0, 0, 0, 0)
-    form.setFieldGrowthPolicy(QFormLayout.FieldGrowthPolicy.AllNonFixedFieldsGrow)
-    return form
 
 
 def _user_property(field: QWidget) -> str:

@@ -13,7 +13,6 @@ from PySide6.QtWidgets import (
     QBoxLayout,
     QCheckBox,
     QComboBox,
-    QFormLayout,
     QGridLayout,
     QHBoxLayout,
     QVBoxLayout,
@@ -30,7 +29,7 @@ from ilf.run.options import WORLD, ExportOptions
 from ilf.run.run import Run
 from ilf.run.writing import filenames
 
-from ...widgets.basics import Message, group, literal_text, typed_list
+from ...widgets.basics import Message, form, group, literal_text, typed_list
 
 _OPTIONS_KEY = "export/options"
 _UNITS_KEY = "export/png_units"
@@ -220,11 +219,7 @@ class FilesForm(QWidget):
         for box, choice in self._formats.values():
             cloud.addWidget(box)
             cloud.addWidget(choice)
-        form = QFormLayout()
-        form.setFieldGrowthPolicy(QFormLayout.FieldGrowthPolicy.AllNonFixedFieldsGrow)
-        form.addRow("Axes", self.axes)
-        form.addRow("Unit", self.cloud_unit)
-        cloud.addLayout(form)
+        cloud.addLayout(form(("Axes", self.axes), ("Unit", self.cloud_unit)))
         for part in (self.normals, self.drop_flying, self.cloud_note):
             cloud.addWidget(part)
         others_box, others = group("Blocks and run")
