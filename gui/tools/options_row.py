@@ -13,7 +13,7 @@ from ilf.data.frame import FARTHEST_DEPTH
 from ..widgets.basics import TEXT_BESIDE_ICON, PlainLabel, command_button, lay_out
 from .base import BRUSH_RADII, LARGEST_AMOUNT, LARGEST_LEASH, ToolOptions
 
-_SLIDER_WIDTH = 72
+_SLIDER_WIDTH = 60
 _GAP = 4
 
 

@@ -186,6 +186,8 @@ def test_options_show_for_the_tool_that_has_them_and_stay(editing):
 
 def test_the_options_of_every_tool_have_room_in_a_narrow_window(editing, qtbot):
     row = editing.feature(ToolsFeature).options
+    document = editing.workspace.current
+    document.set_by_hand(np.full(document.frame.shape, 2.0, np.float32), document.frame.missing, "Fill")
     editing.resize(1100, 700)
     editing.workspace.select([1])
     for kind in (*KINDS, *KINDS[::-1]):
