@@ -198,7 +198,9 @@ def test_a_sweep_shows_what_comes_and_a_click_takes_a_value(window, qtbot, frame
     open_frame(window, qtbot, FrameRef(str(frame_folder), options=ReadingOptions(ground_truth=str(ground_truth_file))))
     document = workspace.current
     # from the menu of a parameter in the form
-    row = window.feature(FilterPanel).form.findChild(QWidget, "smoothness").parentWidget()
+    form = window.feature(FilterPanel).form
+    form.all_button.click()
+    row = form.findChild(QWidget, "smoothness").parentWidget()
     row.customContextMenuRequested.emit(QPoint(2, 2))
     menu = QApplication.activePopupWidget()
     assert menu.actions()[0].text() == "Sweep Smoothness…"
