@@ -5,7 +5,7 @@ from __future__ import annotations
 import html
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from functools import partial
+from functools import cached_property, partial
 
 from PySide6.QtGui import QAction, QActionGroup, QIcon, QKeySequence
 from PySide6.QtWidgets import QMainWindow, QMenu, QToolBar, QToolButton, QWidget
@@ -263,8 +263,6 @@ class ActionEntry:
     action : QAction
     hint : str
         What it does.
-    why_not : str
-        Why it is disabled; "" if it is enabled.
     icon : QIcon
     is_on : bool
         Whether it is checked.
@@ -275,9 +273,13 @@ class ActionEntry:
     where: str
     action: QAction
     hint: str
-    why_not: str
     icon: QIcon
     is_on: bool
+
+    @cached_property
+    def why_not(self) -> str:
+        """Why it is disabled, as it was when this was first asked; "" if it is enabled."""
+        return "" if self.gone else why_not(self.action)
 
     @property
     def gone(self) -> bool:
@@ -329,9 +331,7 @@ def action_entries(window: QMainWindow) -> list[ActionEntry]:
 
 def _entry(action: QAction, where: str) -> ActionEntry:
     key = action.objectName() or (f"{where}/{action.text()}" if where else action.text())
-    return ActionEntry(
-        key, plain(action.text()), where, action, hint_of(action), why_not(action), action.icon(), action.isChecked()
-    )
+    return ActionEntry(key, plain(action.text()), where, action, hint_of(action), action.icon(), action.isChecked())
 
 
 def _menus(window: QMainWindow) -> list[QMenu]:

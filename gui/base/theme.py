@@ -170,16 +170,17 @@ def _luminance(colour: QColor) -> float:
 
 def icon(name: str, palette: QPalette, tone: str = "text") -> QIcon:
     """Return an icon of the Phosphor set ("ph.play") in a colour of `Colours`, by its name."""
+    used = colours(palette)
+    return _icon(name, getattr(used, tone).rgba(), used.accent.rgba(), used.muted.rgba())
+
+
+@cache
+def _icon(name: str, colour: int, active: int, muted: int) -> QIcon:
     import qtawesome
 
-    muted = QColor((_DARK if is_dark(palette) else _LIGHT)["muted"])
-    muted.setAlpha(110)
-    return qtawesome.icon(
-        name,
-        color=getattr(colours(palette), tone),
-        color_active=palette.highlight().color(),
-        color_disabled=muted,
-    )
+    faint = QColor(muted)
+    faint.setAlpha(110)
+    return qtawesome.icon(name, color=QColor(colour), color_active=QColor(active), color_disabled=faint)
 
 
 def _system_is_dark(app: QApplication) -> bool:

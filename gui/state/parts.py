@@ -39,7 +39,7 @@ class Part(Flag):
     EXTRACTION = auto()
     """Parameters of the extraction."""
     RESULTS = auto()
-    """Results changed or were removed, or a run has ended."""
+    """Results changed, were removed, or may be stale after an edit of what depth depends on; or a run has ended."""
     SOME_RESULTS = auto()
     """The run in progress has new results; up to several times a second."""
     RECORDS = auto()

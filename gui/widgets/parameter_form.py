@@ -6,9 +6,11 @@ import html
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import takewhile
 from typing import Any
 
 from PySide6.QtCore import QEvent, QLocale, QObject, QPoint, QSettings, QSignalBlocker, QSize, Qt, Signal
+from PySide6.QtGui import QIcon
 from PySide6.QtWidgets import (
     QAbstractSpinBox,
     QCheckBox,
@@ -161,9 +163,12 @@ class ParameterForm(Themed, QScrollArea):
         self._parameters = set_class()
         self._base = set_class()
         self._source = "the preset"
+        self._declarations = declarations = set_class.declarations()
+        self._places: dict[str, QWidget] = {}
+        """The place of every parameter's row."""
         self._rows: dict[str, _Row] = {}
+        """The rows that have been shown; most never are."""
         self._wheel_guard = _WheelGuard(self)
-        declarations = set_class.declarations()
         self._controlling = {item.when[0] for item in declarations.values() if item.when}
         """Parameters that determine whether others have an effect."""
 
@@ -174,7 +179,7 @@ class ParameterForm(Themed, QScrollArea):
         groups: dict[str, list[Declaration]] = {_FIRST: []}
         for declaration in declarations.values():
             groups.setdefault(declaration.group, []).append(declaration)
-        self._headers: list[QToolButton] = []
+        self._headers: dict[str, QToolButton] = {}
         self._rows_of: dict[str, QVBoxLayout] = {}
         """The rows of every section."""
         self._groups = {name: declaration.group for name, declaration in declarations.items()}
@@ -215,28 +220,29 @@ class ParameterForm(Themed, QScrollArea):
         if (parameters, source) != (self._base, self._source):
             self._base, self._source = parameters, source
             for name, row in self._rows.items():
-                row.widget.setToolTip(_tooltip(row.declaration, getattr(parameters, name), source))
+                self._places[name].setToolTip(_tooltip(row.declaration, getattr(parameters, name), source))
             self._show()
 
     @property
     def shown(self) -> list[str]:
         """Names of the parameters that the form shows, in the order of their declaration."""
-        return [name for name, row in self._rows.items() if not row.widget.isHidden()]
+        return [name for name, place in self._places.items() if not place.isHidden()]
 
     def show_effects(self, effects: Mapping[str, str]) -> None:
         """Show what parameters did, beside them; nothing beside the others."""
+        for name in effects:
+            self._make_row(name)
         for name, row in self._rows.items():
             row.effect.show_message(effects.get(name, ""))
             row.effect.setVisible(name in effects)
 
     def put_first(self, names: Sequence[str]) -> None:
         """Put parameters first, in this order; the others have the order of their declarations."""
-        self._groups = {name: _FIRST if name in names else row.declaration.group for name, row in self._rows.items()}
-        for name in (*names, *(name for name in self._rows if name not in names)):
-            widget = self._rows[name].widget
+        self._groups = {name: _FIRST if name in names else item.group for name, item in self._declarations.items()}
+        for name in (*names, *(name for name in self._places if name not in names)):
             for rows in self._rows_of.values():
-                rows.removeWidget(widget)
-            self._rows_of[self._groups[name]].addWidget(widget)
+                rows.removeWidget(self._places[name])
+            self._rows_of[self._groups[name]].addWidget(self._places[name])
         self._update_visibility()
 
     def sizeHint(self) -> QSize:
@@ -265,23 +271,35 @@ class ParameterForm(Themed, QScrollArea):
         rows.setSpacing(5)
         self._rows_of[group] = rows
         for declaration in members:
-            row = self._row(declaration)
-            self._rows[declaration.name] = row
-            rows.addWidget(row.widget)
+            self._places[declaration.name] = place = QWidget()
+            rows.addWidget(place)
 
         def fold(opened: bool) -> None:
             body.setVisible(opened)
             header.setArrowType(Qt.ArrowType.DownArrow if opened else Qt.ArrowType.RightArrow)
 
         header.toggled.connect(fold)
-        self._headers.append(header)
+        self._headers[group] = header
         column.addWidget(header)
         column.addWidget(body)
         return section
 
-    def _row(self, declaration: Declaration) -> _Row:
+    def _make_row(self, name: str) -> None:
+        """Make the row of a parameter, when it is first shown; Tab reaches it after those before it."""
+        if name in self._rows:
+            return
+        group = self._groups[name]
+        earlier = takewhile(lambda other: other != name, self._places)
+        made = [self._rows[other].reset for other in earlier if other in self._rows and self._groups[other] == group]
+        last: QWidget = made[-1] if made else self._headers[group]
+        self._rows[name] = row = self._row(self._declarations[name], self._places[name])
+        for control in filter(None, (row.editor, row.slider, row.reset)):
+            QWidget.setTabOrder(last, control)
+            last = control
+        self._show_row(name)
+
+    def _row(self, declaration: Declaration, widget: QWidget) -> _Row:
         name = declaration.name
-        widget = QWidget()
         grid = QGridLayout(widget)
         grid.setContentsMargins(0, 0, 0, 0)
         grid.setHorizontalSpacing(4)
@@ -306,6 +324,7 @@ class ParameterForm(Themed, QScrollArea):
         reset.setFixedSize(_RESET_SIZE, _RESET_SIZE)
         reset.setObjectName(f"reset_{name}")
         reset.setAccessibleName(f"Reset {declaration.label}")
+        reset.setIcon(self._reset_icon())
         reset.clicked.connect(lambda: self._edited(name, getattr(self._base, name)))
         policy = reset.sizePolicy()
         policy.setRetainSizeWhenHidden(True)
@@ -318,7 +337,7 @@ class ParameterForm(Themed, QScrollArea):
         widget.setToolTip(_tooltip(declaration, getattr(self._base, name), self._source))
         widget.setContextMenuPolicy(Qt.ContextMenuPolicy.CustomContextMenu)
         widget.customContextMenuRequested.connect(lambda at: self.menu_requested.emit(name, widget.mapToGlobal(at)))
-        return _Row(declaration, widget, caption, reset, slider, effect, show)
+        return _Row(declaration, editor, caption, reset, slider, effect, show)
 
     def _slider(self, declaration: Declaration) -> ValueSlider:
         slider = ValueSlider(declaration)
@@ -362,12 +381,14 @@ class ParameterForm(Themed, QScrollArea):
         row.reset.setToolTip(literal_text(f"Reset to {row.declaration.to_text(base)}"))
 
     def _update_visibility(self) -> None:
-        effective = {name for name in self._rows if self._parameters.has_effect(name)}
+        effective = {name for name in self._places if self._parameters.has_effect(name)}
         every = self.all_button.isChecked()
-        shown = {name for name in effective if every or self._rows[name].declaration.basic or self._differs(name)}
-        for name, row in self._rows.items():
-            row.widget.setVisible(name in shown)
-        for header in self._headers:
+        shown = {name for name in effective if every or self._declarations[name].basic or self._differs(name)}
+        for name, place in self._places.items():
+            if name in shown:
+                self._make_row(name)
+            place.setVisible(name in shown)
+        for header in self._headers.values():
             header.setVisible(every)
             if not every:
                 header.setChecked(True)
@@ -385,16 +406,18 @@ class ParameterForm(Themed, QScrollArea):
         self._update_visibility()
 
     def _take_theme(self) -> None:
-        icon = theme.icon("ph.arrow-counter-clockwise", self.palette())
         for row in self._rows.values():
-            row.reset.setIcon(icon)
+            row.reset.setIcon(self._reset_icon())
         self._show()
+
+    def _reset_icon(self) -> QIcon:
+        return theme.icon("ph.arrow-counter-clockwise", self.palette())
 
 
 @dataclass(frozen=True)
 class _Row:
     declaration: Declaration
-    widget: QWidget
+    editor: QWidget
     caption: QLabel | QCheckBox
     reset: QToolButton
     slider: ValueSlider | None

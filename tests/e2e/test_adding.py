@@ -129,6 +129,7 @@ from PySide6.QtWidgets import QApplication, QDoubleSpinBox
 from gui.widgets.parameter_form import ParameterForm
 application = QApplication([])
 form = ParameterForm(Parameters)
+form.all_button.click()
 editor = form.findChild(QDoubleSpinBox, "sharpening")
 editor.setValue(4)
 print(form.parameters().sharpening, editor.maximum(), editor.suffix())

@@ -84,6 +84,7 @@ def test_values_for_chosen_blocks_go_to_all_of_them(opened, qtbot, run_all):
     panel.scope.setCurrentIndex(1)
     panel.redraw()
     opened.refresh.now()
+    panel.form.all_button.click()
     panel.form.findChild(object, "smoothness").setValue(3.0)
     assert document.blocks.own == {label: {"smoothness": 3.0} for label in chosen}
     _settle(opened, qtbot)

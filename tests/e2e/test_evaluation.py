@@ -184,13 +184,23 @@ def test_errors_against_a_truth_and_on_hidden_depth(window, qtbot, frame_folder,
     assert panel.outcomes[document] is former
     assert panel.work.isHidden()
 
+    # depth by hand outdates it, before anything is run with it
+    actions["clear_results"].trigger()
+    settle(window)
+    assert "Outdated" not in panel.outcome.text()
+    document.set_by_hand(np.full(document.frame.shape, 1.0, np.float32), document.labels == label, "Paint")
+    settle(window)
+    assert "Outdated" in panel.outcome.text()
+
 
 def test_a_sweep_shows_what_comes_and_a_click_takes_a_value(window, qtbot, frame_folder, ground_truth_file):
     workspace, shown = window.workspace, window.feature(SweepFeature)
     open_frame(window, qtbot, FrameRef(str(frame_folder), options=ReadingOptions(ground_truth=str(ground_truth_file))))
     document = workspace.current
     # from the menu of a parameter in the form
-    row = window.feature(FilterPanel).form.findChild(QWidget, "smoothness").parentWidget()
+    form = window.feature(FilterPanel).form
+    form.all_button.click()
+    row = form.findChild(QWidget, "smoothness").parentWidget()
     row.customContextMenuRequested.emit(QPoint(2, 2))
     menu = QApplication.activePopupWidget()
     assert menu.actions()[0].text() == "Sweep Smoothness…"

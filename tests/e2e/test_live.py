@@ -31,7 +31,9 @@ def opened(opened):
 
 
 def _slider(window, name: str) -> QSlider:
-    return window.feature(FilterPanel).form.findChild(QSlider, f"slider_{name}")
+    form = window.feature(FilterPanel).form
+    form.all_button.setChecked(True)
+    return form.findChild(QSlider, f"slider_{name}")
 
 
 def _results(window) -> dict[int, BlockResult]:

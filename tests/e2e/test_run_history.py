@@ -57,7 +57,9 @@ def test_runs_are_kept_compared_and_come_back_to(opened, part, qtbot, run_all):
     chosen = next(iter(document.counts()))
     workspace.select([chosen])
     opened.refresh.now()
-    slider = opened.feature(FilterPanel).form.findChild(QSlider, "slider_padding")
+    form = opened.feature(FilterPanel).form
+    form.all_button.click()
+    slider = form.findChild(QSlider, "slider_padding")
     for position in (5, 6, 7, 8):
         slider.setValue(position)
         qtbot.waitUntil(lambda: opened.runs.state is RunState.IDLE, timeout=WAIT_MS)

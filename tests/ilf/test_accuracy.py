@@ -24,7 +24,6 @@ MEASURED = {
     # scene, preset: RMSE [mm], MAE [mm], coverage, within
     ("sample", "best"): (242.295, 131.678, 1.0000, 0.5527),
     ("sample", "paper"): (253.635, 148.176, 1.0000, 0.5942),
-    ("sample", "released-code"): (418.243, 208.548, 1.0000, 0.6550),
     ("sphere", "best"): (1.023, 0.837, 1.0000, 0.9673),
     ("sphere", "paper"): (6.231, 4.123, 1.0000, 0.9261),
     ("sphere", "released-code"): (0.798, 0.545, 1.0000, 0.9996),
@@ -117,7 +116,8 @@ def compared(scene: str, preset_name: str, values: tuple[float, ...]) -> str:
 
 
 def test_every_preset_is_measured_on_every_scene():
-    assert set(MEASURED) == {(scene, name) for scene in SCENES for name in PRESETS}
+    """But for the sample by the released code, which takes longer than all others together."""
+    assert set(MEASURED) == {(scene, name) for scene in SCENES for name in PRESETS} - {("sample", "released-code")}
 
 
 @pytest.mark.parametrize(("scene", "name"), MEASURED)
@@ -146,10 +146,9 @@ def test_slightly_worse_passes_and_clearly_worse_does_not():
 
 def main() -> None:
     """Print the table as it is now, ready to be put in the place of `MEASURED`'s lines."""
-    for scene in SCENES:
-        for name in PRESETS:
-            rmse, mae, coverage, within = measure(scene, name)
-            print(f'    ("{scene}", "{name}"): ({rmse:.3f}, {mae:.3f}, {coverage:.4f}, {within:.4f}),')
+    for scene, name in MEASURED:
+        rmse, mae, coverage, within = measure(scene, name)
+        print(f'    ("{scene}", "{name}"): ({rmse:.3f}, {mae:.3f}, {coverage:.4f}, {within:.4f}),')
 
 
 if __name__ == "__main__":

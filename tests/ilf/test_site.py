@@ -13,6 +13,7 @@ import pytest
 import ilf
 from ilf.cli import main
 
+from .batch_frames import work_in_this_process
 from .phone_files import write_record3d
 from .test_readme import DOCS, thin
 from .tiny_onnx import node, write_network
@@ -41,6 +42,7 @@ def code(text: str) -> list[str]:
 def test_instructions_run_as_pasted(name, tmp_path, monkeypatch):
     """In a folder with the sample, thinned to every fourth pixel, a phone's scan, and a network."""
     monkeypatch.chdir(tmp_path)
+    work_in_this_process(monkeypatch)
     matplotlib.use("agg")
     assert main(["sample", "room"]) == 0
     thin(Path("room"))

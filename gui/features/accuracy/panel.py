@@ -55,9 +55,6 @@ class AccuracyPanel(Panel):
         | Part.INFOS
         | Part.SELECTION
         | Part.INVALID_MASK
-        | Part.GUIDE
-        | Part.NEIGHBOURS
-        | Part.BY_HAND
         | Part.GROUND_TRUTH
         | Part.REGION
         | Part.PARAMETERS

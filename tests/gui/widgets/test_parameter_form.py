@@ -39,6 +39,7 @@ def _wheel(form, target: QWidget):
 def test_every_declaration_has_an_editor_with_its_range(qtbot, set_class):
     form = ParameterForm(set_class)
     qtbot.addWidget(form)
+    form.show_effects(dict.fromkeys(set_class.declarations(), "0 mm"))  # has every row made
     for name, declaration in set_class.declarations().items():
         editor = form.findChild(QWidget, name)
         assert declaration.help in editor.parentWidget().toolTip()
@@ -96,6 +97,7 @@ def test_wheel_scrolls_the_panel_and_changes_no_value(form, qtbot):
 def test_special_minimum_is_a_word(qtbot):
     form = ParameterForm(BlockParameters)
     qtbot.addWidget(form)
+    form.all_button.setChecked(True)
     assert form.findChild(QDoubleSpinBox, "canny_high").text() == "auto"
     assert form.findChild(QSpinBox, "margin").text() == "auto"
 
@@ -115,7 +117,8 @@ def test_nothing_is_cut_off_at_280_pixels(form, name):
 
 def _shown(form) -> list[str]:
     """Names of the parameters whose editors can be seen, or scrolled to."""
-    return [name for name in form.parameters().declarations() if form.findChild(QWidget, name).isVisibleTo(form)]
+    editors = {name: form.findChild(QWidget, name) for name in form.parameters().declarations()}
+    return [name for name, editor in editors.items() if editor is not None and editor.isVisibleTo(form)]
 
 
 def _groups(form) -> set[str]:
@@ -136,6 +139,20 @@ def test_six_parameters_come_first_then_those_that_differ_then_all(form, name):
     form.all_button.setChecked(True)
     assert len(_shown(form)) > 15
     assert ParameterForm(Parameters).all_button.isChecked(), "the choice is remembered"
+
+
+def test_tab_goes_down_the_form_whenever_a_row_was_made(form, qtbot):
+    form.all_button.setChecked(False)
+    form.set_parameters(PAPER.replace(padding=2.5))
+    form.all_button.setChecked(True)
+    form.setFocus()
+    passed = []
+    while not passed or form.focusWidget() is not form.all_button:
+        qtbot.keyClick(form.focusWidget(), Qt.Key.Key_Tab)
+        passed.append(form.focusWidget())
+    heights = [control.parentWidget().mapTo(form.widget(), QPoint(0, 0)).y() for control in passed[:-1]]
+    assert heights == sorted(heights), "of rows and headings"
+    assert {control.objectName() for control in passed} >= set(_shown(form))
 
 
 def test_rows_without_effect_are_hidden_and_come_back(form):
@@ -220,6 +237,7 @@ def network_form(qtbot, monkeypatch):
     monkeypatch.setattr("tests.gui.widgets.test_parameter_form._offered", ["edges", "hed"])
     form = ParameterForm(_Network)
     qtbot.addWidget(form)
+    form.all_button.setChecked(True)
     form.resize(280, 100)
     form.show()
     qtbot.waitExposed(form)

@@ -342,12 +342,12 @@ def test_results_do_not_depend_on_the_number_of_threads_of_blas(monkeypatch, num
     """A banded factorisation on two threads differs from one on one in the last bits."""
     monkeypatch.setenv("NUMBA_DISABLE_JIT", numpy_only)
     children = []
-    for threads in "124":
+    for threads in "12":
         monkeypatch.setenv("OPENBLAS_NUM_THREADS", threads)
         children.append(subprocess.Popen([sys.executable, "-c", _BITS], stdout=subprocess.PIPE, text=True))
     found = [child.communicate()[0] for child in children]
     assert len(found[0].split()) == 4
-    assert found == [found[0]] * 3
+    assert found[0] == found[1]
 
 
 def test_one_thread_steps_through_the_blocks_in_order_and_no_faster_than_asked(small_frame, small_labels):

@@ -1,6 +1,7 @@
 """The expected error: where it is, how it grows, and what nothing vouches for."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -169,6 +170,18 @@ def test_nothing_vouches_for_guesses_for_what_edges_close_in_and_for_what_lies_o
     assert not closed_in[np.hypot(ROWS - 48, COLUMNS - 64) > 24].any()
     with pytest.raises(InputError, match="does not belong"):
         unsupported(replace(completion, depth=completion.depth[1:]))
+
+
+@pytest.mark.parametrize(
+    ("steps", "freely", "closed"), [(20.5, 1, True), (20, 1, False), (24.5, 2, True), (24, 2, False)]
+)
+def test_depth_is_closed_off_beyond_20_steps_that_are_12_times_those_without_edges(monkeypatch, steps, freely, closed):
+    frame = ilf.RGBDFrame(COLOUR, np.where(HOLE, np.nan, PLANE))
+    completion = complete(frame, np.ones(PLANE.shape, np.int32), Parameters(max_iterations=1))
+    for name, count in (("walks_with_edges", steps), ("_walks_without_edges", freely)):
+        walks = SimpleNamespace(steps=np.full(PLANE.shape, count, np.float32))
+        monkeypatch.setattr(f"ilf.completion.confidence.expected_error.{name}", lambda *_, walks=walks: walks)
+    np.testing.assert_array_equal(unsupported(completion), HOLE & closed)
 
 
 def test_a_frame_is_as_hard_as_its_own_hidden_depth_turns_out():

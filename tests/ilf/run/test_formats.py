@@ -28,6 +28,7 @@ from ilf.run.formats import FORMATS
 from ilf.run.options import ExportOptions
 from ilf.run.writing import write
 
+from ..batch_frames import work_in_this_process
 from ..small_frames import CAMERA, QUICK, write_small_frame
 from ..small_runs import contents, small_run
 
@@ -209,7 +210,8 @@ SHORT = ["--preset", "best", "--max-iterations", "3", "--no-cloud", "--quiet"]
 EVERY = [word for name in FORMATS for word in ("--export", name)]
 
 
-def test_the_command_line_writes_the_same_files_in_folders_files_and_batches(tmp_path):
+def test_the_command_line_writes_the_same_files_in_folders_files_and_batches(tmp_path, monkeypatch):
+    work_in_this_process(monkeypatch)
     files, names = small_files(tmp_path), {format.file for format in FORMATS.values()}
     single = [word for name in FORMATS for word in ("--export", str(tmp_path / "single" / FORMATS[name].file))]
     assert main(["complete", *files, "--out", str(tmp_path / "out"), *SHORT, *EVERY, *single]) == 0
@@ -227,7 +229,8 @@ def test_the_command_line_writes_the_same_files_in_folders_files_and_batches(tmp
     assert contents(tmp_path / "single").keys() == names
 
 
-def test_shards_have_the_files(tmp_path):
+def test_shards_have_the_files(tmp_path, monkeypatch):
+    work_in_this_process(monkeypatch)
     small_files(tmp_path)
     batch = ["batch", str(tmp_path / "frames"), "--intrinsics", CAMERA, "--max-iterations", "3", "--quiet", *EVERY]
     out = tmp_path / "shards"
@@ -254,7 +257,8 @@ def test_names_in_files_of_blocks_come_through(tmp_path):
     assert read_blocks(tmp_path / "out/blocks.coco.json", labels.shape).names == {1: "chair", 7: "cat"}
 
 
-def test_what_cannot_be_made_is_refused_or_left_out(completion, tmp_path, capsys):
+def test_what_cannot_be_made_is_refused_or_left_out(completion, tmp_path, capsys, monkeypatch):
+    work_in_this_process(monkeypatch)
     blocks = replace(completion.run.blocks, labels=completion.run.blocks.labels * 300)
     frame = replace(completion.frame, intrinsics=None)
     run = replace(completion.run, frame=frame, blocks=blocks)

@@ -120,8 +120,9 @@ def test_a_click_on_print_selects_the_object_and_a_step_back_the_print():
 
 def test_an_object_of_the_colour_of_its_surroundings_is_selected_by_its_depth():
     rng = np.random.default_rng(1)
-    grey = np.clip(120 + rng.normal(0, 3, (HEIGHT, WIDTH, 3)), 0, 255).astype(np.uint8)
-    assert share(ilf.select_region(ilf.RGBDFrame(rgb=grey, depth=FRAME.depth), [(70, 60)]), OBJECT) > 0.9
+    grey = np.clip(120 + rng.normal(0, 3, SMALL.rgb.shape), 0, 255).astype(np.uint8)
+    selected = ilf.select_region(ilf.RGBDFrame(rgb=grey, depth=SMALL.depth), [(35, 30)])
+    assert share(selected, OBJECT[::2, ::2]) > 0.9
 
 
 @pytest.mark.parametrize("order", [0, 1, 2])
@@ -148,10 +149,10 @@ def test_a_hierarchy_divides_the_frame_and_every_node_is_its_two_parts():
 
 
 def test_where_depth_is_missing_colour_decides():
-    depth = FRAME.depth.copy()
-    depth[:, 8:] = np.nan
-    frame = ilf.RGBDFrame(rgb=FRAME.rgb, depth=depth)
-    assert share(ilf.select_region(frame, [(65, 50)]), OBJECT) > 0.9
+    depth = SMALL.depth.copy()
+    depth[:, 4:] = np.nan
+    frame = ilf.RGBDFrame(rgb=SMALL.rgb, depth=depth)
+    assert share(ilf.select_region(frame, [(32, 25)]), OBJECT[::2, ::2]) > 0.9
 
 
 @pytest.mark.parametrize(

@@ -25,6 +25,7 @@ from ilf.project.project import FrameSummary, Project, ProjectFrame, Stage
 from ilf.report.replay_command import replay_text
 from ilf.sources.frame_ref import FrameRef
 
+from ..batch_frames import work_in_this_process
 from ..io.test_guide_network import brightness
 from ..small_frames import write_small_frame
 
@@ -156,8 +157,9 @@ def test_a_report_gives_the_command_only_if_it_makes_the_same_frame(
 )
 @pytest.mark.parametrize("static", [[], ["--static-camera", "1"]], ids=["moving", "static"])
 def test_a_batch_evaluates_undistorted_frames_in_their_own_pixels(
-    given: dict[str, Any], static: list[str], tmp_path: Path
+    given: dict[str, Any], static: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    work_in_this_process(monkeypatch)
     for name in ("f0", "f1"):
         folder = tmp_path / "frames" / name
         folder.mkdir(parents=True)
