@@ -153,7 +153,7 @@ class Parameters(ParameterSet):
         minimum=0.0, maximum=1e6, step=0.1, source="not in the paper", scale="log", when=_EDGE_AWARE,
     )  # fmt: skip
     trend: bool = declare(
-        True, "Subtract trend", "Subtract the quadric surface that most of the block's known depth lies on, if there "
+        True, "Subtract trend", "Subtract the plane or quadric that most of the block's known depth lies on, if there "
         "is one, and filter the residual.", _SMOOTH, source="not in the paper", when=_EDGE_AWARE,
     )  # fmt: skip
     noise: float = declare(

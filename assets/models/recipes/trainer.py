@@ -136,7 +136,9 @@ class Trainer:
     def _train_step(self, batch: tuple[Tensor, ...], rate: float) -> float:
         for group in self.optimiser.param_groups:
             group["lr"] = rate
-        with torch.autocast(self.device.type, torch.bfloat16):
+        # without AVX-512 or AMX, a processor takes ten times as long with bfloat16
+        quick = self.device.type != "cpu" or torch.backends.cpu.get_cpu_capability().startswith("AVX512")
+        with torch.autocast(self.device.type, torch.bfloat16, enabled=quick):
             loss = self.recipe.loss(self.model, batch)
         self.optimiser.zero_grad()
         loss.backward()

@@ -20,13 +20,13 @@ from .noise import Noise
 
 Array = NDArray[np.float64]
 
-# The quadric fitted to a block's known depth, refined by a stiff sheet.
+# The plane that a block's known depth lies on or, if it lies much closer to one, a quadric, refined by a stiff sheet.
 
 _ROUNDS = 4
-"""Rounds of reweighting, which reduce the weight of outliers from the quadric."""
+"""Rounds of reweighting, which reduce the weight of outliers from the shape."""
 
 _NEAR_SHARE = 0.02
-"""A cell lies on the quadric if its mean is off by less than this share of its depth or three deviations of noise."""
+"""A cell lies on a shape if its mean is off by less than this share of its depth or three deviations of noise."""
 
 _FAR_SHARE = 0.05
 """A pixel that is off its cell's median by more than this share of depth is ignored."""
@@ -34,8 +34,11 @@ _FAR_SHARE = 0.05
 _REACH = 0.5
 """Maximum excess of the surface over the range of the known depth, in widths of that range."""
 
-_LEAST_SHARE = 0.8
-"""Minimum share of a block's known depth that lies on the quadric."""
+_LEAST_SHARE, _LEAST_PLANE_SHARE = 0.8, 0.5
+"""Minimum share of a block's known depth that lies on the quadric, and on the plane: a plane does not run away."""
+
+_CLOSER = 0.5
+"""A quadric replaces the plane if four fifths of the cells are off by less than this share of what they are from it."""
 
 _CELLS = 800
 """Approximate number of cells of the grid for the fit."""
@@ -116,8 +119,8 @@ def _bends(depth: NDArray[np.float32], mask: NDArray[np.bool_]) -> NDArray[np.fl
 
 
 def trend_of(depth: NDArray[np.float32], mask: NDArray[np.bool_], noise: float) -> Trend | None:
-    """Fit a quadric to the block's known depth or, if it lies on none, a plane, whose depth is one along a wall that
-    recedes steeply; a stiff sheet refines it where the depth deviates.
+    """Fit a plane to the block's known depth or, if it lies much closer to one, a quadric, which a stiff sheet refines
+    where the depth deviates.
 
     Parameters
     ----------
@@ -149,20 +152,18 @@ def trend_of(depth: NDArray[np.float32], mask: NDArray[np.bool_], noise: float) 
     near = np.maximum(_NEAR_SHARE * values, 3 * noise / np.sqrt(weights))
     y, x = (np.linspace(-1, 1, size) for size in counts.shape)
     basis = np.stack([(y**a)[:, None] * (x**b)[None, :] for a, b in _POWERS], axis=2)[held]
-    for inverse in (False, True):
-        coefficients, off = _fitted_shape(basis, values, weights, near, inverse)
-        lies_on_it = off < near
-        if weights[lies_on_it].sum() >= _LEAST_SHARE * weights.sum():
-            break
-    else:
+    found = _best_shape(basis, values, weights, near)
+    if found is None:
         return None
+    coefficients, off, inverse = found
+    lies_on_it = off < near
 
     # relative to the shape, a cell's mean is valid at its centre wherever the known pixels are in the cell
     shape = partial(_shape, coefficients, inverse, (height, width), cell)
     rests = np.concatenate([cell_sums(np.where(known[rows], depth[rows] - shape(rows), 0.0), cell) for rows in strips])
     trusted = counts.copy()
     trusted[held] = np.where(lies_on_it, weights, 0.0)
-    sheet = _sheet(trusted, rests, cell)
+    sheet = np.zeros(counts.shape) if inverse else _sheet(trusted, rests, cell)
     size = counts.shape[1] * cell, counts.shape[0] * cell
     refined = cv2.resize(sheet, size, interpolation=cv2.INTER_CUBIC)
     low, high = float(values[lies_on_it].min()), float(values[lies_on_it].max())
@@ -177,6 +178,20 @@ def _strips(height: int, width: int, cell: int) -> list[slice]:
     """Strips of whole cells, few enough rows that float64 arrays need little memory."""
     rows = cell * max(1, _AT_ONCE // (cell * width))
     return [slice(first, min(first + rows, height)) for first in range(0, height, rows)]
+
+
+def _best_shape(basis: Array, values: Array, weights: Array, near: Array) -> tuple[Array, Array, bool] | None:
+    """The coefficients of the plane or quadric that the cells lie on, how far they are off, and whether it is a plane;
+    None if too few lie on either.
+
+    Where known depth ends, a quadric goes on bending, so a plane is preferred unless the depth clearly contradicts it.
+    """
+    plane, quadric = (_fitted_shape(basis, values, weights, near, inverse) for inverse in (True, False))
+    on_plane, on_quadric = (weights[off < near].sum() / weights.sum() for _, off in (plane, quadric))
+    off_plane, off_quadric = (np.quantile(off, _LEAST_SHARE) for _, off in (plane, quadric))
+    if on_quadric >= _LEAST_SHARE and off_quadric < _CLOSER * off_plane:
+        return *quadric, False
+    return (*plane, True) if on_plane >= _LEAST_PLANE_SHARE else None
 
 
 def _fitted_shape(basis: Array, values: Array, weights: Array, near: Array, inverse: bool) -> tuple[Array, Array]:

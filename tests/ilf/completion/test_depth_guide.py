@@ -226,7 +226,7 @@ def test_block_without_known_depth_is_completed_by_a_guide_alone() -> None:
     assert ilf.complete(frame_with_hole(), blocks).outcomes[2].status == "not recoverable"
     guided = ilf.complete(frame_with_hole(), blocks, guide=ground_truth())
     assert guided.outcomes[2].status == "completed"
-    assert error(guided) < 0.02
+    assert error(guided) < 0.025
     np.testing.assert_array_equal(ilf.unsupported(guided), blocks == 2)
 
 

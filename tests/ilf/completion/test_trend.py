@@ -79,16 +79,32 @@ def test_a_shape_comes_back_across_a_hole_and_past_another_object(kind: str) -> 
     assert trend.spread < 1e-4
 
 
+def _wall() -> np.ndarray:
+    """A plane in space: its inverse depth is linear in the image."""
+    rows, columns = np.indices(SHAPE)
+    return (1.5 / (1 - 0.002 * rows + 0.001 * columns)).astype(np.float32)
+
+
 def test_noise_alone_is_no_spread() -> None:
-    smooth = trend_of(_noisy(0.03), ALL, 0.03)
+    noisy = (_wall() + 0.03 * np.random.default_rng(0).standard_normal(SHAPE)).astype(np.float32)
+    smooth = trend_of(noisy, ALL, 0.03)
     assert smooth is not None
     assert smooth.spread < 0.003
-    assert np.sqrt(np.mean((smooth.surface - _surface("plane")) ** 2)) < 0.003
-    waves = _noisy(0.03) + (0.02 * np.sin(np.arange(120) / 2.5)).astype(np.float32)
+    assert np.sqrt(np.mean((smooth.surface - _wall()) ** 2)) < 0.003
+    waves = noisy + (0.02 * np.sin(np.arange(120) / 2.5)).astype(np.float32)
     wavy = trend_of(waves, ALL, 0.03)
     assert wavy is not None
     # a period is 16 pixels, so that cells of 4 see nearly all of its deviation, 20 mm / sqrt(2)
     assert wavy.spread == pytest.approx(0.02 / np.sqrt(2), rel=0.2)
+
+
+def test_a_wall_beyond_a_narrow_face_goes_on_and_does_not_bend_away() -> None:
+    depth = _wall()
+    depth[:, :8] += (0.02 * np.arange(8, 0, -1)).astype(np.float32)
+    depth[:, 50:] = np.nan
+    trend = trend_of(depth, ALL, 0.001)
+    assert trend is not None
+    assert np.abs(trend.surface - _wall())[:, 8:].max() < 0.08
 
 
 def test_two_very_different_surfaces_have_no_trend_in_common() -> None:
