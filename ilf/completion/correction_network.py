@@ -24,7 +24,6 @@ CHANNELS = (*KNOWN_CHANNELS, "completed", "departure", "completed relief", "cont
 
 _DEPARTURE_GAIN, _RELIEF_GAIN = 4, 20
 _FINE = 5
-_LIMIT = 4
 
 
 def correction_features(depth: Array, completed: Array, contours: Array) -> tuple[Array, Array]:
@@ -51,16 +50,13 @@ def correction_features(depth: Array, completed: Array, contours: Array) -> tupl
     filled -= np.float32(median)
     with np.errstate(invalid="ignore"):
         log_depth = np.where(np.isfinite(completed), np.log(completed) - np.float32(median), filled).astype(np.float32)
-    more = np.stack(
-        [
-            log_depth,
-            _DEPARTURE_GAIN * (log_depth - filled),
-            _RELIEF_GAIN * (log_depth - cv2.blur(log_depth, (_FINE, _FINE))),
-            contours,
-        ]
+    further = (
+        log_depth,
+        _DEPARTURE_GAIN * (log_depth - filled),
+        _RELIEF_GAIN * (log_depth - cv2.blur(log_depth, (_FINE, _FINE))),
+        contours,
     )
-    features = np.concatenate([features_of(filled, np.isfinite(depth)), np.clip(more, -_LIMIT, _LIMIT, out=more)])
-    return features.astype(np.float32, copy=False), log_depth
+    return features_of(filled, np.isfinite(depth), further), log_depth
 
 
 # Changes of depth spread from cell to cell, according to the conductance of the links.
@@ -174,7 +170,7 @@ class CorrectionNetwork(OnnxNetwork):
         features, _ = correction_features(depth, completed, contours)
         size = image.shape[:2]
         colour = as_input(image)
-        whole = np.stack([reflected(channel, MULTIPLE)[0] for channel in features])
+        whole, _ = reflected(features, MULTIPLE, axis=1)
         try:
             outputs = self._forward({"image": colour, "features": whole[None]})
         except RefusedInputError as error:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 from typing import NamedTuple
 
 import cv2
@@ -12,6 +13,7 @@ from numpy.typing import NDArray
 from ..._runtime.arrays import plain_array
 from ..._runtime.cancellation import acquired, check_cancelled
 from ..._runtime.memory import release_memory
+from ..._runtime.threads import run_beside
 from ...data.frame import RGBDFrame
 from ...data.frame_cache import FrameCache, once_per_frame
 from ...data.label_map import SPARSE
@@ -289,7 +291,8 @@ def _error(frame: RGBDFrame, depth: NDArray[np.floating], model: NDArray[np.uint
     with acquired(_feature_locks.lock_of(frame)):
         filled = filled_pixels(frame, depth)
         cell = feature_cell(frame.shape)
-        features = error_features(frame, depth, edges, cell)
+        with run_beside(partial(difficulty_samples, frame)):  # which all models need
+            features = error_features(frame, depth, edges, cell)
         check_cancelled()
         there = in_cells(filled, filled, cell)
         model_there, values = in_cells(model, filled, cell)[there], np.empty(len(features), np.float32)
