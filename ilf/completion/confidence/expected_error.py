@@ -221,10 +221,11 @@ def _modelled_error(completion: Completion) -> Array:
     for result in completion.results.values():
         model[result.block.box][result.block.mask] = _NUMBERS[result.parameters.filter]
     model[completion.extrapolated] = _NUMBERS[DEFAULT_MODEL]
-    error = _error(frame, depth, model, _edges_of(completion))
+    with run_beside(partial(_beyond_range, completion)) as found:
+        error = _error(frame, depth, model, _edges_of(completion))
     measured = (model == _NUMBERS[DEFAULT_MODEL]) & ~_without_measurements(completion)
     error[measured] *= _guide_factor(frame, completion.depth[measured])
-    beyond = _beyond_range(completion)
+    beyond = found.result()
     error[beyond] = np.maximum(error[beyond], np.float32(_MIN_ERROR_BEYOND_RANGE) * completion.depth[beyond])
     return error
 
