@@ -189,9 +189,9 @@ class CorrectionNetwork(OnnxNetwork):
         if not all(np.isfinite(one).all() for one in outputs):
             raise FormatError(f"{self.path.name} returns values that are not finite for this frame.")
         links, logits = outputs[0][0], outputs[1][0]
-        with run_beside(partial(spread, links)) as cells:
+        with run_beside(partial(spread, links)) as changes:
             weights = _weights_of(logits)
-        return smoothed(_weighted(cells.result(), weights))[window]
+        return smoothed(_weighted(changes.result(), weights))[window]
 
     def _try(self) -> None:
         for height, width in _TRIAL_SHAPES:
