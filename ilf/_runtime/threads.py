@@ -7,8 +7,8 @@ import os
 import sys
 import threading
 import time
-from collections.abc import Generator, Iterable, Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager
 from queue import SimpleQueue
 from typing import Generic, TypeVar
@@ -92,6 +92,16 @@ def short_switches() -> Iterator[None]:
             usual = _intervals.pop()
             if not _intervals:
                 sys.setswitchinterval(usual)
+
+
+@contextmanager
+def run_beside(work: Callable[[], T]) -> Iterator[Future[T]]:
+    """Run work in a thread of its own beside the block, at whose end it is waited for, and its exception raised."""
+    events = current_cancel_events()
+    with short_switches(), ThreadPoolExecutor(1, "ilf-beside", set_cancel_events, events) as thread:
+        future = thread.submit(work)
+        yield future
+        future.result()
 
 
 class _WorkerPool(Generic[T]):

@@ -16,7 +16,7 @@ from .._runtime.compiling import compiled
 
 Values = NDArray[np.float64]
 
-_LANES = 32
+_LANES = 16
 """Rows are subtracted in multiples of this many columns: whole vectors, without a remainder."""
 
 _BEYOND = 3 + _LANES
@@ -24,7 +24,7 @@ _BEYOND = 3 + _LANES
 
 
 def empty_band(cells: int, reach: int) -> Values:
-    """Make the array for `solve_band`, all 0, float64 (N, R + 36): column k of row i is for the matrix entry
+    """Make the array for `solve_band`, all 0, float64 (N, R + 20): column k of row i is for the matrix entry
     (i, i + k), with k up to R, the reach."""
     return np.zeros((cells, reach + 1 + _BEYOND))
 
@@ -95,27 +95,30 @@ def _transposed(entries: tuple[Values, ...]) -> tuple[Values, ...]:
 def _cholesky(band: Values, found: Values) -> Values:
     cells, width = band.shape
     reach = width - _BEYOND
-    entries, lanes = band.reshape(-1), np.uint64(_LANES)  # with signed indices, it is not vectorised
+    entries, lanes = band.reshape(-1), np.uint64(_LANES)  # signed indices are not vectorised
+    above = 0
     for i in range(cells):
-        row, begun = band[i], np.uint64(i * width)
-        k = max(i - reach + 1, 0)
-        while k + 3 < i:
-            off = i - k
-            a, b, c, d = -band[k, off], -band[k + 1, off - 1], -band[k + 2, off - 2], -band[k + 3, off - 3]
-            first, step = np.uint64(k * width + off), np.uint64(width - 1)
-            second, third, fourth = first + step, first + step + step, first + step + step + step
-            length = min(reach - off + 3, reach)
-            for j in range(np.uint64((length + _LANES - 1) // _LANES) * lanes):
-                entries[begun + j] += (
-                    a * entries[first + j] + b * entries[second + j] + c * entries[third + j] + d * entries[fourth + j]
-                )
-            k += 4
-        while k < i:
-            off = i - k
-            a, above = -band[k, off], band[k, off:reach]
-            for j in range(reach - off):
-                row[j] += a * above[j]
-            k += 1
+        row = band[i]
+        if i % 2 == 0:  # from this row and the next, which read the same of the rows above, four at a time
+            above = max(i - reach + 1, 0)
+            upper, lower = np.uint64(i * width + 1), np.uint64((i + 1) * width)
+            while above + 3 < i and i + 1 < cells:
+                off, k = i - above, above
+                a, b, c, d = -band[k, off], -band[k + 1, off - 1], -band[k + 2, off - 2], -band[k + 3, off - 3]
+                e, f, g, h = -band[k, off + 1], -band[k + 1, off], -band[k + 2, off - 1], -band[k + 3, off - 2]
+                row[0] -= a * a + b * b + c * c + d * d
+                first, step = np.uint64(k * width + off + 1), np.uint64(width - 1)
+                second, third, fourth = first + step, first + step + step, first + step + step + step
+                length = min(reach - off + 2, reach - 1)
+                for j in range(np.uint64((length + _LANES - 1) // _LANES) * lanes):
+                    p, q, r, s = entries[first + j], entries[second + j], entries[third + j], entries[fourth + j]
+                    entries[upper + j] += a * p + b * q + c * r + d * s
+                    entries[lower + j] += e * p + f * q + g * r + h * s
+                above += 4
+        for k in range(above, i):
+            factor, rest = -band[k, i - k], band[k, i - k : reach]
+            for j in range(reach - (i - k)):
+                row[j] += factor * rest[j]
         scale = 1 / np.sqrt(row[0])
         for j in range(reach):
             row[j] *= scale
@@ -145,7 +148,7 @@ def solve_band(band: Values, found: Values) -> Values:
 
     Parameters
     ----------
-    band : ndarray of float64, shape (N, R + 36)
+    band : ndarray of float64, shape (N, R + 20)
         From `empty_band`, filled in; overwritten.
     found : ndarray of float64, shape (K, N)
         Right-hand sides; overwritten.

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import cv2
 import numpy as np
 from numpy.typing import NDArray
@@ -9,6 +11,7 @@ from numpy.typing import NDArray
 from .._runtime.networks.models import CORRECTION, model_path
 from .._runtime.networks.network import OnnxNetwork, as_input, reflected
 from .._runtime.networks.session import RefusedInputError
+from .._runtime.threads import run_beside
 from ..errors import FormatError
 from ..segmentation.edges.depth_edges import CHANNELS as KNOWN_CHANNELS
 from ..segmentation.edges.depth_edges import features_of, filled_log_depth
@@ -24,7 +27,6 @@ CHANNELS = (*KNOWN_CHANNELS, "completed", "departure", "completed relief", "cont
 
 _DEPARTURE_GAIN, _RELIEF_GAIN = 4, 20
 _FINE = 5
-_LIMIT = 4
 
 
 def correction_features(depth: Array, completed: Array, contours: Array) -> tuple[Array, Array]:
@@ -51,16 +53,13 @@ def correction_features(depth: Array, completed: Array, contours: Array) -> tupl
     filled -= np.float32(median)
     with np.errstate(invalid="ignore"):
         log_depth = np.where(np.isfinite(completed), np.log(completed) - np.float32(median), filled).astype(np.float32)
-    more = np.stack(
-        [
-            log_depth,
-            _DEPARTURE_GAIN * (log_depth - filled),
-            _RELIEF_GAIN * (log_depth - cv2.blur(log_depth, (_FINE, _FINE))),
-            contours,
-        ]
+    further = (
+        log_depth,
+        _DEPARTURE_GAIN * (log_depth - filled),
+        _RELIEF_GAIN * (log_depth - cv2.blur(log_depth, (_FINE, _FINE))),
+        contours,
     )
-    features = np.concatenate([features_of(filled, np.isfinite(depth)), np.clip(more, -_LIMIT, _LIMIT, out=more)])
-    return features.astype(np.float32, copy=False), log_depth
+    return features_of(filled, np.isfinite(depth), further), log_depth
 
 
 # Changes of depth spread from cell to cell, according to the conductance of the links.
@@ -121,9 +120,9 @@ _NOISE_LEVEL = 0.008
 _MEDIAN = 5
 """Side [px] of the median filter that removes single cells."""
 
-_WINDOW, _ALIKE_COLOUR, _NEAR = 13, 0.03, 4.0
-"""The bilateral filter that removes the cells' grid: its side [px] and its standard deviations, in change of log depth
-and in position [px]."""
+_WINDOW, _ALIKE, _NEAR = 7, 0.03, 2.0
+"""The bilateral filter that removes the cells' grid, at half the size: its side [px] and its standard deviations, in
+change of log depth and in position [px]."""
 
 _TRIAL_SHAPES = ((64, 64), (64, 96))
 
@@ -174,7 +173,7 @@ class CorrectionNetwork(OnnxNetwork):
         features, _ = correction_features(depth, completed, contours)
         size = image.shape[:2]
         colour = as_input(image)
-        whole = np.stack([reflected(channel, MULTIPLE)[0] for channel in features])
+        whole, _ = reflected(features, MULTIPLE, axis=1)
         try:
             outputs = self._forward({"image": colour, "features": whole[None]})
         except RefusedInputError as error:
@@ -190,7 +189,9 @@ class CorrectionNetwork(OnnxNetwork):
         if not all(np.isfinite(one).all() for one in outputs):
             raise FormatError(f"{self.path.name} returns values that are not finite for this frame.")
         links, logits = outputs[0][0], outputs[1][0]
-        return smoothed(_weighted(spread(links), logits))[window]
+        with run_beside(partial(spread, links)) as changes:
+            weights = _weights_of(logits)
+        return smoothed(_weighted(changes.result(), weights))[window]
 
     def _try(self) -> None:
         for height, width in _TRIAL_SHAPES:
@@ -208,23 +209,28 @@ def smoothed(change: Array) -> Array:
     found = np.asarray(change * -np.expm1(-np.square(change / np.float32(_NOISE_LEVEL))), np.float32)
     for _ in range(2):
         found = np.asarray(cv2.medianBlur(found, _MEDIAN), np.float32)
-    return np.asarray(cv2.bilateralFilter(found, _WINDOW, _ALIKE_COLOUR, _NEAR), np.float32)
+    half = cv2.resize(found, (found.shape[1] // 2, found.shape[0] // 2), interpolation=cv2.INTER_AREA)
+    # what the filter takes away at half the size, so that edges keep their sharpness
+    rough = half - cv2.bilateralFilter(half, _WINDOW, _ALIKE, _NEAR)
+    return np.asarray(found - cv2.resize(rough, found.shape[::-1], interpolation=cv2.INTER_LINEAR), np.float32)
 
 
-def _weighted(cells: Array, logits: Array) -> Array:
+def _weights_of(logits: Array) -> Array:
+    """The weights of the cells around every pair of pixels, of any sum, (9, 4, H/2, W/2)."""
+    of_cells = logits.reshape(_AROUND, _PAIR**2, *logits.shape[1:])
+    return np.exp(of_cells - of_cells.max(axis=0))
+
+
+def _weighted(cells: Array, weights: Array) -> Array:
     """For every pixel, the weighted mean over its cell and those around it."""
-    height, width = logits.shape[1:]
+    height, width = weights.shape[2:]
     # a cell's value is repeated at each of its pairs of pixels, like the logits
     around = np.pad(cells, 1, mode="edge").repeat(CELL // _PAIR, axis=0).repeat(CELL // _PAIR, axis=1)
-    of_cells = logits.reshape(_AROUND, _PAIR**2, height, width)
-    largest = of_cells.max(axis=0)
-    total, weights = np.zeros_like(largest), np.zeros_like(largest)
-    for k, of_cell in enumerate(of_cells):
+    total = np.zeros_like(weights[0])
+    for k, weight in enumerate(weights):
         row, column = (place * (CELL // _PAIR) for place in divmod(k, 3))
-        weight = np.exp(of_cell - largest)
-        weights += weight
         total += weight * around[row : row + height, column : column + width]
-    mean = (total / weights).reshape(_PAIR, _PAIR, height, width)
+    mean = (total / weights.sum(axis=0)).reshape(_PAIR, _PAIR, height, width)
     return np.ascontiguousarray(mean.transpose(2, 0, 3, 1)).reshape(_PAIR * height, _PAIR * width)
 
 

@@ -69,19 +69,19 @@ def suspect_islands(frame: RGBDFrame) -> Mask:
         island = parts[box] == number
         if known[box][(_distance_to(island) <= _GAP) & ~island].mean() > _KNOWN:
             continue
+        level = float(np.median(depth[box][island]))
+        near_by = depth[widened(own, int(_SUPPORT * max(frame.shape)))]
+        alike = (near_by > level / _FAR_OFF) & (near_by < level * _FAR_OFF)
+        if np.count_nonzero(alike) - size >= largest:  # the usual case, and quickly found
+            continue
         reach = int(away[own][parts[own] == number].min()) + _AROUND
         box = widened(own, reach)
         island = parts[box] == number
         around = depth[box][surfaces[box] & (_distance_to(island) <= reach)]
         if around.size < max(_LEAST, size):
             continue
-        level = float(np.median(depth[box][island]))
         low, high = np.quantile(around, (0.02, 0.98))
-        if low / _FAR_OFF <= level <= high * _FAR_OFF:
-            continue
-        near_by = depth[widened(own, int(_SUPPORT * max(frame.shape)))]
-        alike = (near_by > level / _FAR_OFF) & (near_by < level * _FAR_OFF)
-        if np.count_nonzero(alike) - size < largest:
+        if not low / _FAR_OFF <= level <= high * _FAR_OFF:
             suspect[box] |= island
     return suspect
 

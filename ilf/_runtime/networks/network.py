@@ -225,27 +225,33 @@ class OnnxNetwork:
         raise NotImplementedError
 
 
-def reflected(image: NDArray[np.generic], multiple: int, margin: int = 0) -> tuple[NDArray, tuple[slice, slice]]:
+def reflected(
+    image: NDArray[np.generic], multiple: int, margin: int = 0, axis: int = 0
+) -> tuple[NDArray, tuple[slice, slice]]:
     """Pad an image by reflection at its borders, to sides that are multiples of a number.
 
     Parameters
     ----------
-    image : ndarray, shape (H, W) or (H, W, C)
+    image : ndarray, shape (..., H, W, ...)
     multiple : int
     margin : int
         Minimum padding on every side [px].
+    axis : int
+        The axis of the rows; the next is that of the columns.
 
     Returns
     -------
     padded : ndarray
+        The image itself if nothing is to be padded.
     window : (slice, slice)
         Rows and columns of the image within the padded one.
     """
-    height, width = image.shape[:2]
+    height, width = image.shape[axis : axis + 2]
     sides = (length + 2 * margin for length in (height, width))
     after = (side + -side % multiple - margin - length for side, length in zip(sides, (height, width), strict=True))
-    rest = ((0, 0),) * (image.ndim - 2)
-    padded = np.pad(image, (*((margin, size) for size in after), *rest), mode="reflect")
+    added = np.zeros((image.ndim, 2), int)
+    added[axis : axis + 2] = [(margin, size) for size in after]
+    padded = np.pad(image, added, mode="reflect") if added.any() else image
     return padded, (slice(margin, margin + height), slice(margin, margin + width))
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 from typing import NamedTuple
 
 import cv2
@@ -12,6 +13,7 @@ from numpy.typing import NDArray
 from ..._runtime.arrays import plain_array
 from ..._runtime.cancellation import acquired, check_cancelled
 from ..._runtime.memory import release_memory
+from ..._runtime.threads import run_beside
 from ...data.frame import RGBDFrame
 from ...data.frame_cache import FrameCache, once_per_frame
 from ...data.label_map import SPARSE
@@ -219,10 +221,11 @@ def _modelled_error(completion: Completion) -> Array:
     for result in completion.results.values():
         model[result.block.box][result.block.mask] = _NUMBERS[result.parameters.filter]
     model[completion.extrapolated] = _NUMBERS[DEFAULT_MODEL]
-    error = _error(frame, depth, model, _edges_of(completion))
+    with run_beside(partial(_beyond_range, completion)) as found:
+        error = _error(frame, depth, model, _edges_of(completion))
     measured = (model == _NUMBERS[DEFAULT_MODEL]) & ~_without_measurements(completion)
     error[measured] *= _guide_factor(frame, completion.depth[measured])
-    beyond = _beyond_range(completion)
+    beyond = found.result()
     error[beyond] = np.maximum(error[beyond], np.float32(_MIN_ERROR_BEYOND_RANGE) * completion.depth[beyond])
     return error
 
@@ -289,7 +292,8 @@ def _error(frame: RGBDFrame, depth: NDArray[np.floating], model: NDArray[np.uint
     with acquired(_feature_locks.lock_of(frame)):
         filled = filled_pixels(frame, depth)
         cell = feature_cell(frame.shape)
-        features = error_features(frame, depth, edges, cell)
+        with run_beside(partial(difficulty_samples, frame)):  # which all models need
+            features = error_features(frame, depth, edges, cell)
         check_cancelled()
         there = in_cells(filled, filled, cell)
         model_there, values = in_cells(model, filled, cell)[there], np.empty(len(features), np.float32)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import cv2
@@ -54,16 +55,19 @@ def depth_features(depth: Array) -> Array:
     return features_of(filled - np.float32(median), known)
 
 
-def features_of(filled: Array, known: NDArray[np.bool_]) -> Array:
-    """`depth_features` from the filled log depth minus the median of the known one, and the mask of known depth."""
-    features = np.zeros((len(CHANNELS), *filled.shape), np.float32)
+def features_of(filled: Array, known: NDArray[np.bool_], further: Sequence[Array] = ()) -> Array:
+    """`depth_features` from the filled log depth minus the median of the known one, and the mask of known depth;
+    `further` features of the same range come after them."""
+    features = np.empty((len(CHANNELS) + len(further), *filled.shape), np.float32)
     distance, nearest = nearest_values(filled, known)
     features[0] = known
     features[1] = filled
-    features[2] = known * _FINE_GAIN * (filled - cv2.blur(filled, (_FINE, _FINE)))
+    features[2] = features[0] * _FINE_GAIN * (filled - cv2.blur(filled, (_FINE, _FINE)))
     features[3] = _WIDE_GAIN * (filled - cv2.blur(filled, (_WIDE, _WIDE)))
     features[4] = np.log1p(distance) / 4
     features[5] = _NEAREST_GAIN * (nearest - filled)
+    for channel, values in zip(features[len(CHANNELS) :], further, strict=True):
+        channel[:] = values
     return np.clip(features, -_LIMIT, _LIMIT, out=features)
 
 
@@ -191,9 +195,9 @@ class DepthEdgeNetwork(OnnxNetwork):
     def _run(self, rgb: NDArray[np.uint8], depth: Array) -> list[Array]:
         """The outputs of the network, each (H, W) of the image's size."""
         image, window = reflected(rgb, MULTIPLE)
-        features, _ = reflected(np.moveaxis(depth_features(depth), 0, 2), MULTIPLE)
+        features, _ = reflected(depth_features(depth), MULTIPLE, axis=1)
         size = image.shape[:2]
-        inputs = {"image": as_input(image), "depth": np.moveaxis(features, 2, 0)[None]}
+        inputs = {"image": as_input(image), "depth": features[None]}
         try:
             outputs = self._forward(inputs)
         except RefusedInputError as error:

@@ -22,6 +22,7 @@ from ilf.completion.correction_network import (
     LEAK,
     CorrectionNetwork,
     _weighted,
+    _weights_of,
     correction_features,
     load_correction_network,
     smoothed,
@@ -86,13 +87,13 @@ def test_cells_that_hardly_anything_holds_are_where_exact_numbers_put_them():
 def test_a_pixel_takes_a_mean_of_the_cells_around_it():
     cells = RNG.normal(size=(3, 4)).astype(np.float32)
     logits = RNG.normal(0, 3, size=(36, 3 * CELL // 2, 4 * CELL // 2)).astype(np.float32)
-    found = _weighted(cells, logits)
+    found = _weighted(cells, _weights_of(logits))
     assert found.shape == (3 * CELL, 4 * CELL)
     for row, column in ((0, 0), (5, 9), (11, 14)):
         around = np.pad(cells, 1, mode="edge")[row // CELL : row // CELL + 3, column // CELL : column // CELL + 3]
         weights = np.exp(logits[2 * (row % 2) + column % 2 :: 4, row // 2, column // 2])
         assert found[row, column] == pytest.approx(float((around.ravel() * weights).sum() / weights.sum()), rel=1e-4)
-    huge = _weighted(cells, 1e4 * logits)
+    huge = _weighted(cells, _weights_of(1e4 * logits))
     assert np.isfinite(huge).all()
 
 

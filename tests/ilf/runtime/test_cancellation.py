@@ -7,7 +7,7 @@ import pytest
 from ilf import Run
 from ilf._runtime import writing as being_written
 from ilf._runtime.cancellation import acquired, cancelled_by, check_cancelled, set_cancel_events
-from ilf._runtime.threads import run_in_parallel
+from ilf._runtime.threads import run_beside, run_in_parallel
 from ilf._runtime.writing import move_into_place, remove_temporary_files, removed_on_exit, staging, write_bytes
 from ilf.data.presets import preset
 from ilf.errors import Cancelled
@@ -28,6 +28,19 @@ def test_an_event_cancels_within_its_block_alone(cancel_event):
         with cancelled_by(threading.Event()), pytest.raises(Cancelled):
             check_cancelled()
     check_cancelled()
+
+
+def test_work_beside_a_block_is_cancelled_with_it_and_its_error_is_raised_at_the_end(cancel_event):
+    def until_cancelled():
+        while not cancel_event.wait(0.001):
+            pass
+        check_cancelled()
+
+    with cancelled_by(cancel_event), pytest.raises(Cancelled), run_beside(until_cancelled):
+        cancel_event.set()
+    with run_beside(lambda: 3) as found:
+        pass
+    assert found.result() == 3
 
 
 def test_an_event_cancels_the_threads_that_share_the_work(cancel_event):
