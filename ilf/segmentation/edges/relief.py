@@ -7,10 +7,9 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import distance_transform_edt
 
 from ..._runtime.cancellation import check_cancelled
-from ...data.pixel_grids import Pairs, both, long_lines, mark, sides
+from ...data.pixel_grids import Pairs, both, filled_from_nearest, long_lines, mark, sides
 
 MAX_JUMP_DISTANCE = 3.0
 """Maximum distance [px] of a jump from known depth: farther inside a hole, a jump is an artefact of nearest-pixel
@@ -115,9 +114,7 @@ def filled_depth(depth: NDArray[np.float32]) -> NDArray[np.float32]:
     ndarray of float32, shape (H, W)
         Depth [m] everywhere.
     """
-    # the indices alone: SciPy's distances are float64 and take most of its time
-    rows, columns = distance_transform_edt(np.isnan(depth), return_distances=False, return_indices=True)
-    return np.asarray(cv2.medianBlur(depth[rows, columns], 5), np.float32)
+    return np.asarray(cv2.medianBlur(filled_from_nearest(depth), 5), np.float32)
 
 
 def _surrounded_by(surface: NDArray[np.bool_]) -> NDArray[np.bool_]:
