@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any
 
 import cv2
@@ -157,6 +158,26 @@ def connected_regions(values: NDArray[np.integer], *, background: int = 0, diago
     counted = np.zeros(runs, bool)
     counted[region_of] = values[starts] != background
     return (np.cumsum(counted, dtype=np.int32) * counted)[region_of][run_at]
+
+
+# Strips of an image.
+
+_STRIP = 64
+"""Number of rows that are worked out together, so that what that takes stays in the cache and needs no fresh memory."""
+
+
+def strips(height: int, halo: int = 0) -> Iterator[tuple[slice, slice, slice]]:
+    """Divide the rows of an image into strips.
+
+    Yields
+    ------
+    rows, wider, inner : slice
+        The rows of a strip; the same with up to `halo` rows more on both sides, as far as the image goes; and where the
+        former are among the latter.
+    """
+    for top in range(0, height, _STRIP):
+        stop, first = min(top + _STRIP, height), max(top - halo, 0)
+        yield slice(top, stop), slice(first, min(stop + halo, height)), slice(top - first, stop - first)
 
 
 # Pairs of neighbouring pixels: each pixel with its right neighbour, and with its lower neighbour.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import reduce
 
@@ -12,6 +13,7 @@ from numpy.typing import NDArray
 from ..._runtime.networks.models import model_path
 from ..._runtime.networks.network import OnnxNetwork, as_input, reflected
 from ..._runtime.networks.session import RefusedInputError
+from ...data.pixel_grids import strips
 from ...errors import FormatError, InputError
 
 _GRADIENT_SHARE, _NETWORK_SHARE = 0.6, 0.5
@@ -34,6 +36,13 @@ def colour_gradient(rgb: NDArray[np.uint8], sigma: float) -> tuple[NDArray[np.in
     -------
     dx, dy : ndarray of int16, shape (H, W)
     """
+    dx, dy = np.empty((2, *rgb.shape[:2]), np.int16)
+    for rows, wider, inner in strips(len(rgb), math.ceil(3 * sigma) + 2):
+        dx[rows], dy[rows] = (strongest[inner] for strongest in _strongest_gradient(rgb[wider], sigma))
+    return dx, dy
+
+
+def _strongest_gradient(rgb: NDArray[np.uint8], sigma: float) -> tuple[NDArray[np.int16], NDArray[np.int16]]:
     lab = cv2.cvtColor(np.ascontiguousarray(rgb), cv2.COLOR_RGB2Lab)
     if sigma > 0:
         lab = cv2.GaussianBlur(lab, (0, 0), sigma, borderType=cv2.BORDER_REFLECT)
