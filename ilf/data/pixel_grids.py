@@ -214,8 +214,8 @@ def mark(pairs: Pairs) -> NDArray[np.bool_]:
 
 def long_lines(pairs: Pairs, length: int) -> Pairs:
     """Return the pairs in 8-connected lines of more than `length` pixels."""
-    _, lines, sizes, _ = cv2.connectedComponentsWithStats(mark(pairs).astype(np.uint8), connectivity=8)
-    long = sizes[:, cv2.CC_STAT_AREA][lines] > length
+    _, lines, sizes, _ = cv2.connectedComponentsWithStats(mark(pairs).view(np.uint8), connectivity=8)
+    long = (sizes[:, cv2.CC_STAT_AREA] > length)[lines]
     return pairs[0] & long[:, :-1], pairs[1] & long[:-1]
 
 

@@ -9,15 +9,13 @@ from numpy.typing import NDArray
 
 from .._runtime.cancellation import check_cancelled
 from .._runtime.compiling import compiled, is_compiled
+from ..data.pixel_grids import strips
 
 _PIXELS_PER_CHECK = 20_000
 """Number of pixels that are flooded between two checks for cancellation: 5 ms of machine code, 0.1 s of Python."""
 
 _MAX_PIXELS, _STEPS = 1 << 22, 1 << 20
 """Number of pixels above which heights may be rounded to so many steps."""
-
-_STRIP = 32
-"""Number of rows that are prepared together, so that what that takes stays in the cache."""
 
 Keys = NDArray[np.int64]
 Pixels = NDArray[np.int32]
@@ -76,8 +74,7 @@ def flood_large(heights: NDArray[np.float32], markers: NDArray[np.int32], mask: 
     width = mask.shape[1] + 2
     cells = np.zeros((mask.shape[0] + 2, width, 2), np.int32)
     regions = cells[1:-1, 1:-1, 0]
-    for top in range(0, len(mask), _STRIP):
-        rows = slice(top, top + _STRIP)
+    for rows, *_ in strips(len(mask)):
         regions[rows] = np.where(markers[rows] > 0, markers[rows], ~steps_of(heights[rows])) * mask[rows]
     marked = np.flatnonzero((markers > 0) & mask)
     steps = steps_of(heights.ravel()[marked])
