@@ -101,8 +101,9 @@ def _for_loops(arrays: list[Any]) -> list[Any]:
 
 def _ranks(heights: NDArray[np.float32]) -> NDArray[np.int32]:
     """Integers in the order of the heights, equal for equal heights."""
-    bits = (heights.astype(np.float32) + np.float32(0)).view(np.int32)  # adding 0 turns -0 into 0
-    return np.where(bits < 0, bits ^ np.int32(0x7FFFFFFF), bits)
+    bits = (heights.astype(np.float32, copy=False) + np.float32(0)).view(np.int32)  # adding 0 turns -0 into 0
+    bits ^= (bits >> 31) & np.int32(0x7FFFFFFF)  # all but the sign of negative ones
+    return bits
 
 
 @compiled()
