@@ -223,7 +223,8 @@ def _borders(
     count = int(regions.max()) + 1
     keys, columns = [], []
     for side, (one, other) in enumerate(sides(regions)):
-        parted = np.nonzero((one != other) & (one > 0) & (other > 0))
+        # many times as fast as `np.nonzero` of two dimensions
+        parted = np.unravel_index(np.flatnonzero((one != other) & (one > 0) & (other > 0)), one.shape)
         first, second = one[parted].astype(np.int64), other[parted].astype(np.int64)
         keys.append(np.minimum(first, second) * count + np.maximum(first, second))
         column = [np.ones(first.size), np.maximum(*_ends(strength, side, parted))]
