@@ -97,7 +97,10 @@ def applied_change(change: Array, known: NDArray[np.bool_]) -> Array:
         Change of log depth.
     known : ndarray of bool, shape (H, W)
     """
-    return np.asarray(np.float32(_SHARE) * fading(known) * change, np.float32)
+    applied = fading(known)
+    applied *= np.float32(_SHARE)
+    applied *= change
+    return applied
 
 
 def changes_anywhere(known: NDArray[np.bool_]) -> bool:
@@ -107,7 +110,7 @@ def changes_anywhere(known: NDArray[np.bool_]) -> bool:
 
 def fading(known: NDArray[np.bool_]) -> Array:
     """Factor on the changes, from 0 near known depth to 1; float32 (H, W)."""
-    faded = np.asarray(cv2.distanceTransform((~known).astype(np.uint8), cv2.DIST_L2, 5), np.float32)
+    faded = np.asarray(cv2.distanceTransform((~known).view(np.uint8), cv2.DIST_L2, 5), np.float32)
     faded -= np.float32(_FADED)
     faded /= np.float32(_FAR - _FADED)
     return np.clip(faded, 0, 1, out=faded)

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import binary_erosion, distance_transform_edt
+from scipy.ndimage import binary_erosion
 from scipy.spatial import Delaunay
 
 from ..data.frame import RGBDFrame
+from ..data.pixel_grids import filled_from_nearest
 
 
 def nearest(frame: RGBDFrame) -> NDArray[np.float32]:
     """Depth of the nearest known pixel."""
-    places = distance_transform_edt(~frame.known, return_distances=False, return_indices=True)
-    return frame.depth[tuple(places)]
+    return filled_from_nearest(frame.depth)
 
 
 def linear(frame: RGBDFrame) -> NDArray[np.float32]:

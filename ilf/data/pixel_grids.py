@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import distance_transform_edt
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
@@ -37,6 +39,82 @@ def nearest_values(values: Array, there: NDArray[np.bool_], mask_size: int = 5) 
     of_place = np.zeros(int(places.max()) + 1, np.float32)
     of_place[places[there]] = values[there]
     return np.asarray(distance, np.float32), of_place[places]
+
+
+def _fill_by_loops(values: Array) -> Array:
+    height, width = values.shape
+    filled = values.copy()
+    above, below, near, hull = np.full((4, width), -1)
+    for y in range(height):
+        for x in range(width):
+            if not np.isnan(values[y, x]):
+                above[x] = below[x] = y
+            elif below[x] < y:
+                below[x] = y + 1
+                while below[x] < height and np.isnan(values[below[x], x]):
+                    below[x] += 1
+            # the nearest known pixel of the column; of two the upper one
+            lower = below[x] < height and (above[x] < 0 or below[x] - y < y - above[x])
+            near[x] = below[x] if lower else above[x]
+        start = 0
+        while start < width:
+            stop = start
+            while stop < width and near[stop] != y:
+                stop += 1
+            if stop > start:
+                # nothing beyond the two known pixels at its ends is nearer to any pixel of the gap
+                _fill_gap(filled, y, start, stop, near, hull)
+            start = stop + 1
+    return filled
+
+
+@compiled()
+def _fill_gap(filled: Array, y: int, start: int, stop: int, near: NDArray[np.intp], hull: NDArray[np.intp]) -> None:
+    """Fill a row's missing pixels from `start` to `stop`, given the row of the nearest known pixel in every column.
+
+    Over a row, the squared distance to one column's pixel is a parabola; `hull` has the columns that are the nearest
+    somewhere, from left to right. All is in whole numbers, and therefore exact.
+    """
+    last = -1
+    for x in range(max(start - 1, 0), min(stop + 1, near.size)):
+        if near[x] < 0:
+            continue
+        while last >= 1:
+            left, middle = hull[last - 1], hull[last]
+            a, b = middle - left, x - middle
+            rise = (a + b) * ((near[middle] - y) ** 2 - a * b) - b * (near[left] - y) ** 2 - a * (near[x] - y) ** 2
+            if rise <= 0:
+                break
+            last -= 1
+        last += 1
+        hull[last] = x
+    place = 0
+    for x in range(start, stop):
+        while place < last:
+            this, following = hull[place], hull[place + 1]
+            if (this - x) ** 2 + (near[this] - y) ** 2 <= (following - x) ** 2 + (near[following] - y) ** 2:
+                break
+            place += 1
+        filled[y, x] = filled[near[hull[place]], hull[place]]
+
+
+@compiled(_fill_by_loops)
+def filled_from_nearest(values: Array) -> Array:
+    """Replace missing values by those of the nearest known pixel; of several at the same distance, by that of the
+    leftmost column, and there of the upper row.
+
+    Parameters
+    ----------
+    values : (H, W) float32
+        NaN = missing; at least one known.
+
+    Returns
+    -------
+    (H, W) float32
+    """
+    # the indices alone: SciPy's distances are float64 and take most of its time
+    rows, columns = distance_transform_edt(np.isnan(values), return_distances=False, return_indices=True)
+    return values[rows, columns]
 
 
 def connected_regions(values: NDArray[np.integer], *, background: int = 0, diagonal: bool = False) -> NDArray[np.int32]:
@@ -82,6 +160,26 @@ def connected_regions(values: NDArray[np.integer], *, background: int = 0, diago
     return (np.cumsum(counted, dtype=np.int32) * counted)[region_of][run_at]
 
 
+# Strips of an image.
+
+_STRIP = 64
+"""Number of rows that are worked out together, so that what that takes stays in the cache and needs no fresh memory."""
+
+
+def strips(height: int, halo: int = 0) -> Iterator[tuple[slice, slice, slice]]:
+    """Divide the rows of an image into strips.
+
+    Yields
+    ------
+    rows, wider, inner : slice
+        The rows of a strip; the same with up to `halo` rows more on both sides, as far as the image goes; and where the
+        former are among the latter.
+    """
+    for top in range(0, height, _STRIP):
+        stop, first = min(top + _STRIP, height), max(top - halo, 0)
+        yield slice(top, stop), slice(first, min(stop + halo, height)), slice(top - first, stop - first)
+
+
 # Pairs of neighbouring pixels: each pixel with its right neighbour, and with its lower neighbour.
 
 Pairs = tuple[NDArray[np.bool_], NDArray[np.bool_]]
@@ -116,8 +214,8 @@ def mark(pairs: Pairs) -> NDArray[np.bool_]:
 
 def long_lines(pairs: Pairs, length: int) -> Pairs:
     """Return the pairs in 8-connected lines of more than `length` pixels."""
-    _, lines, sizes, _ = cv2.connectedComponentsWithStats(mark(pairs).astype(np.uint8), connectivity=8)
-    long = sizes[:, cv2.CC_STAT_AREA][lines] > length
+    _, lines, sizes, _ = cv2.connectedComponentsWithStats(mark(pairs).view(np.uint8), connectivity=8)
+    long = (sizes[:, cv2.CC_STAT_AREA] > length)[lines]
     return pairs[0] & long[:, :-1], pairs[1] & long[:-1]
 
 

@@ -40,18 +40,14 @@ class Boundaries:
 
     Attributes
     ----------
-    strength : ndarray of float32, shape (H, W)
-        Edge strength in [0, 1]; depth jumps in long lines are at 1. If creases count as edges and the detector finds
-        them, the larger of edge and crease.
     edges : ndarray of bool, shape (H, W)
-        The same, binarised.
+        The binarised strength, and depth jumps in long lines.
     guide : ndarray of float32, shape (H, W)
         Landscape of the contraction: boundaries follow its crests.
     relief : Relief or None
         Jumps and bends of the known depth; None if depth is not used.
     """
 
-    strength: NDArray[np.float32]
     edges: NDArray[np.bool_]
     guide: NDArray[np.float32]
     relief: Relief | None
@@ -71,24 +67,29 @@ def find_boundaries(
     parameters : BlockParameters
         The same as for `find_edges`, `canny_lines` and `relief_of`.
     """
-    strength, edges, guide = _detected(found, parameters), lines, found.detected
+    edges, guide = lines, found.detected
     if found.network is not None:
+        strength = _detected(found, parameters)
         edges = otsu_edges(strength, parameters.threshold)
-        guide = strength + np.where(lines, np.float32(_CANNY_RAISE), np.float32(0))
+        guide = np.where(lines, strength + np.float32(_CANNY_RAISE), strength)
     if not parameters.use_depth:
-        return Boundaries(strength, edges, guide, None)
+        return Boundaries(edges, guide, None)
     if parameters.use_creases and found.crease is None:
         # single pixels are noise
         edges = edges | (cv2.morphologyEx((relief.bend > 1).astype(np.uint8), cv2.MORPH_OPEN, np.ones((3, 3))) > 0)
         sharpness = relief.bend / (relief.bend + np.float32(_HALF_HEIGHT_BEND))
         guide = np.maximum(guide, np.float32(_CREASE_HEIGHT) * sharpness).astype(np.float32)
     jumps = mark(relief.jumps)
-    return Boundaries(
-        np.where(jumps, np.float32(1), strength),
-        edges | jumps,
-        np.where(jumps, np.float32(_JUMP_HEIGHT), guide),
-        relief,
-    )
+    return Boundaries(edges | jumps, np.where(jumps, np.float32(_JUMP_HEIGHT), guide), relief)
+
+
+def edge_and_jump_strength(
+    found: FrameEdges, relief: Relief | None, parameters: BlockParameters
+) -> NDArray[np.float32]:
+    """Edge strength in [0, 1], float32 (H, W); depth jumps in long lines are at 1 if there is a relief. If creases
+    count as edges and the detector finds them, the larger of edge and crease."""
+    strength = _detected(found, parameters)
+    return strength if relief is None else np.where(mark(relief.jumps), np.float32(1), strength)
 
 
 def _detected(found: FrameEdges, parameters: BlockParameters) -> NDArray[np.float32]:
@@ -144,11 +145,11 @@ def regions_between(edges: NDArray[np.bool_], radius: float, inside: NDArray[np.
     ndarray of int32, shape (H, W)
         Regions 1, 2, ...; 0 on the dilated edges and outside. If the edges cover everything, the regions of `inside`.
     """
-    distance = np.where(inside, distance_to(edges), -1)
-    regions = np.zeros(edges.shape, np.int32)
-    largest = 0
+    distance = distance_to(edges)
+    distance[~inside] = -1
+    regions, parts, largest = np.zeros(edges.shape, np.int32), None, 0
     for further in (*_EXTRA_DILATIONS, 0):
-        parts = _parts(distance > radius + further)
+        parts = _parts(distance > radius + further, parts)
         largest = _add_new_parts(parts.ravel(), regions.ravel(), largest)
     if not regions.any():
         # edges everywhere separate nothing
@@ -189,11 +190,12 @@ def distance_to(edges: NDArray[np.bool_]) -> NDArray[np.float32]:
     """Distance to the nearest edge [px], float32 (H, W); infinite if there is none."""
     if not edges.any():
         return np.full(edges.shape, np.inf, np.float32)
-    return np.asarray(cv2.distanceTransform((~edges).astype(np.uint8), cv2.DIST_L2, 5), np.float32)
+    return np.asarray(cv2.distanceTransform((~edges).view(np.uint8), cv2.DIST_L2, 5), np.float32)
 
 
-def _parts(mask: NDArray[np.bool_]) -> NDArray[np.int32]:
-    return np.asarray(cv2.connectedComponents(mask.astype(np.uint8), connectivity=4)[1], np.int32)
+def _parts(mask: NDArray[np.bool_], memory: NDArray[np.int32] | None = None) -> NDArray[np.int32]:
+    """The 4-connected parts of a mask; in the memory of earlier ones, since fresh memory takes as long as the parts."""
+    return np.asarray(cv2.connectedComponents(mask.view(np.uint8), memory, connectivity=4)[1], np.int32)
 
 
 def contract(
@@ -222,9 +224,10 @@ def contract(
         return regions.copy()
     # pixels deep inside a region do not matter, and would only fill the queue
     open_ground = (regions == 0) if inside is None else (regions == 0) & inside
-    seam = cv2.dilate(open_ground.astype(np.uint8), np.ones((3, 3), np.uint8)) > 0
-    grown = flood_large(strength, np.where(seam, regions, 0), seam if inside is None else seam & inside)
-    return np.where(open_ground, grown, regions).astype(np.int32, copy=False)
+    seam = cv2.dilate(open_ground.view(np.uint8), np.ones((3, 3), np.uint8)) > 0
+    grown = flood_large(strength, regions, seam if inside is None else seam & inside)
+    np.copyto(grown, regions, where=~open_ground)
+    return grown
 
 
 def snap_to_jumps(regions: NDArray[np.int32], jumps: Pairs) -> NDArray[np.int32]:
@@ -250,21 +253,20 @@ def snap_to_jumps(regions: NDArray[np.int32], jumps: Pairs) -> NDArray[np.int32]
     if not inner.any():
         return regions
     band = distance_to(inner) <= _SNAP_DISTANCE
-    # a rim without region, so that every pixel has four neighbours
-    old = np.pad(regions, 1)
-    grown = np.where(np.pad(band, 1), 0, old).ravel()
-    free = np.pad(~jumps[0], ((1, 1), (1, 2))).ravel(), np.pad(~jumps[1], ((1, 2), (1, 1))).ravel()
-    width = old.shape[1]
-    waiting = np.flatnonzero(np.pad(band & (regions > 0), 1))
+    old, grown = regions.ravel(), np.where(band, 0, regions).ravel()
+    # nothing passes the sides of the image, so that it does not matter which pixel is taken for a neighbour there
+    free = np.pad(~jumps[0], ((0, 0), (0, 1))).ravel(), np.pad(~jumps[1], ((0, 1), (0, 0))).ravel()
+    width = regions.shape[1]
+    waiting = np.flatnonzero(band & (regions > 0))
     for _ in range(2 * _SNAP_DISTANCE):
         found = np.zeros(waiting.size, grown.dtype)
         for way, step in zip((free[0], free[1]), (1, width), strict=True):
             for neighbour, passage in ((waiting - step, way[waiting - step]), (waiting + step, way[waiting])):
-                found = np.where((found == 0) & passage, grown[neighbour], found)
+                found = np.where((found == 0) & passage, grown.take(neighbour, mode="wrap"), found)
         grown[waiting] = found
         waiting = waiting[found == 0]
-    grown[waiting] = old.ravel()[waiting]
-    return grown.reshape(old.shape)[1:-1, 1:-1]
+    grown[waiting] = old[waiting]
+    return grown.reshape(regions.shape)
 
 
 def cut_at_jumps(regions: NDArray[np.int32], guide: NDArray[np.float32], relief: Relief) -> NDArray[np.int32]:
@@ -296,11 +298,13 @@ def cut_at_jumps(regions: NDArray[np.int32], guide: NDArray[np.float32], relief:
     closer = depth[here] < depth[beyond]
     side[np.where(closer, beyond, here)] = _FAR
     side[np.where(closer, here, beyond)] = _NEAR  # also a pixel between two jumps, as part of the object in front
-    side = np.where(regions > 0, side.reshape(regions.shape), 0)
+    side[regions.ravel() == 0] = 0
+    sides = side.reshape(regions.shape)
     cut = np.zeros(int(regions.max()) + 1, bool)
-    cut[regions[side > 0]] = True
-    grown = flood_large(np.where(side > 0, np.float32(0), guide), side, cut[regions])
-    return connected_regions(np.where(regions > 0, 3 * regions + grown, 0))
+    cut[regions[sides > 0]] = True
+    grown = flood_large(np.where(sides > 0, np.float32(0), guide), sides, cut[regions])
+    grown += 3 * regions
+    return connected_regions(grown)
 
 
 def outlines(labels: NDArray[np.int32]) -> NDArray[np.bool_]:
@@ -365,7 +369,7 @@ def extract(frame: RGBDFrame, parameters: BlockParameters | None = None) -> Extr
     found = found_blocks(frame, chosen)
     boundaries = _boundaries(frame, chosen)
     return Extraction(
-        boundaries.strength,
+        edge_and_jump_strength(find_edges(frame, chosen), boundaries.relief, chosen),
         boundaries.edges,
         dilate(boundaries.edges, chosen.dilation),
         _regions(frame, chosen.replace(**_MERGING_DEFAULTS)),
@@ -399,10 +403,8 @@ def _boundaries(frame: RGBDFrame, parameters: BlockParameters) -> Boundaries:
 def _blocks(frame: RGBDFrame, parameters: BlockParameters) -> NDArray[np.int32]:
     """The label map, int32 (H, W)."""
     regions = _regions(frame, parameters.replace(**_MERGING_DEFAULTS))
-    strength, relief = _detected(find_edges(frame, parameters), parameters), None
-    if parameters.use_depth:
-        relief = relief_of(frame, parameters)
-        strength = np.where(mark(relief.jumps), np.float32(1), strength)
+    relief = relief_of(frame, parameters) if parameters.use_depth else None
+    strength = edge_and_jump_strength(find_edges(frame, parameters), relief, parameters)
     smallest = parameters.smallest_block(regions.size)
     check_cancelled()
     graph = RegionGraph(regions, strength, frame, relief)

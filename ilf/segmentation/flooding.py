@@ -9,15 +9,13 @@ from numpy.typing import NDArray
 
 from .._runtime.cancellation import check_cancelled
 from .._runtime.compiling import compiled, is_compiled
+from ..data.pixel_grids import strips
 
 _PIXELS_PER_CHECK = 20_000
 """Number of pixels that are flooded between two checks for cancellation: 5 ms of machine code, 0.1 s of Python."""
 
 _MAX_PIXELS, _STEPS = 1 << 22, 1 << 20
 """Number of pixels above which heights may be rounded to so many steps."""
-
-_STRIP = 32
-"""Number of rows that are prepared together, so that what that takes stays in the cache."""
 
 Keys = NDArray[np.int64]
 Pixels = NDArray[np.int32]
@@ -76,8 +74,7 @@ def flood_large(heights: NDArray[np.float32], markers: NDArray[np.int32], mask: 
     width = mask.shape[1] + 2
     cells = np.zeros((mask.shape[0] + 2, width, 2), np.int32)
     regions = cells[1:-1, 1:-1, 0]
-    for top in range(0, len(mask), _STRIP):
-        rows = slice(top, top + _STRIP)
+    for rows, *_ in strips(len(mask)):
         regions[rows] = np.where(markers[rows] > 0, markers[rows], ~steps_of(heights[rows])) * mask[rows]
     marked = np.flatnonzero((markers > 0) & mask)
     steps = steps_of(heights.ravel()[marked])
@@ -104,8 +101,9 @@ def _for_loops(arrays: list[Any]) -> list[Any]:
 
 def _ranks(heights: NDArray[np.float32]) -> NDArray[np.int32]:
     """Integers in the order of the heights, equal for equal heights."""
-    bits = (heights.astype(np.float32) + np.float32(0)).view(np.int32)  # adding 0 turns -0 into 0
-    return np.where(bits < 0, bits ^ np.int32(0x7FFFFFFF), bits)
+    bits = (heights.astype(np.float32, copy=False) + np.float32(0)).view(np.int32)  # adding 0 turns -0 into 0
+    bits ^= (bits >> 31) & np.int32(0x7FFFFFFF)  # all but the sign of negative ones
+    return bits
 
 
 @compiled()

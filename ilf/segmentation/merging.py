@@ -8,13 +8,14 @@ import math
 import operator
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..data.frame import RGBDFrame
 from ..data.label_map import find_blocks, least_known_pixels
-from ..data.pixel_grids import both, connected_regions, sides
+from ..data.pixel_grids import connected_regions, sides, strips
 from .edges.relief import Relief
 
 _JUMPS_ALLOWED, _JUMP_SHARE_ALLOWED = 2, 0.02
@@ -97,8 +98,10 @@ class RegionGraph:
         count = int(regions.max()) + 1
         self._regions = regions
         self._parent = np.arange(count)
-        self.pixels = np.bincount(regions.ravel(), minlength=count)
-        self.known = np.bincount(regions[frame.known], minlength=count)
+        self.pixels, self.known = np.zeros((2, count), np.intp)
+        for rows, *_ in strips(len(regions)):
+            self.pixels += np.bincount(regions[rows].ravel(), minlength=count)
+            self.known += np.bincount(regions[rows][frame.known[rows]], minlength=count)
         self._planes = _Planes(regions, frame, count) if relief is not None else None
         self._borders: list[dict[int, Border]] = [{} for _ in range(count)]
         for one, other, border in _borders(regions, strength, relief):
@@ -219,15 +222,17 @@ def _borders(
     depth is seen to be continuous, the pixels with a valid bend, and their bend."""
     count = int(regions.max()) + 1
     keys, columns = [], []
-    for side, ((one, other), (edge, beyond)) in enumerate(zip(sides(regions), sides(strength), strict=True)):
-        parted = (one != other) & (one > 0) & (other > 0)
+    for side, (one, other) in enumerate(sides(regions)):
+        # many times as fast as `np.nonzero` of two dimensions
+        parted = np.unravel_index(np.flatnonzero((one != other) & (one > 0) & (other > 0)), one.shape)
         first, second = one[parted].astype(np.int64), other[parted].astype(np.int64)
         keys.append(np.minimum(first, second) * count + np.maximum(first, second))
-        column = [np.ones(first.size), np.maximum(edge, beyond)[parted]]
+        column = [np.ones(first.size), np.maximum(*_ends(strength, side, parted))]
         if relief is not None:
-            evaluated = both(relief.evaluated)[side][parted]
-            bend = np.maximum(*sides(relief.bend)[side])[parted]
-            jumpless = (both(relief.near)[side] & ~relief.all_jumps[side])[parted]
+            evaluated = np.logical_and(*_ends(relief.evaluated, side, parted))
+            near = np.logical_and(*_ends(relief.near, side, parted))
+            bend = np.maximum(*_ends(relief.bend, side, parted))
+            jumpless = near & ~relief.all_jumps[side][parted]
             seen = np.maximum(evaluated, _JUMPLESS_WEIGHT * jumpless)
             column += [relief.jumps[side][parted], seen, evaluated, np.minimum(bend, _MAX_BEND) * evaluated]
         else:
@@ -237,6 +242,12 @@ def _borders(
     sums = [np.bincount(owner, values, minlength=pairs.size) for values in np.concatenate(columns, axis=1)]
     for pair, *border in zip(pairs.tolist(), *(one.tolist() for one in sums), strict=True):
         yield pair // count, pair % count, tuple(border)
+
+
+def _ends(values: NDArray[Any], side: int, pairs: tuple[NDArray[np.intp], ...]) -> tuple[NDArray[Any], NDArray[Any]]:
+    """The values of both pixels of pairs, given by their rows and columns; for `side` see `sides`."""
+    one, other = sides(values)[side]
+    return one[pairs], other[pairs]
 
 
 class _Planes:

@@ -98,13 +98,15 @@ def walk(depth: Array, edges: Array) -> Walks:
     known = np.isfinite(depth)
     logarithm = np.log(depth, where=known, out=np.zeros_like(depth))
     middle = np.float32(logarithm.sum(dtype=np.float64) / np.count_nonzero(known))
-    logarithm = np.where(known, logarithm - middle, np.float32(0))
+    np.subtract(logarithm, middle, out=logarithm, where=known)
     counts = _sums(known.astype(np.float32), cell)
     mean, square = (_sums(values, cell) / np.maximum(counts, 1) for values in (logarithm, logarithm * logarithm))
     rows, columns = np.indices(counts.shape)
     # in a cell full of known depth, a walk is more likely to end than to leave
     ends = (counts / cell).astype(np.float64)
-    hard = 1 / np.maximum(np.exp(-edges / np.float32(_EDGE_SCALE)), np.float32(_LEAST))
+    hard = edges / np.float32(-_EDGE_SCALE)
+    np.maximum(np.exp(hard, out=hard), np.float32(_LEAST), out=hard)
+    np.reciprocal(hard, out=hard)
     along_x, along_y = _links(hard, cell), _links(np.ascontiguousarray(hard.T), cell).T
     wanted = np.stack([ends, np.ones_like(ends), *(ends * values for values in (mean, square, rows, columns))])
     # for the walks from every cell, the sums of the values collected at each step
@@ -118,20 +120,22 @@ def walk(depth: Array, edges: Array) -> Walks:
 
 def _sums(values: NDArray, cell: int) -> Array:
     """Sums over cells, float32 (rows of cells, columns of cells)."""
-    height, width = values.shape
-    whole = cv2.copyMakeBorder(values, 0, -height % cell, 0, -width % cell, cv2.BORDER_CONSTANT, value=0)
-    return _means(whole, cell, cell) * np.float32(cell * cell)
+    return _means(_padded(values, cell, cv2.BORDER_CONSTANT), cell, cell) * np.float32(cell * cell)
 
 
 def _links(hard: Array, cell: int) -> Array:
     """Conductance from a cell's centre to the next along x: parallel paths, each as resistive as its pixels."""
-    height, width = hard.shape
-    whole = cv2.copyMakeBorder(hard, 0, -height % cell, 0, -width % cell, cv2.BORDER_REPLICATE)
+    whole = _padded(hard, cell, cv2.BORDER_REPLICATE)
     after = cell // 2 + 1
     between = whole[:, after : whole.shape[1] - cell + after]
     if not between.size:
         return np.empty((whole.shape[0] // cell, 0), np.float32)
     return _means(1 / _means(between, cell, 1), 1, cell)
+
+
+def _padded(values: NDArray, cell: int, border: int) -> NDArray:
+    below, right = (-size % cell for size in values.shape)
+    return cv2.copyMakeBorder(values, 0, below, 0, right, border) if below or right else values
 
 
 def _means(values: NDArray, width: int, height: int) -> Array:

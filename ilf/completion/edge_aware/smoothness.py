@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..._runtime.compiling import inner
+from ...data.pixel_grids import strips
 from ..banded import solve_grid
 from . import kernels
 from .kernels import Sums
@@ -133,16 +134,18 @@ def make_weights(
         Weights of this grid that are no longer needed; overwritten, to avoid allocation.
     """
     made = out or Weights.none((smooth_x.shape[0], smooth_y.shape[1]))
-    np.multiply(np.float32(slope), smooth_x, out=made.slope_x)
-    np.multiply(np.float32(slope), smooth_y, out=made.slope_y)
-    bend_x, bend_y = made.bend_x, made.bend_y
-    np.minimum(smooth_x[:, 1:], smooth_x[:, :-1], out=bend_x)
-    np.minimum(smooth_y[1:], smooth_y[:-1], out=bend_y)
-    for bend in (bend_x, bend_y):
-        bend *= np.float32(bending)
-    if stiff is not None:
-        bend_x *= stiff[:, 1:-1]
-        bend_y *= stiff[1:-1]
+    for rows, *_ in strips(len(smooth_x)):
+        pairs = slice(rows.start, rows.stop + 1)
+        np.multiply(np.float32(slope), smooth_x[rows], out=made.slope_x[rows])
+        np.multiply(np.float32(slope), smooth_y[rows], out=made.slope_y[rows])
+        bend_x, bend_y = made.bend_x[rows], made.bend_y[rows]
+        np.minimum(smooth_x[rows, 1:], smooth_x[rows, :-1], out=bend_x)
+        np.minimum(smooth_y[pairs][1:], smooth_y[pairs][:-1], out=bend_y)
+        for bend in (bend_x, bend_y):
+            bend *= np.float32(bending)
+        if stiff is not None:
+            bend_x *= stiff[rows, 1:-1]
+            bend_y *= stiff[1:-1][rows]
     return made
 
 

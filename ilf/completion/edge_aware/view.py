@@ -40,7 +40,7 @@ WIDE = 8
 def around_wide_gaps(distance: Array) -> Mask:
     """Find pixels in and beside wide gaps, bool (H, W), from every pixel's distance to known depth."""
     square = np.ones((2 * WIDE + 1,) * 2, np.uint8)
-    return cv2.dilate((distance >= WIDE).astype(np.uint8), square) > 0
+    return cv2.dilate((distance >= WIDE).view(np.uint8), square) > 0
 
 
 def edge_fade_distance(distance: Array, inside: Mask) -> Array:
@@ -55,8 +55,8 @@ def edge_fade_distance(distance: Array, inside: Mask) -> Array:
     """
     if not (distance >= WIDE).any():
         return distance
-    own = cv2.distanceTransform((~(inside & (distance == 0))).astype(np.uint8), cv2.DIST_L2, 5)
-    return np.where(inside & around_wide_gaps(distance), own, distance).astype(np.float32)
+    own = cv2.distanceTransform((~(inside & (distance == 0))).view(np.uint8), cv2.DIST_L2, 5)
+    return np.where(inside & around_wide_gaps(distance), own, distance).astype(np.float32, copy=False)
 
 
 # Sensor range: holes whose rims lie at the end of the range are farther than all known depth around.
@@ -105,7 +105,7 @@ class BeyondRange:
 
 @once_per_frame
 def _missing_in_wide_gaps(frame: RGBDFrame) -> Mask:
-    distance = cv2.distanceTransform((~frame.known).astype(np.uint8), cv2.DIST_L2, 5)
+    distance = cv2.distanceTransform((~frame.known).view(np.uint8), cv2.DIST_L2, 5)
     return ~frame.known & around_wide_gaps(np.asarray(distance, np.float32))
 
 
@@ -255,7 +255,9 @@ def _around(depth: Array, rows: NDArray[np.intp], columns: NDArray[np.intp]) -> 
 
 def _similar(one: Array, other: Array) -> Mask:
     """Whether depth is known and alike."""
-    return np.abs(one - other) < np.float32(_SIMILAR) * np.minimum(one, other)
+    off, limit = one - other, np.minimum(one, other)
+    limit *= np.float32(_SIMILAR)
+    return np.abs(off, out=off) < limit
 
 
 # The view: the window around the block, and the finest grid made from it.
@@ -437,17 +439,22 @@ class View:
         distance = self._distance
         if parameters.block_local_edges:
             distance = edge_fade_distance(distance, self._mask)
-        fade = np.minimum(distance / np.float32(parameters.trust_distance), 1)
-        edges = fade * np.maximum(found.strength[self.window], np.float32(parameters.boundary_strength) * boundary)
+        fade = distance / np.float32(parameters.trust_distance)
+        np.minimum(fade, 1, out=fade)
+        # in place, since fresh memory takes longer than all of this
+        edges = np.multiply(np.float32(parameters.boundary_strength), boundary, out=boundary)
+        np.maximum(found.strength[self.window], edges, out=edges)
+        edges *= fade
         if self.beyond is not None:
             edges[self.beyond.in_front[self.window]] = _SEPARATING_EDGE
+        edges /= np.float32(-parameters.edge_scale)
         return Grid(
             cell=1,
             counts=counts,
             totals=totals,
             inside=mask.astype(np.float32),
             trend=trend,
-            smooth=np.exp(edges / np.float32(-parameters.edge_scale)),
+            smooth=np.exp(edges, out=edges),
             creases=None if found.crease is None else fade * found.crease[self.window],
             held_out=held_out,
             carried=carried,

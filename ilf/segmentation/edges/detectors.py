@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import reduce
 
@@ -12,6 +13,7 @@ from numpy.typing import NDArray
 from ..._runtime.networks.models import model_path
 from ..._runtime.networks.network import OnnxNetwork, as_input, reflected
 from ..._runtime.networks.session import RefusedInputError
+from ...data.pixel_grids import strips
 from ...errors import FormatError, InputError
 
 _GRADIENT_SHARE, _NETWORK_SHARE = 0.6, 0.5
@@ -34,6 +36,13 @@ def colour_gradient(rgb: NDArray[np.uint8], sigma: float) -> tuple[NDArray[np.in
     -------
     dx, dy : ndarray of int16, shape (H, W)
     """
+    dx, dy = np.empty((2, *rgb.shape[:2]), np.int16)
+    for rows, wider, inner in strips(len(rgb), math.ceil(3 * sigma) + 2):
+        dx[rows], dy[rows] = (strongest[inner] for strongest in _strongest_gradient(rgb[wider], sigma))
+    return dx, dy
+
+
+def _strongest_gradient(rgb: NDArray[np.uint8], sigma: float) -> tuple[NDArray[np.int16], NDArray[np.int16]]:
     lab = cv2.cvtColor(np.ascontiguousarray(rgb), cv2.COLOR_RGB2Lab)
     if sigma > 0:
         lab = cv2.GaussianBlur(lab, (0, 0), sigma, borderType=cv2.BORDER_REFLECT)
@@ -73,7 +82,7 @@ def canny_edges(dx: NDArray[np.int16], dy: NDArray[np.int16], high: float, low_r
     if top == 0:
         return np.zeros(dx.shape, bool)
     if high == 0:
-        high = _GRADIENT_SHARE * _otsu(magnitude / top)
+        high = _GRADIENT_SHARE * _otsu(magnitude, top)
     threshold = high * top
     edges = cv2.Canny(dx, dy, low_ratio * threshold, threshold, L2gradient=True)
     return edges > 0
@@ -99,12 +108,17 @@ def otsu_edges(strength: NDArray[np.float32], threshold: float) -> NDArray[np.bo
 def _magnitude(dx: NDArray[np.int16], dy: NDArray[np.int16]) -> tuple[NDArray[np.float32], float]:
     """Gradient magnitude, and its 99th percentile."""
     # float32 holds these whole numbers exactly, so that the root is as exact as that of `np.hypot`, which is slow
-    magnitude = np.sqrt(np.square(dx, dtype=np.float32) + np.square(dy, dtype=np.float32))
+    magnitude = np.empty(dx.shape, np.float32)
+    for rows, *_ in strips(len(dx)):
+        squares = (np.square(along[rows], dtype=np.float32) for along in (dx, dy))
+        np.sqrt(np.add(*squares), out=magnitude[rows])
     return magnitude, float(np.percentile(magnitude, 99))
 
 
-def _otsu(strength: NDArray[np.float32]) -> float:
-    levels = (np.clip(strength, 0, 1) * 255).astype(np.uint8)
+def _otsu(strength: NDArray[np.float32], top: float = 1.0) -> float:
+    levels = np.empty(strength.shape, np.uint8)
+    for rows, *_ in strips(len(strength)):
+        levels[rows] = np.clip(strength[rows] / top, 0, 1) * 255
     return cv2.threshold(levels, 0, 255, cv2.THRESH_BINARY | cv2.THRESH_OTSU)[0] / 255
 
 
@@ -181,7 +195,9 @@ class EdgeNetwork(OnnxNetwork):
         full = min(1.0, LONGEST_SIDE / max(rgb.shape[:2]))
         scales = SCALES if multiscale else (1.0,)
         found = [self._at_scale(rgb, full * scale) for scale in scales]
-        maps = [reduce(np.add, of_scales) / len(scales) for of_scales in zip(*found, strict=True)]
+        maps = [reduce(np.add, of_scales) for of_scales in zip(*found, strict=True)]
+        for one in maps:
+            one /= len(scales)
         return Contours(maps[0], maps[-1])
 
     def _at_scale(self, rgb: NDArray[np.uint8], scale: float) -> list[NDArray[np.float32]]:

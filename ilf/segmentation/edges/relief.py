@@ -7,10 +7,9 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import distance_transform_edt
 
 from ..._runtime.cancellation import check_cancelled
-from ...data.pixel_grids import Pairs, both, long_lines, mark, sides
+from ...data.pixel_grids import Pairs, both, filled_from_nearest, long_lines, mark, sides, strips
 
 MAX_JUMP_DISTANCE = 3.0
 """Maximum distance [px] of a jump from known depth: farther inside a hole, a jump is an artefact of nearest-pixel
@@ -25,9 +24,6 @@ squares over which its depth is averaged first."""
 
 _BEND_RADIUS = _CONTINUITY_DISTANCE + _AVERAGED // 2
 """Radius [px] of all depth that is used for a pixel's bend."""
-
-_STRIP = 32
-"""Number of rows whose bends are worked out together, so that they stay in the cache."""
 
 _BEND_SHARE, _BEND_PER_METRE = 0.01, 0.003
 """Maximum deviation from a straight line over `_CONTINUITY_DISTANCE` on a smooth surface, as a fraction of the depth:
@@ -92,14 +88,15 @@ def find_relief(depth: NDArray[np.float32], jump: float, share: float) -> Relief
         return Relief(nowhere, both(nowhere), both(nowhere), nowhere, np.zeros(depth.shape, np.float32), depth)
     filled = filled_depth(depth)
     check_cancelled()
-    near = cv2.distanceTransform(np.isnan(depth).astype(np.uint8), cv2.DIST_L2, 5) <= MAX_JUMP_DISTANCE
-    right, below = (
-        (np.abs(one - other) > np.maximum(jump, share * np.minimum(one, other))) & trusted
-        for (one, other), trusted in zip(sides(filled), both(near), strict=True)
-    )
-    evaluated = _surrounded_by(near & ~mark((right, below)))
-    bend = np.where(evaluated, _bend(filled), np.float32(0))
-    return Relief(near, (right, below), long_lines((right, below), JUMP_LENGTH), evaluated, bend, filled)
+    near = cv2.distanceTransform(np.isnan(depth).view(np.uint8), cv2.DIST_L2, 5) <= MAX_JUMP_DISTANCE
+    jumps = both(near)
+    for rows, *_ in strips(len(depth)):
+        for (one, other), trusted in zip(sides(filled[rows.start : rows.stop + 1]), jumps, strict=True):
+            here = trusted[rows]
+            one, other = one[: len(here)], other[: len(here)]
+            here &= np.abs(one - other) > np.maximum(jump, share * np.minimum(one, other))
+    evaluated = _surrounded_by(near & ~mark(jumps))
+    return Relief(near, jumps, long_lines(jumps, JUMP_LENGTH), evaluated, _bend(filled, evaluated), filled)
 
 
 def filled_depth(depth: NDArray[np.float32]) -> NDArray[np.float32]:
@@ -115,28 +112,25 @@ def filled_depth(depth: NDArray[np.float32]) -> NDArray[np.float32]:
     ndarray of float32, shape (H, W)
         Depth [m] everywhere.
     """
-    # the indices alone: SciPy's distances are float64 and take most of its time
-    rows, columns = distance_transform_edt(np.isnan(depth), return_distances=False, return_indices=True)
-    return np.asarray(cv2.medianBlur(depth[rows, columns], 5), np.float32)
+    return np.asarray(cv2.medianBlur(filled_from_nearest(depth), 5), np.float32)
 
 
 def _surrounded_by(surface: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """Pixels whose whole neighbourhood inside the image is surface."""
     square = np.ones((2 * _BEND_RADIUS + 1,) * 2, np.uint8)
-    return cv2.erode(surface.astype(np.uint8), square, borderType=cv2.BORDER_CONSTANT, borderValue=1) > 0
+    return cv2.erode(surface.view(np.uint8), square, borderType=cv2.BORDER_CONSTANT, borderValue=1) > 0
 
 
-def _bend(filled: NDArray[np.float32]) -> NDArray[np.float32]:
+def _bend(filled: NDArray[np.float32], evaluated: NDArray[np.bool_]) -> NDArray[np.float32]:
     # planes continue beyond the image
     beyond = np.pad(1 / filled, _BEND_RADIUS, mode="reflect", reflect_type="odd")
     rim = _BEND_RADIUS - _CONTINUITY_DISTANCE
     inverse = np.asarray(cv2.blur(beyond, (_AVERAGED, _AVERAGED))[rim:-rim, rim:-rim], np.float32)
     bend = np.empty_like(filled)
-    for top in range(0, len(filled), _STRIP):
-        rows = slice(top, top + _STRIP)
-        bend[rows] = _deviation(inverse[top : top + _STRIP + 2 * _CONTINUITY_DISTANCE])
-        bend[rows] *= filled[rows]
-        bend[rows] /= np.maximum(_BEND_SHARE, _BEND_PER_METRE * filled[rows])
+    for rows, *_ in strips(len(filled)):
+        relative = _deviation(inverse[rows.start : rows.stop + 2 * _CONTINUITY_DISTANCE]) * filled[rows]
+        relative /= np.maximum(_BEND_SHARE, _BEND_PER_METRE * filled[rows])
+        bend[rows] = np.where(evaluated[rows], relative, np.float32(0))
     return bend
 
 

@@ -6,7 +6,7 @@ import sys
 
 import numpy as np
 import pytest
-from numpy.testing import assert_allclose
+from numpy.testing import assert_allclose, assert_array_equal
 
 from ilf._runtime import compiling
 from ilf._runtime.compiling import is_compiled
@@ -14,6 +14,7 @@ from ilf.completion import banded
 from ilf.completion.edge_aware import kernels
 from ilf.completion.edge_aware import shape as trend
 from ilf.completion.edge_aware.smoothness import Weights
+from ilf.data import pixel_grids
 from ilf.segmentation import extraction as boundaries
 
 SHAPES = [(1, 1), (1, 4), (5, 1), (3, 2), (7, 9)]
@@ -126,6 +127,17 @@ def test_parts_are_taken_in():
         assert way(parts, regions, 7) == 9
         assert regions.tolist() == [0] * 5 + [7] + [0] * 3 + [9] * 4 + [8] * 5
         assert way(parts, regions, 9) == 9
+
+
+@pytest.mark.parametrize("known", [0.02, 0.3, 0.9])
+@pytest.mark.parametrize("shape", [*SHAPES, (12, 17), (30, 20)])
+def test_filling_from_the_nearest_of_several_pixels_at_one_distance(shape, known):
+    rng = np.random.default_rng(shape)
+    values = np.arange(np.prod(shape), dtype=np.float32).reshape(shape)
+    values[(rng.random(shape) > known) & (values != values.size // 2)] = np.nan
+    expected = pixel_grids.filled_from_nearest.__wrapped__(values)
+    for way in (pixel_grids._fill_by_loops, pixel_grids.filled_from_nearest):
+        assert_array_equal(way(values), expected)
 
 
 @pytest.mark.parametrize("shape", SHAPES)

@@ -11,7 +11,7 @@ import pytest
 from ilf.data.parameters import BlockParameters
 from ilf.segmentation.edges.frame_edges import FrameEdges
 from ilf.segmentation.edges.relief import Relief
-from ilf.segmentation.extraction import find_boundaries
+from ilf.segmentation.extraction import edge_and_jump_strength, find_boundaries
 
 SHAPE = (20, 30)
 
@@ -54,12 +54,13 @@ def test_network_lines_of_canny_and_long_jumps_make_boundaries(found: Found) -> 
     made = find_boundaries(*found, BlockParameters(threshold=0.7))
     jumps = np.zeros(SHAPE, bool)
     jumps[:, 8] = True
-    np.testing.assert_array_equal(made.strength, np.where(jumps, 1, found.detected))
+    strength = edge_and_jump_strength(found.edges, made.relief, BlockParameters())
+    np.testing.assert_array_equal(strength, np.where(jumps, 1, found.detected))
     np.testing.assert_array_equal(made.edges, (found.detected >= np.float32(0.7)) | jumps)
     guide = found.detected + np.float32(0.3) * found.lines.astype(np.float32)
     np.testing.assert_array_equal(made.guide, np.where(jumps, np.float32(1.5), guide))
     assert made.relief is found.relief
-    assert {made.strength.dtype, made.guide.dtype} == {np.dtype(np.float32)}
+    assert {strength.dtype, made.guide.dtype} == {np.dtype(np.float32)}
 
 
 def test_without_the_network_cannys_lines_are_the_edges(found: Found) -> None:
@@ -67,16 +68,15 @@ def test_without_the_network_cannys_lines_are_the_edges(found: Found) -> None:
     made = find_boundaries(*by_canny, BlockParameters(threshold=0.7))
     jumps = np.zeros(SHAPE, bool)
     jumps[:, 8] = True
-    np.testing.assert_array_equal(made.strength, np.where(jumps, 1, found.detected))
     np.testing.assert_array_equal(made.edges, found.lines | jumps)
     np.testing.assert_array_equal(made.guide, np.where(jumps, np.float32(1.5), found.detected))
 
 
 def test_where_depth_does_not_count_colour_decides_alone(found: Found) -> None:
     made = find_boundaries(*found, BlockParameters(threshold=0.7, use_depth=False, use_creases=True))
-    np.testing.assert_array_equal(made.strength, found.detected)
     np.testing.assert_array_equal(made.edges, found.detected >= np.float32(0.7))
     assert made.relief is None
+    assert edge_and_jump_strength(found.edges, None, BlockParameters()) is found.detected
 
 
 def test_creases_are_edges_but_not_single_pixels_and_stand_in_the_guide_by_their_sharpness(found: Found) -> None:
@@ -88,4 +88,7 @@ def test_creases_are_edges_but_not_single_pixels_and_stand_in_the_guide_by_their
     np.testing.assert_allclose(
         made.guide, np.where(usual.guide == 1.5, 1.5, np.maximum(usual.guide, 0.9 * bend / (bend + 1.5))), rtol=1e-6
     )
-    np.testing.assert_array_equal(made.strength, usual.strength)
+    strengths = [
+        edge_and_jump_strength(found.edges, found.relief, BlockParameters(use_creases=on)) for on in (False, True)
+    ]
+    np.testing.assert_array_equal(*strengths)

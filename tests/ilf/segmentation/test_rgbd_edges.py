@@ -20,7 +20,7 @@ from ilf.run.replaying import network_differences, networks_now_available
 from ilf.run.run import Run
 from ilf.segmentation.edges.depth_edges import DepthEdgeNetwork
 from ilf.segmentation.edges.frame_edges import canny_lines, find_edges, joined, relief_of
-from ilf.segmentation.extraction import extract, find_boundaries
+from ilf.segmentation.extraction import edge_and_jump_strength, extract, find_boundaries
 
 from ..small_frames import QUICK, without_edges
 from ..small_runs import OPTIONS
@@ -160,10 +160,12 @@ def test_creases_are_boundaries_of_blocks_where_they_are_asked_for(network):
     assert found.crease is not None
     evidence = found, canny_lines(frame, RGBD), relief_of(frame, RGBD)
     usual, made = (find_boundaries(*evidence, RGBD.replace(use_creases=on)) for on in (False, True))
-    np.testing.assert_array_equal(made.strength, np.maximum(usual.strength, found.crease))
+    relief, creases = evidence[-1], RGBD.replace(use_creases=True)
+    usual_strength = edge_and_jump_strength(found, relief, RGBD)
+    strength = edge_and_jump_strength(found, relief, creases)
+    np.testing.assert_array_equal(strength, np.maximum(usual_strength, found.crease))
     assert (made.guide >= np.maximum(usual.guide, found.crease)).all()
-    without = find_boundaries(*evidence, RGBD.replace(use_creases=True, use_depth=False))
-    np.testing.assert_array_equal(without.strength, found.detected)
+    assert edge_and_jump_strength(found, None, creases.replace(use_depth=False)) is found.detected
 
 
 def test_at_a_crease_the_surface_bends_but_does_not_tear():
