@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 import os
 import pkgutil
+import re
 import threading
 import time
 from collections import deque
@@ -328,7 +329,11 @@ class Hand:
         self.settle()
 
     def fill(self, name: str, value: object, within: QWidget | None = None) -> None:
-        """Type, choose or tick a control's value."""
+        """Type, choose or tick a control's value; for a parameter that is not shown, all are for a moment."""
+        if not self._has(name, within, QWidget):
+            more = [one for one in self.window.findChildren(QAbstractButton) if _MORE.fullmatch(one.text())]
+            for button in (*more, *more):
+                button.click()
         found = [self.control(name, within, kind) for kind in _FILLED if self._has(name, within, kind)]
         assert found, f"there is no control {name} to fill"
         control = found[0]
@@ -496,6 +501,9 @@ def _columns(model: Any) -> int:
 def _begins(texts: Sequence[str], start: str) -> bool:
     return any(text.startswith(start) for text in texts)
 
+
+_MORE = re.compile(r"All \d+ parameters")
+"""The button that shows the other parameters of a form."""
 
 _FILLED = (QAbstractSpinBox, QComboBox, QLineEdit, QAbstractButton, QAbstractSlider)
 
