@@ -60,7 +60,7 @@ def test_a_stroke_paints_what_the_brush_sweeps_and_is_one_undoable_step(editing)
     assert np.array_equal(document.labels, painted)
 
 
-def test_erasing_takes_from_the_chosen_block_only_and_alt_swaps(editing):
+def test_erasing_takes_from_the_chosen_block_only_and_ctrl_swaps(editing):
     document = editing.workspace.current
     before = document.labels.copy()
     click(editing, (50, 24))

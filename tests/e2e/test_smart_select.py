@@ -111,7 +111,7 @@ def test_the_preview_follows_the_pointer_and_the_wheel_steps_to_the_object(selec
     assert right >= selecting.workspace.current.labels.shape[1]
 
 
-def test_alt_click_takes_away_backspace_brings_back_and_escape_cancels(selecting, qtbot):
+def test_ctrl_click_takes_away_backspace_brings_back_and_escape_cancels(selecting, qtbot):
     document = selecting.workspace.current
     before = document.labels.copy()
     for point, modifiers in (((50, 20), ()), ((5, 20), ()), ((5, 5), (CTRL,))):
@@ -131,7 +131,7 @@ def test_alt_click_takes_away_backspace_brings_back_and_escape_cancels(selecting
     assert document.labels[20, 50] == document.selected[0] != document.labels[20, 5]
 
 
-def test_with_a_block_selected_shift_adds_alt_takes_away_and_a_click_in_it_makes_a_new_block(selecting, qtbot):
+def test_with_a_block_selected_shift_adds_ctrl_takes_away_and_a_click_in_it_makes_a_new_block(selecting, qtbot):
     document = selecting.workspace.current
     before, left = document.labels.copy(), int(document.labels[20, 5])
     selecting.workspace.select([left])
