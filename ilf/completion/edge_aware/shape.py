@@ -35,7 +35,7 @@ _REACH = 0.5
 """Maximum excess of the surface over the range of the known depth, in widths of that range."""
 
 _LEAST_SHARE, _LEAST_PLANE_SHARE = 0.8, 0.5
-"""Minimum share of a block's known depth that lies on the quadric, and on the plane: a plane does not run away."""
+"""Minimum share of a block's known depth that lies on the quadric, and on the plane, which extrapolates more safely."""
 
 _CLOSER = 0.5
 """A quadric replaces the plane if four fifths of the cells are off by less than this share of what they are from it."""
