@@ -159,8 +159,10 @@ def differences(state: FrameState, completion: Completion) -> tuple[str, ...]:
     Examples
     --------
     >>> import ilf
-    >>> from ilf._runtime.installation import asset_path
-    >>> completion = ilf.complete(ilf.load_frame(asset_path("samples/room")))
+    >>> import numpy as np
+    >>> depth = np.full((20, 30), 2.0)
+    >>> depth[8:12, 10:20] = np.nan
+    >>> completion = ilf.complete(ilf.RGBDFrame(np.zeros((20, 30, 3), np.uint8), depth))
     >>> from ilf.data.blocks import Blocks
     >>> state = FrameState("a1", completion.frame, Blocks(completion.blocks), results=completion.results)
     >>> differences(state, completion)

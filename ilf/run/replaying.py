@@ -232,9 +232,10 @@ def replay(
     --------
     >>> import tempfile, ilf
     >>> from ilf._runtime.installation import asset_path
-    >>> completion = ilf.complete(ilf.load_frame(asset_path("samples/room")), max_iterations=20)
+    >>> frame = ilf.load_frame(asset_path("samples/room"))
+    >>> completion = ilf.complete(frame, np.ones(frame.shape, int), "paper", max_iterations=5)
     >>> with tempfile.TemporaryDirectory() as folder:
-    ...     written = completion.save(folder)
+    ...     written = completion.save(folder, expected_error=False)
     ...     again = ilf.replay(Path(folder) / "run.json")
     >>> np.array_equal(again.run.blocks, completion.blocks), again.differences
     (True, ())

@@ -63,12 +63,13 @@ class Run:
 
     Examples
     --------
-    >>> from ilf._runtime.installation import asset_path
+    >>> import numpy as np
     >>> import ilf
-    >>> run = ilf.Run.of(ilf.load_frame(asset_path("samples/room")), max_iterations=20)
-    >>> completion = run.complete()
-    >>> completion.filled.any()
-    np.True_
+    >>> depth = np.full((20, 30), 2.0)
+    >>> depth[8:12, 10:20] = np.nan
+    >>> run = ilf.Run.of(ilf.RGBDFrame(np.zeros((20, 30, 3), np.uint8), depth), max_iterations=20)
+    >>> int(run.complete().filled.sum())
+    40
     """
 
     frame: RGBDFrame

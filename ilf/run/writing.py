@@ -282,8 +282,10 @@ def write(
     Examples
     --------
     >>> import tempfile, ilf
-    >>> from ilf._runtime.installation import asset_path
-    >>> run = ilf.Run.of(ilf.load_frame(asset_path("samples/room")))
+    >>> import numpy as np
+    >>> depth = np.full((20, 30), 2.0)
+    >>> depth[8:12, 10:20] = np.nan
+    >>> run = ilf.Run.of(ilf.RGBDFrame(np.zeros((20, 30, 3), np.uint8), depth, intrinsics=(30, 30, 15, 10)))
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     written = write(folder, run, run.complete())
     >>> [path.name for path in written.files][:2]

@@ -469,13 +469,15 @@ def extract_blocks(frame: RGBDFrame, parameters: BlockParameters | None = None, 
 
     Examples
     --------
-    >>> import ilf
-    >>> from ilf._runtime.installation import asset_path
-    >>> blocks = ilf.extract_blocks(ilf.load_frame(asset_path("samples/room")))
-    >>> blocks.dtype, blocks.shape, bool((blocks == 1).sum() >= (blocks == 2).sum())
-    (dtype('int32'), (480, 640), True)
-    >>> bool(ilf.extract_blocks(ilf.load_frame(asset_path("samples/room")), granularity=0.1).max() < blocks.max())
-    True
+    >>> import numpy as np, ilf
+    >>> rgb = np.full((40, 60, 3), 60, np.uint8)
+    >>> rgb[:, 20:] = 200  # a light wall, twice as large as the dark one before it
+    >>> frame = ilf.RGBDFrame(rgb, np.where(rgb[..., 0] == 60, 1.0, 2.0))
+    >>> blocks = ilf.extract_blocks(frame)
+    >>> blocks.dtype, blocks.shape, blocks[0].tolist() == [2] * 20 + [1] * 40
+    (dtype('int32'), (40, 60), True)
+    >>> int(ilf.extract_blocks(frame, use_depth=False, granularity=0.0).max())
+    1
     """
     found = found_blocks(frame, as_block_parameters(parameters, **changes))
     for note in found.notes:

@@ -117,12 +117,13 @@ def select_region(
 
     Examples
     --------
-    >>> import ilf
-    >>> from ilf._runtime.installation import asset_path
-    >>> frame = ilf.load_frame(asset_path("samples/room"))
-    >>> mask = ilf.select_region(frame, [(320, 240)])
-    >>> bool(mask[240, 320]), mask.shape
-    (True, (480, 640))
+    >>> import numpy as np, ilf
+    >>> rgb = np.full((40, 60, 3), 60, np.uint8)
+    >>> rgb[:, 20:] = 200
+    >>> frame = ilf.RGBDFrame(rgb, np.where(rgb[..., 0] == 60, 1.0, 2.0))
+    >>> mask = ilf.select_region(frame, [(40, 20)])
+    >>> bool(mask[20, 40]), bool(mask[20, 10]), mask.shape
+    (True, False, (40, 60))
     """
     checked_frame(frame)
     inside, outside = _several(inside), _several(outside)

@@ -148,11 +148,7 @@ def test_without_it_all_is_as_before(given: str, mode: str) -> None:
     labels = np.where(COLUMNS < 70, 1, 2).astype(np.int32)
     beyond = _at((COLUMNS > 72) & (ROWS > 50), 1.5)
     frame = dataclasses.replace(frame, depth=np.where(np.isfinite(beyond), np.nan, frame.depth))
-    by_hand = {
-        "none": None,
-        "no weight": DepthByHand(_at(HOLE, 1.5), 0.0),
-        "other block": DepthByHand(beyond),
-    }[given]
+    by_hand = {"none": None, "no weight": DepthByHand(_at(HOLE, 1.5), 0.0), "other block": DepthByHand(beyond)}[given]
     one, other = ilf.complete(frame, labels, parameters), ilf.complete(frame, labels, parameters, by_hand=by_hand)
     assert np.array_equal(one.depth[labels == 1], other.depth[labels == 1], equal_nan=True)
     assert one.outcomes[1] == other.outcomes[1]

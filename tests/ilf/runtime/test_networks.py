@@ -24,11 +24,7 @@ IMAGE = np.random.default_rng(0).integers(0, 256, (960, 1280, 3), np.uint8)
 
 SMALL = IMAGE[:64, :96]
 
-BUNDLED = {
-    "edges": {"image": 3},
-    "depth-edges": {"image": 3, "depth": 6},
-    "correction": {"image": 3, "features": 10},
-}
+BUNDLED = {"edges": {"image": 3}, "depth-edges": {"image": 3, "depth": 6}, "correction": {"image": 3, "features": 10}}
 """Inputs of the bundled networks, and their channels."""
 
 

@@ -38,10 +38,7 @@ def test_what_a_killed_writer_has_left_goes_with_the_next(tmp_path: Path) -> Non
 
 def test_what_others_may_still_be_writing_stays_for_a_day(tmp_path: Path) -> None:
     ours = temporary_name(".ilf-")
-    names = {
-        "of a living process": f"{ours}.json",
-        "of another computer": ours.replace("-", "-elsewhere.", 1),
-    }
+    names = {"of a living process": f"{ours}.json", "of another computer": ours.replace("-", "-elsewhere.", 1)}
     for age in (0.9, 1.1):
         folder = tmp_path / f"{age} days"
         folder.mkdir()

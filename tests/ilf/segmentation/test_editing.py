@@ -270,10 +270,9 @@ def test_any_edits_in_a_row_keep_a_partition_and_are_undone_and_redone(labels, s
         if kind in ("split", "shrink", "smooth"):
             assert (labels == label).any(), "a block is not lost by the way"
         rows, columns = np.nonzero(labels != before)
-        assert patch.box == (
-            slice(rows.min(), rows.max() + 1),
-            slice(columns.min(), columns.max() + 1),
-        ), "the box is the smallest"
+        assert patch.box == (slice(rows.min(), rows.max() + 1), slice(columns.min(), columns.max() + 1)), (
+            "the box is the smallest"
+        )
         states.append(labels.copy())
         patches.append(patch)
     for patch, state in zip(reversed(patches), reversed(states[:-1]), strict=True):
@@ -372,11 +371,7 @@ def test_open_ends_run_on_through_what_the_block_goes_around():
 def test_pixels_that_touch_their_block_nowhere_or_at_a_point_lie_apart():
     labels = np.ones((40, 60), np.int32)
     labels[:, 30:] = 2
-    for box, apart in (
-        (np.s_[10:20, 25:30], 0),
-        (np.s_[10:20, 5:15], 100),
-        (np.s_[10:11, 29:30], 0),
-    ):
+    for box, apart in ((np.s_[10:20, 25:30], 0), (np.s_[10:20, 5:15], 100), (np.s_[10:11, 29:30], 0)):
         after = labels.copy()
         after[box] = 2
         patch = patch_between(labels, after)

@@ -12,13 +12,7 @@ from ilf.data.parameters import BlockParameters
 from ilf.data.pixel_grids import mark
 from ilf.segmentation.edges.detectors import canny_edges, colour_gradient, gradient_strength, otsu_edges
 from ilf.segmentation.edges.relief import find_relief
-from ilf.segmentation.extraction import (
-    contract,
-    dilate,
-    find_margins,
-    regions_between,
-    snap_to_jumps,
-)
+from ilf.segmentation.extraction import contract, dilate, find_margins, regions_between, snap_to_jumps
 from ilf.segmentation.merging import keep_existing
 
 CANNY = BlockParameters(detector="canny")
