@@ -324,9 +324,3 @@ def test_frames_of_any_size_are_looked_at(shape):
     found = load_correction_network().change(rgb, depth, np.full(shape, 2, np.float32), np.zeros(shape, np.float32))
     assert found.shape == shape
     assert np.isfinite(found).all()
-
-
-def test_presets_of_the_paper_are_not_corrected():
-    assert ilf.preset("best").correction
-    assert not ilf.preset("paper").correction
-    assert not ilf.preset("released-code").correction

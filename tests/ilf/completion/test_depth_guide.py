@@ -117,16 +117,6 @@ def test_guide_is_tested_where_the_gaps_lie_when_turned_and_its_own_depth_is_hid
     assert guide_hold_out(whole) is None
 
 
-def test_guide_without_belief_changes_nothing_though_the_belief_without_suspect_depth_is_larger(monkeypatch) -> None:
-    frame = frame_with_hole(guide=ground_truth())
-    for module in ("completion", "correction"):
-        monkeypatch.setattr(f"ilf.completion.{module}.is_guided", lambda _: False)
-    unguided = ilf.complete(frame_with_hole(), BLOCKS)
-    np.testing.assert_array_equal(ilf.complete(frame, BLOCKS).depth, unguided.depth)
-    stepper = ilf.iterate(frame, BLOCKS, 1)
-    np.testing.assert_array_equal(stepper.surface, ilf.iterate(frame_with_hole(), BLOCKS, 1).surface)
-
-
 NEAR_TO_FAR = np.repeat(np.float32([1, 2, 3, 4]), 100)
 """Depth of the pixels of a hold-out: a hundred in each of four ranges."""
 

@@ -51,33 +51,6 @@ def test_no_depth_gets_across_a_drawn_border(ground_truth, changes):
         assert off["extracted"].mean() > 0.03
 
 
-@pytest.mark.parametrize("trend", [True, False])
-def test_what_lies_beyond_a_drawn_border_makes_no_difference(trend):
-    near, far = (
-        ilf.complete(_grey(np.where(LABELS == 1, PLANES, beyond)), LABELS, ilf.preset(trend=trend), drawn=drawn).depth
-        for drawn in [_border(LABELS)]
-        for beyond in (2.0, 5.0)
-    )
-    assert np.abs(near - far)[HOLE & (LABELS == 1)].max() < 0.001
-
-
-def test_depth_known_up_to_a_drawn_border_does_not_get_across():
-    """The case in which the other side's depth is nearest: the cut does not fade where depth is known."""
-    hole = HOLE & (LABELS == 2)
-    frame = _grey(PLANES, hole)
-    assert np.abs(ilf.complete(frame, LABELS, drawn=_border(LABELS)).depth - PLANES)[hole].max() < 0.001
-
-
-def test_a_thin_block_goes_on_behind_its_drawn_border():
-    """Its own depth is far, the other side's a few pixels away."""
-    leg = (np.abs(COLUMNS - 80) < 4) & (ROWS > 20) & (ROWS < 110)
-    ground_truth = np.where(leg, 1.0, 2.0)
-    labels = np.where(leg, 2, 1).astype(np.int32)
-    hole = leg & (ROWS > 50)
-    completed = ilf.complete(_grey(ground_truth, hole), labels, drawn=_border(labels)).depth
-    assert np.abs(completed - ground_truth)[hole].max() < 0.005
-
-
 def test_where_the_border_is_not_drawn_depth_still_counts_on_both_sides():
     """One surface that an extracted border crosses: what lies beyond it helps, also beside a stretch that is drawn."""
     frame = _grey(np.where(LABELS == 1, PLANES, 2.0), HOLE)

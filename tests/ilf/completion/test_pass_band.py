@@ -209,29 +209,6 @@ def _stepper(frame, block, parameters):
     return PassBandIteration(frame, block, parameters)
 
 
-def test_the_held_out_error_turns_where_noise_comes_in():
-    rng = np.random.default_rng(1)
-    rows, columns = np.mgrid[:80, :120] / 100
-    ground_truth = 2 + 0.3 * np.sin(3 * rows) * np.cos(2 * columns)
-    depth = ground_truth + 0.05 * rng.standard_normal(ground_truth.shape)
-    depth[20:60, 40:80] = np.nan
-    frame = RGBDFrame(np.full((80, 120, 3), 120, np.uint8), depth)
-    parameters = ilf.preset(
-        "released-code", validation_share=0.05, centred=True, shortest_wavelength=4.0, max_iterations=400
-    )
-    block = find_blocks(np.ones((80, 120), np.int32))[1]
-    records, errors = [], []
-    steps = PassBandIteration(frame, block, parameters)
-    for record in steps:
-        records.append(record)
-        errors.append(math.sqrt(np.mean((steps.surface - ground_truth.ravel()) ** 2)))
-    best = int(np.argmin([record.held_out for record in records]))
-    assert 10 < best < 300
-    assert errors[best] < 1.3 * min(errors)
-    assert errors[-1] > 2 * min(errors)
-    assert records[-1].residual < records[best].residual
-
-
 def test_surface_before_the_first_step_is_the_mean_or_nothing():
     frame, labels = _bumpy((30, 40))
     known = frame.depth[(labels == 1) & frame.known].astype(float)
@@ -248,11 +225,6 @@ def test_linear_schedule_has_the_released_codes_radii():
         assert record.radii[0] == pytest.approx(0.5 * 80 / 40 + 80 / (15 * 1500) * (i - 1))
         assert record.radii[1] == pytest.approx(0.5 * 120 / 60 + 120 / (15 * 1500) * (i - 1))
     assert [record.weighted for record in records] == [True] * 99 + [False] * 21
-
-
-def test_released_code_always_runs_all_iterations():
-    frame, labels = _tiny()
-    assert len(list(ilf.iterate(frame, labels, 1, ilf.preset("released-code", max_iterations=200)))) == 200
 
 
 @pytest.mark.parametrize(

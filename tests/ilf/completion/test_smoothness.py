@@ -150,17 +150,6 @@ def test_a_start_at_the_minimum_has_nowhere_to_go() -> None:
     assert list(_descent(energy, 2 * counts)) == []
 
 
-def test_the_start_is_left_as_it_was() -> None:
-    rng = np.random.default_rng(2)
-    counts, samples = _samples(rng, (4, 5))
-    start = np.ones((4, 5), np.float32)
-    steps = list(_descent(SmoothnessEnergy(counts, counts * samples, _weights(rng, (4, 5))), start, 4))
-    assert (start == 1).all()
-    assert len(steps) == 4
-    assert not any(np.shares_memory(*pair) for pair in itertools.combinations([start, *steps], 2))
-    assert not np.array_equal(steps[0], steps[-1])
-
-
 def test_smoothness_between_neighbours_makes_the_weights() -> None:
     smooth_x = np.array([[1.0, 0.5, 0.25, 1.0]], np.float32)
     smooth_y = np.zeros((0, 5), np.float32)

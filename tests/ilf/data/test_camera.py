@@ -77,30 +77,14 @@ def test_unknown_preset_suggests_the_nearest_and_lists_all():
 @pytest.mark.parametrize(
     "spec",
     [
-        "1,2,3",
-        "a,b,c,d",
-        "500,500,nan,240",
-        "",
-        [1, 2, 3],
-        [[1, 2], [3]],
-        [0, 500, 320, 240],
-        [1e-300, 1e-300, 320, 240],
-        [500, 500, 1e300, 240],
-        [-500, 500, 320, 240],
-        ["500", "500", "320", "240"],
-        [None] * 4,
-        [10**400, 1, 1, 1],
-        {"fx": 500},
-        {"K": "500,500,320,240"},
-        {"K": [[500, 1, 320], [0, 500, 240], [0, 0, 1]]},
-        {"intrinsic_matrix": [1, 2]},
-        {"K": NUMBERS, "width": "wide", "height": 480},
-        {"K": NUMBERS, "width": 0, "height": 480},
-        42,
-        True,
+        "1,2,3", "a,b,c,d", "500,500,nan,240", "", [1, 2, 3], [[1, 2], [3]], [0, 500, 320, 240],
+        [1e-300, 1e-300, 320, 240], [500, 500, 1e300, 240], [-500, 500, 320, 240], ["500", "500", "320", "240"],
+        [None] * 4, [10**400, 1, 1, 1], {"fx": 500}, {"K": "500,500,320,240"},
+        {"K": [[500, 1, 320], [0, 500, 240], [0, 0, 1]]}, {"intrinsic_matrix": [1, 2]}, 42, True,
+        {"K": NUMBERS, "width": "wide", "height": 480}, {"K": NUMBERS, "width": 0, "height": 480},
     ],
     ids=lambda spec: str(spec)[:30],
-)
+)  # fmt: skip
 def test_nonsense_is_refused(spec):
     with pytest.raises(IlfError):
         intrinsics_from(spec, (480, 640))

@@ -6,10 +6,8 @@ import pkgutil
 import types
 
 import numpy as np
-import pytest
 
 import ilf
-from ilf.data.results import EdgeAwareRecord, IterationRecord, PassBandRecord
 from ilf.io.cameras import intrinsics_from
 from ilf.sources.reading_options import ReadingOptions
 
@@ -63,9 +61,3 @@ def test_what_holds_arrays_has_no_comparison_that_asks_them_for_one_truth():
     compared = {name for name, item in CLASSES.items() if item.__dataclass_params__.eq}
     of_arrays = {name for name in compared if any("ndarray" in k and "Callable" not in k for k in kinds_of(name))}
     assert of_arrays <= BUILT_UP | COMPARABLE
-
-
-@pytest.mark.parametrize("kind", [IterationRecord, PassBandRecord, EdgeAwareRecord])
-def test_records_of_iterations_are_small(kind):
-    """There are thousands of them: they have no dictionary each."""
-    assert all("__slots__" in vars(part) for part in kind.__mro__[:-1])

@@ -11,7 +11,6 @@ import matplotlib.pyplot
 import numpy as np
 import pytest
 
-from ilf.data.camera import Camera
 from ilf.data.frame import RGBDFrame, scale_warning
 from ilf.errors import InputError
 
@@ -60,12 +59,6 @@ def test_arrays_are_copies_and_read_only() -> None:
 def test_unusable_arrays_are_refused_with_the_way_out(rgb: np.ndarray, depth: np.ndarray, message: str) -> None:
     with pytest.raises(InputError, match=message):
         RGBDFrame(rgb, depth)
-
-
-@pytest.mark.parametrize("numbers", [(0, 1, 1, 1), (-5, 1, 1, 1), (1, np.nan, 1, 1), (np.inf, 1, 1, 1)])
-def test_impossible_intrinsics_are_refused(numbers: tuple[float, float, float, float]) -> None:
-    with pytest.raises(InputError):
-        Camera(*numbers)
 
 
 @pytest.mark.parametrize(

@@ -111,13 +111,6 @@ def test_replace_and_records_take_values_without_effect():
 
 
 @pytest.mark.parametrize("set_class", SETS)
-def test_what_matters_is_what_has_an_effect(set_class):
-    for parameters in (set_class(), *(PRESETS.values() if set_class is Parameters else ())):
-        for name in set_class.declarations():
-            assert parameters.has_effect(name) == (not parameters.without_effect([name]))
-
-
-@pytest.mark.parametrize("set_class", SETS)
 def test_what_is_made_of_stored_values_needs_all_of_them(set_class):
     values = set_class().to_dict()
     first, *others = values

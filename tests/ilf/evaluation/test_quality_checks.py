@@ -4,14 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from ilf import edge_strength, extract_blocks
-from ilf._runtime.installation import asset_path
 from ilf.data.frame import RGBDFrame
-from ilf.data.parameters import BlockParameters
-from ilf.evaluation.bench.frames import load_bench_frame
 from ilf.evaluation.quality.places import KINDS
 from ilf.evaluation.quality.ranking import find_places
-from tests.bench.quality_checks.faults import make_faults
 
 HEIGHT, WIDTH = 90, 120
 
@@ -179,26 +174,3 @@ def test_worst_place_comes_first_and_scores_are_metres_times_pixels():
     assert [place.labels for place in places] == [(1,), (2,)]
     # half of the missing pixels in reach count, at half a metre
     assert 0.5 * 25 * 19 * 0.3 < places[0].score < 0.5 * 25 * 19
-
-
-def test_faults_in_the_sample_come_first():
-    source = load_bench_frame(asset_path("samples/room"))
-    ground_truth, frame = source.ground_truth, source.frame
-    assert ground_truth is not None
-    whole = RGBDFrame(frame.rgb, np.where(np.isfinite(ground_truth), ground_truth, frame.depth))
-    labels, faults = make_faults(
-        extract_blocks(whole, BlockParameters(min_size=0.1)),
-        whole.depth,
-        ~frame.known,
-        ["merge", "move", "swallow", "island", "merge", "move"],
-        np.random.default_rng(0),
-    )
-    assert len(faults) >= 5
-    places = find_places(frame, labels, edge_strength(frame))
-    hit = {
-        number
-        for place in places[:20]
-        for number, fault in enumerate(faults)
-        if fault.zone[int(place.point[1]), int(place.point[0])]
-    }
-    assert len(hit) >= len(faults) - 2

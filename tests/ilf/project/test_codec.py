@@ -1,17 +1,15 @@
 """Frames' states as parts and back, whatever fields they have."""
 
 import dataclasses
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from ilf.data.blocks import Blocks
 from ilf.errors import FormatError
 from ilf.project.codec import pack, unpack
-from ilf.project.frame_state import FrameState
-from ilf.project.state_codec import UnreadableFrame, encode, frame_part, load_state
+from ilf.project.state_codec import encode, frame_part, load_state
 
 from ..project_states import assert_same, made_frame, rich_state, small_frame
 
@@ -61,40 +59,6 @@ def test_only_what_is_another_object_is_written_again(state):
     edited = replace(read.state, note="new", blocks=replace(read.state.blocks, labels=labels))
     assert len(encode(edited, first.known).made) == 1
     assert_same(edited, load_state(state.id, held.take(encode(edited, first.known), state.id)).state)
-
-
-@dataclass(frozen=True, eq=False)
-class _MoreBlocks(Blocks):
-    heights: NDArray[np.float64] | None = None
-
-
-@dataclass(frozen=True)
-class _Opinion:
-    by: str
-    marks: dict[int, float]
-
-
-@dataclass(frozen=True, eq=False)
-class _MoreState(FrameState):
-    blocks: _MoreBlocks = field(kw_only=True)
-    seen: NDArray[np.bool_] | None = None
-    opinions: tuple[_Opinion, ...] = ()
-
-
-def test_a_field_that_is_new_needs_no_line_in_the_codec(state):
-    shape = state.frame.shape
-    labels, heights = np.ones(shape, np.int32), np.linspace(0, 1, 100).reshape(10, 10)
-    wanted = _MoreState(
-        "a1",
-        state.frame,
-        blocks=_MoreBlocks(labels, heights=heights),
-        seen=np.eye(*shape, dtype=bool),
-        opinions=(_Opinion("me", {3: 0.5, 4: float("inf")}),),
-    )
-    found = load_state("a1", Held().take(encode(wanted), "a1"), kind=_MoreState).state
-    assert_same(wanted, found)
-    with pytest.raises(UnreadableFrame, match="opinions, seen"):
-        load_state("a1", Held().take(encode(wanted), "a1"))
 
 
 @pytest.mark.parametrize(

@@ -21,7 +21,7 @@ from ilf.cli import main
 from ilf.data.blocks import BlockInfo, block_colour
 from ilf.data.results import compose
 from ilf.errors import ExportError, InputError, ParameterError
-from ilf.io.block_files import read_blocks, write_blocks
+from ilf.io.block_files import read_blocks
 from ilf.io.cameras import frame_camera, intrinsics_from
 from ilf.io.depth import depth_in_metres, read_depth_values
 from ilf.run.formats import FORMATS
@@ -247,14 +247,6 @@ def test_shards_have_the_files(tmp_path, monkeypatch):
     assert json.loads(found["blocks.labelme.json"])["imagePath"] == colour
     assert main(["batch", "--shards", str(out), "--verify", "--quiet"]) == 0
     assert ilf.open_source(out)[0].shape == labels.shape
-
-
-def test_names_in_files_of_blocks_come_through(tmp_path):
-    labels = odd_labels((60, 80))
-    write_blocks(tmp_path / "blocks.json", labels, format="labelme", names={1: "chair", 7: "cat"})
-    arguments = ["--blocks", str(tmp_path / "blocks.json"), "--export", "coco.json", "--out", str(tmp_path / "out")]
-    assert main(["complete", *small_files(tmp_path), *arguments, *SHORT]) == 0
-    assert read_blocks(tmp_path / "out/blocks.coco.json", labels.shape).names == {1: "chair", 7: "cat"}
 
 
 def test_what_cannot_be_made_is_refused_or_left_out(completion, tmp_path, capsys, monkeypatch):

@@ -9,7 +9,6 @@ import pytest
 import ilf
 from ilf import RGBDFrame
 from ilf.data.blocks import Blocks
-from ilf.data.points import point_cloud
 from ilf.data.results import Status
 from ilf.errors import InputError
 from ilf.evaluation.hold_out import frame_without
@@ -95,11 +94,6 @@ def test_guesses_leave_it_missing_too(frame):
     np.testing.assert_array_equal(asked.complete().extrapolated, HOLE | OUTSIDE)
 
 
-def test_the_correction_does_the_same_to_what_is_in_view_whether_or_not_more_is_asked_for(frame):
-    left, asked = (ilf.complete(frame, BLOCKS, ilf.preset(outside_view=more)) for more in (False, True))
-    np.testing.assert_array_equal(left.depth[HOLE], asked.depth[HOLE])
-
-
 def test_a_run_writes_the_mask_and_records_what_was_left(frame, tmp_path):
     run = ilf.Run(frame, BLOCKS, QUICK)
     completion = run.complete()
@@ -151,10 +145,3 @@ def test_a_project_keeps_it_and_the_pose_of_a_frame_with_files(opened_again):
     np.testing.assert_array_equal(found.state.frame.outside_view, OUTSIDE)
     np.testing.assert_array_equal(found.state.frame.pose, pose)
     assert not encode(found.state, found.known).made
-
-
-def test_a_cloud_has_no_point_of_it(frame):
-    camera = ilf.Camera(30.0, 30.0, 19.5, 11.5)
-    seen = replace(frame, intrinsics=camera)
-    depth = ilf.complete(seen, BLOCKS, QUICK).depth
-    assert len(point_cloud(depth, seen.rgb, camera).points) == (~OUTSIDE).sum()

@@ -78,16 +78,6 @@ def test_the_record_vouches_for_every_file_of_the_set(tmp_path):
     assert {"meta.json", "invalid_mask.png", "drawn.png", "depth.npy", "cloud.xyz"} <= set(files)
 
 
-def test_the_record_vouches_for_what_was_read_and_not_for_what_is_there_now(tmp_path):
-    run = small_run(tmp_path)
-    rgb, depth = tmp_path / "in" / "rgb.png", tmp_path / "in" / "depth.png"
-    was = sha256(depth)
-    depth.write_bytes(rgb.read_bytes())
-    record = read_record(written(run, tmp_path / "out"))
-    assert record.inputs is not None
-    assert (record.inputs.depth.sha256, record.inputs.rgb.sha256) == (was, sha256(rgb))
-
-
 def test_the_record_vouches_for_the_networks(tmp_path):
     run = small_run(tmp_path)
     run = run.with_parameters(run.parameters, {1: ilf.preset("paper", **QUICK)})
@@ -171,56 +161,26 @@ def test_a_record_that_lacks_something_is_refused(record_path, keys):
 @pytest.mark.parametrize(
     "damage",
     [
-        ("inputs", 5),
-        ("blocks", {}),
-        ("blocks_outcome", 0, {}),
-        ("program", "other"),
-        ("version", 3),
-        ("name", None),
-        ("versions", []),
-        ("versions", "numpy", 2),
-        ("processor", None),
-        ("inputs", "depth_units", True),
-        ("inputs", "depth_units", float("inf")),
-        ("inputs", "intrinsics", [1, 2, 3]),
-        ("inputs", "intrinsics", [10**400, 1, 1, 1]),
-        ("export", "depth_units", 10**400),
-        ("parameters", "smoothness", 10**400),
-        ("block_parameters", {"1": {"self": 1}}),
-        ("inputs", "rgb", "rgb.png"),
-        ("invalid_mask", {"sha256": "0", "file": "../mask.png"}),
-        ("invalid_mask", []),
-        ("drawn", {"file": "drawn.png"}),
-        ("extraction", []),
-        ("extraction", "dilation", 1.5),
-        ("networks", {}),
-        ("networks", "filter", {"edges": None}),
-        ("parameters", "mode", "magic"),
+        ("program", "other"), ("version", 3), ("name", None), ("versions", []), ("versions", "numpy", 2),
+        ("processor", None), ("inputs", 5), ("inputs", "depth_units", True), ("inputs", "depth_units", float("inf")),
+        ("inputs", "intrinsics", [1, 2, 3]), ("inputs", "intrinsics", [10**400, 1, 1, 1]), ("inputs", "rgb", "rgb.png"),
+        ("invalid_mask", {"sha256": "0", "file": "../mask.png"}), ("invalid_mask", []),
+        ("drawn", {"file": "drawn.png"}), ("parameters", "smoothness", 10**400), ("parameters", "mode", "magic"),
         ("block_parameters", {"1": 5}),
-        ("blocks", "shape", [60]),
-        ("blocks", "edited", 1),
-        ("blocks", "file", "../in/depth.png"),
-        ("extrapolate", 1),
-        ("export", "depth_formats", "png"),
-        ("export", "depth_formats", [1]),
-        ("export", "cloud", "obj"),
-        ("export", "mesh", "stl"),
-        ("export", "normals", 1),
-        ("export", "labels", None),
-        ("blocks_outcome", {}),
-        ("blocks_outcome", 0, "status", "splendid"),
-        ("blocks_outcome", 0, "sigma_i", "0.1"),
-        ("depth_sha256", None),
-        ("outputs", {"../depth.npy": "0"}),
-        ("outputs", {"..": "0"}),
+        ("block_parameters", {"1": {"self": 1}}), ("extraction", []), ("extraction", "dilation", 1.5), ("networks", {}),
+        ("networks", "filter", {"edges": None}), ("blocks", {}), ("blocks", "shape", [60]), ("blocks", "edited", 1),
+        ("blocks", "file", "../in/depth.png"), ("extrapolate", 1), ("export", "depth_units", 10**400),
+        ("export", "depth_formats", "png"), ("export", "depth_formats", [1]), ("export", "cloud", "obj"),
+        ("export", "mesh", "stl"), ("export", "normals", 1), ("export", "labels", None), ("blocks_outcome", {}),
+        ("blocks_outcome", 0, {}), ("blocks_outcome", 0, "status", "splendid"), ("blocks_outcome", 0, "sigma_i", "0.1"),
+        ("depth_sha256", None), ("outputs", {"../depth.npy": "0"}), ("outputs", {"..": "0"}),
         ("outputs", {"depth.npy": 0}),
     ],
     ids=lambda damage: str(damage)[:60],
-)
+)  # fmt: skip
 def test_damaged_records_are_refused_by_name(record_path, damage):
-    path = changed(record_path, *damage)
     with pytest.raises(FormatError, match=r"run\.json") as caught:
-        read_record(path)
+        read_record(changed(record_path, *damage))
     assert "\n" not in str(caught.value)
 
 

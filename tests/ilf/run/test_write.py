@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import json
-import os
 from dataclasses import replace
 
 import numpy as np
@@ -14,12 +13,10 @@ import ilf
 from ilf._runtime.formatting import counted
 from ilf.cli import main
 from ilf.completion.confidence.expected_error import expected_error, unsupported
-from ilf.data.results import compose
 from ilf.errors import ExportError, InputError, ParameterError
 from ilf.io.depth import read_depth_values
 from ilf.io.images import read_colour
 from ilf.io.labels import read_labels
-from ilf.run import writing as module
 from ilf.run import writing as space_files
 from ilf.run.options import ExportOptions
 from ilf.run.writing import check_write, filenames, write
@@ -77,16 +74,6 @@ def test_the_folder_opens_again_as_a_frame(run, completion, tmp_path, formats, u
     np.testing.assert_allclose(again.depth, completion.depth, rtol=0, atol=tolerance)
     assert again.intrinsics == dataclasses.replace(run.frame.intrinsics, name="")
     assert again.name == "in-completed"
-
-
-def test_the_folder_opens_with_its_colour_beside_it(run, completion, tmp_path):
-    write(tmp_path / "out", run, completion, ALL)
-    colour = tmp_path / "in" / "rgb.png"
-    colour.rename(tmp_path / "out" / "rgb.png")
-    np.testing.assert_array_equal(load_frame(tmp_path / "out").rgb, run.frame.rgb)
-    (tmp_path / "out" / "rgb.png").unlink()
-    with pytest.raises(InputError, match=r"lists .*rgb\.png, which is missing"):
-        load_frame(tmp_path / "out")
 
 
 def test_a_half_written_folder_is_not_opened(run, completion, tmp_path):
@@ -215,32 +202,6 @@ def test_failing_writer_leaves_the_folder_as_it_was(run, completion, tmp_path, m
     assert not (tmp_path / "new").exists()
 
 
-@pytest.mark.parametrize("failing", range(1, 23))
-def test_failing_move_takes_the_earlier_ones_back(run, completion, tmp_path, monkeypatch, failing):
-    """Ten files go aside, eleven go in, and their folder is renamed: whichever move fails, all is as before."""
-    out = tmp_path / "out"
-    write(out, run, completion, ALL)
-    (out / "depth.tiff").unlink()
-    before = contents(out)
-    real_replace, real_move_in = os.replace, module.move_into_place
-    moves = []
-
-    def fails_once(source, target):
-        moves.append(target)
-        if len(moves) == failing:
-            raise PermissionError(13, "in use by another program")
-        real_replace(source, target)
-
-    def move_into_place(*arguments):
-        monkeypatch.setattr(os, "replace", fails_once)
-        real_move_in(*arguments)
-
-    monkeypatch.setattr(module, "move_into_place", move_into_place)
-    with pytest.raises(ExportError, match="in use by another program"):
-        write(out, run, replace(completion, depth=completion.depth + 1), ALL)
-    assert contents(out) == before
-
-
 def test_cloud_without_intrinsics_writes_nothing(run, completion, tmp_path):
     bare = replace(run, frame=ilf.RGBDFrame(run.frame.rgb, run.frame.depth))
     for options, what in ((ALL, "point cloud"), (replace(ALL, cloud=None, mesh="glb"), "mesh")):
@@ -285,11 +246,6 @@ def test_what_cannot_be_written_is_refused(run, completion, tmp_path):
     write(tmp_path / "out", run, completion, BARE)
     with pytest.raises(ExportError, match="already"):
         check_write(tmp_path / "out", run, BARE, overwrite=False)
-
-
-def test_files_of_part_of_a_run_come_from_what_there_is(run, tmp_path):
-    write(tmp_path / "out", run, compose(run, {}), ALL)
-    np.testing.assert_array_equal(np.load(tmp_path / "out" / "depth.npy"), run.frame.depth)
 
 
 @pytest.mark.parametrize(

@@ -1,7 +1,6 @@
 """Edge strength of a frame: found once, kept as long as the frame and no longer."""
 
 import gc
-import hashlib
 import sys
 import weakref
 
@@ -9,7 +8,6 @@ import numpy as np
 import pytest
 
 import ilf
-from ilf._runtime.installation import asset_path
 from ilf._runtime.networks import session
 from ilf.completion.filter import edges_for
 from ilf.data.frame import RGBDFrame
@@ -89,22 +87,6 @@ def test_frames_of_the_same_colour_share_what_it_says_and_depth_is_looked_at_aga
         assert not np.array_equal(found.strength, other.strength)
 
 
-def test_network_and_depth_jumps_make_the_filters_edges():
-    depth = np.full((64, 80), 2.0, np.float32)
-    depth[:, 40:] = 3.0
-    rgb = np.zeros((64, 80, 3), np.uint8)
-    rgb[:32] = (200, 40, 40)
-    found = find_edges(RGBDFrame(rgb, depth), NETWORK)
-    strength = found.strength
-    assert strength.shape == (64, 80)
-    assert strength.dtype == np.float32
-    assert (strength[:, 39] == 1).all()
-    assert strength[29:35, 10:30].max(axis=0).mean() > 0.4
-    assert strength[5:20, 5:30].max() < 0.1
-    assert found.network == hashlib.sha256(asset_path("models/edges.onnx").read_bytes()).hexdigest()
-    assert found.notes == ()
-
-
 def _holed():
     depth = np.full((64, 80), 2.0, np.float32)
     depth[20:30, 20:30] = np.nan
@@ -160,22 +142,6 @@ def test_a_run_that_asks_for_no_network_needs_none(missing_runtime, tmp_path):
         written = completion.save(tmp_path / parameters.filter, cloud=None)
         note = written.remarks[0]
         assert note.startswith("Canny's edges are used for the expected error: ONNX Runtime")
-
-
-def test_results_vouch_for_the_network_that_had_a_part_in_them():
-    frame, labels = _holed()
-    sha256 = hashlib.sha256(asset_path("models/edges.onnx").read_bytes()).hexdigest()
-    for parameters, expected in (
-        (ilf.preset(), sha256),
-        (ilf.preset(edges="canny"), None),
-        (ilf.preset("paper"), None),
-    ):
-        assert ilf.complete(frame, labels, parameters).results[1].network == expected
-    labels[:] = 0
-    labels[:5] = 1
-    assert ilf.complete(frame, labels).results[1].network is None, "nothing was missing, so nothing was looked at"
-    assert extract(frame).network == sha256
-    assert extract(frame, CANNY).network is None
 
 
 def test_the_filter_sees_the_edges_of_the_extraction():

@@ -42,53 +42,12 @@ def test_blocks_follow_colour_and_depth(frame: RGBDFrame) -> None:
     assert without_depth[60, 140] == without_depth[100, 60]
 
 
-def test_blocks_are_numbered_from_the_largest_and_cover_the_frame(frame: RGBDFrame) -> None:
-    blocks = ilf.extract_blocks(frame)
-    sizes = np.bincount(blocks.ravel())
-    assert sizes[0] == 0
-    assert (np.diff(sizes[1:]) <= 0).all()
-
-
 @pytest.mark.parametrize("margin", [0, 9, 25])
 def test_blocks_are_watertight(frame: RGBDFrame, margin: int) -> None:
     """Every block is one 4-connected piece, so there is no way from one into another but over a boundary."""
     blocks = ilf.extract_blocks(frame, BlockParameters(margin=margin))
     for number in range(1, blocks.max() + 1):
         assert components(blocks == number)[1] == 1
-
-
-def test_small_regions_are_taken_in_by_neighbours(frame: RGBDFrame) -> None:
-    blocks = ilf.extract_blocks(frame, BlockParameters(min_size=20.0, use_depth=False))
-    assert np.bincount(blocks.ravel())[1:].min() >= 0.2 * blocks.size
-    assert (blocks > 0).all()
-
-
-def test_regions_without_depth_are_taken_in_by_neighbours(frame: RGBDFrame) -> None:
-    depth = frame.depth.copy()
-    depth[28:82, 18:72] = np.nan
-    dark = RGBDFrame(frame.rgb, depth)
-    assert ilf.extract_blocks(dark, CANNY)[55, 45] == ilf.extract_blocks(dark, CANNY)[100, 60]
-    own = ilf.extract_blocks(dark, CANNY.replace(min_known_share=0.0))
-    assert own[55, 45] != own[100, 60]
-
-
-def test_a_hole_without_depth_of_its_own_ends_in_a_block_that_has_some() -> None:
-    """Edges all around a hole, as a dark object makes them, and a jump beside it."""
-    rng = np.random.default_rng(4)
-    rgb = np.full((120, 160, 3), 90, np.uint8)
-    depth = np.full((120, 160), 2.0)
-    depth[:, 100:] = 3.0
-    for _ in range(12):
-        row, column = rng.integers(5, 90), rng.integers(5, 130)
-        rgb[row : row + 25, column : column + 22] = rng.integers(0, 255, 3)
-        depth[row : row + 25, column : column + 22] = np.nan
-    frame = RGBDFrame(rgb, depth)
-    for parameters in (BlockParameters(granularity=granularity) for granularity in (0.0, 0.5, 1.0)):
-        blocks = ilf.extract_blocks(frame, parameters)
-        known = np.bincount(blocks[frame.known], minlength=blocks.max() + 1)
-        pixels = np.bincount(blocks.ravel())
-        assert (blocks > 0).all()
-        assert (known[1:] >= 0.05 * pixels[1:]).all()
 
 
 def test_depth_that_goes_on_merges_what_colour_parts(frame: RGBDFrame) -> None:
@@ -137,15 +96,6 @@ def test_granularity_goes_from_few_blocks_to_many() -> None:
         assert not set(blocks[:57].ravel()) & set(blocks[63:].ravel())
 
 
-def test_existence_rate_leaves_what_is_not_known_to_no_block(frame: RGBDFrame) -> None:
-    depth = frame.depth.copy()
-    depth[:, :60] = np.nan
-    blocks = ilf.extract_blocks(RGBDFrame(frame.rgb, depth), BlockParameters(existence_rate=0.9))
-    shares = [np.isfinite(depth[blocks == number]).mean() for number in range(1, blocks.max() + 1)]
-    assert min(shares) >= 0.9
-    assert (blocks == 0).any()
-
-
 def test_margin_belongs_to_no_block(frame: RGBDFrame) -> None:
     blocks = ilf.extract_blocks(frame, BlockParameters(margin=7))
     assert not blocks[:7].any()
@@ -184,24 +134,12 @@ def test_a_border_is_an_eighth_of_the_shorter_side_at_most(width: int, expected:
     assert find_margins(rgb) == (expected,) * 4
 
 
-def test_a_frame_without_any_edge_is_one_block() -> None:
-    frame = RGBDFrame(np.full((40, 50, 3), 90, np.uint8), np.full((40, 50), 1.2))
-    assert (ilf.extract_blocks(frame) == 1).all()
-
-
 @pytest.mark.parametrize("shape", [(1, 1), (1, 2), (7, 1), (3, 3), (1, 50), (3, 40)])
 def test_tiny_frames_have_blocks_all_over(shape: tuple[int, int]) -> None:
     rgb = np.random.default_rng(3).integers(0, 255, (*shape, 3), dtype=np.uint8)
     frame = RGBDFrame(rgb, np.ones(shape))
     for detector in ("hed", "canny"):
         assert ilf.extract_blocks(frame, BlockParameters(detector=detector)).all()
-
-
-def test_a_frame_with_little_depth_is_a_block() -> None:
-    depth = np.full((60, 80), np.nan)
-    depth[::6, ::6] = 2.0
-    frame = RGBDFrame(np.full((60, 80, 3), 90, np.uint8), depth)
-    assert (ilf.extract_blocks(frame) == 1).all()
 
 
 def test_canny_finds_the_square_and_only_it(frame: RGBDFrame) -> None:
@@ -213,12 +151,6 @@ def test_canny_finds_the_square_and_only_it(frame: RGBDFrame) -> None:
     assert edges.any()
     assert not edges[~ring].any()
     assert gradient_strength(*gradient).max() == 1
-
-
-def test_grey_image_has_no_colour_edges() -> None:
-    gradient = colour_gradient(np.full((20, 20, 3), 77, np.uint8), 1.5)
-    assert not canny_edges(*gradient, 0.0, 0.4).any()
-    assert not gradient_strength(*gradient).any()
 
 
 def test_a_threshold_is_otsus_or_the_chosen_one() -> None:
@@ -283,14 +215,6 @@ def test_dilation_closes_gaps() -> None:
     assert regions_between(edges, 2, everywhere).max() == 2
     assert regions_between(np.zeros_like(edges), 2, everywhere).max() == 1
     assert not regions_between(edges, 2, ~everywhere).any()
-
-
-def test_a_neck_parts_regions_before_they_are_merged() -> None:
-    """A wall with a gap wider than the dilation closes: two regions, which merge again if nothing else parts them."""
-    edges = np.zeros((60, 60), bool)
-    edges[30, :20] = edges[30, 34:] = True
-    regions = regions_between(edges, 2, np.ones_like(edges))
-    assert regions[10, 30] != regions[50, 30]
 
 
 def test_existence_rate_halves_blocks_and_drops_what_is_not_known() -> None:

@@ -56,17 +56,6 @@ def test_compiled_or_not_it_gives_what_scikit_image_gives(case: Landscape) -> No
 
 
 @pytest.mark.parametrize("compiled", [True, False])
-def test_large_landscapes_with_plateaus(compiled: bool, monkeypatch: pytest.MonkeyPatch) -> None:
-    if not compiled:
-        without_numba(monkeypatch)
-    rng = np.random.default_rng(0)
-    heights = np.round(rng.random((300, 400), np.float32), 1)
-    markers = np.where(rng.random((300, 400)) < 0.02, rng.integers(1, 500, (300, 400)), 0).astype(np.int32)
-    mask = rng.random((300, 400)) < 0.95
-    np.testing.assert_array_equal(flood(heights, markers, mask), watershed(heights, markers, mask=mask))
-
-
-@pytest.mark.parametrize("compiled", [True, False])
 def test_heights_of_large_images_may_be_rounded(compiled: bool, monkeypatch: pytest.MonkeyPatch) -> None:
     if not compiled:
         without_numba(monkeypatch)

@@ -74,32 +74,6 @@ def _with_jumps(relief, count):
 # what a border costs
 
 
-@pytest.mark.parametrize("side", [5, 6])
-def test_without_depth_a_border_costs_the_mean_of_the_stronger_pixel_of_every_pair(side):
-    strength = np.zeros((4, 12))
-    strength[:, side] = (0.1, 0.2, 0.3, 0.8)
-    strength[:, 11 - side] = 0.05
-    strength[:, 2] = 1.0  # inside a region, which is nobody's border
-    assert _cost(strength, None) == pytest.approx((0.1 + 0.2 + 0.3 + 0.8) / 4, rel=1e-6)
-
-
-@pytest.mark.parametrize("transposed", [False, True])
-def test_borders_along_rows_and_columns_count_alike(transposed):
-    strength, regions = np.full((4, 12), 0.3), _columns(6, 6)
-    strength[1, 6] = 0.7
-    if transposed:
-        strength, regions = strength.T.copy(), regions.T.copy()
-    assert _cost(strength, None, regions=regions) == pytest.approx((0.7 + 3 * 0.3) / 4, rel=1e-6)
-
-
-def test_a_border_with_a_corner_has_the_length_of_all_its_pairs():
-    regions = np.ones((5, 5), np.int32)
-    regions[:2, :3] = 2
-    strength = np.zeros((5, 5))
-    strength[2, :3] = 0.5  # below: three of five pairs
-    assert _cost(strength, None, regions=regions) == pytest.approx(0.5 * 3 / 5, rel=1e-6)
-
-
 def test_where_depth_goes_on_an_edge_of_colour_counts_a_tenth():
     strength = np.full((4, 12), 0.6)
     assert _cost(strength, _relief((4, 12))) == pytest.approx(0.06, rel=1e-5)
@@ -221,20 +195,6 @@ def test_a_plane_needs_fifty_of_the_pixels_that_are_looked_at_in_either_region(s
     assert _wide(depth) == pytest.approx(expected, rel=1e-5)
 
 
-def test_known_pixels_on_one_line_have_a_plane():
-    regions = _columns(200, 200, height=40)
-    wide = np.full((40, 400), np.nan)
-    wide[0] = 1 / (0.5 + 0.0002 * np.arange(400))
-    strength, evaluated = np.full(wide.shape, 0.5), np.zeros(wide.shape, bool)
-    assert _cost(strength, _relief(wide.shape, evaluated), _frame(wide), regions) == pytest.approx(0.1, rel=1e-5)
-
-
-def test_without_relief_planes_have_no_say():
-    depth = _plane()
-    cost = _cost(np.full(depth.shape, 0.5), None, _frame(depth), _columns(40, 40, height=40))
-    assert cost == pytest.approx(0.5, rel=1e-5)
-
-
 def test_a_region_is_on_the_plane_of_all_that_it_has_taken_in():
     """2 and 3 are on one plane, 1 is not; what 1 and 2 are together is on no plane with 3."""
     columns = np.mgrid[:40, :120][1]
@@ -272,32 +232,6 @@ def test_merging_ends_at_the_limit_which_is_not_below_it():
     assert _merged(regions, strength, 0.5 + 1e-6) == _sets("1234")
     assert _merged(regions, strength, 0.125) == _sets("1", "2", "3", "4")
     assert _merged(regions, strength, 0.0) == _sets("1", "2", "3", "4")
-
-
-def test_borders_with_a_common_neighbour_become_one_with_the_mean_of_both():
-    """1 lies above 2 and 3, which merge first; then its border is as strong as both together, by length."""
-    regions = np.ones((6, 8), np.int32)
-    regions[3:, :2], regions[3:, 2:] = 2, 3
-    strength = np.zeros((6, 8))
-    strength[3:, 2] = 0.01
-    strength[2, :2], strength[2, 2:] = 0.2, 0.8
-    mean = (2 * 0.2 + 6 * 0.8) / 8
-    assert _merged(regions, strength, 0.1) == _sets("1", "23")
-    assert _merged(regions, strength, 0.5) == _sets("1", "23"), "0.2 for a part of it does not count any more"
-    assert _merged(regions, strength, mean - 0.01) == _sets("1", "23")
-    assert _merged(regions, strength, mean + 0.01) == _sets("123")
-
-
-def test_a_border_that_comes_to_cost_less_is_merged_in_its_turn():
-    """Alone, 1 and 3 stay apart; with 2 taken in, most of their border is weak."""
-    regions = np.ones((6, 8), np.int32)
-    regions[3:, :6], regions[3:, 6:] = 2, 3
-    strength = np.zeros((6, 8))
-    strength[2, :6], strength[2, 6:] = 0.2, 0.8
-    strength[3:, 6] = 0.05
-    mean = (6 * 0.2 + 2 * 0.8) / 8
-    assert _merged(regions, strength, mean + 0.01) == _sets("123")
-    assert _merged(regions, strength, 0.3) == _sets("1", "23"), "0.05 comes before 0.2"
 
 
 def test_numbers_of_regions_and_what_is_outside_do_not_matter():

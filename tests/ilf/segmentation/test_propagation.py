@@ -11,7 +11,7 @@ from ilf.data.camera import Camera
 from ilf.data.frame import RGBDFrame
 from ilf.data.parameters import BlockParameters
 from ilf.errors import InputError
-from ilf.segmentation.propagation.motion import depth_of_parts, parts_of
+from ilf.segmentation.propagation.motion import parts_of
 from ilf.segmentation.propagation.propagate import follow
 
 _SHAPE = (96, 128)
@@ -217,18 +217,3 @@ def test_without_depth_in_common_and_in_tiny_pictures_blocks_follow_all_the_same
     assert follow(tiny[0], labels[small], tiny[1], extraction=_QUICK).labels.shape == (12, 16)
     empty = follow(before, np.zeros(_SHAPE, np.int32), after, how="flow", extraction=_QUICK)
     assert set(np.unique(empty.labels).tolist()) <= {0, *empty.new}
-
-
-def test_depth_beside_a_border_and_missing_depth_are_those_of_the_nearest_inside() -> None:
-    labels = np.repeat([[1] * 10 + [2] * 10], 12, axis=0).astype(np.int32)
-    depth = np.tile(1.0 + 0.01 * np.arange(20), (12, 1))
-    depth[:, 9:11] = 1.5  # neither part's: a pixel over the border has some of both
-    depth[5, 3] = np.nan
-    frame = RGBDFrame(np.zeros((12, 20, 3), np.uint8), depth)
-    found = depth_of_parts(frame, parts_of(labels))
-    inside = np.r_[0:8, 12:20]
-    known = np.isfinite(depth[:, inside])
-    np.testing.assert_allclose(found[:, inside][known], depth[:, inside][known], rtol=1e-6)
-    np.testing.assert_allclose(found[:, 8:10], 1.07, rtol=1e-6)
-    np.testing.assert_allclose(found[:, 10:12], 1.12, rtol=1e-6)
-    assert 1.02 <= found[5, 3] <= 1.04

@@ -63,12 +63,6 @@ def test_a_line_begins_at_the_third_block_that_both_touch(start: float) -> None:
     assert np.array_equal(_redrawn(labels, [(30.0, start), (30.0, 61.0)]), wanted)
 
 
-def test_a_border_around_a_corner_of_the_frame() -> None:
-    rows, columns = np.mgrid[:60, :80] + 0.5
-    before, wanted = (np.where(rows + columns < reach, 1, 2).astype(np.int32) for reach in (30, 40))
-    assert np.array_equal(_redrawn(before, [(45.0, -5.0), (-5.0, 45.0)]), wanted)
-
-
 @pytest.mark.parametrize("gap", [0.0, 0.2])
 def test_a_block_drawn_all_around(gap: float) -> None:
     rows, columns = np.mgrid[:60, :80] + 0.5
@@ -77,13 +71,6 @@ def test_a_block_drawn_all_around(gap: float) -> None:
     turn = np.linspace(gap, 2 * np.pi - gap, 200)
     after = _redrawn(before, list(zip(41 + 17 * np.cos(turn), 30 + 17 * np.sin(turn), strict=True)))
     assert np.count_nonzero(after != wanted) <= 5
-
-
-def test_what_a_line_cuts_off_goes_to_the_other_block() -> None:
-    labels = _halves(20)
-    labels[28:33] = 1  # an arm to the right
-    after = _redrawn(labels, [(20.0, 24.0), (20.0, 36.0)])
-    assert np.array_equal(after, _halves(20))
 
 
 def test_what_lies_amidst_a_swept_area_is_not_swapped() -> None:

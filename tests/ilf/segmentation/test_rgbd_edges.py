@@ -9,7 +9,6 @@ import pytest
 import ilf
 from ilf._runtime import installation as assets
 from ilf.completion.edge_aware.iteration import EdgeAwareIteration
-from ilf.completion.filter import edges_for
 from ilf.data.frame import RGBDFrame
 from ilf.data.label_map import find_blocks
 from ilf.data.parameters import BlockParameters
@@ -20,7 +19,7 @@ from ilf.run.replaying import network_differences, networks_now_available
 from ilf.run.run import Run
 from ilf.segmentation.edges.depth_edges import DepthEdgeNetwork
 from ilf.segmentation.edges.frame_edges import canny_lines, find_edges, joined, relief_of
-from ilf.segmentation.extraction import edge_and_jump_strength, extract, find_boundaries
+from ilf.segmentation.extraction import edge_and_jump_strength, find_boundaries
 
 from ..small_frames import QUICK, without_edges
 from ..small_runs import OPTIONS
@@ -88,16 +87,6 @@ def test_contours_count_as_far_as_a_jump_is_possible_and_crests_of_jumps_by_them
     np.testing.assert_allclose(row[[9, 10, 11]], [1.4 * 0.2 / 16, 1.4 * 0.4, 1.4 * 0.2 / 16], rtol=1e-5)
     np.testing.assert_allclose(row[[12, 20, 28, 30]], [0.8 * np.sqrt(0.8), 0, 0.8, 1], rtol=1e-5)
     np.testing.assert_allclose(joined(jump)[10, [10, 12, 20, 28, 30]], [0.56, 0, 0, 0, 1], rtol=1e-5)
-
-
-def test_blocks_and_filter_look_once_at_a_frame_however_canny_and_jumps_are_looked_for(network, monkeypatch):
-    looked = []
-    look = DepthEdgeNetwork.look
-    monkeypatch.setattr(DepthEdgeNetwork, "look", lambda *args: looked.append(1) or look(*args))
-    frame = _frame()
-    extract(frame, RGBD.replace(canny_sigma=2.0, depth_jump=0.2))
-    assert edges_for(frame, ilf.preset(edges="rgbd"), RGBD).network == find_edges(frame, RGBD).network
-    assert len(looked) == 1
 
 
 @pytest.mark.parametrize("pattern", ["areas", "random"])

@@ -192,12 +192,8 @@ def test_the_command_prints_tables_and_writes_files(two_frames, tmp_path, capsys
     assert float(lines[0]["rmse_mm"]) == pytest.approx(content["table"][0]["rmse_mm"], rel=1e-12)
 
 
-def test_jobs_change_nothing_but_the_seconds(two_frames, tmp_path, capsys):
-    found = []
-    for jobs in ("1", "2"):
-        arguments = ["--methods", "nearest,polynomial", "--limit", "1", "--jobs", jobs, "--progress"]
-        rows = run_command(two_frames, *arguments, json_file=tmp_path / f"{jobs}.json")["rows"]
-        found.append([{key: value for key, value in row.items() if "seconds" not in key} for row in rows])
+def test_the_first_frames_may_be_enough(two_frames, tmp_path, capsys):
+    arguments = ["--methods", "nearest", "--limit", "1", "--progress"]
+    rows = run_command(two_frames, *arguments, json_file=tmp_path / "a.json")["rows"]
+    assert {row["frame"] for row in rows} == {"first"}
     assert "2/2 frames and patterns" in capsys.readouterr().err
-    assert found[0] == found[1]
-    assert {row["frame"] for row in found[0]} == {"first"}
