@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ilf import Camera, RGBDFrame, complete, preset
 
-PRESETS = "best", "paper", "released-code"
+PRESETS = {name: preset(name, max_iterations=300) for name in ("best", "paper", "released-code")}
 SHAPE = 40, 56
 FLIPS = {"left and right": np.s_[:, ::-1], "top and bottom": np.s_[::-1]}
 
@@ -38,7 +38,7 @@ def _frame(rgb: NDArray[np.uint8], depth: NDArray[np.floating]) -> RGBDFrame:
 @cache
 def _completed(name: str) -> NDArray[np.float32]:
     """The depth of the scene by a preset."""
-    depth = complete(*_scene(), preset(name)).depth
+    depth = complete(*_scene(), PRESETS[name]).depth
     depth.flags.writeable = False
     return depth
 
@@ -53,13 +53,13 @@ def _difference(frame: RGBDFrame, depth: NDArray[np.float32], other: NDArray[np.
 def test_other_labels_of_the_same_blocks_give_the_same_depth(name: str) -> None:
     frame, labels = _scene()
     others = np.array([0, 7, 2, 40], np.int32)[labels]
-    np.testing.assert_array_equal(complete(frame, others, preset(name)).depth, _completed(name))
+    np.testing.assert_array_equal(complete(frame, others, PRESETS[name]).depth, _completed(name))
 
 
 @pytest.mark.parametrize("name", PRESETS)
 def test_a_completed_frame_completed_again_stays_as_it_is(name: str) -> None:
     frame, labels = _scene()
-    again = complete(_frame(frame.rgb, _completed(name)), labels, preset(name))
+    again = complete(_frame(frame.rgb, _completed(name)), labels, PRESETS[name])
     np.testing.assert_array_equal(again.depth, _completed(name))
 
 
@@ -68,7 +68,9 @@ def test_a_completed_frame_completed_again_stays_as_it_is(name: str) -> None:
 def test_a_mirrored_frame_gives_the_mirrored_depth(name: str, bound: float, flip: str) -> None:
     """The networks that correct the default's depth have learnt from frames that stand upright."""
     (frame, labels), sides = _scene(), FLIPS[flip]
-    mirrored = complete(_frame(frame.rgb[sides], frame.depth[sides]), np.ascontiguousarray(labels[sides]), preset(name))
+    mirrored = complete(
+        _frame(frame.rgb[sides], frame.depth[sides]), np.ascontiguousarray(labels[sides]), PRESETS[name]
+    )
     assert _difference(frame, _completed(name), mirrored.depth[sides]) <= bound
 
 
@@ -77,5 +79,5 @@ def test_a_mirrored_frame_gives_the_mirrored_depth(name: str, bound: float, flip
 def test_a_frame_of_another_size_gives_depth_of_that_size(name: str, bound: float, factor: float) -> None:
     """Noise and criteria of convergence are in metres: only the released code's way knows no unit."""
     frame, labels = _scene()
-    scaled = complete(_frame(frame.rgb, frame.depth * np.float32(factor)), labels, preset(name)).depth / factor
+    scaled = complete(_frame(frame.rgb, frame.depth * np.float32(factor)), labels, PRESETS[name]).depth / factor
     assert _difference(frame, _completed(name), scaled.astype(np.float32)) <= bound

@@ -30,24 +30,12 @@ def _tiny(seed=3, shape=(5, 6)):
 
 
 def _direct_dft(values, sign):
-    """The O(N^2) sum over all pixels for every wave number."""
-    height, width = values.shape
-    result = np.zeros(values.shape, complex)
-    for k_y in range(height):
-        for k_x in range(width):
-            for y in range(height):
-                for x in range(width):
-                    angle = 2 * math.pi * (k_y * y / height + k_x * x / width)
-                    result[k_y, k_x] += values[y, x] * complex(math.cos(angle), sign * math.sin(angle))
-    return result
-
-
-def _signed(k, size):
-    return k if k <= size // 2 else k - size
+    """The sum over all pixels for every wave number."""
+    rows, columns = (np.exp(sign * 2j * np.pi * np.outer(k := np.arange(n), k) / n) for n in values.shape)
+    return rows @ values @ columns
 
 
 STEPPERS = [PassBandIteration, FullGridIteration]
-Stepper = type[PassBandIteration] | type[FullGridIteration]
 
 
 @pytest.mark.parametrize("stepper_class", STEPPERS)
@@ -56,17 +44,9 @@ Stepper = type[PassBandIteration] | type[FullGridIteration]
 @pytest.mark.parametrize("schedule", ["staged", "linear"])
 def test_iterates_equal_the_papers_formulas_by_direct_sums(schedule, centred, weighted, stepper_class):
     frame, labels = _tiny()
-    parameters = ilf.preset(
-        "paper",
-        schedule=schedule,
-        centred=centred,
-        rgb_iterations=3 if weighted else 0,
-        rgb_dilation=1,
-        shortest_wavelength=3.0,
-        max_iterations=5,
-        s_criteria=0.05,
-    )
-    stepper = stepper_class(frame, find_blocks(labels)[1], parameters)
+    changes = {"rgb_iterations": 3 if weighted else 0, "rgb_dilation": 1, "shortest_wavelength": 3.0}
+    changes |= {"schedule": schedule, "centred": centred, "max_iterations": 5, "s_criteria": 0.05}
+    stepper = stepper_class(frame, find_blocks(labels)[1], ilf.preset("paper", **changes))
     height, width = labels.shape
     grid = 2 * height, 2 * width
     mask = labels == 1
@@ -75,21 +55,19 @@ def test_iterates_equal_the_papers_formulas_by_direct_sums(schedule, centred, we
     expanded = np.zeros(grid)
     expanded[:height, :width][known] = frame.depth[known].astype(float) - mean
     previous = expanded[:height, :width][mask].copy()
-    weight = colour_weight(frame.rgb, mask, grid, 1)
+    half = colour_weight(frame.rgb, mask, grid, 1)
+    mirrored = half[(-np.arange(grid[0])) % grid[0], width - 1 : 0 : -1]
+    weight = np.concatenate([half, mirrored], axis=1)
+    rows, columns = (np.arange(n) - n * (np.arange(n) > n // 2) for n in grid)
 
     for record in stepper:
-        spectrum = _direct_dft(expanded, -1)
-        for k_y in range(grid[0]):
-            for k_x in range(grid[1]):
-                row, column = _signed(k_y, grid[0]), _signed(k_x, grid[1])
-                r_y, r_x = record.radii
-                inside = (row == 0 or (r_y > 0)) and (column == 0 or r_x > 0)
-                inside = inside and (
-                    (row / r_y if row else 0.0) ** 2 + (column / r_x if column else 0.0) ** 2 <= 1.0 + 1e-9
-                )
-                spectrum[k_y, k_x] *= inside
-                if weighted and record.i <= 3:
-                    spectrum[k_y, k_x] *= weight[k_y, k_x] if k_x <= width else weight[-k_y, grid[1] - k_x]
+        along_y, along_x = (
+            np.divide(k, r) if r else np.where(k == 0, 0, np.inf)
+            for k, r in zip((rows, columns), record.radii, strict=True)
+        )
+        spectrum = _direct_dft(expanded, -1) * (along_y[:, None] ** 2 + along_x**2 <= 1 + 1e-9)
+        if weighted and record.i <= 3:
+            spectrum *= weight
         expanded = _direct_dft(spectrum, +1).real / (grid[0] * grid[1])
         values = expanded[:height, :width][mask]
         assert_allclose(stepper.surface, values + mean, atol=1e-10)
@@ -115,14 +93,9 @@ def _bumpy(shape, seed=5):
 
 CHANGES = [
     {},
-    {"centred": True},
-    {"rgb_iterations": 0},
-    {"padding": 1.0},
     {"padding": 1.3, "centred": True},
     {"shortest_wavelength": 2.0, "max_iterations": 400},
     {"staged_start": 3.0, "stage_step": 4.0},
-    {"stop_when_steady": False, "max_iterations": 230},
-    {"validation_share": 0.2},
     {"validation_share": 0.05, "centred": True, "rgb_iterations": 0},
 ]
 
@@ -134,14 +107,9 @@ def test_pass_band_and_full_grid_give_the_same_iterates(name, changes):
     block = find_blocks(labels)[1]
     parameters = PRESETS[name].replace(**{"max_iterations": 300, **changes})
     fast, full = PassBandIteration(frame, block, parameters), FullGridIteration(frame, block, parameters)
-    pairs = list(itertools.zip_longest(fast, full))
-    for ours, theirs in pairs:
-        assert (ours.i, ours.stage, ours.radii, ours.weighted) == (
-            theirs.i,
-            theirs.stage,
-            theirs.radii,
-            theirs.weighted,
-        )
+    for ours, theirs in itertools.zip_longest(fast, full):
+        for exact in ("i", "stage", "radii", "weighted"):
+            assert getattr(ours, exact) == getattr(theirs, exact)
         assert ours.sigma_i == pytest.approx(theirs.sigma_i, rel=1e-8, abs=1e-12)
         assert ours.l1 == pytest.approx(theirs.l1, rel=1e-10)
         assert ours.residual == pytest.approx(theirs.residual, rel=1e-9)
