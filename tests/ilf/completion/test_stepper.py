@@ -1,9 +1,7 @@
 """What every filter promises: the contract that `Stepper` writes down, and the records."""
 
-import dataclasses
 import itertools
 import math
-import pickle
 import threading
 
 import numpy as np
@@ -13,7 +11,7 @@ import ilf
 from ilf.completion.filter import max_pixels
 from ilf.data.label_map import find_blocks
 from ilf.data.parameters import PRESETS
-from ilf.data.results import BlockOutcome, EdgeAwareRecord, IterationRecord, PassBandRecord, Status
+from ilf.data.results import EdgeAwareRecord, PassBandRecord, Status
 
 RECORDS = {"ideal": PassBandRecord, "edge-aware": EdgeAwareRecord}
 
@@ -115,30 +113,3 @@ def test_a_remark_is_made_where_the_last_stage_was_not_steady(small_frame, small
     assert "limit of steps" in strict.remark
     outcome = ilf.complete(small_frame, small_labels, ilf.preset(s_criteria=0.0)).outcomes[1]
     assert (outcome.status, outcome.message) == (Status.ITERATION_LIMIT, strict.remark)
-
-
-# records
-
-
-@pytest.mark.parametrize(
-    "record",
-    [
-        IterationRecord(1, 1, math.nan, 2.0, 0.1, math.nan, 0.0),
-        PassBandRecord(1, 1, 0.1, 2.0, 0.1, math.nan, 0.0, radii=(1.0, 2.0), weighted=True),
-        EdgeAwareRecord(1, 1, 0.1, 2.0, 0.1, math.nan, 0.0, cell=4, round=0),
-        BlockOutcome(3, Status.NOT_RECOVERABLE, "", 10, 2),
-    ],
-    ids=lambda record: type(record).__name__,
-)
-def test_records_that_lack_a_number_are_equal_to_their_like(record):
-    lacking = next(f.name for f in dataclasses.fields(record) if getattr(record, f.name) != getattr(record, f.name))
-    again = pickle.loads(pickle.dumps(record))
-    other_nan = dataclasses.replace(record, **{lacking: float("nan")})
-    for like in (again, other_nan):
-        assert like == record
-        assert hash(like) == hash(record)
-        assert (like,) == (record,)
-    assert record != dataclasses.replace(record, **{lacking: 0.0})
-    for field in dataclasses.fields(record)[:2]:
-        assert record != dataclasses.replace(record, **{field.name: 7})
-    assert record != dataclasses.astuple(record)

@@ -7,16 +7,13 @@ import stat
 import zipfile
 from dataclasses import replace
 
-import numpy as np
 import pytest
 
 import ilf
-from ilf.data.blocks import Blocks
 from ilf.errors import Cancelled, ExportError, FormatError, InputError
 from ilf.io.cameras import intrinsics_from
 from ilf.project.archive import Archive
 from ilf.project.file import open_project, save_project
-from ilf.project.frame_state import FrameState
 from ilf.project.project import FrameSummary, Project, ProjectFrame, Stage
 from ilf.project.sources import ChangedSource, MissingSource, source_part
 from ilf.project.state_codec import UnreadableFrame, frame_part
@@ -265,18 +262,16 @@ def label_map_of(parts):
         damaged_array(lambda state: state["blocks"]["labels"]),
         damaged_array(lambda state: state["results"]["1"][0]),
         damaged_array(lambda state: state["frame"]["invalid_mask"]),
-        damaged_array(lambda state: state["blocks"]["drawn"]),
-        damaged_array(lambda state: state["extrapolation"]["depth"]),
         changed_state(lambda state: state.pop("looked")),
         changed_state(lambda state: state["blocks"].pop("reasons")),
         changed_state(lambda state: state["blocks"].update(extracted=state["frame"]["guide"]["values"])),
         changed_state(lambda state: state.update(done="yes")),
         changed_state(lambda state: state.update(unheard_of=1)),
-        changed_state(lambda state: state["common"].update(smoothness=-1)),
         changed_state(lambda state: state["blocks"]["own"].update({"2": {"smoothness": -1}})),
         changed_state(lambda state: state["results"]["1"].__setitem__(1, 99)),
         changed_state(lambda state: state["results"].update({"2": state["results"]["1"]})),
         lambda parts: parts | {frame_part("a1"): parts[frame_part("a1")][:-9]},
+        lambda parts: with_schema(frame_part("a1"), 1)(parts),
         lambda parts: {name: parts[name] for name in parts if name != label_map_of(parts)},
     ],
 )
@@ -304,40 +299,6 @@ def test_a_damaged_list_is_made_of_the_frames_that_are_there(work):
         assert not opened.read.embedded, "a project embeds no files unless it is asked to"
         assert [frame.name for frame in opened.project.frames] == [filed.frame.name, "made"]
         assert_same(filed.blocks.labels, opened.state("a1").state.blocks.labels)
-
-
-ONES = np.ones((60, 80), np.int32)
-
-
-@pytest.mark.parametrize(
-    ("blocks", "stage"),
-    [
-        (Blocks(ONES, extracted=ONES), Stage.EXTRACTED),
-        (Blocks(ONES, extracted=ONES, propagated_from="one"), Stage.PROPAGATED),
-        (Blocks(ONES, extracted=2 * ONES, propagated_from="one"), Stage.EDITED),
-        (Blocks(ONES, extracted=2 * ONES), Stage.EDITED),
-        (Blocks(ONES, extracted=ONES, kept=frozenset({1})), Stage.EDITED),
-    ],
-)
-def test_a_list_that_is_lost_is_made_with_how_far_each_frame_has_come(blocks, stage, tmp_path):
-    state = FrameState("a1", made_frame(), blocks)
-    save_project(tmp_path / "room.ilf", Project((ProjectFrame("a1", "made", None),)), [state])
-    rewritten(tmp_path / "room.ilf", lambda parts: parts | {"project.json": b"{"})
-    with open_project(tmp_path / "room.ilf") as opened:
-        assert [frame.summary.stage for frame in opened.project.frames] == [stage]
-
-
-def test_a_list_that_is_lost_names_the_frames_that_cannot_be_read(work):
-    folder, _, _, made = work
-    path = folder / "room.ilf"
-    rewritten(path, lambda parts: parts | {"project.json": b"{", frame_part("a1"): b"{"})
-    with open_project(path) as opened:
-        left_aside, other = opened.project.frames
-        assert (left_aside.id, left_aside.summary.stage) == ("a1", Stage.FAILED)
-        assert left_aside.summary.problem
-        assert_same(made, opened.state(other.id).state)
-        save_project(path, opened.project, base=[opened.parts])
-    assert contents(path)[frame_part("a1")] == b"{"
 
 
 def test_a_frame_with_a_wrong_checksum_keeps_it(work):
@@ -386,15 +347,6 @@ def test_another_schema_is_neither_opened_nor_replaced(work, schema):
     with pytest.raises(ExportError, match=r"is not replaced\. The project has schema"):
         save_project(path, project)
     assert path.read_bytes() == content
-
-
-def test_a_frame_of_another_schema_is_left_aside(work):
-    folder, _, _, made = work
-    rewritten(folder / "room.ilf", with_schema(frame_part("a1"), 1))
-    with open_project(folder / "room.ilf") as opened:
-        with pytest.raises(UnreadableFrame, match="has schema 1"):
-            opened.state("a1")
-        assert_same(made, opened.state("b2").state)
 
 
 def test_what_is_no_project_is_refused(tmp_path):

@@ -58,13 +58,6 @@ def test_temporary_files_of_other_users_stay(tmp_path: Path, monkeypatch: pytest
     assert hidden(tmp_path) == {left.name}
 
 
-def test_a_number_that_no_process_can_have_is_of_a_dead_one(tmp_path: Path) -> None:
-    name = temporary_name(".ilf-").replace(f"-{os.getpid()}-", f"-{10**30}-")
-    (tmp_path / name).touch()
-    write_bytes(tmp_path / "notes.txt", b"whole")
-    assert {path.name for path in tmp_path.iterdir()} == {"notes.txt"}
-
-
 def test_only_temporary_files_go(tmp_path: Path) -> None:
     names = [".ilf-notes.txt", "ilf-0123456789abcdef", ".ilf-0123456789abcdefg", ".ilf-export-host-1-01234567"]
     for name in names[:3]:

@@ -5,6 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from hypothesis import given as holds_for
+from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from scipy.ndimage import label as components
@@ -186,6 +187,7 @@ def _edit(labels, kind, points, label, size, locked):
     return EDITS[kind](labels, SimpleNamespace(points=points, size=size, stroke=stroke, swept=swept), label, locked)
 
 
+@settings(max_examples=50)
 @holds_for(label_maps, st.lists(steps, min_size=3, max_size=12))
 def test_any_edits_in_a_row_keep_a_partition_and_are_undone_and_redone(labels, sequence):
     labels[3:11, 2:12] = 3  # something that is no mere noise
