@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import threading
 from dataclasses import replace
 from itertools import pairwise
 
@@ -12,7 +11,7 @@ import pytest
 import ilf
 from ilf.errors import InputError, ParameterError
 from ilf.evaluation.evaluation import Evaluation, Progress, evaluate, evaluate_blocks, evaluate_completion
-from ilf.evaluation.hold_out import HoldOutTest, compare_hidden, evaluate_hold_out, hidden_pixels, hold_out_steps
+from ilf.evaluation.hold_out import HoldOutTest, compare_hidden, evaluate_hold_out, hidden_pixels
 from ilf.evaluation.metrics import share_within, sparsification_error
 from ilf.evaluation.sweep import Sweep, SweepPoint, run_sweep
 from ilf.run.run import Run
@@ -145,14 +144,6 @@ def test_depth_that_is_distrusted_in_one_run_is_compared_in_none(run):
     trusting, doubting = compare_hidden([run, replace(run, frame=run.frame.with_invalid_mask(mask))], test)
     assert trusting.whole.pixels == doubting.whole.pixels == doubting.hidden < trusting.hidden
     assert not mask.ravel()[doubting.errors[0].places].any()
-
-
-def test_a_test_on_hidden_depth_can_be_stopped_between_iterations(run):
-    before = set(threading.enumerate())
-    steps = hold_out_steps(run, threads=2)
-    assert next(steps).share == 0
-    steps.close()
-    assert set(threading.enumerate()) <= before
 
 
 def test_bad_tests_are_refused(planes):
