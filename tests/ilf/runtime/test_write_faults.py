@@ -40,7 +40,7 @@ def test_a_writer_that_writes_in_place_is_found_out(tmp_path: Path) -> None:
     writer = Writer("in place", _in_place)
     assert faults_of(writer, tmp_path / "faults")[1]
     if os.name == "posix":
-        assert kills_of(writer, tmp_path / "kills", 20, random.Random(0))[1]
+        assert kills_of(writer, tmp_path / "kills", 12, random.Random(0))[1]
 
 
 @pytest.mark.skipif(os.name != "posix", reason="forks")

@@ -190,8 +190,8 @@ def test_carried_depth_stays_where_nothing_nearby_is_known():
 
 def test_a_sparse_frame_gets_both_corrections_as_alone():
     rng = np.random.default_rng(2)
-    rgb = cv2.resize(scene(3)[:, :80], (320, 240), interpolation=cv2.INTER_LINEAR)
-    depth = np.broadcast_to(np.linspace(1.5, 3.0, 320, dtype=np.float32), (240, 320)).copy()
+    rgb = cv2.resize(scene(3)[:, :80], (160, 120), interpolation=cv2.INTER_LINEAR)
+    depth = np.broadcast_to(np.linspace(1.5, 3.0, 160, dtype=np.float32), (120, 160)).copy()
     depth[rng.random(depth.shape) > 0.01] = np.nan
     sparse = ilf.RGBDFrame(rgb, depth)
     with ilf.Stream() as stream:
