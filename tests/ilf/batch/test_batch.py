@@ -108,23 +108,6 @@ def test_frames_whose_names_are_no_text(source, tmp_path, begun):
     assert [row["frame"] for row in manifest(tmp_path / "out")] == [r"rgb/\udce9"]
 
 
-def test_what_is_told_of_frames_and_that_one_without_all_its_files_is_done_again(source, tmp_path, begun, capsys):
-    out = tmp_path / "out"
-    command = ["batch", str(source), "--out", str(out), *FLAGS]
-    assert main(command) == 0
-    said = capsys.readouterr().out
-    assert "3 frames: 3 completed, 0 failed" in said
-    assert "Expected error, median: " in said
-    row = manifest(out)[0]
-    assert (int(row["pixels"]), int(row["missing_before"]) > int(row["missing_after"])) == (768, True)
-    assert float(row["expected_error_median_m"]) <= float(row["expected_error_p90_m"])
-    before = contents(out)
-    (out / "rgb__0001" / "depth.npy").unlink()
-    assert main([*command, "--quiet"]) == 0
-    assert begun[3:] == ["rgb/0001"]
-    assert contents(out) == before
-
-
 def test_finished_frames_are_not_done_again(source, tmp_path, begun, capsys):
     out = tmp_path / "out"
     command = ["batch", str(source), "--out", str(out), *FLAGS]
@@ -194,14 +177,6 @@ def test_the_time_left_follows_from_frames_completed_since_the_start(source, tmp
     assert "frames per second" not in told.out
 
 
-def test_frames_of_other_settings_are_done_again_on_request(source, tmp_path, begun):
-    command = ["batch", str(source), "--out", str(tmp_path / "out"), "--quiet", "--frames", ":2", *FLAGS]
-    assert main(command) == 0
-    other = [*command, "--max-iterations", "6"]
-    assert [main(other), main([*other, "--rerun-changed"]), main(other)] == [1, 0, 0]
-    assert begun[2:] == ["rgb/0000", "rgb/0001"]
-
-
 def test_other_settings_are_noticed(source, tmp_path, begun, capsys):
     out = tmp_path / "out"
     command = ["batch", str(source), "--out", str(out), "--quiet", "--frames", ":2", *FLAGS]
@@ -236,28 +211,6 @@ def test_parts_of_a_batch_share_a_folder(source, tmp_path, begun):
     command = ["batch", str(source), "--out", str(out), "--quiet", "--hold-out", "areas", "--seeds", "1", *FLAGS]
     for part in ("2/2", "1/2"):
         assert main([*command, "--shard", part]) == 0
-    assert begun == ["rgb/0001", "rgb/0000", "rgb/0002"]
-    assert [row["frame"] for row in manifest(out)] == ["rgb/0000", "rgb/0001", "rgb/0002"]
-    assert all(0 < float(row["hold_out_mae_m"]) <= float(row["hold_out_rmse_m"]) for row in manifest(out))
-
-
-def test_shards_share_a_folder(source, tmp_path, begun):
-    out = tmp_path / "out"
-    for shard in ("2/2", "1/2"):
-        command = [
-            "batch",
-            str(source),
-            "--out",
-            str(out),
-            "--quiet",
-            "--shard",
-            shard,
-            "--hold-out",
-            "areas",
-            "--seeds",
-            "1",
-        ]
-        assert main([*command, *FLAGS]) == 0
     assert begun == ["rgb/0001", "rgb/0000", "rgb/0002"]
     assert [row["frame"] for row in manifest(out)] == ["rgb/0000", "rgb/0001", "rgb/0002"]
     assert all(0 < float(row["hold_out_mae_m"]) <= float(row["hold_out_rmse_m"]) for row in manifest(out))

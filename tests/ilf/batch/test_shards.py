@@ -23,7 +23,7 @@ from ilf.cli import main
 from ilf.errors import InputError
 
 from ..batch_frames import write_frames
-from .test_batch import FLAGS, exit_status
+from .test_batch import FLAGS
 
 pyarrow = pytest.importorskip("pyarrow")
 parquet = pytest.importorskip("pyarrow.parquet")
@@ -237,12 +237,3 @@ def test_two_batches_share_the_work(tmp_path, begun):
     assert tars(out) == tars(tmp_path / "alone")
     assert main(["batch", "--shards", str(out), "--verify"]) == 0
     assert not (out / "parts").exists()
-
-
-def test_arguments_of_shards_need_shards(source, tmp_path, capsys):
-    assert exit_status(["batch", str(source), "--out", str(tmp_path / "out"), "--keep", "depth"]) == 2
-    assert "add --shards" in capsys.readouterr().err
-    assert exit_status(["batch", str(source)]) == 2
-    assert "an output folder by --out or --shards" in capsys.readouterr().err
-    assert main(["batch", "--shards", str(source), "--verify"]) == 1
-    assert "contains no shards" in capsys.readouterr().err
