@@ -8,7 +8,7 @@ import pytest
 from . import commands, library
 from .__main__ import ROOT, main, worktree
 
-CHOSEN = [("hills", "best"), ("hills", "best, everything"), ("sparse", "paper, denoise"), ("wall", "best, neighbours")]
+CHOSEN = [("hills", "best, everything"), ("wall", "best, neighbours")]
 
 IN_A_PROCESS = """
 import json, os, sys
