@@ -64,17 +64,6 @@ def test_where_there_is_nothing_the_depth_to_learn_is_missing(tmp_path: Path) ->
     np.testing.assert_array_equal(np.isnan(log_depth[..., 0]), np.isnan(picture.exact))
 
 
-def test_a_growing_folder_is_looked_through_again(tmp_path: Path) -> None:
-    for number in (3, 41):
-        write_picture(tmp_path, number)
-    folder = PictureFolder(tmp_path)
-    assert (len(folder.held_out), len(folder.learnt)) == (1, 1)
-    for number in (39, 40, 50):
-        write_picture(tmp_path, number)
-    folder.relist()
-    assert (len(folder.held_out), len(folder.learnt)) == (2, 3)
-
-
 def test_a_folder_without_pictures_is_named(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="not enough pictures for training"):
         PictureFolder(tmp_path)
@@ -100,17 +89,3 @@ def test_lines_may_be_a_pixel_off(shift: int, precision: float, recall: float) -
     at_half = np.array(score.precision_recall)[:, 16]
     np.testing.assert_array_equal(at_half, [precision, recall])
     assert score.average_precision == score.best_f == precision
-
-
-def test_what_is_not_asked_for_does_not_count() -> None:
-    ground_truth, found = np.zeros((20, 30), bool), np.zeros((20, 30), np.float32)
-    ground_truth[:, 5] = True
-    found[:, 5], found[:, 20] = 0.9, 0.5
-    score = LineScore(1)
-    score.add(found, ground_truth, np.ones((20, 30), bool))
-    # all lines are found at 0.9, none wrongly
-    assert score.average_precision == 1
-    right_half = LineScore(1)
-    right_half.add(found, ground_truth, np.arange(30) * np.ones((20, 1)) > 10)
-    precision, _ = right_half.precision_recall
-    assert precision[0] == 0

@@ -98,33 +98,11 @@ def test_windows_lose_thin_bars_and_keep_wide_ones() -> None:
         assert not undecided[:, ~near_a_rim].any()
 
 
-def test_windows_that_prefer_what_is_near_make_it_wider() -> None:
-    view = view_of_box()
-    wide = [
-        (depth_cameras.matched(view.depth, 9, np.random.default_rng(3), prefer)[0] < 2).sum() for prefer in (0, 0.2)
-    ]
-    assert wide[1] > wide[0]
-
-
 def test_the_colour_camera_sees_more_on_the_other_side_of_what_is_near() -> None:
     for seed in range(4):
         row = np.flatnonzero(gaps.parallax(view_of_box(), np.random.default_rng(seed))[140])
         beside = row[row < 300]
         assert beside.size == 0 or (beside.min() == 180 and beside.max() < 186)
-
-
-def test_misregistered_depth_moves_and_keeps_its_values() -> None:
-    depth = view_of_box().depth
-    for seed in range(8):
-        moved = sensing.misregistered(depth, np.random.default_rng(seed))
-        known = np.isfinite(moved)
-        assert set(np.unique(moved[known])) <= {np.float32(1.5), np.float32(3.0)}
-        # the far wall shows beside the box, where that has moved away, and nowhere else
-        assert known[20:60, 20:-20].all()
-        near = np.argwhere(moved == 1.5)
-        assert (np.abs(near.min(axis=0) - (80, 100)) < 7).all()
-        assert (np.abs(near.max(axis=0) - (199, 179)) < 7).all()
-    assert np.isnan(sensing.misregistered(np.full(SHAPE, np.nan, np.float32), np.random.default_rng(1))).all()
 
 
 @pytest.mark.parametrize(("shift", "columns"), [(30.0, range(91, 100)), (-30.0, range(180, 189))])
@@ -134,12 +112,6 @@ def test_the_second_camera_sees_less_beside_what_is_near(shift: float, columns: 
     strip = range(10) if shift > 0 else range(310, 320)
     assert row.tolist() == sorted([*strip, *columns])
     assert hidden.any(axis=1).all()
-
-
-def test_causes_that_leave_too_little_are_let_be() -> None:
-    small, large = np.zeros(SHAPE, bool), np.zeros(SHAPE, bool)
-    small[:20], large[20:200] = True, True
-    assert all(np.array_equal(gaps.together([small, large], np.random.default_rng(k)), small) for k in range(8))
 
 
 def test_a_slope_is_no_jump() -> None:

@@ -103,14 +103,6 @@ def test_opencv_4_in_the_place_of_opencv_5_is_named(loaded, files, capsys, monke
         assert "opencv-python has replaced OpenCV 5 by OpenCV 4.10.0" in fails(capsys, "info", *files)
 
 
-def test_command_line_and_library_give_the_same_depth(files):
-    main(["complete", *files, "--no-cloud", "--out", "out", "--quiet", *QUICK, "--mode", "fill+denoise"])
-    frame = ilf.load_frame(*files)
-    parameters = ilf.preset(max_iterations=25, mode="fill+denoise")
-    result = ilf.complete(frame, ilf.extract_blocks(frame), parameters)
-    np.testing.assert_array_equal(np.load("out/depth.npy"), result.depth)
-
-
 @pytest.mark.parametrize(
     "extra",
     [

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import shutil
 from pathlib import Path
 
@@ -120,12 +119,9 @@ def test_the_order_of_axes_of_matlab_is_undone_also_in_squares(folder: Path, is_
     assert np.array_equal(read_depth_values(folder / "depth.mat", dataset="/scene/z"), square)
 
 
-def test_a_run_record_and_a_new_project_repeat_the_dataset(folder: Path) -> None:
-    colour, depth, out = str(folder / "rgb.png"), f"{folder / 'take.h5'}:/right/z", folder / "out"
-    assert main(["complete", colour, depth, "--out", str(out)]) == 0
-    assert json.loads((out / "run.json").read_text())["inputs"]["dataset"] == "/right/z"
-    assert main(["complete", "--replay", str(out / "run.json"), "--out", str(folder / "again")]) == 0
-    assert main(["project", "new", str(folder / "new.ilf"), colour, depth]) == 0
+def test_a_new_project_repeats_the_dataset(folder: Path) -> None:
+    files = [str(folder / "rgb.png"), f"{folder / 'take.h5'}:/right/z"]
+    assert main(["project", "new", str(folder / "new.ilf"), *files]) == 0
     with open_project(folder / "new.ilf") as opened:
         assert np.array_equal(read_frame(opened.project.frames[0].source).depth, FAR)
 
@@ -163,34 +159,6 @@ def test_all_files_of_a_folder_have_the_same_dataset(folder: Path) -> None:
         assert [np.array_equal(frame.depth, FAR) for frame in source] == [True, True]
     with pytest.raises(IlfError, match="2 datasets that can be depth"):
         ilf.open_source(folder / "set")[0]
-
-
-def test_meta_json_may_name_a_dataset(folder: Path) -> None:
-    meta = {"rgb": "rgb.png", "depth": "take.h5:/right/z", "depth_units_per_m": 1}
-    (folder / "meta.json").write_text(json.dumps(meta))
-    assert np.array_equal(ilf.load_frame(folder).depth, FAR)
-
-
-def test_ground_truth_may_be_another_dataset_of_the_same_file(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(folder)
-    with h5py.File("take.h5", "a") as file:
-        file["truth"] = NEAR
-        file["left/depth"][4:9, 5:20] = 0
-    frame = ilf.load_frame("rgb.png", "take.h5:/left/depth", ground_truth="take.h5:/truth")
-    assert np.array_equal(frame.ground_truth, NEAR)
-    assert (frame.inputs.ground_truth.path, frame.inputs.ground_truth.dataset) == (str(folder / "take.h5"), "/truth")
-    assert np.array_equal(ilf.load_frame(**frame.sources).ground_truth, NEAR)
-    files = ["rgb.png", "take.h5:/left/depth", "--ground-truth", "take.h5:/truth"]
-    assert main(["complete", *files, "--out", "out"]) == 0
-    assert np.array_equal(ilf.replay("out/run.json").run.frame.ground_truth, NEAR)
-    state = FrameState("a1", frame, Blocks(np.ones((H, W), np.int32)))
-    project = Project((ProjectFrame("a1", "one", FrameRef.of(frame.inputs), FrameSummary(Stage.UNTOUCHED), True),))
-    save_project("room.ilf", project, [state])
-    with open_project("room.ilf") as opened:
-        assert np.array_equal(opened.state("a1").state.frame.ground_truth, NEAR)
-    meta = {"depth": "take.h5:/left/depth", "gt": "take.h5:/truth", "depth_units_per_m": 1}
-    Path("meta.json").write_text(json.dumps(meta))
-    assert np.array_equal(ilf.load_frame(".").ground_truth, NEAR)
 
 
 def test_a_missing_file_is_named_without_its_dataset(folder: Path) -> None:

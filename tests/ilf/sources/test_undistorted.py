@@ -12,16 +12,9 @@ import pytest
 
 import ilf
 from ilf.cli import main
-from ilf.data.blocks import Blocks
 from ilf.data.camera import Camera
 from ilf.data.lenses import places_in_image, rays_of, seen_at, undistorted_view
 from ilf.errors import InputError
-from ilf.project.file import open_project, save_project
-from ilf.project.frame_state import FrameState
-from ilf.project.project import FrameSummary, Project, ProjectFrame, Stage
-from ilf.sources.frame_ref import FrameRef
-from ilf.sources.reading import load_frame
-from ilf.sources.reading_options import ReadingOptions
 
 H, W = 60, 80
 LENS = (-0.32, 0.11, 0.001, -0.0008, -0.01)
@@ -128,65 +121,6 @@ def test_colour_is_where_opencv_puts_it(files: tuple[Path, Path], tmp_path: Path
     assert np.abs(wanted[1:-1, 1:-1].astype(int) - frame.rgb[1:-1, 1:-1]).max() <= 2
     shift = 0.01 * (230 - 20) / W  # of 0.01 px, in shades
     assert np.abs(wanted[5:-5, 5:-5].astype(float) - frame.rgb[5:-5, 5:-5]).mean() < max(shift, 0.5)
-
-
-def test_the_same_frame_comes_back_from_arguments_records_and_projects(
-    files: tuple[Path, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    lens = _camera(tmp_path / "lens.yaml")
-    frame = ilf.load_frame(*files, intrinsics=lens, undistort=True)
-    assert frame.intrinsics.numbers != (75.0, 75.0, 39.5, 29.5)
-    again = ilf.load_frame(**json.loads(json.dumps(frame.sources)))
-    assert again.inputs == frame.inputs
-    assert np.array_equal(again.depth, frame.depth, equal_nan=True)
-    how = ["--out", str(tmp_path / "out"), "--max-iterations", "5", "--quiet"]
-    assert main(["complete", *map(str, files), "--intrinsics", str(lens), "--undistort", *how]) == 0
-    assert (tmp_path / "out/rgb.png").is_file(), "no file has the undistorted colour"
-    assert ilf.load_frame(tmp_path / "out").intrinsics.fx == pytest.approx(frame.intrinsics.fx, abs=1e-4)
-    replayed = ilf.replay(tmp_path / "out/run.json")
-    assert replayed.differences == ()
-    assert np.array_equal(replayed.run.frame.depth, frame.depth, equal_nan=True)
-
-
-def test_a_project_reads_it_again_from_the_files_and_untouched_frames_keep_the_option(
-    files: tuple[Path, Path], tmp_path: Path
-) -> None:
-    options = ReadingOptions(intrinsics=str(_camera(tmp_path / "lens.yaml")), undistort=True)
-    state = FrameState("a1", load_frame(*files, **options.given), Blocks(np.ones((H, W), np.int32)))
-    summary = FrameSummary(Stage.UNTOUCHED)
-    frames = (
-        ProjectFrame("a1", "one", FrameRef.of(state.frame.inputs), summary, True),
-        ProjectFrame("b2", "two", FrameRef(*map(str, files), options=options)),
-    )
-    save_project(tmp_path / "room.ilf", Project(frames), [state])
-    with open_project(tmp_path / "room.ilf") as opened:
-        assert opened.project.frames[1].source.options.undistort is True
-        for one in frames:
-            frame = opened.state(one.id).state.frame
-            assert np.array_equal(frame.depth, state.frame.depth, equal_nan=True)
-            assert np.array_equal(frame.rgb, state.frame.rgb)
-            assert frame.inputs == state.frame.inputs
-
-
-def test_ground_truth_and_confidence_are_those_of_the_files_and_undistorted_with_them(
-    files: tuple[Path, Path], tmp_path: Path
-) -> None:
-    truth = _slanted_plane("Brown").astype(np.float32)
-    depth = truth.copy()
-    depth[20:40, 10:30] = np.nan
-    np.save(files[1], depth)
-    np.save(tmp_path / "gt.npy", truth)
-    np.save(tmp_path / "confidence.npy", np.where(np.arange(W) < W // 2, 2, 0) * np.ones((H, 1), np.uint8))
-    lens = _camera(tmp_path / "lens.yaml")
-    beside = {"ground_truth": tmp_path / "gt.npy", "confidence": tmp_path / "confidence.npy", "min_confidence": 1}
-    frame = ilf.load_frame(*files, intrinsics=lens, undistort=True, **beside)
-    plane = _plane(frame.intrinsics)
-    assert np.abs(frame.ground_truth - plane).max() < 0.02, "moved to the nearest pixel"
-    assert np.nanmax(np.abs(frame.ground_truth - truth)) > 0.05
-    assert not frame.known[:, W // 2 + 2 :].any()
-    ilf.complete(frame).save(tmp_path / "out")
-    again = ilf.replay(tmp_path / "out/run.json")
-    assert np.array_equal(again.run.frame.ground_truth, frame.ground_truth, equal_nan=True)
 
 
 def test_depth_of_its_own_lens_is_registered_by_both(files: tuple[Path, Path], tmp_path: Path, capsys) -> None:
