@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import os
 import runpy
-from pathlib import Path
 from unittest.mock import patch
 
 import cv2
@@ -41,7 +40,7 @@ EXTRAS = {"mutants": "cosmic_ray"}
 
 
 @pytest.fixture
-def data(tmp_path: Path) -> dict[str, str]:
+def data(tmp_path):
     """Small data of every kind."""
     whole = tmp_path / "whole"
     whole.mkdir()

@@ -35,12 +35,12 @@ def seen(parts: Parts, materials: Materials) -> Picture:
 
 
 @pytest.fixture
-def materials() -> Materials:
+def materials():
     return Materials(np.random.default_rng(5))
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def folder(tmp_path_factory):
     out = tmp_path_factory.mktemp("scenes")
     make_scenes.main(arguments(out, count=4))
     return out

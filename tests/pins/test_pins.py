@@ -51,7 +51,7 @@ def test_a_change_changes_the_hashes_of_what_depends_on_it(change, differing, eq
 
 
 @pytest.fixture
-def _few(monkeypatch: pytest.MonkeyPatch) -> None:
+def _few(monkeypatch):
     monkeypatch.setattr(library, "FRAMES", {"wall": library.FRAMES["wall"]})
     monkeypatch.setattr(library, "COMPLETIONS", {"best": {}})
     monkeypatch.setattr(commands, "make", dict)

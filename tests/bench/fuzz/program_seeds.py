@@ -62,9 +62,7 @@ def batch(file: str) -> Seeds:
 
     def made(folder: Path) -> list[bytes]:
         settings = BatchSettings(
-            ilf.preset(**_QUICK),
-            BlockChoice(ilf.BlockParameters(detector="canny")),
-            options=ExportOptions(cloud=None),
+            ilf.preset(**_QUICK), BlockChoice(ilf.BlockParameters(detector="canny")), options=ExportOptions(cloud=None)
         )
         facts, levels = settings.facts(), (1.0, 3.0)
         frames = frames_of_sources([open_source(write_frames(folder / "frames", 1))])

@@ -435,7 +435,7 @@ def test_complete_prints_one_json_document(files, capsys):
     for block, outcome in zip(found["blocks"], outcomes, strict=True):
         assert block["sigma_i_m"] == (None if np.isnan(outcome.sigma_i) else outcome.sigma_i)
     assert set(found) == set(re.findall(r"\w+", COMPLETION_KEYS.partition(" blocks: ")[0])) - {
-        *("pixels", "against", "ground", "truth", "null", "without", "it"),
+        *("pixels", "against", "ground", "truth", "null", "without", "it")
     }
 
 

@@ -50,7 +50,7 @@ def npz(**arrays: np.ndarray) -> bytes:
 
 
 @pytest.fixture
-def save(tmp_path: Path):
+def save(tmp_path):
     cv2.imwrite(str(tmp_path / "rgb.png"), np.full((H, W, 3), 90, np.uint8))
 
     def write(name: str, content: bytes) -> tuple[Path, Path]:

@@ -103,10 +103,7 @@ def test_two_folders_matched_by_name(tmp_path, colour):
 
 def test_two_folders_matched_by_number_where_names_differ(tmp_path):
     _touch(tmp_path, "rgb/cam0_0001.png", "rgb/cam0_0002.png", "depth/range-1.png", "depth/range-2.png")
-    assert _named(tmp_path) == [
-        ("rgb/cam0_0001.png", "depth/range-1.png"),
-        ("rgb/cam0_0002.png", "depth/range-2.png"),
-    ]
+    assert _named(tmp_path) == [("rgb/cam0_0001.png", "depth/range-1.png"), ("rgb/cam0_0002.png", "depth/range-2.png")]
 
 
 @pytest.mark.parametrize(

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from itertools import product
-from pathlib import Path
 from typing import Any
 
 import cv2
@@ -49,7 +48,7 @@ def plane(camera: Camera, is_bent: bool) -> np.ndarray:
 
 
 @pytest.fixture
-def given(request: pytest.FixtureRequest, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
+def given(request, tmp_path, monkeypatch):
     """The arguments of `load_frame` for files of a plane, by one of CASES."""
     undistort, view, camera = request.param
     monkeypatch.setenv("ILF_MODELS", str(tmp_path / "models"))
@@ -150,9 +149,7 @@ def test_a_frame_is_right_is_told_and_comes_back_from_runs_and_projects(given, t
     ids=["depth", "colour"],
     indirect=["given"],
 )
-def test_a_batch_evaluates_undistorted_frames_in_their_own_pixels(
-    given: dict[str, Any], static: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_batch_evaluates_undistorted_frames_in_their_own_pixels(given, static, tmp_path, monkeypatch):
     work_in_this_process(monkeypatch)
     for name in ("f0", "f1"):
         folder = tmp_path / "frames" / name
@@ -172,9 +169,7 @@ def test_a_batch_evaluates_undistorted_frames_in_their_own_pixels(
     assert frame.guide.gives == "affine"
 
 
-def test_what_a_file_gives_is_said_and_a_network_with_a_name_says_it_itself(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_what_a_file_gives_is_said_and_a_network_with_a_name_says_it_itself(tmp_path, capsys, monkeypatch):
     monkeypatch.setenv("ILF_MODELS", str(tmp_path / "models"))
     monkeypatch.setattr("ilf._runtime.networks.network._networks", {})
     add_guide(brightness(tmp_path / "net.onnx"), "mine", gives="affine")
@@ -199,7 +194,7 @@ def test_what_a_file_gives_is_said_and_a_network_with_a_name_says_it_itself(
         assert "There is no guide" in ilf.load_frame(*files, guide_gives="affine").notes[-1]
 
 
-def test_a_folder_of_frames_has_guides_of_one_kind(tmp_path: Path) -> None:
+def test_a_folder_of_frames_has_guides_of_one_kind(tmp_path):
     for name in ("f0", "f1"):
         write_small_frame(tmp_path / name)
         (tmp_path / name / "meta.json").write_text('{"depth_units_per_m": 1000}')

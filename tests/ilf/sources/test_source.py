@@ -23,7 +23,7 @@ K = [52, 0, 31.5, 0, 52, 23.5, 0, 0, 1]
 
 
 @pytest.fixture
-def save(tmp_path: Path):
+def save(tmp_path):
     def write(rgb: str, depth: str, values: np.ndarray = MM) -> None:
         for name, image in ((rgb, np.full((H, W, 3), 90, np.uint8)), (depth, values)):
             (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)

@@ -57,7 +57,7 @@ def _plane(camera: Camera) -> np.ndarray:
 
 
 @pytest.fixture
-def files(tmp_path: Path) -> tuple[Path, Path]:
+def files(tmp_path):
     shades = np.repeat(np.linspace(20, 230, W)[None], H, axis=0).astype(np.uint8)
     cv2.imwrite(str(tmp_path / "rgb.png"), np.dstack((shades, shades, 255 - shades)))
     np.save(tmp_path / "depth.npy", _slanted_plane("Brown").astype(np.float32))
@@ -65,7 +65,7 @@ def files(tmp_path: Path) -> tuple[Path, Path]:
 
 
 @pytest.mark.parametrize("kind", LENSES)
-def test_a_plane_is_plane_again_by_any_lens_of_opencv(kind: str, files: tuple[Path, Path], tmp_path: Path) -> None:
+def test_a_plane_is_plane_again_by_any_lens_of_opencv(kind, files, tmp_path):
     np.save(files[1], _slanted_plane(kind).astype(np.float32))
     lens = _camera(tmp_path / "lens.yaml", LENSES[kind], model="equidistant" if kind == "fisheye" else "plumb_bob")
     frame = ilf.load_frame(*files, intrinsics=lens, undistort=True)
@@ -77,7 +77,7 @@ def test_a_plane_is_plane_again_by_any_lens_of_opencv(kind: str, files: tuple[Pa
 
 
 @pytest.mark.parametrize("kind", LENSES)
-def test_points_and_images_are_where_opencv_puts_them(kind: str) -> None:
+def test_points_and_images_are_where_opencv_puts_them(kind):
     model, coefficients = ("fisheye" if kind == "fisheye" else "pinhole"), np.array(LENSES[kind])
     camera = Camera(75.0, 75.0, 39.5, 29.5, size=(W, H), distortion=LENSES[kind], model=model)
     pixels = np.random.default_rng(0).uniform((0, 0), (W - 1, H - 1), (200, 2))
@@ -101,7 +101,7 @@ def test_points_and_images_are_where_opencv_puts_them(kind: str) -> None:
 
 
 @pytest.mark.parametrize(("focal", "told"), [(35.0, ""), (25.0, ""), (25.0, "cannot be inverted")])
-def test_a_fisheye_too_wide_for_a_plane_keeps_its_middle(focal: float, told: str) -> None:
+def test_a_fisheye_too_wide_for_a_plane_keeps_its_middle(focal, told):
     folds = (-0.4, 0.0, 0.0, 0.0) if told else LENSES["fisheye"]
     camera = Camera(focal, focal, 39.5, 29.5, size=(W, H), distortion=folds, model="fisheye")
     if told:
@@ -114,7 +114,7 @@ def test_a_fisheye_too_wide_for_a_plane_keeps_its_middle(focal: float, told: str
     assert (np.diff(rows, axis=0) > 0).all()
 
 
-def test_colour_is_where_opencv_puts_it(files: tuple[Path, Path], tmp_path: Path) -> None:
+def test_colour_is_where_opencv_puts_it(files, tmp_path):
     frame = ilf.load_frame(*files, intrinsics=_camera(tmp_path / "lens.yaml"), undistort=True)
     stored = cv2.cvtColor(cv2.imread(str(files[0])), cv2.COLOR_BGR2RGB)
     wanted = cv2.undistort(stored, K, np.array(LENS), None, frame.intrinsics.matrix)
@@ -123,7 +123,7 @@ def test_colour_is_where_opencv_puts_it(files: tuple[Path, Path], tmp_path: Path
     assert np.abs(wanted[5:-5, 5:-5].astype(float) - frame.rgb[5:-5, 5:-5]).mean() < max(shift, 0.5)
 
 
-def test_depth_of_its_own_lens_is_registered_by_both(files: tuple[Path, Path], tmp_path: Path, capsys) -> None:
+def test_depth_of_its_own_lens_is_registered_by_both(files, tmp_path, capsys):
     small = K.copy()
     small[:2] *= 0.5
     small[:2, 2] -= 0.25
@@ -140,14 +140,14 @@ def test_depth_of_its_own_lens_is_registered_by_both(files: tuple[Path, Path], t
     assert re.search(rf"intrinsics: +fx {frame.intrinsics.fx:g},", told)
 
 
-def test_a_camera_that_its_file_has_not_is_an_error_of_info(files: tuple[Path, Path], tmp_path: Path, capsys) -> None:
+def test_a_camera_that_its_file_has_not_is_an_error_of_info(files, tmp_path, capsys):
     lens = _camera(tmp_path / "lens.yaml")
     for more in [], ["--undistort"], ["--depth-intrinsics", str(lens), "--view", "depth"]:
         assert main(["info", *map(str, files), "--intrinsics", f"{lens}#left", *more]) == 1
         assert "left" in capsys.readouterr().err
 
 
-def test_what_cannot_be_undistorted_is_refused(files: tuple[Path, Path], tmp_path: Path) -> None:
+def test_what_cannot_be_undistorted_is_refused(files, tmp_path):
     for camera, told in (
         (None, "give a file of intrinsics"),
         ("75,75,39.5,29.5", "no lens distortion"),
