@@ -3,8 +3,6 @@
 A record is a dataclass, a named tuple or a struct.
 """
 
-from __future__ import annotations
-
 import ast
 import io
 import tokenize

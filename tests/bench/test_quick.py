@@ -1,7 +1,5 @@
 """Every bench in its quick form, so that none rots: `python -m pytest tests/bench`. No figure is claimed from it."""
 
-from __future__ import annotations
-
 import json
 import os
 import runpy

@@ -1,7 +1,5 @@
 """What the network of BSDS500 learns from: boundaries that stay thin and in register, and images held out."""
 
-from __future__ import annotations
-
 import cv2
 import numpy as np
 import pytest

@@ -1,7 +1,5 @@
 """What the contour network learns from: generated pictures with exact lines, and real frames with measured jumps."""
 
-from __future__ import annotations
-
 import cv2
 import numpy as np
 import pytest

@@ -1,7 +1,5 @@
 """Samples that the correction network learns from."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from recipes.correction_samples import UNKNOWN_LINES, SampleFolder, augmented, read_sample

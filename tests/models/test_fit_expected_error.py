@@ -1,7 +1,5 @@
 """The fit of the expected error: data made by a law give it back."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Which known depth is hidden while a network learns."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from recipes import hiding

@@ -1,7 +1,5 @@
 """What the networks learn from: pictures whose lines stay where they are in a mirror, and fair scores."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from recipes.lines import LineScore

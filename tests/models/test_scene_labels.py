@@ -1,7 +1,5 @@
 """Labels of exact depth against scenes whose jumps and creases are known."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scenes.labels import label

@@ -1,7 +1,5 @@
 """Pictures of random scenes: what is written is whole and repeatable, and depth, normals and flags fit the geometry."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import make_scenes

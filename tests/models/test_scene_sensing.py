@@ -1,7 +1,5 @@
 """What simulated depth cameras make of a wall with a box before it."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scenes import depth_cameras, gaps, sensing

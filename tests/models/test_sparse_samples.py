@@ -1,7 +1,5 @@
 """Samples that the correction of sparse depth learns from."""
 
-from __future__ import annotations
-
 import cv2
 import numpy as np
 import pytest

@@ -1,7 +1,5 @@
 """Valid files that the program itself stores: runs, batches, results of benches, and unsaved work."""
 
-from __future__ import annotations
-
 import dataclasses
 import json
 from pathlib import Path

@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import pytest
 
 from ..batch_frames import work_in_this_process, write_frames

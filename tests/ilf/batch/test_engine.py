@@ -1,7 +1,5 @@
 """What holds for every sink, a folder, shards, and shards at an address: nothing is done twice, nothing is lost."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Batches that write shards: what tars and tables contain, resuming, checking, and reading them as a source."""
 
-from __future__ import annotations
-
 import gc
 import glob
 import io

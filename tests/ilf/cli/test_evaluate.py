@@ -1,7 +1,5 @@
 """The command line where it evaluates: ground truth, `ilf evaluate`, presets from files."""
 
-from __future__ import annotations
-
 import csv
 import json
 import re

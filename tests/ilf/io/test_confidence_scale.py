@@ -1,7 +1,5 @@
 """Confidence maps beside two files, and maps that are not from 0 to 2."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Depth encodings: every way that a file's values become metres, what is missing in it, and what is doubted."""
 
-from __future__ import annotations
-
 import dataclasses
 import json
 import warnings

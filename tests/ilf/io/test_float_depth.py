@@ -1,7 +1,5 @@
 """Depth in files of floats: EXR, PFM, COLMAP, NPZ, and disparity."""
 
-from __future__ import annotations
-
 import contextlib
 import io
 import sys

@@ -1,7 +1,5 @@
 """Guide networks by name: fetched from a server that fails in every way, added from files, used, recorded."""
 
-from __future__ import annotations
-
 import errno
 import hashlib
 import json

@@ -1,7 +1,5 @@
 """Guides by a user's own network: what it is given, and what its answer becomes."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import cv2

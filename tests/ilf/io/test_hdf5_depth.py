@@ -1,7 +1,5 @@
 """Depth in HDF5 and MATLAB files: which dataset is read, how it is named, and the same frame again from records."""
 
-from __future__ import annotations
-
 import shutil
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Files of kinds that are not read are named by their kind, with what is read instead."""
 
-from __future__ import annotations
-
 import io
 from pathlib import Path
 

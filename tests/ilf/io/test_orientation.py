@@ -1,7 +1,5 @@
 """Orientation tags of one file of a pair: applied where only so colour and depth show the same pixels, and said."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import h5py

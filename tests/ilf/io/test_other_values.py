@@ -1,7 +1,5 @@
 """Values that are no depth: z-buffers, normalised depth, and distances along rays, which must be doubted aloud."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import h5py

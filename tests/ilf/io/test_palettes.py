@@ -1,7 +1,5 @@
 """Images with a palette: indices are the values of label maps and masks, colours those of colour images."""
 
-from __future__ import annotations
-
 import base64
 import io
 import json

@@ -1,7 +1,5 @@
 """`DepthRecorder`: one MCAP file, readable after every frame, also when the program is killed or the disk is full."""
 
-from __future__ import annotations
-
 import os
 import signal
 import subprocess

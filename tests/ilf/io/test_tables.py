@@ -1,7 +1,5 @@
 """Tables as CSV: spreadsheets take no cell for a formula, and numbers stay numbers."""
 
-from __future__ import annotations
-
 import csv
 import io
 import re

@@ -1,7 +1,5 @@
 """Depth that is no image file: organised clouds, PCL's images, HDF5, raw floats of a Kinect v2, photos of phones."""
 
-from __future__ import annotations
-
 import struct
 import sys
 from pathlib import Path

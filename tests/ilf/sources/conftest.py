@@ -1,7 +1,5 @@
 """No recording stays open after a test."""
 
-from __future__ import annotations
-
 import pytest
 
 from ilf.sources.opening import close_all

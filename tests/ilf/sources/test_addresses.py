@@ -1,7 +1,5 @@
 """Sources at addresses: they are read as on a disk, and neither errors nor results contain credentials."""
 
-from __future__ import annotations
-
 import shutil
 import sys
 import tempfile

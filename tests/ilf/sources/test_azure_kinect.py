@@ -1,7 +1,5 @@
 """Recordings of an Azure Kinect: a real one, and written ones in every colour format; calibrations by mode; damage."""
 
-from __future__ import annotations
-
 import json
 import os
 import sys

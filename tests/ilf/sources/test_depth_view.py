@@ -1,7 +1,5 @@
 """The depth camera's view: colour is brought to depth as exact geometry says, and what it does not see is no edge."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 from pathlib import Path

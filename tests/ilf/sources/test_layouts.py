@@ -1,7 +1,5 @@
 """Layouts as data: every published one on files named and encoded as published, given ones, and what does not fit."""
 
-from __future__ import annotations
-
 import json
 import re
 from collections.abc import Callable

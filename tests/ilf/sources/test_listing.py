@@ -1,7 +1,5 @@
 """Which frames a folder holds: every layout that is read, what is told of the rest, and what would be misread."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import cv2

@@ -1,7 +1,5 @@
 """Reading options together: lenses, view, dataset, ground truth, confidence and a guide by name, in every way back."""
 
-from __future__ import annotations
-
 import json
 from itertools import product
 from typing import Any

@@ -1,7 +1,5 @@
 """Where the camera was, from files beside the frames."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Folders of raw pairs with a calibration of one's own: registered by it, in the library and on the command line."""
 
-from __future__ import annotations
-
 import json
 
 import cv2

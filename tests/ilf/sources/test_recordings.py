@@ -1,7 +1,5 @@
 """Frames of recordings of ROS 1 and ROS 2: which belong together, what they are read as, and what is damaged."""
 
-from __future__ import annotations
-
 import contextlib
 import importlib
 import math

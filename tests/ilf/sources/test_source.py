@@ -1,7 +1,5 @@
 """Sources: every layout that is opened, what its frames are read as, and what is damaged or hostile."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

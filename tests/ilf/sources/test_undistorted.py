@@ -1,7 +1,5 @@
 """Pairs of files that are undistorted on reading: the right pixels, the right camera, and the same frame again."""
 
-from __future__ import annotations
-
 import json
 import re
 from pathlib import Path

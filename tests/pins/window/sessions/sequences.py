@@ -1,7 +1,5 @@
 """Frames of a sequence, a folder or a recording are gone through, completed together and played."""
 
-from __future__ import annotations
-
 from tests.ilf.bags import write_aligned
 
 from ..frames import walk
