@@ -266,17 +266,6 @@ def test_previews_share_their_colours(source, tmp_path, begun):
         read_preview(out)
 
 
-def test_results_among_the_sources_are_no_sources(source, tmp_path, begun):
-    command = ["batch", str(tmp_path), "--out", str(tmp_path / "done"), "--quiet", *FLAGS]
-    for name in ("a", "b"):
-        write_frames(tmp_path / name, 1)
-        for kind in ("rgb", "depth"):
-            (tmp_path / name / kind / "0000.png").rename(tmp_path / name / f"{kind}.png")
-    for _ in range(2):
-        assert main(command) == 0
-    assert begun == ["a", "b"]
-
-
 @pytest.mark.parametrize(
     ("request_", "message", "status"),
     [

@@ -143,13 +143,6 @@ def test_without_intrinsics_there_is_no_cloud_and_that_is_said(files, capsys):
     assert not Path("new").exists()
 
 
-def test_without_the_expected_error_the_replay_has_none_either(files):
-    arguments = ["complete", *files, "--no-cloud", "--no-expected-error", "--out", "out", "--quiet", *QUICK]
-    assert main(arguments) == 0
-    assert set(contents("out")) == RESULTS - {"cloud.ply"} - ERRORS
-    replays("out")
-
-
 def test_a_missing_edge_network_is_said_by_every_command(files, capsys):
     model = ["--blocks-model", "mine"]
     commands = (

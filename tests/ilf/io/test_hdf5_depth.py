@@ -39,12 +39,6 @@ def folder(tmp_path):
     return tmp_path
 
 
-def test_one_dataset_that_can_be_depth_need_not_be_named(tmp_path):
-    with h5py.File(tmp_path / "one.h5", "w") as file:
-        file["sensor/z16"], file["K"] = (1000 * NEAR).astype(np.uint16), np.eye(3)
-    assert np.array_equal(read_depth_values(tmp_path / "one.h5"), (1000 * NEAR).astype(np.uint16))
-
-
 def test_several_are_listed_with_what_to_write(folder):
     path = folder / "take.h5"
     with pytest.raises(FormatError) as error:

@@ -155,16 +155,6 @@ def test_pixels_in_which_the_depth_camera_cannot_measure_are_outside_its_view():
     np.testing.assert_array_equal(register(pair, "depth").outside_view, ~lit)
 
 
-def test_cameras_that_do_not_fit_are_told_of_as_in_the_other_view():
-    away = np.eye(4)
-    away[2, 3] = -50.0
-    with pytest.raises(InputError, match="do not match"):
-        register(RawPair(SHADES, np.full((H, W), 2.0), CAMERA, CAMERA, away), "depth")
-    bent = replace(CAMERA, distortion=(-3.0, 0.0, 0.0, 0.0))
-    with pytest.raises(InputError, match="cannot be inverted"):
-        register(RawPair(SHADES, np.full((H, W), 2.0), CAMERA, bent, beside(0.05)), "depth")
-
-
 def test_a_run_in_the_depth_view_is_written_aligned_too_and_made_again(tmp_path, capsys):
     pair = write_pair(tmp_path / "desk")
     out, how = tmp_path / "out", [str(tmp_path / "desk"), "--frame", "1"]
@@ -265,20 +255,3 @@ def test_two_cameras_of_the_same_size_are_registered_where_the_view_is_given(tmp
     capsys.readouterr()
     assert main(["complete", "--replay", str(tmp_path / "out/run.json"), "--out", str(tmp_path / "again")]) == 0
     assert "differ" not in capsys.readouterr().err
-
-
-@pytest.mark.parametrize("view", ["colour", "depth"])
-def test_info_doubts_no_camera_of_a_recording_and_shows_that_of_the_result(tmp_path, view, capsys):
-    write_pair(tmp_path / "desk")
-    frame = ilf.load_frame(tmp_path / "desk", frame="1", view=view)
-    assert main(["info", str(tmp_path / "desk"), "--frame", "1", "--view", view, "--json"]) == 0
-    told = json.loads(capsys.readouterr().out)["frame"]
-    assert told["plausibility_warnings"] == []
-    assert told["intrinsics"]["fx"] == pytest.approx(frame.intrinsics.fx)
-    given = write_files(tmp_path / "files") | {"view": view}
-    files = [str(given["rgb"]), str(given["depth"]), "--view", view]
-    cameras = ["--intrinsics", "60,60,47.5,23.5", "--depth-intrinsics", "40,40,23.5,17.5"]
-    assert main(["info", *files, *cameras, "--json"]) == 0
-    told = json.loads(capsys.readouterr().out)["frame"]
-    assert told["intrinsics"]["fx"] == ilf.load_frame(**given).intrinsics.fx
-    assert ("depth_camera" in told, "colour_camera" in told) == (view == "colour", view == "depth")

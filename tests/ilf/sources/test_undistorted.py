@@ -1,7 +1,6 @@
 """Pairs of files that are undistorted on reading: the right pixels, the right camera, and the same frame again."""
 
 import json
-import re
 from pathlib import Path
 
 import cv2
@@ -119,23 +118,6 @@ def test_colour_is_where_opencv_puts_it(files, tmp_path):
     assert np.abs(wanted[1:-1, 1:-1].astype(int) - frame.rgb[1:-1, 1:-1]).max() <= 2
     shift = 0.01 * (230 - 20) / W  # of 0.01 px, in shades
     assert np.abs(wanted[5:-5, 5:-5].astype(float) - frame.rgb[5:-5, 5:-5]).mean() < max(shift, 0.5)
-
-
-def test_depth_of_its_own_lens_is_registered_by_both(files, tmp_path, capsys):
-    small = K.copy()
-    small[:2] *= 0.5
-    small[:2, 2] -= 0.25
-    np.save(files[1], np.full((H // 2, W // 2), 2.0, np.float32))
-    lenses = {"intrinsics": _camera(tmp_path / "rgb.yaml"), "depth_intrinsics": (*small[[0, 1, 0, 1], [0, 1, 2, 2]],)}
-    frame = ilf.load_frame(*files, **lenses, undistort=True)
-    assert frame.shape == (H, W)
-    assert np.allclose(frame.depth[frame.known], 2.0)
-    assert np.array_equal(ilf.load_frame(**frame.sources).depth, frame.depth, equal_nan=True)
-    own = ["--depth-intrinsics", ",".join(map(str, lenses["depth_intrinsics"]))]
-    assert main(["info", *map(str, files), "--intrinsics", str(lenses["intrinsics"]), *own, "--undistort"]) == 0
-    told = capsys.readouterr().out
-    assert "problem" not in told
-    assert re.search(rf"intrinsics: +fx {frame.intrinsics.fx:g},", told)
 
 
 def test_a_camera_that_its_file_has_not_is_an_error_of_info(files, tmp_path, capsys):
