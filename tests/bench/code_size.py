@@ -3,8 +3,6 @@
 A record is a dataclass, a named tuple or a struct.
 """
 
-from __future__ import annotations
-
 import ast
 import io
 import tokenize
@@ -13,10 +11,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
-_NO_CODE = {
-    *(tokenize.COMMENT, tokenize.NL, tokenize.NEWLINE),
-    *(tokenize.INDENT, tokenize.DEDENT, tokenize.ENDMARKER),
-}
+_NO_CODE = {*(tokenize.COMMENT, tokenize.NL, tokenize.NEWLINE), *(tokenize.INDENT, tokenize.DEDENT, tokenize.ENDMARKER)}
 _RECORDS = ("dataclass", "NamedTuple", "Struct")
 
 

@@ -5,8 +5,6 @@ second correction, that of sparse depth (`--pattern points`, `--pattern lines`),
 it, their ratios, geometric means over frames and seeds, and how often the correction is better.
 """
 
-from __future__ import annotations
-
 import argparse
 from pathlib import Path
 from unittest.mock import patch

@@ -7,8 +7,6 @@ Frames for evaluation (`judging`) are run once, after tuning. Frames of NYU whos
 (`nyufilled_*`) are in neither list.
 """
 
-from __future__ import annotations
-
 import argparse
 from collections.abc import Sequence
 from pathlib import Path

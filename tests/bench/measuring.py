@@ -1,7 +1,5 @@
 """Time and memory of this process, and a yardstick that makes times comparable between machines."""
 
-from __future__ import annotations
-
 import ctypes
 import gc
 import os

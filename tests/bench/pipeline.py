@@ -9,8 +9,6 @@ is a hash of depth and expected error, which for one size must be the same for a
 the work for one step of a slider: 200 x 200 px, another value of the filter, one thread.
 """
 
-from __future__ import annotations
-
 import argparse
 import hashlib
 import json

@@ -1,7 +1,5 @@
 """The bundled sample in any size, as a frame without cached results or as a folder."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

@@ -5,8 +5,6 @@ outlined by hand on real frames (`selection_outlines.json`). Those of the half `
 merging; those of `judging` had no part in it.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 from collections.abc import Collection, Iterator

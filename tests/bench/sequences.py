@@ -12,8 +12,6 @@ A FOLDER is a source of frames with poses; known depth is hidden in areas. For e
   in a thread, and gets each frame when the one before is done.
 """
 
-from __future__ import annotations
-
 import argparse
 import math
 from collections.abc import Callable, Sequence

@@ -7,8 +7,6 @@ In the window every frame is opened, run, edited, solved again, exported and clo
 by a pixel a frame, with a cut every 500 frames. Memory and the rest are taken after a tenth of them and at the end.
 """
 
-from __future__ import annotations
-
 import argparse
 import os
 import sys

@@ -5,8 +5,6 @@ bundled sample, and in the window opening the sample, a slider of the filter unt
 stroke until the depth is updated. A file counts if a function in it was called; imports do not count.
 """
 
-from __future__ import annotations
-
 import argparse
 import importlib
 import io

@@ -1,7 +1,5 @@
 """The window in a real event loop, which leaves time to its threads, unlike `processEvents` or QTest's wait."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable
 from pathlib import Path

@@ -1,7 +1,5 @@
 """All writers of files, each with two versions of a file set, for tests of disk failures and killed processes."""
 
-from __future__ import annotations
-
 import argparse
 import io
 import os

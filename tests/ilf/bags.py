@@ -1,7 +1,5 @@
 """Recordings of ROS, written small with the writers of rosbags."""
 
-from __future__ import annotations
-
 import itertools
 import struct
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """Frames for batches: small ones in files, and one that ends whoever reads it; what a batch has written."""
 
-from __future__ import annotations
-
 import csv
 import json
 import os

@@ -1,7 +1,5 @@
 """Parts of a sphere, a cylinder or a plane, exactly, and frames of them from a simulated sensor."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

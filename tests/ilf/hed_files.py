@@ -1,7 +1,5 @@
 """A small HED with random weights, as files of Caffe and Keras, and what it makes of an image, computed directly."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Recordings of an Azure Kinect, written small in the layout of k4arecorder."""
 
-from __future__ import annotations
-
 import json
 from fractions import Fraction
 from pathlib import Path

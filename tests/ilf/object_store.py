@@ -1,7 +1,5 @@
 """A stand-in for S3 on this machine, for tests and measurements of addresses."""
 
-from __future__ import annotations
-
 import logging
 import os
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """Small recordings in the layouts of Record3D, Stray Scanner, ARKitScenes, ScanNet and NYU Depth's labelled file."""
 
-from __future__ import annotations
-
 import json
 import struct
 import zipfile

@@ -1,7 +1,5 @@
 """A frame's state with something in every place of it, and how two states are told apart."""
 
-from __future__ import annotations
-
 import dataclasses
 import datetime
 import math

@@ -1,7 +1,5 @@
 """Recordings of RealSense cameras, written small: of the Viewer in ROS 1, and of newer libraries in ROS 2."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 

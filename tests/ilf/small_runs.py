@@ -1,7 +1,5 @@
 """A run over the small frame, and what it writes."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 from pathlib import Path

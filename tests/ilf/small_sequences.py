@@ -1,7 +1,5 @@
 """A small sequence: a camera that moves past a wavy, coloured wall whose depth is known exactly."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import cv2

@@ -1,7 +1,5 @@
 """A RealSense camera that exists in software only: the device of the maker's library, with frames of the tests."""
 
-from __future__ import annotations
-
 import math
 from types import SimpleNamespace
 from typing import Any

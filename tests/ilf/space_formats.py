@@ -1,7 +1,5 @@
 """Readers of PLY, PCD, OBJ and GLB by their specifications, independent of the writers."""
 
-from __future__ import annotations
-
 import json
 import struct
 from pathlib import Path

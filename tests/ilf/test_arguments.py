@@ -1,7 +1,5 @@
 """Arguments of another kind are taken where their meaning is clear, and answered by one sentence otherwise."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -192,5 +192,5 @@ def test_the_top_level_has_nothing_else():
     listed = subprocess.run(["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=True).stdout
     names = {line.partition("/")[0] for line in listed.splitlines()}
     assert {name for name in names if not name.startswith(".")} == {
-        *("LICENSE", "README.md", "assets", "gui", "ilf", "pyproject.toml", "tests"),
+        *("LICENSE", "README.md", "assets", "gui", "ilf", "pyproject.toml", "tests")
     }

@@ -228,13 +228,6 @@ def test_an_address_in_a_file_is_not_asked_for(door, stranger, frame, web, capsy
     assert door in LISTS or (address in shown and "--allow-address http://127.0.0.1" in shown), shown
 
 
-@pytest.mark.parametrize("door", ["project", "record: replay", "meta.json: colour", "shards"])
-def test_a_chain_in_a_file_runs_nothing(door, stranger, frame, web, capsys):
-    address, asked = web
-    assert DOORS[door](stranger, frame, f"reference://x::{address}") == 1
-    assert not asked
-
-
 @pytest.mark.parametrize("door", [*DOORS, "layout"])
 def test_a_path_that_leads_elsewhere_is_not_read(door, tmp_path, stranger, frame, capsys):
     elsewhere = write_frames(tmp_path / "elsewhere", 2)

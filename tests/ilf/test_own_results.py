@@ -1,7 +1,5 @@
 """The program's own results are no measured frames: they are left out, named, and not scored."""
 
-from __future__ import annotations
-
 import shutil
 
 import numpy as np

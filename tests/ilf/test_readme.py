@@ -19,6 +19,8 @@ from ilf.cli import main
 from ilf.data.parameters import PRESETS
 from ilf.evaluation.bench.methods import METHODS
 
+from .batch_frames import work_in_this_process
+
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "assets" / "docs"
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -207,7 +209,8 @@ def test_the_figures_of_readme_are_those_of_the_benchmarks():
 
 @pytest.mark.parametrize("beginning", WRITTEN)
 @pytest.mark.timeout(300)
-def test_the_command_runs_and_writes_its_files(beginning, shell, capsys):
+def test_the_command_runs_and_writes_its_files(beginning, shell, capsys, monkeypatch):
+    work_in_this_process(monkeypatch)
     shell.run(beginning)
     told = [line for line in capsys.readouterr().err.splitlines() if line.startswith("ilf: ")]
     assert [line for line in told if not line.startswith(TOLD_OF_THE_SAMPLE)] == []

@@ -1,7 +1,5 @@
 """Tiny ONNX networks, written byte by byte: what no library would write, too, and nothing of onnx to install."""
 
-from __future__ import annotations
-
 import hashlib
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """What two cameras see of a wall with a board before it: exact depth along any ray."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from typing import Any

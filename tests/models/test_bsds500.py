@@ -1,9 +1,5 @@
 """What the network of BSDS500 learns from: boundaries that stay thin and in register, and images held out."""
 
-from __future__ import annotations
-
-from pathlib import Path
-
 import cv2
 import numpy as np
 import pytest
@@ -23,7 +19,7 @@ def disc() -> Example:
     return Example("1", rgb, (outlined, outlined, np.ones_like(outlined)))
 
 
-def test_a_boundary_is_one_pixel_wide() -> None:
+def test_a_boundary_is_one_pixel_wide():
     segmentation = np.ones((6, 8), np.int16)
     segmentation[:, 4:] = 2
     expected = np.zeros((6, 8), bool)
@@ -31,12 +27,12 @@ def test_a_boundary_is_one_pixel_wide() -> None:
     np.testing.assert_array_equal(boundary(segmentation), expected)
 
 
-def test_consensus_is_the_share_of_annotators() -> None:
+def test_consensus_is_the_share_of_annotators():
     assert set(np.unique(consensus(disc().segmentations))) == {np.float32(0), np.float32(2 / 3)}
 
 
 @pytest.mark.parametrize("seed", range(12))
-def test_samples_keep_boundaries_thin_and_on_the_edge(seed: int) -> None:
+def test_samples_keep_boundaries_thin_and_on_the_edge(seed):
     rgb, share = random_sample(disc(), 96, np.random.default_rng(seed))
     assert rgb.dtype == share.dtype == np.float32
     assert rgb.shape == (96, 96, 3)
@@ -54,7 +50,7 @@ def test_samples_keep_boundaries_thin_and_on_the_edge(seed: int) -> None:
     assert 0.3 < drawn.sum() / edge.sum() < 0.85
 
 
-def test_every_tenth_image_is_held_out(tmp_path: Path) -> None:
+def test_every_tenth_image_is_held_out(tmp_path):
     write_bsds500(tmp_path, 21)
     learnt, held_out = load_examples(tmp_path)
     assert [example.name for example in held_out] == ["1", "11", "21"]
@@ -62,6 +58,6 @@ def test_every_tenth_image_is_held_out(tmp_path: Path) -> None:
     assert not {example.name for example in learnt} & {example.name for example in held_out}
 
 
-def test_a_folder_without_images_is_named(tmp_path: Path) -> None:
+def test_a_folder_without_images_is_named(tmp_path):
     with pytest.raises(InputError, match="Give the folder of BSDS500"):
         load_examples(tmp_path)

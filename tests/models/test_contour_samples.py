@@ -1,9 +1,5 @@
 """What the contour network learns from: generated pictures with exact lines, and real frames with measured jumps."""
 
-from __future__ import annotations
-
-from pathlib import Path
-
 import cv2
 import numpy as np
 import pytest
@@ -15,7 +11,7 @@ from ilf.data.frame import RGBDFrame
 from .tiny_data import write_picture
 
 
-def test_lines_between_objects_are_borders_and_those_within_are_not(tmp_path: Path) -> None:
+def test_lines_between_objects_are_borders_and_those_within_are_not(tmp_path):
     picture = read_picture(write_picture(tmp_path, 0))
     picture.thing[:, 80:] = 2
     _, lines, none, thing = sample_of(picture, np.zeros((64, 96, 3), np.float32))
@@ -29,7 +25,7 @@ def test_lines_between_objects_are_borders_and_those_within_are_not(tmp_path: Pa
 
 
 @pytest.mark.parametrize("seed", range(6))
-def test_samples_of_pictures_keep_colour_in_range_and_lines_thin(tmp_path: Path, seed: int) -> None:
+def test_samples_of_pictures_keep_colour_in_range_and_lines_thin(tmp_path, seed):
     image, lines, *_ = generated_sample(write_picture(tmp_path, 0), np.random.default_rng(seed))
     assert image.dtype == lines.dtype == np.float32
     assert 0 <= image.min() <= image.max() <= 1
@@ -48,7 +44,7 @@ def frame_with_a_step() -> RGBDFrame:
 
 
 @pytest.mark.parametrize("seed", range(6))
-def test_samples_of_real_frames_have_the_measured_jumps_and_none_on_surfaces(seed: int) -> None:
+def test_samples_of_real_frames_have_the_measured_jumps_and_none_on_surfaces(seed):
     image, lines, none, thing = real_sample(frame_with_a_step(), np.random.default_rng(seed))
     assert image.shape == (*SIDES, 3)
     assert (thing == REAL).all()

@@ -1,9 +1,5 @@
 """Samples that the correction network learns from."""
 
-from __future__ import annotations
-
-from pathlib import Path
-
 import numpy as np
 import pytest
 from recipes.correction_samples import UNKNOWN_LINES, SampleFolder, augmented, read_sample
@@ -14,7 +10,7 @@ from ilf.errors import InputError
 from .tiny_data import write_correction_sample
 
 
-def test_samples_of_pictures_with_low_numbers_are_held_out(tmp_path: Path) -> None:
+def test_samples_of_pictures_with_low_numbers_are_held_out(tmp_path):
     for name in ("000041-0", "000003-1", "000003-0", "100-0", "000041", "other-0"):
         write_correction_sample(tmp_path, name)
     folder = SampleFolder(tmp_path)
@@ -22,13 +18,13 @@ def test_samples_of_pictures_with_low_numbers_are_held_out(tmp_path: Path) -> No
     assert [path.stem for path in folder.learnt] == ["000041-0", "100-0"], "in order of numbers"
 
 
-def test_a_folder_without_samples_is_named(tmp_path: Path) -> None:
+def test_a_folder_without_samples_is_named(tmp_path):
     write_correction_sample(tmp_path, "000041")
     with pytest.raises(InputError, match=r"not enough samples for training. Add files <number>-<k>\.npz"):
         SampleFolder(tmp_path)
 
 
-def test_a_sample_has_depth_less_the_median_of_the_known_one(tmp_path: Path) -> None:
+def test_a_sample_has_depth_less_the_median_of_the_known_one(tmp_path):
     image, features, lines, log_depth, completed = read_sample(write_correction_sample(tmp_path, "000041-0"))
     assert image.shape == (32, 32, 3)
     assert features.shape == (32, 32, len(CHANNELS))
@@ -36,21 +32,21 @@ def test_a_sample_has_depth_less_the_median_of_the_known_one(tmp_path: Path) -> 
     np.testing.assert_allclose(completed - log_depth, np.log(1.01), rtol=1e-3)
 
 
-def test_what_is_no_sample_is_named(tmp_path: Path) -> None:
+def test_what_is_no_sample_is_named(tmp_path):
     path = tmp_path / "000001-0.npz"
     np.savez(path, rgb=np.zeros((4, 4, 3), np.uint8))
     with pytest.raises(InputError, match=r"000001-0\.npz is not a sample"):
         read_sample(path)
 
 
-def test_a_mirrored_sample_marks_the_same_pairs(tmp_path: Path) -> None:
+def test_a_mirrored_sample_marks_the_same_pairs(tmp_path):
     sample = read_sample(write_correction_sample(tmp_path, "000041-0"))
     seen = {augmented(sample, np.random.default_rng(seed))[2][0, :, 0].argmax() for seed in range(8)}
     # pixels 5 and 6 are the pair; mirrored, 25 and 26 are
     assert seen == {5, 25}
 
 
-def test_lines_of_real_frames_are_not_known(tmp_path: Path) -> None:
+def test_lines_of_real_frames_are_not_known(tmp_path):
     path = write_correction_sample(tmp_path, "900000-0")
     with np.load(path) as file:
         arrays = dict(file)

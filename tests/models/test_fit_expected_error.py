@@ -1,7 +1,5 @@
 """The fit of the expected error: data made by a law give it back."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 from pathlib import Path
@@ -74,7 +72,7 @@ def test_what_frames_have_of_their_own_is_found_in_wide_gaps():
     np.testing.assert_array_equal(samples[0].expected(found)[narrow], found.shares(samples[0].features)[narrow])
 
 
-def test_the_command_prints_and_writes_the_models(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_command_prints_and_writes_the_models(tmp_path, capsys):
     for name in ("one", "other"):
         write_small_frame(tmp_path / name)
         (tmp_path / name / "meta.json").write_text(json.dumps({"name": name, "depth_units_per_m": 1000}))
@@ -95,7 +93,7 @@ def test_the_command_prints_and_writes_the_models(tmp_path: Path, capsys: pytest
     assert models["edge-aware"] == MODELS["edge-aware"]
 
 
-def test_frames_of_one_sensor_and_no_frames_are_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_frames_of_one_sensor_and_no_frames_are_named(tmp_path, capsys):
     for name in ("one", "other"):
         write_small_frame(tmp_path / name)
         meta = {"name": name, "depth_units_per_m": 1000, "sensor": "the same"}

@@ -1,7 +1,5 @@
 """Which known depth is hidden while a network learns."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from recipes import hiding
@@ -17,7 +15,7 @@ def picture() -> tuple[np.ndarray, np.ndarray]:
     return measured, part
 
 
-def test_only_known_depth_is_hidden_and_some_always_stays() -> None:
+def test_only_known_depth_is_hidden_and_some_always_stays():
     measured, part = picture()
     hidden = [hiding.hide(measured, part, np.random.default_rng(seed)) for seed in range(60)]
     shares = np.array([one.sum() / np.isfinite(measured).sum() for one in hidden])
@@ -29,13 +27,13 @@ def test_only_known_depth_is_hidden_and_some_always_stays() -> None:
 
 
 @pytest.mark.parametrize("pattern", hiding.PATTERNS)
-def test_every_pattern_hides_something_and_leaves_something(pattern: hiding.Pattern) -> None:
+def test_every_pattern_hides_something_and_leaves_something(pattern):
     measured, part = picture()
     shares = [pattern(measured, part, np.random.default_rng(seed)).mean() for seed in range(12)]
     assert 0 < min(shares) <= max(shares) < 1
 
 
-def test_surfaces_vanish_whole_or_but_for_a_remnant() -> None:
+def test_surfaces_vanish_whole_or_but_for_a_remnant():
     measured, part = picture()
     left = []
     for seed in range(20):
@@ -45,7 +43,7 @@ def test_surfaces_vanish_whole_or_but_for_a_remnant() -> None:
     assert any(0.02 < share < 0.4 for share in left)
 
 
-def test_what_is_beyond_range_goes_first() -> None:
+def test_what_is_beyond_range_goes_first():
     measured, part = picture()
     for seed in range(12):
         gone = hiding.far_or_near(measured, part, np.random.default_rng(seed))[16:]
@@ -53,6 +51,6 @@ def test_what_is_beyond_range_goes_first() -> None:
         assert max(shares[0], shares[-1]) == max(shares)
 
 
-def test_nothing_known_nothing_hidden() -> None:
+def test_nothing_known_nothing_hidden():
     measured, part = picture()
     assert not hiding.hide(np.full_like(measured, np.nan), part, np.random.default_rng(1)).any()

@@ -1,7 +1,5 @@
 """The recipes of the networks: a step of training on a few pixels, and networks that the library can use."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 

@@ -35,19 +35,13 @@ def files():
 
 
 @pytest.fixture(scope="module")
-def capture():
-    return make_room.capture(make_room.furnished(7), (640, 480), 7)
-
-
-def contents(folder: Path) -> dict[str, bytes]:
-    return {path.name: path.read_bytes() for path in folder.iterdir()}
+def scene():
+    return make_room.furnished(7)
 
 
 @pytest.fixture(scope="module")
-def small(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("small")
-    make_room.main(["--size", "80x60", "--out", str(folder)])
-    return folder, contents(folder)
+def capture(scene):
+    return make_room.capture(scene, (640, 480), 7)
 
 
 def test_files_fit_together(files):
@@ -137,20 +131,23 @@ def test_measured_depth_has_disparity_steps(files):
     assert len(np.unique(known)) < 200
 
 
-def test_script_is_deterministic(small, tmp_path):
-    again = tmp_path / "again"
-    command = [sys.executable, str(SAMPLES / "make_room.py"), "--size", "80x60", "--out", str(again)]
+def test_script_is_deterministic(scene, tmp_path):
+    here, there = tmp_path / "here", tmp_path / "there"
+    make_room.main(["--size", "16x12", "--out", str(here)])
+    command = [sys.executable, str(SAMPLES / "make_room.py"), "--size", "16x12", "--out", str(there)]
     subprocess.run(command, check=True, capture_output=True, timeout=100)
-    assert contents(again) == small[1]
-    depth = cv2.imread(str(small[0] / "depth.png"), cv2.IMREAD_UNCHANGED)
-    other = make_room.capture(make_room.furnished(8), (80, 60), 8)
+    assert [path.read_bytes() for path in sorted(there.iterdir())] == [
+        path.read_bytes() for path in sorted(here.iterdir())
+    ]
+    depth = cv2.imread(str(here / "depth.png"), cv2.IMREAD_UNCHANGED)
+    other = make_room.capture(scene, (16, 12), 8)
     assert np.any((np.round(other.measured * 1000) != depth)[depth > 0])
 
 
-def test_exact_depth_agrees_with_the_planes_of_floor_and_wall(small):
+def test_exact_depth_agrees_with_the_planes_of_floor_and_wall(scene):
     """Camera 1.5 m above the floor, 3.7 m before the wall, tilted down by 12 and turned left by 2 degrees."""
-    gt = cv2.imread(str(small[0] / "gt.png"), cv2.IMREAD_UNCHANGED) / 1000
-    fx, fy, cx, cy = json.loads(small[1]["meta.json"])["K"]
+    exact = make_room.capture(scene, (80, 60), 7).exact
+    fx, fy, cx, cy = make_room.intrinsics_at((80, 60))
     tilt, turn = np.radians(12), np.radians(2)
 
     def ray(column: int, row: int) -> tuple[float, float]:
@@ -160,6 +157,6 @@ def test_exact_depth_agrees_with_the_planes_of_floor_and_wall(small):
         return -np.sin(tilt) - y * np.cos(tilt), level * np.cos(turn) + x * np.sin(turn)
 
     for column, row in ((3, 58), (10, 55), (14, 50)):
-        assert gt[row, column] == pytest.approx(1.5 / -ray(column, row)[0], abs=0.002)
+        assert exact[row, column] == pytest.approx(1.5 / -ray(column, row)[0], abs=0.002)
     for column, row in ((20, 4), (36, 10), (40, 26), (70, 5)):
-        assert gt[row, column] == pytest.approx(3.7 / ray(column, row)[1], abs=0.002)
+        assert exact[row, column] == pytest.approx(3.7 / ray(column, row)[1], abs=0.002)

@@ -1,7 +1,5 @@
 """Labels of exact depth against scenes whose jumps and creases are known."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scenes.labels import label
@@ -40,7 +38,7 @@ def cylinder(x: float, z: float, radius: float) -> tuple[np.ndarray, np.ndarray]
 
 
 @pytest.mark.parametrize("facing", [1, -1])
-def test_a_floor_never_jumps_and_the_foot_of_a_wall_is_a_crease(facing: int) -> None:
+def test_a_floor_never_jumps_and_the_foot_of_a_wall_is_a_crease(facing):
     floor, wall = plane((0, -1, 0), 1.2), plane((0, 0, -1), 9.0)
     depth, normals, part = nearest(floor, wall)
     assert np.abs(np.diff(depth, axis=0)).max() > 0.2
@@ -51,7 +49,7 @@ def test_a_floor_never_jumps_and_the_foot_of_a_wall_is_a_crease(facing: int) -> 
     assert crease.sum() == SHAPE[1]
 
 
-def test_a_cylinder_jumps_at_its_rim_and_is_smooth_within() -> None:
+def test_a_cylinder_jumps_at_its_rim_and_is_smooth_within():
     depth, normals, part = nearest(plane((0, 0, -1), 3.0), cylinder(0.1, 2.0, 0.4))
     jump, crease = label(depth, normals, part, K)
     rim = (part[:, :-1] != part[:, 1:]).nonzero()
@@ -60,7 +58,7 @@ def test_a_cylinder_jumps_at_its_rim_and_is_smooth_within() -> None:
     assert not crease.any()
 
 
-def test_sky_jumps_against_surfaces_only() -> None:
+def test_sky_jumps_against_surfaces_only():
     depth, normals, part = nearest(plane((0, -1, 0), 1.2))
     depth[depth > 20] = np.nan
     jump, crease = label(depth, normals, part, K)
@@ -70,7 +68,7 @@ def test_sky_jumps_against_surfaces_only() -> None:
 
 
 @pytest.mark.parametrize(("gap", "jumps"), [(0.03, True), (0.012, False)])
-def test_a_step_counts_from_two_centimetres_on(gap: float, jumps: bool) -> None:
+def test_a_step_counts_from_two_centimetres_on(gap, jumps):
     depth = np.where(COLUMNS < 160, 0.8, 0.8 + gap)
     normals = np.broadcast_to([0.0, 0.0, -1.0], (*SHAPE, 3))
     jump, crease = label(depth, normals, (COLUMNS < 160).astype(np.int32), K)
@@ -80,7 +78,7 @@ def test_a_step_counts_from_two_centimetres_on(gap: float, jumps: bool) -> None:
 
 
 @pytest.mark.parametrize(("length", "creases"), [(5, False), (6, True)])
-def test_slivers_are_no_creases(length: int, creases: bool) -> None:
+def test_slivers_are_no_creases(length, creases):
     sliver = (COLUMNS == 160) & (ROWS >= 100) & (100 + length > ROWS)
     depth = np.full(SHAPE, 1.0)
     normals = np.where(sliver[..., None], [-0.8, 0.0, -0.6], [0.0, 0.0, -1.0])

@@ -1,9 +1,5 @@
 """Samples that the correction of sparse depth learns from."""
 
-from __future__ import annotations
-
-from pathlib import Path
-
 import cv2
 import numpy as np
 import pytest
@@ -18,7 +14,7 @@ SHAPE = (120, 160)
 
 
 @pytest.fixture
-def folder(tmp_path: Path) -> Path:
+def folder(tmp_path):
     """A real frame's folder: a slope, two thirds of it known."""
     rows, columns = np.indices(SHAPE)
     depth = 1500 + 4 * rows + 2 * columns
@@ -31,7 +27,7 @@ def folder(tmp_path: Path) -> Path:
     return path
 
 
-def test_what_is_kept_is_known_and_sparse() -> None:
+def test_what_is_kept_is_known_and_sparse():
     rng = np.random.default_rng(3)
     depth = np.where(rng.random(SHAPE) < 0.8, np.float32(2), np.float32(np.nan))
     frame = RGBDFrame(rng.integers(0, 255, (*SHAPE, 3)).astype(np.uint8), depth)
@@ -44,7 +40,7 @@ def test_what_is_kept_is_known_and_sparse() -> None:
     assert max(shares) < 0.6
 
 
-def test_samples_are_made_once_and_read_again(folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_samples_are_made_once_and_read_again(folder, tmp_path, monkeypatch):
     monkeypatch.setattr(sparse_samples, "FROM_EACH", 2)
     out = tmp_path / "samples"
     make_samples([folder], out, 1)
@@ -63,7 +59,7 @@ def test_samples_are_made_once_and_read_again(folder: Path, tmp_path: Path, monk
     assert is_held_out(paths[0]) == is_held_out(paths[-1]), "a frame is held out with all its samples"
 
 
-def test_what_is_no_sample_is_named(tmp_path: Path) -> None:
+def test_what_is_no_sample_is_named(tmp_path):
     path = tmp_path / "frame_0-0.npz"
     np.savez(path, features=np.zeros(3))
     with pytest.raises(InputError, match=r"frame_0-0\.npz is not a sample"):

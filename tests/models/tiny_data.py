@@ -1,7 +1,5 @@
 """Pictures, samples and images of a few pixels, as the scripts write them and the recipes read them."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import cv2

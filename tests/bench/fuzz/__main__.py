@@ -8,8 +8,6 @@ refused with an error of one line (told); anything else is a fault: a traceback 
 hang, or more memory. Case N of a seed is the same file every time; --keep stores the files that caused faults.
 """
 
-from __future__ import annotations
-
 import argparse
 import tempfile
 from collections import Counter

@@ -1,8 +1,6 @@
 """The program's child with a forked process in place of a new one: a thousand times faster, so that thousands of
 cases can be run."""
 
-from __future__ import annotations
-
 import faulthandler
 import os
 import pickle

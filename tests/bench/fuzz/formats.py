@@ -1,7 +1,5 @@
 """Every format that the program reads: valid files, mutations, and readers."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path

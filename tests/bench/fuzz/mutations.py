@@ -1,7 +1,5 @@
 """Random mutations of files, with some knowledge of their format."""
 
-from __future__ import annotations
-
 import copy
 import io
 import json

@@ -1,7 +1,5 @@
 """Child processes that read files: crashes and hangs are recorded, and another child goes on."""
 
-from __future__ import annotations
-
 import json
 import signal
 import subprocess

@@ -1,7 +1,5 @@
 """Valid files that the program itself stores: runs, batches, results of benches, and unsaved work."""
 
-from __future__ import annotations
-
 import dataclasses
 import json
 from pathlib import Path
@@ -62,9 +60,7 @@ def batch(file: str) -> Seeds:
 
     def made(folder: Path) -> list[bytes]:
         settings = BatchSettings(
-            ilf.preset(**_QUICK),
-            BlockChoice(ilf.BlockParameters(detector="canny")),
-            options=ExportOptions(cloud=None),
+            ilf.preset(**_QUICK), BlockChoice(ilf.BlockParameters(detector="canny")), options=ExportOptions(cloud=None)
         )
         facts, levels = settings.facts(), (1.0, 3.0)
         frames = frames_of_sources([open_source(write_frames(folder / "frames", 1))])

@@ -1,7 +1,5 @@
 """Readers of all formats, as in the program: they raise IlfError for refused files and fail on wrong results."""
 
-from __future__ import annotations
-
 import contextlib
 import os
 import shutil

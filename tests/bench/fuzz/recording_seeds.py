@@ -1,7 +1,5 @@
 """Small valid recordings and float depth files from the tests' writers."""
 
-from __future__ import annotations
-
 import io
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Small valid files of every format, and their companion files."""
 
-from __future__ import annotations
-
 import io
 import json
 import struct

@@ -1,7 +1,5 @@
 """The window's settings, read on opening: damaged settings must not prevent it from opening."""
 
-from __future__ import annotations
-
 import json
 import os
 from functools import cache

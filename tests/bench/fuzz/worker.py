@@ -3,8 +3,6 @@
 python -m tests.bench.fuzz.worker FORMAT SEED FIRST LAST FOLDER [KEEP]
 """
 
-from __future__ import annotations
-
 import faulthandler
 import json
 import os

@@ -8,8 +8,6 @@ its autosave or the project file. Autosave and project file must contain a state
 one that was replaced at most 3 s before the kill, with all frames from the same moment.
 """
 
-from __future__ import annotations
-
 import argparse
 import tempfile
 from pathlib import Path

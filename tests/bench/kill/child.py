@@ -7,8 +7,6 @@ moment that comes next ("at"): a write, or "save", "export" or "close", with whi
 after saving.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import random

@@ -1,7 +1,5 @@
 """Digests that identify the state of a frame: over everything that a project stores of it."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 from collections.abc import Mapping

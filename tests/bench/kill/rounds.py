@@ -1,7 +1,5 @@
 """One kill, and the recovery after it."""
 
-from __future__ import annotations
-
 import json
 import os
 import random

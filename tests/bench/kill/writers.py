@@ -8,8 +8,6 @@ file, no file of the other set, no temporary file, and no record that does not m
 this does not run on Windows.)
 """
 
-from __future__ import annotations
-
 import argparse
 import os
 import random

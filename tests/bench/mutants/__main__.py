@@ -6,8 +6,6 @@ first, up to the time `--longest`. Coverage and results are stored: the same com
 after new tests it tries only the surviving faults again. `--fresh` deletes the stored results.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 import os

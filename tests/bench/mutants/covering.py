@@ -1,7 +1,5 @@
 """Coverage by test: which tests run which lines, and their duration."""
 
-from __future__ import annotations
-
 import ast
 import json
 import subprocess

@@ -1,7 +1,5 @@
 """Possible faults in a file, and a sample of them. The operators are those of cosmic-ray."""
 
-from __future__ import annotations
-
 import ast
 import difflib
 import random

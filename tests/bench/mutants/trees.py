@@ -1,7 +1,5 @@
 """Copies of the tree in which faults are made and tests are run."""
 
-from __future__ import annotations
-
 import hashlib
 import os
 import shutil

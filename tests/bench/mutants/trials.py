@@ -1,7 +1,5 @@
 """Trial of one fault by its tests."""
 
-from __future__ import annotations
-
 import os
 import re
 import resource

@@ -11,8 +11,6 @@ The remedy for the first place at each fault is applied. It mends the fault if i
 without the fault lacks; "worse" is a lower IoU.
 """
 
-from __future__ import annotations
-
 import argparse
 import os
 from collections import Counter

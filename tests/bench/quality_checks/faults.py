@@ -1,7 +1,5 @@
 """Deliberate faults in blocks, where missing depth depends on them and ground truth shows an effect."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import cv2

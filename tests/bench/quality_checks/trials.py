@@ -1,7 +1,5 @@
 """Quality checks on one frame with deliberate faults: which flagged places are at a fault, and what remedies mend."""
 
-from __future__ import annotations
-
 import zlib
 from dataclasses import dataclass
 

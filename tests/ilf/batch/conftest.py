@@ -1,19 +1,15 @@
-from __future__ import annotations
-
-from pathlib import Path
-
 import pytest
 
 from ..batch_frames import work_in_this_process, write_frames
 
 
 @pytest.fixture
-def source(tmp_path: Path) -> Path:
+def source(tmp_path):
     """A folder of five small frames."""
     return write_frames(tmp_path / "in", 5)
 
 
 @pytest.fixture
-def begun(monkeypatch: pytest.MonkeyPatch) -> list[str]:
+def begun(monkeypatch):
     """There are no other processes; the keys of the frames whose completion was begun."""
     return work_in_this_process(monkeypatch)

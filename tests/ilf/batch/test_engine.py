@@ -1,7 +1,5 @@
 """What holds for every sink, a folder, shards, and shards at an address: nothing is done twice, nothing is lost."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -55,19 +53,19 @@ class Out:
 
 
 @pytest.fixture(params=["folder", "shards", "address"])
-def kind(request: pytest.FixtureRequest) -> str:
+def kind(request):
     return str(request.param)
 
 
 @pytest.fixture
-def out(kind: str, tmp_path: Path) -> Iterator[Out]:
+def out(kind, tmp_path):
     yield Out(kind, tmp_path)
     fsspec.filesystem("memory").store.clear()
     close_all()
 
 
 @pytest.fixture
-def alone(kind: str, source: Path, tmp_path: Path, begun: list[str]) -> dict[str, bytes]:
+def alone(kind, source, tmp_path, begun):
     """The results of a batch that nothing has disturbed."""
     out = Out(kind, tmp_path / "alone")
     assert main(out.command(source)) == 0

@@ -1,7 +1,5 @@
 """What the architecture page says of adding a sink is true: one class."""
 
-from __future__ import annotations
-
 import pickle
 from dataclasses import dataclass, replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The command line where it evaluates: ground truth, `ilf evaluate`, presets from files."""
 
-from __future__ import annotations
-
 import csv
 import json
 import re
@@ -149,19 +147,6 @@ def test_info_tells_what_is_known_of_the_truth(files, capsys):
     Path("in/meta.json").write_text(json.dumps({"depth_units_per_m": 1000, "gt": "filled by hand"}))
     assert main(["info", "in"]) == 0
     assert "none: according to meta.json, gt.png" in capsys.readouterr().out
-
-
-def test_evaluate_against_ground_truth_gives_the_librarys_figures(files, capsys):
-    assert main(["evaluate", *files, *GROUND_TRUTH, "--preset", "best", "--preset", "paper", "--by-block", *QUICK]) == 0
-    text = capsys.readouterr().out
-    frame = ilf.load_frame(*files, ground_truth="in/gt.png", ground_truth_units=5000)
-    for name in ("best", "paper"):
-        run = ilf.Run.of(frame, preset=ilf.preset(name, max_iterations=25))
-        evaluation = evaluate_completion(frame, run.complete())
-        assert figures(text, name)[1].rstrip("*") == f"{1000 * evaluation.rmse:.2f}"
-    assert "against ground truth, over 485 missing pixels" in text
-    assert "RMSE [mm], paper" in text
-    assert figures(text, "    1")[1] == "210"
 
 
 def test_evaluate_prints_one_json_document(files, capsys):

@@ -71,5 +71,6 @@ def test_live_starts_the_window_as_it_is_installed(monkeypatch, played):
     (command,) = commands
     wanted = ["--realsense"] if played == ["--realsense"] else ["--live", *played]
     assert command[-len(wanted) - 2 :] == [*wanted, "--rate", "5.0"]
-    found = subprocess.run([*command[: -len(wanted) - 2], "--version"], capture_output=True, text=True, check=True)
-    assert found.stdout.startswith("ilf-gui ")
+    if played == ["room"]:
+        found = subprocess.run([*command[: -len(wanted) - 2], "--version"], capture_output=True, text=True, check=True)
+        assert found.stdout.startswith("ilf-gui ")

@@ -17,9 +17,7 @@ from ilf.io.polygons import compressed, outline_polygons, run_lengths
 
 SHAPE = (4, 6)
 MAPS = hnp.arrays(
-    np.int32,
-    hnp.array_shapes(min_dims=2, max_dims=2, max_side=9),
-    elements=st.sampled_from([0, 1, 2, 65535]),
+    np.int32, hnp.array_shapes(min_dims=2, max_dims=2, max_side=9), elements=st.sampled_from([0, 1, 2, 65535])
 )
 """Small maps of few blocks: of many parts that touch at corners, with holes in holes."""
 
@@ -240,17 +238,6 @@ def test_a_bad_file_is_one_sentence(name, tmp_path):
     with pytest.raises(InputError, match=message) as caught:
         read_blocks(path, SHAPE)
     assert str(path) in str(caught.value)
-
-
-ANYTHING = st.recursive(
-    st.none()
-    | st.integers()
-    | st.floats()
-    | st.text(max_size=3)
-    | st.sampled_from(["mask", "circle", [4, 6], 6, SQUARE]),
-    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.sampled_from(["id", "size", "counts"]), inner),
-    max_leaves=6,
-)
 
 
 def test_a_line_that_crosses_the_image_too_often_is_refused(tmp_path):

@@ -2,7 +2,6 @@
 
 import json
 import struct
-from pathlib import Path
 
 import cv2
 import numpy as np
@@ -341,7 +340,7 @@ def _checked(spec: str, coefficients: list[float], numbers: list[float], is_fish
 
 
 @pytest.mark.parametrize("maker", MADE)
-def test_a_makers_camera_is_read_with_its_lens(tmp_path: Path, maker: str) -> None:
+def test_a_makers_camera_is_read_with_its_lens(tmp_path, maker):
     name, content, entry, coefficients, numbers = (*MADE[maker], NUMBERS)[:5]
     path = tmp_path / name
     path.write_bytes(content if isinstance(content, bytes) else content.encode())
@@ -354,7 +353,7 @@ def test_a_makers_camera_is_read_with_its_lens(tmp_path: Path, maker: str) -> No
 
 @pytest.mark.parametrize("suffix", ["yaml", "xml", "json"])
 @pytest.mark.parametrize("coefficients", [BROWN, RATIONAL, FISH], ids=["Brown", "rational", "fisheye"])
-def test_what_opencv_writes_is_read(tmp_path: Path, suffix: str, coefficients: list[float]) -> None:
+def test_what_opencv_writes_is_read(tmp_path, suffix, coefficients):
     path = tmp_path / f"camera.{suffix}"
     storage = cv2.FileStorage(str(path), cv2.FILE_STORAGE_WRITE)
     for name, value in (("image_width", 640), ("image_height", 480), ("fisheye_model", int(coefficients is FISH))):
@@ -377,7 +376,7 @@ def test_what_opencv_writes_is_read(tmp_path: Path, suffix: str, coefficients: l
         ("COLMAP binary radial", "1 or 2 or 3 or 4 or 5", "1"),
     ],
 )
-def test_several_cameras_are_named_with_what_to_write(tmp_path: Path, maker: str, names: str, example: str) -> None:
+def test_several_cameras_are_named_with_what_to_write(tmp_path, maker, names, example):
     name, content, *_ = MADE[maker]
     path = tmp_path / f"a#{name}"
     path.write_bytes(content if isinstance(content, bytes) else content.encode())
@@ -392,14 +391,14 @@ def test_several_cameras_are_named_with_what_to_write(tmp_path: Path, maker: str
     ("maker", "entry", "lens"),
     [("Kalibr", "cam2", "omni"), ("OAK", "CAM_C", "radial division"), ("COLMAP binary radial", "5", "FOV")],
 )
-def test_other_lenses_are_refused_by_name(tmp_path: Path, maker: str, entry: str, lens: str) -> None:
+def test_other_lenses_are_refused_by_name(tmp_path, maker, entry, lens):
     name, content, *_ = MADE[maker]
     (tmp_path / name).write_bytes(content if isinstance(content, bytes) else content.encode())
     with pytest.raises(InputError, match=f"lens model '{lens}.*is not supported"):
         lens_from(f"{tmp_path / name}#{entry}", SIZE[::-1])
 
 
-def test_a_lens_without_a_focal_length_is_refused_by_its_name(tmp_path: Path) -> None:
+def test_a_lens_without_a_focal_length_is_refused_by_its_name(tmp_path):
     (tmp_path / "mei.yaml").write_text(MEI)
     with pytest.raises(InputError, match="lens model 'MEI' is not supported"):
         lens_from(str(tmp_path / "mei.yaml"), SIZE[::-1])
@@ -408,7 +407,7 @@ def test_a_lens_without_a_focal_length_is_refused_by_its_name(tmp_path: Path) ->
     assert "'MEI' is not supported" in notes[0]
 
 
-def test_a_camera_of_another_size_is_scaled_with_its_lens_or_refused(tmp_path: Path) -> None:
+def test_a_camera_of_another_size_is_scaled_with_its_lens_or_refused(tmp_path):
     (tmp_path / "d455.txt").write_text(REALSENSE)
     camera, notes = lens_from(f"{tmp_path / 'd455.txt'}#color_1280x720", (360, 640))
     assert camera.numbers == pytest.approx((FX, FY, 322.5, 180.375), abs=1e-6)
@@ -421,7 +420,7 @@ def test_a_camera_of_another_size_is_scaled_with_its_lens_or_refused(tmp_path: P
 @pytest.mark.parametrize(
     "content", [b"", _binary(COLMAP)[:-9], struct.pack("<Q", 2**60), struct.pack("<QiiQQ", 1, 1, 99, 2, 2)]
 )
-def test_a_damaged_binary_is_one_sentence(tmp_path: Path, content: bytes) -> None:
+def test_a_damaged_binary_is_one_sentence(tmp_path, content):
     (tmp_path / "cameras.bin").write_bytes(content)
     with pytest.raises(FormatError, match=r"cameras\.bin"):
         lens_from(str(tmp_path / "cameras.bin"), SIZE[::-1])

@@ -29,24 +29,6 @@ distortion_coefficients: !!opencv-matrix
    dt: d
    data: [ 0.27, -1.3, 0., 0., 1.88 ]
 """
-XML = f"""<?xml version="1.0"?>
-<opencv_storage><Camera_Matrix type_id="opencv-matrix"><rows>3</rows><cols>3</cols><dt>d</dt>
-<data>{" ".join(map(str, K))}</data></Camera_Matrix></opencv_storage>"""
-ECHO = f"""header:
-  seq: {{0}}
-  frame_id: "rgb"
-height: 120
-width: 160
-distortion_model: "plumb_bob"
-D: [0.1, 0.0, 0.0, 0.0, 0.0]
-K: {K}
-R: [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]
-P: {P}
-roi:
-  width: 0
-  height: 0
----
-"""
 ORB = '%YAML:1.0\n\n# colour\nCamera.type: "PinHole"\nCamera1.fx: 131.25 # px\nCamera1.fy: 131.25\nCamera1.cx: 79.5\n'
 ROWS = "camera_matrix:\n  rows: 3\n  cols: 3\n"
 KALIBR = f"cam0:\n  camera_model: pinhole\n  intrinsics: {CAMERA}\n  resolution: [160, 120]\n"
@@ -61,11 +43,7 @@ WRITTEN = {
     "byte order mark.txt": "\ufeff" + FLAT.format(""),
     "opencv.yaml": OPENCV,
     "no header.yaml": OPENCV.partition("---\n")[2],
-    "opencv.xml": XML,
-    "opencv.json": json.dumps({"M": {"type_id": "opencv-matrix", "rows": 3, "cols": 3, "dt": "d", "data": K}}),
     "ros.yaml": f"image_width: 160\nimage_height: 120\n{ROWS}  data: {K}\nprojection_matrix:\n  data: {P}\n",
-    "ros 2.yaml": "header:\n  frame_id: a\nheight: 120\nwidth: 160\nk:\n" + "".join(f"- {number}\n" for number in K),
-    "echo.txt": ECHO.format(1) + ECHO.format(2),
     "orbslam3.yaml": ORB + "Camera1.cy: 59.5\nCamera1.k1: 0.26\nCamera.width: 160\nCamera.height: 120\n",
     "vins.yaml": "model_type: PINHOLE\nimage_width: 160\nimage_height: 120\nprojection_parameters:\n  "
     + FLAT.format("  "),
@@ -183,7 +161,7 @@ def test_what_is_stated_twice_is_refused(tmp_path, name, content):
 @pytest.mark.parametrize(
     "content",
     [
-        "fx: [", "a: " + "[" * 20_000, "%YAML:1.0\n---\nfx: [", "%YAML:1.0\n---\na: " + "[" * 100_000, "<a>",
+        "fx: [", "a: " + "[" * 5_000, "%YAML:1.0\n---\nfx: [", "%YAML:1.0\n---\na: " + "[" * 20_000, "<a>",
         "<!--" * 100_000, "<?" * 100_000, "<!DOCTYPE a>", "{", "words only\n", "1 2 3", "525 525 319.5 239.5 640 480",
         "!!python/object/apply:os.system ['false']", "fx: 1\n" * 60_000, "[camera]\nfx=a\n",
         "a: &a {x: 1}\nb: &b {<<: [*a, *a]}\n" + "".join(f"c{n}: &b {{<<: [*b, *b]}}\n" for n in range(40)),

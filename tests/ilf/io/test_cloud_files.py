@@ -1,7 +1,5 @@
 """Clouds and meshes in files: every number comes back, here and in Open3D, under the names that programs show."""
 
-from __future__ import annotations
-
 import dataclasses
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Confidence maps beside two files, and maps that are not from 0 to 2."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np
@@ -38,7 +36,7 @@ def save(folder: Path, depth: str, confidence: str, levels: np.ndarray) -> tuple
         ("depth/depth_07.png", "confidence/confidence_07.png"),
     ],
 )
-def test_a_confidence_map_beside_two_files_is_used(depth: str, confidence: str, tmp_path: Path, capsys) -> None:
+def test_a_confidence_map_beside_two_files_is_used(depth, confidence, tmp_path, capsys):
     files = save(tmp_path, depth, confidence, LEVELS.astype(np.uint8))
     frame = ilf.load_frame(*files, min_confidence=2)
     assert np.array_equal(frame.known, LEVELS == 2)
@@ -54,7 +52,7 @@ def test_a_confidence_map_beside_two_files_is_used(depth: str, confidence: str, 
 
 @pytest.mark.parametrize("levels", [LEVELS * 127.5, LEVELS * 50, LEVELS / 2, 100 - LEVELS * 25])
 @pytest.mark.parametrize("least", [1, 2])
-def test_a_map_of_another_scale_is_doubted(levels: np.ndarray, least: int, tmp_path: Path, capsys) -> None:
+def test_a_map_of_another_scale_is_doubted(levels, least, tmp_path, capsys):
     files = save(tmp_path, "depth.png", "confidence.npy", levels)
     if levels.max() == 1:
         if least == 2:
@@ -70,7 +68,7 @@ def test_a_map_of_another_scale_is_doubted(levels: np.ndarray, least: int, tmp_p
 
 
 @pytest.mark.parametrize("least", [1, 2])
-def test_a_map_of_two_values_is_not_doubted(least: int, tmp_path: Path) -> None:
+def test_a_map_of_two_values_is_not_doubted(least, tmp_path):
     files = save(tmp_path, "depth.png", "confidence.png", (255 * (LEVELS > 1)).astype(np.uint8))
     frame = ilf.load_frame(*files, min_confidence=least)
     assert np.array_equal(frame.known, LEVELS == 2)

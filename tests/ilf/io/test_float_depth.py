@@ -1,7 +1,5 @@
 """Depth in files of floats: EXR, PFM, COLMAP, NPZ, and disparity."""
 
-from __future__ import annotations
-
 import contextlib
 import io
 import sys
@@ -19,7 +17,6 @@ from ilf._runtime.files import FileContent
 from ilf.errors import DepthWarning, FormatError, IlfError, InputError, ParameterError
 from ilf.io.depth import read_depth_values
 from ilf.io.encodings import encoding_of, encoding_of_inputs
-from ilf.io.frame_additions import load_guide
 
 H, W = 24, 32
 METRES = (1.5 + 0.01 * np.arange(W)[None] + 0.02 * np.arange(H)[:, None]).astype(np.float32)
@@ -50,7 +47,7 @@ def npz(**arrays: np.ndarray) -> bytes:
 
 
 @pytest.fixture
-def save(tmp_path: Path):
+def save(tmp_path):
     cv2.imwrite(str(tmp_path / "rgb.png"), np.full((H, W, 3), 90, np.uint8))
 
     def write(name: str, content: bytes) -> tuple[Path, Path]:
@@ -167,11 +164,6 @@ def _npy(values: np.ndarray) -> bytes:
     stream = io.BytesIO()
     np.save(stream, np.nan_to_num(values, posinf=0).astype(np.int32))
     return stream.getvalue()
-
-
-def test_guides_may_be_such_files(save, tmp_path):
-    save("guide.pfm", pfm(METRES))
-    assert np.array_equal(np.nan_to_num(load_guide(tmp_path / "guide.pfm").values), METRES)
 
 
 DAMAGED = {

@@ -13,11 +13,10 @@ from ilf.errors import ExportError, InputError, ParameterError
 from ilf.evaluation.bench.frames import load_bench_frame
 from ilf.io.frame_additions import load_ground_truth, with_ground_truth_file
 from ilf.run.options import ExportOptions
-from ilf.run.record_file import read_record
 from ilf.run.replaying import replay
 
 from ..small_frames import write_small_frame
-from ..small_runs import contents, small_run, written
+from ..small_runs import small_run, written
 
 META = {"depth_units_per_m": 1000, "gt_units_per_m": 5000, "K": [80, 80, 39.5, 29.5]}
 
@@ -108,17 +107,6 @@ def with_ground_truth(run, folder):
     """The run, of a frame that has a truth in a file."""
     np.save(folder / "gt.npy", ground_truth_in_metres())
     return replace(run, frame=with_ground_truth_file(run.frame, folder / "gt.npy"))
-
-
-def test_the_record_leads_back_to_the_truth(tmp_path):
-    run = with_ground_truth(small_run(tmp_path), tmp_path)
-    path = written(run, tmp_path / "out")
-    assert read_record(path).inputs == run.frame.inputs
-    again = replay(path)
-    assert again.differences == ()
-    np.testing.assert_array_equal(again.run.frame.ground_truth, run.frame.ground_truth)
-    written(again.run, tmp_path / "again")
-    assert contents(tmp_path / "again") == contents(tmp_path / "out")
 
 
 def test_a_truth_that_is_gone_does_not_keep_a_run_from_its_replay(tmp_path):

@@ -1,7 +1,5 @@
 """Guide networks by name: fetched from a server that fails in every way, added from files, used, recorded."""
 
-from __future__ import annotations
-
 import errno
 import hashlib
 import json
@@ -110,7 +108,7 @@ def publishing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Hub]
 
 
 @pytest.fixture
-def hub(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Hub]:
+def hub(tmp_path, monkeypatch):
     with publishing(tmp_path, monkeypatch) as made:
         made.go_on.set()
         yield made
@@ -134,7 +132,7 @@ def left() -> list[str]:
     return sorted(path.name for path in guides_folder().iterdir() if path.suffix != ".lock")
 
 
-def test_it_is_fetched_once_with_progress_and_its_hash_is_pinned(hub: Hub) -> None:
+def test_it_is_fetched_once_with_progress_and_its_hash_is_pinned(hub):
     steps: list[tuple[int, int]] = []
     path = fetch_guide(NAME, lambda done, whole: steps.append((done, whole)))
     assert path == guide_file(NAME)
@@ -148,21 +146,19 @@ def test_it_is_fetched_once_with_progress_and_its_hash_is_pinned(hub: Hub) -> No
 
 
 @pytest.mark.parametrize("status", [301, 302, 307])
-def test_redirects_are_followed(hub: Hub, status: int) -> None:
+def test_redirects_are_followed(hub, status):
     hub.status = status
     assert fetch_guide(NAME).read_bytes() == hub.content
     assert [path for path, _ in hub.asked] == [hub.path, "/elsewhere"]
 
 
-def test_cut_connections_continue_where_they_ended(hub: Hub) -> None:
+def test_cut_connections_continue_where_they_ended(hub):
     hub.cuts = [100, 80]
     assert fetch_guide(NAME).read_bytes() == hub.content
     assert [asked for _, asked in hub.asked] == [None, "bytes=100-", "bytes=180-"]
 
 
-def test_a_connection_that_is_always_cut_is_one_sentence_and_the_next_command_continues(
-    hub: Hub, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_connection_that_is_always_cut_is_one_sentence_and_the_next_command_continues(hub, capsys):
     hub.cuts = [10, 10, 10, 10]
     assert main(["models", "fetch", NAME]) == 1
     captured = capsys.readouterr()
@@ -184,7 +180,7 @@ def test_a_connection_that_is_always_cut_is_one_sentence_and_the_next_command_co
         pytest.param({"headers": {"ETag": 'W/"one"'}}, id="weak tag"),
     ],
 )
-def test_a_server_that_does_not_continue_sends_it_from_the_start(hub: Hub, change: dict[str, Any]) -> None:
+def test_a_server_that_does_not_continue_sends_it_from_the_start(hub, change):
     hub.cuts = [100]
     for name, value in change.items():
         setattr(hub, name, value)
@@ -193,7 +189,7 @@ def test_a_server_that_does_not_continue_sends_it_from_the_start(hub: Hub, chang
 
 
 @pytest.mark.parametrize(("more", "questions"), [(b"more", 2), (b"", 1)])
-def test_only_a_part_that_is_none_of_the_file_is_fetched_anew(hub: Hub, more: bytes, questions: int) -> None:
+def test_only_a_part_that_is_none_of_the_file_is_fetched_anew(hub, more, questions):
     guides_folder().mkdir(parents=True)
     (guides_folder() / f".{NAME}.onnx.part").write_bytes(hub.content + more)
     (guides_folder() / f".{NAME}.onnx.etag").write_text('"one"')
@@ -202,7 +198,7 @@ def test_only_a_part_that_is_none_of_the_file_is_fetched_anew(hub: Hub, more: by
     assert left() == [f"{NAME}.json", f"{NAME}.onnx"]
 
 
-def test_another_version_is_not_appended_to_the_first(hub: Hub, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_another_version_is_not_appended_to_the_first(hub, monkeypatch):
     hub.cuts = [100, 0, 0, 0]
     with pytest.raises(InputError, match="cut again and again"):
         fetch_guide(NAME)
@@ -212,7 +208,7 @@ def test_another_version_is_not_appended_to_the_first(hub: Hub, monkeypatch: pyt
     assert fetch_guide(NAME).read_bytes() == hub.content
 
 
-def test_without_a_stated_length_the_size_of_the_card_counts(hub: Hub) -> None:
+def test_without_a_stated_length_the_size_of_the_card_counts(hub):
     hub.states_length = False
     assert fetch_guide(NAME).read_bytes() == hub.content
     guide_models.remove_guide(NAME)
@@ -232,7 +228,7 @@ def test_without_a_stated_length_the_size_of_the_card_counts(hub: Hub) -> None:
         pytest.param({"status": 418}, "answers with status 418", id="418"),
     ],
 )
-def test_what_is_not_the_file_is_refused_and_leaves_nothing(hub: Hub, change: dict[str, Any], reason: str) -> None:
+def test_what_is_not_the_file_is_refused_and_leaves_nothing(hub, change, reason):
     for name, value in change.items():
         setattr(hub, name, value)
     with pytest.raises(InputError, match=f"{hub.address}: .*{reason}"):
@@ -240,7 +236,7 @@ def test_what_is_not_the_file_is_refused_and_leaves_nothing(hub: Hub, change: di
     assert left() == []
 
 
-def test_a_wrong_hash_is_refused_and_the_right_file_still_comes(hub: Hub) -> None:
+def test_a_wrong_hash_is_refused_and_the_right_file_still_comes(hub):
     right = hub.content
     hub.content = right.replace(b"make strength", b"made strength")
     with pytest.raises(InputError, match=r"SHA-256 is [0-9a-f]{64} instead of [0-9a-f]{64}"):
@@ -250,14 +246,14 @@ def test_a_wrong_hash_is_refused_and_the_right_file_still_comes(hub: Hub) -> Non
     assert fetch_guide(NAME).read_bytes() == right
 
 
-def test_more_than_was_stated_is_refused(hub: Hub) -> None:
+def test_more_than_was_stated_is_refused(hub):
     hub.states_length = False
     hub.content += bytes(1000)
     with pytest.raises(InputError, match="sends more than"):
         fetch_guide(NAME)
 
 
-def test_a_server_that_is_not_there_is_one_sentence(hub: Hub, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_server_that_is_not_there_is_one_sentence(hub, monkeypatch):
     know(monkeypatch, replace(hub, address="http://127.0.0.1:1/net.onnx"))
     with pytest.raises(InputError, match=r"cannot be reached \(.*refused.*\). Check the connection"):
         fetch_guide(NAME)
@@ -266,7 +262,7 @@ def test_a_server_that_is_not_there_is_one_sentence(hub: Hub, monkeypatch: pytes
         fetch_guide(NAME)
 
 
-def test_a_way_that_leaves_encryption_is_refused(hub: Hub, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_way_that_leaves_encryption_is_refused(hub, monkeypatch):
     monkeypatch.setattr("ilf._runtime.fetching.urlopen", lambda request, timeout: urlopen(hub.address))
     know(monkeypatch, replace(hub, address="https://hub.test/net.onnx"))
     with pytest.raises(InputError, match="without encryption"):
@@ -274,9 +270,7 @@ def test_a_way_that_leaves_encryption_is_refused(hub: Hub, monkeypatch: pytest.M
     assert left() == []
 
 
-def test_the_first_file_of_a_network_without_hash_is_pinned_and_no_other_is_taken_later(
-    hub: Hub, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
+def test_the_first_file_of_a_network_without_hash_is_pinned_and_no_other_is_taken_later(hub, monkeypatch, tmp_path):
     know(monkeypatch, hub, sha256=None, bytes=len(hub.content) + 1)
     first, hub.content = hub.content, b"n" * len(hub.content)
     with pytest.raises(FormatError, match="cannot be read as an ONNX network"):
@@ -291,9 +285,7 @@ def test_the_first_file_of_a_network_without_hash_is_pinned_and_no_other_is_take
         fetch_guide(NAME)
 
 
-def test_cancelled_or_on_a_full_disk_it_does_not_appear_and_continues_later(
-    hub: Hub, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_cancelled_or_on_a_full_disk_it_does_not_appear_and_continues_later(hub, monkeypatch):
     stop = threading.Event()
     with cancelled_by(stop), pytest.raises(Cancelled):
         fetch_guide(NAME, lambda *_: stop.set())
@@ -308,7 +300,7 @@ def test_cancelled_or_on_a_full_disk_it_does_not_appear_and_continues_later(
     assert hub.asked[-1][1] == "bytes=128-"
 
 
-def test_two_processes_do_not_fetch_the_same_file(hub: Hub) -> None:
+def test_two_processes_do_not_fetch_the_same_file(hub):
     def again(*_: Any) -> None:
         with pytest.raises(ExportError, match="Another process is fetching"):
             fetch_guide(NAME)
@@ -316,16 +308,14 @@ def test_two_processes_do_not_fetch_the_same_file(hub: Hub) -> None:
     assert fetch_guide(NAME, again).read_bytes() == hub.content
 
 
-def test_nothing_is_fetched_unasked(hub: Hub) -> None:
+def test_nothing_is_fetched_unasked(hub):
     rgb, _ = scene()
     with pytest.raises(InputError, match=rf"Fetch its 0 MB \(licence CC-BY-NC-4.0, not.*\): ilf models fetch {NAME}"):
         ilf.load_guide(NAME, rgb=rgb)
     assert hub.asked == []
 
 
-def test_a_network_is_used_by_its_name_and_recorded(
-    hub: Hub, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_network_is_used_by_its_name_and_recorded(hub, tmp_path, capsys, monkeypatch):
     work_in_this_process(monkeypatch)
     fetch_guide(NAME)
     folder = write_scene(tmp_path / "frames" / "box")
@@ -349,7 +339,7 @@ def test_a_network_is_used_by_its_name_and_recorded(
     assert again["guide"]["network"] == recorded
 
 
-def test_an_existing_file_wins_over_a_name(hub: Hub, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_existing_file_wins_over_a_name(hub, tmp_path, monkeypatch):
     fetch_guide(NAME)
     monkeypatch.chdir(tmp_path)
     assert guide_models.is_guide_name(NAME)
@@ -359,9 +349,7 @@ def test_an_existing_file_wins_over_a_name(hub: Hub, tmp_path: Path, monkeypatch
     assert ReadingOptions(guide=NAME).paths == {"guide": NAME}
 
 
-def test_a_damaged_card_says_what_to_do_and_none_is_written_with_another_kind(
-    hub: Hub, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_damaged_card_says_what_to_do_and_none_is_written_with_another_kind(hub, tmp_path, capsys):
     with pytest.raises(InputError, match="cannot give 'depth'"):
         guide_models.add_guide(tmp_path / "source.onnx", "mine", gives="depth")
     assert "mine" not in guide_cards()
@@ -381,22 +369,17 @@ def test_a_damaged_card_says_what_to_do_and_none_is_written_with_another_kind(
     assert guide_file(NAME) is None
 
 
-def test_a_file_that_was_changed_is_refused(hub: Hub) -> None:
+def test_a_file_that_was_changed_is_refused(hub):
     path = fetch_guide(NAME)
     write_network(path, [node("ReduceMax", ["image"], "strength", axes=[1], keepdims=1)])
     with pytest.raises(InputError, match=f"not the file that was fetched or added.* ilf models remove {NAME}"):
         ilf.load_guide(NAME, rgb=scene()[0])
 
 
-def test_size_aspect_normalisation_and_output_are_those_of_the_card(
-    hub: Hub, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_size_aspect_normalisation_and_output_are_those_of_the_card(hub, tmp_path, monkeypatch):
     both = write_network(
         tmp_path / "two.onnx",
-        [
-            node("Relu", ["image"], "other"),
-            node("ReduceMean", ["image"], "depth", axes=[1], keepdims=1),
-        ],
+        [node("Relu", ["image"], "other"), node("ReduceMean", ["image"], "depth", axes=[1], keepdims=1)],
         outputs={"other": 3, "depth": 1},
     )
     hub.content = both.read_bytes()
@@ -421,9 +404,7 @@ def test_size_aspect_normalisation_and_output_are_those_of_the_card(
         ilf.load_guide(NAME, rgb=rgb)
 
 
-def test_files_are_added_where_there_is_no_network(
-    hub: Hub, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_files_are_added_where_there_is_no_network(hub, tmp_path, capsys, monkeypatch):
     copied = tmp_path / "source.onnx"
     assert main(["models", "add", str(copied)]) == 0
     assert guide_file(NAME) is not None  # recognised by its content
@@ -458,9 +439,7 @@ def test_files_are_added_where_there_is_no_network(
     assert main(["models", "add", str(mine), "--gives", "metric", "--logits"]) == 2
 
 
-def test_a_file_added_as_an_edge_network_says_what_is_assumed(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_file_added_as_an_edge_network_says_what_is_assumed(tmp_path, capsys, monkeypatch):
     monkeypatch.setenv("ILF_MODELS", str(tmp_path / "models"))
     mine = write_network(tmp_path / "mine.onnx", [node("ReduceMax", ["image"], "strength", axes=[1], keepdims=1)])
     assert main(["models", "add", str(mine)]) == 0
@@ -472,7 +451,7 @@ def test_a_file_added_as_an_edge_network_says_what_is_assumed(
     assert "taken as" not in capsys.readouterr().out
 
 
-def test_the_known_cards_are_complete() -> None:
+def test_the_known_cards_are_complete():
     for card in guide_models._known().values():
         assert card.address.startswith("https://")
         assert card.maker

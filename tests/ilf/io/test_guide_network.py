@@ -1,7 +1,5 @@
 """Guides by a user's own network: what it is given, and what its answer becomes."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import cv2
@@ -20,7 +18,7 @@ MEAN, DEVIATION = np.float32((0.485, 0.456, 0.406)), np.float32((0.229, 0.224, 0
 
 
 @pytest.fixture(autouse=True)
-def _not_cached(monkeypatch: pytest.MonkeyPatch) -> None:
+def _not_cached(monkeypatch):
     monkeypatch.setattr("ilf._runtime.networks.network._networks", {})
 
 
@@ -49,7 +47,7 @@ def write_scene(folder: Path) -> Path:
     return folder
 
 
-def test_a_network_gets_normalised_colour_and_its_output_is_resized_to_the_frame(tmp_path: Path) -> None:
+def test_a_network_gets_normalised_colour_and_its_output_is_resized_to_the_frame(tmp_path):
     rgb, _ = scene()
     values = GuideNetwork.load(brightness(tmp_path / "net.onnx")).predict(rgb)
     assert values.shape == rgb.shape[:2]
@@ -58,7 +56,7 @@ def test_a_network_gets_normalised_colour_and_its_output_is_resized_to_the_frame
     np.testing.assert_allclose(values[inside], expected[inside], atol=0.02)
 
 
-def test_a_file_that_is_no_guide_network_is_one_line(tmp_path: Path) -> None:
+def test_a_file_that_is_no_guide_network_is_one_line(tmp_path):
     with pytest.raises(InputError, match=r"There is no guide network at .* or a file with the guide's values"):
         ilf.load_guide(tmp_path / "none.onnx", rgb=scene()[0])
     (tmp_path / "foreign.onnx").write_bytes(b"no network")
@@ -78,9 +76,7 @@ def test_a_file_that_is_no_guide_network_is_one_line(tmp_path: Path) -> None:
         ilf.load_guide(brightness(tmp_path / "net.onnx"))
 
 
-def test_a_frame_takes_its_guide_from_a_network_in_library_and_commands(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_frame_takes_its_guide_from_a_network_in_library_and_commands(tmp_path, capsys, monkeypatch):
     work_in_this_process(monkeypatch)
     folder = write_scene(tmp_path / "frames" / "box")
     network = brightness(tmp_path / "net.onnx")

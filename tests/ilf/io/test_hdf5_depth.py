@@ -1,8 +1,5 @@
 """Depth in HDF5 and MATLAB files: which dataset is read, how it is named, and the same frame again from records."""
 
-from __future__ import annotations
-
-import json
 import shutil
 from pathlib import Path
 
@@ -30,7 +27,7 @@ FAR = NEAR + 3
 
 
 @pytest.fixture
-def folder(tmp_path: Path) -> Path:
+def folder(tmp_path):
     """A colour image and an HDF5 file with two images that can be depth, and much that cannot."""
     colour = np.random.default_rng(0).integers(0, 255, (H, W, 3), np.uint8)
     (tmp_path / "rgb.png").write_bytes(encode_image(".png", colour))
@@ -42,13 +39,7 @@ def folder(tmp_path: Path) -> Path:
     return tmp_path
 
 
-def test_one_dataset_that_can_be_depth_need_not_be_named(tmp_path: Path) -> None:
-    with h5py.File(tmp_path / "one.h5", "w") as file:
-        file["sensor/z16"], file["K"] = (1000 * NEAR).astype(np.uint16), np.eye(3)
-    assert np.array_equal(read_depth_values(tmp_path / "one.h5"), (1000 * NEAR).astype(np.uint16))
-
-
-def test_several_are_listed_with_what_to_write(folder: Path) -> None:
+def test_several_are_listed_with_what_to_write(folder):
     path = folder / "take.h5"
     with pytest.raises(FormatError) as error:
         ilf.load_frame(folder / "rgb.png", path)
@@ -58,7 +49,7 @@ def test_several_are_listed_with_what_to_write(folder: Path) -> None:
 
 
 @pytest.mark.parametrize("name", ["/right/z", "right/z"])
-def test_a_dataset_is_named_behind_the_file_or_as_option(folder: Path, name: str) -> None:
+def test_a_dataset_is_named_behind_the_file_or_as_option(folder, name):
     for frame in (
         ilf.load_frame(folder / "rgb.png", folder / "take.h5:" / name.lstrip("/")),
         ilf.load_frame(folder / "rgb.png", folder / "take.h5", dataset=name),
@@ -81,11 +72,11 @@ def test_a_dataset_is_named_behind_the_file_or_as_option(folder: Path, name: str
         ("depth.png:/depth", ("depth.png:/depth", None)),
     ],
 )
-def test_only_a_name_behind_hdf5_is_taken_for_a_dataset(path: str, wanted: tuple[str, str | None]) -> None:
+def test_only_a_name_behind_hdf5_is_taken_for_a_dataset(path, wanted):
     assert split_dataset(path) == wanted
 
 
-def test_a_file_that_has_such_a_path_is_read_as_it_is(folder: Path) -> None:
+def test_a_file_that_has_such_a_path_is_read_as_it_is(folder):
     shutil.copytree(folder, folder / "odd.h5:", ignore=lambda *_: ["odd.h5:"])
     with h5py.File(folder / "odd.h5:/only.h5", "w") as file:
         file["depth"] = FAR
@@ -95,19 +86,19 @@ def test_a_file_that_has_such_a_path_is_read_as_it_is(folder: Path) -> None:
 @pytest.mark.parametrize(
     ("name", "message"), [("/nothing", "has no image /nothing. It has: /left"), ("/alias", "link"), ("/mask", "8-bit")]
 )
-def test_what_is_no_depth_is_refused_by_its_name(folder: Path, name: str, message: str) -> None:
+def test_what_is_no_depth_is_refused_by_its_name(folder, name, message):
     with pytest.raises(FormatError, match=message):
         ilf.load_frame(folder / "rgb.png", folder / "take.h5", dataset=name)
 
 
-def test_a_dataset_of_what_has_none_is_refused(folder: Path) -> None:
+def test_a_dataset_of_what_has_none_is_refused(folder):
     np.save(folder / "depth.npy", NEAR)
     with pytest.raises(FormatError, match="no HDF5 file"):
         ilf.load_frame(folder / "rgb.png", folder / "depth.npy", dataset="/depth")
 
 
 @pytest.mark.parametrize("is_stored_as_matlab", [True, False])
-def test_the_order_of_axes_of_matlab_is_undone_also_in_squares(folder: Path, is_stored_as_matlab: bool) -> None:
+def test_the_order_of_axes_of_matlab_is_undone_also_in_squares(folder, is_stored_as_matlab):
     square = NEAR[:, :H]
     with h5py.File(folder / "depth.mat", "w", userblock_size=512) as file:
         file["scene/z"] = square.T
@@ -120,18 +111,15 @@ def test_the_order_of_axes_of_matlab_is_undone_also_in_squares(folder: Path, is_
     assert np.array_equal(read_depth_values(folder / "depth.mat", dataset="/scene/z"), square)
 
 
-def test_a_run_record_and_a_new_project_repeat_the_dataset(folder: Path) -> None:
-    colour, depth, out = str(folder / "rgb.png"), f"{folder / 'take.h5'}:/right/z", folder / "out"
-    assert main(["complete", colour, depth, "--out", str(out)]) == 0
-    assert json.loads((out / "run.json").read_text())["inputs"]["dataset"] == "/right/z"
-    assert main(["complete", "--replay", str(out / "run.json"), "--out", str(folder / "again")]) == 0
-    assert main(["project", "new", str(folder / "new.ilf"), colour, depth]) == 0
+def test_a_new_project_repeats_the_dataset(folder):
+    files = [str(folder / "rgb.png"), f"{folder / 'take.h5'}:/right/z"]
+    assert main(["project", "new", str(folder / "new.ilf"), *files]) == 0
     with open_project(folder / "new.ilf") as opened:
         assert np.array_equal(read_frame(opened.project.frames[0].source).depth, FAR)
 
 
 @pytest.mark.parametrize("moved", [False, True])
-def test_projects_read_two_datasets_of_a_file_as_two_frames(folder: Path, moved: bool) -> None:
+def test_projects_read_two_datasets_of_a_file_as_two_frames(folder, moved):
     colour, depth = str(folder / "rgb.png"), f"{folder / 'take.h5'}:"
     state = FrameState("a1", ilf.load_frame(colour, f"{depth}/right/z"), Blocks(np.ones((H, W), np.int32)))
     refs = FrameRef.of(state.frame.inputs), FrameRef(colour, f"{depth}/left/depth")
@@ -150,7 +138,7 @@ def test_projects_read_two_datasets_of_a_file_as_two_frames(folder: Path, moved:
         assert np.array_equal(read_frame(opened.project.frames[1].source).depth, NEAR)
 
 
-def test_all_files_of_a_folder_have_the_same_dataset(folder: Path) -> None:
+def test_all_files_of_a_folder_have_the_same_dataset(folder):
     for kind, name in (("rgb", "rgb.png"), ("depth", "take.h5")):
         (folder / "set" / kind).mkdir(parents=True)
         for number in range(2):
@@ -165,34 +153,6 @@ def test_all_files_of_a_folder_have_the_same_dataset(folder: Path) -> None:
         ilf.open_source(folder / "set")[0]
 
 
-def test_meta_json_may_name_a_dataset(folder: Path) -> None:
-    meta = {"rgb": "rgb.png", "depth": "take.h5:/right/z", "depth_units_per_m": 1}
-    (folder / "meta.json").write_text(json.dumps(meta))
-    assert np.array_equal(ilf.load_frame(folder).depth, FAR)
-
-
-def test_ground_truth_may_be_another_dataset_of_the_same_file(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(folder)
-    with h5py.File("take.h5", "a") as file:
-        file["truth"] = NEAR
-        file["left/depth"][4:9, 5:20] = 0
-    frame = ilf.load_frame("rgb.png", "take.h5:/left/depth", ground_truth="take.h5:/truth")
-    assert np.array_equal(frame.ground_truth, NEAR)
-    assert (frame.inputs.ground_truth.path, frame.inputs.ground_truth.dataset) == (str(folder / "take.h5"), "/truth")
-    assert np.array_equal(ilf.load_frame(**frame.sources).ground_truth, NEAR)
-    files = ["rgb.png", "take.h5:/left/depth", "--ground-truth", "take.h5:/truth"]
-    assert main(["complete", *files, "--out", "out"]) == 0
-    assert np.array_equal(ilf.replay("out/run.json").run.frame.ground_truth, NEAR)
-    state = FrameState("a1", frame, Blocks(np.ones((H, W), np.int32)))
-    project = Project((ProjectFrame("a1", "one", FrameRef.of(frame.inputs), FrameSummary(Stage.UNTOUCHED), True),))
-    save_project("room.ilf", project, [state])
-    with open_project("room.ilf") as opened:
-        assert np.array_equal(opened.state("a1").state.frame.ground_truth, NEAR)
-    meta = {"depth": "take.h5:/left/depth", "gt": "take.h5:/truth", "depth_units_per_m": 1}
-    Path("meta.json").write_text(json.dumps(meta))
-    assert np.array_equal(ilf.load_frame(".").ground_truth, NEAR)
-
-
-def test_a_missing_file_is_named_without_its_dataset(folder: Path) -> None:
+def test_a_missing_file_is_named_without_its_dataset(folder):
     with pytest.raises(InputError, match=r"other\.h5: there is no such file"):
         ilf.load_frame(folder / "rgb.png", folder / "other.h5:/depth")

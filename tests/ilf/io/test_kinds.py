@@ -1,7 +1,5 @@
 """Files of kinds that are not read are named by their kind, with what is read instead."""
 
-from __future__ import annotations
-
 import io
 from pathlib import Path
 
@@ -59,7 +57,7 @@ FOREIGN = {
 
 
 @pytest.mark.parametrize("name", FOREIGN)
-def test_a_file_of_another_kind_is_named(name: str, tmp_path: Path, capsys) -> None:
+def test_a_file_of_another_kind_is_named(name, tmp_path, capsys):
     make, kind = FOREIGN[name]
     (tmp_path / name).write_bytes(make())
     Image.fromarray(np.zeros((8, 12, 3), np.uint8)).save(tmp_path / "rgb.png")
@@ -75,7 +73,7 @@ def test_a_file_of_another_kind_is_named(name: str, tmp_path: Path, capsys) -> N
 
 
 @pytest.mark.parametrize("kind", ["NPY", "HDF5"])
-def test_a_format_under_another_suffix_is_not_said_to_be_none_that_is_read(kind: str, tmp_path: Path) -> None:
+def test_a_format_under_another_suffix_is_not_said_to_be_none_that_is_read(kind, tmp_path):
     content = {"NPY": b"\x93NUMPY\x01\0", "HDF5": b"\x89HDF\r\n\x1a\n"}[kind] + bytes(90)
     (tmp_path / "depth.dat").write_bytes(content)
     Image.fromarray(GREY).save(tmp_path / "depth.png")
@@ -87,14 +85,14 @@ def test_a_format_under_another_suffix_is_not_said_to_be_none_that_is_read(kind:
 
 
 @pytest.mark.parametrize("name", ["take.bag", "take.mcap", "take.db3", "take.mkv", "take.r3d", "take.sens", "take.mat"])
-def test_pointers_in_place_of_recordings_are_named(name: str, tmp_path: Path) -> None:
+def test_pointers_in_place_of_recordings_are_named(name, tmp_path):
     (tmp_path / name).write_bytes(FOREIGN["pointer.png"][0]())
     with pytest.raises(ilf.IlfError, match="Git LFS pointer"):
         ilf.open_source(tmp_path / name)
 
 
 @pytest.mark.parametrize("largest", [1200, 65535])
-def test_text_pgm_of_16_bits_is_read(largest: int, tmp_path: Path) -> None:
+def test_text_pgm_of_16_bits_is_read(largest, tmp_path):
     rows = "\n".join(" ".join(map(str, row)) for row in GREY)
     (tmp_path / "depth.pgm").write_text(f"P2\n# by hand\n12 8\n{largest}\n# rows\n{rows}\n")
     assert np.array_equal(read_depth_values(tmp_path / "depth.pgm"), GREY)
@@ -104,6 +102,6 @@ def test_text_pgm_of_16_bits_is_read(largest: int, tmp_path: Path) -> None:
             read_depth_values(tmp_path / "depth.pgm")
 
 
-def test_text_ppm_is_colour_scaled_by_its_largest_value(tmp_path: Path) -> None:
+def test_text_ppm_is_colour_scaled_by_its_largest_value(tmp_path):
     (tmp_path / "rgb.ppm").write_text("P3 2 1 15\n15 0 3  0 15 0")
     assert read_colour(tmp_path / "rgb.ppm").tolist() == [[[255, 0, 51], [0, 255, 0]]]

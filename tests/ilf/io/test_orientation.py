@@ -1,7 +1,5 @@
 """Orientation tags of one file of a pair: applied where only so colour and depth show the same pixels, and said."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import h5py
@@ -49,7 +47,7 @@ def save(path: Path, image: np.ndarray, tag: int) -> Path:
 @pytest.mark.filterwarnings("ignore::ilf.DepthWarning")
 @pytest.mark.parametrize("tag", TURNED)
 @pytest.mark.parametrize("size", [(96, 128), (128, 128)])
-def test_colour_with_a_tag_is_turned_to_upright_depth(tag: int, size: tuple[int, int], tmp_path: Path) -> None:
+def test_colour_with_a_tag_is_turned_to_upright_depth(tag, size, tmp_path):
     colour, depth = scene(*size)
     rgb = save(tmp_path / "rgb.jpg", STORED[tag](colour), tag)
     frame = ilf.load_frame(rgb, save(tmp_path / "depth.png", depth, 1))
@@ -63,7 +61,7 @@ def test_colour_with_a_tag_is_turned_to_upright_depth(tag: int, size: tuple[int,
 @pytest.mark.filterwarnings("ignore::ilf.DepthWarning")
 @pytest.mark.parametrize("tag", TURNED)
 @pytest.mark.parametrize("name", ["depth.tif", "depth.png"])
-def test_depth_with_a_tag_is_turned_to_upright_colour(tag: int, name: str, tmp_path: Path) -> None:
+def test_depth_with_a_tag_is_turned_to_upright_colour(tag, name, tmp_path):
     colour, depth = scene()
     file = save(tmp_path / name, STORED[tag](depth), tag)
     frame = ilf.load_frame(save(tmp_path / "rgb.png", colour, 1), file)
@@ -74,7 +72,7 @@ def test_depth_with_a_tag_is_turned_to_upright_colour(tag: int, name: str, tmp_p
 
 
 @pytest.mark.parametrize("tag", TURNED)
-def test_files_with_the_same_tag_stay_as_stored(tag: int, tmp_path: Path) -> None:
+def test_files_with_the_same_tag_stay_as_stored(tag, tmp_path):
     colour, depth = map(STORED[tag], scene())
     frame = ilf.load_frame(save(tmp_path / "rgb.png", colour, tag), save(tmp_path / "depth.png", depth, tag))
     assert np.array_equal(frame.rgb, colour)
@@ -84,7 +82,7 @@ def test_files_with_the_same_tag_stay_as_stored(tag: int, tmp_path: Path) -> Non
 
 @pytest.mark.filterwarnings("ignore::ilf.DepthWarning")
 @pytest.mark.parametrize("tag", [2, 3, 4])
-def test_a_tag_that_does_not_apply_is_left_out_and_said(tag: int, tmp_path: Path) -> None:
+def test_a_tag_that_does_not_apply_is_left_out_and_said(tag, tmp_path):
     colour, depth = scene()
     frame = ilf.load_frame(save(tmp_path / "rgb.png", colour, tag), save(tmp_path / "depth.png", depth, 1))
     assert np.array_equal(frame.rgb, colour)
@@ -92,7 +90,7 @@ def test_a_tag_that_does_not_apply_is_left_out_and_said(tag: int, tmp_path: Path
     assert not frame.plausibility_warnings
 
 
-def test_a_tag_that_nothing_decides_is_doubted(tmp_path: Path) -> None:
+def test_a_tag_that_nothing_decides_is_doubted(tmp_path):
     colour, depth = scene()
     rgb = save(tmp_path / "rgb.png", np.full_like(colour, 90), 3)
     with pytest.warns(ilf.DepthWarning, match=r"rgb\.png has the orientation tag 3"):
@@ -100,7 +98,7 @@ def test_a_tag_that_nothing_decides_is_doubted(tmp_path: Path) -> None:
     assert frame.plausibility_warnings
 
 
-def test_sizes_that_differ_either_way_name_the_tag(tmp_path: Path) -> None:
+def test_sizes_that_differ_either_way_name_the_tag(tmp_path):
     colour, depth = scene()
     rgb = save(tmp_path / "rgb.jpg", colour[:-4], 6)
     with pytest.raises(ilf.IlfError, match="orientation tag 6"):
@@ -117,7 +115,7 @@ def save_hdf5(path: Path, depth: np.ndarray, **attributes: str) -> Path:
 
 
 @pytest.mark.parametrize("size", [(96, 128), (128, 128)])
-def test_rows_and_columns_that_matlab_has_exchanged(size: tuple[int, int], tmp_path: Path) -> None:
+def test_rows_and_columns_that_matlab_has_exchanged(size, tmp_path):
     colour, depth = scene(*size)
     rgb = save(tmp_path / "rgb.png", colour, 1)
     named = save_hdf5(tmp_path / "named.h5", depth.T, MATLAB_class="single")
@@ -142,7 +140,7 @@ def test_rows_and_columns_that_matlab_has_exchanged(size: tuple[int, int], tmp_p
 
 @pytest.mark.filterwarnings("ignore::ilf.DepthWarning")
 @pytest.mark.parametrize("is_from_top", [False, True])
-def test_rows_of_pfm_are_also_read_as_airsim_writes_them(is_from_top: bool, tmp_path: Path) -> None:
+def test_rows_of_pfm_are_also_read_as_airsim_writes_them(is_from_top, tmp_path):
     colour, depth = scene()
     metres = (depth / 1000).astype("<f4")
     rows = metres if is_from_top else np.flipud(metres)
@@ -157,7 +155,7 @@ def test_rows_of_pfm_are_also_read_as_airsim_writes_them(is_from_top: bool, tmp_
 
 @pytest.mark.filterwarnings("ignore::ilf.DepthWarning")
 @pytest.mark.parametrize("suffix", [".pfm", ".h5"])
-def test_a_tag_of_colour_goes_before_the_order_of_rows(suffix: str, tmp_path: Path) -> None:
+def test_a_tag_of_colour_goes_before_the_order_of_rows(suffix, tmp_path):
     colour, depth = scene()
     metres = (depth / 1000).astype("<f4")
     file = tmp_path / f"depth{suffix}"
@@ -171,7 +169,7 @@ def test_a_tag_of_colour_goes_before_the_order_of_rows(suffix: str, tmp_path: Pa
     assert np.array_equal(frame.depth, metres)
 
 
-def test_a_square_that_nothing_decides_is_doubted(tmp_path: Path) -> None:
+def test_a_square_that_nothing_decides_is_doubted(tmp_path):
     colour, depth = scene(128, 128)
     rgb = save(tmp_path / "rgb.png", np.full_like(colour, 90), 1)
     with pytest.warns(ilf.DepthWarning, match="MATLAB"):
@@ -181,7 +179,7 @@ def test_a_square_that_nothing_decides_is_doubted(tmp_path: Path) -> None:
 @pytest.mark.filterwarnings("ignore::ilf.DepthWarning")
 @pytest.mark.parametrize("tag", [1, *TURNED])
 @pytest.mark.parametrize("is_upright", [False, True])
-def test_photos_of_phones_are_upright_unless_depth_is_not(tag: int, is_upright: bool, tmp_path: Path) -> None:
+def test_photos_of_phones_are_upright_unless_depth_is_not(tag, is_upright, tmp_path):
     heif = pytest.importorskip("pillow_heif")
     colour, depth = scene()
     exif = Image.Exif()
@@ -199,7 +197,7 @@ def test_photos_of_phones_are_upright_unless_depth_is_not(tag: int, is_upright: 
     assert bool(frame.notes) == (tag != 1)
 
 
-def test_ground_truth_of_another_orientation_is_doubted(tmp_path: Path, capsys) -> None:
+def test_ground_truth_of_another_orientation_is_doubted(tmp_path, capsys):
     colour, depth = scene()
     rgb, file = save(tmp_path / "rgb.png", colour, 3), save(tmp_path / "depth.png", depth, 3)
     assert not ilf.load_frame(rgb, file, ground_truth=save(tmp_path / "same.png", depth, 3)).notes

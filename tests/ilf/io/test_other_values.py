@@ -1,7 +1,5 @@
 """Values that are no depth: z-buffers, normalised depth, and distances along rays, which must be doubted aloud."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import h5py
@@ -72,7 +70,7 @@ def told(paths: tuple[Path, Path], **options) -> str:
 
 @pytest.mark.parametrize("values", VALUES.values(), ids=list(VALUES))
 @pytest.mark.parametrize("kind", ["depth.npy", "depth.exr", "float64", "depth.png"])
-def test_values_from_0_to_1_are_doubted(kind: str, values: np.ndarray, tmp_path: Path) -> None:
+def test_values_from_0_to_1_are_doubted(kind, values, tmp_path):
     if kind == "depth.png":
         written, name = np.rint(65535 * values).astype(np.uint16), kind
     else:
@@ -90,7 +88,7 @@ def test_values_from_0_to_1_are_doubted(kind: str, values: np.ndarray, tmp_path:
 
 
 @pytest.mark.parametrize("is_reversed", [False, True])
-def test_a_z_buffer_that_is_the_other_way_round_is_doubted(is_reversed: bool, tmp_path: Path) -> None:
+def test_a_z_buffer_that_is_the_other_way_round_is_doubted(is_reversed, tmp_path):
     values = 1 - z_buffer(depth()) if is_reversed else z_buffer(depth())
     paths = files(tmp_path, values.astype(np.float32))
     way, other = f"zbuffer:{NEAR},{FAR}", f"zbuffer:{NEAR},{FAR},reversed"
@@ -100,7 +98,7 @@ def test_a_z_buffer_that_is_the_other_way_round_is_doubted(is_reversed: bool, tm
 
 
 @pytest.mark.parametrize("right", ["rgb24", "bgr24"])
-def test_bits_in_three_channels_that_are_read_the_other_way_round_are_doubted(right: str, tmp_path: Path) -> None:
+def test_bits_in_three_channels_that_are_read_the_other_way_round_are_doubted(right, tmp_path):
     bits = np.rint(np.where(np.isfinite(depth()), depth() / 1000, 1) * (2**24 - 1)).astype(int)
     channels = [bits & 255, bits >> 8 & 255, bits >> 16]
     rgb = tmp_path / "rgb.png"
@@ -114,7 +112,7 @@ def test_bits_in_three_channels_that_are_read_the_other_way_round_are_doubted(ri
 
 
 @pytest.mark.parametrize("scale", [1, 1.5, 4.5])
-def test_inverse_depth_in_16_bits_is_doubted_whatever_its_median(scale: float, tmp_path: Path) -> None:
+def test_inverse_depth_in_16_bits_is_doubted_whatever_its_median(scale, tmp_path):
     rows = np.linspace(0.2, 1, 240)[:, None] + np.zeros(320)  # of a floor, from 5 m to 1 m
     Image.fromarray(np.zeros((240, 320, 3), np.uint8)).save(tmp_path / "rgb.png")
     for values, is_inverse in ((1000 * scale * rows, True), (1000 * scale / rows, False)):
@@ -123,7 +121,7 @@ def test_inverse_depth_in_16_bits_is_doubted_whatever_its_median(scale: float, t
 
 
 @pytest.mark.parametrize("factor", [1.0, 0.4])
-def test_depth_in_metres_is_not_doubted(factor: float, tmp_path: Path) -> None:
+def test_depth_in_metres_is_not_doubted(factor, tmp_path):
     metres = np.where(np.isfinite(depth()), factor * depth() / (1.0 if factor == 1 else 2.5), 0)
     assert not told(files(tmp_path, metres.astype(np.float32)))
 
@@ -141,7 +139,7 @@ DEPTHS = "distance_to_image_plane_0001.npy", "orange.npy", "arrange/1.npy", "ran
 
 
 @pytest.mark.parametrize("name", DISTANCES)
-def test_ray_is_proposed_where_the_name_says_distance(name: str, tmp_path: Path) -> None:
+def test_ray_is_proposed_where_the_name_says_distance(name, tmp_path):
     paths = files(tmp_path, np.where(np.isfinite(depth()), depth(), 0).astype(np.float32), name)
     with pytest.warns(ilf.DepthWarning, match="ray:UNITS,FX,FY,CX,CY"):
         ilf.load_frame(*paths)
@@ -149,14 +147,14 @@ def test_ray_is_proposed_where_the_name_says_distance(name: str, tmp_path: Path)
 
 
 @pytest.mark.parametrize("name", ["distance_to_camera_1.npy", "DepthPerspective_1.npy"])
-def test_distances_by_a_makers_name_are_converted_where_the_camera_is_known(name: str, tmp_path: Path) -> None:
+def test_distances_by_a_makers_name_are_converted_where_the_camera_is_known(name, tmp_path):
     distances = np.where(np.isfinite(depth()), depth(), 0).astype(np.float32)
     paths = files(tmp_path, distances, name)
     frame = ilf.load_frame(*paths, intrinsics=(50, 50, 40, 30))
     assert np.array_equal(frame.depth, ilf.load_frame(*paths, encoding="ray:1,50,50,40,30").depth, equal_nan=True)
 
 
-def test_a_dataset_that_says_distance_is_doubted_too(tmp_path: Path) -> None:
+def test_a_dataset_that_says_distance_is_doubted_too(tmp_path):
     rgb, _ = files(tmp_path, np.ones(depth().shape, np.float32), "unused.npy")
     with h5py.File(tmp_path / "0.hdf5", "w") as file:
         file["distance"] = file["depth"] = np.where(np.isfinite(depth()), depth(), 0).astype(np.float32)
@@ -165,5 +163,5 @@ def test_a_dataset_that_says_distance_is_doubted_too(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("name", DEPTHS)
-def test_ray_is_not_proposed_for_other_names(name: str, tmp_path: Path) -> None:
+def test_ray_is_not_proposed_for_other_names(name, tmp_path):
     assert not told(files(tmp_path, np.where(np.isfinite(depth()), depth(), 0).astype(np.float32), name))

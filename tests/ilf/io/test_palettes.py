@@ -1,12 +1,9 @@
 """Images with a palette: indices are the values of label maps and masks, colours those of colour images."""
 
-from __future__ import annotations
-
 import base64
 import io
 import json
 import zlib
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -38,7 +35,7 @@ def palette(colours: list[int], bits: int = 8, indices: np.ndarray = INDICES, fm
 
 @pytest.mark.parametrize("bits", [2, 4, 8])
 @pytest.mark.parametrize("colours", COLOURS.values(), ids=list(COLOURS))
-def test_indices_are_labels(colours: list[int], bits: int, tmp_path: Path) -> None:
+def test_indices_are_labels(colours, bits, tmp_path):
     file = tmp_path / "labels.png"
     file.write_bytes(palette(colours, bits, transparency=0))
     assert np.array_equal(read_labels(file), INDICES)
@@ -47,7 +44,7 @@ def test_indices_are_labels(colours: list[int], bits: int, tmp_path: Path) -> No
     assert np.array_equal(read_confidence(file, INDICES.shape), INDICES)
 
 
-def test_a_palette_of_one_bit_is_a_mask_also_in_folders_and_labelme(tmp_path: Path) -> None:
+def test_a_palette_of_one_bit_is_a_mask_also_in_folders_and_labelme(tmp_path):
     mask = (INDICES == 1).astype(np.uint8)
     data = palette(COLOURS["colours"], 1, mask)
     (tmp_path / "chair.png").write_bytes(data)
@@ -61,7 +58,7 @@ def test_a_palette_of_one_bit_is_a_mask_also_in_folders_and_labelme(tmp_path: Pa
     assert np.array_equal(read_blocks(tmp_path / "labelme.json", mask.shape).labels, mask)
 
 
-def test_many_indices_and_other_formats(tmp_path: Path) -> None:
+def test_many_indices_and_other_formats(tmp_path):
     many = np.tile(np.arange(256, dtype=np.uint8).reshape(16, 16), (8, 8))
     colours = np.random.default_rng(0).integers(0, 255, 768).tolist()
     (tmp_path / "labels.png").write_bytes(palette(colours, indices=many))
@@ -72,7 +69,7 @@ def test_many_indices_and_other_formats(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("bits", [1, 2, 4])
-def test_grey_of_few_bits_is_not_scaled(bits: int, tmp_path: Path) -> None:
+def test_grey_of_few_bits_is_not_scaled(bits, tmp_path):
     values = np.arange(2**bits, dtype=np.uint8).reshape(2, -1)
     data = palette(COLOURS["colours"] * 4, bits, values)
     header, colours = data.index(b"IHDR") + 4, data.index(b"PLTE") - 4
@@ -84,12 +81,12 @@ def test_grey_of_few_bits_is_not_scaled(bits: int, tmp_path: Path) -> None:
     assert np.array_equal(read_labels(tmp_path / "labels.png"), values)
 
 
-def test_colour_with_a_palette_is_its_colours(tmp_path: Path) -> None:
+def test_colour_with_a_palette_is_its_colours(tmp_path):
     (tmp_path / "rgb.png").write_bytes(palette(COLOURS["colours"], transparency=1))
     assert read_colour(tmp_path / "rgb.png")[0].tolist() == [[0, 0, 0], [128, 0, 0], [128, 0, 0], [0, 128, 0]]
 
 
-def test_jpeg_is_no_label_map(tmp_path: Path) -> None:
+def test_jpeg_is_no_label_map(tmp_path):
     Image.fromarray(np.kron(INDICES, np.ones((9, 9), np.uint8)) * 60).save(tmp_path / "labels.jpg")
     for read in (read_labels, read_mask):
         with pytest.raises(FormatError, match=r"labels\.jpg: JPEG changes values"):

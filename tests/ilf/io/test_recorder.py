@@ -1,7 +1,5 @@
 """`DepthRecorder`: one MCAP file, readable after every frame, also when the program is killed or the disk is full."""
 
-from __future__ import annotations
-
 import os
 import signal
 import subprocess
@@ -56,7 +54,7 @@ def depths(path: Path) -> list[np.ndarray]:
     return [frame.depth for frame in ilf.open_source(path)]
 
 
-def test_the_file_is_readable_after_every_frame(tmp_path: Path) -> None:
+def test_the_file_is_readable_after_every_frame(tmp_path):
     path = tmp_path / "out.mcap"
     with DepthRecorder(path) as recorder:
         for number in range(3):
@@ -71,7 +69,7 @@ def test_the_file_is_readable_after_every_frame(tmp_path: Path) -> None:
         DepthRecorder(path)
 
 
-def test_all_topics_are_written(tmp_path: Path) -> None:
+def test_all_topics_are_written(tmp_path):
     with DepthRecorder(tmp_path / "out.mcap", encoding="16UC1", frame_id="eye") as recorder:
         recorder.write(moment(4))
     with AnyReader([tmp_path / "out.mcap"], default_typestore=get_typestore(Stores.ROS2_HUMBLE)) as reader:
@@ -84,7 +82,7 @@ def test_all_topics_are_written(tmp_path: Path) -> None:
     assert (moved.translation.x, moved.translation.y, moved.rotation.w) == (4, 2, 1)
 
 
-def test_a_killed_program_leaves_all_frames_that_were_written(tmp_path: Path) -> None:
+def test_a_killed_program_leaves_all_frames_that_were_written(tmp_path):
     writer = child(tmp_path / "out.mcap", 0)
     assert writer.stdin is not None
     assert writer.stdout is not None
@@ -98,7 +96,7 @@ def test_a_killed_program_leaves_all_frames_that_were_written(tmp_path: Path) ->
 
 
 @pytest.mark.parametrize("cut", [6, 9, 40, 51, 3000, -51, -50, -20, -1])
-def test_a_file_that_was_cut_while_a_frame_was_written_is_read_up_to_it(tmp_path: Path, cut: int) -> None:
+def test_a_file_that_was_cut_while_a_frame_was_written_is_read_up_to_it(tmp_path, cut):
     """As a kill leaves it: the new chunk up to some byte, over the end of the file."""
     path = tmp_path / "out.mcap"
     with DepthRecorder(path) as recorder:
@@ -115,7 +113,7 @@ def test_a_file_that_was_cut_while_a_frame_was_written_is_read_up_to_it(tmp_path
     assert all(np.array_equal(frame.depth, METRES, equal_nan=True) for frame in source)
 
 
-def test_a_recording_of_another_program_that_was_cut_is_read_too(tmp_path: Path) -> None:
+def test_a_recording_of_another_program_that_was_cut_is_read_too(tmp_path):
     """It has a summary, the end of which is missing; and one without any whole chunk has no images."""
     (path,) = write_aligned(tmp_path, "mcap").glob("*.mcap")
     whole, expected = path.read_bytes(), depths(path)
@@ -130,7 +128,7 @@ def test_a_recording_of_another_program_that_was_cut_is_read_too(tmp_path: Path)
         ilf.open_source(path)
 
 
-def test_a_full_disk_leaves_the_frames_before_and_is_reported(tmp_path: Path) -> None:
+def test_a_full_disk_leaves_the_frames_before_and_is_reported(tmp_path):
     writer = child(tmp_path / "out.mcap", 50_000)
     out, error = writer.communicate()
     written = len(out.split())

@@ -1,7 +1,5 @@
 """Depth that is no image file: organised clouds, PCL's images, HDF5, raw floats of a Kinect v2, photos of phones."""
 
-from __future__ import annotations
-
 import struct
 import sys
 from pathlib import Path
@@ -55,7 +53,7 @@ def _pcd(kind: str, width: int = W, height: int = H) -> bytes:
 
 
 @pytest.mark.parametrize("kind", ["ascii", "binary", "binary_compressed"])
-def test_organised_clouds_are_colour_and_depth(tmp_path: Path, kind: str) -> None:
+def test_organised_clouds_are_colour_and_depth(tmp_path, kind):
     path = tmp_path / "a.pcd"
     path.write_bytes(_pcd(kind))
     assert np.allclose(read_depth_values(path), DEPTH, equal_nan=True)
@@ -82,7 +80,7 @@ def _pclzf(kind: str, data: bytes, width: int = W) -> bytes:
     return struct.pack("<5s2I16s2I", b"PCLZF", width, H, kind.ljust(16).encode(), len(packed), len(data)) + packed
 
 
-def test_images_of_pcl_are_a_source(tmp_path: Path) -> None:
+def test_images_of_pcl_are_a_source(tmp_path):
     millimetres = np.nan_to_num(DEPTH * 1000).astype("<u2")
     files = {name: tmp_path / f"frame_20130717T175216.303267{name}" for name in ("_rgb.pclzf", "_depth.pclzf", ".xml")}
     files["_depth.pclzf"].write_bytes(_pclzf("depth16", millimetres.tobytes()))
@@ -107,7 +105,7 @@ def test_images_of_pcl_are_a_source(tmp_path: Path) -> None:
             read_depth_values(files["_depth.pclzf"])
 
 
-def test_lzf_copies_from_what_it_has_written() -> None:
+def test_lzf_copies_from_what_it_has_written():
     # 3 literal bytes; 5 from 3 back, which overlaps itself; 12 from 1 back
     packed = b"\x02abc" + bytes([3 << 5, 2]) + bytes([7 << 5, 3, 0])
     assert lzf_decompressed("file", packed, 20) == b"abcabcab" + b"b" * 12
@@ -116,7 +114,7 @@ def test_lzf_copies_from_what_it_has_written() -> None:
             lzf_decompressed("file", wrong, 20)
 
 
-def test_raw_floats_of_a_kinect_v2_are_millimetres(tmp_path: Path) -> None:
+def test_raw_floats_of_a_kinect_v2_are_millimetres(tmp_path):
     values = np.linspace(4500, 500, 424 * 512, dtype="<f4").reshape(424, 512)
     values[0] = 0
     (tmp_path / "rgb.png").write_bytes(ilf_png(np.zeros((424, 512, 3), np.uint8)))
@@ -136,7 +134,7 @@ def ilf_png(image: np.ndarray) -> bytes:
     return encode_image(".png", image)
 
 
-def test_one_channel_may_be_an_axis_and_hdf5_is_read(tmp_path: Path) -> None:
+def test_one_channel_may_be_an_axis_and_hdf5_is_read(tmp_path):
     for depth in (DEPTH[..., None], DEPTH[None]):
         np.save(tmp_path / "a.npy", depth)
         with h5py.File(tmp_path / "a.h5", "w") as file:
@@ -168,7 +166,7 @@ class _Image:
 
 
 @pytest.fixture
-def photo(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+def photo(tmp_path, monkeypatch):
     def show(values: np.ndarray | None, metadata: dict[str, float] | None = None, shape=(2 * H, 2 * W)) -> Path:
         colour = np.broadcast_to(np.uint8(90), (*shape, 3)).copy()
         images = [] if values is None else [_Image(values, metadata)]
@@ -194,7 +192,7 @@ def photo(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     ],
     ids=["disparity", "inverse depth", "depth"],
 )
-def test_depth_of_photos_becomes_metres(photo, metadata) -> None:
+def test_depth_of_photos_becomes_metres(photo, metadata):
     values = np.linspace(0, 255, H * W).astype(np.uint8).reshape(H, W)
     path = photo(values, metadata)
     frame = ilf.open_source(path.parent)[0]
@@ -203,7 +201,7 @@ def test_depth_of_photos_becomes_metres(photo, metadata) -> None:
     assert (frame.depth[0, 0], frame.depth[-1, -1]) == (pytest.approx(first), pytest.approx(last))
 
 
-def test_photos_without_metres_are_refused(photo) -> None:
+def test_photos_without_metres_are_refused(photo):
     values = np.zeros((H, W), np.uint8)
     for given, message in (((None,), "has no depth image"), ((values, {}), "does not state how its values become")):
         with pytest.raises(FormatError, match=message):
@@ -212,7 +210,7 @@ def test_photos_without_metres_are_refused(photo) -> None:
         read_colour(photo(values, {}, (2 * W, 2 * H)))
 
 
-def test_photos_are_read_in_a_child_and_damaged_ones_refused(tmp_path: Path) -> None:
+def test_photos_are_read_in_a_child_and_damaged_ones_refused(tmp_path):
     heif = pytest.importorskip("pillow_heif")
     grey = np.full((64, 96, 3), 90, np.uint8)
     path = tmp_path / "a.heic"

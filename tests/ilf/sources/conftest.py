@@ -1,15 +1,11 @@
 """No recording stays open after a test."""
 
-from __future__ import annotations
-
-from collections.abc import Iterator
-
 import pytest
 
 from ilf.sources.opening import close_all
 
 
 @pytest.fixture(autouse=True)
-def nothing_left_open() -> Iterator[None]:
+def nothing_left_open():
     yield
     close_all()

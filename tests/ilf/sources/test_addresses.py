@@ -1,12 +1,9 @@
 """Sources at addresses: they are read as on a disk, and neither errors nor results contain credentials."""
 
-from __future__ import annotations
-
 import shutil
 import sys
 import tempfile
 import threading
-from collections.abc import Callable
 from pathlib import Path
 
 import cv2
@@ -33,7 +30,7 @@ fsspec = pytest.importorskip("fsspec")
 
 
 @pytest.fixture(autouse=True)
-def memory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+def memory(tmp_path, monkeypatch):
     """An empty store; temporary folders are in the test's own folder and gone at the end."""
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
     store = fsspec.filesystem("memory")
@@ -80,7 +77,7 @@ def write_bag(folder: Path, frames: int = 2) -> Path:
     ],
     ids=["pairs", "lists by time", "layout with poses", "frame folders", "bag", "folder of a recording"],
 )
-def test_a_source_is_read_as_on_a_disk(tmp_path: Path, write: Callable[[Path], Path], name: str):
+def test_a_source_is_read_as_on_a_disk(tmp_path, write, name):
     path = write(tmp_path / name)
     address = upload(path, path.name)
     here, there = ilf.open_source(path), ilf.open_source(address)
@@ -105,7 +102,7 @@ def test_a_source_is_read_as_on_a_disk(tmp_path: Path, write: Callable[[Path], P
     assert there.calibration(there.keys[0]).colour == here.calibration(here.keys[0]).colour
 
 
-def test_a_folder_on_the_web_is_read_by_its_pages_of_links(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+def test_a_folder_on_the_web_is_read_by_its_pages_of_links(tmp_path, monkeypatch):
     pytest.importorskip("aiohttp", reason="aiohttp is not installed (extra dev)")
     pytest.importorskip("pyarrow")
     work_in_this_process(monkeypatch)
@@ -120,7 +117,7 @@ def test_a_folder_on_the_web_is_read_by_its_pages_of_links(tmp_path: Path, monke
                 np.testing.assert_array_equal(here[key].measured, there[key].measured)
 
 
-def test_files_at_the_root_of_a_server_are_read_from_nowhere_else(tmp_path: Path, capsys):
+def test_files_at_the_root_of_a_server_are_read_from_nowhere_else(tmp_path, capsys):
     pytest.importorskip("aiohttp", reason="aiohttp is not installed (extra dev)")
     frames = write_frames(tmp_path / "in", 1)
     (web := tmp_path / "web").mkdir()
@@ -138,7 +135,7 @@ def test_files_at_the_root_of_a_server_are_read_from_nowhere_else(tmp_path: Path
         assert "identical to the recorded one" in capsys.readouterr().out
 
 
-def test_a_run_of_a_remote_frame_is_replayed_and_its_folder_opened(tmp_path: Path, capsys):
+def test_a_run_of_a_remote_frame_is_replayed_and_its_folder_opened(tmp_path, capsys):
     address = upload(write_frames(tmp_path / "in", 1), "in")
     files = [f"{address}/rgb/0000.png", f"{address}/depth/0000.png"]
     quick = ["--max-iterations", "3"]
@@ -156,7 +153,7 @@ def test_a_run_of_a_remote_frame_is_replayed_and_its_folder_opened(tmp_path: Pat
     assert str(tmp_path) not in shown
 
 
-def test_a_recording_is_copied_once_and_again_when_it_changes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+def test_a_recording_is_copied_once_and_again_when_it_changes(tmp_path, monkeypatch):
     copied: list[str] = []
     real = RemoteFiles.download
     monkeypatch.setattr(RemoteFiles, "download", lambda self, *how: copied.append(self.address) or real(self, *how))
@@ -176,7 +173,7 @@ def test_a_recording_is_copied_once_and_again_when_it_changes(tmp_path: Path, mo
     assert not [path for path in (tmp_path / "cache").rglob("*") if path.is_file()]
 
 
-def test_errors_name_the_address_and_the_cure(tmp_path: Path, capsys):
+def test_errors_name_the_address_and_the_cure(tmp_path, capsys):
     address = upload(write_frames(tmp_path / "in", 2), "in")
     fsspec.filesystem("memory").pipe("/data/in/depth/0001.png", b"\x89PNG\r\n\x1a\n damaged")
     source = ilf.open_source(address)
@@ -194,7 +191,7 @@ def test_errors_name_the_address_and_the_cure(tmp_path: Path, capsys):
     assert "only `ilf batch --shards` writes to addresses" in capsys.readouterr().err
 
 
-def test_a_frame_that_cannot_be_read_is_a_row_of_the_batch(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys):
+def test_a_frame_that_cannot_be_read_is_a_row_of_the_batch(tmp_path, monkeypatch, capsys):
     work_in_this_process(monkeypatch)
     address, out = upload(write_frames(tmp_path / "in", 3), "in"), tmp_path / "out"
     fsspec.filesystem("memory").pipe("/data/in/depth/0001.png", b"damaged")
@@ -217,7 +214,7 @@ SECRET = "wJalrXUtnFEMI/K7MDENG"
     "address",
     [f"https://me:{SECRET}@host/data", f"https://host/data?X-Amz-Signature={SECRET}", f"s3://me:{SECRET}@bucket/data"],
 )
-def test_credentials_in_an_address_are_refused_and_not_shown(tmp_path: Path, capsys, address: str):
+def test_credentials_in_an_address_are_refused_and_not_shown(tmp_path, capsys, address):
     out = str(tmp_path / "out")
     for command in (
         ["info", address],
@@ -233,7 +230,7 @@ def test_credentials_in_an_address_are_refused_and_not_shown(tmp_path: Path, cap
     assert not (tmp_path / "out").exists()
 
 
-def test_credentials_in_errors_of_drivers_are_not_shown(memory, monkeypatch: pytest.MonkeyPatch, tmp_path: Path):
+def test_credentials_in_errors_of_drivers_are_not_shown(memory, monkeypatch, tmp_path):
     monkeypatch.setenv("AWS_SECRET_ACCESS_KEY", SECRET)
     address = upload(write_frames(tmp_path / "in", 1), "in")
     source = ilf.open_source(address)
@@ -254,7 +251,7 @@ def test_credentials_in_errors_of_drivers_are_not_shown(memory, monkeypatch: pyt
     assert without_credentials("hf://datasets/a/b@main: no") == "hf://datasets/a/b@main: no"
 
 
-def test_a_missing_driver_is_named(monkeypatch: pytest.MonkeyPatch):
+def test_a_missing_driver_is_named(monkeypatch):
     monkeypatch.setitem(sys.modules, "gcsfs", None)
     with pytest.raises(InputError, match="gs:// needs the package gcsfs, which is not installed"):
         ilf.open_source("gs://bucket/data")
@@ -265,7 +262,7 @@ def test_a_missing_driver_is_named(monkeypatch: pytest.MonkeyPatch):
         ilf.open_source("s3://bucket/data")
 
 
-def test_names_that_could_leave_a_folder_are_left_out(memory, tmp_path: Path):
+def test_names_that_could_leave_a_folder_are_left_out(memory, tmp_path):
     address = upload(write_frames(tmp_path / "in", 1), "in")
     for name in ("../../evil.png", "rgb/.hidden.png", "rgb//empty.png", "rgb\\back.png", "rgb/query.png?C=N"):
         memory.store[f"/data/in/{name}"] = memory.store["/data/in/rgb/0000.png"]

@@ -1,7 +1,5 @@
 """Recordings of an Azure Kinect: a real one, and written ones in every colour format; calibrations by mode; damage."""
 
-from __future__ import annotations
-
 import json
 import os
 import sys
@@ -22,7 +20,7 @@ REAL = Path(os.environ.get("ILF_TEST_DATA", "../shared/data")) / "sources" / "py
 
 
 @pytest.mark.skipif(not REAL.is_file(), reason=f"there is no {REAL} (ILF_TEST_DATA)")
-def test_a_real_recording() -> None:
+def test_a_real_recording():
     """One capture of a cup before a wall: after registration, its edge is where colour has it."""
     source = ilf.open_source(REAL)
     assert (source.keys, source.timestamps, source.is_registered) == (("0.463945",), (0.463945,), False)
@@ -50,7 +48,7 @@ def test_a_real_recording() -> None:
 
 
 @pytest.mark.parametrize("colour", ["MJPG", "NV12", "YUY2", "BGRA"])
-def test_every_colour_format(tmp_path: Path, colour: str) -> None:
+def test_every_colour_format(tmp_path, colour):
     source = ilf.open_source(write_azure(tmp_path / "a.mkv", colour=colour))
     assert source.keys == ("0.100000", "0.133000", "0.166000")
     assert source.notes == ()
@@ -63,7 +61,7 @@ def test_every_colour_format(tmp_path: Path, colour: str) -> None:
         assert pair.inputs.frame == source.keys[number]
 
 
-def test_a_frame_is_registered_and_replayed(tmp_path: Path) -> None:
+def test_a_frame_is_registered_and_replayed(tmp_path):
     source = ilf.open_source(write_azure(tmp_path / "a.mkv", frames=2))
     frame = source.read(source.keys[1])
     assert frame.shape == (720, 1280)
@@ -83,7 +81,7 @@ def test_a_frame_is_registered_and_replayed(tmp_path: Path) -> None:
         ("WFOV_UNBINNED", (1024, 1024), 0.49 * 1024, 0.51 * 1024 - 0.5),
     ],
 )
-def test_depth_modes(mode: str, size: tuple[int, int], fx: float, cx: float) -> None:
+def test_depth_modes(mode, size, fx, cx):
     depth = cameras_of(json.dumps(calibration()).encode(), mode, "MJPG_1080P").depth
     assert depth.size == size
     assert (depth.fx, depth.cx) == pytest.approx((fx, cx))
@@ -101,13 +99,13 @@ def test_depth_modes(mode: str, size: tuple[int, int], fx: float, cx: float) -> 
         ("MJPG_3072P", (4096, 3072), 0.64 * 3072, 0.5 * 3072 - 0.5),
     ],
 )
-def test_colour_modes(mode: str, size: tuple[int, int], fy: float, cy: float) -> None:
+def test_colour_modes(mode, size, fy, cy):
     colour = cameras_of(json.dumps(calibration()).encode(), "NFOV_UNBINNED", mode).colour
     assert colour.size == size
     assert (colour.fy, colour.cy) == pytest.approx((fy, cy))
 
 
-def test_calibrations_that_make_no_cameras() -> None:
+def test_calibrations_that_make_no_cameras():
     good = calibration()
     cut = calibration()
     cut["CalibrationInformation"]["Cameras"].pop()
@@ -127,7 +125,7 @@ def test_calibrations_that_make_no_cameras() -> None:
 
 
 @pytest.mark.parametrize("damage", ["empty", "cut in half", "cut at its head", "noise"])
-def test_a_damaged_recording_is_one_clear_message(tmp_path: Path, damage: str) -> None:
+def test_a_damaged_recording_is_one_clear_message(tmp_path, damage):
     path = write_azure(tmp_path / "a.mkv", frames=2)
     content = path.read_bytes()
     noise = np.random.default_rng(1).integers(0, 256, 5000, np.uint8).tobytes()
@@ -137,12 +135,12 @@ def test_a_damaged_recording_is_one_clear_message(tmp_path: Path, damage: str) -
         ilf.load_frame(path, frame="0.133000")
 
 
-def test_depth_of_8_bits_is_refused(tmp_path: Path) -> None:
+def test_depth_of_8_bits_is_refused(tmp_path):
     with pytest.raises(FormatError, match=r"8\.mkv: this is an 8-bit image, not depth: export the raw 16-bit"):
         ilf.open_source(write_azure(tmp_path / "8.mkv", depth_pixels="gray"))
 
 
-def test_other_videos_and_a_missing_library(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_other_videos_and_a_missing_library(tmp_path, monkeypatch):
     other = write_azure(tmp_path / "other.mkv", frames=1, depth_tag="SOMETHING")
     with pytest.raises(InputError, match="has no depth track of an Azure Kinect or Femto camera"):
         ilf.open_source(other)

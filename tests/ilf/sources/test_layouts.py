@@ -1,7 +1,5 @@
 """Layouts as data: every published one on files named and encoded as published, given ones, and what does not fit."""
 
-from __future__ import annotations
-
 import json
 import re
 from collections.abc import Callable
@@ -31,7 +29,7 @@ Y_UP = np.diag([1.0, -1, -1, 1])
 
 
 @pytest.fixture(autouse=True)
-def no_own_layouts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def no_own_layouts(tmp_path, monkeypatch):
     monkeypatch.setenv("ILF_LAYOUTS", str(tmp_path / "own-layouts"))
     return tmp_path / "own-layouts"
 
@@ -289,7 +287,7 @@ PUBLISHED: dict[str, tuple[Callable[[Path], None], float | None, bool, bool]] = 
 
 
 @pytest.mark.parametrize("name", PUBLISHED)
-def test_published_layouts_are_read_right_at_once(tmp_path: Path, name: str) -> None:
+def test_published_layouts_are_read_right_at_once(tmp_path, name):
     write, focal, has_truth, has_pose = PUBLISHED[name]
     write(tmp_path / "data")
     source = ilf.open_source(tmp_path / "data")
@@ -312,7 +310,7 @@ def test_published_layouts_are_read_right_at_once(tmp_path: Path, name: str) -> 
     assert np.array_equal(again.depth, frame.depth if frame.invalid_mask is None else frame.measured, equal_nan=True)
 
 
-def test_depth_of_a_phone_is_registered_to_its_larger_colour(tmp_path: Path) -> None:
+def test_depth_of_a_phone_is_registered_to_its_larger_colour(tmp_path):
     _polycam(tmp_path)
     for number in range(2):
         _colour(tmp_path / f"keyframes/corrected_images/{144200852560 + number}.jpg", (2 * H, 2 * W))
@@ -330,7 +328,7 @@ def test_depth_of_a_phone_is_registered_to_its_larger_colour(tmp_path: Path) -> 
     assert np.allclose(own.pose(own.keys[1]), _poses(2)[1])
 
 
-def test_a_file_named_distance_to_camera_is_along_rays_if_the_camera_is_known(tmp_path: Path) -> None:
+def test_a_file_named_distance_to_camera_is_along_rays_if_the_camera_is_known(tmp_path):
     _isaac(tmp_path, depth="distance_to_camera")
     files = tmp_path / "rgb_0001.png", tmp_path / "distance_to_camera_0001.npy"
     frame = ilf.load_frame(*files, intrinsics=str(tmp_path / "camera_params_0001.json"))
@@ -340,7 +338,7 @@ def test_a_file_named_distance_to_camera_is_along_rays_if_the_camera_is_known(tm
         ilf.load_frame(*files)
 
 
-def test_frames_of_scannet_are_registered_by_the_two_cameras(tmp_path: Path) -> None:
+def test_frames_of_scannet_are_registered_by_the_two_cameras(tmp_path):
     _scannet(tmp_path / "data")
     source = ilf.open_source(tmp_path / "data/scans/scene0000_00")
     assert (source.keys, source.is_registered) == (("color/0", "color/1"), False)
@@ -364,7 +362,7 @@ def test_frames_of_scannet_are_registered_by_the_two_cameras(tmp_path: Path) -> 
     assert every.keys == ("scans/scene0000_00/color/0", "scans/scene0000_00/color/1")
 
 
-def test_two_files_of_different_sizes_are_registered_or_refused_with_the_cure(tmp_path: Path, capsys) -> None:
+def test_two_files_of_different_sizes_are_registered_or_refused_with_the_cure(tmp_path, capsys):
     _colour(tmp_path / "rgb.png", (96, 128))
     _write(tmp_path / "depth.png", METRES, 1000)
     files = [str(tmp_path / name) for name in ("rgb.png", "depth.png")]
@@ -382,7 +380,7 @@ def test_two_files_of_different_sizes_are_registered_or_refused_with_the_cure(tm
     assert (tmp_path / "again/depth.npy").read_bytes() == (tmp_path / "out/depth.npy").read_bytes()
 
 
-def test_replica_is_named_and_found_one_folder_up(tmp_path: Path, capsys) -> None:
+def test_replica_is_named_and_found_one_folder_up(tmp_path, capsys):
     _replica(tmp_path)
     assert main(["info", str(tmp_path / "room0")]) == 0
     told = capsys.readouterr().out
@@ -393,7 +391,7 @@ def test_replica_is_named_and_found_one_folder_up(tmp_path: Path, capsys) -> Non
     assert [layout["name"] for layout in listed] == [layout.name for layout in built_in_layouts()]
 
 
-def test_other_layouts_that_fit_are_named(tmp_path: Path) -> None:
+def test_other_layouts_that_fit_are_named(tmp_path):
     _transcg(tmp_path)
     source = ilf.open_source(tmp_path / "scene1")
     assert "transcg-l515" in source.notes[-1]
@@ -403,7 +401,7 @@ def test_other_layouts_that_fit_are_named(tmp_path: Path) -> None:
     assert other[0].ground_truth[15, 35] == pytest.approx(2.25, abs=1e-3)
 
 
-def test_depth_beside_the_images_of_a_transforms_json(tmp_path: Path) -> None:
+def test_depth_beside_the_images_of_a_transforms_json(tmp_path):
     _transforms(tmp_path, depth=False)
     source = ilf.open_source(tmp_path)
     assert source.layout.startswith("nerfstudio")
@@ -420,7 +418,7 @@ def test_depth_beside_the_images_of_a_transforms_json(tmp_path: Path) -> None:
         ilf.open_source(tmp_path)
 
 
-def test_images_of_one_name_in_two_folders_keep_their_own_depth_and_pose(tmp_path: Path) -> None:
+def test_images_of_one_name_in_two_folders_keep_their_own_depth_and_pose(tmp_path):
     frames = []
     for camera, pose in zip("ab", _poses(2), strict=True):
         _colour(tmp_path / f"{camera}/0001.jpg")
@@ -435,7 +433,7 @@ def test_images_of_one_name_in_two_folders_keep_their_own_depth_and_pose(tmp_pat
     assert source[1].intrinsics.fy == 60
 
 
-def test_a_layout_is_given_as_text(tmp_path: Path) -> None:
+def test_a_layout_is_given_as_text(tmp_path):
     _void(tmp_path)
     text = "rgb={}/image/*.png depth={}/ground_truth/*.png units=256 K=K.txt pose=absolute_pose/*.txt"
     source = ilf.open_source(tmp_path / "void_1500", layout=text)
@@ -452,7 +450,7 @@ def test_a_layout_is_given_as_text(tmp_path: Path) -> None:
     assert (mine[0].inputs.depth_units, mine[0].intrinsics.fx) == (512, 50), "what the user states precedes the layout"
 
 
-def test_poses_from_the_world_and_with_y_up_are_turned(tmp_path: Path) -> None:
+def test_poses_from_the_world_and_with_y_up_are_turned(tmp_path):
     for number, pose in enumerate(_poses(2)):
         _colour(tmp_path / f"rgb/{number}.png")
         _write(tmp_path / f"depth/{number}.png", METRES, 1000)
@@ -461,7 +459,7 @@ def test_poses_from_the_world_and_with_y_up_are_turned(tmp_path: Path) -> None:
     assert np.allclose(ilf.open_source(tmp_path, layout=text)[1].pose, _poses(2)[1])
 
 
-def test_poses_of_a_file_in_order_belong_to_the_numbers_of_fewer_frames(tmp_path: Path) -> None:
+def test_poses_of_a_file_in_order_belong_to_the_numbers_of_fewer_frames(tmp_path):
     _replica(tmp_path)
     (tmp_path / "room0/results/frame000000.jpg").unlink()
     source = ilf.open_source(tmp_path / "room0")
@@ -470,7 +468,7 @@ def test_poses_of_a_file_in_order_belong_to_the_numbers_of_fewer_frames(tmp_path
     assert "1 depth file left out" in source.notes[0]
 
 
-def test_own_layouts_precede_the_table(tmp_path: Path, no_own_layouts: Path) -> None:
+def test_own_layouts_precede_the_table(tmp_path, no_own_layouts):
     _void(tmp_path)
     no_own_layouts.mkdir()
     own = no_own_layouts / "lab.toml"
@@ -511,12 +509,12 @@ def test_own_layouts_precede_the_table(tmp_path: Path, no_own_layouts: Path) -> 
         ("nothing", "There is no layout 'nothing'"),
     ],
 )
-def test_layouts_that_are_not_valid_say_why(tmp_path: Path, text: str, message: str) -> None:
+def test_layouts_that_are_not_valid_say_why(tmp_path, text, message):
     with pytest.raises(InputError, match=message):
         ilf.open_source(tmp_path, layout=text)
 
 
-def test_what_does_not_fit_names_the_layout_and_the_nearest(tmp_path: Path) -> None:
+def test_what_does_not_fit_names_the_layout_and_the_nearest(tmp_path):
     _void(tmp_path)
     scene = tmp_path / "void_1500/data/classroom0"
     with pytest.raises(InputError, match=r"scannet \(.*color.* matches 0 files.*It fits the layout void"):
@@ -543,7 +541,7 @@ def _wrong(path: Path, text: str) -> Path:
     return path
 
 
-def test_distance_along_the_ray_becomes_depth() -> None:
+def test_distance_along_the_ray_becomes_depth():
     encoding = encoding_of("ray:1000,60,60,31.5,23.5")
     x, y = (np.arange(W) - 31.5) / 60, (np.arange(H) - 23.5) / 60
     values = np.rint(METRES * 1000 * np.sqrt(1 + x**2 + y[:, None] ** 2)).astype(np.uint16)

@@ -1,7 +1,5 @@
 """Which frames a folder holds: every layout that is read, what is told of the rest, and what would be misread."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import cv2
@@ -62,11 +60,6 @@ def test_links_that_lead_nowhere_do_not_count(tmp_path):
     assert list_frames(tmp_path).notes == (), "none of them is a folder that is left out"
 
 
-def test_numbers_are_matched_with_and_without_zeros_before_them(tmp_path):
-    _touch(tmp_path, *(f"rgb/{n}.png" for n in (1, 20, 300)), *(f"depth/{n:03d}.png" for n in (1, 20, 300)))
-    assert _named(tmp_path) == [(f"rgb/{n}.png", f"depth/{n:03d}.png") for n in (1, 20, 300)]
-
-
 def test_names_that_differ_in_punctuation_or_case_only_are_pairs(tmp_path):
     names = ["a_b", "a;b", "a b", "A_b", "01", "1"]
     _touch(tmp_path, *(f"{folder}/{name}.png" for name in names for folder in ("rgb", "depth")))
@@ -103,10 +96,7 @@ def test_two_folders_matched_by_name(tmp_path, colour):
 
 def test_two_folders_matched_by_number_where_names_differ(tmp_path):
     _touch(tmp_path, "rgb/cam0_0001.png", "rgb/cam0_0002.png", "depth/range-1.png", "depth/range-2.png")
-    assert _named(tmp_path) == [
-        ("rgb/cam0_0001.png", "depth/range-1.png"),
-        ("rgb/cam0_0002.png", "depth/range-2.png"),
-    ]
+    assert _named(tmp_path) == [("rgb/cam0_0001.png", "depth/range-1.png"), ("rgb/cam0_0002.png", "depth/range-2.png")]
 
 
 @pytest.mark.parametrize(

@@ -455,14 +455,14 @@ EVERY_OPTION = ReadingOptions(
 )
 
 
-def test_every_reading_option_is_an_argument_of_load_frame_or_open_source() -> None:
+def test_every_reading_option_is_an_argument_of_load_frame_or_open_source():
     assert EVERY_OPTION.given.keys() == OPTIONS.keys()
     assert EVERY_OPTION.of_frame.given.keys() < inspect.signature(load_frame).parameters.keys()
     of_sources = {name for name, option in OPTIONS.items() if not option.one_frame}
     assert EVERY_OPTION.of_all_frames.given.keys() < of_sources < inspect.signature(ilf.open_source).parameters.keys()
 
 
-def test_reading_options_come_back_from_json_and_from_arguments() -> None:
+def test_reading_options_come_back_from_json_and_from_arguments():
     source = FrameRef("rgb.png", "depth.png", options=EVERY_OPTION.of_frame)
     assert FrameRef.from_json(Section("frame", json.loads(json.dumps(source.to_json())))) == source
     parser = argparse.ArgumentParser()
@@ -471,14 +471,14 @@ def test_reading_options_come_back_from_json_and_from_arguments() -> None:
     assert ReadingOptions.from_arguments(vars(parser.parse_args(options.to_arguments()))) == options
 
 
-def test_options_given_go_before_those_of_the_files() -> None:
+def test_options_given_go_before_those_of_the_files():
     stated = ReadingOptions(depth_units=1000.0, invalid=0.0, ground_truth="gt.png", ground_truth_units=1000.0)
     chosen = ReadingOptions(encoding="tum", ground_truth="other.npy").or_else(stated)
     assert chosen == ReadingOptions(encoding="tum", invalid=0.0, ground_truth="other.npy")
     assert ReadingOptions(ground_truth_units=1.0).or_else(stated) == replace(stated, ground_truth_units=1.0)
 
 
-def test_frames_of_image_files_import_no_reader_of_recordings() -> None:
+def test_frames_of_image_files_import_no_reader_of_recordings():
     code = """
 import sys
 import ilf

@@ -1,7 +1,5 @@
 """Depth of neighbours in a frame's view: geometry, occlusion, what has moved, odometry."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

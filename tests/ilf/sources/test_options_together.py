@@ -1,10 +1,7 @@
 """Reading options together: lenses, view, dataset, ground truth, confidence and a guide by name, in every way back."""
 
-from __future__ import annotations
-
 import json
 from itertools import product
-from pathlib import Path
 from typing import Any
 
 import cv2
@@ -49,7 +46,7 @@ def plane(camera: Camera, is_bent: bool) -> np.ndarray:
 
 
 @pytest.fixture
-def given(request: pytest.FixtureRequest, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
+def given(request, tmp_path, monkeypatch):
     """The arguments of `load_frame` for files of a plane, by one of CASES."""
     undistort, view, camera = request.param
     monkeypatch.setenv("ILF_MODELS", str(tmp_path / "models"))
@@ -95,10 +92,37 @@ def check_same(found: RGBDFrame, frame: RGBDFrame) -> None:
     assert found.guide.is_same_as(frame.guide)
 
 
+def check_told(frame: RGBDFrame, given: dict[str, Any], capsys: pytest.CaptureFixture[str]) -> None:
+    """`ilf info` tells of this frame, and a report gives the command only if that makes the same frame."""
+    flags = [f"--{name.replace('_', '-')}={value}" for name, value in given.items() if isinstance(value, str)]
+    flags = [flag for flag in flags if flag.split("=")[0] not in {"--rgb", "--depth", "--confidence"}]
+    undistort = ["--undistort"] if "undistort" in given else []
+    assert main(["info", given["rgb"], given["depth"], *flags, *undistort, "--json"]) == 0
+    facts = json.loads(capsys.readouterr().out)["frame"]
+    assert facts["problems"] == []
+    assert facts["ground_truth"]["known_share"] == np.isfinite(frame.ground_truth).mean()
+    assert facts.get("view") == ("depth" if given["view"] == "depth" else None)
+    if undistort:
+        camera = facts["intrinsics"]
+        assert [camera[name] for name in ("fx", "fy", "cx", "cy")] == pytest.approx(frame.intrinsics.numbers)
+    sentence, command = replay_text(ilf.Run.of(frame))
+    if "min_confidence" in given:
+        assert "by hand" in sentence
+    elif undistort:
+        assert "undistorted" in sentence
+    else:
+        assert "--dataset /left/z" in command
+        assert "--guide mine" in command
+
+
 @pytest.mark.filterwarnings("ignore::ilf.errors.DepthWarning")
 @pytest.mark.parametrize("given", CASES, ids=IDS, indirect=True)
-def test_a_frame_is_right_and_comes_back_from_runs_and_projects(given: dict[str, Any], tmp_path: Path) -> None:
+def test_a_frame_is_right_is_told_and_comes_back_from_runs_and_projects(given, tmp_path, capsys):
     frame = ilf.load_frame(**given)
+    check_told(frame, given, capsys)
+    if "confidence" in given:
+        without = {name: value for name, value in given.items() if "confidence" not in name}
+        check_told(ilf.load_frame(**without), without, capsys)
     assert np.nanmax(np.abs(frame.measured - flat(frame))) < 0.06
     assert np.nanmax(np.abs(frame.ground_truth - flat(frame))) < 0.06
     assert frame.guide.network.name == "mine"
@@ -117,48 +141,13 @@ def test_a_frame_is_right_and_comes_back_from_runs_and_projects(given: dict[str,
 
 
 @pytest.mark.filterwarnings("ignore::ilf.errors.DepthWarning")
-@pytest.mark.parametrize("given", CASES, ids=IDS, indirect=True)
-def test_info_tells_of_the_frame_that_is_read(given: dict[str, Any], capsys: pytest.CaptureFixture[str]) -> None:
-    frame = ilf.load_frame(**given)
-    flags = [f"--{name.replace('_', '-')}={value}" for name, value in given.items() if isinstance(value, str)]
-    flags = [flag for flag in flags if flag.split("=")[0] not in {"--rgb", "--depth", "--confidence"}]
-    undistort = ["--undistort"] if "undistort" in given else []
-    assert main(["info", given["rgb"], given["depth"], *flags, *undistort, "--json"]) == 0
-    facts = json.loads(capsys.readouterr().out)["frame"]
-    assert facts["problems"] == []
-    assert facts["ground_truth"]["known_share"] == np.isfinite(frame.ground_truth).mean()
-    assert facts.get("view") == ("depth" if given["view"] == "depth" else None)
-    if undistort:
-        camera = facts["intrinsics"]
-        assert [camera[name] for name in ("fx", "fy", "cx", "cy")] == pytest.approx(frame.intrinsics.numbers)
-
-
-@pytest.mark.filterwarnings("ignore::ilf.errors.DepthWarning")
-@pytest.mark.parametrize("given", CASES, ids=IDS, indirect=True)
-@pytest.mark.parametrize("with_confidence", [False, True])
-def test_a_report_gives_the_command_only_if_it_makes_the_same_frame(
-    given: dict[str, Any], with_confidence: bool
-) -> None:
-    if not with_confidence:
-        given = {name: value for name, value in given.items() if "confidence" not in name}
-    sentence, command = replay_text(ilf.complete(ilf.load_frame(**given), max_iterations=2).run)
-    if "min_confidence" in given:
-        assert "by hand" in sentence
-    elif "undistort" in given:
-        assert "undistorted" in sentence
-    else:
-        assert "--dataset /left/z" in command
-        assert "--guide mine" in command
-
-
-@pytest.mark.filterwarnings("ignore::ilf.errors.DepthWarning")
 @pytest.mark.parametrize(
-    "given", [(True, "depth", SMALL), (True, "colour", SMALL)], ids=["depth", "colour"], indirect=True
+    ("given", "static"),
+    [((True, "depth", SMALL), ["--static-camera", "1"]), ((True, "colour", SMALL), [])],
+    ids=["depth", "colour"],
+    indirect=["given"],
 )
-@pytest.mark.parametrize("static", [[], ["--static-camera", "1"]], ids=["moving", "static"])
-def test_a_batch_evaluates_undistorted_frames_in_their_own_pixels(
-    given: dict[str, Any], static: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_batch_evaluates_undistorted_frames_in_their_own_pixels(given, static, tmp_path, monkeypatch):
     work_in_this_process(monkeypatch)
     for name in ("f0", "f1"):
         folder = tmp_path / "frames" / name
@@ -178,9 +167,7 @@ def test_a_batch_evaluates_undistorted_frames_in_their_own_pixels(
     assert frame.guide.gives == "affine"
 
 
-def test_what_a_file_gives_is_said_and_a_network_with_a_name_says_it_itself(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_what_a_file_gives_is_said_and_a_network_with_a_name_says_it_itself(tmp_path, capsys, monkeypatch):
     monkeypatch.setenv("ILF_MODELS", str(tmp_path / "models"))
     monkeypatch.setattr("ilf._runtime.networks.network._networks", {})
     add_guide(brightness(tmp_path / "net.onnx"), "mine", gives="affine")
@@ -205,7 +192,7 @@ def test_what_a_file_gives_is_said_and_a_network_with_a_name_says_it_itself(
         assert "There is no guide" in ilf.load_frame(*files, guide_gives="affine").notes[-1]
 
 
-def test_a_folder_of_frames_has_guides_of_one_kind(tmp_path: Path) -> None:
+def test_a_folder_of_frames_has_guides_of_one_kind(tmp_path):
     for name in ("f0", "f1"):
         write_small_frame(tmp_path / name)
         (tmp_path / name / "meta.json").write_text('{"depth_units_per_m": 1000}')

@@ -1,8 +1,6 @@
 """Recordings of phones and data sets in files of their own: what they are read as, and what is damaged or hostile.
 All are written here in the documented layouts."""
 
-from __future__ import annotations
-
 import contextlib
 import json
 import struct

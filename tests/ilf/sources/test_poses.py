@@ -1,7 +1,5 @@
 """Where the camera was, from files beside the frames."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np
@@ -23,7 +21,7 @@ def write_matrix(path: Path, pose: np.ndarray = TURN) -> None:
     np.savetxt(path, pose)
 
 
-def test_poses_are_found_where_data_sets_have_them(tmp_path: Path) -> None:
+def test_poses_are_found_where_data_sets_have_them(tmp_path):
     depth = tmp_path / "depth"
     assert camera_pose(depth / "000012.png") is None
     write_matrix(tmp_path / "pose" / "000012.txt")
@@ -39,7 +37,7 @@ def test_poses_are_found_where_data_sets_have_them(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     "text", ["", "nothing", "1 2\n3 4\n", "-inf " * 4, "2 0 0 0\n0 2 0 0\n0 0 2 0\n0 0 0 1\n", "1e200 0 0 0\n" * 4]
 )
-def test_what_is_no_pose_is_none(tmp_path: Path, text: str) -> None:
+def test_what_is_no_pose_is_none(tmp_path, text):
     (tmp_path / "pose").mkdir()
     (tmp_path / "pose" / "1.txt").write_text(text)
     assert camera_pose(tmp_path / "depth" / "1.png") is None
@@ -48,14 +46,14 @@ def test_what_is_no_pose_is_none(tmp_path: Path, text: str) -> None:
     assert camera_pose(tmp_path / "depth" / f"{'2' * 300}.png") is None
 
 
-def test_lines_of_a_trajectory_that_are_no_poses_do_not_count(tmp_path: Path) -> None:
+def test_lines_of_a_trajectory_that_are_no_poses_do_not_count(tmp_path):
     lines = f"nan 9 9 9 0 0 0 1\n10.00 {QUARTER}\n10.01 9 9 9 inf 0 0 1\n20.0 1 2 3 0 0 1e300 1e300\n"
     (tmp_path / "groundtruth.txt").write_text(lines)
     for time in ("10.01", "20.0"):
         assert np.allclose(camera_pose(tmp_path / "depth" / f"{time}.png"), TURN)
 
 
-def test_motion_between_frames(tmp_path: Path) -> None:
+def test_motion_between_frames(tmp_path):
     frames = []
     for number in (1, 2):
         (tmp_path / str(number)).mkdir()

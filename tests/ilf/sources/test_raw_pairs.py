@@ -1,10 +1,6 @@
 """Folders of raw pairs with a calibration of one's own: registered by it, in the library and on the command line."""
 
-from __future__ import annotations
-
 import json
-from collections.abc import Callable
-from pathlib import Path
 
 import cv2
 import numpy as np
@@ -23,7 +19,7 @@ from ..two_cameras import calibration, write_pair
 
 
 @pytest.mark.parametrize("colour", ["colour.png", "color.png", "rgb.png"])
-def test_a_pair_is_registered_by_its_calibration(tmp_path: Path, colour: str) -> None:
+def test_a_pair_is_registered_by_its_calibration(tmp_path, colour):
     pair = write_pair(tmp_path / "desk", colour, "depth.png")
     source = ilf.open_source(tmp_path / "desk")
     assert source.keys == ("1",)
@@ -38,7 +34,7 @@ def test_a_pair_is_registered_by_its_calibration(tmp_path: Path, colour: str) ->
 
 
 @pytest.mark.parametrize("name", ["depth.png", "depth.npy"])
-def test_depth_of_8_bits_is_refused(tmp_path: Path, name: str) -> None:
+def test_depth_of_8_bits_is_refused(tmp_path, name):
     write_pair(tmp_path, "rgb.png", "depth.png")
     values = cv2.imread(str(tmp_path / "depth.png"), cv2.IMREAD_UNCHANGED).astype(np.uint8)
     (tmp_path / "depth.png").unlink()
@@ -47,14 +43,14 @@ def test_depth_of_8_bits_is_refused(tmp_path: Path, name: str) -> None:
         ilf.open_source(tmp_path).read("1")
 
 
-def test_two_depth_files_of_one_name_are_named(tmp_path: Path) -> None:
+def test_two_depth_files_of_one_name_are_named(tmp_path):
     write_pair(tmp_path, "rgb.png", "depth.png")
     np.save(tmp_path / "depth.npy", np.ones((24, 32), np.float32))
     with pytest.raises(InputError, match=r"depth\.npy and depth\.png have the same name"):
         ilf.open_source(tmp_path)
 
 
-def test_folders_of_pairs_go_by_their_names(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_folders_of_pairs_go_by_their_names(tmp_path, capsys):
     for name in ("a", "b"):
         write_pair(tmp_path, f"colour/{name}.png", f"depth/{name}.png")
     (tmp_path / "depth" / "a.png").replace(tmp_path / "depth" / "c.png")
@@ -67,7 +63,7 @@ def test_folders_of_pairs_go_by_their_names(tmp_path: Path, capsys: pytest.Captu
     assert "10000" in capsys.readouterr().out
 
 
-def test_a_run_is_replayed_as_long_as_the_calibration_is_the_same(tmp_path: Path) -> None:
+def test_a_run_is_replayed_as_long_as_the_calibration_is_the_same(tmp_path):
     write_pair(tmp_path / "desk", "colour.png", "depth.png")
     frame = ilf.load_frame(tmp_path / "desk", frame="1")
     run = ilf.Run(frame, np.zeros(frame.shape, np.int32))
@@ -80,7 +76,7 @@ def test_a_run_is_replayed_as_long_as_the_calibration_is_the_same(tmp_path: Path
         ilf.replay(tmp_path / "done" / "run.json")
 
 
-def test_a_still_camera_gives_steady_depth_of_pairs(tmp_path: Path) -> None:
+def test_a_still_camera_gives_steady_depth_of_pairs(tmp_path):
     for name in ("a", "b"):
         write_pair(tmp_path / "desk", f"colour/{name}.png", f"depth/{name}.png")
     frame, other = (ilf.load_frame(tmp_path / "desk", frame=name) for name in ("a", "b"))
@@ -96,7 +92,7 @@ def test_a_still_camera_gives_steady_depth_of_pairs(tmp_path: Path) -> None:
     np.testing.assert_array_equal(again.depth, steady.depth)
 
 
-def test_a_calibration_may_be_of_fisheyes(tmp_path: Path) -> None:
+def test_a_calibration_may_be_of_fisheyes(tmp_path):
     stated = calibration(write_pair(tmp_path, "colour.png", "depth.png"))
     for camera in ("colour", "depth"):
         stated[camera] |= {"model": "fisheye", "distortion": [0.05, -0.01, 0.004, -0.001]}
@@ -124,7 +120,7 @@ def test_a_calibration_may_be_of_fisheyes(tmp_path: Path) -> None:
         (lambda c: c.update(depth_encoding="mm"), "Both a depth encoding"),
     ],
 )
-def test_a_calibration_that_is_none_is_told(tmp_path: Path, change: Callable[[dict], object], told: str) -> None:
+def test_a_calibration_that_is_none_is_told(tmp_path, change, told):
     stated = calibration(write_pair(tmp_path, "colour.png", "depth.png"))
     change(stated)
     (tmp_path / "calibration.json").write_text(json.dumps(stated))
@@ -132,7 +128,7 @@ def test_a_calibration_that_is_none_is_told(tmp_path: Path, change: Callable[[di
         ilf.open_source(tmp_path)
 
 
-def test_cameras_that_are_too_far_apart_are_told(tmp_path: Path) -> None:
+def test_cameras_that_are_too_far_apart_are_told(tmp_path):
     stated = calibration(write_pair(tmp_path, "colour.png", "depth.png"))
     stated["depth_to_colour"][0][3] = -1e200
     (tmp_path / "calibration.json").write_text(json.dumps(stated))
@@ -140,14 +136,14 @@ def test_cameras_that_are_too_far_apart_are_told(tmp_path: Path) -> None:
         ilf.load_frame(tmp_path, frame="1")
 
 
-def test_without_a_pair_it_says_what_to_put_there(tmp_path: Path) -> None:
+def test_without_a_pair_it_says_what_to_put_there(tmp_path):
     write_pair(tmp_path, "colour.png", "depth.png")
     (tmp_path / "depth.png").unlink()
     with pytest.raises(InputError, match=r"put colour\.\* and depth\.\* beside"):
         ilf.open_source(tmp_path)
 
 
-def test_frame_folders_and_calibrations_of_others_are_what_they_were(tmp_path: Path) -> None:
+def test_frame_folders_and_calibrations_of_others_are_what_they_were(tmp_path):
     write_pair(tmp_path / "frame", "rgb.png", "depth.png")
     (tmp_path / "frame" / "meta.json").write_text("{}")
     assert not is_recording(tmp_path / "frame")

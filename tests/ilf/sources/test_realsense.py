@@ -5,9 +5,7 @@ from __future__ import annotations
 import math
 import sys
 from contextlib import closing
-from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
 
 import numpy as np
 import pytest
@@ -23,7 +21,7 @@ from tests.ilf.software_camera import connect
 
 
 @pytest.mark.parametrize("option", ["Depth Units", "Depth_Units"])
-def test_a_bag_of_the_viewer(tmp_path: Path, option: str) -> None:
+def test_a_bag_of_the_viewer(tmp_path, option):
     source = ilf.open_source(write_viewer_bag(tmp_path, option=option))
     assert len(source) == 2
     assert source.notes == ()
@@ -38,13 +36,13 @@ def test_a_bag_of_the_viewer(tmp_path: Path, option: str) -> None:
 
 
 @pytest.mark.parametrize("silent", ["depth", "colour"])
-def test_a_transform_without_a_message_says_nothing(tmp_path: Path, silent: str) -> None:
+def test_a_transform_without_a_message_says_nothing(tmp_path, silent):
     source = ilf.open_source(write_viewer_bag(tmp_path, silent=silent))
     with pytest.raises(InputError, match="lacks the transform between the two"):
         source.read(source.keys[0])
 
 
-def test_depth_units_of_the_camera_count(tmp_path: Path) -> None:
+def test_depth_units_of_the_camera_count(tmp_path):
     source = ilf.open_source(write_viewer_bag(tmp_path, units=0.0001))
     pair = source.read(source.keys[0], registered=False)
     assert pair.depth[0, 0] == np.float32(0.15)
@@ -55,7 +53,7 @@ def test_depth_units_of_the_camera_count(tmp_path: Path) -> None:
 
 
 @pytest.fixture
-def library() -> Any:
+def library():
     """pyrealsense2, where it is there."""
     try:
         return load_realsense()
@@ -63,7 +61,7 @@ def library() -> Any:
         pytest.skip(str(error))
 
 
-def test_a_frame_of_a_device(library: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_frame_of_a_device(library, tmp_path, monkeypatch):
     """What comes of a device of software is what was shown to it, and lies in a folder as every other frame."""
     software = connect(library, monkeypatch)
     with closing(camera_pairs(settle=0)) as pairs:
@@ -82,7 +80,7 @@ def test_a_frame_of_a_device(library: Any, tmp_path: Path, monkeypatch: pytest.M
     assert main(["live", "--realsense", "--capture", str(tmp_path / "taken"), "--settle", "1"]) == 1
 
 
-def test_frames_come_until_the_camera_is_lost(library: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_frames_come_until_the_camera_is_lost(library, monkeypatch):
     software = connect(library, monkeypatch, last=5)
     pairs = camera_pairs(settle=2)
     assert next(pairs).depth[0, 0] >= np.float32(1.502)
@@ -92,13 +90,7 @@ def test_frames_come_until_the_camera_is_lost(library: Any, monkeypatch: pytest.
 
 
 @pytest.mark.parametrize("command", [["live", "--realsense", "--capture", "none"], ["live", "--realsense"]])
-def test_no_camera_is_one_message(
-    library: Any,
-    capsys: pytest.CaptureFixture[str],
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    command: list[str],
-) -> None:
+def test_no_camera_is_one_message(library, capsys, tmp_path, monkeypatch, command):
     monkeypatch.chdir(tmp_path)
     assert main(command) == 1
     said = capsys.readouterr().err
@@ -107,7 +99,7 @@ def test_no_camera_is_one_message(
     assert not (tmp_path / "none").exists()
 
 
-def test_the_librarys_layout_as_it_is_written_here(tmp_path: Path) -> None:
+def test_the_librarys_layout_as_it_is_written_here(tmp_path):
     source = ilf.open_source(write_library_db3(tmp_path))
     assert len(source) == 2
     assert source.calibration(source.keys[0]).depth_to_colour[:3, 3] == pytest.approx(
@@ -118,7 +110,7 @@ def test_the_librarys_layout_as_it_is_written_here(tmp_path: Path) -> None:
     assert (pair.depth[0, 0], pair.inputs.depth_units) == (1.5, 1000)
 
 
-def test_without_the_library(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+def test_without_the_library(monkeypatch, capsys):
     monkeypatch.setitem(sys.modules, "pyrealsense2", None)
     with pytest.raises(InputError, match=r"needs the package pyrealsense2, .*ilf-studio\[sensors\]"):
         capture_frame()
@@ -150,7 +142,7 @@ class _SeenFrame:
         ("ftheta", None),
     ],
 )
-def test_the_lens_of_a_camera_is_that_of_its_model(model: str, lens: tuple[str, tuple[float, ...]] | None) -> None:
+def test_the_lens_of_a_camera_is_that_of_its_model(model, lens):
     coefficients = [0.05, -0.01, 0.004, -0.001, 0.0]
     frames = SimpleNamespace(
         get_depth_frame=lambda: _SeenFrame(DEPTH, "brown_conrady", [0.0] * 5),

@@ -1,7 +1,5 @@
 """Frames of recordings of ROS 1 and ROS 2: which belong together, what they are read as, and what is damaged."""
 
-from __future__ import annotations
-
 import contextlib
 import importlib
 import math
@@ -47,7 +45,7 @@ def in_metres(millimetres: np.ndarray) -> np.ndarray:
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_aligned_depth_of_every_kind_of_bag(tmp_path: Path, kind: str) -> None:
+def test_aligned_depth_of_every_kind_of_bag(tmp_path, kind):
     source = ilf.open_source(write_aligned(tmp_path, kind))
     start = START // 10**9
     assert source.keys == (f"{start}.000000000", f"{start}.033000000", f"{start}.066000000")
@@ -67,14 +65,14 @@ def test_aligned_depth_of_every_kind_of_bag(tmp_path: Path, kind: str) -> None:
 
 
 @pytest.mark.parametrize("kind", ["sqlite3", "mcap"])
-def test_a_file_of_ros_2_without_its_folder(tmp_path: Path, kind: str) -> None:
+def test_a_file_of_ros_2_without_its_folder(tmp_path, kind):
     whole = ilf.open_source(write_aligned(tmp_path, kind))
     alone = ilf.open_source(storage_of(tmp_path, kind))
     assert alone.keys == whole.keys
     assert alone.read(alone.keys[2]).inputs.depth.sha256 == whole.read(whole.keys[2]).inputs.depth.sha256
 
 
-def test_depth_goes_with_the_colour_that_is_nearest_by_its_header(tmp_path: Path) -> None:
+def test_depth_goes_with_the_colour_that_is_nearest_by_its_header(tmp_path):
     """The recorder received the depth late, and one colour has no depth."""
     with bag(tmp_path, "ros1") as out:
         for stamp in (0, 33, 66):
@@ -91,7 +89,7 @@ def test_depth_goes_with_the_colour_that_is_nearest_by_its_header(tmp_path: Path
         ilf.open_source(tmp_path / "recording.bag", max_gap=0.001)
 
 
-def test_a_key_finds_its_frame_without_the_gap_it_was_listed_with(tmp_path: Path) -> None:
+def test_a_key_finds_its_frame_without_the_gap_it_was_listed_with(tmp_path):
     with bag(tmp_path, "mcap") as out:
         out.image("/rgb", COLOUR, "rgb8", 0)
         out.image("/depth", DEPTH, "16UC1", 150_000_000)
@@ -111,7 +109,7 @@ def test_a_key_finds_its_frame_without_the_gap_it_was_listed_with(tmp_path: Path
         ("8UC3", lambda rgb: rgb[..., ::-1]),
     ],
 )
-def test_colour_in_every_order_and_padded_rows(tmp_path: Path, encoding: str, to_stored) -> None:
+def test_colour_in_every_order_and_padded_rows(tmp_path, encoding, to_stored):
     with bag(tmp_path, "sqlite3") as out:
         out.image("/camera/image_color", to_stored(COLOUR), encoding, 0, padding=5)
         out.image("/camera/depth_registered/image", DEPTH.astype(">u2"), "16UC1", 0)
@@ -122,7 +120,7 @@ def test_colour_in_every_order_and_padded_rows(tmp_path: Path, encoding: str, to
 
 
 @pytest.mark.parametrize("step", [0, W])
-def test_rows_without_padding_are_read_whatever_the_step_says(tmp_path: Path, step: int) -> None:
+def test_rows_without_padding_are_read_whatever_the_step_says(tmp_path, step):
     with bag(tmp_path, "sqlite3") as out:
         out.image("/camera/image_color", COLOUR, "rgb8", 0)
         image = out.make(
@@ -136,7 +134,7 @@ def test_rows_without_padding_are_read_whatever_the_step_says(tmp_path: Path, st
 @pytest.mark.parametrize(
     "encoding", ["uyvy", "yuv422_yuy2", "bayer_rggb8", "bayer_bggr8", "bayer_gbrg8", "bayer_grbg8"]
 )
-def test_colour_as_sensors_give_it(tmp_path: Path, encoding: str) -> None:
+def test_colour_as_sensors_give_it(tmp_path, encoding):
     """A picture of one colour is the same in each, but for rounding."""
     red, green, blue = 180, 90, 40
     if encoding.startswith("bayer"):
@@ -158,7 +156,7 @@ def test_colour_as_sensors_give_it(tmp_path: Path, encoding: str) -> None:
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_compressed_images_are_those_that_were_compressed(tmp_path: Path, kind: str) -> None:
+def test_compressed_images_are_those_that_were_compressed(tmp_path, kind):
     metres = np.where(DEPTH > 0, DEPTH / 1000, np.nan)
     scale, shift = 2000.0, 10.0  # inverse depth, as the plugin quantises it
     inverse = np.where(DEPTH > 0, np.rint(scale / np.nan_to_num(metres, nan=1.0) + shift), 0).astype(np.uint16)
@@ -180,7 +178,7 @@ def test_compressed_images_are_those_that_were_compressed(tmp_path: Path, kind: 
         assert np.nanmax(np.abs(depth - in_metres(DEPTH))) <= close
 
 
-def test_one_of_several_cameras_is_chosen_and_named(tmp_path: Path) -> None:
+def test_one_of_several_cameras_is_chosen_and_named(tmp_path):
     with bag(tmp_path, "ros1") as out:
         for camera, add in (("left", 0), ("right", 5)):
             out.image(f"/{camera}/color/image_raw", COLOUR + np.uint8(add), "rgb8", 0, f"{camera}_colour")
@@ -204,7 +202,7 @@ def test_one_of_several_cameras_is_chosen_and_named(tmp_path: Path) -> None:
         ilf.open_source(path, topics=("/middle/color", topics[1]))
 
 
-def test_depth_of_a_camera_of_its_own_is_registered(tmp_path: Path) -> None:
+def test_depth_of_a_camera_of_its_own_is_registered(tmp_path):
     """The depth camera stands 500 mm to the right of the colour camera, by way of a common parent."""
     half = math.sin(math.pi / 4)
     with bag(tmp_path, "sqlite3") as out:
@@ -236,7 +234,7 @@ def test_depth_of_a_camera_of_its_own_is_registered(tmp_path: Path) -> None:
     assert ilf.load_frame(**frame.sources).intrinsics == frame.intrinsics
 
 
-def test_what_registration_lacks_is_said(tmp_path: Path) -> None:
+def test_what_registration_lacks_is_said(tmp_path):
     with bag(tmp_path, "ros1") as out:
         out.info("/color/camera_info")
         out.image("/color/image_raw", COLOUR, "rgb8", 0, "colour")
@@ -256,7 +254,7 @@ def _with_lens(folder: Path, model: str) -> None:
     ilf.open_source(folder / f"{model}.bag")
 
 
-def test_other_units_and_a_value_for_missing_are_taken(tmp_path: Path) -> None:
+def test_other_units_and_a_value_for_missing_are_taken(tmp_path):
     path = write_aligned(tmp_path, "ros1", frames=1)
     source = ilf.open_source(path, encoding="0.1mm", invalid=float(DEPTH[0, 0]), intrinsics="80,80,16,12")
     frame = source.read(source.keys[0])
@@ -292,7 +290,7 @@ NOT_DEPTH = {
 
 
 @pytest.mark.parametrize("what", NOT_DEPTH)
-def test_depth_of_8_bits_is_refused(tmp_path: Path, what: str) -> None:
+def test_depth_of_8_bits_is_refused(tmp_path, what):
     transport, data, encoding = NOT_DEPTH[what]
     topic = f"/camera/depth/{transport}"
     with bag(tmp_path, "ros1") as out:
@@ -345,7 +343,7 @@ def _write_transports(out: Bag, *transports: str) -> None:
         (["rvl"], "/compressedDepth", ""),
     ],
 )
-def test_the_lossless_transport_is_read_and_said(tmp_path: Path, transports: list[str], chosen: str, said: str) -> None:
+def test_the_lossless_transport_is_read_and_said(tmp_path, transports, chosen, said):
     with bag(tmp_path, "mcap") as out:
         _write_transports(out, *transports)
     source = ilf.open_source(tmp_path / "recording")
@@ -355,7 +353,7 @@ def test_the_lossless_transport_is_read_and_said(tmp_path: Path, transports: lis
     assert (f"depth of /depth_registered/image_raw{chosen} are read" in note) == bool(said)
 
 
-def test_other_pictures_are_neither_depth_nor_colour(tmp_path: Path) -> None:
+def test_other_pictures_are_neither_depth_nor_colour(tmp_path):
     """Infrared of 16 bits, and depth in false colours, which come first by name and by number."""
     with bag(tmp_path, "sqlite3") as out:
         for stamp in (0, 33_000_000):
@@ -371,7 +369,7 @@ def test_other_pictures_are_neither_depth_nor_colour(tmp_path: Path) -> None:
 
 @given(data=st.data())
 @settings(max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture])
-def test_depth_by_rvl_is_exact_and_damage_is_an_error(data: st.DataObject) -> None:
+def test_depth_by_rvl_is_exact_and_damage_is_an_error(data):
     shape = data.draw(st.tuples(st.integers(1, 9), st.integers(1, 9)))
     values = data.draw(arrays(np.uint16, shape, elements=st.sampled_from([0, 0, 1, 1500, 1501, 65535])))
     packed = np.frombuffer(rvl_depth(values)[12:], np.uint8)
@@ -391,7 +389,7 @@ PRISM = (0.3338, -0.0391, -7.1e-05, -1.8e-05, -0.0015, 0.6651, -0.0098, -0.0093,
 
 @pytest.mark.parametrize("distortion", [PRISM, (*PRISM[:8], 0, 0, 0, 0, 0.02, -0.05), PRISM[:8] + (0.0,) * 6])
 @pytest.mark.parametrize("registered", [True, False])
-def test_lenses_of_12_and_14_coefficients(tmp_path: Path, distortion: tuple[float, ...], registered: bool) -> None:
+def test_lenses_of_12_and_14_coefficients(tmp_path, distortion, registered):
     """Registered depth is read as it is; other depth is registered with both lenses undistorted: it shows a plane."""
     with bag(tmp_path, "mcap") as out:
         still = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0)
@@ -423,7 +421,7 @@ def test_lenses_of_12_and_14_coefficients(tmp_path: Path, distortion: tuple[floa
 
 
 @pytest.mark.parametrize("stated", [False, True])
-def test_registered_images_are_undistorted_as_those_of_files(tmp_path: Path, stated: bool) -> None:
+def test_registered_images_are_undistorted_as_those_of_files(tmp_path, stated):
     """By the lens of the recording, or by one that is given; the frame is read again as it was."""
     depth = np.full((H, W), 1500, np.uint16)
     depth[5:9, 8:15] = 2400
@@ -447,7 +445,7 @@ def test_registered_images_are_undistorted_as_those_of_files(tmp_path: Path, sta
     assert not any("distortion" in note for note in frame.notes)
 
 
-def test_registered_images_without_distortion_are_not_undistorted(tmp_path: Path) -> None:
+def test_registered_images_without_distortion_are_not_undistorted(tmp_path):
     with bag(tmp_path, "mcap") as out:
         out.info("/color/camera_info")
         out.image("/color/image_raw", COLOUR, "rgb8", 0, "colour")
@@ -456,7 +454,7 @@ def test_registered_images_without_distortion_are_not_undistorted(tmp_path: Path
         ilf.open_source(tmp_path / "recording", undistort=True)[0]
 
 
-def test_two_fisheyes_are_registered_with_both_undistorted(tmp_path: Path) -> None:
+def test_two_fisheyes_are_registered_with_both_undistorted(tmp_path):
     coefficients = (0.05, -0.01, 0.004, -0.001)
     with bag(tmp_path, "mcap") as out:
         out.tf_static(("colour", "depth", (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0)))
@@ -477,7 +475,7 @@ def test_two_fisheyes_are_registered_with_both_undistorted(tmp_path: Path) -> No
 
 
 @pytest.mark.parametrize("model", ["equidistant", "fisheye"])
-def test_registered_depth_of_a_fisheye_has_no_camera(tmp_path: Path, model: str) -> None:
+def test_registered_depth_of_a_fisheye_has_no_camera(tmp_path, model):
     with bag(tmp_path, "ros1") as out:
         out.info("/color/camera_info", distortion=(0.1, 0.1, 0.1, 0.1), model=model)
         out.image("/color/image_raw", COLOUR, "rgb8", 0)
@@ -492,7 +490,7 @@ def test_registered_depth_of_a_fisheye_has_no_camera(tmp_path: Path, model: str)
 
 @pytest.mark.parametrize("kind", ["sqlite3", "mcap"])
 @pytest.mark.parametrize("mode", ["FILE", "MESSAGE"])
-def test_bags_compressed_by_file_or_message(tmp_path: Path, kind: str, mode: str) -> None:
+def test_bags_compressed_by_file_or_message(tmp_path, kind, mode):
     with bag(tmp_path, kind, compression=mode) as out:
         out.image("/rgb", COLOUR, "rgb8", 0)
         out.image("/depth", DEPTH, "16UC1", 0)
@@ -509,7 +507,7 @@ def test_bags_compressed_by_file_or_message(tmp_path: Path, kind: str, mode: str
             ilf.open_source(tmp_path / "recording")
 
 
-def test_a_bag_that_would_unpack_without_end_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_bag_that_would_unpack_without_end_is_refused(tmp_path, monkeypatch):
     monkeypatch.setattr("ilf.sources.packed._LARGEST", 2**20)
     (tmp_path / "bag").mkdir()
     (tmp_path / "bag" / "bag_0.db3.zstd").write_bytes(zstd.compress(bytes(2**23)))
@@ -520,9 +518,7 @@ def test_a_bag_that_would_unpack_without_end_is_refused(tmp_path: Path, monkeypa
 @pytest.mark.parametrize(
     ("kind", "mode"), [("ros1", "BZ2"), ("ros1", "LZ4"), ("mcap", "STORAGE"), ("sqlite3", "MESSAGE")]
 )
-def test_a_part_of_a_bag_that_would_unpack_without_end_is_refused(
-    tmp_path: Path, kind: str, mode: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_part_of_a_bag_that_would_unpack_without_end_is_refused(tmp_path, kind, mode, monkeypatch):
     with bag(tmp_path, kind, compression=mode) as out:
         out.image("/rgb", np.zeros((1000, 1000, 3), np.uint8), "rgb8", 0)
         out.image("/depth", np.zeros((1000, 1000), np.uint16), "16UC1", 0)
@@ -538,7 +534,7 @@ def test_a_part_of_a_bag_that_would_unpack_without_end_is_refused(
 
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("damage", ["cut in half", "cut at its head", "another format"])
-def test_a_damaged_recording_is_one_clear_message(tmp_path: Path, kind: str, damage: str) -> None:
+def test_a_damaged_recording_is_one_clear_message(tmp_path, kind, damage):
     write_aligned(tmp_path, kind, frames=2)
     path = storage_of(tmp_path, kind)
     content = path.read_bytes()
@@ -555,7 +551,7 @@ def _read_first(path: Path) -> ilf.RGBDFrame:
 
 @given(places=st.lists(st.tuples(st.floats(0, 1), st.integers(0, 255)), min_size=1, max_size=6))
 @settings(max_examples=12, suppress_health_check=[HealthCheck.function_scoped_fixture])
-def test_changed_bytes_make_no_crash(tmp_path_factory: pytest.TempPathFactory, places: list[tuple[float, int]]) -> None:
+def test_changed_bytes_make_no_crash(tmp_path_factory, places):
     """Bytes that are changed anywhere give the frames, or one of the library's errors."""
     folder = tmp_path_factory.mktemp("changed")
     content = bytearray(write_aligned(folder, "ros1", frames=1).read_bytes())
@@ -567,7 +563,7 @@ def test_changed_bytes_make_no_crash(tmp_path_factory: pytest.TempPathFactory, p
         _read_first(path)
 
 
-def test_messages_that_are_defined_in_another_way(tmp_path: Path) -> None:
+def test_messages_that_are_defined_in_another_way(tmp_path):
     write_aligned(tmp_path, "mcap", frames=1)
     path = storage_of(tmp_path, "mcap")
     content = path.read_bytes()
@@ -581,7 +577,7 @@ def test_messages_that_are_defined_in_another_way(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("ours", "other"), [("name: /camera/color/image_raw", "name:"), ("message_count: 1", "message_count: many")]
 )
-def test_topics_that_cannot_be_are_told_of(tmp_path: Path, ours: str, other: str) -> None:
+def test_topics_that_cannot_be_are_told_of(tmp_path, ours, other):
     path = write_aligned(tmp_path, "sqlite3", frames=1)
     text = (path / "metadata.yaml").read_text()
     assert ours in text
@@ -617,14 +613,14 @@ ENDLESS = "WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n)"
         ],
     ],
 )
-def test_a_recording_has_plain_tables_only(tmp_path: Path, statements: list[str]) -> None:
+def test_a_recording_has_plain_tables_only(tmp_path, statements):
     path = _changed(tmp_path, *statements)
     for recording in (path, path.parent):
         with pytest.raises(FormatError, match="Only plain tables are supported"):
             ilf.open_source(recording)
 
 
-def test_reading_a_recording_has_an_end(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_reading_a_recording_has_an_end(tmp_path, monkeypatch):
     path = _changed(
         tmp_path, f"INSERT INTO messages (topic_id, timestamp, data) {ENDLESS} SELECT 1, i, '' FROM n LIMIT 60000"
     )
@@ -642,28 +638,28 @@ def test_reading_a_recording_has_an_end(tmp_path: Path, monkeypatch: pytest.Monk
         "INSERT INTO message_definitions SELECT i + 100, 'A', 'ros2msg', hex(zeroblob(5000)), '' FROM n LIMIT 900",
     ],
 )
-def test_topics_without_end_are_refused(tmp_path: Path, statement: str) -> None:
+def test_topics_without_end_are_refused(tmp_path, statement):
     path = _changed(tmp_path, f"{ENDLESS} {statement}")
     for recording in (path, path.parent):
         with pytest.raises(FormatError, match="Record only those of the camera"):
             ilf.open_source(recording)
 
 
-def test_a_message_that_is_too_long_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_message_that_is_too_long_is_refused(tmp_path, monkeypatch):
     path = write_aligned(tmp_path, "sqlite3", frames=1)
     monkeypatch.setattr("ilf.sources.ros_messages.LONGEST", 2000)
     with pytest.raises(FormatError, match="too big"):
         _read_first(path)
 
 
-def test_a_recording_that_was_not_ended_is_told_how_to_mend_it(tmp_path: Path) -> None:
+def test_a_recording_that_was_not_ended_is_told_how_to_mend_it(tmp_path):
     path = write_aligned(tmp_path, "sqlite3", frames=1)
     (path / "metadata.yaml").unlink()
     with pytest.raises(InputError, match="ros2 bag reindex"):
         ilf.open_source(path)
 
 
-def test_a_folder_of_frames_with_a_recording_in_it_is_one_of_frames(tmp_path: Path) -> None:
+def test_a_folder_of_frames_with_a_recording_in_it_is_one_of_frames(tmp_path):
     write_aligned(tmp_path, "mcap", frames=1)
     storage_of(tmp_path, "mcap").rename(tmp_path / "stray.mcap")
     for name, image in (("rgb", COLOUR), ("depth", DEPTH)):
@@ -672,7 +668,7 @@ def test_a_folder_of_frames_with_a_recording_in_it_is_one_of_frames(tmp_path: Pa
     assert ilf.open_source(tmp_path).keys == ("rgb/1",)
 
 
-def test_images_that_say_what_is_not_so(tmp_path: Path) -> None:
+def test_images_that_say_what_is_not_so(tmp_path):
     with bag(tmp_path, "ros1") as out:
         out.image("/rgb", COLOUR, "rgb8", 0)
         out.image("/depth", DEPTH, "16UC1", 0)
@@ -694,7 +690,7 @@ def test_images_that_say_what_is_not_so(tmp_path: Path) -> None:
         wrong.read(wrong.keys[0])
 
 
-def test_a_key_that_no_frame_has(tmp_path: Path) -> None:
+def test_a_key_that_no_frame_has(tmp_path):
     path = write_aligned(tmp_path, "ros1", frames=2)
     with pytest.raises(InputError, match=r"has no frame '7.0'. It has 2, from 1600000000.0"):
         ilf.load_frame(path, frame="7.0")
@@ -702,7 +698,7 @@ def test_a_key_that_no_frame_has(tmp_path: Path) -> None:
         ilf.load_frame(path, path, frame="7.0")
 
 
-def test_what_a_key_lacks_is_said(tmp_path: Path) -> None:
+def test_what_a_key_lacks_is_said(tmp_path):
     with bag(tmp_path, "ros1") as out:
         for stamp in (0, 500_000_000):
             out.image("/rgb", COLOUR, "rgb8", stamp)
@@ -712,7 +708,7 @@ def test_what_a_key_lacks_is_said(tmp_path: Path) -> None:
         source.find(f"{START // 10**9}.500000000")
 
 
-def test_a_recording_that_has_changed_is_read_anew(tmp_path: Path) -> None:
+def test_a_recording_that_has_changed_is_read_anew(tmp_path):
     path = write_aligned(tmp_path, "ros1", frames=1)
     assert len(ilf.open_source(path)) == 1
     path.unlink()

@@ -143,12 +143,7 @@ def test_one_camera_for_both_changes_nothing():
 
 
 @settings(max_examples=10, deadline=None)
-@given(
-    scale=st.floats(0.4, 3.0),
-    x=st.floats(-0.1, 0.1),
-    turn=st.floats(-0.1, 0.1),
-    k1=st.floats(-0.15, 0.15),
-)
+@given(scale=st.floats(0.4, 3.0), x=st.floats(-0.1, 0.1), turn=st.floats(-0.1, 0.1), k1=st.floats(-0.15, 0.15))
 def test_a_closed_wall_stays_closed_whatever_the_cameras(scale, x, turn, k1):
     fine, size = (40 * scale, 40 * scale, 20 * scale, 15 * scale), (round(40 * scale), round(30 * scale))
     colour = Camera(*fine, size=size, distortion=(k1, 0.0, 0.0, 0.0))
@@ -227,11 +222,7 @@ def test_cameras_that_are_none_take_neither_memory_nor_the_process():
 
 @pytest.mark.filterwarnings("ignore::ilf.errors.DepthWarning")  # of focal lengths that are hardly possible
 @settings(max_examples=8, deadline=None)
-@given(
-    k=st.lists(st.floats(-100, 100), min_size=8, max_size=8),
-    focal=st.floats(1.0, 1000.0),
-    is_colour=st.booleans(),
-)
+@given(k=st.lists(st.floats(-100, 100), min_size=8, max_size=8), focal=st.floats(1.0, 1000.0), is_colour=st.booleans())
 def test_whatever_the_distortion_there_is_a_frame_or_a_word(k, focal, is_colour):
     bent = Camera(focal, focal, 16.0, 12.0, distortion=tuple(k))
     plain = Camera(30.0, 30.0, 15.5, 11.5)

@@ -1,7 +1,5 @@
 """Sources: every layout that is opened, what its frames are read as, and what is damaged or hostile."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 
@@ -23,7 +21,7 @@ K = [52, 0, 31.5, 0, 52, 23.5, 0, 0, 1]
 
 
 @pytest.fixture
-def save(tmp_path: Path):
+def save(tmp_path):
     def write(rgb: str, depth: str, values: np.ndarray = MM) -> None:
         for name, image in ((rgb, np.full((H, W, 3), 90, np.uint8)), (depth, values)):
             (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)

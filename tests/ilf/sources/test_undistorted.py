@@ -1,9 +1,6 @@
 """Pairs of files that are undistorted on reading: the right pixels, the right camera, and the same frame again."""
 
-from __future__ import annotations
-
 import json
-import re
 from pathlib import Path
 
 import cv2
@@ -12,16 +9,9 @@ import pytest
 
 import ilf
 from ilf.cli import main
-from ilf.data.blocks import Blocks
 from ilf.data.camera import Camera
 from ilf.data.lenses import places_in_image, rays_of, seen_at, undistorted_view
 from ilf.errors import InputError
-from ilf.project.file import open_project, save_project
-from ilf.project.frame_state import FrameState
-from ilf.project.project import FrameSummary, Project, ProjectFrame, Stage
-from ilf.sources.frame_ref import FrameRef
-from ilf.sources.reading import load_frame
-from ilf.sources.reading_options import ReadingOptions
 
 H, W = 60, 80
 LENS = (-0.32, 0.11, 0.001, -0.0008, -0.01)
@@ -64,7 +54,7 @@ def _plane(camera: Camera) -> np.ndarray:
 
 
 @pytest.fixture
-def files(tmp_path: Path) -> tuple[Path, Path]:
+def files(tmp_path):
     shades = np.repeat(np.linspace(20, 230, W)[None], H, axis=0).astype(np.uint8)
     cv2.imwrite(str(tmp_path / "rgb.png"), np.dstack((shades, shades, 255 - shades)))
     np.save(tmp_path / "depth.npy", _slanted_plane("Brown").astype(np.float32))
@@ -72,7 +62,7 @@ def files(tmp_path: Path) -> tuple[Path, Path]:
 
 
 @pytest.mark.parametrize("kind", LENSES)
-def test_a_plane_is_plane_again_by_any_lens_of_opencv(kind: str, files: tuple[Path, Path], tmp_path: Path) -> None:
+def test_a_plane_is_plane_again_by_any_lens_of_opencv(kind, files, tmp_path):
     np.save(files[1], _slanted_plane(kind).astype(np.float32))
     lens = _camera(tmp_path / "lens.yaml", LENSES[kind], model="equidistant" if kind == "fisheye" else "plumb_bob")
     frame = ilf.load_frame(*files, intrinsics=lens, undistort=True)
@@ -84,7 +74,7 @@ def test_a_plane_is_plane_again_by_any_lens_of_opencv(kind: str, files: tuple[Pa
 
 
 @pytest.mark.parametrize("kind", LENSES)
-def test_points_and_images_are_where_opencv_puts_them(kind: str) -> None:
+def test_points_and_images_are_where_opencv_puts_them(kind):
     model, coefficients = ("fisheye" if kind == "fisheye" else "pinhole"), np.array(LENSES[kind])
     camera = Camera(75.0, 75.0, 39.5, 29.5, size=(W, H), distortion=LENSES[kind], model=model)
     pixels = np.random.default_rng(0).uniform((0, 0), (W - 1, H - 1), (200, 2))
@@ -108,7 +98,7 @@ def test_points_and_images_are_where_opencv_puts_them(kind: str) -> None:
 
 
 @pytest.mark.parametrize(("focal", "told"), [(35.0, ""), (25.0, ""), (25.0, "cannot be inverted")])
-def test_a_fisheye_too_wide_for_a_plane_keeps_its_middle(focal: float, told: str) -> None:
+def test_a_fisheye_too_wide_for_a_plane_keeps_its_middle(focal, told):
     folds = (-0.4, 0.0, 0.0, 0.0) if told else LENSES["fisheye"]
     camera = Camera(focal, focal, 39.5, 29.5, size=(W, H), distortion=folds, model="fisheye")
     if told:
@@ -121,7 +111,7 @@ def test_a_fisheye_too_wide_for_a_plane_keeps_its_middle(focal: float, told: str
     assert (np.diff(rows, axis=0) > 0).all()
 
 
-def test_colour_is_where_opencv_puts_it(files: tuple[Path, Path], tmp_path: Path) -> None:
+def test_colour_is_where_opencv_puts_it(files, tmp_path):
     frame = ilf.load_frame(*files, intrinsics=_camera(tmp_path / "lens.yaml"), undistort=True)
     stored = cv2.cvtColor(cv2.imread(str(files[0])), cv2.COLOR_BGR2RGB)
     wanted = cv2.undistort(stored, K, np.array(LENS), None, frame.intrinsics.matrix)
@@ -130,90 +120,14 @@ def test_colour_is_where_opencv_puts_it(files: tuple[Path, Path], tmp_path: Path
     assert np.abs(wanted[5:-5, 5:-5].astype(float) - frame.rgb[5:-5, 5:-5]).mean() < max(shift, 0.5)
 
 
-def test_the_same_frame_comes_back_from_arguments_records_and_projects(
-    files: tuple[Path, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    lens = _camera(tmp_path / "lens.yaml")
-    frame = ilf.load_frame(*files, intrinsics=lens, undistort=True)
-    assert frame.intrinsics.numbers != (75.0, 75.0, 39.5, 29.5)
-    again = ilf.load_frame(**json.loads(json.dumps(frame.sources)))
-    assert again.inputs == frame.inputs
-    assert np.array_equal(again.depth, frame.depth, equal_nan=True)
-    how = ["--out", str(tmp_path / "out"), "--max-iterations", "5", "--quiet"]
-    assert main(["complete", *map(str, files), "--intrinsics", str(lens), "--undistort", *how]) == 0
-    assert (tmp_path / "out/rgb.png").is_file(), "no file has the undistorted colour"
-    assert ilf.load_frame(tmp_path / "out").intrinsics.fx == pytest.approx(frame.intrinsics.fx, abs=1e-4)
-    replayed = ilf.replay(tmp_path / "out/run.json")
-    assert replayed.differences == ()
-    assert np.array_equal(replayed.run.frame.depth, frame.depth, equal_nan=True)
-
-
-def test_a_project_reads_it_again_from_the_files_and_untouched_frames_keep_the_option(
-    files: tuple[Path, Path], tmp_path: Path
-) -> None:
-    options = ReadingOptions(intrinsics=str(_camera(tmp_path / "lens.yaml")), undistort=True)
-    state = FrameState("a1", load_frame(*files, **options.given), Blocks(np.ones((H, W), np.int32)))
-    summary = FrameSummary(Stage.UNTOUCHED)
-    frames = (
-        ProjectFrame("a1", "one", FrameRef.of(state.frame.inputs), summary, True),
-        ProjectFrame("b2", "two", FrameRef(*map(str, files), options=options)),
-    )
-    save_project(tmp_path / "room.ilf", Project(frames), [state])
-    with open_project(tmp_path / "room.ilf") as opened:
-        assert opened.project.frames[1].source.options.undistort is True
-        for one in frames:
-            frame = opened.state(one.id).state.frame
-            assert np.array_equal(frame.depth, state.frame.depth, equal_nan=True)
-            assert np.array_equal(frame.rgb, state.frame.rgb)
-            assert frame.inputs == state.frame.inputs
-
-
-def test_ground_truth_and_confidence_are_those_of_the_files_and_undistorted_with_them(
-    files: tuple[Path, Path], tmp_path: Path
-) -> None:
-    truth = _slanted_plane("Brown").astype(np.float32)
-    depth = truth.copy()
-    depth[20:40, 10:30] = np.nan
-    np.save(files[1], depth)
-    np.save(tmp_path / "gt.npy", truth)
-    np.save(tmp_path / "confidence.npy", np.where(np.arange(W) < W // 2, 2, 0) * np.ones((H, 1), np.uint8))
-    lens = _camera(tmp_path / "lens.yaml")
-    beside = {"ground_truth": tmp_path / "gt.npy", "confidence": tmp_path / "confidence.npy", "min_confidence": 1}
-    frame = ilf.load_frame(*files, intrinsics=lens, undistort=True, **beside)
-    plane = _plane(frame.intrinsics)
-    assert np.abs(frame.ground_truth - plane).max() < 0.02, "moved to the nearest pixel"
-    assert np.nanmax(np.abs(frame.ground_truth - truth)) > 0.05
-    assert not frame.known[:, W // 2 + 2 :].any()
-    ilf.complete(frame).save(tmp_path / "out")
-    again = ilf.replay(tmp_path / "out/run.json")
-    assert np.array_equal(again.run.frame.ground_truth, frame.ground_truth, equal_nan=True)
-
-
-def test_depth_of_its_own_lens_is_registered_by_both(files: tuple[Path, Path], tmp_path: Path, capsys) -> None:
-    small = K.copy()
-    small[:2] *= 0.5
-    small[:2, 2] -= 0.25
-    np.save(files[1], np.full((H // 2, W // 2), 2.0, np.float32))
-    lenses = {"intrinsics": _camera(tmp_path / "rgb.yaml"), "depth_intrinsics": (*small[[0, 1, 0, 1], [0, 1, 2, 2]],)}
-    frame = ilf.load_frame(*files, **lenses, undistort=True)
-    assert frame.shape == (H, W)
-    assert np.allclose(frame.depth[frame.known], 2.0)
-    assert np.array_equal(ilf.load_frame(**frame.sources).depth, frame.depth, equal_nan=True)
-    own = ["--depth-intrinsics", ",".join(map(str, lenses["depth_intrinsics"]))]
-    assert main(["info", *map(str, files), "--intrinsics", str(lenses["intrinsics"]), *own, "--undistort"]) == 0
-    told = capsys.readouterr().out
-    assert "problem" not in told
-    assert re.search(rf"intrinsics: +fx {frame.intrinsics.fx:g},", told)
-
-
-def test_a_camera_that_its_file_has_not_is_an_error_of_info(files: tuple[Path, Path], tmp_path: Path, capsys) -> None:
+def test_a_camera_that_its_file_has_not_is_an_error_of_info(files, tmp_path, capsys):
     lens = _camera(tmp_path / "lens.yaml")
     for more in [], ["--undistort"], ["--depth-intrinsics", str(lens), "--view", "depth"]:
         assert main(["info", *map(str, files), "--intrinsics", f"{lens}#left", *more]) == 1
         assert "left" in capsys.readouterr().err
 
 
-def test_what_cannot_be_undistorted_is_refused(files: tuple[Path, Path], tmp_path: Path) -> None:
+def test_what_cannot_be_undistorted_is_refused(files, tmp_path):
     for camera, told in (
         (None, "give a file of intrinsics"),
         ("75,75,39.5,29.5", "no lens distortion"),

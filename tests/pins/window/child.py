@@ -1,7 +1,5 @@
 """A window that is worked in until its work is autosaved, and that waits to be killed."""
 
-from __future__ import annotations
-
 import sys
 import time
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The small frames of the sessions, as files."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

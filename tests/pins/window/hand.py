@@ -1,7 +1,5 @@
 """A user's hand in a window, and everything that the pins know of the window's inside: a redesign adapts this file."""
 
-from __future__ import annotations
-
 import importlib
 import os
 import pkgutil

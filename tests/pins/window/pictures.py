@@ -1,7 +1,5 @@
 """Pictures of six states of the window, at two sizes, light and dark: `python -m tests.pins.window.pictures FOLDER`."""
 
-from __future__ import annotations
-
 import sys
 import tempfile
 from collections.abc import Callable

@@ -3,8 +3,6 @@
 With `--values`, it prints what is hashed, to see in what two programs differ.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 import sys

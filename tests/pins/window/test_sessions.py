@@ -1,7 +1,5 @@
 """The sessions: each ends the same twice, none leaves a part of the window out, and changed pictures are told."""
 
-from __future__ import annotations
-
 import ast
 import inspect
 from pathlib import Path

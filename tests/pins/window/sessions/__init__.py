@@ -1,7 +1,5 @@
 """Sessions of a user in the window: each is a function of a hand, named after what the user does."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from types import ModuleType
 

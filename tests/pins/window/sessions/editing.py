@@ -1,7 +1,5 @@
 """Blocks are corrected by tools and commands."""
 
-from __future__ import annotations
-
 from ..frames import room
 from ..hand import Hand
 

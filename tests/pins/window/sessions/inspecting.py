@@ -1,7 +1,5 @@
 """A frame is measured, checked and looked at."""
 
-from __future__ import annotations
-
 from ..frames import room
 from ..hand import Hand
 

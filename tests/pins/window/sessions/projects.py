@@ -1,7 +1,5 @@
 """Work is saved, opened again, left unsaved, and recovered after the program was killed."""
 
-from __future__ import annotations
-
 import json
 import os
 import shutil

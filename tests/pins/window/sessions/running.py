@@ -1,7 +1,5 @@
 """Depth is completed, with parameters of all kinds; runs are kept, compared and exported."""
 
-from __future__ import annotations
-
 import csv
 
 from ..frames import guide, guide_network, room, true_depth

@@ -1,7 +1,5 @@
 """Frames of a sequence, a folder or a recording are gone through, completed together and played."""
 
-from __future__ import annotations
-
 from tests.ilf.bags import write_aligned
 
 from ..frames import walk
@@ -163,10 +161,7 @@ def frames_of_a_recording(user: Hand) -> None:
 
 def play_a_recording_live(user: Hand) -> None:
     """A recording and a folder, each to its end; the last frame is opened."""
-    for command, source in (
-        ("play_recording", write_aligned(user.folder, "ros1")),
-        ("play_folder", walk(user.folder)),
-    ):
+    for command, source in (("play_recording", write_aligned(user.folder, "ros1")), ("play_folder", walk(user.folder))):
         with user.answering(source):
             user.do(command)
         window = user.dialog("Play live")
