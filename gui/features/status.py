@@ -177,7 +177,7 @@ class StatusFeature(Feature):
             self._pace.forget()
         self._pace.note(share, going=runs.state is not RunState.PAUSED)
         if present:
-            return runs.of(going[0]).stage, share if share < 1 and runs.state is not RunState.EXTRAPOLATING else None
+            return runs.of(going[0]).stage, share if 0 < share < 1 else None
         return (going[0].name if len(going) == 1 else f"{len(going)} other frames running"), share
 
 
