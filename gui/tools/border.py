@@ -85,7 +85,7 @@ class OutlineTool(AdjustableTool):
             return f"Click: next corner | Shift: straight | Enter or double-click: {close} | Backspace: remove last"
         if self._line_preview is not None:
             return f"Release: {close} | Shift: straight | Esc: cancel"
-        return "Drag or click corners: make the inside a new block | Ctrl: add it to the selected block | Shift: straight"
+        return "Drag or click corners: make the inside a new block | Ctrl: add it to the selected block"
 
     def _double(self, host: Host) -> bool:
         """Close the outline; it was begun by the first of the two clicks."""

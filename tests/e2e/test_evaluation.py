@@ -251,6 +251,7 @@ def test_a_sweep_shows_what_comes_and_a_click_takes_a_value(window, qtbot, frame
     shown.criterion.kind.setCurrentIndex(shown.criterion.kind.findData("areas"))
     shown.criterion.blocks.setCurrentIndex(1)
     shown.second.setChecked(True)
+    shown.second.choose("smoothness")
     assert "two different" in shown.state.text()
     shown.second.choose("slope_weight")
     shown.second.steps.setValue(2)

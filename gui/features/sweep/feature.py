@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Generator, Sequence
 
 import numpy as np
-from PySide6.QtCore import QPoint, QSize, Qt
+from PySide6.QtCore import QPoint, Qt
 from PySide6.QtGui import QColor, QIcon, QPixmap
 from PySide6.QtWidgets import (
     QComboBox,
@@ -14,7 +14,6 @@ from PySide6.QtWidgets import (
     QHBoxLayout,
     QMenu,
     QPushButton,
-    QScrollArea,
     QSplitter,
     QStackedWidget,
     QVBoxLayout,
@@ -33,7 +32,7 @@ from ...base import theme
 from ...state.parts import Part
 from ...views.colours import error_table
 from ...views.pixel_items import rgb_image
-from ...widgets.basics import Message, PlainLabel, Themed, label_of, lay_out
+from ...widgets.basics import Message, PlainLabel, Themed, give_size, label_of, lay_out, scrolled
 from ...work.frame_runs import RunState
 from ..context import Context, PendingWork
 from ..filter import FilterPanel
@@ -43,8 +42,7 @@ from .curve import ErrorCurve
 from .options import CriterionBox, RangeBox
 from .state import Picture, Scale, SweepState
 
-_SIZE = QSize(1040, 660)
-_LEFT = 300
+_WIDTH, _HEIGHT, _LEFT = 1040, 660, 300
 _DEPTH, _DIFFERENCE = 0, 1
 _FULL_COVERAGE = 0.95
 """Share of filled pixels above which the coverage is not shown."""
@@ -59,7 +57,7 @@ class SweepWindow(Themed, QDialog):
         self._redraw = redraw
         self.setWindowTitle("Sweep")
         self.setWindowFlag(Qt.WindowType.WindowMaximizeButtonHint)
-        self.resize(_SIZE)
+        give_size(self, _WIDTH, _HEIGHT)
 
     def _take_theme(self) -> None:
         self._redraw()
@@ -93,7 +91,7 @@ class SweepFeature(Panel):
         self.found: SweepState | None = None
         self._icons: dict[int, tuple[Picture, Scale, QIcon]] = {}
         window = SweepWindow(self._show_found, self.context.window)
-        self.first, self.second = RangeBox("Parameter"), RangeBox("Second parameter", optional=True)
+        self.first, self.second = RangeBox("First parameter"), RangeBox("Second parameter", optional=True)
         self.criterion = CriterionBox()
         self.curve, self.grid = ErrorCurve(), PointCells("Error against both values")
         self.pictures = PointCells("Pictures of the values")
@@ -107,7 +105,7 @@ class SweepFeature(Panel):
         splitter.addWidget(self._left_side())
         splitter.addWidget(self._outcomes)
         splitter.setStretchFactor(1, 1)
-        splitter.setSizes([_LEFT, _SIZE.width() - _LEFT])
+        splitter.setSizes([_LEFT, _WIDTH - _LEFT])
         splitter.setChildrenCollapsible(False)
         lay_out(QVBoxLayout(window), splitter)
         for box in (self.first, self.second, self.criterion):
@@ -127,13 +125,7 @@ class SweepFeature(Panel):
         settings = self.first, self.second, self.criterion, self.start_button
         below = self.work, self.state, self.apply_button, None
         lay_out(QVBoxLayout(content), *settings, *below, margins=(10, 10, 8, 10), spacing=8)
-        area = QScrollArea()
-        area.setWidget(content)
-        area.setWidgetResizable(True)
-        area.setFrameShape(QScrollArea.Shape.NoFrame)
-        area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-        area.setMinimumWidth(content.minimumSizeHint().width() + area.verticalScrollBar().sizeHint().width())
-        return area
+        return scrolled(content)
 
     def _right_side(self) -> QWidget:
         self.content = QComboBox()
