@@ -29,7 +29,7 @@ def test_stages_of_a_run_are_named(opened, qtbot):
     qtbot.waitUntil(ended, timeout=WAIT_MS)
     assert all(re.fullmatch(r"Filtering \d+ of \d+, \d+ %.*", text) for text in seen if text.startswith("Filtering"))
     assert any(text.startswith("Estimating") for text in seen), "named, though its share is not known"
-    assert {text.partition(" ")[0] for text in seen} <= {"Filtering", "Correcting", "Estimating"}
+    assert {text.partition(" ")[0] for text in seen} <= {"Preparing", "Filtering", "Correcting", "Estimating"}
     qtbot.waitUntil(lambda: not progress.isVisible())
 
 
