@@ -341,7 +341,10 @@ class ExportDialog(QDialog):
         name = output_folder_name(self._run.frame.name) if single and self._run is not None else "export"
         last = str(QSettings().value(_BATCH_FOLDER, "")) if from_files else ""
         inputs = None if self._run is None else self._run.frame.inputs
-        folder = save_folder(inputs.rgb.path if inputs is not None and not is_address(inputs.rgb.path) else "")
+        path = "" if inputs is None or is_address(inputs.rgb.path) else inputs.rgb.path
+        if not is_this and self._run is not None and Path(path).parent.name == self._run.frame.name:
+            path = str(Path(path).parent)  # beside the folders of the frames, not in one of them
+        folder = save_folder(path)
         proposed = last or str(folder / ("batch" if from_files else name))
         if self.folder_path.text() in ("", self._proposed):
             self.folder_path.setText(proposed)
