@@ -29,7 +29,7 @@ from ..features.frame_list.feature import FramesFeature
 from ..features.history import HistoryFeature
 from ..features.inspect.panel import InspectPanel
 from ..features.layouts.feature import LayoutsFeature
-from ..features.menus import ToolBar, ToolColumn, fill_menu_bar
+from ..features.menus import ToolBar, ToolColumn, draw_extensions, fill_menu_bar
 from ..features.on_use import OnUseFeature
 from ..features.project.autosave import AutosaveFeature
 from ..features.project.feature import ProjectFeature
@@ -189,6 +189,7 @@ class MainWindow(QMainWindow):
         self.addToolBar(Qt.ToolBarArea.LeftToolBarArea, self.tool_column)
         self.centre.turned.connect(lambda: self.tool_bar.show_options(not self.centre.shows_cloud_alone))
         fill_menu_bar(self.menuBar(), self.actions_, self.views, self.panels.toggles())
+        draw_extensions(self)
 
     # events
 
@@ -213,6 +214,7 @@ class MainWindow(QMainWindow):
         if event.type() == QEvent.Type.PaletteChange:
             self.actions_.draw_icons()
             self.panels.draw_icons(self.palette())
+            draw_extensions(self)
         elif event.type() == QEvent.Type.WindowStateChange:
             with QSignalBlocker(self.actions_["full_screen"]):
                 self.actions_["full_screen"].setChecked(self.isFullScreen())

@@ -50,6 +50,8 @@ _SERIES = {False: ("#1060e8", "#a04000", "#0a6058", "#700a80"), True: ("#4a90f2"
 
 _STYLE_SHEET = """
     QToolTip { padding: 3px; }
+    QMenuBar::item { padding: 7px 5px 4px; background: transparent; }
+    QMenuBar::item:selected { background: palette(highlight); color: palette(highlighted-text); }
     QToolBar { border: none; spacing: 2px; padding: 2px; }
     QDockWidget::title { padding: 3px 8px; }
     QMainWindow::separator { background: rgba(128, 128, 128, 80); width: 1px; height: 1px; }

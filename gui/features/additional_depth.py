@@ -11,7 +11,7 @@ from weakref import WeakSet
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QSettings, Qt
-from PySide6.QtWidgets import QFormLayout, QPushButton, QScrollArea, QSpinBox, QToolButton, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QFormLayout, QPushButton, QSpinBox, QToolButton, QVBoxLayout, QWidget
 
 from ilf._runtime.formatting import counted, millimetres
 from ilf.completion.completion import guide_text
@@ -30,7 +30,7 @@ from ..base.needs import Need
 from ..state.document import Document
 from ..state.entries import Entry
 from ..state.parts import Part
-from ..widgets.basics import Message, form, group, row
+from ..widgets.basics import Message, form, group, row, scrolled
 from ..widgets.docks import PanelGroup
 from ..widgets.file_choice import choose_file
 from ..widgets.notices import error_text
@@ -267,13 +267,9 @@ class AdditionalDepthPanel(Panel):
         column.addWidget(self._section(BY_HAND, "result", ("tool_depth_by_hand", "remove_by_hand")))
         column.addWidget(self.work)
         column.addStretch(1)
-        inner, area = QWidget(), QScrollArea()
+        inner = QWidget()
         inner.setLayout(column)
-        area.setWidget(inner)
-        area.setWidgetResizable(True)
-        area.setFrameShape(QScrollArea.Shape.NoFrame)
-        area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-        return area
+        return scrolled(inner)
 
     def _section(self, kind: str, content: str, commands: Sequence[str], numbers: QFormLayout | None = None) -> QWidget:
         box, column = group(kind)

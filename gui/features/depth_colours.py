@@ -9,10 +9,7 @@ from ..views.colours import DEPTH_MAP, DEPTH_MAPS
 from .context import Context, Feature
 
 _CHOSEN, _TOLD = "depth_colours/map", "depth_colours/told"
-_TEXT = (
-    f"Depth is drawn in {DEPTH_MAP}, whose steps look equal and which colour-blind people can read. "
-    "Turbo and other maps are in View › Depth colours."
-)
+_TEXT = f"Depth is drawn in {DEPTH_MAP}, which colour-blind people can read. Others are in View › Depth colours."
 
 
 class DepthColoursFeature(Feature):

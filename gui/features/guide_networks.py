@@ -12,7 +12,7 @@ from ilf.data.guide import Gives, GuideCard
 from ilf.io.frame_additions import NETWORK_SUFFIX
 from ilf.io.guide_models import damaged_cards, guide_cards, guide_file, licence_text, state_of
 
-from ..widgets.basics import Message, label_of, row, row_list, stack
+from ..widgets.basics import Message, give_size, label_of, row, row_list, stack
 from ..widgets.file_choice import choose_file
 from ..widgets.notices import error_text
 from ..widgets.work_row import WorkRow
@@ -79,7 +79,7 @@ class GuideNetworksDialog(QDialog):
         ours = row(self.add_button, label_of("A network of your own &gives", self.gives), self.gives)
         chosen = row(self.fetch_button, self.use_button)
         stack(self, about, self.networks, self.message, chosen, self.work, ours, buttons, stretched=self.networks)
-        self.resize(860, 460)
+        give_size(self, 860, 460)
         self.show_networks()
 
     def follow(self, requests: LatestRequest[Any, Any]) -> None:

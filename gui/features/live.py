@@ -45,7 +45,7 @@ from ilf.stream.stream import Stream, StreamStatistics
 
 from ..views.colours import DEPTH_MAP, depth_table
 from ..views.pixel_items import rgb_image
-from ..widgets.basics import Message, PlainLabel, lay_out
+from ..widgets.basics import Message, PlainLabel, give_size, lay_out
 from ..widgets.file_choice import choose_file, choose_folder, last_folder
 from ..widgets.notices import error_text
 from ..work.jobs import Worker
@@ -240,7 +240,7 @@ class LiveWindow(QDialog):
             buttons.addWidget(button)
         buttons.addStretch(1)
         lay_out(QVBoxLayout(self), row, self.state, buttons, margins=(14, 14, 14, 14), spacing=10, stretched=row)
-        self.resize(1100, 420)
+        give_size(self, 1100, 420)
 
     def play(self, path: str | None, rate: float | None, parameters: Parameters) -> None:
         """Play a source, or the connected RealSense camera (None); what is being played ends first."""

@@ -123,6 +123,14 @@ class ToolBar(_Bar):
         decides.enabledChanged.connect(place.setVisible)
 
 
+def draw_extensions(window: QWidget) -> None:
+    """Draw the arrows of bars that have no room for all; those of Qt are black in both themes."""
+    for name in ("qt_menubar_ext_button", "qt_toolbar_ext_button"):
+        for button in window.findChildren(QToolButton, name):
+            side = "down" if isinstance(button.parent(), ToolColumn) else "right"
+            button.setIcon(theme.icon(f"ph.caret-double-{side}", window.palette()))
+
+
 def fill_menu_bar(bar: QMenuBar, actions: Actions, views: LinkedViews, toggles: Iterable[QAction]) -> None:
     """Create all menus; `toggles` show and hide the docks."""
     for title, names in _MENUS.items():

@@ -32,7 +32,7 @@ from ..base.commands import (
     plain,
     why_not,
 )
-from ..widgets.basics import Message, PlainLabel, lay_out
+from ..widgets.basics import Message, PlainLabel, give_size, lay_out
 from .context import Context, Feature
 from .palette.matching import match
 
@@ -223,7 +223,7 @@ class ShortcutsDialog(QDialog):
         super().__init__(parent)
         self.setWindowTitle("Keyboard shortcuts")
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        self.resize(620, 560)
+        give_size(self, 620, 560)
         self._keymap = keymap
         self._items: dict[str, QTreeWidgetItem] = {}
         self._wanted = QKeySequence()

@@ -130,12 +130,12 @@ class StatusFeature(Feature):
         self.readout.show()
 
     def show_hint(self) -> None:
-        """Show what is being played, opened or extracted, or else how much is selected and the effect of a click."""
-        idle = _NO_FRAME
+        """Show what is played, or else how much is selected and the effect of a click."""
+        idle = self._loader.present or _NO_FRAME
         if self._workspace.has_current:
             hint = self._hint_of_cloud() or self._editor.tool.hint
             idle = " | ".join(filter(None, (selected_text(self._workspace.current), hint)))
-        self.bar.hint.setText(self._playing or self._loader.present or idle)
+        self.bar.hint.setText(self._playing or idle)
         self.bar.hint.setToolTip(literal_text(idle))  # for windows that are too narrow for the text
 
     def _hint_of_cloud(self) -> str:
@@ -177,7 +177,7 @@ class StatusFeature(Feature):
             self._pace.forget()
         self._pace.note(share, going=runs.state is not RunState.PAUSED)
         if present:
-            return runs.of(going[0]).stage, share if share < 1 and runs.state is not RunState.EXTRAPOLATING else None
+            return runs.of(going[0]).stage, share if 0 < share < 1 else None
         return (going[0].name if len(going) == 1 else f"{len(going)} other frames running"), share
 
 

@@ -69,13 +69,11 @@ _NEAR = 8
 
 
 class OutlineTool(AdjustableTool):
-    """The tool that outlines pixels, by a drag or by clicks: they are added to the selected block or form a new one."""
-
-    options = ("leash", "new_block")
+    """The tool that outlines pixels, by a drag or by clicks: they form a new block, or join the selected one."""
 
     def __init__(self) -> None:
         super().__init__()
-        self._new = False
+        self._joins = False
 
     @property
     def hint(self) -> str:
@@ -87,7 +85,7 @@ class OutlineTool(AdjustableTool):
             return f"Click: next corner | Shift: straight | Enter or double-click: {close} | Backspace: remove last"
         if self._line_preview is not None:
             return f"Release: {close} | Shift: straight | Esc: cancel"
-        return "Drag or click corners: add the inside to the selected block | Ctrl: make a new block"
+        return "Drag or click corners: make the inside a new block | Ctrl: add it to the selected block"
 
     def _double(self, host: Host) -> bool:
         """Close the outline; it was begun by the first of the two clicks."""
@@ -126,9 +124,7 @@ class OutlineTool(AdjustableTool):
         apart = pixels_apart(before, patch, self.label)
         if apart:
             name = host.document.info(self.label).name
-            host.show_message(
-                f"{disconnected_text(name, apart)} Hold Ctrl at the start of an outline to make a new block."
-            )
+            host.show_message(f"{disconnected_text(name, apart)} Start an outline without Ctrl to make a new block.")
 
     def look_ahead(self, line: list[Point], host: Host) -> Callable[[], tuple[LabelPatch | None, int]]:
         """Return a function that computes the change by the outline and the number of disconnected pixels."""
@@ -146,13 +142,14 @@ class OutlineTool(AdjustableTool):
         return preview_of_patch(host.document, *answer)
 
     def _target(self, host: Host) -> int:
-        """Return the block that gets the inside; 0 for a new one."""
-        return 0 if self._new or not host.document.selected else host.document.selected[0]
+        """Return the block that gets the inside: the selected one if it has no pixels yet; 0 for a new one."""
+        chosen = host.document.selected[:1]
+        return chosen[0] if chosen and (self._joins or chosen[0] not in host.document.counts()) else 0
 
     def _begin(self, event: PointerEvent, host: Host) -> bool:
         """Start an outline or its next corner; a press at the first corner closes it."""
         if not self._pen.down:
-            self._new = event.ctrl
+            self._joins = event.opposite
             return not warn_if_locked(host, self._target(host))
         if self._closes(event):
             self.finish(host)

@@ -75,7 +75,7 @@ KINDS = (
     ToolKind(
         "outline",
         "&Outline",
-        "Outline pixels to add to the selected block, or to make a new block",
+        "Outline pixels to make them a new block, or to add them to the selected one",
         "ph.scribble-loop",
         "L",
         OutlineTool,

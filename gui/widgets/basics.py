@@ -6,7 +6,7 @@ import html
 from collections.abc import Callable, Sequence
 from typing import Any, TypeVar
 
-from PySide6.QtCore import QEvent, Qt
+from PySide6.QtCore import QEvent, QSize, Qt
 from PySide6.QtGui import QAction, QHelpEvent, QPainter, QPaintEvent, QPalette, QShowEvent
 from PySide6.QtWidgets import (
     QAbstractItemView,
@@ -22,6 +22,7 @@ from PySide6.QtWidgets import (
     QLayout,
     QLineEdit,
     QPushButton,
+    QScrollArea,
     QToolButton,
     QToolTip,
     QTreeWidget,
@@ -33,6 +34,8 @@ from ..base import theme
 
 TAKES_FILES = "takes_files"
 """The property of a dialog on which files can be dropped; all others leave them to the window."""
+
+_WINDOW_FRAME = QSize(8, 40)
 
 # Plain text from outside the program: Qt would treat text that looks like HTML as rich text.
 
@@ -196,6 +199,23 @@ def stack(parent: QWidget, *parts: Piece, stretched: QWidget | None = None, spac
     space = () if stretched is not None else (None,)
     column, margins = QVBoxLayout(parent), (14, 14, 14, 14)
     lay_out(column, *parts[:-1], *space, parts[-1], stretched=stretched or (), margins=margins, spacing=spacing)
+
+
+def scrolled(content: QWidget) -> QScrollArea:
+    """Return an area that scrolls its content up and down where it has no room, and is as wide as the content."""
+    area = QScrollArea()
+    area.setWidget(content)
+    area.setWidgetResizable(True)
+    area.setFrameShape(QScrollArea.Shape.NoFrame)
+    area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+    area.setMinimumWidth(content.minimumSizeHint().width() + area.verticalScrollBar().sizeHint().width())
+    return area
+
+
+def give_size(dialog: QDialog, width: int, height: int) -> None:
+    """Give a dialog its first size, or what the screen has room for beside the window's frame."""
+    room = dialog.screen().availableSize() - _WINDOW_FRAME
+    dialog.resize(QSize(width, height).boundedTo(room))
 
 
 def page(*parts: Piece) -> QWidget:

@@ -184,10 +184,12 @@ class FrameRuns(QObject):
 
     @property
     def stage(self) -> str:
-        """What the run does now: "Filtering", "Correcting", ... and, while it can be told, of how many blocks."""
+        """What the run does now ("Preparing", "Filtering", "Correcting") and, if it can be told, of how many blocks."""
         if self.state is not RunState.RUNNING or self._steps is None:
             return self.state.value.capitalize()
         total, done = len(self._steps.blocks), len(self._done | self._steps.uncorrected.keys())
+        if not (done or self._begun):
+            return "Preparing"
         return "Correcting" if self._steps.uncorrected and done == total else f"Filtering {done} of {total}"
 
     @property

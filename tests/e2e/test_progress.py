@@ -27,9 +27,10 @@ def test_stages_of_a_run_are_named(opened, qtbot):
         return opened.workspace.current.expected_error() is not None
 
     qtbot.waitUntil(ended, timeout=WAIT_MS)
-    assert all(re.fullmatch(r"Filtering \d+ of \d+, \d+ %.*", text) for text in seen if text.startswith("Filtering"))
+    filtering = re.compile(r"Filtering (0 of \d+|[1-9]\d* of \d+, [1-9]\d* %.*)")
+    assert all(filtering.fullmatch(text) for text in seen if text.startswith("Filtering")), "no share of nothing done"
     assert any(text.startswith("Estimating") for text in seen), "named, though its share is not known"
-    assert {text.partition(" ")[0] for text in seen} <= {"Filtering", "Correcting", "Estimating"}
+    assert {text.partition(" ")[0] for text in seen} <= {"Preparing", "Filtering", "Correcting", "Estimating"}
     qtbot.waitUntil(lambda: not progress.isVisible())
 
 

@@ -159,6 +159,7 @@ class BlockModel(RowModel[BlockRow]):
             state: _plain(theme.icon(name, _tinted(palette, getattr(self._colours, colour))))
             for state, (name, colour) in _STATES.items()
         }
+        self.headerDataChanged.emit(Qt.Orientation.Horizontal, 0, len(Column) - 1)
         self.announce_all()
 
     def key(self, row: BlockRow) -> int:

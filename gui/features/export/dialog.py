@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from PySide6.QtCore import QSettings, QSize, Qt, Signal
+from PySide6.QtCore import QSettings, Qt, Signal
 from PySide6.QtGui import QStandardItemModel
 from PySide6.QtWidgets import (
     QCheckBox,
@@ -35,7 +35,7 @@ from ilf.run.options import RECORD_FILE, ExportOptions, as_file_name, output_fol
 from ilf.run.run import Run
 
 from ...base import theme
-from ...widgets.basics import Message, form, label_of, literal_text, row, row_list, stack
+from ...widgets.basics import Message, form, give_size, label_of, literal_text, row, row_list, scrolled, stack
 from ...widgets.file_choice import save_folder
 from ...widgets.work_row import WorkRow
 from ...work.jobs import spare_cores
@@ -64,7 +64,6 @@ _FROM_FILES = (
     "Blocks are extracted, and edits in this window are not used. Starting again resumes: completed frames are "
     "skipped. manifest.csv lists the result of each frame."
 )
-_SIZE = QSize(760, 600)
 
 
 @dataclass(frozen=True)
@@ -128,7 +127,7 @@ class ExportDialog(QDialog):
     def __init__(self, parent: QWidget) -> None:
         super().__init__(parent)
         self.setWindowTitle("Export")
-        self.resize(_SIZE)
+        give_size(self, 760, 650)
         self._run: Run | None = None
         self._completion: Completion | None = None
         self._behind = self._proposed = ""
@@ -144,7 +143,7 @@ class ExportDialog(QDialog):
         self.report_page, self.batch_page = self._report_page(), self._batch_page()
         self.tabs = QTabWidget()
         for page, title in (
-            (self.files, "&Files"),
+            (scrolled(self.files), "&Files"),
             (self.report_page, "&Report"),
             (self.batch_page, "&Batch"),
             (self.results, "Re&sults"),
@@ -342,7 +341,10 @@ class ExportDialog(QDialog):
         name = output_folder_name(self._run.frame.name) if single and self._run is not None else "export"
         last = str(QSettings().value(_BATCH_FOLDER, "")) if from_files else ""
         inputs = None if self._run is None else self._run.frame.inputs
-        folder = save_folder(inputs.rgb.path if inputs is not None and not is_address(inputs.rgb.path) else "")
+        path = "" if inputs is None or is_address(inputs.rgb.path) else inputs.rgb.path
+        if not is_this and self._run is not None and Path(path).parent.name == self._run.frame.name:
+            path = str(Path(path).parent)  # beside the folders of the frames, not in one of them
+        folder = save_folder(path)
         proposed = last or str(folder / ("batch" if from_files else name))
         if self.folder_path.text() in ("", self._proposed):
             self.folder_path.setText(proposed)

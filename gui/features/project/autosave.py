@@ -22,7 +22,6 @@ from PySide6.QtWidgets import (
     QHBoxLayout,
     QMessageBox,
     QPushButton,
-    QScrollArea,
     QVBoxLayout,
     QWidget,
 )
@@ -31,7 +30,7 @@ from ilf._runtime.formatting import counted
 from ilf.project.project import Stage
 from ilf.project.recovery import RecoverableWork, autosave_folder, find_recoverable_work
 
-from ...widgets.basics import Message, PlainLabel, lay_out
+from ...widgets.basics import Message, PlainLabel, lay_out, scrolled
 from ...widgets.notices import error_details, error_text, question
 from ...work.jobs import Worker
 from ..context import Context, Feature
@@ -105,11 +104,7 @@ class RecoveryDialog(QDialog):
             row.later_button.setVisible(len(works) > 1)  # with a single row, the dialog's own button does the same
             column.addWidget(row)
         column.addStretch(1)
-        area = QScrollArea()
-        area.setWidgetResizable(True)
-        area.setFrameShape(QFrame.Shape.NoFrame)
-        area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-        area.setWidget(inside)
+        area = scrolled(inside)
         shown = list(self.rows.values())[:_MAX_ROWS_SHOWN]
         area.setMinimumHeight(sum(row.sizeHint().height() + 8 for row in shown))
         buttons = QDialogButtonBox()

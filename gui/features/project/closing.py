@@ -49,14 +49,11 @@ class Unsaved:
         Empty id: the settings for all frames, which cannot be left out.
     work : str
         Description of the work, such as "3 edits, 1 run".
-    stage : str
-        State of the work on the frame.
     """
 
     id: str
     name: str
     work: str
-    stage: str
 
 
 class CloseDialog(QDialog):
@@ -101,7 +98,7 @@ class CloseDialog(QDialog):
         self.frames = row_list(
             "Frames with unsaved work",
             "Ticked frames are saved; the work on the others is lost",
-            ["Frame", "Unsaved work", "State"],
+            ["Frame", "Unsaved work"],
             stretched=0,
         )
         self.wait = QRadioButton("&Wait until the runs have ended")
@@ -203,7 +200,7 @@ class CloseDialog(QDialog):
 
     def _fill(self) -> None:
         for row in self._rows:
-            item = QTreeWidgetItem([row.name, row.work, row.stage])
+            item = QTreeWidgetItem([row.name, row.work])
             item.setData(0, _ID, row.id)
             item.setCheckState(0, Qt.CheckState.Checked)
             if not row.id:
@@ -307,10 +304,10 @@ class Closing(QObject):
         runs = self._context.runs
         documents = {entry.document for entry in entries}
         running = [document for document in runs.running if document in documents]
-        rows = [Unsaved(entry.id, entry.name, work, entry.summary.stage.value) for entry, work in self._work(entries)]
+        rows = [Unsaved(entry.id, entry.name, work) for entry, work in self._work(entries)]
         words = self._present.words() if whole else ""
         if words:
-            rows.append(Unsaved("", "The project itself", words, ""))
+            rows.append(Unsaved("", "The project itself", words))
         others = [
             f"{way.what[:1].upper()}{way.what[1:]} is in progress: it is stopped, and its results are lost."
             for way in self._context.pending_work()

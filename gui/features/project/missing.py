@@ -26,7 +26,7 @@ from ilf.project.sources import ChangedSource, MissingSource, Places
 
 from ...project.current_project import CurrentProject, source_of
 from ...state.entries import Entry
-from ...widgets.basics import Message, literal_text, row, row_list, stack
+from ...widgets.basics import Message, give_size, literal_text, row, row_list, stack
 from ...widgets.work_row import WorkRow
 from ...work.jobs import Worker
 from ..context import Context
@@ -81,7 +81,7 @@ class MissingFilesDialog(QDialog):
 
         buttons_of_files = row(self.file_button, self.folder_button, self.new_button)
         stack(self, about, self.files, buttons_of_files, self.work, self.message, buttons, stretched=self.files)
-        self.resize(760, 430)
+        give_size(self, 760, 430)
 
     def show_files(self, lost: Sequence[tuple[str, MissingFile]]) -> None:
         """Show the lost files with the names of their frames."""

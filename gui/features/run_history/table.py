@@ -288,12 +288,14 @@ class RunView(QTableView):
         self._fit()
 
     def _fit(self) -> None:
-        """Give names and values what the errors leave; time, iterations and note follow them if there is no room."""
+        """Give names and values what the errors leave, names first what values do not need; time, iterations and note
+        follow them if there is no room."""
         room = self.viewport().width()
         first = sum(_WIDTHS[column] for column in (Column.COMPARED, *ERRORS) if not self.isColumnHidden(column))
         last = sum(_WIDTHS[column] for column in (Column.SECONDS, Column.ITERATIONS, Column.NOTE))
         free = room - first
-        name = min(max(round(0.4 * free), _LEAST_NAME), _MOST_NAME)
+        room_of_name = max(round(0.4 * free), free - max(self.sizeHintForColumn(Column.VALUES), _LEAST_VALUES))
+        name = min(max(min(self.sizeHintForColumn(Column.NAME), room_of_name), _LEAST_NAME), _MOST_NAME)
         values = free - name
         if values - last >= _LEAST_VALUES:
             values -= last

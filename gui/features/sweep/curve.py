@@ -17,6 +17,8 @@ _MIN_LABEL_DISTANCE = 52
 """Minimum distance between the labels of values [px]."""
 _MIN_RANGE = 0.05
 """Minimum range of errors shown, as a share of the largest."""
+_LOW, _HIGH = 0.12, 0.95
+"""Heights of the label of the current value, as shares of the plot's: the one that is farther from the curve."""
 _CLICK_DISTANCE = 40
 """Horizontal distance [px] within which a click hits a point."""
 
@@ -41,7 +43,7 @@ class ErrorCurve(Themed, pg.PlotWidget):
         self.curve = pg.PlotDataItem(antialias=True, connect="finite", symbol="o", symbolSize=7)
         self.best = pg.ScatterPlotItem(size=15, symbol="o")
         self.present = pg.InfiniteLine(
-            angle=90, label="current", labelOpts={"position": 0.95, "anchors": [(0, 0), (1, 0)], "movable": False}
+            angle=90, label="current", labelOpts={"position": _HIGH, "anchors": [(0, 0), (1, 0)], "movable": False}
         )
         self.addItem(self.present, ignoreBounds=True)
         self.addItem(self.curve)
@@ -84,6 +86,9 @@ class ErrorCurve(Themed, pg.PlotWidget):
         if np.isfinite(above).any():
             # do not magnify negligible differences
             self.getViewBox().setLimits(minYRange=_MIN_RANGE * float(np.nanmax(above)))
+            lowest, highest = np.nanmin(above), np.nanmax(above)
+            at = float(np.interp(self.present.value(), across, np.nan_to_num(above, nan=lowest)))
+            self.present.label.setPosition(_LOW if at > (lowest + highest) / 2 else _HIGH)
         self.best.setData(pos=[(self._places[place], 1000 * known[place]) for place in sorted(best) if place in known])
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:

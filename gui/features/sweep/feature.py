@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Generator, Sequence
 
 import numpy as np
-from PySide6.QtCore import QPoint, QSize, Qt
+from PySide6.QtCore import QPoint, Qt
 from PySide6.QtGui import QColor, QIcon, QPixmap
 from PySide6.QtWidgets import (
     QComboBox,
@@ -14,7 +14,6 @@ from PySide6.QtWidgets import (
     QHBoxLayout,
     QMenu,
     QPushButton,
-    QScrollArea,
     QSplitter,
     QStackedWidget,
     QVBoxLayout,
@@ -31,9 +30,10 @@ from ilf.evaluation.sweep import Sweep, SweepResult, can_be_swept
 
 from ...base import theme
 from ...state.parts import Part
+from ...views.colour_bar import ColourBar
 from ...views.colours import error_table
 from ...views.pixel_items import rgb_image
-from ...widgets.basics import Message, PlainLabel, Themed, label_of, lay_out
+from ...widgets.basics import Message, PlainLabel, Themed, give_size, label_of, lay_out, scrolled
 from ...work.frame_runs import RunState
 from ..context import Context, PendingWork
 from ..filter import FilterPanel
@@ -43,8 +43,7 @@ from .curve import ErrorCurve
 from .options import CriterionBox, RangeBox
 from .state import Picture, Scale, SweepState
 
-_SIZE = QSize(1040, 660)
-_LEFT = 300
+_WIDTH, _HEIGHT, _LEFT = 1040, 660, 300
 _DEPTH, _DIFFERENCE = 0, 1
 _FULL_COVERAGE = 0.95
 """Share of filled pixels above which the coverage is not shown."""
@@ -59,7 +58,7 @@ class SweepWindow(Themed, QDialog):
         self._redraw = redraw
         self.setWindowTitle("Sweep")
         self.setWindowFlag(Qt.WindowType.WindowMaximizeButtonHint)
-        self.resize(_SIZE)
+        give_size(self, _WIDTH, _HEIGHT)
 
     def _take_theme(self) -> None:
         self._redraw()
@@ -93,7 +92,7 @@ class SweepFeature(Panel):
         self.found: SweepState | None = None
         self._icons: dict[int, tuple[Picture, Scale, QIcon]] = {}
         window = SweepWindow(self._show_found, self.context.window)
-        self.first, self.second = RangeBox("Parameter"), RangeBox("Second parameter", optional=True)
+        self.first, self.second = RangeBox("First parameter"), RangeBox("Second parameter", optional=True)
         self.criterion = CriterionBox()
         self.curve, self.grid = ErrorCurve(), PointCells("Error against both values")
         self.pictures = PointCells("Pictures of the values")
@@ -107,7 +106,7 @@ class SweepFeature(Panel):
         splitter.addWidget(self._left_side())
         splitter.addWidget(self._outcomes)
         splitter.setStretchFactor(1, 1)
-        splitter.setSizes([_LEFT, _SIZE.width() - _LEFT])
+        splitter.setSizes([_LEFT, _WIDTH - _LEFT])
         splitter.setChildrenCollapsible(False)
         lay_out(QVBoxLayout(window), splitter)
         for box in (self.first, self.second, self.criterion):
@@ -127,32 +126,17 @@ class SweepFeature(Panel):
         settings = self.first, self.second, self.criterion, self.start_button
         below = self.work, self.state, self.apply_button, None
         lay_out(QVBoxLayout(content), *settings, *below, margins=(10, 10, 8, 10), spacing=8)
-        area = QScrollArea()
-        area.setWidget(content)
-        area.setWidgetResizable(True)
-        area.setFrameShape(QScrollArea.Shape.NoFrame)
-        area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-        area.setMinimumWidth(content.minimumSizeHint().width() + area.verticalScrollBar().sizeHint().width())
-        return area
+        return scrolled(content)
 
     def _right_side(self) -> QWidget:
         self.content = QComboBox()
-        self.content.setToolTip("Content of the pictures, all in one colour scale")
+        self.content.setToolTip("Content of the pictures, all in one colour scale; black: missing")
         self.content.addItems(["Depth", "Difference"])
         self.content.activated.connect(lambda _: self._show_found())
-        self.low, self.bar, self.high = PlainLabel(), PlainLabel(), PlainLabel()
+        self.bar = ColourBar()
         self.bar.setAccessibleName("Colours of the pictures")
-        self.bar.setFixedSize(180, self.bar.fontMetrics().height())
-        head = lay_out(
-            QHBoxLayout(),
-            label_of("&Pictures of", self.content),
-            self.content,
-            None,
-            self.low,
-            self.bar,
-            self.high,
-            margins=(8, 4, 8, 0),
-        )
+        choice = label_of("&Pictures of", self.content), self.content
+        head = lay_out(QHBoxLayout(), *choice, None, self.bar, margins=(8, 4, 8, 0))
         below = QWidget()
         lay_out(QVBoxLayout(below), head, self.pictures, spacing=2, stretched=self.pictures)
         self._names = PlainLabel(alignment=Qt.AlignmentFlag.AlignCenter)
@@ -364,19 +348,19 @@ class SweepFeature(Panel):
         self._show_scale(scale, "mm" if differences else "m")
         self.pictures.show_cells([self._picture_cell(found, number, pictures.get(number), scale) for number in numbers])
         if len(found.sweep.values) == 1:
-            self.curve.set_points(list(found.errors), list(found.errors.values()), found.marked)
             self.curve.set_present(float(next(iter(found.present_values.values()))))
+            self.curve.set_points(list(found.errors), list(found.errors.values()), found.marked)
         else:
             colours = _error_colours([found.errors.get(number, math.nan) for number in numbers])
             self.grid.show_cells([self._error_cell(found, *numbered) for numbered in enumerate(colours)])
         self.apply_button.setEnabled(found.best is not None and found.best != found.present)
 
     def _show_scale(self, scale: Scale, unit: str) -> None:
-        self.low.setText(_short(scale.low))
-        self.high.setText(f"{_short(scale.high)} {unit}")
-        colours = rgb_image(np.ascontiguousarray(scale.table[None, 1:, :3]))
-        self.bar.setPixmap(QPixmap.fromImage(colours.scaled(self.bar.size())))
-        self.bar.setToolTip(f"From {_short(scale.low)} to {_short(scale.high)} {unit}; black: missing")
+        self.bar.set_colours(theme.colours(self.widget.palette()))
+        self.bar.set_table(scale.table)
+        self.bar.set_unit(unit)
+        self.bar.set_levels((scale.low, scale.high))
+        self.bar.show()
 
     def _picture_cell(self, found: SweepState, number: int, picture: Picture | None, scale: Scale) -> Cell:
         coverage = found.coverage.get(number, 1.0)
@@ -451,7 +435,3 @@ def _millimetres(error: float | None) -> str:
     if error is None:
         return "…"
     return f"{millimetres(error)} mm" if math.isfinite(error) else "not evaluated"
-
-
-def _short(value: float) -> str:
-    return f"{value:.0f}" if abs(value) >= 100 else f"{value:.3g}"

@@ -100,10 +100,12 @@ class RangeBox(QGroupBox):
         return spread(self.declaration, low, high, self.steps.value(), self.logarithmic, self.present)
 
     def set_parameters(self, parameters: Parameters) -> None:
-        """Offer the parameters that have an effect with these values; keep the range if its parameter is offered."""
+        """Offer the parameters that have an effect with these values, the main ones first; keep the range if its
+        parameter is offered."""
         self._parameters = parameters
         declarations = Parameters.declarations()
         offered = [name for name, one in declarations.items() if can_be_swept(one) and parameters.has_effect(name)]
+        offered.sort(key=lambda name: not declarations[name].basic)
         if offered == [self.names.itemData(position) for position in range(self.names.count())]:
             return
         chosen = self.names.currentData()

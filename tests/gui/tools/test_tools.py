@@ -128,19 +128,18 @@ def test_a_line_far_from_any_border_says_so(host):
 # outline
 
 
-def test_what_is_drawn_around_goes_to_the_chosen_block(host):
+def test_what_is_drawn_around_with_control_goes_to_the_chosen_block(host):
     host.select([1])
     outline = hand(host, "outline")
-    outline.drag([(40, 10), (50, 10), (50, 20), (40, 20), (40, 11)])
+    outline.drag([(40, 10), (50, 10), (50, 20), (40, 20), (40, 11)], "c")
     assert (host.labels[11:19, 41:49] == 1).all()
     assert host.labels[25, 45] == 2
     assert host.steps == ["Outline Block 1"]
 
 
-@pytest.mark.parametrize(("chosen", "keys"), [([], ""), ([1], "c")])
-def test_without_a_chosen_block_or_with_control_it_is_a_new_one(host, chosen, keys):
-    host.select(chosen)
-    hand(host, "outline").drag([(40, 10), (50, 10), (50, 20), (40, 20), (40, 11)], keys)
+def test_what_is_drawn_around_is_a_new_block_also_with_another_chosen(host):
+    host.select([1])
+    hand(host, "outline").drag([(40, 10), (50, 10), (50, 20), (40, 20), (40, 11)])
     assert (host.labels[11:19, 41:49] == 3).all()
     assert host.document.selected == [3]
 
@@ -493,20 +492,20 @@ def test_what_would_lie_apart_from_its_block_is_said(host):
     host.said.clear()
     outline = hand(host, "outline")
     island = [(5.0, 30.0), (15.0, 30.0), (15.0, 40.0), (5.0, 40.0)]
-    outline.drag(island, release=False)
+    outline.drag(island, "c", release=False)
     assert "100 px from Block 1 to Block 5, disconnected from the rest of it" in outline.tool.hint
     outline.send(*_release(island[-1]))
     assert host.labels[35, 10] == 5
     assert host.said == [
         "Block 5 now has 100 px that are disconnected from the rest of it. "
-        "Hold Ctrl at the start of an outline to make a new block."
+        "Start an outline without Ctrl to make a new block."
     ]
-    outline.drag([(5, 8), (12, 8), (12, 14), (5, 14)], release=False)
+    outline.drag([(5, 8), (12, 8), (12, 14), (5, 14)], "c", release=False)
     assert "from Block 3 to Block 5" in outline.tool.hint
     assert "disconnected" not in outline.tool.hint
     outline.send(*_release((5, 14)))
     assert len(host.said) == 1, "that touches it"
-    outline.drag([(40, 30), (50, 30), (50, 40), (40, 40)], "c", release=False)
+    outline.drag([(40, 30), (50, 30), (50, 40), (40, 40)], release=False)
     assert "to a new block" in outline.tool.hint
     outline.tool.cancel(host)
     assert "Release" not in outline.tool.hint
