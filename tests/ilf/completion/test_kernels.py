@@ -108,6 +108,26 @@ def test_spread(shape, dtype):
         assert_allclose(out, found[0], rtol=1e-6)
 
 
+@pytest.mark.parametrize("creased", [False, True])
+@pytest.mark.parametrize("shape", [*SHAPES, (150, 3)])
+def test_link(shape, creased):
+    smooth, crease = np.random.default_rng(shape).random((2, *shape), np.float32)
+    expected, *others = (np.full((4, shape[0] + 4, shape[1]), -1, np.float32) for _ in range(3))
+    for way, out in zip(_ways("link"), (expected, *others), strict=True):
+        way(smooth, np.float32(2), np.float32(3), crease if creased else None, out)
+    differences = sum(
+        (
+            Weights(expected).slope_x.size,
+            Weights(expected).slope_y.size,
+            Weights(expected).bend_x.size,
+            Weights(expected).bend_y.size,
+        )
+    )
+    assert np.count_nonzero(expected >= 0) == differences
+    for out in others:
+        assert_array_equal(out, expected)
+
+
 @pytest.mark.parametrize("shape", SHAPES)
 def test_letting_go(shape):
     u, scale = _arrays(shape, 2)
