@@ -3,6 +3,8 @@ them out of the fill."""
 
 from __future__ import annotations
 
+from functools import cache, partial
+
 import cv2
 import numpy as np
 from numpy.typing import NDArray
@@ -61,7 +63,7 @@ def suspect_islands(frame: RGBDFrame) -> Mask:
     surfaces = _squares(known & ~small[parts])
     if not (small.any() and surfaces.any()):
         return suspect
-    away = _distance_to(surfaces)
+    away = cache(partial(_distance_to, surfaces))
     for number in np.flatnonzero(small):
         x, y, width, height, size = boxes[number].tolist()
         own = slice(y, y + height), slice(x, x + width)
@@ -74,7 +76,7 @@ def suspect_islands(frame: RGBDFrame) -> Mask:
         # support is the usual case, and some of the rows mostly show it
         if any(_alike(near_by[::step], level) - size >= largest for step in (8, 1)):
             continue
-        reach = int(away[own][parts[own] == number].min()) + _AROUND
+        reach = int(away()[own][parts[own] == number].min()) + _AROUND
         box = widened(own, reach)
         island = parts[box] == number
         around = depth[box][surfaces[box] & (_distance_to(island) <= reach)]
