@@ -163,11 +163,8 @@ def solve_band(band: Values, found: Values) -> Values:
     wide = np.zeros((cells + reach, 2 * reach))
     wide[reach:, :reach] = band[:, :reach]
     down, right = wide.strides
-    for i in range(cells):
-        row, above = (
-            wide[reach + i, :reach],
-            as_strided(wide[i + 1 :, reach - 1 :], (reach - 1, reach), (down - right, right)),
-        )
+    rows_above = as_strided(wide[1:, reach - 1 :], (cells, reach - 1, reach), (down, down - right, right))
+    for row, above in zip(wide[reach:, :reach], rows_above, strict=True):
         row -= np.einsum("i,ij->j", above[:, 0], above)
         row /= math.sqrt(row[0]) if row[0] > 0 else math.nan
     return cho_solve_banded((wide[reach:, :reach].T, True), found.T, check_finite=False).T

@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Generator, Mapping
 from contextlib import closing
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .._runtime.cancellation import check_cancelled
-from .._runtime.threads import Steps
+from .._runtime.threads import Steps, run_beside
 from ..data.blocks import Blocks, as_blocks
 from ..data.declarations import Value
 from ..data.frame import RGBDFrame, checked_frame
@@ -220,9 +221,12 @@ def _completed(
     watch: Watch | None,
 ) -> Steps[Step]:
     """Filter the blocks, including those that the correction starts from, then correct."""
-    base = find_base_completion([*tasks.values()])
     done: dict[int, BlockResult] = {}
-    with closing(filter_steps([*tasks.values()], threads, live, watch)) as steps:
+    everything = [*tasks.values()]
+    with (
+        run_beside(partial(find_base_completion, everything)) as base,
+        closing(filter_steps(everything, threads, live, watch)) as steps,
+    ):
         for progress in steps:
             if (result := progress.result) is not None:
                 done[progress.label] = result
@@ -233,7 +237,7 @@ def _completed(
             yield progress
     if not uncorrected:
         return
-    correction, notes = yield from _compute_correction(base, done, threads)
+    correction, notes = yield from _compute_correction(base.result(), done, threads)
     for label in list(uncorrected):
         check_cancelled()  # every block has either been yielded or still waits
         del uncorrected[label]

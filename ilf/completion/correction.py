@@ -75,15 +75,19 @@ class Correction:
         by_hand : DepthByHand, optional
             Depth by hand at the same pixels.
         """
-        base_depth, change = self.base_depth[block.box][block.mask], self.change[block.box][block.mask]
+        missing, places = np.isnan(raw), block.mask.copy()
+        places[block.mask] = missing
+        base_depth, change = self.base_depth[block.box][places], self.change[block.box][places]
         if by_hand is not None:
             stated = np.zeros(block.mask.shape, bool)
             stated[block.mask] = by_hand.pixels
-            change = change * fading(stated)[block.mask]
+            change = change * fading(stated)[places]
+        corrected = depth.astype(np.float32)
         with np.errstate(invalid="ignore", divide="ignore"):
-            off = np.log(depth / base_depth)
+            off = np.log(corrected[missing] / base_depth)
         agreement = np.exp(-np.square(np.where(np.isnan(off), np.inf, off / np.float32(_ALIKE))))
-        return np.where(np.isnan(raw), depth * np.exp(agreement * change), depth).astype(np.float32)
+        corrected[missing] *= np.exp(agreement * change)
+        return corrected
 
 
 def applied_change(change: Array, known: NDArray[np.bool_]) -> Array:

@@ -14,6 +14,7 @@ from ...data.frame import RGBDFrame
 from ...data.label_map import Block, Box, union, within
 from ...data.pixel_grids import enlarged, largest_of_four, sums_of_four
 from .kernels import Sums, tally
+from .smoothness import Weights, make_weights
 
 Mask = NDArray[np.bool_]
 Array = NDArray[np.float32]
@@ -73,9 +74,14 @@ class CutLinks:
             _last_open((down[1::2, ::2] | down[1::2, 1::2]).T).T,
         )
 
-    def cut(self, smooth_x: Array, smooth_y: Array) -> tuple[Array, Array]:
-        """Smoothness between neighbours along x and y, 0 across the cuts."""
-        return smooth_x * self.right[:, :-1], smooth_y * self.down[:-1]
+    def cut(self, weights: Weights) -> None:
+        """Set the weights of differences across the cuts to 0."""
+        for slope, bend, linked in (
+            (weights.slope_x, weights.bend_x, self.right[:, :-1]),
+            (weights.slope_y.T, weights.bend_y.T, self.down[:-1].T),
+        ):
+            slope *= linked
+            bend *= linked[:, 1:] & linked[:, :-1]
 
     def enlarged(self, values: Array, finer: CutLinks) -> Array:
         """Interpolate values bilinearly to the next finer grid, block and rest each from its own cells."""
@@ -165,16 +171,12 @@ class Grid:
         """The sums of a step from `previous` to u."""
         return Sums(*tally(u, previous, self.inside, self.trend, self.counts, self.totals))
 
-    def links(self) -> tuple[Array, Array]:
-        """Smoothness between neighbours along x and y: the smaller of the two cells' values, 0-1."""
-        smooth = self.smooth
-        links = np.minimum(smooth[:, 1:], smooth[:, :-1]), np.minimum(smooth[1:], smooth[:-1])
-        return links if self.cut_links is None else self.cut_links.cut(*links)
-
-    @property
-    def stiff(self) -> Array | None:
-        """Factor on the bending weight around every cell; None for 1."""
-        return None if self.creases is None else 1 - self.creases
+    def weights(self, slope: float, bending: float, out: Weights | None = None) -> Weights:
+        """Weights of differences, see `make_weights`."""
+        made = make_weights(self.smooth, slope, bending, self.creases, out)
+        if self.cut_links is not None:
+            self.cut_links.cut(made)
+        return made
 
     @property
     def level(self) -> Level:

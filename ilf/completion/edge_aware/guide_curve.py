@@ -255,9 +255,8 @@ def fit_slow_field(values: Array, weights: Array) -> Array:
 
 def smoothest_surface(counts: Array, totals: Array, slope: float, bending: float) -> Array:
     """The surface of minimum energy with all neighbours fully linked, see `SmoothnessEnergy`."""
-    height, width = counts.shape
-    smooth = np.ones((height, width - 1), np.float32), np.ones((height - 1, width), np.float32)
-    energy = SmoothnessEnergy(counts + np.float32(_HELD), totals, make_weights(*smooth, slope, bending))
+    weights = make_weights(np.ones(counts.shape, np.float32), slope, bending)
+    energy = SmoothnessEnergy(counts + np.float32(_HELD), totals, weights)
     return energy.minimum()
 
 

@@ -31,7 +31,7 @@ from .grid import Grid, Pixels, pixels_in_window
 from .kernels import Sums
 from .noise import Noise, frame_noise
 from .shape import noise_of, polynomial_trend
-from .smoothness import SmoothnessEnergy, StepInputs, Weights, make_weights
+from .smoothness import SmoothnessEnergy, StepInputs, Weights
 from .view import NEAREST, WIDE, View
 
 Array = NDArray[np.float32]
@@ -458,7 +458,7 @@ class EdgeAwareIteration(Iterator[EdgeAwareRecord]):
         self._least = min(self._least, known.least)
         # if more smoothness is requested than noise requires, start from the smooth surface
         u = filled if stiffer and filled is not None else known.start(filled)
-        weights = make_weights(*grid.links(), slope, bending, grid.stiff)
+        weights = grid.weights(slope, bending)
         for self._round, step in enumerate(known.rounds(filled, weights), 1):
             u = yield from self._descend(grid, step.energy(u), u, step.steps)
         if known.explained or not self._iterations:
@@ -485,7 +485,7 @@ class EdgeAwareIteration(Iterator[EdgeAwareRecord]):
 
     def _weights(self, grid: Grid, out: Weights | None = None) -> Weights:
         # on cells of c pixels, the sum of squared slopes stays the same, that of bending is c^2 times as large
-        return make_weights(*grid.links(), self._slope, self._bending / grid.cell**2, grid.stiff, out)
+        return grid.weights(self._slope, self._bending / grid.cell**2, out)
 
 
 def _root_mean(squares: float, samples: float) -> float:

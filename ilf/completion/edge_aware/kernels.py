@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..._runtime.compiling import compiled, inner
+from ...data.pixel_grids import strips
 
 Array = NDArray[np.float32]
 
@@ -271,6 +272,62 @@ def spread(weights: Array, out: NDArray[Any]) -> None:
         diagonal[:, 2:] += bend[:, :-2]
         diagonal[:, 1:-1] += 4 * bend[:, :-2]
         diagonal[:, :-2] += bend[:, :-2]
+
+
+def _link(smooth: Array, slope: Any, bending: Any, creases: Array | None, out: Array) -> None:
+    one, below, lower = np.float32(1), smooth[1:], smooth[2:]
+    for y in range(smooth.shape[0]):
+        here, straight, bent = smooth[y], out[0, y + 2], out[2, y + 2]
+        right, after = here[1:], here[2:]
+        for x in range(right.size):
+            straight[x] = slope * min(here[x], right[x])
+        for x in range(after.size):
+            bent[x] = bending * min(min(here[x], right[x]), after[x])
+        if y < below.shape[0]:
+            straight, next_row = out[1, y + 2], below[y]
+            for x in range(here.size):
+                straight[x] = slope * min(here[x], next_row[x])
+        if y < lower.shape[0]:
+            bent, next_row, last_row = out[3, y + 2], below[y], lower[y]
+            for x in range(here.size):
+                bent[x] = bending * min(min(here[x], next_row[x]), last_row[x])
+        if creases is not None:
+            bent, crease = out[2, y + 2], creases[y, 1:]
+            for x in range(after.size):
+                bent[x] *= one - crease[x]
+            if y < lower.shape[0]:
+                bent, crease = out[3, y + 2], creases[y + 1]
+                for x in range(here.size):
+                    bent[x] *= one - crease[x]
+
+
+@compiled(_link)
+def link(smooth: Array, slope: np.float32, bending: np.float32, creases: Array | None, out: Array) -> None:
+    """Write the weights of differences, from the smoothness at pixels: a difference has that of its least smooth one.
+
+    Parameters
+    ----------
+    smooth : ndarray of float32, shape (H, W)
+        From 1, fully linked to its neighbours, to 0.
+    slope, bending : float32
+        Weights of first and of second differences.
+    creases : ndarray of float32, shape (H, W), or None
+        Share by which a second difference around a pixel counts less.
+    out : ndarray of float32, shape (4, H + 4, W)
+        See `Weights.framed`; entries without a difference are left as they are.
+    """
+    inside = out[:, 2:-2]
+    for rows, *_ in strips(len(smooth)):
+        # transposes are views; a strip along y reads the two rows after it, too
+        for kind, here in enumerate((smooth[rows], smooth[rows.start : rows.stop + 2].T)):
+            straight, bent = (part[rows].T if kind else part[rows] for part in (inside[kind], inside[2 + kind]))
+            pairs = np.minimum(here[:, 1:], here[:, :-1])
+            straight, bent = straight[:, : pairs.shape[1]], bent[:, : max(pairs.shape[1] - 1, 0)]
+            np.multiply(slope, pairs[:, : straight.shape[1]], out=straight)
+            np.multiply(bending, np.minimum(pairs[:, 1:], pairs[:, :-1])[:, : bent.shape[1]], out=bent)
+            if creases is not None:
+                around = creases[rows.start : rows.stop + 2].T if kind else creases[rows]
+                bent *= 1 - around[:, 1 : 1 + bent.shape[1]]
 
 
 def _weaken_links(weights: Array, u: Array, scale: Array, times: Any) -> None:

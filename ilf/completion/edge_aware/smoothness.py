@@ -18,7 +18,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..._runtime.compiling import inner
-from ...data.pixel_grids import strips
 from ..banded import solve_grid
 from . import kernels
 from .kernels import Sums
@@ -111,41 +110,29 @@ class Weights:
 
 
 def make_weights(
-    smooth_x: Array,
-    smooth_y: Array,
+    smooth: Array,
     slope: float,
     bending: float,
-    stiff: Array | None = None,
+    creases: Array | None = None,
     out: Weights | None = None,
 ) -> Weights:
-    """Make weights from the smoothness between neighbours.
+    """Make weights from the smoothness of pixels.
 
     Parameters
     ----------
-    smooth_x, smooth_y : ndarray of float32, shapes (H, W - 1) and (H - 1, W)
-        1 where neighbours are fully linked, 0 where they are separated. A second difference has the smoothness of the
-        less smooth of its two pairs.
+    smooth : ndarray of float32, shape (H, W)
+        1 where a pixel is fully linked to its neighbours, 0 where it is separated from them. A difference has the
+        smoothness of the least smooth of its pixels.
     slope, bending : float
         Weights of the two terms.
-    stiff : ndarray of float32, shape (H, W), optional
-        Factor on the second difference around a pixel, from 1 to 0 at a crease, where the surface may bend, but not
-        tear.
+    creases : ndarray of float32, shape (H, W), optional
+        Share by which the second difference around a pixel counts less: 1 at a crease, where the surface may bend, but
+        not tear.
     out : Weights, optional
         Weights of this grid that are no longer needed; overwritten, to avoid allocation.
     """
-    made = out or Weights.none((smooth_x.shape[0], smooth_y.shape[1]))
-    for rows, *_ in strips(len(smooth_x)):
-        pairs = slice(rows.start, rows.stop + 1)
-        np.multiply(np.float32(slope), smooth_x[rows], out=made.slope_x[rows])
-        np.multiply(np.float32(slope), smooth_y[rows], out=made.slope_y[rows])
-        bend_x, bend_y = made.bend_x[rows], made.bend_y[rows]
-        np.minimum(smooth_x[rows, 1:], smooth_x[rows, :-1], out=bend_x)
-        np.minimum(smooth_y[pairs][1:], smooth_y[pairs][:-1], out=bend_y)
-        for bend in (bend_x, bend_y):
-            bend *= np.float32(bending)
-        if stiff is not None:
-            bend_x *= stiff[rows, 1:-1]
-            bend_y *= stiff[1:-1][rows]
+    made = out or Weights.none(smooth.shape)
+    kernels.link(smooth, np.float32(slope), np.float32(bending), creases, made.framed)
     return made
 
 

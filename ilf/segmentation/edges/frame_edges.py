@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from dataclasses import dataclass
+from functools import partial
 
 import cv2
 import numpy as np
@@ -11,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..._runtime.arrays import without_mask
 from ..._runtime.networks.models import BUNDLED, DEPTH_EDGES, model_path
+from ..._runtime.threads import run_beside
 from ...data.frame import RGBDFrame
 from ...data.frame_cache import clear_cached, once_per_frame, once_per_image
 from ...data.parameters import BlockParameters
@@ -210,7 +212,7 @@ def _working_network(
     while detector in _FALLBACKS:
         try:
             network = load_depth_network() if detector == "rgbd" else load_model(parameters.model)
-            _network_output(frame, network, parameters.multiscale)
+            _network_output(frame, network, parameters.multiscale, _jump(parameters))
         except InputError as error:
             detector, what = _FALLBACKS[detector]
             notes.append(f"{what}: {error}")
@@ -219,12 +221,16 @@ def _working_network(
     return None, tuple(notes)
 
 
-def _network_output(frame: RGBDFrame, network: DepthEdgeNetwork | EdgeNetwork, multiscale: bool) -> Contours:
-    """Edges by a network."""
-    if isinstance(network, EdgeNetwork):
-        return network_contours(frame.edge_rgb, network, multiscale)
-    jump = depth_edges(frame, network).jump
-    return Contours(jump, jump)
+@once_per_frame
+def _network_output(
+    frame: RGBDFrame, network: DepthEdgeNetwork | EdgeNetwork, multiscale: bool, jump: tuple[float, float]
+) -> Contours:
+    """Edges by a network; beside it, the relief is found, which goes with them."""
+    with run_beside(partial(_relief, frame, *jump)):
+        if isinstance(network, EdgeNetwork):
+            return network_contours(frame.edge_rgb, network, multiscale)
+        predicted = depth_edges(frame, network).jump
+        return Contours(predicted, predicted)
 
 
 @once_per_frame
@@ -239,7 +245,7 @@ def _find(
         lines = _canny_of_frame(frame.edge_rgb, *canny)
         found = Contours(lines, lines)
     else:
-        found = _network_output(frame, network, multiscale)
+        found = _network_output(frame, network, multiscale, jump)
     strength, crease = found.probability, None
     notes: tuple[str, ...] = ()
     if isinstance(network, DepthEdgeNetwork):
@@ -325,5 +331,7 @@ def edge_strength(
     if detector == "rgbd":
         depth_edges(frame, load_depth_network())
         return find_edges(frame, defaults.replace(detector="rgbd")).strength.copy()
-    by_network = network_contours(frame.edge_rgb, load_model(model), multiscale).strength
-    return (by_network if detector == "hed" else find_edges(frame, defaults).strength).copy()
+    if detector == "hed":
+        return network_contours(frame.edge_rgb, load_model(model), multiscale).strength.copy()
+    _network_output(frame, load_model(model), multiscale, _jump(defaults))
+    return find_edges(frame, defaults).strength.copy()

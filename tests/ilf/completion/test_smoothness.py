@@ -150,19 +150,32 @@ def test_a_start_at_the_minimum_has_nowhere_to_go() -> None:
     assert list(_descent(energy, 2 * counts)) == []
 
 
-def test_smoothness_between_neighbours_makes_the_weights() -> None:
-    smooth_x = np.array([[1.0, 0.5, 0.25, 1.0]], np.float32)
-    smooth_y = np.zeros((0, 5), np.float32)
-    weights = make_weights(smooth_x, smooth_y, 3.0, 10.0)
-    assert_allclose(weights.slope_x, [[3.0, 1.5, 0.75, 3.0]])
-    assert_allclose(weights.bend_x, [[5.0, 2.5, 2.5]])
+def test_the_start_is_left_as_it_was() -> None:
+    rng = np.random.default_rng(2)
+    counts, samples = _samples(rng, (4, 5))
+    start = np.ones((4, 5), np.float32)
+    steps = list(_descent(SmoothnessEnergy(counts, counts * samples, _weights(rng, (4, 5))), start, 4))
+    assert (start == 1).all()
+    assert len(steps) == 4
+    assert not any(np.shares_memory(*pair) for pair in itertools.combinations([start, *steps], 2))
+    assert not np.array_equal(steps[0], steps[-1])
+
+
+def test_the_least_smooth_pixel_of_a_difference_makes_its_weight() -> None:
+    smooth = np.array([[1.0, 1.0, 0.5, 0.25, 1.0, 1.0]], np.float32)
+    weights = make_weights(smooth, 3.0, 10.0)
+    assert_allclose(weights.slope_x, [[3.0, 1.5, 0.75, 0.75, 3.0]])
+    assert_allclose(weights.bend_x, [[5.0, 2.5, 2.5, 2.5]])
     assert weights.slope_y.size == weights.bend_y.size == 0
-    turned = make_weights(smooth_y.T, smooth_x.T, 3.0, 10.0)
+    turned = make_weights(np.ascontiguousarray(smooth.T), 3.0, 10.0)
+    assert_allclose(turned.slope_y, weights.slope_x.T)
     assert_allclose(turned.bend_y, weights.bend_x.T)
-    creased = make_weights(smooth_x, smooth_y, 3.0, 10.0, np.array([[0.1, 1.0, 0.2, 0.0, 0.3]], np.float32))
+    creases = np.array([[0.9, 0.0, 0.8, 1.0, 0.7, 0.5]], np.float32)
+    creased = make_weights(smooth, 3.0, 10.0, creases)
     assert_allclose(creased.slope_x, weights.slope_x)
-    assert_allclose(creased.bend_x, [[5.0, 0.5, 0.0]])
-    assert_allclose(make_weights(smooth_y.T, smooth_x.T, 3.0, 10.0, np.ones((5, 1), np.float32)).bend_y, turned.bend_y)
+    assert_allclose(creased.bend_x, [[5.0, 0.5, 0.0, 0.75]], rtol=1e-6)
+    creased = make_weights(np.ascontiguousarray(smooth.T), 3.0, 10.0, np.ascontiguousarray(creases.T))
+    assert_allclose(creased.bend_y, [[5.0], [0.5], [0.0], [0.75]], rtol=1e-6)
 
 
 @pytest.mark.parametrize("shape", [(1, 1), (2, 3), (1, 6), (4, 5)])
