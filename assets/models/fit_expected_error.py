@@ -201,7 +201,7 @@ _MIN_IN_BIN = 50
 _MIN_IN_SCENE = 200
 """Minimum number of missing pixels of a generated scene."""
 
-_SCENES, _SCENE_WEIGHT = 40, 0.25
+_SCENES, _SCENE_WEIGHT = 40, 0.5
 """Number of generated scenes, and the weight of each relative to a frame under one pattern."""
 
 _FITTED = '''"""Models of the expected error, written by assets/models/fit_expected_error.py."""
