@@ -159,9 +159,9 @@ def test_a_block_takes_a_change_as_far_as_it_is_what_the_network_has_seen():
 
 @pytest.fixture(scope="module")
 def frame():
-    """A quarter of the sample room."""
+    """A part of the sample room."""
     room = ilf.load_frame(asset_path("samples/room"))
-    return ilf.RGBDFrame(room.rgb[100:340, 200:520], room.depth[100:340, 200:520])
+    return ilf.RGBDFrame(room.rgb[140:300, 240:460], room.depth[140:300, 240:460])
 
 
 @pytest.fixture(scope="module")
