@@ -1,7 +1,5 @@
 """A block's own known depth rules around wide gaps, and what lies beyond the sensor's reach is not pulled near."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -98,7 +96,6 @@ def test_a_guide_that_is_borne_out_tells_what_is_beyond_the_reach(monkeypatch: p
 def test_holes_beyond_the_reach_are_told_by_their_rims() -> None:
     frame = _frame(RISING, FAR)
     found = beyond_sensor_range(frame, find_blocks(LABELS)[2])
-    assert found is not None
     np.testing.assert_array_equal(found.pixels, FAR)
     assert found.limit == pytest.approx(np.median(RISING[70:74]), abs=1e-5)
     assert found.in_front.any()

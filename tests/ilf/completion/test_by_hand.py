@@ -1,7 +1,5 @@
 """Depth by hand: a constraint within its weight, never called measured, and without it all is as before."""
 
-from __future__ import annotations
-
 import dataclasses
 
 import numpy as np

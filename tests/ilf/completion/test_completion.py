@@ -162,8 +162,7 @@ def test_fill_and_denoise_changes_the_whole_block(small_frame, small_labels):
     parameters = ilf.preset("paper", mode="fill+denoise")
     result = ilf.complete(small_frame, small_labels, parameters)
     stepper = ilf.iterate(small_frame, small_labels, 1, parameters)
-    for _ in stepper:
-        pass
+    list(stepper)
     assert np.array_equal(result.depth[small_labels == 1], stepper.surface.astype(np.float32))
     known = small_frame.known
     assert (result.depth[known] != small_frame.depth[known]).mean() > 0.9

@@ -1,7 +1,5 @@
 """Guides: what they are, how they are fitted and believed, and that a run with one is made again."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import cv2
@@ -77,9 +75,7 @@ def guide_that_misses_the_rest_of_the_box() -> np.ndarray:
 def test_guide_that_makes_hidden_depth_worse_is_not_followed(without) -> None:
     frame = frame_with_hole(guide=guide_that_misses_the_rest_of_the_box())
     fitted, test = fit_guide(frame), guide_hold_out(frame)
-    assert fitted is not None
     assert fitted.belief > 0, "the quick test alone would follow it"
-    assert test is not None
     assert not test.followed
     assert test.with_guide > test.without
     unguided, guided = ilf.complete(frame_with_hole(), BLOCKS), ilf.complete(frame, BLOCKS)
@@ -96,7 +92,6 @@ def test_guide_that_makes_hidden_depth_worse_is_not_followed(without) -> None:
 def test_expected_error_is_smaller_by_what_the_hold_out_says_of_a_followed_guide() -> None:
     completion = ilf.complete(frame_with_hole(guide=ground_truth()), BLOCKS)
     test = guide_hold_out(completion.frame)
-    assert test is not None
     assert test.followed
     factor = (test.with_guide / test.without) ** 0.75
     expected = factor * depth_error(completion.frame, completion.depth)
@@ -143,7 +138,6 @@ def test_guide_must_be_better_in_every_hold_out_and_may_be_followed_in_ranges_of
     held, followed, with_guide
 ) -> None:
     found = decided([held_out(*shares) for shares in held])
-    assert found is not None
     assert (found.ranges.followed, found.without) == (followed, pytest.approx(0.1, abs=1e-6))
     assert found.with_guide == pytest.approx(with_guide, abs=1e-6)
     assert (found.followed, found.everywhere) == (any(followed), all(followed))
@@ -152,7 +146,6 @@ def test_guide_must_be_better_in_every_hold_out_and_may_be_followed_in_ranges_of
 def test_hold_out_needs_hidden_pixels_and_enough_of_them_in_a_range() -> None:
     assert decided([]) is None
     found = decided([replace(held_out(2.0, 0.5, 0.5, 0.5), least=101)])
-    assert found is not None
     assert not found.followed
 
 
@@ -167,7 +160,6 @@ def test_hold_out_needs_hidden_pixels_and_enough_of_them_in_a_range() -> None:
 def test_followed_ranges_are_told_and_end_slowly(followed, said) -> None:
     shares = [0.5 if one else 2 for one in followed]
     found = decided([held_out(*shares)])
-    assert found is not None
     assert found.to_text().startswith(said)
     ranges = FollowedRanges((1.5, 2.5, 3.5), followed)
     depth = np.linspace(1, 5, 2000, dtype=np.float32)
@@ -189,7 +181,6 @@ def test_guide_that_is_right_at_one_depth_and_wrong_at_another_does_no_harm(righ
     frame = ilf.RGBDFrame(np.full((*SHAPE, 3), 90, np.uint8), known)
     waves = np.where(near == right_near, 1, 1 + 0.03 * np.sin(columns * np.pi / 6))
     test = guide_hold_out(frame.with_guide(1 / (waves * depth)))
-    assert test is not None
     assert test.with_guide < 0.9 * test.without
     assert not test.everywhere
     guided, unguided = ilf.complete(frame, BLOCKS, guide=1 / (waves * depth)), ilf.complete(frame, BLOCKS)
@@ -250,7 +241,6 @@ def test_guide_that_gives_a_line_or_metres_is_fitted_beyond_what_is_known(gives,
     errors = []
     for stated in (gives, None):
         found = fit_guide(frame.with_guide(Guide(said(truth), gives=stated)))
-        assert found is not None
         errors.append(np.abs(found.depth / truth - 1)[~near].mean())
     assert errors[0] < 0.01
     assert errors[1] > 0.1, "otherwise nothing would have to be stated"
@@ -289,13 +279,11 @@ def test_hidden_depth_has_no_part_in_the_fit() -> None:
     assert hidden.guide is frame.guide
     # by the direct formula: without noise and bias, the guide is the depth itself
     fitted = fit_guide(hidden)
-    assert fitted is not None
     assert fitted.belief > 0.9
     assert np.median(np.abs(fitted.depth / ground_truth() - 1)) < 0.01
     gone = hidden_pixels(frame, "areas")
     changed = ilf.RGBDFrame(frame.rgb, np.where(gone, 1.5 * frame.depth, frame.depth), guide=frame.guide)
     other = fit_guide(frame_without(changed, "areas"))
-    assert other is not None
     np.testing.assert_array_equal(other.depth, fitted.depth)
     np.testing.assert_array_equal(other.test.change, fitted.test.change)
 
@@ -305,7 +293,6 @@ def test_values_that_stand_for_nothing_and_far_outliers_do_no_harm() -> None:
     odd[:5], odd[5, :5] = -3.4e38, 1e29
     assert np.isnan(Guide(odd).values[:5]).all()
     found = fit_guide(frame_with_hole(guide=odd))
-    assert found is not None
     assert found.belief > 0.9
     assert np.median(np.abs(found.depth[6:] / ground_truth()[6:] - 1)) < 0.01
     level = np.full((40, 50), 2, np.float32)
@@ -321,7 +308,6 @@ def test_second_depth_is_no_confidence() -> None:
 def test_guide_is_resized_only_to_its_own_aspect() -> None:
     small = cv2.resize(ground_truth(), (60, 45), interpolation=cv2.INTER_AREA)
     frame = frame_with_hole(guide=small)
-    assert frame.guide is not None
     assert frame.guide.values.shape == SHAPE
     holed = small.copy()
     holed[:10] = 0
@@ -379,14 +365,12 @@ def folder(tmp_path):
 
 def test_run_with_a_guide_is_made_again_and_not_without_it(folder, capsys) -> None:
     frame = ilf.load_frame(folder)
-    assert frame.guide is not None
     run = ilf.Run(frame.with_guide(replace(frame.guide, gives="affine-inverse")), BLOCKS)
     run.complete().save(folder / "out", cloud=None)
     (folder / "guide.npy").unlink()
     again = ilf.replay(folder / "out" / "run.json")
     assert again.differences == ()
     assert again.verdict(again.run.complete()) == ()
-    assert again.run.frame.guide is not None
     assert again.run.frame.guide.gives == "affine-inverse"
     assert main(["info", str(folder / "out" / "run.json")]) == 0
     assert "guide_used.npy" in capsys.readouterr().out

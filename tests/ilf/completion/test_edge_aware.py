@@ -1,7 +1,5 @@
 """ILF with the edge-aware low-pass filter, the preset "best": what its surfaces and records promise."""
 
-from __future__ import annotations
-
 import itertools
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What must not change a result: labels of blocks, completing again, the frame's sides, the unit of length."""
 
-from __future__ import annotations
-
 from functools import cache
 
 import numpy as np

@@ -139,8 +139,7 @@ def test_float32_is_close():
     surfaces = {}
     for precision in ("float32", "float64"):
         steps = ilf.iterate(frame, labels, 1, ilf.preset("paper", precision=precision))
-        for _ in steps:
-            pass
+        list(steps)
         surfaces[precision] = steps.surface
     assert_allclose(surfaces["float32"], surfaces["float64"], atol=1e-4)
     assert not np.array_equal(surfaces["float32"], surfaces["float64"])
@@ -245,8 +244,7 @@ def test_a_band_limited_surface_is_recovered():
     frame = RGBDFrame(np.full((32, 40, 3), 120, np.uint8), depth)
     parameters = ilf.preset("paper", padding=1.0, rgb_iterations=0, s_criteria=1e-9, shortest_wavelength=20.0)
     steps = ilf.iterate(frame, np.ones((32, 40), np.int32), 1, parameters)
-    for _ in steps:
-        pass
+    list(steps)
     assert steps.settled
     assert_allclose(steps.surface, ground_truth.ravel(), atol=1e-6)
 

@@ -1,7 +1,5 @@
 """The smoothness energy against dense matrices built from its formula, and its link to the iteration."""
 
-from __future__ import annotations
-
 import itertools
 import math
 from collections.abc import Iterator

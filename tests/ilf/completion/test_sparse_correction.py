@@ -1,7 +1,5 @@
 """The correction of sparse depth: its features and arithmetic against direct formulas, and what it may touch."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -139,7 +137,6 @@ def test_sparse_depth_is_corrected_by_both_networks(sparse: ilf.RGBDFrame, compl
 
 def test_of_denser_frames_it_is_not_asked(sparse: ilf.RGBDFrame, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(correcting, "load_sparse_correction_network", lambda: pytest.fail("the network is asked"))
-    assert sparse.ground_truth is not None
     depth = sparse.ground_truth.copy()
     depth[30:70, 40:90] = np.nan
     frame = ilf.RGBDFrame(sparse.rgb, depth)

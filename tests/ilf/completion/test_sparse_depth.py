@@ -1,7 +1,5 @@
 """Sparse depth: a few hundred points, or the lines of a lidar, are completed over the whole frame."""
 
-from __future__ import annotations
-
 import numpy as np
 
 import ilf

@@ -81,8 +81,7 @@ def test_the_surface_may_be_looked_at_from_another_thread(small_frame, small_lab
     onlooker = threading.Thread(target=look)
     onlooker.start()
     try:
-        for _ in steps:
-            pass
+        list(steps)
     finally:
         done.set()
         onlooker.join()

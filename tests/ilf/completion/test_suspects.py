@@ -1,7 +1,5 @@
 """Suspect islands: a speck of wrong depth rules no hole, and what is true or sparse counts as before."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """The noise that is read off the depth, and the shape that most of a block lies on."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -60,7 +58,6 @@ def test_a_shape_comes_back_under_scattered_outliers(kind: str, shape: tuple[int
     outliers = rng.random(shape) < 0.18
     depth[outliers] *= rng.uniform(1.2, 2.0, np.count_nonzero(outliers)).astype(np.float32)
     trend = trend_of(depth, np.ones(shape, bool), 0.0)
-    assert trend is not None
     assert trend.surface.dtype == np.float32
     assert np.abs(trend.surface - ground_truth).max() < 1e-4
 
@@ -74,7 +71,6 @@ def test_a_shape_comes_back_across_a_hole_and_past_another_object(kind: str) -> 
     mask[65:85, 50:80] = False
     depth[65:85, 50:80] = 5.0
     trend = trend_of(depth, mask, 0.0)
-    assert trend is not None
     assert np.abs(trend.surface - ground_truth).max() < 1e-4
     assert trend.spread < 1e-4
 
@@ -88,12 +84,10 @@ def _wall() -> np.ndarray:
 def test_noise_alone_is_no_spread() -> None:
     noisy = (_wall() + 0.03 * np.random.default_rng(0).standard_normal(SHAPE)).astype(np.float32)
     smooth = trend_of(noisy, ALL, 0.03)
-    assert smooth is not None
     assert smooth.spread < 0.003
     assert np.sqrt(np.mean((smooth.surface - _wall()) ** 2)) < 0.003
     waves = noisy + (0.02 * np.sin(np.arange(120) / 2.5)).astype(np.float32)
     wavy = trend_of(waves, ALL, 0.03)
-    assert wavy is not None
     # a period is 16 pixels, so that cells of 4 see nearly all of its deviation, 20 mm / sqrt(2)
     assert wavy.spread == pytest.approx(0.02 / np.sqrt(2), rel=0.2)
 
@@ -103,7 +97,6 @@ def test_a_wall_beyond_a_narrow_face_goes_on_and_does_not_bend_away() -> None:
     depth[:, :8] += (0.02 * np.arange(8, 0, -1)).astype(np.float32)
     depth[:, 50:] = np.nan
     trend = trend_of(depth, ALL, 0.001)
-    assert trend is not None
     assert np.abs(trend.surface - _wall())[:, 8:].max() < 0.08
 
 
@@ -127,7 +120,6 @@ def test_far_from_the_known_depth_the_surface_stays_within_reach() -> None:
     depth = bowl.copy()
     depth[:, 40:] = np.nan
     trend = trend_of(depth, ALL, 0.0)
-    assert trend is not None
     low, high = np.nanmin(depth), np.nanmax(depth)
     assert trend.surface.min() >= low - 0.51 * (high - low)
     assert high < trend.surface.max() <= high + 0.51 * (high - low)
@@ -140,7 +132,6 @@ def test_a_wall_that_recedes_steeply_continues_as_a_plane_into_its_hole() -> Non
     depth = wall.copy()
     depth[20:70, 60:100] = np.nan
     trend = trend_of(depth, ALL, 0.0)
-    assert trend is not None
     assert np.abs(trend.surface / wall - 1)[20:70, 60:100].max() < 0.02
 
 

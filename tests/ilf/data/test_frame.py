@@ -1,7 +1,5 @@
 """The frame: what missing means, and what is refused."""
 
-from __future__ import annotations
-
 import base64
 import re
 
@@ -123,7 +121,6 @@ def test_a_truth_is_kept_in_metres_and_by_what_is_made_of_the_frame(small_frame:
     ground_truth = np.full(small_frame.shape, 2.0)
     ground_truth[0, :3] = [0.0, -1.0, np.inf]
     frame = small_frame.with_ground_truth(ground_truth)
-    assert frame.ground_truth is not None
     assert frame.ground_truth.dtype == np.float32
     assert np.isnan(frame.ground_truth[0, :3]).all()
     assert not frame.ground_truth.flags.writeable
@@ -162,7 +159,6 @@ def test_colour_from_0_to_1_and_grey_are_converted(kind: type) -> None:
 def test_masks_of_0_and_1_or_255_are_taken(one: int) -> None:
     mask = one * np.array([[1, 0, 0, 1], [0, 0, 0, 0]], bool if one is True else np.uint8)
     frame = RGBDFrame(RGB, np.ones((2, 4)), invalid_mask=mask)
-    assert frame.invalid_mask is not None
     assert frame.invalid_mask.dtype == np.bool_
     np.testing.assert_array_equal(frame.known, mask == 0)
 

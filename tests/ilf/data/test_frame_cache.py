@@ -1,7 +1,5 @@
 """What is remembered of a frame, and from where it may be asked."""
 
-from __future__ import annotations
-
 from threading import Barrier, Thread
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Numpy masked arrays: what is masked is missing, wherever an array is taken."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np
@@ -36,7 +34,6 @@ def masked(wrong: float = 9.0, dtype: type = np.float32) -> np.ma.MaskedArray:
 def test_masked_depth_is_missing_in_a_frame(dtype: type) -> None:
     frame = ilf.RGBDFrame(RGB, masked(dtype=dtype), ground_truth=masked(dtype=dtype))
     assert np.array_equal(frame.missing, HIDDEN)
-    assert frame.ground_truth is not None
     assert np.array_equal(np.isnan(frame.ground_truth), HIDDEN)
     assert np.array_equal(np.isnan(frame.with_ground_truth(masked()).ground_truth), HIDDEN)
 

@@ -1,7 +1,5 @@
 """Frames to Open3D and back."""
 
-from __future__ import annotations
-
 import sys
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Ranges that are proposed make sense for every parameter, and are spread as they are asked to be."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given

@@ -1,7 +1,5 @@
 """Presets of one's own: in files and in their folder."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

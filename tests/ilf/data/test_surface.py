@@ -1,7 +1,5 @@
 """What depth says of the surface: where it goes on, its triangles and normals, and what hangs in mid-air."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given, settings

@@ -17,7 +17,6 @@ def moved(small_frame, small_labels):
     """The border of the two planes 6 pixels off, and put right."""
     wrong = np.where(np.arange(64) < 36, 1, 2) + np.zeros_like(small_labels)
     patch = patch_between(wrong, small_labels)
-    assert patch is not None
     drawn = np.zeros(small_labels.shape, bool)
     drawn[:, 29:31] = True
     grey = ilf.RGBDFrame(np.full_like(small_frame.rgb, 90), small_frame.depth)
@@ -33,7 +32,6 @@ def test_a_border_that_is_put_right_lowers_the_error_on_hidden_depth(moved):
     effect = summarise_edit(before, after, patch)
     assert effect.moved == 48 * 6
     assert effect.expected is None, "nothing has been completed"
-    assert effect.held_out is not None
     assert effect.held_out[1] < 0.3 * effect.held_out[0]
     assert effect.held_out_differs
     assert 0 < effect.margin < effect.held_out[0] - effect.held_out[1]
@@ -50,8 +48,6 @@ def test_the_hidden_depth_does_not_reach_the_filter(moved):
     other = ilf.RGBDFrame(after.frame.rgb, measured)
     runs = [Run(other, run.blocks, run.parameters) for run in (before, after)]
     one, two = summarise_edit(before, after, patch), summarise_edit(*runs, patch)
-    assert one.held_out is not None
-    assert two.held_out is not None
     # only the truth has changed, by half a metre at one pixel, which was filled as before
     squares = [np.square(effect.held_out) * effect.hidden for effect in (one, two)]
     assert np.abs(squares[1] - squares[0]).max() < 0.5**2 + 2 * 0.5 * 1.0
@@ -63,7 +59,6 @@ def test_expected_errors_are_those_of_the_touched_blocks(moved):
     done = before.complete(), after.complete()
     effect = summarise_edit(before, after, patch, done)
     error = ilf.expected_error(done[1])
-    assert effect.expected is not None
     assert effect.expected[1] == pytest.approx(float(np.sqrt(np.nanmean(error[done[1].filled] ** 2))), rel=1e-5)
 
 
@@ -74,11 +69,9 @@ def test_where_too_little_is_known_nothing_is_said(small_labels):
     after = small_labels.copy()
     after[30:34, 20:40] = 2
     patch = patch_between(small_labels, after)
-    assert patch is not None
     assert summarise_edit(Run(frame, small_labels), Run(frame, after), patch) == EditSummary(40)
     all_of_it = np.full_like(after, 3)
     patch = patch_between(small_labels, all_of_it)
-    assert patch is not None
     assert summarise_edit(Run(frame, small_labels), Run(frame, all_of_it), patch).moved == all_of_it.size
 
 
@@ -95,12 +88,10 @@ def test_expected_errors_are_compared_where_both_states_are_filled(small_frame):
     alone = labels.copy()
     alone[12:20, 10:18] = 2
     patch = patch_between(labels, alone)
-    assert patch is not None
     before, after = Run(small_frame, labels), Run(small_frame, alone)
     done = before.complete(), after.complete()
     effect = summarise_edit(before, after, patch, done)
     assert effect.filled == (done[0].filled.sum(), done[0].filled.sum() - 64)
-    assert effect.expected is not None
     both = done[0].filled & done[1].filled
     rms = [float(np.sqrt(np.nanmean(ilf.expected_error(one)[both] ** 2))) for one in done]
     assert effect.expected == pytest.approx(rms, rel=1e-5)

@@ -1,7 +1,5 @@
 """Errors against a truth, against hidden depth, and over values of parameters."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from itertools import pairwise
 

@@ -1,7 +1,5 @@
 """Flicker: the change of depth of a point, with a camera that stands still and with one that moves."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from ilf.evaluation.flicker import flicker, moved

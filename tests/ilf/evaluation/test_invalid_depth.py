@@ -1,7 +1,5 @@
 """Known depth that is suggested to be distrusted: what gives itself away, and nothing else."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from ilf.data.frame import RGBDFrame

@@ -1,7 +1,5 @@
 """Profiles, statistics and measures against closed forms."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -52,20 +50,17 @@ def test_a_profile_reads_the_pixels_on_its_way(end: tuple[float, float]) -> None
 def test_the_way_along_a_plane_is_the_distance_of_its_ends_whatever_is_missing() -> None:
     depth = plane_depth((0.5, 0.0, 0.8), 1.6)
     whole = depth_profile(depth, (10.5, 60.5), (140.5, 60.5), CAMERA)
-    assert whole.metres is not None
     ends = [point_in_space(depth, (x, 60.5), CAMERA) for x in (10.5, 140.5)]
     assert whole.metres[-1] == pytest.approx(np.linalg.norm(ends[1] - ends[0]), rel=1e-6)
 
     depth[:, 40:90] = np.nan
     holed = depth_profile(depth, (10.5, 60.5), (140.5, 60.5), CAMERA)
-    assert holed.metres is not None
     assert np.isnan(holed.depth[30:80]).all()
     assert holed.metres[-1] == pytest.approx(whole.metres[-1], rel=1e-6)
     assert (np.diff(holed.metres) > 0).all()
 
     depth[:, :30] = depth[:, 130:] = np.nan
     cut = depth_profile(depth, (10.5, 60.5), (140.5, 60.5), CAMERA).metres
-    assert cut is not None
     assert np.flatnonzero(np.isfinite(cut))[[0, -1]].tolist() == [20, 119]
     assert cut[20] == 0.0
 
@@ -108,8 +103,6 @@ def test_statistics_of_a_noisy_plane_with_holes_and_outliers() -> None:
     assert found.mean == pytest.approx(np.nanmean(depth))
     assert found.deviation == pytest.approx(np.nanstd(depth))
     assert found.noise == pytest.approx(noise, rel=0.25)
-    assert found.plane is not None
-    assert found.plane.normal is not None
     np.testing.assert_allclose(found.plane.normal, -normal, atol=2e-3)
     assert found.plane.tilt == pytest.approx(np.degrees(np.arccos(normal[2])), abs=0.2)
     # noise along the ray counts by its part along the normal
@@ -122,8 +115,6 @@ def test_a_sphere_is_a_quadric_and_no_plane() -> None:
     cap = np.hypot(ROWS - 60, COLUMNS - 80) < 25
     for camera in (CAMERA, None):
         found = surface_statistics(depth, cap, camera)
-        assert found.plane is not None
-        assert found.quadric is not None
         # over a circle of radius a, a cap's height is r^2 / 2 R: the deviation from its mean is a^2 / (2 R sqrt(12))
         radius = 25 / 300 * 1.4
         assert found.plane.rms == pytest.approx(radius**2 / (2 * 0.6 * np.sqrt(12)), rel=0.1)
@@ -159,8 +150,6 @@ def test_a_long_thin_strip_far_away_is_well_conditioned() -> None:
     mask = np.zeros(SHAPE, bool)
     mask[50:55] = True
     found = surface_statistics(depth, mask, CAMERA)
-    assert found.plane is not None
-    assert found.quadric is not None
     assert found.plane.rms < 1e-5
     assert found.quadric.rms < 1e-5
     assert found.plane.outliers == 0.0
@@ -194,8 +183,6 @@ def test_the_angle_of_two_blocks() -> None:
     floor, wall = plane_depth((0.0, 1.0, 0.2), 1.0), plane_depth((0.0, 0.0, 1.0), 2.5)
     lower, upper = ROWS > 80, ROWS < 40
     planes = [surface_statistics(depth, mask, CAMERA).plane for depth, mask in ((floor, lower), (wall, upper))]
-    assert planes[0] is not None
-    assert planes[1] is not None
     assert angle_between(planes[0], planes[1]) == pytest.approx(np.degrees(np.arctan2(1.0, 0.2)), abs=1e-3)
     assert angle_between(planes[0], planes[0]) == pytest.approx(0.0, abs=1e-9)
     with pytest.raises(InputError, match="intrinsics"):

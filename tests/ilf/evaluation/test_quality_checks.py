@@ -1,7 +1,5 @@
 """Suspicious places: each kind on a frame that has just that fault, and none where nothing matters."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from ilf.data.frame import RGBDFrame

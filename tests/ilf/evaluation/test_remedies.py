@@ -1,7 +1,5 @@
 """Remedies for flagged places: each kind on blocks that have just that fault; and ignored places."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -22,7 +20,6 @@ def edge_at(*columns: int) -> np.ndarray:
 
 def remedy_for(place: Place, frame: RGBDFrame, labels: np.ndarray, edge: np.ndarray, **options) -> Remedy:
     remedy = find_remedy(place, frame, labels, edge, **options)
-    assert remedy is not None
     assert remedy.kind in REMEDIES
     return remedy
 

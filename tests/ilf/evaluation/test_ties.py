@@ -1,7 +1,5 @@
 """Ties: errors on the same pixels that cannot be told apart."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -44,11 +42,9 @@ def test_equal_results_tie_and_better_ones_do_not():
     alike = evaluated(noise + 0.003 * smooth_noise(1))
     worse = evaluated(1.3 * noise)
     ties = find_ties([worse, alike, least])
-    assert ties is not None
     assert (ties.best, ties.equal, bool(ties)) == (2, {1, 2}, True)
     assert ties.within == pytest.approx(alike.whole.rmse - least.whole.rmse)
     alone = find_ties([worse, least])
-    assert alone is not None
     assert (alone.best, alone.equal, bool(alone)) == (1, {1}, False)
     assert find_ties([worse, least], able=[0]).best == 0
     assert find_ties([worse, least], able=[]) is None

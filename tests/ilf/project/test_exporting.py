@@ -83,7 +83,6 @@ def test_present_results_are_taken_and_missing_ones_are_computed(run: Run) -> No
     completion = run.complete()
     state = FrameState("a", run.frame, Blocks(run.blocks.labels), common=run.parameters, results=completion.results)
     known_run, known = run_and_completion(state)
-    assert known is not None
     assert np.array_equal(known.depth, completion.depth, equal_nan=True)
     assert set(known_run.only) == {1, 2}
     partly = replace(state, results={1: completion.results[1]})

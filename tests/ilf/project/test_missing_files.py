@@ -1,7 +1,5 @@
 """Files of a project's frames that are gone are noticed, and found where they are now."""
 
-from __future__ import annotations
-
 import hashlib
 import os
 from collections.abc import Generator

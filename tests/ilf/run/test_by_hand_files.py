@@ -26,7 +26,6 @@ def test_it_is_marked_in_the_results(tmp_path):
     completion = run.complete()
     write(tmp_path / "out", run, completion, ExportOptions(cloud="ply"))
     marked = read_mask(tmp_path / "out" / "by_hand.png", run.frame.shape)
-    assert run.blocks.by_hand is not None
     assert np.array_equal(marked, run.blocks.by_hand.pixels & run.frame.missing & (run.blocks.labels > 0))
     assert np.array_equal(marked, completion.by_hand)
     points, _ = read_ply(tmp_path / "out" / "cloud.ply")

@@ -1,7 +1,5 @@
 """Poses on their way from sources into frames, records, clouds in the world, and data sets of other programs."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 from pathlib import Path

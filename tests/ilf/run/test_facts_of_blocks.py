@@ -1,7 +1,5 @@
 """A new fact about blocks is a field of `Blocks`: a run, all that is made of it, and a frame's state carry it."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Files of other programs, read back by code that shares nothing with their writers, and by this program's readers."""
 
-from __future__ import annotations
-
 import errno
 import hashlib
 import json

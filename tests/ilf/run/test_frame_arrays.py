@@ -1,7 +1,5 @@
 """Frames, results in folders and results in shards as arrays, and as a data set of PyTorch where that is installed."""
 
-from __future__ import annotations
-
 import importlib
 import os
 import pickle

@@ -48,7 +48,6 @@ def test_the_records_say_which_key_frames_are_theirs(small_frame, small_labels):
     first, second = recorded(run, key_frames, threads=2), recorded(run, key_frames)
     for records in (first, second):
         track = key_frames.track(records[1])
-        assert track is not None
         assert track.kept == [1, 2, 3, 4, 5]
         assert track.at(3).record is records[1][2]
         assert track.at(99).record is records[1][-1]
@@ -66,7 +65,6 @@ def test_memory_stays_within_the_budget_thinned_evenly(small_frame, small_labels
     assert 0 < key_frames.nbytes <= key_frames.budget
     for history in records.values():
         track = key_frames.track(history)
-        assert track is not None
         assert 4 <= track.stride <= 32
         assert track.kept == list(range(1, history[-1].i + 1, track.stride))
     assert key_frames.nbytes == sum(track.nbytes for track in key_frames._tracks)
@@ -81,7 +79,6 @@ def test_what_was_run_again_goes_first(small_frame, small_labels):
     assert any(key_frames.track(history) is None for history in first.values())
     for history in second.values():
         track = key_frames.track(history)
-        assert track is not None
         assert track.stride == 1
 
 

@@ -1,7 +1,5 @@
 """Runs with the depth of neighbours: command line, files, record, replay, batches, hold-out."""
 
-from __future__ import annotations
-
 import csv
 import json
 from pathlib import Path
@@ -108,6 +106,5 @@ def test_hold_out_hides_the_frames_own_depth_from_the_neighbours_test():
     left = frame_without(frame, "areas")
     hidden = hidden_pixels(frame, "areas")
     assert not left.own[hidden].any()
-    assert left.from_neighbours is not None
     assert left.from_neighbours[hidden].mean() > 0.7
     np.testing.assert_array_equal(left.own, frame.own & ~hidden)

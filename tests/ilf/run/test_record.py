@@ -1,7 +1,5 @@
 """The run record: the same for the same run, with a word for all that it depends on, and checked when read."""
 
-from __future__ import annotations
-
 import hashlib
 import importlib.metadata
 import json

@@ -1,7 +1,5 @@
 """Replay: the same bytes where all is as it was; and where it is not, a word on what differs and what that means."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 from pathlib import Path

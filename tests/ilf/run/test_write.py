@@ -1,7 +1,5 @@
 """Writing a run: every chosen file or none, and never over the frame's own files."""
 
-from __future__ import annotations
-
 import dataclasses
 import json
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """What strangers send and write: no server and no file is waited for without end, or fills the memory."""
 
-from __future__ import annotations
-
 import gzip
 import io
 import json

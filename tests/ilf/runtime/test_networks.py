@@ -70,7 +70,6 @@ def test_a_signal_ends_inference(edges, monkeypatch):
     """Its handler raises in the main thread, which waits."""
     before = edges.strength(SMALL)
     main_thread = threading.main_thread().ident
-    assert main_thread is not None
     session = watched(edges, monkeypatch, lambda: signal.pthread_kill(main_thread, signal.SIGINT))
     with pytest.raises(KeyboardInterrupt):
         edges.strength(IMAGE)

@@ -1,7 +1,5 @@
 """Sets of files: all or none, also when the process that writes them dies half way."""
 
-from __future__ import annotations
-
 import os
 import signal
 import warnings

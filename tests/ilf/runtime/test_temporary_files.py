@@ -1,7 +1,5 @@
 """What killed writers of single files have left goes with the next who writes there; what others are writing stays."""
 
-from __future__ import annotations
-
 import os
 import signal
 import subprocess

@@ -66,7 +66,6 @@ def test_what_does_not_end_is_cut_short_and_leaves_neither_files_nor_processes(t
     with subprocess.Popen(
         [sys.executable, "-c", _BUSY, half], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
     ) as command:
-        assert command.stdout is not None
         helper = int(command.stdout.readline())
         assert half.exists()
         command.send_signal(signal.SIGTERM)
@@ -74,7 +73,6 @@ def test_what_does_not_end_is_cut_short_and_leaves_neither_files_nor_processes(t
         assert not half.exists()
         while _runs(helper):
             time.sleep(0.01)
-        assert command.stderr is not None
         assert command.stderr.read() == "ilf: error: ended by SIGTERM\n"
 
 

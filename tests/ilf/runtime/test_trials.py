@@ -1,7 +1,5 @@
 """Files that crash, exhaust or keep their reader: tried in a process of its own; the program says what is wrong."""
 
-from __future__ import annotations
-
 import hashlib
 import os
 import signal

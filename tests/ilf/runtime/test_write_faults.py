@@ -1,8 +1,6 @@
 """Disks that fail at any moment and writers that are killed; `python -m tests.bench.faults` and `python -m
 tests.bench.kill.writers` try all of them."""
 
-from __future__ import annotations
-
 import os
 import random
 import time

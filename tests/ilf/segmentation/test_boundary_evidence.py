@@ -1,7 +1,5 @@
 """What the extraction takes from a frame's edges: strength, binarised edges and guide, against direct formulas."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import NamedTuple
 

@@ -1,7 +1,5 @@
 """A user's own edge networks: HED against a direct computation, ONNX of other conventions, names, refusals."""
 
-from __future__ import annotations
-
 import re
 import sys
 from collections.abc import Callable

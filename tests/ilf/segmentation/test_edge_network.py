@@ -1,7 +1,5 @@
 """The edge network: any size of image, one message for any foreign file, and the network that ships."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path

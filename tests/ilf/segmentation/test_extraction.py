@@ -1,7 +1,5 @@
 """EBS stage by stage, and what its label map promises."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.ndimage import label as components

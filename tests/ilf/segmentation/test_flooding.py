@@ -1,7 +1,5 @@
 """The watershed that can be stopped: pixel by pixel that of scikit-image, with numba and without."""
 
-from __future__ import annotations
-
 import threading
 
 import numpy as np

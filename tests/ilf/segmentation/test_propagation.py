@@ -1,7 +1,5 @@
 """Blocks that follow to the next frame: what holds for any pictures, and what is exact."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -52,7 +50,6 @@ def test_the_same_camera_position_copies_bit_for_bit_also_through_noise() -> Non
     found = follow(before, labels, RGBDFrame(noisy, holes), drawn=drawn, extraction=_QUICK)
     assert found.how == "copied"
     np.testing.assert_array_equal(found.labels, labels)
-    assert found.drawn is not None
     np.testing.assert_array_equal(found.drawn, drawn)
     assert not found.to_check
     assert not found.new
@@ -163,7 +160,6 @@ def test_drawn_borders_go_along() -> None:
     ground_truth[65:80, 74:104] = 20
     found = follow(before, labels, after, drawn=drawn, how="flow", extraction=_QUICK)
     assert ((found.labels == 20) ^ (ground_truth == 20)).sum() <= 12
-    assert found.drawn is not None
     expected = border_pixels(found.labels)
     assert not (found.drawn & ~expected).any()
     assert (found.drawn & (found.labels == 20)).sum() >= 0.9 * (expected & (found.labels == 20)).sum()

@@ -1,7 +1,5 @@
 """Borders drawn anew, against what can be drawn by hand."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given, settings

@@ -1,7 +1,5 @@
 """Blocks that stay when blocks are extracted again, and the new ones around them: what holds for any label maps."""
 
-from __future__ import annotations
-
 import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st

@@ -18,9 +18,7 @@ def _evidence(frame):
 
 
 def _band(shape, *points, radius=6):
-    stroke = brush_stroke(shape, points, radius)
-    assert stroke is not None
-    return stroke
+    return brush_stroke(shape, points, radius)
 
 
 @pytest.fixture

@@ -1,7 +1,5 @@
 """Help for editing that looks at colour and depth: pieces, similar pixels, snapping, splits that are suggested."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -39,12 +37,10 @@ def test_a_stroke_is_kept_from_other_colours_depths_and_beyond_edges() -> None:
     edge[:, 20:22] = 0.9
     frame = _frame(np.where(COLUMNS < 60, 1.0, 2.0), rgb)
     swept = Similar(frame, edge, 40.5, 40.5).limit(everything)
-    assert swept is not None
     inside = np.flatnonzero(swept.mask.all(axis=0))
     assert 20 <= inside[0] <= 22
     assert inside[-1] == 59
     beyond = Similar(frame, edge, 75.5, 40.5).limit(everything)
-    assert beyond is not None
     columns = np.flatnonzero(beyond.mask.any(axis=0))
     assert columns[0] in (60, 61)
     assert 85 <= columns[-1] <= 90
@@ -93,9 +89,7 @@ def test_two_surfaces_in_a_block_are_parted_where_they_meet(what: str) -> None:
     labels = np.zeros(SHAPE, np.int32)
     labels[5:75, 10:110] = 3
     points = suggest_split(_frame(depth), labels, 3, WEAK)
-    assert points is not None
     patch = split(labels, 3, points)
-    assert patch is not None
     patch.apply(labels)
     assert set(np.unique(labels)) == {0, 3, 4}
     wrong = (labels > 0) & ((labels == 4) != (right == (labels[50, 100] == 4)))

@@ -1,7 +1,5 @@
 """Messages of ROS to frames and back, with the message types of rosbags; and the node of the documents."""
 
-from __future__ import annotations
-
 import sys
 from pathlib import Path
 from types import ModuleType

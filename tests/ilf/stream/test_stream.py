@@ -160,7 +160,6 @@ def test_depth_is_carried_as_the_camera_moves_it():
     moved[:10, :20] = 1.0  # something that came into view
     after = ilf.RGBDFrame(frame(1).rgb, moved)
     step = Offsets.between(Reduced.of(after), Reduced.of(before), SHAPE)
-    assert step is not None
     exact = np.broadcast_to(2 + 0.005 * np.arange(SHAPE[1], dtype=np.float32), SHAPE)
     expected = carry_depth(exact.copy(), step, after)
     inner = np.s_[5:-5, 8:-8]
