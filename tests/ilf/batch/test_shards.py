@@ -223,13 +223,23 @@ sys.exit(main(sys.argv[2:]))
 """
 
 
-def test_two_batches_share_the_work(tmp_path, begun):
+def test_two_batches_share_the_work(tmp_path, begun, monkeypatch):
     source, out, log = write_frames(tmp_path / "in", 12), tmp_path / "out", tmp_path / "log"
+    shared, real = command(source, out, "--per-shard", "3"), ilf.batch.engine.complete_frame
     assert main(command(source, tmp_path / "alone", "--per-shard", "3")) == 0
-    words = [sys.executable, "-c", PROCESS, str(log), *command(source, out, "--per-shard", "3")]
-    processes = [subprocess.Popen(words) for _ in range(2)]
-    assert [process.wait() for process in processes] == [0, 0]
-    done = log.read_text().split()
+    begun.clear()
+    monkeypatch.setattr(ilf.batch.engine, "complete_frame", lambda *how, **more: time.sleep(0.1) or real(*how, **more))
+    with subprocess.Popen([sys.executable, "-c", PROCESS, str(log), *shared]) as other:
+        try:
+            while not log.exists():
+                assert other.poll() is None
+                time.sleep(0.01)
+            assert main(shared) == 0
+            assert other.wait() == 0
+        finally:
+            other.kill()
+    done = log.read_text().split() + begun
+    assert begun
     assert len(set(done)) == 12
     assert len(done) <= 12 + 4, "one at most where they meet, in each of the last shards"
     assert tars(out) == tars(tmp_path / "alone")
