@@ -363,7 +363,7 @@ def test_closing_saves_discards_or_stays_frame_by_frame(opened, another, qtbot, 
     dialog = opened.project.closing.dialog
     assert isinstance(dialog, CloseDialog)
     item = dialog.frames.topLevelItem(0)
-    assert [item.text(column) for column in range(3)] == ["two-planes", "1 edit", "extracted"]
+    assert [item.text(column) for column in range(2)] == ["two-planes", "1 edit"]
     dialog.reject()
     assert opened.isVisible()
     assert [first.unsaved, second.unsaved] == [True, True]

@@ -73,12 +73,10 @@ class BlockCommands(QObject):
         self._workspace.select(list(self._workspace.current.counts()))
 
     def new(self) -> None:
-        """Start a new block, and switch to a tool that can draw it."""
+        """Start a new block, and take the tool that paints it."""
         label = self._workspace.current.start_block()
-        if self._editor.tool_name != "outline":
-            self._editor.set_tool("paint")
-        verb = "Outline" if self._editor.tool_name == "outline" else "Paint"
-        self.message.emit(f"{verb} the pixels of {self._workspace.current.info(label).name}.")
+        self._editor.set_tool("paint")
+        self.message.emit(f"Paint the pixels of {self._workspace.current.info(label).name}.")
 
     def grow(self) -> None:
         """Grow the selected blocks."""

@@ -147,7 +147,7 @@ class BlocksFeature(Panel):
             Command(
                 "new_block",
                 "&New block",
-                "Start a new block with the brush or the outline tool",
+                "Start a new block with the brush",
                 icon="ph.selection-plus",
                 keys="Ctrl+N",
                 handler=do.new,
