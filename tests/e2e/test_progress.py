@@ -7,8 +7,6 @@ import re
 import ilf
 from gui.features.status import StatusFeature
 
-from .conftest import WAIT_MS
-
 
 def _messages(window) -> set[str]:
     return {cell.view._message for cell in window.views.cells.values() if cell.view.isVisible()}
@@ -26,7 +24,7 @@ def test_stages_of_a_run_are_named(opened, qtbot):
             assert not any(message.startswith("No result yet") for message in _messages(opened))
         return opened.workspace.current.expected_error() is not None
 
-    qtbot.waitUntil(ended, timeout=WAIT_MS)
+    qtbot.waitUntil(ended)
     assert all(re.fullmatch(r"Filtering \d+ of \d+, \d+ %.*", text) for text in seen if text.startswith("Filtering"))
     assert any(text.startswith("Estimating") for text in seen), "named, though its share is not known"
     assert {text.partition(" ")[0] for text in seen} <= {"Filtering", "Correcting", "Estimating"}
@@ -37,6 +35,6 @@ def test_a_pause_is_told_with_what_is_done(opened, qtbot):
     progress = opened.feature(StatusFeature).bar.progress
     opened.workspace.parameters.set(ilf.preset("released-code", max_iterations=100_000))
     opened.actions_["step"].trigger()
-    qtbot.waitUntil(lambda: progress.format().startswith("Paused"), timeout=WAIT_MS)
-    with qtbot.waitSignal(opened.runs.ended, timeout=WAIT_MS):
+    qtbot.waitUntil(lambda: progress.format().startswith("Paused"))
+    with qtbot.waitSignal(opened.runs.ended):
         opened.actions_["cancel"].trigger()
