@@ -19,8 +19,6 @@ from ilf.data.frame import RGBDFrame
 from ilf.run.options import ExportOptions
 from ilf.sources.frame_ref import FrameRef
 
-WAIT_MS = 60_000
-
 
 def write_frame(folder: Path, frame: RGBDFrame) -> Path:
     """A frame folder with colour, 16-bit depth in millimetres and meta.json."""
@@ -66,7 +64,7 @@ def run_all(qtbot):
     """Runs every block and waits for the end."""
 
     def run(window):
-        with qtbot.waitSignal(window.runs.ended, timeout=WAIT_MS):
+        with qtbot.waitSignal(window.runs.ended):
             window.actions_["run_all"].trigger()
         assert window.runs.state is RunState.IDLE
         window.refresh.now()
@@ -76,7 +74,7 @@ def run_all(qtbot):
 
 def open_frame(window, qtbot, source: FrameRef):
     """Open a frame and wait until its blocks are there."""
-    with qtbot.waitSignal(window.loader.idle, timeout=WAIT_MS):
+    with qtbot.waitSignal(window.loader.idle):
         window.loader.open(source)
     window.refresh.now()
 
@@ -101,5 +99,5 @@ def themed(qapp):
 
 def export(window, qtbot, folder: Path, options: ExportOptions | None = None):
     """Export the current frame, and wait for the end."""
-    with qtbot.waitSignal(window.feature(ExportFeature).ended, timeout=WAIT_MS):
+    with qtbot.waitSignal(window.feature(ExportFeature).ended):
         window.feature(ExportFeature).start(Export(folder, options or ExportOptions()))

@@ -114,4 +114,4 @@ def test_commands_in_any_order(window, qtbot, small_frame, tmp_path, seed):
         gc.collect()
         return not any(document() for document in open_ones)
 
-    qtbot.waitUntil(all_gone, timeout=60_000)
+    qtbot.waitUntil(all_gone)

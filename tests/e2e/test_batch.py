@@ -27,8 +27,6 @@ from ilf.sources.reading import read_frame
 from tests.gui.naming import unnamed
 from tests.ilf.batch_frames import work_in_this_process, write_frames
 
-from .conftest import WAIT_MS
-
 _STATUS = "written", "unchanged", "failed"
 
 
@@ -37,15 +35,15 @@ def part(window, qtbot, tmp_path):
     """The window with three frames in its list, of which the second is damaged."""
     source = write_frames(tmp_path / "in", 3)
     (source / "depth" / "0001.png").write_bytes(b"no image")
-    with qtbot.waitSignal(window.loader.listed, timeout=WAIT_MS):
+    with qtbot.waitSignal(window.loader.listed):
         window.documents.open_source(FrameRef(str(source)))
-    qtbot.waitUntil(lambda: not window.loader.busy, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: not window.loader.busy)
     window.workspace.parameters.set(window.workspace.parameters.current.replace(correction=False, max_iterations=5))
     return window.feature(ExportFeature)
 
 
 def _done(part, qtbot):
-    qtbot.waitUntil(lambda: not part.worker.busy, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: not part.worker.busy)
     return part.dialog.message.text().replace("\u200b", "")
 
 
@@ -94,12 +92,12 @@ def test_frames_of_the_list_are_completed_and_open(part, window, qtbot, tmp_path
     _open_row(part, "rgb/0001")
     assert dialog.message.text().startswith("rgb/\u200b0001: ")
     _open_row(part, "rgb/0002")
-    qtbot.waitUntil(lambda: str(out) in str(window.workspace.current.origin), timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: str(out) in str(window.workspace.current.origin))
     assert window.workspace.current.frame.shape == (24, 32)
-    with qtbot.waitSignal(window.loader.listed, timeout=WAIT_MS) as listed:
+    with qtbot.waitSignal(window.loader.listed) as listed:
         dialog.show_button.click()
     assert [Path(source.rgb).name for source in listed.args[1].sources] == ["rgb__0000", "rgb__0002"]
-    qtbot.waitUntil(lambda: not window.loader.busy, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: not window.loader.busy)
 
 
 @pytest.mark.parametrize("before", ["unchanged", "failed", ""])
@@ -145,10 +143,10 @@ def test_a_batch_is_cancelled_and_goes_on_other_values_are_refused(part, window,
     dialog = part.dialog
     dialog.folder_path.setText(str(tmp_path / "done"))
     dialog.export_button.click()
-    qtbot.waitUntil(lambda: bool(_rows(part)), timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: bool(_rows(part)))
     dialog.work.cancel_button.click()
     assert "export again to go on" in _done(part, qtbot) or len(_rows(part)) == 3
-    qtbot.waitUntil(lambda: (tmp_path / "done" / "manifest.csv").exists(), timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: (tmp_path / "done" / "manifest.csv").exists())
     dialog.export_button.click()
     assert "1 failed" in _done(part, qtbot)
     assert sorted(set(begun)) == ["rgb/0000", "rgb/0001", "rgb/0002"]

@@ -15,8 +15,6 @@ from gui.features.export.feature import ExportFeature
 from ilf.io.block_files import read_blocks, write_blocks
 from ilf.run.options import ExportOptions
 
-from .conftest import WAIT_MS
-
 
 def _dialog(window) -> LoadBlocksDialog:
     window.actions_["load_blocks"].trigger()
@@ -26,7 +24,7 @@ def _dialog(window) -> LoadBlocksDialog:
 def _read(dialog: LoadBlocksDialog, qtbot, path: Path):
     dialog.path.setText(str(path))
     dialog.read()
-    qtbot.waitUntil(lambda: dialog.message.text() != "Reading…", timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: dialog.message.text() != "Reading…")
 
 
 def test_blocks_of_another_program_come_in_as_one_step_and_go_out_to_a_third(opened, qtbot, tmp_path, monkeypatch):
@@ -41,7 +39,7 @@ def test_blocks_of_another_program_come_in_as_one_step_and_go_out_to_a_third(ope
     _read(dialog, qtbot, tmp_path / "drawn.json")
     assert dialog.message.text().startswith("2 blocks cover")
     dialog.fill_gaps.setChecked(True)
-    qtbot.waitUntil(dialog.load_button.isEnabled, timeout=WAIT_MS)
+    qtbot.waitUntil(dialog.load_button.isEnabled)
     assert "cover 100.0%" in dialog.message.text()
     np.testing.assert_array_equal(document.labels, before)
     dialog.load_button.click()
@@ -76,7 +74,7 @@ def test_exports_have_the_names_and_colours_of_the_window_and_follow_them(opened
     feature = opened.feature(ExportFeature)
     for name, colour in (("Chair", (1, 2, 3)), ("<b>Table</b>", (250, 0, 9))):
         document.edit_info(first, "Edit", name=name, colour=colour)
-        with qtbot.waitSignal(feature.ended, timeout=WAIT_MS):
+        with qtbot.waitSignal(feature.ended):
             feature.start(Export(tmp_path / "out", options, ALL))
         (folder,) = (tmp_path / "out").iterdir()
         found = read_blocks(folder / "blocks.coco.json", labels.shape)
@@ -87,7 +85,7 @@ def test_exports_have_the_names_and_colours_of_the_window_and_follow_them(opened
             shown = np.asarray(image.convert("RGB"))
         for label in document.counts():
             assert (shown[labels == label] == document.info(label).colour).all()
-    with qtbot.waitSignal(feature.ended, timeout=WAIT_MS):
+    with qtbot.waitSignal(feature.ended):
         feature.start(Export(tmp_path / "out", options, ALL))
     assert feature.dialog.results.topLevelItem(0).text(1) == "unchanged"
 

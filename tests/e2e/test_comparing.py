@@ -15,7 +15,7 @@ from gui.views.layouts import LAYOUTS
 from ilf import preset
 from ilf.sources.frame_ref import FrameRef
 
-from .conftest import WAIT_MS, open_frame, write_frame
+from .conftest import open_frame, write_frame
 
 Run = Callable[[MainWindow], None]
 
@@ -28,7 +28,7 @@ def settle(window, qtbot):
     window.refresh.now()
     looking = part(window, CompareFeature)
     assert isinstance(looking, CompareFeature)
-    qtbot.waitUntil(lambda: not looking.derived.busy and not window.feature(ErrorFeature).busy, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: not looking.derived.busy and not window.feature(ErrorFeature).busy)
     window.refresh.now()
 
 
@@ -164,7 +164,7 @@ def test_a_side_that_is_to_be_worked_out_is(run_twice, qtbot):
     settle(window, qtbot)
     assert material.interpolated is None
     window.views.sides.choose("interpolated")
-    qtbot.waitUntil(lambda: material.interpolated is not None, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: material.interpolated is not None)
     window.actions_["swipe"].setChecked(False)
 
 

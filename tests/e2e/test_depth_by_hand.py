@@ -9,7 +9,6 @@ from gui.work.frame_runs import RunState
 from ilf.run.replaying import replay
 from ilf.run.writing import write
 
-from .conftest import WAIT_MS
 from .hand import CTRL, click, drag, key
 
 _Key = Qt.Key
@@ -33,9 +32,9 @@ def test_depth_by_hand(opened, qtbot, run_all, tmp_path):
     assert box.value() == round(float(document.frame.depth[30, 5]), 3)
     box.setValue(1.25)
     window.editor.options.brush_radius = 4.0
-    with qtbot.waitSignal(window.runs.resolved, timeout=WAIT_MS):
+    with qtbot.waitSignal(window.runs.resolved):
         drag(window, [(12, 16), (16, 16)])
-    qtbot.waitUntil(lambda: window.runs.state is RunState.IDLE, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: window.runs.state is RunState.IDLE)
     result = document.valid_results()[left]
     assert document.is_up_to_date(left)
     assert document.valid_results()[right] is before, "another block is not solved again"
@@ -58,8 +57,8 @@ def test_depth_by_hand(opened, qtbot, run_all, tmp_path):
     workspace.select([left])
     window.actions_["cloud_beside"].trigger()
     window.actions_["continue_plane"].trigger()
-    qtbot.waitUntil(lambda: document.proposal is not None, timeout=WAIT_MS)
-    qtbot.waitUntil(lambda: "proposed surface" in window.cloud.strip.title, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: document.proposal is not None)
+    qtbot.waitUntil(lambda: "proposed surface" in window.cloud.strip.title)
     shown = window.views.data.result
     assert abs(float(shown.depth[16, 14]) - (1.5 + 0.004 * 16)) < 0.01
     window.feature(StatusFeature).readout.point_at((14, 16))
@@ -68,10 +67,10 @@ def test_depth_by_hand(opened, qtbot, run_all, tmp_path):
     key(window, _Key.Key_Escape)
     assert document.proposal is None
     window.actions_["continue_plane"].trigger()
-    qtbot.waitUntil(lambda: document.proposal is not None, timeout=WAIT_MS)
-    with qtbot.waitSignal(window.runs.resolved, timeout=WAIT_MS):
+    qtbot.waitUntil(lambda: document.proposal is not None)
+    with qtbot.waitSignal(window.runs.resolved):
         key(window, _Key.Key_Return)
-    qtbot.waitUntil(lambda: window.runs.state is RunState.IDLE, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: window.runs.state is RunState.IDLE)
     assert np.array_equal(document.blocks.by_hand.pixels, document.frame.missing & (document.labels == left))
 
     # and a run exported from here is replayed bit for bit

@@ -8,7 +8,7 @@ def _with_frame(qtbot, frame_folder):
     window = MainWindow()
     qtbot.addWidget(window)
     window.show()
-    with qtbot.waitSignal(window.loader.idle, timeout=60_000):
+    with qtbot.waitSignal(window.loader.idle):
         window.documents.open_paths([frame_folder])
     window.refresh.now()
     return window

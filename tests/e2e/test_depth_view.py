@@ -19,11 +19,11 @@ from ilf.sources.reading import load_frame, read_frame
 from ilf.sources.reading_options import DEPTH_VIEW, ReadingOptions
 from tests.ilf.two_cameras import write_pair
 
-from .conftest import WAIT_MS, export, open_frame
+from .conftest import export, open_frame
 
 
 def _described(dialog: OpenDialog, qtbot: QtBot, text: str) -> None:
-    qtbot.waitUntil(lambda: text in dialog.message.text(), timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: text in dialog.message.text())
 
 
 def test_the_open_dialog_asks_for_the_view_and_the_window_shows_it(
@@ -38,11 +38,11 @@ def test_the_open_dialog_asks_for_the_view_and_the_window_shows_it(
     dialog.view.setCurrentText("Depth camera")
     _described(dialog, qtbot, "In the depth camera's view: colour was brought into it, and sees")
     assert "64 x 56" in dialog.message.text()
-    with qtbot.waitSignal(window.loader.idle, timeout=WAIT_MS):
+    with qtbot.waitSignal(window.loader.idle):
         dialog.accept()
     document = window.workspace.current
     assert document.frame.shape == pair.depth.shape
-    qtbot.waitUntil(lambda: "desk 1 (depth camera's view)" in window.windowTitle(), timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: "desk 1 (depth camera's view)" in window.windowTitle())
     y, x = np.argwhere(~document.frame.brought.seen)[0]
     readout = window.feature(StatusFeature).readout
     readout.point_at((int(x), int(y)))
@@ -57,7 +57,7 @@ def test_the_open_dialog_asks_for_the_view_and_the_window_shows_it(
 def test_the_title_of_other_frames_says_nothing_of_a_view(window: MainWindow, qtbot: QtBot, tmp_path: Path) -> None:
     write_pair(tmp_path / "desk")
     open_frame(window, qtbot, FrameRef(str(tmp_path / "desk"), frame="1"))
-    qtbot.waitUntil(lambda: "desk 1" in window.windowTitle(), timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: "desk 1" in window.windowTitle())
     assert "view" not in window.windowTitle()
     assert load_frame(tmp_path / "desk", frame="1").brought is None
 
@@ -70,7 +70,7 @@ def test_frames_that_are_open_are_read_again_with_other_options(
     pair = write_pair(tmp_path / "desk")
     folder, entries = str(tmp_path / "desk"), window.workspace.entries
     for view, shape in ((None, pair.rgb.shape[:2]), (DEPTH_VIEW, pair.depth.shape), (None, pair.rgb.shape[:2])):
-        with qtbot.waitSignal(window.loader.idle, timeout=WAIT_MS):
+        with qtbot.waitSignal(window.loader.idle):
             window.documents.open_source(FrameRef(folder, options=ReadingOptions(view=view)))
         assert window.workspace.current.frame.shape == shape
         names = [entry.name for entry in entries]
@@ -78,7 +78,7 @@ def test_frames_that_are_open_are_read_again_with_other_options(
         assert len(reads) == 1
         reads.clear()
     present = window.workspace.current
-    with qtbot.waitSignal(window.loader.idle, timeout=WAIT_MS):
+    with qtbot.waitSignal(window.loader.idle):
         window.documents.open_source(FrameRef(folder))
     assert window.workspace.current is present, "the same options: nothing is read again"
 
@@ -88,12 +88,12 @@ def test_work_on_frames_is_asked_about_before_they_are_read_again(
 ) -> None:
     write_pair(tmp_path / "desk")
     folder = str(tmp_path / "desk")
-    with qtbot.waitSignal(window.loader.idle, timeout=WAIT_MS):
+    with qtbot.waitSignal(window.loader.idle):
         window.documents.open_source(FrameRef(folder))
     present = window.workspace.current
     asked: list[str] = []
     window.documents.remove = lambda entries, then: asked.extend(entry.name for entry in entries)
-    with qtbot.waitSignal(window.loader.idle, timeout=WAIT_MS):
+    with qtbot.waitSignal(window.loader.idle):
         window.documents.open_source(FrameRef(folder, options=ReadingOptions(view=DEPTH_VIEW)))
     assert asked == [entry.name for entry in window.workspace.entries]
     assert window.workspace.current is present

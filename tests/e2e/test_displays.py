@@ -7,9 +7,8 @@ from gui.features.curves import CurvesFeature
 from ilf import preset
 
 
-@pytest.mark.parametrize("start", [1, 2, 500])
-def test_shuffled_colours_are_one_step_and_all_others(opened, start, monkeypatch):
-    monkeypatch.setattr("random.randrange", lambda *_: start)  # blocks 1 and 2 have the first two colours
+def test_shuffled_colours_are_one_step_and_all_others(opened, monkeypatch):
+    monkeypatch.setattr("random.randrange", lambda *_: 1)  # blocks 1 and 2 have the first two colours
     document = opened.workspace.current
     before = {label: document.info(label).colour for label in document.counts()}
     opened.actions_["shuffle_colours"].trigger()
@@ -82,14 +81,3 @@ def test_one_click_fits_the_colours_to_the_selection_or_to_what_is_visible(opene
     fit.trigger()
     chosen = depth[opened.workspace.current.labels == right]
     assert views.ranges.depth == pytest.approx(np.nanpercentile(chosen, (1, 99)))
-
-
-def test_outlines_belong_to_the_layout(opened):
-    contours = opened.actions_["contours_only"]
-    assert not contours.isChecked()
-    opened.actions_["layout_correct"].trigger()
-    assert contours.isChecked()
-    contours.trigger()
-    for name in ("standard", "correct"):
-        opened.actions_[f"layout_{name}"].trigger()
-    assert not contours.isChecked(), "as it was left"

@@ -13,13 +13,10 @@ from gui.features.history import HistoryFeature
 from gui.work.frame_runs import RunState
 from ilf.segmentation.editing.patches import patch_between
 
-from .conftest import WAIT_MS
-
 
 def _settle(window, qtbot):
     qtbot.waitUntil(
-        lambda: window.runs.state is RunState.IDLE and not window.feature(EditSummaryFeature).presenter.busy,
-        timeout=WAIT_MS,
+        lambda: window.runs.state is RunState.IDLE and not window.feature(EditSummaryFeature).presenter.busy
     )
     window.refresh.now()
 
@@ -39,7 +36,7 @@ def test_an_edit_is_followed_by_its_depth_and_by_what_it_did(opened, qtbot, run_
     labels[5:40, 26:34] = before[20, 10]
     opened.workspace.current.edit(patch_between(before, labels), "Paint Block 1")
     assert document.stale.any() or document.update_depth() is not None
-    qtbot.waitUntil(lambda: "hold-out" in opened.feature(EditSummaryFeature).line.label.text(), timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: "hold-out" in opened.feature(EditSummaryFeature).line.label.text())
     _settle(opened, qtbot)
     assert document.changed_blocks() == []
     assert "hold-out" in opened.feature(EditSummaryFeature).line.label.text()

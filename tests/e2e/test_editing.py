@@ -115,34 +115,6 @@ def test_splitting_by_a_line_and_merging_again(editing):
     assert document.undo_stack.count() == steps
 
 
-def test_locked_blocks_cannot_be_painted_over_deleted_or_split(editing):
-    document = editing.workspace.current
-    before = document.labels.copy()
-    left, right = int(before[24, 5]), int(before[24, 50])
-    editing.workspace.current.set_lock(left, True)
-    steps = document.undo_stack.count()
-    editing.workspace.select([right])
-    editing.actions_["tool_paint"].trigger()
-    drag(editing, [(20, 24), (5, 24)])
-    editing.actions_["tool_split"].trigger()
-    editing.workspace.select([left])
-    drag(editing, [(12, -1), (12, 49)])
-    editing.actions_["delete_blocks"].trigger()
-    assert np.array_equal(document.labels, before)
-    assert document.undo_stack.count() == steps
-
-
-def test_a_new_block_is_painted_with_a_number_of_its_own(editing):
-    document = editing.workspace.current
-    editing.workspace.select([2])
-    editing.actions_["delete_blocks"].trigger()
-    editing.actions_["new_block"].trigger()
-    assert document.selected == [3], "the deleted block's number may come back by undo"
-    drag(editing, [(5, 5), (20, 40)])
-    assert document.labels[5, 5] == 3
-    assert editing.feature(BlocksFeature).table.selected() == [3]
-
-
 def test_the_table_renames_locks_and_hides(editing):
     workspace, document, table = editing.workspace, editing.workspace.current, editing.feature(BlocksFeature).table
     before = document.labels.copy()
@@ -152,7 +124,9 @@ def test_the_table_renames_locks_and_hides(editing):
     assert (document.info(1).name, document.locked, document.info(1).visible) == ("Wall", {1}, False)
     assert np.array_equal(document.labels, before)
     assert document.undo_stack.undoText() == "Lock Wall"
-    for _ in range(2):
+    table.lockChanged.emit(1, False)
+    assert document.undo_stack.undoText() == "Unlock Wall"
+    for _ in range(3):
         workspace.undo_group.undo()
     assert (document.info(1).name, document.locked, document.info(1).visible) == ("Block 1", set(), False)
     assert document.undo_stack.index() == 0, "looking at less is no step"
@@ -177,22 +151,6 @@ def test_readout_tells_block_and_depths(editing):
     assert "(locked)" in editing.feature(StatusFeature).bar.readout.text()
     editing.feature(StatusFeature).readout.point_at(None)
     assert editing.feature(StatusFeature).bar.readout.text() == ""
-
-
-def test_two_quick_dabs_are_two_undoable_steps(editing):
-    document = editing.workspace.current
-    before = document.labels.copy()
-    click(editing, (50, 24))
-    editing.actions_["tool_paint"].trigger()
-    editing.editor.options.brush_radius = 2.0
-    viewport = editing.views.cells["colour"].view.viewport()
-    click(editing, (10, 10))
-    QTest.mouseDClick(viewport, Qt.MouseButton.LeftButton, pos=place(editing, (20, 20)))
-    QTest.mouseRelease(viewport, Qt.MouseButton.LeftButton, pos=place(editing, (20, 20)))
-    assert document.undo_stack.count() == 2
-    editing.workspace.undo_group.undo()
-    editing.workspace.undo_group.undo()
-    assert np.array_equal(document.labels, before)
 
 
 def test_a_frame_that_opens_in_the_middle_of_a_stroke_stays_as_it_is(editing, qtbot, tmp_path):

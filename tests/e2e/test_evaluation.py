@@ -31,7 +31,7 @@ from ilf.segmentation.editing.patches import patch_between
 from ilf.sources.frame_ref import FrameRef
 from ilf.sources.reading_options import ReadingOptions
 
-from .conftest import WAIT_MS, open_frame
+from .conftest import open_frame
 
 
 def part(window, kind: type[Feature]) -> Feature:
@@ -69,7 +69,7 @@ def test_errors_against_a_truth_and_on_hidden_depth(window, qtbot, frame_folder,
     run_all(window)
     window.panels.reveal("Accuracy")
     settle(window)
-    qtbot.waitUntil(lambda: workspace.current.block_errors.source == EXPECTED, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: workspace.current.block_errors.source == EXPECTED)
     settle(window)
     assert "–" not in errors_shown(window), "without a truth the expected errors are shown"
     assert panel.tabs.currentIndex() == 1  # without a truth, hidden depth is what there is
@@ -85,11 +85,11 @@ def test_errors_against_a_truth_and_on_hidden_depth(window, qtbot, frame_folder,
     assert "Units per metre must be a number" in dialog.message.text()
     dialog.units.setEditText("100")
     dialog.read()
-    qtbot.waitUntil(lambda: "give 1000" in dialog.message.text(), timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: "give 1000" in dialog.message.text())
     assert not dialog.load_button.isEnabled()
     dialog.units.setCurrentIndex(0)
     dialog.choose(str(ground_truth_file))
-    qtbot.waitUntil(dialog.load_button.isEnabled, timeout=WAIT_MS)
+    qtbot.waitUntil(dialog.load_button.isEnabled)
     assert dialog.focusWidget() is dialog.load_button
     dialog.accept()
     settle(window)
@@ -102,7 +102,7 @@ def test_errors_against_a_truth_and_on_hidden_depth(window, qtbot, frame_folder,
     box = slice(8, 24), slice(4, 24)
     workspace.select([label])
     workspace.current.set_region(box)
-    qtbot.waitUntil(lambda: len(panel.ground_truth_table.rows) == 3, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: len(panel.ground_truth_table.rows) == 3)
     completion = document.completion()
     blocks = evaluate_blocks(document.frame, completion, document.labels)
     wanted = [
@@ -112,11 +112,11 @@ def test_errors_against_a_truth_and_on_hidden_depth(window, qtbot, frame_folder,
     ]
     assert [row.cells[0] for row in panel.ground_truth_table.rows] == [millimetres(one.rmse) for one in wanted]
     assert [row.name for row in panel.ground_truth_table.rows] == ["Frame", document.info(label).name, "Rectangle"]
-    qtbot.waitUntil(lambda: errors_shown(window)[0] == millimetres(blocks[label].rmse), timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: errors_shown(window)[0] == millimetres(blocks[label].rmse))
     panel.pixels.setCurrentIndex(1)
     panel.pixels.activated.emit(1)
     everything = evaluate_completion(document.frame, completion, every=True)
-    qtbot.waitUntil(lambda: panel.ground_truth_table.rows[0].cells[0] == millimetres(everything.rmse), timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: panel.ground_truth_table.rows[0].cells[0] == millimetres(everything.rmse))
 
     # runs that are compared stand below each other
     run = document.run(document.state.common)
@@ -124,13 +124,13 @@ def test_errors_against_a_truth_and_on_hidden_depth(window, qtbot, frame_folder,
     kept = StoredRun(1, "paper", other, other.complete().results, 0.1, (200, 0, 0))
     document.keep_run(kept)
     workspace.current.compare_runs([kept])
-    qtbot.waitUntil(lambda: len(panel.ground_truth_table.rows) == 9, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: len(panel.ground_truth_table.rows) == 9)
     assert [row.is_best for row in panel.ground_truth_table.rows[:3]].count(True) == 0
     assert all("All are equal within" in row.hint for row in panel.ground_truth_table.rows[1:3]), "of so few pixels"
     actions["remove_ground_truth"].trigger()
     settle(window)
     assert document.frame.ground_truth is None
-    qtbot.waitUntil(lambda: document.block_errors.source == EXPECTED, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: document.block_errors.source == EXPECTED)
     rms = {label: np.sqrt(np.nanmean(document.expected_error()[document.labels == label] ** 2)) for label in (1, 2)}
     assert document.block_errors.rmse == pytest.approx(rms)
     window.refresh.now()
@@ -147,7 +147,7 @@ def test_errors_against_a_truth_and_on_hidden_depth(window, qtbot, frame_folder,
     dialog.seeds.setValue(2)
     dialog.candidates.item(dialog.candidates.count() - 1).setCheckState(dialog.candidates.item(0).checkState())
     dialog.accept()
-    qtbot.waitUntil(lambda: document in panel.outcomes and not panel.busy, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: document in panel.outcomes and not panel.busy)
     settle(window)
     rows = panel.hold_out_table.rows
     assert [row.name for row in rows] == ["Current values", "paper", "Preset released-code"]
@@ -180,7 +180,7 @@ def test_errors_against_a_truth_and_on_hidden_depth(window, qtbot, frame_folder,
     actions["hold_out_test"].trigger()
     window.findChildren(HoldOutDialog)[-1].accept()
     panel.work.cancel_button.click()
-    qtbot.waitUntil(lambda: not panel.busy, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: not panel.busy)
     assert panel.outcomes[document] is former
     assert panel.work.isHidden()
 
@@ -217,7 +217,7 @@ def test_a_sweep_shows_what_comes_and_a_click_takes_a_value(window, qtbot, frame
     shown.first.high.setValue(100.0)
     shown.first.steps.setValue(3)
     shown.start_button.click()
-    qtbot.waitUntil(lambda: not shown.busy, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: not shown.busy)
     tiles = [shown.pictures.item(*shown.pictures.place(number)).text() for number in range(3)]
     assert [text.splitlines()[0].partition(" ")[0] for text in tiles] == ["0.01", "1", "100"]
     widest = max(shown.pictures.fontMetrics().horizontalAdvance(line) for text in tiles for line in text.splitlines())
@@ -256,7 +256,7 @@ def test_a_sweep_shows_what_comes_and_a_click_takes_a_value(window, qtbot, frame
     shown.second.steps.setValue(2)
     shown.start_button.click()
     assert not shown.first.isEnabled()
-    qtbot.waitUntil(lambda: not shown.busy, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: not shown.busy)
     cells = shown.pictures.rowCount() * shown.pictures.columnCount()
     assert len(shown.found.errors) == cells == 9  # with the present value among the second's
     wanted = shown.found.values(0)
@@ -265,13 +265,13 @@ def test_a_sweep_shows_what_comes_and_a_click_takes_a_value(window, qtbot, frame
     assert set(wanted) == {"smoothness", "slope_weight"}
     workspace.select([])
     shown.grid.taken.emit(1)
-    qtbot.waitUntil(lambda: document.is_up_to_date(label), timeout=WAIT_MS)  # solved, though it is not chosen
+    qtbot.waitUntil(lambda: document.is_up_to_date(label))  # solved, though it is not chosen
     workspace.select([label])
 
     # what had come stays when it is cancelled; what is of a closed frame goes
     shown.start_button.click()
     shown.work.cancel_button.click()
-    qtbot.waitUntil(lambda: not shown.busy, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: not shown.busy)
     assert "Cancelled" in shown.state.text()
     assert shown.first.isEnabled()
     window.actions_["close_frame"].trigger()
@@ -335,14 +335,14 @@ def test_a_closed_panel_does_nothing_while_a_slider_moves(opened, qtbot, run_all
         monkeypatch.setattr(kind, "refresh", lambda _, parts: drawn.append(parts))
     run_all(opened)
     opened.workspace.select([1])
-    with qtbot.waitSignal(opened.workspace.changed, timeout=WAIT_MS):
+    with qtbot.waitSignal(opened.workspace.changed):
         opened.feature(FilterPanel).set_values({"smoothness": 3.0}, 1)
     settle(opened)
     assert drawn == []
     for kind in kinds:
         drawn.clear()
         opened.feature(kind).reveal()
-        qtbot.waitUntil(lambda: len(drawn) > 0, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: len(drawn) > 0)
         assert drawn[0] & Part.RESULTS, "what has changed meanwhile"
 
 
@@ -354,7 +354,7 @@ def test_a_hold_out_test_ends_with_its_frame(opened, qtbot):
     assert panel.busy
     assert [work.what for work in panel.pending_work()] == ["a hold-out test of two-planes"]
     opened.actions_["close_frame"].trigger()
-    qtbot.waitUntil(lambda: not panel.busy, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: not panel.busy)
     assert panel.pending_work() == []
     settle(opened)
     assert "Open a frame" in panel.source.text()

@@ -16,8 +16,6 @@ from gui.state.results import ErrorEstimate
 from ilf.completion.confidence.expected_error import expected_error
 from ilf.segmentation.editing.painting import brush_stroke, erase
 
-from .conftest import WAIT_MS
-
 Run = Callable[[MainWindow], None]
 
 
@@ -28,7 +26,7 @@ def _picture(window):
 def test_it_comes_after_a_run_and_goes_with_the_results(opened, qtbot, run_all):
     assert _picture(opened) is None
     run_all(opened)
-    qtbot.waitUntil(lambda: not opened.feature(ErrorFeature).busy and _picture(opened) is not None, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: not opened.feature(ErrorFeature).busy and _picture(opened) is not None)
     document = opened.workspace.current
     completion = document.completion()
     assert completion is not None
@@ -60,7 +58,7 @@ def test_it_comes_after_a_run_and_goes_with_the_results(opened, qtbot, run_all):
 
 def test_after_an_edit_the_former_stays_until_there_is_a_newer(opened, qtbot, run_all):
     run_all(opened)
-    qtbot.waitUntil(lambda: not opened.feature(ErrorFeature).busy and _picture(opened) is not None, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: not opened.feature(ErrorFeature).busy and _picture(opened) is not None)
     strip = opened.views.cells["expected-error"].strip
     opened.actions_["live"].setChecked(False)
     document = opened.workspace.current
@@ -70,7 +68,7 @@ def test_after_an_edit_the_former_stays_until_there_is_a_newer(opened, qtbot, ru
     assert _picture(opened) is not None
     assert strip._text == "of the previous result"
     opened.actions_["undo"].trigger()
-    qtbot.waitUntil(lambda: strip._text == "", timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: strip._text == "")
 
 
 def test_a_view_that_is_not_shown_costs_nothing_until_it_is(opened, qtbot, run_all):
@@ -82,7 +80,7 @@ def test_a_view_that_is_not_shown_costs_nothing_until_it_is(opened, qtbot, run_a
     opened.views.set_layout("expected-error")
     assert not opened.feature(ErrorFeature).busy
     opened.centre.show_images()
-    qtbot.waitUntil(lambda: _picture(opened) is not None, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: _picture(opened) is not None)
 
 
 def test_what_cannot_be_found_is_said_once(opened, qtbot, run_all, monkeypatch):
@@ -93,20 +91,20 @@ def test_what_cannot_be_found_is_said_once(opened, qtbot, run_all, monkeypatch):
     monkeypatch.setattr("gui.features.expected_error.expected_error", fail)
     monkeypatch.setattr(QMessageBox, "open", lambda box: said.append(box.text()))
     run_all(opened)
-    qtbot.waitUntil(lambda: not opened.feature(ErrorFeature).busy, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: not opened.feature(ErrorFeature).busy)
     assert said == ["Memory has run out (no room). Close other programs, or use a smaller frame."]
     opened.views.set_layout("grid-difference")
     opened.views.set_layout("expected-error")
     opened.refresh.now()
     assert not opened.feature(ErrorFeature).busy
     run_all(opened)
-    qtbot.waitUntil(lambda: not opened.feature(ErrorFeature).busy, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: not opened.feature(ErrorFeature).busy)
     assert len(said) == 2, "other results, another try"
 
 
 def test_another_preset_for_all_blocks_makes_their_depth_stale_until_one_button_runs_them(opened, qtbot, run_all):
     run_all(opened)
-    qtbot.waitUntil(lambda: not opened.feature(ErrorFeature).busy and _picture(opened) is not None, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: not opened.feature(ErrorFeature).busy and _picture(opened) is not None)
     opened.workspace.select([])
     document, names = opened.workspace.current, opened.feature(FilterPanel).presets.names
     button = next(button for button in opened.findChildren(QToolButton) if "stale" in button.text())
@@ -115,7 +113,7 @@ def test_another_preset_for_all_blocks_makes_their_depth_stale_until_one_button_
     def choose(preset):
         names.setCurrentText(preset)
         names.activated.emit(names.currentIndex())
-        qtbot.waitUntil(lambda: button.isVisible() == (preset == "paper"), timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: button.isVisible() == (preset == "paper"))
         opened.refresh.now()
 
     def grey(content):
@@ -126,14 +124,14 @@ def test_another_preset_for_all_blocks_makes_their_depth_stale_until_one_button_
     before = document.completion()
     choose("paper")
     assert button.text().startswith("2 blocks are stale")
-    qtbot.waitUntil(lambda: grey("depth-out") and grey("expected-error"), timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: grey("depth-out") and grey("expected-error"))
     choose("best")
     assert document.completion() is before
-    qtbot.waitUntil(lambda: not grey("depth-out") and not grey("expected-error"), timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: not grey("depth-out") and not grey("expected-error"))
     choose("paper")
-    with qtbot.waitSignal(opened.runs.ended, timeout=WAIT_MS):
+    with qtbot.waitSignal(opened.runs.ended):
         QTest.mouseClick(button, Qt.MouseButton.LeftButton)
-    qtbot.waitUntil(lambda: not button.isVisible(), timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: not button.isVisible())
     opened.refresh.now()
-    qtbot.waitUntil(lambda: not grey("depth-out"), timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: not grey("depth-out"))
     assert document.changed_blocks() == []

@@ -16,7 +16,7 @@ from ilf.run.options import ExportOptions
 from ilf.segmentation.editing.patches import patch_between
 from tests.gui.naming import unnamed
 
-from .conftest import WAIT_MS, write_frame
+from .conftest import write_frame
 
 NAMES = ["frame-0", "frame-1", "frame-2"]
 OPTIONS = ExportOptions(depth_formats=("npy",), expected_error=False, cloud=None)
@@ -29,7 +29,7 @@ def listed(window, qtbot, tmp_path, small_frame):
     for name in NAMES:
         write_frame(tmp_path / "walk" / name, small_frame)
     window.recorder.start()
-    with qtbot.waitSignal(window.loader.idle, timeout=WAIT_MS):
+    with qtbot.waitSignal(window.loader.idle):
         window.documents.open_paths([tmp_path / "walk"])
     window.workspace.parameters.set(ilf.preset("paper", max_iterations=20))
     return window
@@ -37,7 +37,7 @@ def listed(window, qtbot, tmp_path, small_frame):
 
 def _export(window, qtbot, folder, scope):
     feature = window.feature(ExportFeature)
-    with qtbot.waitSignal(feature.ended, timeout=WAIT_MS):
+    with qtbot.waitSignal(feature.ended):
         feature.start(Export(folder, OPTIONS, scope))
         assert feature.pending_work()
     return window.toasts.message
@@ -50,11 +50,11 @@ def test_frames_that_are_done_are_exported_as_they_were_left(listed, qtbot, tmp_
     labels = workspace.current.labels.copy()
     labels[:8, :8] = 0
     workspace.current.edit(patch_between(workspace.current.labels, labels), "Erase")
-    with qtbot.waitSignal(window.loader.idle, timeout=WAIT_MS):
+    with qtbot.waitSignal(window.loader.idle):
         window.actions_["mark_done"].trigger()
     assert entries[0].summary.done
     assert entries.of(workspace.current.id) is entries[1], "the next one that is not done"
-    qtbot.waitUntil(lambda: entries[0].document is None, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: entries[0].document is None)
     assert entries[0].summary.done, "also when it is closed"
 
     assert "1 written" in _export(window, qtbot, out, DONE)
@@ -68,17 +68,17 @@ def test_frames_that_are_done_are_exported_as_they_were_left(listed, qtbot, tmp_
     assert "3 unchanged" in _export(window, qtbot, out, ALL)
     window.actions_["mark_done"].trigger()
     window.actions_["mark_done"].trigger()
-    qtbot.waitUntil(lambda: window.loader.present == "", timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: window.loader.present == "")
 
 
 def test_present_results_are_exported_without_another_run(listed, qtbot, tmp_path, monkeypatch):
     window, out = listed, tmp_path / "out"
-    with qtbot.waitSignal(window.runs.finished, timeout=WAIT_MS):
+    with qtbot.waitSignal(window.runs.finished):
         window.actions_["run"].trigger()
     completion = window.workspace.current.completion()
     assert completion is not None
     window.actions_["mark_done"].trigger()
-    qtbot.waitUntil(lambda: not window.loader.busy, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: not window.loader.busy)
     monkeypatch.setattr("ilf.run.run.Run.complete", None)
     assert "1 written" in _export(window, qtbot, out, DONE)
     assert np.array_equal(np.load(out / NAMES[0] / "depth.npy"), completion.depth, equal_nan=True)
@@ -111,7 +111,7 @@ def test_the_dialog_offers_frames_shows_what_was_written_and_asks_before_it_repl
     assert not dialog.export_button.isEnabled()
     dialog.scope.setCurrentIndex(4)
     dialog.folder_path.setText(str(tmp_path / "out"))
-    with qtbot.waitSignal(listed.feature(ExportFeature).ended, timeout=WAIT_MS):
+    with qtbot.waitSignal(listed.feature(ExportFeature).ended):
         QTest.keyClick(dialog.folder_path, Qt.Key.Key_Return)
     rows = [dialog.results.topLevelItem(number) for number in range(3)]
     assert [(row.text(0), row.text(1)) for row in rows] == list(
@@ -130,7 +130,7 @@ def test_the_dialog_offers_frames_shows_what_was_written_and_asks_before_it_repl
 
     answer("Cancel")
     assert not listed.feature(ExportFeature).worker.busy
-    with qtbot.waitSignal(listed.feature(ExportFeature).ended, timeout=WAIT_MS) as ended:
+    with qtbot.waitSignal(listed.feature(ExportFeature).ended) as ended:
         answer("&Replace")
     assert [str(frame.status) for frame in ended.args[0]] == ["unchanged", "failed", "unchanged"]
     QTest.keyClick(dialog, Qt.Key.Key_Escape)
@@ -144,7 +144,7 @@ def test_marking_a_frame_is_saved_with_the_project(listed, qtbot, tmp_path):
     assert frames.entries[0].unsaved
     done = []
     listed.project.saving.save(SaveRequest(path, then=done.append))
-    qtbot.waitUntil(lambda: done == [True], timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: done == [True])
     with open_project(path) as opened:
         assert [frame.summary.done for frame in opened.project.frames] == [True, False, True]
         assert opened.state(opened.project.frames[0].id).state.done

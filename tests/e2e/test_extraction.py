@@ -21,7 +21,7 @@ from ilf.errors import IlfError
 from ilf.segmentation.extraction import Extraction, extract
 from ilf.sources.frame_ref import FrameRef
 
-from .conftest import WAIT_MS, open_frame, write_frame
+from .conftest import open_frame, write_frame
 
 
 @pytest.fixture
@@ -37,7 +37,7 @@ def _settle(window, qtbot):
         window.refresh.now()  # which may ask for a picture
         return not window.feature(ExtractionPanel).busy and not window.loader.busy
 
-    qtbot.waitUntil(settled, timeout=WAIT_MS)
+    qtbot.waitUntil(settled)
 
 
 def _picture(window) -> NDArray[np.uint8] | None:
@@ -224,14 +224,14 @@ def test_the_first_frame_is_extracted_once_for_blocks_and_view(window, qtbot, fr
     may_go_on = threading.Event()
 
     def after_the_view_has_been_drawn(frame: RGBDFrame, parameters: BlockParameters) -> FoundBlocks:
-        assert may_go_on.wait(WAIT_MS / 1000)
+        assert may_go_on.wait(60)
         return find(frame, parameters)
 
     monkeypatch.setattr("gui.work.loading.find", after_the_view_has_been_drawn)
     monkeypatch.delattr("gui.features.extraction.find")
     window.views.set_layout("extraction")
     window.loader.open(FrameRef(str(frame_folder)))
-    qtbot.waitUntil(lambda: window.workspace.has_current, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: window.workspace.has_current)
     window.refresh.now()
     assert window.feature(ExtractionPanel).busy
     assert _picture(window) is None
@@ -425,12 +425,12 @@ def test_a_frame_is_shown_before_its_blocks_are_found(window, qtbot, frame_folde
     go_on = threading.Event()
 
     def slow(frame: RGBDFrame, parameters: BlockParameters) -> FoundBlocks:
-        assert go_on.wait(WAIT_MS / 1000)
+        assert go_on.wait(60)
         return find(frame, parameters)
 
     monkeypatch.setattr("gui.work.loading.find", slow)
     window.loader.open(FrameRef(str(frame_folder)))
-    qtbot.waitUntil(lambda: window.workspace.has_current, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: window.workspace.has_current)
     window.refresh.now()
     document = window.workspace.current
     assert window.views.cells["colour"].view.image.image is not None
@@ -439,7 +439,7 @@ def test_a_frame_is_shown_before_its_blocks_are_found(window, qtbot, frame_folde
     mine[:20] = 7
     if works_meanwhile:
         window.workspace.current.replace_blocks(mine, "Mine")
-    with qtbot.waitSignal(window.loader.idle, timeout=WAIT_MS):
+    with qtbot.waitSignal(window.loader.idle):
         go_on.set()
     np.testing.assert_array_equal(document.labels > 0, np.ones(document.labels.shape, bool))
     assert document.undo_stack.count() == (2 if works_meanwhile else 0)

@@ -16,7 +16,7 @@ from gui.work.frame_runs import RunState
 from ilf.cli import main as command_line
 from ilf.sources.frame_ref import FrameRef
 
-from .conftest import WAIT_MS, export, open_frame, write_frame
+from .conftest import export, open_frame, write_frame
 
 
 @pytest.fixture
@@ -32,7 +32,7 @@ def margin(window, qtbot, small_frame, tmp_path):
 
 def _extrapolation(window, qtbot):
     progress = window.feature(StatusFeature).bar.progress
-    with qtbot.waitSignal(window.runs.ended, timeout=WAIT_MS):
+    with qtbot.waitSignal(window.runs.ended):
         window.actions_["extrapolate"].trigger()
         window.refresh.now()
         assert window.runs.state is RunState.EXTRAPOLATING
@@ -40,12 +40,12 @@ def _extrapolation(window, qtbot):
         assert window.actions_["cancel"].isEnabled()
         assert not window.actions_["run"].isEnabled()
     window.refresh.now()
-    qtbot.waitUntil(lambda: not progress.isVisible(), timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: not progress.isVisible())
 
 
 def _open_run(window, qtbot, record: Path):
     window.actions_["close_frame"].trigger()
-    with qtbot.waitSignal(window.loader.idle, timeout=WAIT_MS):
+    with qtbot.waitSignal(window.loader.idle):
         window.documents.open_paths([record])
     window.refresh.now()
 
@@ -93,7 +93,7 @@ def test_a_dense_export_is_that_of_the_command_line_and_comes_back_dense(margin,
         assert path.read_bytes() == (tmp_path / "window" / path.name).read_bytes(), path.name
     _open_run(margin, qtbot, tmp_path / "window" / "run.json")
     assert not reported, "all is as it was recorded"
-    with qtbot.waitSignal(margin.runs.finished, timeout=WAIT_MS):
+    with qtbot.waitSignal(margin.runs.finished):
         margin.actions_["run"].trigger()
     assert margin.workspace.current.extrapolated
     assert "the result equals the run record" in margin.log.text.toPlainText()

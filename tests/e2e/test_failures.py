@@ -19,8 +19,6 @@ from gui.features.project.save_as import SaveAsDialog
 from ilf.run.options import ExportOptions
 from ilf.sources.frame_ref import FrameRef
 
-from .conftest import WAIT_MS
-
 
 def _drop(window, *paths: Path):
     data = QMimeData()
@@ -45,7 +43,7 @@ def test_a_frame_that_cannot_be_read_leaves_the_open_one_alone(opened, qtbot, re
     document = opened.workspace.current
     picture = tmp_path / "picture.png"
     cv2.imwrite(str(picture), np.zeros((48, 64, 3), np.uint8))
-    with qtbot.waitSignal(opened.loader.idle, timeout=WAIT_MS):
+    with qtbot.waitSignal(opened.loader.idle):
         opened.loader.open(FrameRef(str(picture), str(picture)))
     assert "not depth" in reported[0]
     assert len(reported) == 1
@@ -55,24 +53,15 @@ def test_a_frame_that_cannot_be_read_leaves_the_open_one_alone(opened, qtbot, re
     assert not opened.loader.busy, "it is open already"
 
 
-def test_another_name_is_typed_over_the_proposed_one(window, qtbot, tmp_path):
-    dialog = SaveAsDialog(tmp_path / "p.ilf", False, [], "", window)
-    dialog.open()
-    qtbot.waitUntil(dialog.path.hasFocus, timeout=WAIT_MS)
-    qtbot.keyClicks(dialog.path, "table")
-    assert dialog.chosen() == tmp_path / "table.ilf"
-    dialog.reject()
-
-
-def test_a_whole_path_is_typed_over_the_proposed_name(window, qtbot, tmp_path):
+def test_a_name_or_a_whole_path_is_typed_over_the_proposed_name(window, qtbot, tmp_path):
     (tmp_path / "else").mkdir()
-    dialog = SaveAsDialog(tmp_path / "p.ilf", False, [], "", window)
-    dialog.open()
-    qtbot.waitUntil(dialog.path.hasFocus, timeout=WAIT_MS)
-    qtbot.keyClicks(dialog.path, str(tmp_path / "else" / "table"))
-    assert dialog.chosen() == tmp_path / "else" / "table.ilf"
-    assert dialog.path.text() == str(dialog.chosen()), "it shows what it saves"
-    dialog.reject()
+    for typed in ("table", str(tmp_path / "else" / "table")):
+        dialog = SaveAsDialog(tmp_path / "p.ilf", False, [], "", window)
+        dialog.open()
+        qtbot.waitUntil(dialog.path.hasFocus)
+        qtbot.keyClicks(dialog.path, typed)
+        assert dialog.chosen() == tmp_path / f"{typed}.ilf"
+        dialog.reject()
 
 
 def test_files_are_taken_as_copies_and_by_the_window_alone(window, qtbot, frame_folder, tmp_path):
@@ -114,7 +103,7 @@ def test_files_are_taken_as_copies_and_by_the_window_alone(window, qtbot, frame_
     assert not window.drops.isVisible()
     window.dragEnterEvent(entered)
     dropped = _dragged(QDropEvent, files, either)
-    with qtbot.waitSignal(window.loader.idle, timeout=WAIT_MS):
+    with qtbot.waitSignal(window.loader.idle):
         window.dropEvent(dropped)
     assert (dropped.isAccepted(), dropped.dropAction()) == (True, Qt.DropAction.CopyAction)
     assert not window.drops.isVisible()
@@ -127,7 +116,7 @@ def test_dropping_what_is_no_frame_says_so(window, qtbot, reported, tmp_path):
     for content in (None, "{not json"):
         if content is not None:
             path.write_text(content)
-        with qtbot.waitSignal(window.loader.idle, timeout=WAIT_MS):
+        with qtbot.waitSignal(window.loader.idle):
             _drop(window, tmp_path if content is None else path)
     assert ["meta.json" in reported[0], "run.json" in reported[1], len(reported)] == [True, True, 2]
     assert not window.workspace.has_current
@@ -138,7 +127,7 @@ def test_a_failing_export_says_why_and_leaves_what_was_there(opened, qtbot, run_
     target = tmp_path / "taken"
     target.write_text("a file where the folder should be")
     opened.feature(ExportFeature).start(Export(target, ExportOptions()))
-    qtbot.waitUntil(lambda: bool(reported), timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: bool(reported))
     assert "taken is a file, not a folder" in reported[0]
     assert target.read_text() == "a file where the folder should be"
     assert opened.workspace.current.unsaved
@@ -155,7 +144,7 @@ def test_what_a_depth_png_loses_is_told_before_and_after(opened, qtbot, run_all,
         dialog.files.png_units.setEditText(units)
         assert before in dialog.files.png_note.text()
         dialog.folder_path.setText(str(tmp_path / units))
-        with qtbot.waitSignal(feature.ended, timeout=WAIT_MS):
+        with qtbot.waitSignal(feature.ended):
             dialog.export_button.click()
         assert after in dialog.message.text()
         assert after in opened.log.text.toPlainText()
@@ -175,7 +164,7 @@ def test_an_error_in_the_middle_of_a_run_is_shown_and_the_window_goes_on(opened,
         raise MemoryError("no memory for the padded grid")
 
     monkeypatch.setattr("ilf.completion.block.BlockTask.stepper", broken)
-    with qtbot.waitSignal(opened.runs.failed, timeout=WAIT_MS):
+    with qtbot.waitSignal(opened.runs.failed):
         opened.actions_["run"].trigger()
     assert "no memory for the padded grid" in reported[0]
     monkeypatch.undo()
@@ -202,7 +191,7 @@ def test_picture_that_cannot_be_written(window, reported, tmp_path):
 def test_without_intrinsics_the_cloud_tab_says_what_to_do(window, qtbot, tmp_path):
     cv2.imwrite(str(tmp_path / "rgb.png"), np.full((20, 30, 3), 90, np.uint8))
     cv2.imwrite(str(tmp_path / "depth.png"), np.full((20, 30), 1500, np.uint16))
-    with qtbot.waitSignal(window.loader.idle, timeout=WAIT_MS):
+    with qtbot.waitSignal(window.loader.idle):
         window.loader.open(FrameRef(str(tmp_path / "rgb.png"), str(tmp_path / "depth.png")))
     window.centre.show_cloud()
     window.refresh.now()

@@ -16,13 +16,11 @@ from gui.tools.kinds import KINDS, ToolKind
 from gui.tools.select import SelectTool
 from tests.gui.controls import controls, without_text
 
-from .conftest import WAIT_MS
-
 
 @pytest.mark.usefixtures("themed")
 def test_the_first_screen_has_few_controls_and_nearly_all_have_names(opened, qtbot):
     opened.resize(1440, 900)
-    qtbot.waitUntil(lambda: opened.tool_column.width() > 60, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: opened.tool_column.width() > 60)
     assert len(controls(opened)) <= 40
     assert len(without_text(opened)) <= 20
     names = [
@@ -45,10 +43,10 @@ def test_what_needs_a_selected_block_is_there_once_one_is_selected(opened, qtbot
     of_selection = {"run_selected", "delete_blocks", "grow_blocks", "shrink_blocks", "smooth_blocks"}
     assert not _shown(opened) & of_selection
     opened.workspace.select([1])
-    qtbot.waitUntil(lambda: of_selection <= _shown(opened), timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: of_selection <= _shown(opened))
     assert "merge_blocks" not in _shown(opened), "it needs two"
     opened.workspace.select([])
-    qtbot.waitUntil(lambda: not _shown(opened) & of_selection, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: not _shown(opened) & of_selection)
 
 
 def test_tools_have_names_in_a_small_window_too_until_the_user_wants_only_icons(opened):

@@ -18,7 +18,7 @@ from ilf.project.missing_files import folder_projects_dir
 from ilf.project.project import Stage
 from ilf.segmentation.editing.patches import patch_between
 
-from .conftest import WAIT_MS, write_frame
+from .conftest import write_frame
 
 COUNT = 6
 
@@ -39,13 +39,13 @@ def folder(tmp_path, small_frame):
 def listed(window, qtbot, folder):
     """The window with the folder's list, and the first frame open."""
     window.recorder.start()
-    with qtbot.waitSignal(window.loader.idle, timeout=WAIT_MS):
+    with qtbot.waitSignal(window.loader.idle):
         window.documents.open_paths([folder])
     return window
 
 
 def _go(window, qtbot, command="next_frame"):
-    with qtbot.waitSignal(window.loader.idle, timeout=WAIT_MS):
+    with qtbot.waitSignal(window.loader.idle):
         window.actions_[command].trigger()
 
 
@@ -78,7 +78,7 @@ def test_folder_is_worked_through_and_left_frames_come_back(listed, qtbot, folde
     assert _present(window) is entries[1], "the one that cannot be opened is passed by"
     _go(window, qtbot)
     assert _present(window) is entries[3]
-    qtbot.waitUntil(lambda: entries[0].document is None, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: entries[0].document is None)
     assert len(workspace.open) == 2
     assert (entries[0].summary.stage, entries[0].note, entries[0].unsaved) == (Stage.EDITED, "glass", True)
 
@@ -86,7 +86,7 @@ def test_folder_is_worked_through_and_left_frames_come_back(listed, qtbot, folde
     _go(window, qtbot, "next_untouched")
     assert entries[4].summary.stage is Stage.FAILED
     part.open(entries[0])
-    qtbot.waitUntil(lambda: _present(window) is entries[0], timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: _present(window) is entries[0])
     back = workspace.current
     assert back is not first
     assert (back.id, back.state.note, back.unsaved) == (first_id, "glass", True)
@@ -100,12 +100,12 @@ def test_the_film_strip_goes_from_frame_to_frame(listed, qtbot):
     assert strip.is_strip
     qtbot.waitUntil(lambda: strip.model().rowCount() == len(entries))
     second = strip.visualRect(strip.model().index(1, 0)).center()
-    with qtbot.waitSignal(listed.loader.idle, timeout=WAIT_MS):
+    with qtbot.waitSignal(listed.loader.idle):
         QTest.mouseClick(strip.viewport(), Qt.MouseButton.LeftButton, pos=second)
     assert _present(listed) is entries[1]
     for _ in range(2):
         QTest.keyClick(strip, Qt.Key.Key_Right)
-    with qtbot.waitSignal(listed.loader.idle, timeout=WAIT_MS):
+    with qtbot.waitSignal(listed.loader.idle):
         QTest.keyClick(strip, Qt.Key.Key_Return)
     assert _present(listed) is entries[3]
     _go(listed, qtbot)
@@ -120,9 +120,9 @@ def test_the_film_strip_goes_from_frame_to_frame(listed, qtbot):
     listed.panels.toggle_all()
     qtbot.waitUntil(lambda: strip.isVisible() and strip.is_strip)
     listed.activateWindow()
-    qtbot.waitUntil(listed.isActiveWindow, timeout=WAIT_MS)
+    qtbot.waitUntil(listed.isActiveWindow)
     listed.actions_["note_frame"].trigger()
-    qtbot.waitUntil(listed.feature(FramesFeature).panel.note.hasFocus, timeout=WAIT_MS)
+    qtbot.waitUntil(listed.feature(FramesFeature).panel.note.hasFocus)
     qtbot.wait(50)
     assert listed.feature(FramesFeature).panel.note.isVisible()
 
@@ -186,7 +186,7 @@ def test_a_folder_without_frames_says_what_one_holds(window, qtbot, tmp_path, mo
     window.loader.failed.disconnect()
     window.loader.failed.connect(window.notes.report)
     (tmp_path / "empty").mkdir()
-    with qtbot.waitSignal(window.loader.idle, timeout=WAIT_MS):
+    with qtbot.waitSignal(window.loader.idle):
         window.documents.open_paths([tmp_path / "empty"])
     assert "A folder of frames contains one of these" in told[0]
     assert len(window.workspace.entries) == 0
@@ -212,7 +212,7 @@ def remembering(qtbot):
 
 def _open_folder(window, qtbot, folder):
     window.documents.open_paths([folder])
-    qtbot.waitUntil(lambda: window.workspace.has_current and not window.loader.busy, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: window.workspace.has_current and not window.loader.busy)
 
 
 def test_work_on_a_folder_is_there_again_the_next_time(remembering, qtbot, folder, small_frame):
@@ -226,7 +226,7 @@ def test_work_on_a_folder_is_there_again_the_next_time(remembering, qtbot, folde
     labels[:8, :8] = 0
     window.workspace.current.edit(patch_between(window.workspace.current.labels, labels), "Erase")
     assert window.project.present.unsaved
-    with qtbot.waitSignal(window.project.saving.saved, timeout=WAIT_MS):
+    with qtbot.waitSignal(window.project.saving.saved):
         window.actions_["save_project"].trigger()
     assert not window.project.present.unsaved
     assert os.name != "posix" or stat.S_IMODE(folder_projects_dir().stat().st_mode) == 0o700, "it is the user's own"
@@ -235,7 +235,7 @@ def test_work_on_a_folder_is_there_again_the_next_time(remembering, qtbot, folde
     write_frame(folder / "frame-9", small_frame)
     again = remembering()
     _open_folder(again, qtbot, folder)
-    qtbot.waitUntil(lambda: len(again.workspace.entries) == COUNT + 1, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: len(again.workspace.entries) == COUNT + 1)
     entries = again.workspace.entries
     assert [entry.note for entry in entries] == ["", "mirror", "", "", "not opened yet", "", ""]
     assert _present(again) is entries[1]
@@ -274,7 +274,7 @@ def in_folder(remembering, qtbot, folder, monkeypatch):
 
 
 def _save(window, qtbot):
-    with qtbot.waitSignal(window.project.saving.saved, timeout=WAIT_MS):
+    with qtbot.waitSignal(window.project.saving.saved):
         window.actions_["save_project"].trigger()
 
 
@@ -299,14 +299,14 @@ def test_a_frame_opened_later_joins_the_folders_project_only_if_the_user_wants_i
     project = in_folder.project.present.path
     other = write_frame(folder.with_name("elsewhere"), small_frame)
     in_folder.documents.open_paths([folder / "frame-1"])
-    qtbot.waitUntil(lambda: _present(in_folder).name == "frame-1", timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: _present(in_folder).name == "frame-1")
     in_folder.documents.open_paths([other])
     (box,) = (box for box in in_folder.findChildren(QMessageBox) if box.isVisible())
     assert "walk" in box.text()
     next(button for button in box.buttons() if button.text() == answer).click()
-    qtbot.waitUntil(lambda: not in_folder.loader.busy, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: not in_folder.loader.busy)
     names = {"&Add to it": COUNT + 1, "&New project": 1, "Cancel": COUNT}
-    qtbot.waitUntil(lambda: len(in_folder.workspace.entries) == names[answer], timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: len(in_folder.workspace.entries) == names[answer])
     assert in_folder.project.present.path == (None if answer == "&New project" else project)
 
 
@@ -315,5 +315,5 @@ def test_before_anything_is_done_in_it_a_folders_project_ends_when_another_frame
 ):
     assert in_folder.project.present.path == folder.with_name("walk.ilf")
     in_folder.documents.open_paths([write_frame(folder.with_name("elsewhere"), small_frame)])
-    qtbot.waitUntil(lambda: len(in_folder.workspace.entries) == COUNT + 1, timeout=WAIT_MS)
-    qtbot.waitUntil(lambda: in_folder.project.present.path is None, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: len(in_folder.workspace.entries) == COUNT + 1)
+    qtbot.waitUntil(lambda: in_folder.project.present.path is None)

@@ -8,7 +8,7 @@ from gui.work.frame_runs import RunState
 from ilf.project.file import open_project
 from ilf.sources.frame_ref import FrameRef
 
-from .conftest import WAIT_MS, open_frame
+from .conftest import open_frame
 
 
 def test_guide_is_loaded_seen_followed_undone_and_kept(window, qtbot, frame_folder, tmp_path, run_all, monkeypatch):
@@ -31,7 +31,7 @@ def test_guide_is_loaded_seen_followed_undone_and_kept(window, qtbot, frame_fold
     def load(path):
         monkeypatch.setattr("gui.features.additional_depth.choose_file", lambda *_: str(path))
         actions["load_guide"].trigger()
-        qtbot.waitUntil(lambda: not panel.busy, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: not panel.busy)
 
     load(tmp_path / "other.npy")
     section = panel._sections[GUIDE]
@@ -47,14 +47,14 @@ def test_guide_is_loaded_seen_followed_undone_and_kept(window, qtbot, frame_fold
     assert "inverse.npy; it covers 100% of the missing pixels." in section.message.text()
     section.show.click()
     assert window.views.contents()["depth-in"] == "guide"
-    qtbot.waitUntil(lambda: window.views.data.guide is not None, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: window.views.data.guide is not None)
     assert np.median(np.abs(window.views.data.guide - ground_truth)) < 0.01
-    qtbot.waitUntil(lambda: not document.changed_blocks() and window.runs.state is RunState.IDLE, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: not document.changed_blocks() and window.runs.state is RunState.IDLE)
     guided = document.completion().depth
     assert np.nanmax(np.abs(guided - ground_truth)) < 0.002
     window.refresh.now()
     section.compare.click()
-    qtbot.waitUntil(lambda: "without it, " in section.effect.text(), timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: "without it, " in section.effect.text())
     assert np.nanmax(np.abs(guided - before)) < 1e-4
     assert "It changes completed depth nowhere." in section.effect.text()
 
@@ -66,7 +66,7 @@ def test_guide_is_loaded_seen_followed_undone_and_kept(window, qtbot, frame_fold
     workspace.undo_group.redo()
     assert np.array_equal(document.completion().depth, guided, equal_nan=True)
 
-    with qtbot.waitSignal(window.project.saving.saved, timeout=WAIT_MS):
+    with qtbot.waitSignal(window.project.saving.saved):
         window.project.saving.save(SaveRequest(tmp_path / "work.ilf"))
     with open_project(tmp_path / "work.ilf") as project:
         state = project.state(project.project.frames[0].id).state

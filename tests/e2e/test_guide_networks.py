@@ -15,7 +15,7 @@ from ilf.sources.frame_ref import FrameRef
 
 from ..ilf.io.test_guide_models import NAME, Hub, publishing
 from ..ilf.tiny_onnx import node, write_network
-from .conftest import WAIT_MS, open_frame
+from .conftest import open_frame
 
 
 @pytest.fixture
@@ -50,10 +50,10 @@ def test_a_network_is_fetched_when_asked_cancelled_continued_and_used(window, qt
     assert hub.asked == [], "nothing is fetched unasked"
 
     dialog.fetch_button.click()
-    qtbot.waitUntil(lambda: dialog.work.isVisible() and dialog.work.bar.value() > 400, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: dialog.work.isVisible() and dialog.work.bar.value() > 400)
     assert not dialog.fetch_button.isEnabled()
     dialog.work.cancel_button.click()
-    qtbot.waitUntil(lambda: not panel.busy, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: not panel.busy)
     assert guide_file(NAME) is None
     assert not dialog.work.isVisible()
     assert dialog.fetch_button.isEnabled()
@@ -62,7 +62,7 @@ def test_a_network_is_fetched_when_asked_cancelled_continued_and_used(window, qt
     qtbot.wait(100)  # the server ends the first connection
     dialog.fetch_button.click()
     dialog.close()  # the work goes on
-    qtbot.waitUntil(lambda: f"guide network {NAME} is ready" in window.toasts.message, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: f"guide network {NAME} is ready" in window.toasts.message)
     assert hub.asked[1][1] is not None, "continued"
     assert guide_file(NAME).read_bytes() == hub.content
 
@@ -71,7 +71,7 @@ def test_a_network_is_fetched_when_asked_cancelled_continued_and_used(window, qt
     assert not dialog.fetch_button.isEnabled()
     dialog.use_button.click()
     document = window.workspace.current
-    qtbot.waitUntil(lambda: document.frame.guide is not None, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: document.frame.guide is not None)
     assert document.frame.guide.gives == "affine-inverse"
     assert document.frame.guide.network.name == NAME
     window.refresh.now()
@@ -85,7 +85,7 @@ def test_a_wrong_file_is_one_sentence_and_a_file_can_be_added(window, qtbot, hub
     hub.content = b"<html>" * 400
     hub.go_on.set()
     dialog.fetch_button.click()
-    qtbot.waitUntil(lambda: dialog.message.tone() == "error", timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: dialog.message.tone() == "error")
     assert "Traceback" not in dialog.message.text()
     assert guide_file(NAME) is None
     assert dialog.fetch_button.isEnabled()
@@ -95,7 +95,7 @@ def test_a_wrong_file_is_one_sentence_and_a_file_can_be_added(window, qtbot, hub
         monkeypatch.setattr("gui.features.guide_networks.choose_file", lambda *_, path=path: str(path))
         dialog.gives.setCurrentIndex(dialog.gives.findData("metric"))
         dialog.add_button.click()
-        qtbot.waitUntil(lambda: not panel.busy, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: not panel.busy)
         assert dialog.chosen() == name
         assert [row[4:] for row in state(dialog) if row[0] == name] == [[gives, "ready"]]
     assert not dialog.use_button.isEnabled()
@@ -105,6 +105,6 @@ def test_a_wrong_file_is_one_sentence_and_a_file_can_be_added(window, qtbot, hub
     (tmp_path / "text.onnx").write_text("no network")
     monkeypatch.setattr("gui.features.guide_networks.choose_file", lambda *_: str(tmp_path / "text.onnx"))
     dialog.add_button.click()
-    qtbot.waitUntil(lambda: "cannot be read as an ONNX network" in dialog.message.text(), timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: "cannot be read as an ONNX network" in dialog.message.text())
     dialog.close()
     assert [row[0] for row in state(opened(window))] == [NAME, "own"], "still there"

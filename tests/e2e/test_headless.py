@@ -110,17 +110,6 @@ def test_a_frame_that_is_not_there(start, tmp_path, picture):
     refused(start(*missing, "--depth-units", 1000, "--run"), picture, "rgb.png")
 
 
-def test_a_damaged_depth_file(start, frame_folder, picture):
-    depth = frame_folder / "depth.png"
-    depth.write_bytes(depth.read_bytes()[:100])
-    refused(start(frame_folder, "--run"), picture, "depth.png")
-
-
-def test_colour_and_depth_of_other_sizes(start, frame_folder, picture):
-    cv2.imwrite(str(frame_folder / "rgb.png"), np.zeros((20, 30, 3), np.uint8))
-    refused(start(frame_folder, "--run"), picture, "30 x 20", "64 x 48")
-
-
 def test_intrinsics_that_are_none(start, frame_folder, picture):
     refused(start(frame_folder, "--run", "--intrinsics", "a,b"), picture, "a,b")
 

@@ -13,7 +13,7 @@ from ilf.evaluation.measuring import measure
 from ilf.evaluation.statistics import surface_statistics
 from ilf.sources.frame_ref import FrameRef
 
-from .conftest import WAIT_MS, open_frame, write_frame
+from .conftest import open_frame, write_frame
 from .hand import click, drag, hover, key
 
 
@@ -33,7 +33,7 @@ def numbers(window, qtbot) -> str:
     """The statistics, as soon as they are there."""
     part = part_of(window)
     window.refresh.now()
-    qtbot.waitUntil(lambda: not part.busy, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: not part.busy)
     return part.statistics.text()
 
 
@@ -42,7 +42,7 @@ def test_a_profile_from_drawing_to_file(opened, qtbot, run_all, tmp_path, small_
     assert "Inspect" not in window.panels.open
     window.actions_["tool_profile"].trigger()
     assert "Inspect" in window.panels.open
-    qtbot.waitUntil(lambda: part.profile.isVisible(), timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: part.profile.isVisible())
     drag(window, [(5.5, 16.5), (30, 16.5), (50.5, 16.5)], release=False)
     window.refresh.now()
     data = part.profile.data
@@ -56,7 +56,7 @@ def test_a_profile_from_drawing_to_file(opened, qtbot, run_all, tmp_path, small_
     data = part.profile.data
     assert [curve.name for curve in data.curves] == ["result"]
     assert np.isfinite(data.curves[0].depth).all()
-    qtbot.waitUntil(lambda: part.profile.data.error is not None, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: part.profile.data.error is not None)
 
     # the mouse on the line marks the place in the plot, the mouse in the plot marks it in the views
     hover(window, (20.5, 16.5))
@@ -96,7 +96,7 @@ def test_statistics_of_block_and_rectangle_beside_each_other(opened, qtbot, run_
     window, part, document = opened, part_of(opened), opened.workspace.current
     run_all(window)
     part.reveal_page(STATISTICS)
-    qtbot.waitUntil(lambda: part.statistics.isVisible(), timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: part.statistics.isVisible())
     window.workspace.select([1])
     depth = document.current_depth()
     assert depth is not None
@@ -126,7 +126,7 @@ def test_statistics_of_block_and_rectangle_beside_each_other(opened, qtbot, run_
 def test_measurements_are_listed_copied_deleted_and_taken_back(opened, qtbot, run_all):
     window, part = opened, part_of(opened)
     window.actions_["tool_measure"].trigger()
-    qtbot.waitUntil(lambda: part.measurements.isVisible(), timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: part.measurements.isVisible())
     click(window, (12.5, 15.5))
     assert "no depth" in window.toasts.message
     assert part.inspection.measurements == ()
@@ -160,7 +160,7 @@ def test_measurements_are_listed_copied_deleted_and_taken_back(opened, qtbot, ru
     window.refresh.now()
     assert len(shown(window)) == 2
     window.actions_["clear_results"].trigger()
-    qtbot.waitUntil(lambda: shown(window)[0].text == "1: no depth", timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: shown(window)[0].text == "1: no depth")
     window.actions_["tool_select"].trigger()
     window.refresh.now()
     assert shown(window) == []

@@ -14,7 +14,6 @@ from gui.features.status import StatusFeature
 from gui.tools.kinds import KINDS
 from gui.views.image_view import ImageView
 
-from .conftest import WAIT_MS
 from .hand import CTRL, PLAIN, SHIFT, hover, key
 
 _Key = Qt.Key
@@ -25,8 +24,8 @@ def typing(opened, qtbot):
     """The window on a frame of two blocks that meet at x = 30; the focus is in the colour view."""
     opened.editor.set_option("leash", 0)
     opened.activateWindow()
-    qtbot.waitUntil(opened.isActiveWindow, timeout=WAIT_MS)
-    qtbot.waitUntil(lambda: opened.editor.edge_data is not None, timeout=WAIT_MS)
+    qtbot.waitUntil(opened.isActiveWindow)
+    qtbot.waitUntil(lambda: opened.editor.edge_data is not None)
     opened.views.cells["colour"].view.setFocus()
     return opened
 
@@ -75,18 +74,6 @@ def test_a_border_is_drawn_anew_by_keys(typing):
     assert document.undo_stack.undoText() == "Redraw border"
 
 
-def test_an_outline_is_made_of_corners_by_keys(typing):
-    document = typing.workspace.current
-    key(typing, _Key.Key_L)
-    for corner in ((40, 6), (56, 6), (56, 20), (40, 20)):
-        _go(typing, *corner)
-        key(typing, _Key.Key_Space)
-    key(typing, _Key.Key_Return)
-    new = document.selected[0]
-    assert (document.labels[8:18, 42:54] == new).all()
-    assert document.undo_stack.count() == 1
-
-
 def test_a_block_is_split_along_a_line_of_keys(typing):
     document = typing.workspace.current
     key(typing, _Key.Key_S)
@@ -110,7 +97,7 @@ def test_an_object_is_selected_by_a_click_of_keys(typing, qtbot):
     key(typing, _Key.Key_Return)
     assert typing.editor.busy, "Enter clicks while there is nothing to finish"
     key(typing, _Key.Key_Return)
-    qtbot.waitUntil(lambda: not typing.editor.busy, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: not typing.editor.busy)
     assert document.labels[20, 45] == document.selected[0]
     assert document.undo_stack.undoText().startswith("Smart select")
 

@@ -18,8 +18,6 @@ from gui.state.parts import Part
 from gui.work.frame_runs import RunState
 from ilf.data.results import BlockResult
 
-from .conftest import WAIT_MS
-
 Run = Callable[[MainWindow], None]
 
 
@@ -58,7 +56,7 @@ def test_a_slider_solves_the_chosen_block_anew_and_no_other(opened, qtbot, run_a
     steps = workspace.undo_group.activeStack().count()
     said: list[str] = []
     opened.runs.ended.connect(said.append)
-    with qtbot.waitSignal(opened.runs.resolved, timeout=WAIT_MS):
+    with qtbot.waitSignal(opened.runs.resolved):
         _slider(opened, "padding").setValue(8)
     after = _results(opened)
     assert after[chosen].parameters.padding == 3.0
@@ -66,7 +64,7 @@ def test_a_slider_solves_the_chosen_block_anew_and_no_other(opened, qtbot, run_a
     assert after[other] is before[other]
     alone = ilf.complete(workspace.current.frame, workspace.current.labels, after[chosen].parameters)
     assert np.array_equal(after[chosen].depth, alone.results[chosen].depth)
-    qtbot.waitUntil(lambda: opened.runs.state is RunState.IDLE, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: opened.runs.state is RunState.IDLE)
     opened.refresh.now()
     assert len(opened.feature(CurvesFeature).widget.records) == after[chosen].outcome.iterations
     assert _states(opened)[chosen] == "completed"
@@ -84,7 +82,7 @@ def test_a_frame_closes_without_a_question_during_a_re_solve(opened, qtbot):
     document.note_saved(document.stamp)
     opened.actions_["close_frame"].trigger()
     assert not opened.workspace.has_current
-    qtbot.waitUntil(lambda: opened.runs.state is RunState.IDLE, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: opened.runs.state is RunState.IDLE)
 
 
 def test_with_live_off_nothing_runs_and_the_choice_is_remembered(opened, qtbot, run_all):
@@ -117,7 +115,7 @@ def test_blocks_that_run_at_once_give_what_they_give_alone(opened, qtbot, monkey
     opened.runs.records.connect(lambda *_: together.append(opened.workspace.current.results.running))
     results = workspace.current.results
     workspace.changed.connect(lambda parts: previews.append(len(results.previews)) if parts & Part.PREVIEWS else None)
-    with qtbot.waitSignal(opened.runs.ended, timeout=WAIT_MS):
+    with qtbot.waitSignal(opened.runs.ended):
         opened.actions_["run"].trigger()
     assert max(map(len, together)) == len(labels)
     assert max(previews) >= 1

@@ -10,7 +10,7 @@ from ilf.project.file import open_project
 from ilf.sources.frame_ref import FrameRef
 
 from ..ilf.small_sequences import CAMERA, exact_view, pose_of, write_sequence
-from .conftest import WAIT_MS, open_frame
+from .conftest import open_frame
 
 
 def open_sequence(window, qtbot, folder, number=2, intrinsics=CAMERA):
@@ -18,10 +18,10 @@ def open_sequence(window, qtbot, folder, number=2, intrinsics=CAMERA):
     source = FrameRef(str(folder)).with_options(
         intrinsics=None if intrinsics is None else (intrinsics.fx, intrinsics.fy, intrinsics.cx, intrinsics.cy)
     )
-    with qtbot.waitSignal(window.loader.listed, timeout=WAIT_MS):
+    with qtbot.waitSignal(window.loader.listed):
         window.loader.open_folder(source, show=False)
     entries = window.workspace.entries
-    with qtbot.waitSignal(window.loader.idle, timeout=WAIT_MS):
+    with qtbot.waitSignal(window.loader.idle):
         window.loader.open_entry(entries[number])
     window.refresh.now()
     return window.workspace.current
@@ -33,7 +33,7 @@ def use(window, qtbot, count=2):
     panel.reveal()
     panel._count.setValue(count)
     window.actions_["use_neighbours"].trigger()
-    qtbot.waitUntil(lambda: not panel.busy, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: not panel.busy)
     window.refresh.now()
     return panel._sections[NEIGHBOURS]
 
@@ -60,14 +60,14 @@ def test_depth_of_neighbours_is_found_used_seen_undone_and_kept(window, qtbot, t
     np.testing.assert_array_equal(document.frame.missing, hole)  # they never count as measured
 
     window.views.set_content("depth-in", "from_neighbours")
-    qtbot.waitUntil(lambda: not document.changed_blocks() and window.runs.state is RunState.IDLE, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: not document.changed_blocks() and window.runs.state is RunState.IDLE)
     window.refresh.now()
     np.testing.assert_array_equal(window.views.data.from_neighbours, added)
     row, column = np.argwhere(added)[0]
     window.views.cursorMoved.emit((int(column), int(row)))
     assert "from neighbours " in window.statusBar().readout.text()
     section.compare.click()
-    qtbot.waitUntil(lambda: "without it, " in section.effect.text(), timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: "without it, " in section.effect.text())
     together = document.completion().depth
     changed = np.count_nonzero(np.abs(together - before) > 1e-4)
     assert f"It changes completed depth at {changed:,} pixels, by " in section.effect.text()
@@ -81,7 +81,7 @@ def test_depth_of_neighbours_is_found_used_seen_undone_and_kept(window, qtbot, t
     workspace.undo_group.redo()
     np.testing.assert_array_equal(document.completion().depth, together)
 
-    with qtbot.waitSignal(window.project.saving.saved, timeout=WAIT_MS):
+    with qtbot.waitSignal(window.project.saving.saved):
         window.project.saving.save(SaveRequest(tmp_path / "work.ilf"))
     with open_project(tmp_path / "work.ilf") as project:
         decoded = project.state(document.id)
@@ -108,9 +108,9 @@ def test_search_can_be_cancelled_and_what_fails_is_told(window, qtbot, tmp_path,
 
     panel = window.feature(AdditionalDepthPanel)
     actions["use_neighbours"].trigger()
-    qtbot.waitUntil(panel.work.isVisible, timeout=WAIT_MS)
+    qtbot.waitUntil(panel.work.isVisible)
     panel.work.cancel_button.click()
-    qtbot.waitUntil(lambda: not panel.busy, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: not panel.busy)
     assert not panel.work.isVisible()
     assert document.frame.neighbours is None
     use(window, qtbot)

@@ -14,7 +14,7 @@ from ilf.data.frame import RGBDFrame
 from ilf.sources.frame_ref import FrameRef
 from ilf.sources.reading_options import ReadingOptions
 
-from .conftest import WAIT_MS, open_frame, write_frame
+from .conftest import open_frame, write_frame
 
 
 @pytest.fixture
@@ -34,7 +34,7 @@ def test_with_a_camera_it_keeps_the_work_on_it(
     run_all(window)
     completed = present.completion().depth
     assert present.frame.intrinsics is None
-    with qtbot.waitSignal(window.loader.idle, timeout=WAIT_MS):
+    with qtbot.waitSignal(window.loader.idle):
         window.documents.open_source(FrameRef(*images, options=ReadingOptions(intrinsics=(500, 500, 31.5, 23.5))))
     assert window.workspace.current is present
     assert len(window.workspace.entries) == 1
@@ -52,7 +52,7 @@ def test_with_other_units_it_is_replaced_after_asking(
     present = window.workspace.current
     asked: list[str] = []
     window.documents.remove = lambda entries, then: (asked.extend(entry.name for entry in entries), then())
-    with qtbot.waitSignal(window.loader.idle, timeout=WAIT_MS):
+    with qtbot.waitSignal(window.loader.idle):
         window.documents.open_source(FrameRef(*images, options=ReadingOptions(depth_units=2000)))
     assert asked == [present.name]
     assert window.workspace.current is not present

@@ -15,8 +15,6 @@ from gui.state.parts import Part
 from gui.widgets.docks import PanelGroup
 from ilf.sources.frame_ref import FrameRef
 
-from .conftest import WAIT_MS
-
 
 class _Missing(Panel):
     """Counts the missing pixels of the frame."""
@@ -50,7 +48,7 @@ def test_a_new_panel_is_one_class(opened, qtbot):
     assert not panel.made, "a closed panel is not even made"
     panel.reveal()
     missing = int(np.count_nonzero(~np.isfinite(opened.workspace.current.frame.depth)))
-    qtbot.waitUntil(lambda: panel.label.text() == f"{missing} px", timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: panel.label.text() == f"{missing} px")
     panel.drawn.clear()
     opened.workspace.select([1])
     opened.workspace.select([1, 2])

@@ -17,8 +17,6 @@ from gui.work.frame_runs import RunState
 from ilf._runtime.formatting import millimetres
 from ilf.segmentation.editing.patches import patch_between
 
-from .conftest import WAIT_MS
-
 
 @pytest.fixture
 def panel(opened, run_all):
@@ -35,9 +33,9 @@ def _effect(panel, name: str) -> str:
 
 
 def _settle(window, panel, qtbot):
-    qtbot.waitUntil(lambda: window.runs.state is RunState.IDLE, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: window.runs.state is RunState.IDLE)
     window.refresh.now()
-    qtbot.waitUntil(lambda: not panel.busy, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: not panel.busy)
 
 
 def _drag(panel, name: str, *steps: int):
@@ -71,14 +69,14 @@ def test_a_drag_goes_on_while_the_depth_before_it_is_compared(opened, panel, qtb
 
     def find(depths: object) -> object:
         begun.set()
-        assert go_on.wait(WAIT_MS / 1000)
+        assert go_on.wait(60)
         return effect_of(depths)
 
     monkeypatch.setattr("gui.features.filter.effect_of", find)
     _drag(panel, "slope_weight", 20)
-    qtbot.waitUntil(begun.is_set, timeout=WAIT_MS)
+    qtbot.waitUntil(begun.is_set)
     _drag(panel, "slope_weight", 20)
-    qtbot.waitUntil(lambda: opened.runs.state is RunState.IDLE, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: opened.runs.state is RunState.IDLE)
     opened.refresh.now()
     go_on.set()
     _settle(opened, panel, qtbot)
@@ -124,8 +122,8 @@ def test_what_acts_most_comes_first_once_it_is_tried(opened, panel, qtbot, for_s
     parameters, depth = document.state.common, document.completion().depth.copy()
     button = next(b for b in panel.form.findChildren(QToolButton) if b.text() == "Try parameters")
     QTest.mouseClick(button, Qt.MouseButton.LeftButton)
-    qtbot.waitUntil(panel.work.isVisible, timeout=WAIT_MS)
-    qtbot.waitUntil(lambda: not panel.busy, timeout=WAIT_MS)
+    qtbot.waitUntil(panel.work.isVisible)
+    qtbot.waitUntil(lambda: not panel.busy)
     assert not panel.work.isVisible()
     opened.refresh.now()
     rows = {name: panel.form.findChild(QWidget, name).parentWidget() for name in panel.form.shown}
@@ -140,9 +138,9 @@ def test_what_acts_most_comes_first_once_it_is_tried(opened, panel, qtbot, for_s
 
 def test_a_trial_can_be_cancelled(opened, panel, qtbot):
     opened.actions_["try_parameters"].trigger()
-    qtbot.waitUntil(panel.work.isVisible, timeout=WAIT_MS)
+    qtbot.waitUntil(panel.work.isVisible)
     panel.work.cancel_button.click()
-    qtbot.waitUntil(lambda: not panel.busy, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: not panel.busy)
     assert not panel.work.isVisible()
     assert not any(_effect(panel, name) for name in panel.form.shown)
 

@@ -20,7 +20,6 @@ from ilf.data.presets import preset
 from ilf.errors import InputError
 
 from ..ilf.small_sequences import sequence, write_sequence
-from .conftest import WAIT_MS
 from .test_neighbours import open_sequence
 
 COUNT = 4
@@ -40,7 +39,7 @@ def _play(window, qtbot):
     feature, shown = window.feature(PlayFeature), []
     feature.worker.progressed.connect(lambda items: shown.append(items[-1]))
     window.actions_["play_frames"].trigger()
-    qtbot.waitUntil(lambda: not feature.playing, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: not feature.playing)
     _settle(window, qtbot)
     feature.worker.progressed.disconnect()
     feature.worker.progressed.connect(feature._take)
@@ -50,10 +49,7 @@ def _play(window, qtbot):
 def _settle(window, qtbot):
     """Wait until the frame shown by playing is open."""
     workspace, worker = window.workspace, window.feature(PlayFeature).worker
-    qtbot.waitUntil(
-        lambda: workspace.has_current and not window.loader.busy and not worker.busy,
-        timeout=WAIT_MS,
-    )
+    qtbot.waitUntil(lambda: workspace.has_current and not window.loader.busy and not worker.busy)
     window.refresh.now()
 
 
@@ -73,7 +69,7 @@ def test_all_frames_are_shown_in_order_with_stored_results_and_edits_stay(listed
     assert np.array_equal(shown[0].moment.depth, completed, equal_nan=True)
     assert [played.moment.depth is None for played in shown] == [False, True, True, True]
     assert workspace.current.id == entries[COUNT - 1].id, "the last one is open"
-    qtbot.waitUntil(lambda: entries[0].document is None, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: entries[0].document is None)
 
     by_batch = np.full(first.frame.shape, 2.5, np.float32)
     np.save(tmp_path / "depth.npy", by_batch)
@@ -95,7 +91,7 @@ def test_all_frames_are_shown_in_order_with_stored_results_and_edits_stay(listed
     assert changes[2].depth_out is None
     assert changes[1].text == "1 frame before, by poses"
 
-    with qtbot.waitSignal(window.loader.idle, timeout=WAIT_MS):
+    with qtbot.waitSignal(window.loader.idle):
         window.loader.open_entry(entries[0])
     assert np.array_equal(workspace.current.labels, np.ones(first.frame.shape)), "the edit was stored"
     assert np.array_equal(workspace.current.completion().depth, completed, equal_nan=True)
@@ -107,7 +103,7 @@ def test_nothing_can_be_edited_while_frames_play_and_a_press_opens_the_frame_sho
     window.views.set_content("expected-error", "flicker-in")
     actions["play_loop"].trigger()
     actions["play_frames"].trigger()
-    qtbot.waitUntil(lambda: feature.shown is not None and feature.shown.row == 2, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: feature.shown is not None and feature.shown.row == 2)
     window.refresh.now()
     assert not workspace.has_current
     for name in ("undo", "extract", "run", "select_all"):
@@ -138,7 +134,7 @@ def test_going_to_another_frame_ends_playing_and_what_cannot_be_read_is_left_out
     actions = window.actions_
     actions["play_loop"].trigger()
     actions["play_frames"].trigger()
-    qtbot.waitUntil(lambda: feature.shown is not None and feature.shown.row == 2, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: feature.shown is not None and feature.shown.row == 2)
     assert feature.shown.unreadable >= 1  # once a loop
     window.loader.open_entry(workspace.entries[0])
     window.refresh.now()
@@ -152,18 +148,18 @@ def test_a_frame_that_is_gone_when_playing_ends_is_not_opened(listed, qtbot):
     first, actions = workspace.current, window.actions_
     actions["play_loop"].trigger()
     actions["play_frames"].trigger()
-    qtbot.waitUntil(lambda: feature.shown is not None and feature.shown.row == 1, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: feature.shown is not None and feature.shown.row == 1)
     workspace.remove_entries([workspace.entries[feature.shown.row]])
-    qtbot.waitUntil(lambda: workspace.has_current, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: workspace.has_current)
     assert not feature.playing
     _settle(window, qtbot)
     assert workspace.current in workspace.open
 
-    qtbot.waitUntil(lambda: actions["play_frames"].isEnabled(), timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: actions["play_frames"].isEnabled())
     actions["play_frames"].trigger()
-    qtbot.waitUntil(lambda: feature.shown is not None, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: feature.shown is not None)
     workspace.remove_entries(list(workspace.entries))
-    qtbot.waitUntil(lambda: not feature.playing and feature.shown is None, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: not feature.playing and feature.shown is None)
     assert not workspace.has_current
     assert first not in workspace.open
     assert window.views.data.rgb is None, "the start page is shown"
@@ -186,13 +182,13 @@ def test_flicker_of_the_current_frame_is_against_the_one_before_it(listed, qtbot
     cell = views.cells["flicker"]
     for number in (0, 1):
         if number:
-            with qtbot.waitSignal(window.loader.idle, timeout=WAIT_MS):
+            with qtbot.waitSignal(window.loader.idle):
                 window.actions_["next_frame"].trigger()
         window.refresh.now()
         assert cell.picture.value_at(40, 5) is None
         workspace.current.replace_blocks(np.ones(workspace.current.frame.shape, np.int32), "One block")
         run_all(window)
-    qtbot.waitUntil(lambda: not flicker.busy and cell.picture.value_at(40, 5) is not None, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: not flicker.busy and cell.picture.value_at(40, 5) is not None)
     assert cell.strip.title == "Flicker of depth out"
     assert abs(cell.picture.value_at(40, 5)) < 5
     low, high = cell.bar.levels

@@ -7,8 +7,6 @@ import re
 import ilf
 from gui.features.status import StatusFeature
 
-from .conftest import WAIT_MS
-
 
 def _messages(window) -> set[str]:
     return {cell.view._message for cell in window.views.cells.values() if cell.view.isVisible()}
@@ -26,7 +24,7 @@ def test_stages_of_a_run_are_named(opened, qtbot):
             assert not any(message.startswith("No result yet") for message in _messages(opened))
         return opened.workspace.current.expected_error() is not None
 
-    qtbot.waitUntil(ended, timeout=WAIT_MS)
+    qtbot.waitUntil(ended)
     filtering = re.compile(r"Filtering (0 of \d+|[1-9]\d* of \d+, [1-9]\d* %.*)")
     assert all(filtering.fullmatch(text) for text in seen if text.startswith("Filtering")), "no share of nothing done"
     assert any(text.startswith("Estimating") for text in seen), "named, though its share is not known"
@@ -38,6 +36,6 @@ def test_a_pause_is_told_with_what_is_done(opened, qtbot):
     progress = opened.feature(StatusFeature).bar.progress
     opened.workspace.parameters.set(ilf.preset("released-code", max_iterations=100_000))
     opened.actions_["step"].trigger()
-    qtbot.waitUntil(lambda: progress.format().startswith("Paused"), timeout=WAIT_MS)
-    with qtbot.waitSignal(opened.runs.ended, timeout=WAIT_MS):
+    qtbot.waitUntil(lambda: progress.format().startswith("Paused"))
+    with qtbot.waitSignal(opened.runs.ended):
         opened.actions_["cancel"].trigger()

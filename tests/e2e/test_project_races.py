@@ -12,11 +12,11 @@ from ilf.project.file import open_project, save_project
 from ilf.sources.frame_ref import FrameRef
 from ilf.sources.reading_options import ReadingOptions
 
-from .conftest import WAIT_MS, write_frame
+from .conftest import write_frame
 
 
 def _saved(window, qtbot, path):
-    with qtbot.waitSignal(window.project.saving.saved, timeout=WAIT_MS):
+    with qtbot.waitSignal(window.project.saving.saved):
         window.project.saving.save(SaveRequest(path))
 
 
@@ -26,11 +26,11 @@ def test_the_present_project_is_opened_again_as_it_has_been_saved_before(opened,
     opened.workspace.current.edit_info(1, "Rename", name="Wall")
     opened.documents.discard_silently = False
     opened.documents.open_paths([path])
-    qtbot.waitUntil(lambda: opened.project.closing.dialog is not None, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: opened.project.closing.dialog is not None)
     dialog = opened.project.closing.dialog
-    with qtbot.waitSignal(opened.project.opening.opened, timeout=WAIT_MS):
+    with qtbot.waitSignal(opened.project.opening.opened):
         dialog.save_button.click()
-    qtbot.waitUntil(lambda: opened.workspace.has_current, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: opened.workspace.has_current)
     opened.documents.discard_silently = True
     assert opened.workspace.current.info(1).name == "Wall"
 
@@ -42,7 +42,7 @@ def test_a_project_is_left_only_when_it_has_been_saved(opened, qtbot, tmp_path, 
     opened.documents.discard_silently = False
     opened.project.saving.save(SaveRequest(other))
     opened.actions_[leave].trigger()
-    qtbot.waitUntil(lambda: not (opened.isVisible() and len(opened.workspace.entries)), timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: not (opened.isVisible() and len(opened.workspace.entries)))
     with open_project(other) as project:
         assert [frame.has_state for frame in project.project.frames] == [True]
     if leave == "new_project":
@@ -52,7 +52,7 @@ def test_a_project_is_left_only_when_it_has_been_saved(opened, qtbot, tmp_path, 
 def test_a_note_written_while_the_project_is_saved_stays_unsaved(opened, qtbot, tmp_path, small_frame):
     entry = Entry.of(FrameRef(str(write_frame(tmp_path / "second", small_frame))))
     opened.workspace.add_entries([entry])
-    with qtbot.waitSignal(opened.project.saving.saved, timeout=WAIT_MS):
+    with qtbot.waitSignal(opened.project.saving.saved):
         opened.project.saving.save(SaveRequest(tmp_path / "room.ilf"))
         opened.workspace.set_note(entry, "Late.")
     assert entry.unsaved
@@ -88,7 +88,7 @@ def test_two_frames_of_the_same_files_stay_apart(opened, qtbot):
     workspace.add_entries(others)
     for other in others:
         opened.loader.open_entry(other)
-        qtbot.waitUntil(lambda: not opened.loader.busy, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: not opened.loader.busy)
     documents = [entry.document for entry in workspace.entries]
     assert None not in documents
     assert [document.id for document in documents if document is not None] == [worked.id, *(one.id for one in others)]
@@ -100,7 +100,7 @@ def test_a_frame_that_is_removed_while_it_is_read_does_not_come_back(opened, qtb
     opened.workspace.add_entries([entry])
     opened.loader.open_entry(entry)
     opened.workspace.remove_entries([entry])
-    qtbot.waitUntil(lambda: not opened.loader.busy, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: not opened.loader.busy)
     assert len(opened.workspace.entries) == len(opened.workspace.open) == 1
 
 
@@ -113,7 +113,7 @@ def test_saved_work_is_not_replaced_unasked_by_the_same_frame_named_or_read_othe
     _saved(opened, qtbot, tmp_path / "room.ilf")
     workspace.unload(workspace.current)
     documents.discard_silently = False
-    with qtbot.waitSignal(opened.loader.idle, timeout=WAIT_MS):
+    with qtbot.waitSignal(opened.loader.idle):
         documents.open_source(FrameRef(os.path.relpath(frame_folder)))
     assert workspace.current.info(1).name == "Wall"
     workspace.unload(workspace.current)
@@ -123,6 +123,6 @@ def test_saved_work_is_not_replaced_unasked_by_the_same_frame_named_or_read_othe
     assert list(workspace.entries) == [entry]
     assert not opened.loader.busy
     documents.discard_silently = True
-    with qtbot.waitSignal(opened.loader.idle, timeout=WAIT_MS):
+    with qtbot.waitSignal(opened.loader.idle):
         documents.open_source(FrameRef(str(frame_folder), options=ReadingOptions(depth_units=2000.0)))
     assert [one.id for one in workspace.entries] == [workspace.current.id] != [entry.id]

@@ -32,7 +32,7 @@ from ilf.segmentation.editing.patches import patch_between
 from ilf.sources.frame_ref import FrameRef
 
 from ..ilf.project_states import assert_same
-from .conftest import WAIT_MS, open_frame, write_frame
+from .conftest import open_frame, write_frame
 
 
 @pytest.fixture
@@ -58,14 +58,14 @@ def another(qtbot):
 def save(window, qtbot, path: Path, embed: bool | None = None):
     done: list[bool] = []
     window.project.saving.save(SaveRequest(path, embed, None, done.append))
-    qtbot.waitUntil(lambda: bool(done), timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: bool(done))
     assert done == [True]
 
 
 def open_project(window, qtbot, path: Path):
-    with qtbot.waitSignal(window.project.opening.opened, timeout=WAIT_MS):
+    with qtbot.waitSignal(window.project.opening.opened):
         window.documents.open_paths([path])
-    qtbot.waitUntil(lambda: not window.loader.busy and not window.project.missing.busy, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: not window.loader.busy and not window.project.missing.busy)
     window.refresh.now()
 
 
@@ -73,7 +73,7 @@ def show(window, qtbot, row: int) -> Document:
     """A frame of the list, as it is opened when it is looked at."""
     workspace, entry = window.workspace, window.workspace.entries[row]
     window.loader.open_entry(entry)
-    qtbot.waitUntil(lambda: workspace.has_current and workspace.current is entry.document, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: workspace.has_current and workspace.current is entry.document)
     return workspace.current
 
 
@@ -101,7 +101,7 @@ def work_on(window, qtbot, run_all) -> Document:
     workspace.current.compare_runs(document.state.runs[:1])
     kept = document.state.runs[0]
     window.feature(RunsPanel).reveal()
-    qtbot.waitUntil(lambda: kept.ground_truth_error is not None and kept.expected_error is not None, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: kept.ground_truth_error is not None and kept.expected_error is not None)
     return document
 
 
@@ -172,7 +172,7 @@ def test_a_project_opens_moved_with_its_frames_and_embedded_alone_and_a_damaged_
     assert left_aside.summary.problem
     box = next(box for box in window.findChildren(QMessageBox) if box.isVisible())
     box.button(QMessageBox.StandardButton.Yes).click()
-    qtbot.waitUntil(lambda: window.workspace.has_current and not window.loader.busy, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: window.workspace.has_current and not window.loader.busy)
     assert left_aside.document is None
     assert len(window.workspace.entries) == 2, "the files are opened anew, beside the work"
     save(window, qtbot, path)
@@ -216,11 +216,11 @@ def test_missing_files_are_asked_for_and_checked(window, another, qtbot, small_f
         return not second.project.missing.busy and not second.loader.busy
 
     second.project.missing.locate_file(changed, folders[2] / "rgb.png")
-    qtbot.waitUntil(searched, timeout=WAIT_MS)
+    qtbot.waitUntil(searched)
     assert dialog.message.tone() == "error"
     assert len(second.project.missing.lost) == 5
     second.project.missing.locate_folder(tmp_path / "away")
-    qtbot.waitUntil(searched, timeout=WAIT_MS)
+    qtbot.waitUntil(searched)
     assert [lost.frame for lost in second.project.missing.lost] == [changed.frame]
     assert [entry.summary.stage for entry in workspace.entries] == [
         Stage.EXTRACTED,
@@ -263,7 +263,7 @@ def test_a_save_that_fails_leaves_file_and_mark_and_one_message(opened, qtbot, t
     with monkeypatch.context() as patched:
         patched.setattr("zipfile.ZipFile.writestr", full)
         opened.actions_["save_project"].trigger()
-        qtbot.waitUntil(lambda: bool(told), timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: bool(told))
     assert told[0].endswith("the disk is full. Free some space or choose another folder.")
     assert path.read_bytes() == before
     assert opened.workspace.current.unsaved_summary() == "1 edit"
@@ -276,11 +276,11 @@ def test_a_save_that_fails_leaves_file_and_mark_and_one_message(opened, qtbot, t
     with monkeypatch.context() as patched:
         patched.setattr("zipfile.ZipFile.writestr", full)
         dialog.save_button.click()
-        qtbot.waitUntil(lambda: len(told) == 2, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: len(told) == 2)
     assert opened.isVisible(), "a save that fails cancels the closing"
     assert opened.project.closing.dialog is None
     opened.actions_["save_project"].trigger()
-    qtbot.waitUntil(lambda: not opened.project.present.unsaved, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: not opened.project.present.unsaved)
     assert list(tmp_path.glob(".ilf-*")) == []
 
 
@@ -289,7 +289,7 @@ def test_what_is_saved_is_what_there_was_and_replaces_nothing_unasked(opened, qt
     workspace.current.edit_info(1, "Rename", name="Wall")
     opened.project.saving.save(SaveRequest(tmp_path / "p.ilf", then=done.append))
     workspace.current.edit_info(1, "Rename", name="Floor")
-    qtbot.waitUntil(lambda: bool(done), timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: bool(done))
     assert workspace.current.unsaved
     path = tmp_path / "p.ilf"
     with read_project(path) as project:
@@ -309,7 +309,7 @@ def test_what_is_saved_is_what_there_was_and_replaces_nothing_unasked(opened, qt
     opened.actions_["save_project"].trigger()
     box = next(box for box in QApplication.topLevelWidgets() if isinstance(box, QMessageBox) and box.isVisible())
     next(button for button in box.buttons() if "Replace" in button.text()).click()
-    qtbot.waitUntil(lambda: not opened.workspace.current.unsaved, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: not opened.workspace.current.unsaved)
     assert path.read_bytes() != other
 
     # it is write-protected
@@ -325,7 +325,7 @@ def test_what_is_saved_is_what_there_was_and_replaces_nothing_unasked(opened, qt
     dialog.path.setText(str(tmp_path / "other"))
     assert dialog.chosen() == tmp_path / "other.ilf"
     dialog.accept()
-    qtbot.waitUntil(lambda: (tmp_path / "other.ilf").exists() and not opened.project.saving.busy, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: (tmp_path / "other.ilf").exists() and not opened.project.saving.busy)
     assert (path.read_bytes(), opened.project.present.path) == (before, tmp_path / "other.ilf")
 
     # it is of another schema
@@ -333,7 +333,7 @@ def test_what_is_saved_is_what_there_was_and_replaces_nothing_unasked(opened, qt
     before = path.read_bytes()
     monkeypatch.setattr(QMessageBox, "open", lambda box: told.append(box.text()))
     opened.documents.open_paths([path])
-    qtbot.waitUntil(lambda: len(told) == 2, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: len(told) == 2)
     assert "p.ilf has schema 99" in told[1]
     assert (path.read_bytes(), opened.project.present.path) == (before, tmp_path / "other.ilf")
 
@@ -373,13 +373,13 @@ def test_closing_saves_discards_or_stays_frame_by_frame(opened, another, qtbot, 
     dialog.tick({first.id})
     assert dialog.save_button.text() == "&Save 1 of 2"
     dialog.save_button.click()
-    qtbot.waitUntil(lambda: opened.findChild(SaveAsDialog) is not None, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: opened.findChild(SaveAsDialog) is not None)
     where = opened.findChild(SaveAsDialog)
     where.path.setText(str(path))
     told: list[str] = []
     monkeypatch.setattr(opened.notes, "warn", lambda what, notes, details="": told.extend(notes))
     where.accept()
-    qtbot.waitUntil(lambda: not opened.isVisible(), timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: not opened.isVisible())
     assert told == []
 
     window = another()
@@ -407,7 +407,7 @@ def test_a_frame_that_is_closed_comes_back_as_it_was_saved(opened, qtbot, tmp_pa
         dialog = opened.project.closing.dialog
         assert dialog is not None
         getattr(dialog, answer).click()
-        qtbot.waitUntil(lambda: not workspace.has_current, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: not workspace.has_current)
         entry = workspace.entries[0]
         assert (len(workspace.entries), entry.unsaved) == (1, False)
         assert show(opened, qtbot, 0).info(1).name == name
@@ -422,7 +422,7 @@ def test_a_frame_that_is_closed_comes_back_as_it_was_saved(opened, qtbot, tmp_pa
     opened.actions_["new_project"].trigger()
     dialog = opened.project.closing.dialog
     dialog.discard_button.click()
-    qtbot.waitUntil(lambda: len(workspace.entries) == 0, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: len(workspace.entries) == 0)
     assert opened.project.present.path is None
     open_project(opened, qtbot, path)
     assert workspace.current.info(1).name == "Floor"
@@ -447,7 +447,7 @@ def test_a_run_is_not_lost_when_the_window_closes(opened, qtbot, tmp_path, waits
     assert "a run is in progress" in item.text(1)
     (dialog.wait if waits else dialog.stop).setChecked(True)
     dialog.save_button.click()
-    qtbot.waitUntil(lambda: not opened.isVisible(), timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: not opened.isVisible())
     with read_project(path) as project:
         state = project.state(project.project.frames[0].id).state
     (kept,) = state.runs
@@ -458,7 +458,7 @@ def test_a_run_is_not_lost_when_the_window_closes(opened, qtbot, tmp_path, waits
 def test_an_export_is_no_saving_opening_no_work_and_a_sweep_is_named(opened, qtbot, tmp_path):
     assert not opened.project.present.unsaved, "a frame that was opened and extracted is no work"
     opened.workspace.current.edit_info(1, "Rename", name="Wall")
-    with qtbot.waitSignal(opened.feature(ExportFeature).ended, timeout=WAIT_MS):
+    with qtbot.waitSignal(opened.feature(ExportFeature).ended):
         opened.feature(ExportFeature).start(Export(tmp_path / "out", ExportOptions()))
     assert opened.project.present.unsaved
     opened.workspace.undo_group.undo()

@@ -25,7 +25,7 @@ from ilf.segmentation.editing.patches import patch_between
 from ilf.sources.frame_ref import FrameRef
 from ilf.sources.reading import read_frame
 
-from .conftest import WAIT_MS, open_frame, write_frame
+from .conftest import open_frame, write_frame
 
 SHIFTS = 0, 0, 3, 6, 9
 
@@ -61,7 +61,7 @@ def part(listed):
 
 def propagate_state(window, part, qtbot, command: str) -> Document:
     """Give a command and wait until blocks have been carried; the frame that is shown then."""
-    with qtbot.waitSignal(part.propagator.ended, timeout=WAIT_MS):
+    with qtbot.waitSignal(part.propagator.ended):
         window.actions_[command].trigger()
     window.refresh.now()
     return window.workspace.current
@@ -112,7 +112,7 @@ def test_through_frames_that_keep_what_was_done_by_hand(listed, part, qtbot, seq
     assert dialog.count.value() == 4
     assert dialog.chosen_way == "propagate_auto"
     dialog.how.setCurrentIndex(dialog.how.findData("propagate_flow"))
-    with qtbot.waitSignal(part.propagator.ended, timeout=WAIT_MS):
+    with qtbot.waitSignal(part.propagator.ended):
         dialog.accept()
     window.refresh.now()
     assert part.how == "flow"
@@ -130,15 +130,15 @@ def test_through_frames_that_keep_what_was_done_by_hand(listed, part, qtbot, seq
 def test_frames_on_the_way_are_put_away_and_come_back(listed, part, qtbot):
     window, workspace, entries = listed, listed.workspace, listed.workspace.entries
     window.feature(FramesFeature).open_frames.max_open = 1
-    with qtbot.waitSignal(part.propagator.ended, timeout=WAIT_MS):
+    with qtbot.waitSignal(part.propagator.ended):
         part.propagate_through(4)
     window.feature(FramesFeature).open_frames.close_surplus()
-    qtbot.waitUntil(lambda: len(workspace.open) == 1, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: len(workspace.open) == 1)
     summaries = [entry.summary for entry in entries]
     assert [summary.stage for summary in summaries[1:]] == [Stage.PROPAGATED] * 4
     # what is put away is gone through again: from the frame before, and on to frames that nobody has edited
     window.loader.open_entry(entries[3])
-    qtbot.waitUntil(lambda: entries[3].document is not None, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: entries[3].document is not None)
     document = propagate_state(window, part, qtbot, "propagate_previous")
     assert document.info(1).name == "Wall"
     assert document.blocks.propagated_from == "frame-2"
@@ -159,8 +159,8 @@ def test_blocks_edited_by_hand_are_carried_on_from_where_they_are_stored(listed,
     workspace.show(first)
     window.feature(FramesFeature).open_frames.max_open = 1
     window.feature(FramesFeature).open_frames.close_surplus()
-    qtbot.waitUntil(lambda: entries[1].document is None, timeout=WAIT_MS)
-    with qtbot.waitSignal(part.propagator.ended, timeout=WAIT_MS) as ended:
+    qtbot.waitUntil(lambda: entries[1].document is None)
+    with qtbot.waitSignal(part.propagator.ended) as ended:
         part.propagate_through(2)
     (propagation_run,) = ended.args
     assert propagation_run.kept == ["frame-1"]
@@ -173,7 +173,7 @@ def test_it_can_be_stopped_and_says_how_far_it_is(listed, part, qtbot):
     shown: list[str] = []
     part.propagator.changed.connect(lambda: shown.append(part.strip.label.text() if part.strip.isVisible() else ""))
     part.propagator.changed.connect(lambda: part.strip.work.cancel_button.click() if len(shown) == 3 else None)
-    with qtbot.waitSignal(part.propagator.ended, timeout=WAIT_MS) as ended:
+    with qtbot.waitSignal(part.propagator.ended) as ended:
         part.propagate_through(4)
     (propagation_run,) = ended.args
     assert propagation_run.stopped
@@ -193,7 +193,7 @@ def test_frames_that_are_taken_out_of_the_list_on_the_way_stay_out(listed, part,
             workspace.remove_entries(list(entries)[2:])
 
     part.propagator.changed.connect(remove)
-    with qtbot.waitSignal(part.propagator.ended, timeout=WAIT_MS) as ended:
+    with qtbot.waitSignal(part.propagator.ended) as ended:
         part.propagate_through(1500)
     (propagation_run,) = ended.args
     assert [one.name for one in propagation_run.done] == ["frame-1"]
@@ -209,7 +209,7 @@ def test_a_frame_stays_open_while_blocks_are_carried_to_it(listed, part, qtbot):
     window.feature(FramesFeature).open_frames.max_open = 1
     busy: list[bool] = []
     part.propagator.changed.connect(lambda: busy.append(window.feature(FramesFeature).open_frames._is_busy(second)))
-    with qtbot.waitSignal(part.propagator.ended, timeout=WAIT_MS):
+    with qtbot.waitSignal(part.propagator.ended):
         part.propagate_through(1, replaces=True)
     assert busy == [False, True, False]
 
@@ -239,7 +239,7 @@ def test_what_needs_a_look_is_gone_through(listed, part, qtbot):
     def said(command: str) -> str:
         window.actions_[command].trigger()
         window.refresh.now()
-        qtbot.waitUntil(lambda: not window.feature(QualityPanel).busy, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: not window.feature(QualityPanel).busy)
         return window.feature(QualityPanel).reason.text()
 
     assert "Floor was propagated: it was not in the picture before." in said("next_check")

@@ -21,20 +21,20 @@ from ilf.evaluation.quality.remedies import Remedy
 from ilf.segmentation.editing.patches import patch_between
 from ilf.sources.frame_ref import FrameRef
 
-from .conftest import WAIT_MS, open_frame, write_frame
+from .conftest import open_frame, write_frame
 from .hand import click, key
 
-HEIGHT, WIDTH = 180, 240
+HEIGHT, WIDTH = 108, 144
 
 
 def three_walls() -> RGBDFrame:
     """Three walls side by side at 1, 1.5 and 2.2 m, holes across where they meet, and a speckle in the last."""
     columns = np.indices((HEIGHT, WIDTH))[1]
-    part = (columns >= 80).astype(int) + (columns >= 160)
+    part = (columns >= 48).astype(int) + (columns >= 96)
     depth = np.array([1.0, 1.5, 2.2])[part]
-    depth[20:160, 84:110] = np.nan
-    depth[100:160, 150:158] = np.nan
-    depth[30:32, 200:202] = 1.1
+    depth[12:96, 50:66] = np.nan
+    depth[60:96, 90:95] = np.nan
+    depth[18:20, 120:122] = 1.1
     return RGBDFrame(np.array([[200, 80, 40], [60, 180, 90], [50, 70, 190]], np.uint8)[part], depth)
 
 
@@ -59,7 +59,7 @@ def settled(window, qtbot) -> str:
     panel = window.feature(QualityPanel)
     assert panel.widget is not None, "made, though it may be closed"
     window.refresh.now()
-    qtbot.waitUntil(lambda: not panel.busy, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: not panel.busy)
     return ": ".join(filter(None, (panel.position.text(), panel.reason.text())))
 
 
@@ -78,7 +78,7 @@ def test_going_through_mending_and_ignoring(window, qtbot, tmp_path):
     press(window, qtbot, "next_check")
 
     # what an edit mends is dropped, what undo brings back is there again
-    workspace.current.replace_blocks(walls(80, WIDTH).astype(np.int32), "Split")
+    workspace.current.replace_blocks(walls(48, WIDTH).astype(np.int32), "Split")
     assert settled(window, qtbot) == "Fixed. 1 flagged place left to check."
     assert "1 of 1: Depth jumps by 0.70 m inside Block 2." in press(window, qtbot, "next_check")
     assert workspace.current.selected == [2]
@@ -94,7 +94,7 @@ def test_going_through_mending_and_ignoring(window, qtbot, tmp_path):
     assert not window.actions_["ignore_check"].isEnabled()
     state = workspace.current.snapshot()
     assert Document.of_state(state, None, "again").state.ignored == workspace.current.state.ignored != ()
-    workspace.current.replace_blocks(walls(81, WIDTH).astype(np.int32), "Another edit")
+    workspace.current.replace_blocks(walls(49, WIDTH).astype(np.int32), "Another edit")
     assert settled(window, qtbot) == said, "it stays ignored"
     window.actions_["undo"].trigger()
     settled(window, qtbot)
@@ -102,7 +102,7 @@ def test_going_through_mending_and_ignoring(window, qtbot, tmp_path):
     assert settled(window, qtbot) == "1 flagged place left to check.", "ignoring is undone as any step"
     window.actions_["redo"].trigger()
     assert settled(window, qtbot) == said
-    workspace.current.replace_blocks(walls(80, 150, WIDTH).astype(np.int32), "An edit there")
+    workspace.current.replace_blocks(walls(48, 90, WIDTH).astype(np.int32), "An edit there")
     assert settled(window, qtbot) == "1 flagged place left to check.", "it is another place now"
     window.findChild(QDockWidget, "Quality").close()
     assert panel._marks[0].path.isEmpty()
@@ -131,8 +131,8 @@ def test_remedies_are_previewed_and_applied_one_after_the_other(window, qtbot, t
 
     # while a tool has something to finish, Enter is for the tool, and the button does not promise it
     window.editor.set_tool("smart_select")
-    click(window, (100, 90))
-    qtbot.waitUntil(lambda: not window.editor.working, timeout=WAIT_MS)
+    click(window, (60, 54))
+    qtbot.waitUntil(lambda: not window.editor.working)
     assert checks.remedy_button.text() == "Split Wall"
     window.editor.set_tool("split")
     assert checks.remedy_button.text() == "Split Wall (Enter)"
@@ -141,7 +141,7 @@ def test_remedies_are_previewed_and_applied_one_after_the_other(window, qtbot, t
     settled(window, qtbot)
     assert window.actions_["undo"].text() == "Undo Split Wall"
     labels = workspace.current.labels
-    assert np.mean((labels == labels[0, 0]) == (walls(80, WIDTH) == 1)) > 0.97
+    assert np.mean((labels == labels[0, 0]) == (walls(48, WIDTH) == 1)) > 0.97
     assert "1 of 1" in settled(window, qtbot), "it has gone on to the next place"
 
     # what is locked has no remedy
@@ -163,13 +163,13 @@ def test_remedies_are_previewed_and_applied_one_after_the_other(window, qtbot, t
 
 def test_a_remedy_leaves_no_sliver(window, qtbot, tmp_path, monkeypatch):
     opened_with(window, qtbot, tmp_path, walls(WIDTH))
-    split = np.where(walls(80, WIDTH) == 1, 2, 1).astype(np.int32)
+    split = np.where(walls(48, WIDTH) == 1, 2, 1).astype(np.int32)
     split[50:52, 30:32] = 1
     remedy = Remedy("split", "Split Block 1", patch_between(np.ones_like(split), split))
     monkeypatch.setattr("gui.features.quality.find_remedy", lambda *_, **__: remedy)
     press(window, qtbot, "next_check")
     press(window, qtbot, "apply_remedy")
-    assert np.array_equal(window.workspace.current.labels == 2, walls(80, WIDTH) == 1)
+    assert np.array_equal(window.workspace.current.labels == 2, walls(48, WIDTH) == 1)
     window.actions_["undo"].trigger()
     assert (window.workspace.current.labels == 1).all(), "one step"
 
@@ -199,11 +199,11 @@ def test_crosshair_and_readout_follow_to_the_place(window, qtbot, tmp_path):
 
 
 def test_high_expected_error_is_a_place_once_it_is_known(window, qtbot, tmp_path, run_all, monkeypatch):
-    opened_with(window, qtbot, tmp_path, walls(80, 160, WIDTH))
+    opened_with(window, qtbot, tmp_path, walls(48, 96, WIDTH))
     run_all(window)
     assert press(window, qtbot, "next_check") == "No flagged places."
     document = window.workspace.current
-    qtbot.waitUntil(lambda: document.expected_error() is not None, timeout=WAIT_MS)  # or it comes after what follows
+    qtbot.waitUntil(lambda: document.expected_error() is not None)  # or it comes after what follows
     error = np.where(document.frame.known, np.float32(np.nan), np.float32(0.3))
     document.store_error_estimate(document.completion(), ErrorEstimate(error, np.zeros(error.shape, bool)))
     settled(window, qtbot)
@@ -212,7 +212,7 @@ def test_high_expected_error_is_a_place_once_it_is_known(window, qtbot, tmp_path
     monkeypatch.setattr(Document, "expected_error", lambda _: None)  # as while an edit is solved
     monkeypatch.setattr(window.feature(ErrorFeature)._questions, "ask", lambda _: None)  # or it is endless
     labels = document.labels.copy()
-    labels[170:, 230:] = 1
+    labels[102:, 138:] = 1
     window.workspace.current.edit(patch_between(document.labels, labels), "Paint")
     assert settled(window, qtbot).partition(": ")[2] == first.partition(": ")[2], (
         "high errors of other blocks stay until they are computed again"
@@ -223,8 +223,8 @@ def test_suspect_depth_and_blocks_at_a_limit_are_marked(window, qtbot, tmp_path,
     """A speck in a hole is striped and counted; a block that could not become steady is amber, with its sentence."""
     rows, columns = np.indices((HEIGHT, WIDTH))
     depth = 1 / (1.0 + 0.002 * columns + 0.05 * (rows // 30 % 2))
-    hole = (rows - 90) ** 2 + (columns - 120) ** 2 < 50**2
-    speck = (rows - 95) ** 2 + (columns - 115) ** 2 < 12
+    hole = (rows - 54) ** 2 + (columns - 72) ** 2 < 30**2
+    speck = (rows - 57) ** 2 + (columns - 69) ** 2 < 12
     depth[hole] = np.nan
     depth[speck] = 12.0
     frame = RGBDFrame(np.full((HEIGHT, WIDTH, 3), 120, np.uint8), depth)
@@ -254,7 +254,7 @@ def test_the_places_of_another_frame_are_its_own(window, qtbot, tmp_path, frame_
 
 
 def test_suggested_distrust_is_shown_then_taken_or_left(window, qtbot, tmp_path):
-    opened_with(window, qtbot, tmp_path, walls(80, 160, WIDTH))
+    opened_with(window, qtbot, tmp_path, walls(48, 96, WIDTH))
     panel, document = window.feature(QualityPanel), window.workspace.current
     assert not window.actions_["mark_suggested"].isEnabled()
     for taken in (False, True):
@@ -265,7 +265,7 @@ def test_suggested_distrust_is_shown_then_taken_or_left(window, qtbot, tmp_path)
         assert not panel.suggestion.isVisible()
         assert panel._suggested[0].path.isEmpty()
     wrong = np.zeros((HEIGHT, WIDTH), bool)
-    wrong[30:32, 200:202] = True
+    wrong[18:20, 120:122] = True
     assert np.array_equal(document.frame.invalid_mask, wrong)
     window.actions_["undo"].trigger()
     assert document.frame.invalid_mask is None
@@ -289,7 +289,7 @@ def test_enter_applies_the_remedy_wherever_the_focus_is(window, qtbot, tmp_path,
     open_frame(window, qtbot, FrameRef(str(frame_folder)))
     opened_with(window, qtbot, tmp_path, walls(WIDTH))
     window.activateWindow()
-    qtbot.waitUntil(window.isActiveWindow, timeout=WAIT_MS)
+    qtbot.waitUntil(window.isActiveWindow)
     document, table = window.workspace.current, window.feature(BlocksFeature).table.view
     strip = window.feature(FramesFeature).panel.view
 

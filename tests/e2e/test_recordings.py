@@ -15,7 +15,6 @@ from gui.features.project.missing import MissingFilesDialog
 from ilf.sources.opening import close_all
 from tests.ilf.bags import COLOUR, DEPTH, storage_of, write_aligned
 
-from .conftest import WAIT_MS
 from .test_projects import another, open_project, save, show  # noqa: F401 - a fixture among them
 
 KEYS = ("1600000000.000000000", "1600000000.033000000", "1600000000.066000000")
@@ -28,7 +27,7 @@ def nothing_left_open() -> Iterator[None]:
 
 
 def _open(window: MainWindow, qtbot: QtBot, path: Path) -> None:
-    with qtbot.waitSignal(window.loader.idle, timeout=WAIT_MS):
+    with qtbot.waitSignal(window.loader.idle):
         window.documents.open_paths([path])
 
 
@@ -42,12 +41,12 @@ def test_frames_of_a_recording_are_listed_and_gone_through(window: MainWindow, q
     assert np.array_equal(workspace.current.frame.rgb, COLOUR)
     pictures = window.feature(FramesFeature).panel.thumbnails
     pictures.of(entries[2])
-    qtbot.waitUntil(lambda: not pictures.busy, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: not pictures.busy)
     picture = pictures.of(entries[2])
     assert picture is not None
     assert (picture.width(), picture.height()) == (160, 120)
     for key in KEYS[1:]:
-        with qtbot.waitSignal(window.loader.idle, timeout=WAIT_MS):
+        with qtbot.waitSignal(window.loader.idle):
             window.actions_["next_frame"].trigger()
         assert workspace.current.frame.inputs.frame == key
     _open(window, qtbot, path)
@@ -79,7 +78,7 @@ def test_a_project_brings_frames_of_a_recording_back(
     open_project(again, qtbot, tmp_path / "work.ilf")
     assert isinstance(again.project.missing.dialog, MissingFilesDialog)
     again.project.missing.locate_folder(tmp_path / "away")
-    qtbot.waitUntil(lambda: not again.project.missing.busy and not again.loader.busy, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: not again.project.missing.busy and not again.loader.busy)
     document = show(again, qtbot, 0)
     assert np.array_equal(document.labels, labels)
     assert document.frame.inputs.frame == KEYS[0]
@@ -95,7 +94,7 @@ def test_a_recording_that_cannot_be_read_is_one_message(window: MainWindow, qtbo
     window.loader.failed.disconnect(window.notes.report)
     window.loader.failed.connect(lambda what, error: told.append((what, str(error))))
     window.documents.open_paths([path])
-    qtbot.waitUntil(lambda: bool(told), timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: bool(told))
     assert told[0][0] == "Look for frames in cut.bag"
     assert "truncated, damaged" in told[0][1]
     assert not len(window.workspace.entries)

@@ -28,7 +28,7 @@ from ilf.sources.frame_ref import FrameRef
 from ilf.sources.reading import load_frame
 from tests.gui.naming import unnamed
 
-from .conftest import WAIT_MS, open_frame, write_frame
+from .conftest import open_frame, write_frame
 
 
 @pytest.fixture(autouse=True)
@@ -59,7 +59,7 @@ def _leave(qtbot, folder: Path, frames: list[Path], labels: np.ndarray, project:
     for number, path in enumerate(frames):
         workspace.open_document(Document.of(Run(load_frame(str(path)), labels), None, str(path)))
         workspace.current.edit_info(1, "Rename", name=f"wall {number}")
-    with qtbot.waitSignal(recorder.kept, timeout=WAIT_MS):
+    with qtbot.waitSignal(recorder.kept):
         pass
     assert recorder.shutdown()
 
@@ -82,7 +82,7 @@ def _part(window) -> AutosaveFeature:
 
 def _dialog(window, qtbot) -> RecoveryDialog:
     part = _part(window)
-    qtbot.waitUntil(lambda: part.recovery.dialog is not None, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: part.recovery.dialog is not None)
     assert part.recovery.dialog is not None
     return part.recovery.dialog
 
@@ -99,13 +99,13 @@ def test_left_work_is_restored_discarded_or_left(window, left, qtbot, monkeypatc
     assert not other.restore_button.isEnabled(), "it cannot be read"
     assert not dialog.added.isVisible()
     hall.restore_button.click()
-    qtbot.waitUntil(lambda: 1 not in dialog.rows and not window.loader.busy, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: 1 not in dialog.rows and not window.loader.busy)
     assert _names(window) == ["frame-hall", "frame-stairs"]
     assert window.workspace.current.info(1).name == "wall 1", "the one that was looked at"
     assert all(entry.unsaved for entry in window.workspace.entries)
     assert dialog.added.isVisible()
     attic.restore_button.click()
-    qtbot.waitUntil(lambda: 0 not in dialog.rows and not window.loader.busy, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: 0 not in dialog.rows and not window.loader.busy)
     assert _names(window) == ["frame-hall", "frame-stairs", "frame-attic"]
     for answer in ("Cancel", "&Discard"):
         assert 2 in dialog.rows
@@ -114,10 +114,10 @@ def test_left_work_is_restored_discarded_or_left(window, left, qtbot, monkeypatc
         next(button for button in box.buttons() if button.text() == answer).click()
     assert window.isVisible()
     assert _part(window).recovery.dialog is None
-    qtbot.waitUntil(lambda: len(list(left.glob("*.work"))) == 1, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: len(list(left.glob("*.work"))) == 1)
     (own,) = left.glob("*.work")
     assert f"-{os.getpid()}-" in own.name
-    qtbot.waitUntil(lambda: window.recorder.store.is_written, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: window.recorder.store.is_written)
     window.close()
     assert list(left.iterdir()) == [], "a window that is closed leaves nothing"
 
@@ -162,11 +162,11 @@ def test_what_cannot_be_restored_is_left_for_another_time(window, left, qtbot, m
 
     with monkeypatch.context() as broken:
         broken.setattr("gui.features.project.restoring.copy_frames", fail)
-        with qtbot.waitSignal(window.loader.failed, timeout=WAIT_MS):
+        with qtbot.waitSignal(window.loader.failed):
             dialog.rows[1].restore_button.click()
     assert set(left.glob("*.work")) == works
     dialog.rows[1].restore_button.click()
-    qtbot.waitUntil(lambda: 1 not in dialog.rows and not window.loader.busy, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: 1 not in dialog.rows and not window.loader.busy)
     assert _names(window) == ["frame-hall", "frame-stairs"]
 
 
@@ -180,13 +180,13 @@ def test_a_frame_that_cannot_be_read_is_named_and_stays_in_its_folder(left, qtbo
     told: list[str] = []
     monkeypatch.setattr(window.notes, "warn", lambda what, notes, details="": told.extend(notes))
     dialog.rows[0].restore_button.click()  # the last one that was written
-    qtbot.waitUntil(lambda: 0 not in dialog.rows and not window.loader.busy, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: 0 not in dialog.rows and not window.loader.busy)
     assert _names(window) == ["frame-hall", "frame-stairs"]
     assert [entry.unsaved for entry in window.workspace.entries].count(True) == 1
     assert len(told) == 1
     assert str(hall) in told[0]
     # once the window has stored what it could read, the folder is let go, and nothing of it is lost
-    qtbot.waitUntil(lambda: damaged in _frame_parts(hall), timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: damaged in _frame_parts(hall))
 
 
 def _frame_parts(path: Path) -> list[str]:
@@ -208,7 +208,7 @@ def test_a_project_that_was_saved_after_the_work_was_left_is_not_replaced_unaske
     qtbot.addWidget(window)
     window.show()
     _dialog(window, qtbot).rows[0].restore_button.click()
-    qtbot.waitUntil(lambda: window.workspace.has_current, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: window.workspace.has_current)
     assert window.project.present.path == path
     assert "has been saved after this work" in window.project.present.read_only
     window.close()
@@ -217,12 +217,12 @@ def test_a_project_that_was_saved_after_the_work_was_left_is_not_replaced_unaske
 def test_a_folder_that_cannot_be_taken_away_does_not_keep_the_window_open(window, left, qtbot, monkeypatch):
     dialog = _dialog(window, qtbot)
     dialog.rows[1].restore_button.click()
-    qtbot.waitUntil(lambda: 1 not in dialog.rows and not window.loader.busy, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: 1 not in dialog.rows and not window.loader.busy)
 
     def own() -> bool:
         return any(f"-{os.getpid()}-" in path.name for path in left.glob("*.work"))
 
-    qtbot.waitUntil(own, timeout=WAIT_MS)  # what was restored is stored there before it is let go
+    qtbot.waitUntil(own)  # what was restored is stored there before it is let go
 
     def fail(work: WorkFolder):
         work.close()
@@ -248,13 +248,13 @@ def test_frames_that_were_saved_since_are_not_called_changed(
         former.workspace.current.edit_info(1, "Rename", name="wall")
     done: list[bool] = []
     former.project.saving.save(SaveRequest(path, then=done.append))
-    qtbot.waitUntil(lambda: bool(done), timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: bool(done))
     former.workspace.current.edit_info(1, "Rename", name="roof")
     if sets_more:
         former.workspace.parameters.set_keeps_handmade(not former.workspace.parameters.keeps_handmade)
     stored: list[object] = []
     former.recorder.flush(stored.append)
-    qtbot.waitUntil(lambda: bool(stored) and former.recorder.store.is_written, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: bool(stored) and former.recorder.store.is_written)
     shutil.copytree(os.environ["ILF_AUTOSAVE"], folder)  # as a sudden end leaves it
     former.close()
     if not file_is_there:
@@ -269,7 +269,7 @@ def test_frames_that_were_saved_since_are_not_called_changed(
     dialog = _dialog(window, qtbot)
     assert any("1 of 3 frames changed" in message.text() for message in dialog.findChildren(Message))
     dialog.rows[0].restore_button.click()
-    qtbot.waitUntil(lambda: window.workspace.has_current and not window.loader.busy, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: window.workspace.has_current and not window.loader.busy)
     assert _names(window) == ["hall", "stairs", "attic"]
     assert window.workspace.current.info(1).name == "roof"
     unsaved = [entry.unsaved for entry in window.workspace.entries]

@@ -20,8 +20,6 @@ from ilf.project.project import FrameSummary
 from ilf.project.state_codec import Decoded
 from ilf.report.subject import Subject, Unreadable
 
-from .conftest import WAIT_MS
-
 
 class Store:
     """A store that has one frame, and one that cannot be read."""
@@ -55,7 +53,7 @@ def test_a_report_is_written_as_page_and_as_pdf_or_not_at_all(opened, qtbot, run
     dialog, out = part.dialog, tmp_path / "out"
 
     def write(signal):
-        with qtbot.waitSignal(signal, timeout=WAIT_MS):
+        with qtbot.waitSignal(signal):
             dialog.requested.emit(dialog.request())  # what would be replaced is asked elsewhere
             assert not dialog.export_button.isEnabled()
         return dialog.message.text().replace("\u200b", "")
@@ -102,7 +100,7 @@ def test_a_report_is_written_as_page_and_as_pdf_or_not_at_all(opened, qtbot, run
     # cancelled while it is written: what was there stays
     dialog.scope.setCurrentIndex(dialog.scope.findData(WORKED_ON))
     dialog.format.setCurrentIndex(0)
-    with qtbot.waitSignal(part.worker.cancelled, timeout=WAIT_MS):
+    with qtbot.waitSignal(part.worker.cancelled):
         dialog.export_button.click()
         dialog.work.cancel_button.click()
     assert page.read_text(encoding="utf-8") == text

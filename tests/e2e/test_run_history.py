@@ -18,8 +18,6 @@ from gui.features.run_history.table import Column
 from gui.work.frame_runs import RunState
 from ilf import preset
 
-from .conftest import WAIT_MS
-
 Run = Callable[[MainWindow], None]
 
 
@@ -62,10 +60,10 @@ def test_runs_are_kept_compared_and_come_back_to(opened, part, qtbot, run_all):
     slider = form.findChild(QSlider, "slider_padding")
     for position in (5, 6, 7, 8):
         slider.setValue(position)
-        qtbot.waitUntil(lambda: opened.runs.state is RunState.IDLE, timeout=WAIT_MS)
-    qtbot.waitUntil(lambda: len(document.state.runs) == 2 and not part.keeper.waits, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: opened.runs.state is RunState.IDLE)
+    qtbot.waitUntil(lambda: len(document.state.runs) == 2 and not part.keeper.waits)
     first, live = document.state.runs
-    qtbot.waitUntil(lambda: None not in (first.expected_error, live.expected_error), timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: None not in (first.expected_error, live.expected_error))
     opened.refresh.now()
     texts = [_cell(part, row, Column.NAME) for row in (0, 1)]
     assert texts == ["● Live 2", "Run 1"]
@@ -116,7 +114,7 @@ def test_the_columns_that_tell_runs_apart_come_first_and_are_seen_in_a_narrow_wi
     opened.resize(width, 700)
     run_all(opened)
     run = opened.workspace.current.state.runs[0]
-    qtbot.waitUntil(lambda: run.expected_error is not None, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: run.expected_error is not None)
     opened.refresh.now()
     header, room = part.view.horizontalHeader(), part.view.viewport().width()
     ends = [header.sectionViewportPosition(column) + header.sectionSize(column) for column in Column]
@@ -135,7 +133,7 @@ def test_the_list_is_written_with_its_errors_though_the_panel_is_closed(opened, 
     assert not panel.visible
     assert opened.workspace.current.state.runs[0].expected_error is None, "nothing is computed for a closed panel"
     panel.export(str(tmp_path / "runs.csv"))
-    qtbot.waitUntil((tmp_path / "runs.csv").is_file, timeout=WAIT_MS)
+    qtbot.waitUntil((tmp_path / "runs.csv").is_file)
     (line,) = csv.DictReader((tmp_path / "runs.csv").read_text().splitlines())
     assert float(line["expected_error_rms [mm]"]) > 0
 

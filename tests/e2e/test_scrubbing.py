@@ -10,8 +10,6 @@ from gui.work.frame_runs import RunState
 from ilf.run.run import Run
 from ilf.segmentation.editing.patches import patch_between
 
-from .conftest import WAIT_MS
-
 
 def _shown(window):
     window.refresh.now()
@@ -28,7 +26,7 @@ def test_the_views_look_back_and_return(opened, qtbot, run_all):
     assert bar.last == max(lengths.values()) > 3
 
     bar._slider.setValue(3)
-    qtbot.waitUntil(lambda: opened.workspace.viewed_iteration is not None, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: opened.workspace.viewed_iteration is not None)
     expected = document.frame.depth.copy()
     for label in lengths:
         stepper = ilf.iterate(document.frame, document.labels, label, extraction=document.blocks.extraction)
@@ -61,7 +59,7 @@ def test_an_edit_a_run_and_another_frame_lead_back_to_the_present(opened, qtbot,
     def view_iteration():
         opened.refresh.draw_all()
         bar._slider.setValue(2)
-        qtbot.waitUntil(lambda: workspace.viewed_iteration is not None, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: workspace.viewed_iteration is not None)
 
     view_iteration()
     labels = workspace.current.labels.copy()
@@ -71,27 +69,15 @@ def test_an_edit_a_run_and_another_frame_lead_back_to_the_present(opened, qtbot,
     workspace.current.undo_stack.undo()
     view_iteration()
     opened.actions_["step"].trigger()
-    qtbot.waitUntil(lambda: opened.runs.state is RunState.PAUSED, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: opened.runs.state is RunState.PAUSED)
     view_iteration()
     opened.actions_["pause"].trigger()
     assert (workspace.viewed_iteration, bar.at_end) == (None, True)
-    qtbot.waitUntil(lambda: opened.runs.state is RunState.IDLE, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: opened.runs.state is RunState.IDLE)
     view_iteration()
     workspace.show(None)
     opened.refresh.now()
     assert (workspace.viewed_iteration, bar.last) == (None, 0)
-
-
-def test_a_single_step_draws_its_point(opened, qtbot):
-    opened.panels._show([*opened.panels.open, "Convergence"])
-    opened.actions_["step"].trigger()
-    qtbot.waitUntil(lambda: bool(opened.feature(CurvesFeature).widget.records), timeout=WAIT_MS)
-    plot = opened.feature(CurvesFeature).widget.sigma_plot
-    assert len(opened.feature(CurvesFeature).widget.records) == 1
-    assert plot._points.isVisible()
-    assert list(plot._points.getData()[0]) == [1]
-    opened.actions_["cancel"].trigger()
-    qtbot.waitUntil(lambda: opened.runs.state is RunState.IDLE, timeout=WAIT_MS)
 
 
 def test_key_frames_are_those_of_the_last_frames_that_were_run(opened):

@@ -10,7 +10,6 @@ from gui.features.blocks.feature import BlocksFeature
 from gui.features.status import StatusFeature
 from ilf.segmentation.editing.patches import patch_between
 
-from .conftest import WAIT_MS
 from .hand import CTRL, SHIFT, click, drag, hover, key
 
 STRIPS = range(1, 8)
@@ -27,7 +26,7 @@ def strips(opened, qtbot):
     window.workspace.current.edit(patch_between(document.labels, labels), "Seven strips")
     window.workspace.select([])
     window.activateWindow()
-    qtbot.waitUntil(window.isActiveWindow, timeout=WAIT_MS)
+    qtbot.waitUntil(window.isActiveWindow)
     window.actions_["tool_select"].trigger()
     window.refresh.now()
     return window

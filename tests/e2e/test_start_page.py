@@ -9,7 +9,7 @@ from gui.features.edit_summary import EditSummaryFeature
 from gui.features.project.start_page import StartPageFeature, _pictures
 from ilf.sources.frame_ref import FrameRef
 
-from .conftest import WAIT_MS, open_frame, write_frame
+from .conftest import open_frame, write_frame
 from .test_projects import save
 
 
@@ -30,13 +30,13 @@ def test_it_goes_with_a_frame_comes_back_and_offers_what_was_open(window, qtbot,
     qtbot.waitUntil(page.isVisible)
     names = [page.recent.item(row).text() for row in range(page.recent.count())]
     assert names == [f"{tmp_path.name}/both.ilf", "frame-1", "frame-0"]
-    qtbot.waitUntil(lambda: all(page.has_picture(row) for row in range(3)), timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: all(page.has_picture(row) for row in range(3)))
 
     assert len({page.recent.visualItemRect(page.recent.item(row)).top() for row in range(3)}) == 1, "all in a row"
 
     page.recent.setFocus()
     page.recent.setCurrentRow(2)
-    with qtbot.waitSignal(window.loader.idle, timeout=WAIT_MS):
+    with qtbot.waitSignal(window.loader.idle):
         QTest.keyClick(page.recent, Qt.Key.Key_Return)
     assert window.workspace.current.key == str(tmp_path / "frame-0")
     assert not page.isVisible()

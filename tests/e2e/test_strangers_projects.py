@@ -14,7 +14,6 @@ from ilf.sources.frame_ref import FrameRef
 
 from ..ilf.batch_frames import write_frames
 from ..web_server import serving_folder
-from .conftest import WAIT_MS
 
 pytest.importorskip("fsspec")
 pytest.importorskip("aiohttp", reason="aiohttp is not installed (extra dev)")
@@ -34,7 +33,7 @@ def question(window, qtbot) -> QMessageBox:
         found[:] = [box for box in window.findChildren(QMessageBox) if box.isVisible()]
         return bool(found)
 
-    qtbot.waitUntil(is_there, timeout=WAIT_MS)
+    qtbot.waitUntil(is_there)
     return found[0]
 
 
@@ -44,20 +43,20 @@ def test_an_address_in_a_project_is_opened_after_a_question_that_shows_it(window
     (tmp_path / "mail").mkdir()
     path = tmp_path / "mail" / "stranger.ilf"
     save_project(path, Project((ProjectFrame("a1", "desk", source),), "a1"))
-    with qtbot.waitSignal(window.project.opening.opened, timeout=WAIT_MS):
+    with qtbot.waitSignal(window.project.opening.opened):
         window.documents.open_paths([path])
     box = question(window, qtbot)
     assert f"{address}/rgb/0000.png" in box.text()
     assert box.defaultButton() is box.button(QMessageBox.StandardButton.No)
     box.defaultButton().click()
-    qtbot.waitUntil(lambda: not window.loader.busy and not window.project.missing.busy, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: not window.loader.busy and not window.project.missing.busy)
     assert not asked
     assert not window.workspace.has_current
     window.loader.open_entry(window.workspace.entries[0])
     box = question(window, qtbot)
     assert f"{address}/depth/0000.png" in box.text()
     box.button(QMessageBox.StandardButton.Yes).click()
-    qtbot.waitUntil(lambda: window.workspace.has_current, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: window.workspace.has_current)
     assert asked
 
 
@@ -76,4 +75,4 @@ def test_the_open_dialog_leads_to_the_question(window, qtbot, tmp_path):
     assert "--" not in dialog.message.text(), "that is for the command line"
     dialog.open_button.click()
     question(window, qtbot).button(QMessageBox.StandardButton.Yes).click()
-    qtbot.waitUntil(lambda: window.workspace.has_current, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: window.workspace.has_current)

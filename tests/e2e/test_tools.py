@@ -6,15 +6,14 @@ import numpy as np
 import pytest
 from PySide6.QtCore import QPointF, Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication, QCheckBox, QLineEdit, QToolButton, QWidget
+from PySide6.QtWidgets import QApplication, QCheckBox, QToolButton, QWidget
 
 from gui.features.blocks.feature import BlocksFeature
 from gui.features.status import StatusFeature
 from gui.features.tools import ToolsFeature
 from gui.tools.kinds import KINDS
 
-from .conftest import WAIT_MS
-from .hand import ALT, CTRL, PLAIN, SHIFT, click, double_click, drag, hover, key, let_go, turn_wheel
+from .hand import CTRL, PLAIN, click, double_click, drag, key, let_go, turn_wheel
 
 _Key = Qt.Key
 
@@ -24,8 +23,8 @@ def editing(opened, qtbot):
     """The window on a frame of two blocks that meet at x = 30, with its edges found; lines are taken as drawn."""
     opened.editor.options.leash = 0
     opened.activateWindow()
-    qtbot.waitUntil(opened.isActiveWindow, timeout=WAIT_MS)
-    qtbot.waitUntil(lambda: opened.editor.edge_data is not None, timeout=WAIT_MS)
+    qtbot.waitUntil(opened.isActiveWindow)
+    qtbot.waitUntil(lambda: opened.editor.edge_data is not None)
     return opened
 
 
@@ -58,7 +57,7 @@ def test_a_border_is_refined_by_the_brush(editing, qtbot):
     drag(editing, [(30, 10), (26, 14), (26, 30), (30, 34)])
     _take(editing, "refine")
     drag(editing, [(28, 12), (28, 22), (28, 32)])
-    qtbot.waitUntil(lambda: not editing.editor.busy, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: not editing.editor.busy)
     assert document.undo_stack.undoText() == "Refine edge"
     assert (document.labels[14:30, 20:29] == left).all()
     assert (document.labels[14:30, 31:36] == right).all()
@@ -94,7 +93,7 @@ def test_a_click_suggests_a_split_and_enter_takes_it(editing, qtbot):
     editing.actions_["merge_blocks"].trigger()
     _take(editing, "split")
     click(editing, (10, 5))
-    qtbot.waitUntil(lambda: editing.editor.tool.hint.startswith("Click or Enter"), timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: editing.editor.tool.hint.startswith("Click or Enter"))
     assert document.undo_stack.undoText() == "Merge 2 blocks"
     editing.refresh.now()
     assert editing.feature(StatusFeature).bar.hint.text() == editing.editor.tool.hint
@@ -102,43 +101,6 @@ def test_a_click_suggests_a_split_and_enter_takes_it(editing, qtbot):
     assert document.undo_stack.undoText().startswith("Split")
     parts = document.labels == document.labels[5, 5]
     assert np.count_nonzero(parts != (before == before[5, 5])) < 100
-
-
-def test_pieces_go_to_the_chosen_block(editing):
-    document = editing.workspace.current
-    _take(editing, "give")
-    click(editing, (50, 20))
-    taker = int(document.labels[20, 50])
-    hover(editing, (10, 20))
-    assert not editing.views.cells["depth-in"].view.preview.boundingRect().isEmpty()
-    click(editing, (10, 20))
-    assert (document.labels == taker).all()
-
-
-def test_distrusted_depth_is_missing_until_it_is_undone(editing):
-    document = editing.workspace.current
-    _take(editing, "mark_invalid")
-    drag(editing, [(45, 6), (55, 6)])
-    assert not document.frame.known[5:8, 46:54].any()
-    editing.refresh.now()
-    editing.feature(StatusFeature).readout.point_at((50, 6))
-    assert "invalid" in editing.feature(StatusFeature).bar.readout.text()
-    drag(editing, [(45, 6), (50, 6)], ALT)
-    assert document.frame.known[6, 46]
-    editing.actions_["undo"].trigger()
-    editing.actions_["undo"].trigger()
-    assert document.frame.invalid_mask is None
-
-
-def test_a_band_chooses_in_picture_and_table(editing):
-    _take(editing, "select")
-    drag(editing, [(63, 47), (40, 20), (28, 1)], SHIFT)
-    editing.refresh.now()
-    assert editing.workspace.current.selected == editing.feature(BlocksFeature).table.selected()
-    assert len(editing.feature(BlocksFeature).table.selected()) == 1
-    click(editing, (5, 5), SHIFT)
-    editing.refresh.now()
-    assert len(editing.feature(BlocksFeature).table.selected()) == 2
 
 
 def test_wheel_with_control_and_keys_change_the_brush_and_zoom_where_there_is_none(editing):
@@ -193,7 +155,7 @@ def test_the_options_of_every_tool_have_room_in_a_narrow_window(editing, qtbot):
     for kind in (*KINDS, *KINDS[::-1]):
         _take(editing, kind.name)
         if editing.editor.tool.options:
-            qtbot.waitUntil(row.isVisible, timeout=WAIT_MS)
+            qtbot.waitUntil(row.isVisible)
     assert row.amount.isVisible()
 
 
@@ -251,17 +213,6 @@ def test_space_pans_in_a_view_that_had_not_the_focus(editing):
     QTest.keyRelease(view, _Key.Key_Space)
     assert view.to_image(QPointF(0, 0)).x() > corner.x() + 5
     assert editing.workspace.current.undo_stack.count() == steps
-
-
-def test_text_fields_keep_their_keys(editing):
-    field = QLineEdit(editing)
-    field.show()
-    field.setFocus()
-    tool = editing.editor.tool_name
-    for code in (_Key.Key_Space, _Key.Key_A, _Key.Key_Backspace):
-        QTest.keyClick(field, code)
-    assert field.text() == " "
-    assert editing.editor.tool_name == tool
 
 
 def test_undo_gives_up_what_is_under_way_only(editing):
@@ -361,7 +312,7 @@ def test_the_menu_offers_what_can_be_done_here(editing, qtbot):
     assert (document.labels == left).all()
     menu = editing.feature(BlocksFeature).menu_at(50, 5)
     next(action for action in menu.actions() if action.text().startswith("Split")).trigger()
-    qtbot.waitUntil(lambda: not editing.editor.working, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: not editing.editor.working)
     assert document.labels[5, 5] != document.labels[5, 50]
     assert editing.actions_["zoom_block"] in menu.actions()
 

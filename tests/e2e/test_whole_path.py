@@ -14,12 +14,11 @@ import ilf
 from gui.features.blocks.feature import BlocksFeature
 from gui.features.curves import CurvesFeature
 from gui.features.filter import FilterPanel
-from gui.work.frame_runs import RunState
 from ilf.cli import main as command_line
 from ilf.run.options import ExportOptions
 from ilf.sources.frame_ref import FrameRef
 
-from .conftest import WAIT_MS, export, open_frame
+from .conftest import export, open_frame
 
 
 def test_window_and_command_line_give_the_same_files_bit_for_bit(opened, qtbot, run_all, frame_folder, tmp_path):
@@ -55,7 +54,7 @@ def test_edited_blocks_survive_export_replay_and_reopening(opened, qtbot, run_al
     merged = workspace.current.labels.copy()
     opened.actions_["close_frame"].trigger()
     assert not workspace.has_current
-    with qtbot.waitSignal(opened.loader.idle, timeout=WAIT_MS):
+    with qtbot.waitSignal(opened.loader.idle):
         opened.documents.open_paths([tmp_path / "first" / "run.json"])
     assert np.array_equal(workspace.current.labels, merged)
     assert workspace.parameters.current.centred
@@ -89,7 +88,7 @@ def test_several_frames_keep_their_own_state(opened, qtbot, run_all, tmp_path):
 def test_opening_a_run_twice_keeps_the_work_in_it(opened, qtbot, run_all, tmp_path):
     run_all(opened)
     export(opened, qtbot, tmp_path / "out")
-    with qtbot.waitSignal(opened.loader.idle, timeout=WAIT_MS):
+    with qtbot.waitSignal(opened.loader.idle):
         opened.loader.open_run(tmp_path / "out" / "run.json")
     document = opened.workspace.current
     opened.workspace.select([1, 2])
@@ -104,11 +103,11 @@ def test_opening_a_run_twice_keeps_the_work_in_it(opened, qtbot, run_all, tmp_pa
 
 def test_a_partial_run_comes_back_as_it_was(opened, qtbot, tmp_path):
     opened.workspace.select([2])
-    with qtbot.waitSignal(opened.runs.ended, timeout=WAIT_MS):
+    with qtbot.waitSignal(opened.runs.ended):
         opened.actions_["run_selected"].trigger()
     export(opened, qtbot, tmp_path / "out")
     opened.actions_["close_frame"].trigger()
-    with qtbot.waitSignal(opened.loader.idle, timeout=WAIT_MS):
+    with qtbot.waitSignal(opened.loader.idle):
         opened.loader.open_run(tmp_path / "out" / "run.json")
     assert opened.workspace.current.selected == [2]
 
@@ -127,7 +126,7 @@ def test_docks_keep_their_sizes_when_the_window_is_hidden_and_shown(window, qtbo
 def test_blocks_are_extracted_and_run_one_after_the_other(opened, qtbot):
     actions = opened.actions_
     opened.workspace.parameters.set_extraction(ilf.BlockParameters(min_size=1.0))
-    with qtbot.waitSignal(opened.loader.idle, timeout=WAIT_MS):
+    with qtbot.waitSignal(opened.loader.idle):
         actions["extract"].trigger()
         assert not actions["run"].isEnabled()
         assert not actions["extract"].isEnabled()
@@ -135,29 +134,11 @@ def test_blocks_are_extracted_and_run_one_after_the_other(opened, qtbot):
     actions["run"].trigger()
     assert not actions["extract"].isEnabled()
     assert not actions["load_blocks"].isEnabled()
-    with qtbot.waitSignal(opened.runs.ended, timeout=WAIT_MS) as ended:
+    with qtbot.waitSignal(opened.runs.ended) as ended:
         actions["cancel"].trigger()
     assert "cancelled" in ended.args[0]
     assert opened.workspace.current.completion() is None
     assert [actions[name].isEnabled() for name in ("extract", "cancel", "run")] == [True, False, True]
-
-
-def test_steps_and_pauses(opened, qtbot):
-    runs, actions, seen = opened.runs, opened.actions_, []
-    runs.records.connect(lambda _, records: seen.extend(record.i for record in records))
-    opened.workspace.parameters.set(ilf.preset("released-code", max_iterations=100_000, linear_start=3.0))
-    for number in (1, 2):
-        actions["step"].trigger()
-        qtbot.waitUntil(lambda: seen == list(range(1, number + 1)), timeout=WAIT_MS)  # noqa: B023 - called here only
-        qtbot.waitUntil(lambda: runs.state is RunState.PAUSED, timeout=WAIT_MS)
-    qtbot.waitUntil(actions["pause"].isChecked, timeout=WAIT_MS)
-    actions["pause"].trigger()
-    qtbot.waitUntil(lambda: len(seen) > 20, timeout=WAIT_MS)
-    actions["pause"].trigger()
-    qtbot.waitUntil(lambda: runs.state is RunState.PAUSED, timeout=WAIT_MS)
-    with qtbot.waitSignal(runs.ended, timeout=WAIT_MS):
-        actions["cancel"].trigger()
-    assert seen == list(range(1, len(seen) + 1))
 
 
 def test_the_preset_box_tells_what_was_changed_and_keeps_the_two_scopes_apart(opened):

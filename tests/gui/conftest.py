@@ -9,7 +9,7 @@ from ilf.data.blocks import Blocks
 from ilf.data.parameters import BlockParameters
 from ilf.run.run import Run, complete
 
-from .scripted_runs import WAIT_MS, Bench, Script, ScriptedSteps
+from .scripted_runs import Bench, Script, ScriptedSteps
 from .states import QUICK, Told
 
 
@@ -36,7 +36,7 @@ def bench(qtbot, small_frame, small_labels, script):
 
 @pytest.fixture
 def until(qtbot):
-    return lambda condition: qtbot.waitUntil(condition, timeout=WAIT_MS)
+    return qtbot.waitUntil
 
 
 def extracted(labels: np.ndarray) -> Blocks:

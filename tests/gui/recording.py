@@ -17,8 +17,6 @@ from ilf.project.store import WorkFolder
 from ilf.run.run import Run
 from ilf.segmentation.editing.patches import patch_between
 
-WAIT_MS = 60_000
-
 
 class Recording:
     """Two frames that are open, a store and a recorder. Copies of the autosave are made in a folder aside."""

@@ -20,8 +20,6 @@ from ilf.data.label_map import Block, drawn_of, find_blocks
 from ilf.data.results import NO_BLOCK, BlockOutcome, BlockResult, IterationRecord, Status, Step
 from ilf.run.run import Run
 
-WAIT_MS = 60_000
-
 Until = Callable[[Callable[[], bool]], None]
 
 

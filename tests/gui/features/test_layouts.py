@@ -43,6 +43,7 @@ def test_each_stays_as_it_was_left_also_for_the_next_window(qtbot: QtBot) -> Non
     _key(window, Qt.Key.Key_F4)
     assert (layouts.present, window.views.layout_name) == ("correct", "correct")
     assert window.panels.open == [], "correcting begins with the largest picture"
+    assert window.actions_["contours_only"].isChecked()
     _click(window, "Blocks")
     _key(window, Qt.Key.Key_F4)
     assert (layouts.present, window.views.layout_name) == ("standard", "grid")

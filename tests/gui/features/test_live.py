@@ -39,7 +39,7 @@ def live(qtbot):
 def played(qtbot, window: LiveWindow, path: Path | None, rate: float) -> None:
     window.show()
     window.play(None if path is None else str(path), rate, ilf.preset("best"))
-    qtbot.waitUntil(lambda: window.play_button.text() == "&Play again", timeout=60_000)
+    qtbot.waitUntil(lambda: window.play_button.text() == "&Play again")
 
 
 def test_frames_are_shown_recorded_and_counted(qtbot, live, recording, tmp_path) -> None:

@@ -84,13 +84,6 @@ def test_blocks_are_taken_and_given_back_as_one_step(
     assert known(document) == after
 
 
-def test_blocks_are_taken_where_nobody_looks(workspace: Workspace, other: Document, propagated: FrameState) -> None:
-    state = propagate_state(propagated, other.snapshot()).state
-    workspace.take_propagated(other, state, "Carry blocks")
-    assert np.array_equal(other.labels, state.blocks.labels)
-    assert other.unsaved
-
-
 def test_results_of_the_blocks_before_come_back_with_undo(
     workspace: Workspace, document: Document, propagated: FrameState, results: list
 ) -> None:

@@ -12,13 +12,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QWidget
-from pytestqt.qtbot import QtBot
 
 from gui.features.run_history.errors import best_of, measure
 from gui.features.run_history.file import write_runs
-from gui.features.run_history.table import RunModel, values_of
+from gui.features.run_history.table import values_of
 from gui.state.document import Document
 from gui.state.parameters import DRAG_S
 from gui.state.run_history import COLOURS, MAX_COMPARED, memory_of, next_colour, with_shared_arrays
@@ -26,7 +23,6 @@ from gui.state.workspace import Workspace
 from gui.work.frame_runs import RunState
 from gui.work.run_recorder import RunRecorder
 from ilf import RGBDFrame, expected_error, extrapolate, preset
-from ilf.completion.confidence.expected_error import error_summary
 from ilf.errors import ExportError
 from ilf.evaluation.hold_out import HoldOutTest
 from ilf.project.run_history import StoredRun
@@ -299,18 +295,6 @@ def test_how_good_a_run_is(document: Document, small_frame: RGBDFrame) -> None:
     assert measures.expected_error == pytest.approx(math.sqrt(np.mean(error.astype(float) ** 2)))
     assert math.isnan(measure(kept.run, kept.results, None).ground_truth_error)
     assert math.isnan(measure(kept.run, {}, ground_truth).expected_error)
-
-
-def test_an_expected_error_has_one_name_for_each_meaning(qtbot: QtBot, document: Document) -> None:
-    parent = QWidget()
-    qtbot.addWidget(parent)
-    horizontal, display = Qt.Orientation.Horizontal, Qt.ItemDataRole.DisplayRole
-    runs = RunModel(parent)
-    found = {runs.headerData(section, horizontal, display) for section in range(runs.columnCount())}
-    assert {text for text in found if "xpected" in text} == {"Expected error, RMS [mm]"}
-    kept = stored_run(document, parameters=QUICK)
-    figures = error_summary(expected_error(kept.completion), kept.completion)
-    assert measure(kept.run, kept.results, None).expected_error == figures.rms
 
 
 def test_the_best_run_has_filled_about_as_much_as_any(document: Document) -> None:

@@ -15,7 +15,7 @@ from ilf.project.recovery import find_recoverable_work
 from ilf.project.state_codec import encode, frame_part, load_state
 from ilf.segmentation.editing.patches import patch_between
 
-from ..recording import WAIT_MS, Recording, assert_holds
+from ..recording import Recording, assert_holds
 
 
 @pytest.fixture(autouse=True)
@@ -28,7 +28,7 @@ def prompt_autosave(monkeypatch):
 @pytest.fixture
 def context(qtbot, tmp_path, small_frame, small_labels):
     context = Recording(tmp_path / "autosave", tmp_path / "aside", small_frame, small_labels)
-    with qtbot.waitSignal(context.recorder.kept, timeout=WAIT_MS):
+    with qtbot.waitSignal(context.recorder.kept):
         pass
     yield context
     context.end()
@@ -40,11 +40,11 @@ def test_all_changes_are_kept_and_nothing_else(context, qtbot):
         context.erase(one, row)
     context.erase(two, 10)
     context.workspace.current.edit_info(1, "Rename", name="wall")
-    with qtbot.waitSignal(context.recorder.kept, timeout=WAIT_MS):
+    with qtbot.waitSignal(context.recorder.kept):
         pass
     context.erase(one, 20)
     context.workspace.close(two)
-    with qtbot.waitSignal(context.recorder.kept, timeout=WAIT_MS):
+    with qtbot.waitSignal(context.recorder.kept):
         pass
     written = context.written()
     assert_holds(written, one)
@@ -66,7 +66,7 @@ def test_a_stroke_is_there_as_a_whole_or_not_at_all(context, qtbot):
     context.workspace.set_note(context.workspace.entries[0], "look")
     qtbot.wait(200)
     context.workspace.current.drop_stroke()
-    with qtbot.waitSignal(context.recorder.kept, timeout=WAIT_MS):
+    with qtbot.waitSignal(context.recorder.kept):
         pass
     written = context.written()
     state = load_state(one.id, written).state
@@ -86,20 +86,20 @@ def test_what_is_put_away_is_read_as_it_was_left(context):
 
 def test_where_nothing_can_be_written_all_is_in_memory_until_it_can(context, qtbot):
     one, two = context.documents
-    with qtbot.waitSignal(context.recorder.kept, timeout=WAIT_MS):
+    with qtbot.waitSignal(context.recorder.kept):
         context.erase(two, 1)
     shutil.rmtree(context.folder)
     context.folder.write_text("in the way")
-    with qtbot.waitSignal(context.recorder.failed, timeout=WAIT_MS) as failed:
+    with qtbot.waitSignal(context.recorder.failed) as failed:
         context.erase(one, 3)
     assert str(context.folder) in str(failed.args[0])
     settled: list[Exception | None] = []
     context.recorder.flush(settled.append)
-    qtbot.waitUntil(lambda: bool(settled), timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: bool(settled))
     assert settled == [None], "it can be saved to the project file"
     assert np.array_equal(context.store.read(one.id).state.blocks.labels, one.labels)
     context.folder.unlink()
-    with qtbot.waitSignal(context.recorder.kept, timeout=WAIT_MS):
+    with qtbot.waitSignal(context.recorder.kept):
         context.erase(one, 4)
     written = context.written()
     assert_holds(written, one)
@@ -125,11 +125,11 @@ class _Project:
 @pytest.mark.parametrize("goes", [False, True])
 def test_what_is_in_the_project_file_is_in_the_autosave_too_once_a_frame_changes(context, qtbot, goes):
     one, _ = context.documents
-    with qtbot.waitSignal(context.recorder.kept, timeout=WAIT_MS):
+    with qtbot.waitSignal(context.recorder.kept):
         context.erase(one, 1)
     parts = {name: context.store.part(name) for name in context.store.all_names()}
     context.workspace.close(one)
-    with qtbot.waitSignal(context.recorder.kept, timeout=WAIT_MS):
+    with qtbot.waitSignal(context.recorder.kept):
         pass
     context.store.project = _Project(parts)
     state = context.store.read(one.id).state
@@ -138,7 +138,7 @@ def test_what_is_in_the_project_file_is_in_the_autosave_too_once_a_frame_changes
         parts.clear()
     again = Document.of_state(state, None, "one")
     context.workspace.open_document(again, restored=True)
-    with qtbot.waitSignal(context.recorder.kept, timeout=WAIT_MS):
+    with qtbot.waitSignal(context.recorder.kept):
         context.erase(again, 2)
     written = context.written()
     assert_holds(written, again)
@@ -197,7 +197,7 @@ def test_what_is_left_says_how_far_the_work_on_a_frame_is(context, qtbot):
 def _stored(context, qtbot):
     told: list[Exception | None] = []
     context.recorder.flush(told.append)
-    qtbot.waitUntil(lambda: bool(told), timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: bool(told))
     assert told == [None]
 
 
@@ -226,8 +226,8 @@ def test_what_is_discarded_is_soon_out_of_the_autosave(context, qtbot):
     context.erase(two, 3)
     _stored(context, qtbot)
     context.recorder.revert([two.id], lambda: context.workspace.unload(two))
-    qtbot.waitUntil(lambda: two not in context.workspace.open, timeout=WAIT_MS)
-    qtbot.waitUntil(lambda: context.store.is_written, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: two not in context.workspace.open)
+    qtbot.waitUntil(lambda: context.store.is_written)
     written = context.written()
     assert frame_part(two.id) not in written.names()
     written.discard()

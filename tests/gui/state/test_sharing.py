@@ -34,12 +34,6 @@ def shared(workspace):
     return workspace
 
 
-def test_each_frame_has_its_own_at_first(workspace, document, other):
-    set_smoothness(workspace, 3.0)
-    assert smoothness(document, other) == [3.0, 1.0]
-    assert texts(document) == ["Set Smoothness"]
-
-
 def test_sharing_gives_the_present_values_to_all_and_undo_takes_them_back(workspace, document, other):
     set_smoothness(workspace, 3.0)
     assert workspace.parameters.share() == [other]
@@ -97,18 +91,6 @@ def test_own_values_may_become_those_of_all_and_all_may_part(shared, document, o
     shared.parameters.separate()
     set_smoothness(shared, 7.0)
     assert smoothness(document, other) == [7.0, 3.0]
-
-
-def test_when_all_part_the_values_of_every_frame_are_stored(shared, document, other):
-    set_smoothness(shared, 3.0)
-    touched: set[Document] = set()
-    shared.touched.connect(touched.add)
-    shared.parameters.separate()
-    assert touched == {document, other}
-    document.undo_stack.undo()
-    touched.clear()
-    document.undo_stack.redo()
-    assert touched == {document, other}
 
 
 def test_own_values_of_blocks_stay_with_their_frame(shared, document, other):

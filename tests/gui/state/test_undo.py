@@ -108,18 +108,6 @@ def test_results_of_the_parameters_that_undo_brings_back_come_back(workspace, do
     np.testing.assert_array_equal(document.current_depth(), after)
 
 
-def test_clearing_results_can_be_undone(workspace, document, results):
-    workspace.current.clear_results()
-    assert document.undo_stack.count() == 0, "there are none"
-    document.store_results(results)
-    depth = document.current_depth().copy()
-    workspace.current.clear_results()
-    assert (document.completion(), document.current_depth(), document.unsaved) == (None, None, True)
-    document.undo_stack.undo()
-    np.testing.assert_array_equal(document.current_depth(), depth)
-    assert list(document.completion().results.values()) == results
-
-
 def test_what_has_been_run_since_results_were_cleared_stays_when_they_come_back(workspace, document, results):
     document.store_results(results)
     workspace.current.clear_results()

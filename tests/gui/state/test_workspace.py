@@ -40,15 +40,6 @@ def test_a_block_under_a_point_of_the_image(document):
         assert document.label_at(x, y) == 0
 
 
-def test_infos_have_names_by_number_and_can_be_changed(document):
-    assert document.info(2).name == "Block 2"
-    assert document.info(2).visible
-    assert not document.info(2).locked
-    document.change_info(2, name="Wall", locked=True)
-    assert (document.info(2).name, document.locked, document.info(2).visible) == ("Wall", {2}, True)
-    assert document.info(1).colour != document.info(2).colour
-
-
 def test_the_next_label_is_one_that_no_block_has_or_had(document):
     assert document.next_label() == 3
     document.info(7)
@@ -83,12 +74,6 @@ def test_blocks_made_by_hand_are_those_that_were_and_those_that_have_gained_pixe
     assert document.handmade() == {2}
     document.change_blocks(handmade=frozenset({1, 9}))
     assert document.handmade() == {1, 2}, "9 is gone"
-
-
-def test_parameters_of_a_block_are_its_own_or_those_of_all(document):
-    document.change_blocks(own={2: QUICK_OWN})
-    assert document.parameters_of(2) == QUICK
-    assert document.parameters_of(1) == preset()
 
 
 def test_results_count_as_long_as_the_block_has_the_very_pixels(document, results):
@@ -285,23 +270,6 @@ def test_what_a_run_is_made_of(document, results):
 # edits
 
 
-def test_edits_can_be_undone_and_each_is_said_once(workspace, document, told):
-    before = document.labels.copy()
-    assert edit(workspace, 2)
-    assert told() == Part.LABELS | Part.RESULTS
-    assert (document.labels[0:4, 0:5] == 2).all()
-    assert document.undo_stack.undoText() == "Edit"
-    told()
-    document.undo_stack.undo()
-    np.testing.assert_array_equal(document.labels, before)
-    assert told() == Part.LABELS | Part.RESULTS
-    document.undo_stack.redo()
-    assert (document.labels[0:4, 0:5] == 2).all()
-    told()
-    assert not workspace.current.edit(None, "Nothing")
-    assert told() == NO_PART
-
-
 def test_the_changed_box_is_told(workspace, qtbot):
     with qtbot.waitSignal(workspace.labels_changed) as signal:
         edit(workspace, 2, rows=np.s_[3:9], columns=np.s_[4:6])
@@ -338,36 +306,6 @@ def test_a_stroke_is_one_step(workspace, document, told):
     np.testing.assert_array_equal(document.labels, before)
     document.undo_stack.redo()
     assert (document.labels[0:4, 0:8] == 2).all()
-
-
-def test_a_stroke_that_is_given_up_leaves_nothing(workspace, document, other, told):
-    before = document.labels.copy()
-    assert not workspace.current.drop_stroke()
-    workspace.current.stroke(patch_between(before, painted(document, 2)))
-    assert workspace.current.drop_stroke()
-    np.testing.assert_array_equal(document.labels, before)
-    assert told() == Part.STROKE
-    assert not workspace.current.drop_stroke()
-    workspace.current.stroke(patch_between(before, painted(document, 2)))
-    workspace.show(other)
-    np.testing.assert_array_equal(document.labels, before, "leaving the frame gives the stroke up")
-    assert document.undo_stack.count() == 0
-
-
-def test_names_and_locks_are_undoable_and_visibility_is_not(workspace, document, told):
-    workspace.current.edit_info(1, "Rename block", name="Floor")
-    workspace.current.set_lock(1, True)
-    assert document.undo_stack.undoText() == "Lock Floor"
-    assert document.locked == {1}
-    workspace.current.set_lock(1, False)
-    assert document.undo_stack.undoText() == "Unlock Floor"
-    workspace.current.set_visible(2, False)
-    assert told() == Part.INFOS
-    assert document.undo_stack.count() == 3
-    for _ in range(3):
-        document.undo_stack.undo()
-    assert document.info(1).name == "Block 1"
-    assert not document.info(2).visible
 
 
 def test_chosen_blocks(workspace, document, told):
@@ -449,17 +387,6 @@ def test_the_same_blocks_again_are_no_step_but_their_notes_are(workspace, docume
     assert document.undo_stack.count() == 0
     assert document.blocks.extraction == used
     assert (document.info(1).name, document.blocks.own) == ("Floor", {2: QUICK_OWN})
-
-
-def test_loaded_blocks_leave_locked_ones_alone(workspace, document):
-    document.change_info(2, locked=True)
-    before = document.labels.copy()
-    workspace.current.replace_blocks(np.full(document.frame.shape, 9, np.int32), "Load blocks")
-    np.testing.assert_array_equal(document.labels == 2, before == 2)
-    assert len(document.counts()) == 2
-    assert document.blocks.extraction is None
-    assert document.blocks.edited
-    assert document.undo_stack.undoText() == "Load blocks"
 
 
 def test_loaded_blocks_bring_their_names_also_where_locked_ones_have_their_numbers(workspace, document):

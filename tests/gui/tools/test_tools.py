@@ -375,21 +375,6 @@ def test_similar_only_keeps_a_stroke_from_going_over_an_edge(host):
     assert "still being computed" in host.said[-1]
 
 
-def test_a_stroke_that_is_given_up_was_never_there(host):
-    host.select([1])
-    before = host.labels.copy()
-    for name in ("paint", "erase"):
-        brush = hand(host, name)
-        brush.drag([(25, 10), (35, 30)], release=False)
-        assert brush.tool.busy
-        assert not np.array_equal(host.labels, before)
-        assert brush.tool.cancel(host)
-        brush.send(*_move((40, 40)))
-        brush.send(*_release((40, 40)))
-        assert np.array_equal(host.labels, before)
-    assert host.steps == []
-
-
 # give
 
 

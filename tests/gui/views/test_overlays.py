@@ -18,7 +18,7 @@ from gui.views.scene_items import HaloPath
 from .given_views import GivenViews
 
 HEIGHT, WIDTH = 240, 320
-STEPS = 24
+STEPS = 12
 UNLIKE = 32
 """Difference of a colour that no scaling makes: Qt rounds a picture otherwise where only part of it is painted."""
 

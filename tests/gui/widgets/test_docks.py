@@ -55,7 +55,7 @@ def test_damaged_settings_do_not_keep_the_window_from_opening(qtbot):
     assert window.size() == docks.DEFAULT_SIZE.boundedTo(docks.available_geometry(window).size() - QSize(0, 40))
 
 
-@pytest.mark.parametrize("room", [QSize(1066, 666), QSize(1100, 700), QSize(1920, 1080)])
+@pytest.mark.parametrize("room", [QSize(1066, 666), QSize(1920, 1080)])
 def test_the_first_window_fits_the_screen(qtbot, monkeypatch, room):
     monkeypatch.setattr(docks, "available_geometry", lambda _: QRect(0, 0, room.width(), room.height()))
     window = MainWindow(persistent=False)

@@ -92,7 +92,7 @@ def test_one_stays_while_the_pointer_is_on_it(toasts, qtbot, monkeypatch):
     toasts.show_message("gone soon", 30)
     qtbot.waitUntil(lambda: [toast.message for toast in toasts.shown] == ["read me"])
     QApplication.sendEvent(toast, _over(toast))
-    with qtbot.waitSignal(toast.gone, timeout=60_000):
+    with qtbot.waitSignal(toast.gone):
         pass
 
 

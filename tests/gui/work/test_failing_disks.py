@@ -17,7 +17,7 @@ from ilf.project.frame_state import FrameState
 from ilf.project.project import Project, ProjectFrame
 from ilf.project.state_codec import load_state
 
-from ..recording import WAIT_MS, Recording, assert_holds
+from ..recording import Recording, assert_holds
 
 
 def _mount(*arguments: str):
@@ -92,13 +92,13 @@ def test_a_full_drive_leaves_the_autosave_whole_and_all_is_kept_when_there_is_ro
     context.recorder.failed.connect(ended.append)
     context.recorder.kept.connect(lambda: ended.append(None))
     context.erase(two, 1)
-    qtbot.waitUntil(lambda: ended == [None] and context.store.has(two.id), timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: ended == [None] and context.store.has(two.id))
     drive.fill()
     had = [one.labels.copy()]
     for row in range(40):  # the last block of a file may have room left
         ended.clear()
         context.erase(one, row)
-        qtbot.waitUntil(lambda: bool(ended), timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: bool(ended))
         if ended[0] is not None:
             break
         had.append(one.labels.copy())
@@ -109,7 +109,7 @@ def test_a_full_drive_leaves_the_autosave_whole_and_all_is_kept_when_there_is_ro
         assert np.array_equal(load_state(one.id, written).state.blocks.labels, had[-1])
     written.discard()
     drive.empty()
-    with qtbot.waitSignal(context.recorder.kept, timeout=WAIT_MS):
+    with qtbot.waitSignal(context.recorder.kept):
         context.erase(one, 45)
     written = context.written()
     assert_holds(written, one)
@@ -121,17 +121,17 @@ def test_a_drive_that_is_read_only_or_taken_away_costs_nothing(drive, record, qt
     drive.lock(True)
     context = record(drive.folder / "autosave")
     one, two = context.documents
-    with qtbot.waitSignal(context.recorder.failed, timeout=WAIT_MS) as failed:
+    with qtbot.waitSignal(context.recorder.failed) as failed:
         context.erase(two, 1)
     assert str(drive.folder) in str(failed.args[0])
     drive.lock(False)
-    with qtbot.waitSignal(context.recorder.kept, timeout=WAIT_MS):
+    with qtbot.waitSignal(context.recorder.kept):
         context.erase(one, 1)
     written = context.written()
     assert_holds(written, two)
     written.discard()
     drive.pull_out()
-    with qtbot.waitSignal(context.recorder.kept, timeout=WAIT_MS):
+    with qtbot.waitSignal(context.recorder.kept):
         context.erase(one, 2)
     written = context.written()
     assert_holds(written, one)

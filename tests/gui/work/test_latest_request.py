@@ -8,8 +8,6 @@ import pytest
 
 from gui.work.latest_request import LatestRequest
 
-WAIT_MS = 60_000
-
 
 class _Oracle:
     """Answers 10 times the question, when it is let; 13 is bad luck."""
@@ -40,7 +38,7 @@ def oracle(qtbot):
 
 def _settle(oracle: _Oracle, qtbot):
     oracle.gate.set()
-    qtbot.waitUntil(lambda: not oracle.questions.busy, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: not oracle.questions.busy)
 
 
 def test_the_one_under_way_and_the_latest_are_answered_and_none_between(oracle, qtbot):

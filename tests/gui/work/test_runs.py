@@ -286,16 +286,6 @@ def test_frames_run_side_by_side(bench, until):
     assert bench.runs.running == []
 
 
-def test_a_run_goes_on_while_other_frames_are_opened_and_closed(bench, until):
-    bench.runs.start()
-    other = bench.open("second")
-    bench.workspace.close(other)
-    assert bench.runs.state is RunState.RUNNING
-    bench.script.allow()
-    until(lambda: bool(bench.said))
-    assert "run finished" in bench.said[0]
-
-
 # the end
 
 

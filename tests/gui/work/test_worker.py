@@ -9,13 +9,11 @@ import pytest
 from gui.work.jobs import Worker
 from ilf._runtime.cancellation import check_cancelled
 
-WAIT_MS = 60_000
-
 
 @pytest.fixture
 def until(qtbot):
     """Waits until something holds."""
-    return lambda holds: qtbot.waitUntil(holds, timeout=WAIT_MS)
+    return qtbot.waitUntil
 
 
 class Job:
