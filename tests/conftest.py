@@ -1,7 +1,5 @@
 """Every test: offscreen Qt, settings of its own, nothing left running."""
 
-from __future__ import annotations
-
 import gc
 import os
 import signal

@@ -5,8 +5,6 @@
 Prints the exceptions of each seed, with the steps before them; the exit status is 1 if there is one.
 """
 
-from __future__ import annotations
-
 import argparse
 import os
 import random

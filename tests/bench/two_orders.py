@@ -9,8 +9,6 @@ orders fill. librealsense's align keeps a pixel's depth as it is along the depth
 that along the colour camera's.
 """
 
-from __future__ import annotations
-
 import argparse
 import sys
 from collections.abc import Callable, Iterator

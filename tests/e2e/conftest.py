@@ -1,7 +1,5 @@
 """The real window, offscreen, on small frames that are written to files first."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

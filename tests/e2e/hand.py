@@ -1,7 +1,5 @@
 """What a hand does with mouse and keys in the colour view of the window."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 from PySide6.QtCore import QPoint, QPointF, Qt

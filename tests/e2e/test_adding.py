@@ -3,8 +3,6 @@
 A layer, a panel and a command are tried in `test_contents.py`, `test_panels.py` and `test_commands.py`.
 """
 
-from __future__ import annotations
-
 import os
 import re
 import subprocess
@@ -13,11 +11,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
-import pytest
-from pytestqt.qtbot import QtBot
 
 import ilf
-from gui.app.main_window import MainWindow
 from gui.features.export.feature import ExportFeature
 from ilf.cli import main
 from ilf.data.camera import Cameras
@@ -54,9 +49,7 @@ class Stack(Recording):
         return Cameras.registered(None)
 
 
-def test_a_new_reader_is_one_class_and_one_line(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, window: MainWindow, qtbot: QtBot
-) -> None:
+def test_a_new_reader_is_one_class_and_one_line(tmp_path, monkeypatch, window, qtbot):
     frame = ilf.load_frame(*write_small_frame(tmp_path / "in"))
     depth = np.nan_to_num(1000 * frame.depth).round().astype(np.uint16)
     with open(tmp_path / "two.stack", "wb") as file:
@@ -79,9 +72,7 @@ def _summary(completion: Completion, image: str) -> tuple[bytes, Sequence[str]]:
     return "\n".join(lines).encode(), ()
 
 
-def test_a_new_exporter_is_one_function_and_one_line(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, window: MainWindow, qtbot: QtBot
-) -> None:
+def test_a_new_exporter_is_one_function_and_one_line(tmp_path, monkeypatch, window, qtbot):
     monkeypatch.setitem(FORMATS, "txt", Format(BLOCKS, "A line for each block", "blocks.txt", _summary))
     files = [*map(str, write_small_frame(tmp_path / "in"))]
     words = ["--max-iterations", "3", "--quiet", "--export", "txt", "--out"]
@@ -136,7 +127,7 @@ print(form.parameters().sharpening, editor.maximum(), editor.suffix())
 """
 
 
-def test_a_new_option_is_one_declaration(tmp_path: Path) -> None:
+def test_a_new_option_is_one_declaration(tmp_path):
     files = [*map(str, write_small_frame(tmp_path / "in")), str(tmp_path / "out")]
     environment = os.environ | {"QT_QPA_PLATFORM": "offscreen"}
     done = subprocess.run(
@@ -147,7 +138,7 @@ def test_a_new_option_is_one_declaration(tmp_path: Path) -> None:
     assert "sharpening must lie between 0 and 9 m, not 10" in done.stderr
 
 
-def test_the_page_names_what_is_there_and_says_each_in_ten_lines() -> None:
+def test_the_page_names_what_is_there_and_says_each_in_ten_lines():
     for name in re.findall(r"`((?:ilf|gui|tests|assets)/[\w/.]+)(?:`|::)", PAGE):
         assert (ROOT / name).exists(), name
     tests = re.findall(r"`(tests/[\w/.]+)::(\w+)`", PAGE)
@@ -166,7 +157,7 @@ def test_the_page_names_what_is_there_and_says_each_in_ten_lines() -> None:
     assert all(len(part.splitlines()) <= 10 for part in recipes)
 
 
-def test_the_page_has_ten_types_where_it_says() -> None:
+def test_the_page_has_ten_types_where_it_says():
     rows = re.findall(r"^\| `(\w+)` \|.*\| `([\w/]+\.py)` \|$", PAGE, re.MULTILINE)
     assert len(rows) == 10
     for name, file in rows:

@@ -1,7 +1,5 @@
 """Commands in any order, on frames of two sizes: nothing breaks while things are under way, and what is closed goes."""
 
-from __future__ import annotations
-
 import gc
 import random
 import weakref

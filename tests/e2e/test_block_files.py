@@ -1,7 +1,5 @@
 """Blocks from and to other programs through the real window."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import cv2

@@ -1,7 +1,5 @@
 """Commands state what they need: they are off without it, and whoever looks is told what to do first."""
 
-from __future__ import annotations
-
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 

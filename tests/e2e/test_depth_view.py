@@ -1,16 +1,10 @@
 """Images of two cameras in the window: opened in the depth camera's view, which is shown, and completed there."""
 
-from __future__ import annotations
-
 import json
-from collections.abc import Callable
-from pathlib import Path
 
 import numpy as np
-import pytest
 from pytestqt.qtbot import QtBot
 
-from gui.app.main_window import MainWindow
 from gui.features.documents.open_dialog import OpenDialog
 from gui.features.status import StatusFeature
 from gui.work import loading
@@ -26,9 +20,7 @@ def _described(dialog: OpenDialog, qtbot: QtBot, text: str) -> None:
     qtbot.waitUntil(lambda: text in dialog.message.text())
 
 
-def test_the_open_dialog_asks_for_the_view_and_the_window_shows_it(
-    window: MainWindow, qtbot: QtBot, tmp_path: Path, run_all: Callable[[MainWindow], None]
-) -> None:
+def test_the_open_dialog_asks_for_the_view_and_the_window_shows_it(window, qtbot, tmp_path, run_all):
     pair = write_pair(tmp_path / "desk")
     window.actions_["open"].trigger()
     dialog = next(one for one in window.findChildren(OpenDialog) if one.isVisible())
@@ -54,7 +46,7 @@ def test_the_open_dialog_asks_for_the_view_and_the_window_shows_it(
     assert json.loads((tmp_path / "out/run.json").read_text())["inputs"]["view"] == "depth"
 
 
-def test_the_title_of_other_frames_says_nothing_of_a_view(window: MainWindow, qtbot: QtBot, tmp_path: Path) -> None:
+def test_the_title_of_other_frames_says_nothing_of_a_view(window, qtbot, tmp_path):
     write_pair(tmp_path / "desk")
     open_frame(window, qtbot, FrameRef(str(tmp_path / "desk"), frame="1"))
     qtbot.waitUntil(lambda: "desk 1" in window.windowTitle())
@@ -62,9 +54,7 @@ def test_the_title_of_other_frames_says_nothing_of_a_view(window: MainWindow, qt
     assert load_frame(tmp_path / "desk", frame="1").brought is None
 
 
-def test_frames_that_are_open_are_read_again_with_other_options(
-    window: MainWindow, qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_frames_that_are_open_are_read_again_with_other_options(window, qtbot, tmp_path, monkeypatch):
     reads: list[FrameRef] = []
     monkeypatch.setattr(loading, "read_frame", lambda source: reads.append(source) or read_frame(source))
     pair = write_pair(tmp_path / "desk")
@@ -83,9 +73,7 @@ def test_frames_that_are_open_are_read_again_with_other_options(
     assert window.workspace.current is present, "the same options: nothing is read again"
 
 
-def test_work_on_frames_is_asked_about_before_they_are_read_again(
-    window: MainWindow, qtbot: QtBot, tmp_path: Path
-) -> None:
+def test_work_on_frames_is_asked_about_before_they_are_read_again(window, qtbot, tmp_path):
     write_pair(tmp_path / "desk")
     folder = str(tmp_path / "desk")
     with qtbot.waitSignal(window.loader.idle):

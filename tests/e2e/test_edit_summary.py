@@ -1,7 +1,5 @@
 """An edit in the real window: the depth follows, what it did is said, and the state before can be looked at."""
 
-from __future__ import annotations
-
 import numpy as np
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QImage

@@ -1,7 +1,5 @@
 """Editing blocks with the mouse in the real window."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from PySide6.QtCore import Qt

@@ -1,7 +1,5 @@
 """Judging, sweeping and own presets in the real window."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import cv2

@@ -1,7 +1,5 @@
 """The stages of the extraction follow its sliders, the blocks follow "Extract blocks", and work by hand stays."""
 
-from __future__ import annotations
-
 import threading
 
 import cv2

@@ -1,7 +1,5 @@
 """Guessing the rest, and what the window says of runs that are opened from a record."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import cv2

@@ -1,7 +1,5 @@
 """What goes wrong is said in one message, and the frame, the edits and the files stay as they were."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import cv2

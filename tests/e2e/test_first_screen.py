@@ -1,7 +1,5 @@
 """What a new user sees: few controls with names, and those that cannot be used only when they can."""
 
-from __future__ import annotations
-
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QKeySequence

@@ -1,10 +1,5 @@
 """*Guide by network* in the window, against a server that stands in for a network's publisher."""
 
-from __future__ import annotations
-
-from collections.abc import Iterator
-from pathlib import Path
-
 import pytest
 from PySide6.QtWidgets import QWidget
 
@@ -13,13 +8,13 @@ from gui.features.guide_networks import GuideNetworksDialog
 from ilf.io.guide_models import guide_file
 from ilf.sources.frame_ref import FrameRef
 
-from ..ilf.io.test_guide_models import NAME, Hub, publishing
+from ..ilf.io.test_guide_models import NAME, publishing
 from ..ilf.tiny_onnx import node, write_network
 from .conftest import open_frame
 
 
 @pytest.fixture
-def hub(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Hub]:
+def hub(tmp_path, monkeypatch):
     """A publisher that sends half of its network until it may go on."""
     with publishing(tmp_path, monkeypatch) as made:
         monkeypatch.setattr("ilf._runtime.fetching._BLOCK", 16)

@@ -1,7 +1,5 @@
 """`ilf-gui FRAME --run --screenshot`: a failure is one line on stderr and a status that is not 0, without a picture."""
 
-from __future__ import annotations
-
 import os
 import stat
 import subprocess

@@ -1,7 +1,5 @@
 """Looking closely, in the window: profile, statistics, measurements."""
 
-from __future__ import annotations
-
 import numpy as np
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest

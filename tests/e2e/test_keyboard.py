@@ -1,7 +1,5 @@
 """The window without a mouse: a crosshair that keys move, letters for the tools, and where the focus is."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from PySide6.QtCore import Qt

@@ -1,7 +1,5 @@
 """Moving a slider of the filter solves the chosen block anew; and several blocks run at once."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

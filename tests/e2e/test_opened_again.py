@@ -1,16 +1,8 @@
 """A frame that is open, opened again with other reading options."""
 
-from __future__ import annotations
-
-from collections.abc import Callable
-from pathlib import Path
-
 import numpy as np
 import pytest
-from pytestqt.qtbot import QtBot
 
-from gui.app.main_window import MainWindow
-from ilf.data.frame import RGBDFrame
 from ilf.sources.frame_ref import FrameRef
 from ilf.sources.reading_options import ReadingOptions
 
@@ -18,16 +10,14 @@ from .conftest import open_frame, write_frame
 
 
 @pytest.fixture
-def images(tmp_path: Path, small_frame: RGBDFrame) -> tuple[str, str]:
+def images(tmp_path, small_frame):
     """Colour and depth files that state no camera."""
     folder = write_frame(tmp_path / "desk", small_frame)
     (folder / "meta.json").unlink()
     return str(folder / "rgb.png"), str(folder / "depth.png")
 
 
-def test_with_a_camera_it_keeps_the_work_on_it(
-    window: MainWindow, qtbot: QtBot, images: tuple[str, str], run_all: Callable[[MainWindow], None]
-) -> None:
+def test_with_a_camera_it_keeps_the_work_on_it(window, qtbot, images, run_all):
     open_frame(window, qtbot, FrameRef(*images))
     present = window.workspace.current
     present.edit_infos({1: {"name": "floor"}}, "Rename")
@@ -45,9 +35,7 @@ def test_with_a_camera_it_keeps_the_work_on_it(
     assert present.info(1).name == "Block 1"
 
 
-def test_with_other_units_it_is_replaced_after_asking(
-    window: MainWindow, qtbot: QtBot, images: tuple[str, str]
-) -> None:
+def test_with_other_units_it_is_replaced_after_asking(window, qtbot, images):
     open_frame(window, qtbot, FrameRef(*images))
     present = window.workspace.current
     asked: list[str] = []

@@ -1,7 +1,5 @@
 """Panels: a new one is one class; the frames' one is a list or a strip."""
 
-from __future__ import annotations
-
 from collections.abc import Generator
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What a parameter of the filter does to this frame is shown beside it, and those that do most come first."""
 
-from __future__ import annotations
-
 from threading import Event
 
 import numpy as np
@@ -154,7 +152,7 @@ def test_depth_that_comes_or_goes_counts_as_changed():
     assert effect_of([]).text == "no pixel changed by 0.1 mm"
 
 
-def test_the_form_stays_in_place_when_a_block_is_selected(opened, panel: FilterPanel, qtbot):
+def test_the_form_stays_in_place_when_a_block_is_selected(opened, panel, qtbot):
     qtbot.waitUntil(lambda: panel.scope.isVisible())
     before = panel.form.geometry()
     opened.workspace.select([])

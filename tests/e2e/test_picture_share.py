@@ -1,7 +1,5 @@
 """The pictures have most of the window, and nothing that matters is cut."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from PySide6.QtCore import QPoint, QRect, QRectF

@@ -1,7 +1,5 @@
 """The status bar names what is being done and the share of it that is done; views do not ask for what is under way."""
 
-from __future__ import annotations
-
 import re
 
 import ilf

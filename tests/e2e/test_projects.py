@@ -1,7 +1,5 @@
 """Projects in the real window: all work is saved and comes back, and none of it is lost without being asked about."""
 
-from __future__ import annotations
-
 import errno
 import json
 import os

@@ -1,7 +1,5 @@
 """Blocks go from frame to frame in the real window."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace

@@ -1,7 +1,5 @@
 """Next suspicious place and suggested distrust, through the real window."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

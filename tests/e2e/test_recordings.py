@@ -1,8 +1,5 @@
 """A recording in the window: its frames are listed, looked at, kept in a project and made again from their record."""
 
-from __future__ import annotations
-
-from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
@@ -21,7 +18,7 @@ KEYS = ("1600000000.000000000", "1600000000.033000000", "1600000000.066000000")
 
 
 @pytest.fixture(autouse=True)
-def nothing_left_open() -> Iterator[None]:
+def nothing_left_open():
     yield
     close_all()
 
@@ -31,7 +28,7 @@ def _open(window: MainWindow, qtbot: QtBot, path: Path) -> None:
         window.documents.open_paths([path])
 
 
-def test_frames_of_a_recording_are_listed_and_gone_through(window: MainWindow, qtbot: QtBot, tmp_path: Path) -> None:
+def test_frames_of_a_recording_are_listed_and_gone_through(window, qtbot, tmp_path):
     path = write_aligned(tmp_path, "ros1")
     window.recorder.start()
     _open(window, qtbot, path)
@@ -54,11 +51,11 @@ def test_frames_of_a_recording_are_listed_and_gone_through(window: MainWindow, q
 
 
 def test_a_project_brings_frames_of_a_recording_back(
-    window: MainWindow,
-    another: Callable[[], MainWindow],  # noqa: F811
-    qtbot: QtBot,
-    tmp_path: Path,
-) -> None:
+    window,
+    another,  # noqa: F811
+    qtbot,
+    tmp_path,
+):
     """With the work on them, without the recording in it, and from where the recording is later."""
     path = write_aligned(tmp_path, "mcap")
     window.recorder.start()
@@ -87,7 +84,7 @@ def test_a_project_brings_frames_of_a_recording_back(
     assert show(again, qtbot, 2).frame.depth[0, 0] == np.float32(1.502)
 
 
-def test_a_recording_that_cannot_be_read_is_one_message(window: MainWindow, qtbot: QtBot, tmp_path: Path) -> None:
+def test_a_recording_that_cannot_be_read_is_one_message(window, qtbot, tmp_path):
     path = tmp_path / "cut.bag"
     path.write_bytes(write_aligned(tmp_path, "ros1", frames=1).read_bytes()[:3000])
     told: list[tuple[str, str]] = []

@@ -1,7 +1,5 @@
 """What a window leaves behind at a sudden end is offered to the next one, and comes back as it was."""
 
-from __future__ import annotations
-
 import contextlib
 import os
 import shutil

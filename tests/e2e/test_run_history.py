@@ -1,7 +1,5 @@
 """Runs in the real window: run, drag a value, compare, restore, accept, undo, rename, delete."""
 
-from __future__ import annotations
-
 import csv
 from collections.abc import Callable
 

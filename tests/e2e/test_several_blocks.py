@@ -1,7 +1,5 @@
 """Several blocks in the real window: a table of seven strips is selected and merged by pointer, list and keys."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from PySide6.QtCore import QPointF, Qt

@@ -1,7 +1,5 @@
 """Smart select in the real window: clicks, box, wheel and Enter, on a frame of two blocks that meet at x = 30."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from PySide6.QtCore import QPointF, Qt

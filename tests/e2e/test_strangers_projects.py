@@ -1,7 +1,5 @@
 """A stranger's project in the real window: what it names elsewhere is opened only after a question that shows it."""
 
-from __future__ import annotations
-
 import json
 
 import pytest

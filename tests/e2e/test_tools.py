@@ -1,7 +1,5 @@
 """Every tool in the real window, and the keys that mean the same wherever the focus is."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from PySide6.QtCore import QPointF, Qt

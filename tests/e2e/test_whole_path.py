@@ -1,7 +1,5 @@
 """Open, extract, edit, run, export, reopen: the whole path through the real window."""
 
-from __future__ import annotations
-
 import json
 import os
 from pathlib import Path

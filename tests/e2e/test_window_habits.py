@@ -1,7 +1,5 @@
 """The window's habits, driven by the keyboard alone; and names for all that can be used."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import TypeVar
 

@@ -1,7 +1,5 @@
 """The controls that a user sees in a window, and those of them that show no text."""
 
-from __future__ import annotations
-
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import (
     QAbstractButton,

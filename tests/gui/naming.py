@@ -1,7 +1,5 @@
 """Which controls of a window have no name that could be read out."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 from PySide6.QtWidgets import (

@@ -1,7 +1,5 @@
 """What a window has of the autosave, without its widgets."""
 
-from __future__ import annotations
-
 import shutil
 from pathlib import Path
 

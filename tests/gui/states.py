@@ -1,7 +1,5 @@
 """Parameters, edits and extractions for tests of the window's state."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A host for tools without a window, and what a hand does with them."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable
 
 import numpy as np

@@ -1,7 +1,5 @@
 """ILF on one block, as the paper has it: the reference that the library's iteration is held to."""
 
-from __future__ import annotations
-
 import math
 import time
 from collections.abc import Iterator

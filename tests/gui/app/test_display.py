@@ -1,7 +1,5 @@
 """What is said where no window can be shown, and which libraries Qt needs."""
 
-from __future__ import annotations
-
 import os
 import shutil
 import subprocess

@@ -1,7 +1,5 @@
 """What went wrong can be handed on: details folded, all of it copied with the versions; so can the log."""
 
-from __future__ import annotations
-
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QGuiApplication

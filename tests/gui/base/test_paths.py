@@ -1,16 +1,12 @@
 """Paths that are given or dropped are sorted by what they are."""
 
-from __future__ import annotations
-
-from pathlib import Path
-
 import pytest
 
 from gui.base.paths import sort_paths
 
 
 @pytest.mark.parametrize("names", [("rgb.png", "depth.mat"), ("rgb.png", "take.h5:/depth"), ("depth.mat", "bag.mcap")])
-def test_a_matlab_file_after_a_colour_image_is_its_depth(tmp_path: Path, names: tuple[str, str]) -> None:
+def test_a_matlab_file_after_a_colour_image_is_its_depth(tmp_path, names):
     for name in ("rgb.png", "depth.mat", "take.h5", "bag.mcap"):
         (tmp_path / name).touch()
     paths = [tmp_path / name for name in names]

@@ -1,7 +1,5 @@
 """Both themes can be read by everybody: contrasts as WCAG 2 asks, and colours that colour-blind people tell apart."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Callable
 from itertools import combinations
@@ -87,7 +85,7 @@ def test_texts_and_lines_stand_out_on_every_ground(palette):
 
 
 @pytest.mark.parametrize("kind", [QLineEdit, QDoubleSpinBox, QComboBox])
-def test_input_fields_have_a_frame(palette, kind: type[QWidget], qtbot):
+def test_input_fields_have_a_frame(palette, kind, qtbot):
     field = kind()
     qtbot.addWidget(field)
     field.resize(120, field.sizeHint().height())

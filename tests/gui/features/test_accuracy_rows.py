@@ -1,7 +1,5 @@
 """Rows of the panel Accuracy."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -24,7 +22,7 @@ def evaluated(rmse: float, filled: int = PLACES.size) -> Evaluated:
     return Evaluated(np.ones((64, 64), np.int32), (PixelErrors(PLACES, depth, truth, np.full_like(truth, np.nan)),))
 
 
-def test_the_best_is_found_among_those_evaluated_on_as_many_pixels() -> None:
+def test_the_best_is_found_among_those_evaluated_on_as_many_pixels():
     worse, better, fewer = evaluated(0.2), evaluated(0.1), evaluated(0.05, filled=3000)
     assert find_best([worse, better, fewer]).equal == {1}
     assert find_best([better, worse, better]).equal == {0, 2}
@@ -40,7 +38,7 @@ def test_the_best_is_found_among_those_evaluated_on_as_many_pixels() -> None:
         ({0, 1, 2}, [False] * 3, "All are equal within 0.20 mm."),
     ],
 )
-def test_ties_are_called_ties(equal: set[int], marked: list[bool], said: str) -> None:
+def test_ties_are_called_ties(equal, marked, said):
     frame = RGBDFrame(np.zeros((4, 4, 3), np.uint8), np.ones((4, 4)))
     entries = [
         EvaluatedResult(name, compose(Run(frame, np.zeros((4, 4), int)), {}), frame)

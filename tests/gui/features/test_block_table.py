@@ -1,7 +1,5 @@
 """The block table keeps its place while rows change, and reports what the user wants."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

@@ -1,16 +1,13 @@
 """The panel of the colour range."""
 
-from __future__ import annotations
-
 import numpy as np
 from PySide6.QtGui import QAction
-from pytestqt.qtbot import QtBot
 
 from gui.features.colour_range import RangePanel
 from gui.views.colours import Range
 
 
-def test_a_range_can_be_typed_unless_it_is_locked_or_there_is_none(qtbot: QtBot) -> None:
+def test_a_range_can_be_typed_unless_it_is_locked_or_there_is_none(qtbot):
     panel = RangePanel([QAction("Lock")])
     qtbot.addWidget(panel)
     fields = panel.mode, panel.low, panel.high

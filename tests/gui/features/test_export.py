@@ -1,7 +1,5 @@
 """The export dialog offers what can be written, and says what that would replace or lose."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,16 +1,12 @@
 """The frame list: what is shown of it, in which order, and what its rows say and report."""
 
-from __future__ import annotations
-
 from dataclasses import replace
-from pathlib import Path
 
 import cv2
 import numpy as np
 import pytest
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QAbstractItemModelTester
-from pytestqt.qtbot import QtBot
 
 from gui.app.main_window import MainWindow
 from gui.features.frame_list import thumbnails as thumbnails_module
@@ -21,7 +17,6 @@ from gui.features.frame_list.panel import FramesPanel
 from gui.features.frame_list.thumbnails import Thumbnails
 from gui.state.document import Document
 from gui.state.entries import Entries, Entry
-from gui.state.workspace import Workspace
 from ilf.data.blocks import Blocks
 from ilf.data.frame import RGBDFrame
 from ilf.project.frame_state import FrameState
@@ -69,18 +64,18 @@ def _names(entries: list[Entry]) -> list[str]:
         (FrameFilter(order="missing"), ["Frame-1", "frame-2", "frame-10", "broken"]),
     ],
 )
-def test_sieve_leaves_out_and_sorts(frame_filter: FrameFilter, names: list[str]) -> None:
+def test_sieve_leaves_out_and_sorts(frame_filter, names):
     entries = _entries()
     assert _names(frame_filter.shown(entries)) == names
     assert entries[0] in frame_filter.shown(entries, entries[0]), "the frame that is looked at stays"
 
 
-def test_states_are_counted() -> None:
+def test_states_are_counted():
     found = counts(_entries())
     assert (found["all"], found["run"], found["note"], found["check"], found["unsaved"]) == (4, 1, 1, 1, 0)
 
 
-def test_removal_takes_stretches_out_and_tells_of_each() -> None:
+def test_removal_takes_stretches_out_and_tells_of_each():
     entries, told = Entries(), []
     all_of_them = [Entry.of(FrameRef(f"/nowhere/{number}")) for number in range(8)]
     entries.add(all_of_them)
@@ -92,7 +87,7 @@ def test_removal_takes_stretches_out_and_tells_of_each() -> None:
     assert entries.of_key(all_of_them[4].key) is None
 
 
-def test_model_changes_row_by_row_where_that_is_little(qapp: object) -> None:
+def test_model_changes_row_by_row_where_that_is_little(qapp):
     model = FrameListModel(lambda entry: None)
     QAbstractItemModelTester(model, QAbstractItemModelTester.FailureReportingMode.Fatal)
     entries = [Entry.of(FrameRef(f"/nowhere/{number}")) for number in range(300)]
@@ -111,7 +106,7 @@ def test_model_changes_row_by_row_where_that_is_little(qapp: object) -> None:
     assert model.row_of(entries[1]) == -1
 
 
-def test_row_says_all_in_words(qapp: object) -> None:
+def test_row_says_all_in_words(qapp):
     entry = _entries()[1]
     text = tooltip_text(entry)
     for words in ("frame-2", "Run, 12 of 14 blocks, 3 to check", "640 x 480, 25.0% missing", "Note: glass door"):
@@ -127,7 +122,7 @@ def test_row_says_all_in_words(qapp: object) -> None:
     )
 
 
-def test_frames_with_blocks_that_have_not_converged_are_found(qapp: object) -> None:
+def test_frames_with_blocks_that_have_not_converged_are_found(qapp):
     one, other, *_ = entries = _entries()
     other.set_summary(replace(other.summary, not_converged=2))
     assert FrameFilter(state="not converged").shown(entries) == [other]
@@ -135,7 +130,7 @@ def test_frames_with_blocks_that_have_not_converged_are_found(qapp: object) -> N
 
 
 @pytest.fixture
-def panel(qtbot) -> FramesPanel:
+def panel(qtbot):
     panel = FramesPanel()
     qtbot.addWidget(panel)
     panel.resize(300, 400)
@@ -248,7 +243,7 @@ def test_note_is_of_the_row_that_is_chosen(panel, qtbot):
     assert len(told) == 1
 
 
-def test_note_of_a_frame_that_is_not_open_goes_with_it(workspace: Workspace, document) -> None:
+def test_note_of_a_frame_that_is_not_open_goes_with_it(workspace, document):
     entry = Entry.of(FrameRef("/nowhere/a"))
     assert entry.origin == FrameRef("/nowhere/a")
     workspace.add_entries([entry])
@@ -261,7 +256,7 @@ def test_note_of_a_frame_that_is_not_open_goes_with_it(workspace: Workspace, doc
     assert document.unsaved
 
 
-def test_thumbnails_come_from_files_from_the_store_and_fail_quietly(tmp_path: Path, qtbot, monkeypatch) -> None:
+def test_thumbnails_come_from_files_from_the_store_and_fail_quietly(tmp_path, qtbot, monkeypatch):
     red, green = (
         (np.full((60, 80, 3), 0, np.uint8) + np.array(colour, np.uint8)) for colour in ((0, 0, 255), (0, 255, 0))
     )
@@ -287,7 +282,7 @@ def test_thumbnails_come_from_files_from_the_store_and_fail_quietly(tmp_path: Pa
     assert thumbnails.shutdown()
 
 
-def test_a_thumbnail_looks_the_same_before_and_after_the_frame_was_opened(tmp_path: Path, qtbot: QtBot) -> None:
+def test_a_thumbnail_looks_the_same_before_and_after_the_frame_was_opened(tmp_path, qtbot):
     rgb = np.zeros((480, 640, 3), np.uint8)
     rgb[:240] = 200, 60, 20
     rgb[:, 320:, 2] = 180
@@ -308,7 +303,7 @@ def test_a_thumbnail_looks_the_same_before_and_after_the_frame_was_opened(tmp_pa
     assert thumbnails.shutdown()
 
 
-def test_stored_thumbnails_are_those_of_the_windows_store(qtbot: QtBot) -> None:
+def test_stored_thumbnails_are_those_of_the_windows_store(qtbot):
     window = MainWindow(persistent=False)
     qtbot.addWidget(window)
     frames = window.feature(FramesFeature)

@@ -1,22 +1,15 @@
 """The dialog that loads ground truth shows what a file is before it is loaded."""
 
-from __future__ import annotations
-
-from collections.abc import Iterator
-from pathlib import Path
-
 import cv2
 import numpy as np
 import pytest
-from pytestqt.qtbot import QtBot
 
 from gui.features.accuracy.ground_truth import GroundTruthDialog, frame_with
 from gui.work.latest_request import LatestRequest
-from ilf.data.frame import RGBDFrame
 
 
 @pytest.fixture
-def dialog(small_frame: RGBDFrame, qtbot: QtBot) -> Iterator[GroundTruthDialog]:
+def dialog(small_frame, qtbot):
     questions = LatestRequest(frame_with)
     dialog = GroundTruthDialog(small_frame, questions)
     qtbot.addWidget(dialog)
@@ -25,9 +18,7 @@ def dialog(small_frame: RGBDFrame, qtbot: QtBot) -> Iterator[GroundTruthDialog]:
     assert questions.shutdown()
 
 
-def test_the_true_depth_is_seen_and_described_before_it_is_loaded(
-    dialog: GroundTruthDialog, small_frame: RGBDFrame, qtbot: QtBot, tmp_path: Path
-) -> None:
+def test_the_true_depth_is_seen_and_described_before_it_is_loaded(dialog, small_frame, qtbot, tmp_path):
     path = tmp_path / "true.png"
     truth = np.nan_to_num(small_frame.depth, nan=2.0) + 0.1
     cv2.imwrite(str(path), (1000 * truth).round().astype(np.uint16))

@@ -1,7 +1,5 @@
 """Layouts of the window: each stays as it was left, own ones are kept, and each can be reset."""
 
-from __future__ import annotations
-
 import base64
 from dataclasses import replace
 
@@ -35,7 +33,7 @@ def _click(window: MainWindow, title: str) -> None:
     next(action for action in window.panels.toggles() if action.text() == title).trigger()
 
 
-def test_each_stays_as_it_was_left_also_for_the_next_window(qtbot: QtBot) -> None:
+def test_each_stays_as_it_was_left_also_for_the_next_window(qtbot):
     window, layouts = _shown(qtbot)
     window.activateWindow()
     qtbot.waitUntil(window.isActiveWindow)
@@ -76,7 +74,7 @@ def test_each_stays_as_it_was_left_also_for_the_next_window(qtbot: QtBot) -> Non
     second.close()
 
 
-def test_a_click_on_the_present_layout_stays_in_it(qtbot: QtBot) -> None:
+def test_a_click_on_the_present_layout_stays_in_it(qtbot):
     window, layouts = _shown(qtbot)
     for name in ("inspect", "inspect", "correct", "correct"):
         button = next(one for one in layouts.bar.findChildren(QToolButton) if one.text() == name.title())
@@ -86,7 +84,7 @@ def test_a_click_on_the_present_layout_stays_in_it(qtbot: QtBot) -> None:
     window.close()
 
 
-def test_looks_aside_leave_the_layout_and_go_back_to_its_views(qtbot: QtBot) -> None:
+def test_looks_aside_leave_the_layout_and_go_back_to_its_views(qtbot):
     window, layouts = _shown(qtbot)
     views = window.views
     for name, own in (("tune", "grid"), ("correct", "correct")):
@@ -110,7 +108,7 @@ def test_looks_aside_leave_the_layout_and_go_back_to_its_views(qtbot: QtBot) -> 
     window.close()
 
 
-def test_panels_have_their_width_in_every_layout(qtbot: QtBot) -> None:
+def test_panels_have_their_width_in_every_layout(qtbot):
     window, layouts = _shown(qtbot)
     parameters = window.findChild(QDockWidget, "Parameters")
     width = round(0.26 * window.width())
@@ -141,7 +139,7 @@ def _area(window: MainWindow, title: str) -> Qt.DockWidgetArea:
     return window.dockWidgetArea(window.findChild(QDockWidget, title))
 
 
-def test_own_layouts_have_keys_are_renamed_deleted_and_brought_back(qtbot: QtBot) -> None:
+def test_own_layouts_have_keys_are_renamed_deleted_and_brought_back(qtbot):
     window, layouts = _shown(qtbot)
     left, right = Qt.DockWidgetArea.LeftDockWidgetArea, Qt.DockWidgetArea.RightDockWidgetArea
     assert not layouts.save("inspect"), "those that are always there are not replaced"
@@ -174,7 +172,7 @@ def test_own_layouts_have_keys_are_renamed_deleted_and_brought_back(qtbot: QtBot
 
 
 @pytest.mark.parametrize("kept", ["{", "[1]", '{"standard": {"views": 3}}', '{"standard": {"views": "grid"}}'])
-def test_settings_that_are_damaged_give_way_to_what_there_is_from_the_first(qapp: object, kept: str) -> None:
+def test_settings_that_are_damaged_give_way_to_what_there_is_from_the_first(qapp, kept):
     QSettings().setValue("layouts/changed", kept)
     QSettings().setValue("layouts/present", "gone")
     store = LayoutStore(persistent=True)
@@ -182,7 +180,7 @@ def test_settings_that_are_damaged_give_way_to_what_there_is_from_the_first(qapp
     assert store.left("correct").views == "correct"
 
 
-def test_places_of_another_version_and_panels_that_are_gone_are_passed_over(qtbot: QtBot) -> None:
+def test_places_of_another_version_and_panels_that_are_gone_are_passed_over(qtbot):
     older = QMainWindow()
     qtbot.addWidget(older)
     store = LayoutStore(persistent=True)
@@ -194,7 +192,7 @@ def test_places_of_another_version_and_panels_that_are_gone_are_passed_over(qtbo
     window.close()
 
 
-def test_places_that_were_damaged_are_left_out() -> None:
+def test_places_that_were_damaged_are_left_out():
     """Qt crashes at some."""
     arrangement = Arrangement("grid", panels=("Blocks",), places=bytes(range(200)))
     packed = arrangement.packed()
@@ -207,7 +205,7 @@ def test_places_that_were_damaged_are_left_out() -> None:
         Arrangement.unpacked(packed)
 
 
-def test_a_window_with_open_panels_may_be_deleted_without_being_closed(qtbot: QtBot) -> None:
+def test_a_window_with_open_panels_may_be_deleted_without_being_closed(qtbot):
     window = QMainWindow()
     panels = Docks(window, persistent=False)
     panels.add("Blocks", QWidget(), PanelGroup.WORK, "ph.stack", is_open=True)

@@ -1,7 +1,5 @@
 """The window that plays a recording or a camera: pictures, figures, recording, freezing."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np
@@ -22,7 +20,7 @@ FRAMES = 6
 
 
 @pytest.fixture(scope="module")
-def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def recording(tmp_path_factory):
     return write_aligned(tmp_path_factory.mktemp("live"), "mcap", frames=FRAMES)
 
 
@@ -42,7 +40,7 @@ def played(qtbot, window: LiveWindow, path: Path | None, rate: float) -> None:
     qtbot.waitUntil(lambda: window.play_button.text() == "&Play again")
 
 
-def test_frames_are_shown_recorded_and_counted(qtbot, live, recording, tmp_path) -> None:
+def test_frames_are_shown_recorded_and_counted(qtbot, live, recording, tmp_path):
     out = tmp_path / "out.mcap"
     live.record(out)
     played(qtbot, live, recording, 2.0)
@@ -59,7 +57,7 @@ def test_frames_are_shown_recorded_and_counted(qtbot, live, recording, tmp_path)
     assert np.array_equal(recorded[-1], live.shown.completion.depth)
 
 
-def test_a_frozen_frame_is_the_one_shown(qtbot, live, recording) -> None:
+def test_a_frozen_frame_is_the_one_shown(qtbot, live, recording):
     played(qtbot, live, recording, 1000.0)
     frozen = []
     live.frozen.connect(frozen.append)
@@ -68,7 +66,7 @@ def test_a_frozen_frame_is_the_one_shown(qtbot, live, recording) -> None:
     assert np.array_equal(read_frame(frozen[0]).depth, live.shown.completion.frame.depth, equal_nan=True)
 
 
-def test_what_cannot_be_played_or_recorded_is_told(qtbot, live, recording, tmp_path) -> None:
+def test_what_cannot_be_played_or_recorded_is_told(qtbot, live, recording, tmp_path):
     played(qtbot, live, tmp_path / "none", 10.0)
     assert "none" in live.state.text()
     taken = tmp_path / "taken.mcap"
@@ -80,7 +78,7 @@ def test_what_cannot_be_played_or_recorded_is_told(qtbot, live, recording, tmp_p
     assert taken.stat().st_size == 0
 
 
-def test_a_camera_is_played_recorded_and_frozen_until_it_is_lost(qtbot, live, tmp_path, monkeypatch) -> None:
+def test_a_camera_is_played_recorded_and_frozen_until_it_is_lost(qtbot, live, tmp_path, monkeypatch):
     try:
         library = load_realsense()
     except InputError as error:
@@ -112,7 +110,7 @@ def test_a_camera_is_played_recorded_and_frozen_until_it_is_lost(qtbot, live, tm
     assert len(frozen) == 1
 
 
-def test_the_menu_plays_a_recording_a_folder_or_a_camera(qtbot, tmp_path, monkeypatch) -> None:
+def test_the_menu_plays_a_recording_a_folder_or_a_camera(qtbot, tmp_path, monkeypatch):
     monkeypatch.setattr("gui.features.on_use.find_spec", lambda _: None)
     window = MainWindow(persistent=False)
     qtbot.addWidget(window)

@@ -1,22 +1,16 @@
 """Menus, dialogs and keys of the main window."""
 
-from __future__ import annotations
-
-from collections.abc import Iterator
-from pathlib import Path
-
 import pytest
 from PySide6.QtCore import QEvent, Qt
 from PySide6.QtGui import QAction, QImage
 from PySide6.QtWidgets import QApplication, QFileDialog
-from pytestqt.qtbot import QtBot
 
 from gui.app.main_window import MainWindow
 from ilf.data.presets import read_preset
 
 
 @pytest.fixture
-def window(qtbot: QtBot) -> Iterator[MainWindow]:
+def window(qtbot):
     window = MainWindow(persistent=False)
     qtbot.addWidget(window)
     yield window
@@ -30,7 +24,7 @@ def _entry(window: MainWindow, menu: str, text: str) -> QAction:
     return found
 
 
-def test_the_menu_marks_the_depth_colours_however_they_were_chosen(window: MainWindow) -> None:
+def test_the_menu_marks_the_depth_colours_however_they_were_chosen(window):
     entries = {name: _entry(window, "Depth &colours", name.capitalize()) for name in ("turbo", "viridis", "grey")}
     for name in ("viridis", "turbo"):
         window.views.ranges.set_depth_map(name)
@@ -40,9 +34,7 @@ def test_the_menu_marks_the_depth_colours_however_they_were_chosen(window: MainW
     assert [other for other, entry in entries.items() if entry.isChecked()] == ["grey"]
 
 
-def test_a_picture_of_the_window_is_saved_where_it_is_asked_for(
-    window: MainWindow, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_picture_of_the_window_is_saved_where_it_is_asked_for(window, tmp_path, monkeypatch):
     path, answers = tmp_path / "window.png", ["", str(tmp_path / "window.png")]
     monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_: (answers.pop(0), ""))
     monkeypatch.chdir(tmp_path)
@@ -53,9 +45,7 @@ def test_a_picture_of_the_window_is_saved_where_it_is_asked_for(
     assert QImage(str(path)).size() == window.size() * window.devicePixelRatio()
 
 
-def test_a_preset_is_written_where_it_is_asked_for(
-    window: MainWindow, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_preset_is_written_where_it_is_asked_for(window, tmp_path, monkeypatch):
     answers = ["", str(tmp_path / "mine")]
     monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_: (answers.pop(0), ""))
     monkeypatch.chdir(tmp_path)
@@ -66,7 +56,7 @@ def test_a_preset_is_written_where_it_is_asked_for(
     assert read_preset(tmp_path / "mine.json").parameters == window.workspace.parameters.current
 
 
-def test_space_pans_only_while_the_window_has_the_keyboard(window: MainWindow) -> None:
+def test_space_pans_only_while_the_window_has_the_keyboard(window):
     view = window.views.cells["colour"].view
     window.views.set_space(True)
     assert view.viewport().cursor().shape() == Qt.CursorShape.OpenHandCursor

@@ -1,12 +1,8 @@
 """Features whose dialogs are seldom needed are made by the first of their commands, once."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 from importlib.util import find_spec
-
-from pytestqt.qtbot import QtBot
 
 from gui.app.main_window import MainWindow
 from gui.features.palette.palette import PaletteFeature
@@ -14,7 +10,7 @@ from gui.features.palette.palette import PaletteFeature
 NOT_AT_START = {f"gui.features.{name}" for name in ("export.feature", "live", "palette.palette", "sweep.feature")}
 
 
-def test_the_first_command_makes_the_feature(qtbot: QtBot) -> None:
+def test_the_first_command_makes_the_feature(qtbot):
     window = MainWindow(persistent=False)
     qtbot.addWidget(window)
     window.show()
@@ -31,7 +27,7 @@ def test_the_first_command_makes_the_feature(qtbot: QtBot) -> None:
     assert not feature.palette.isVisible()
 
 
-def test_what_is_seldom_used_is_not_imported_at_the_start() -> None:
+def test_what_is_seldom_used_is_not_imported_at_the_start():
     assert all(find_spec(name) for name in NOT_AT_START)
     code = "import sys, gui.app.main_window; print(*sys.modules)"
     told = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()

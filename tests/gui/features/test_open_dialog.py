@@ -1,10 +1,7 @@
 """The open dialog says what a choice of files is before it is opened."""
 
-from __future__ import annotations
-
 import json
 import shutil
-from pathlib import Path
 
 import cv2
 import h5py
@@ -36,7 +33,7 @@ def dialog(qtbot):
 
 
 @pytest.fixture
-def folder(tmp_path: Path) -> Path:
+def folder(tmp_path):
     """640 x 480 at 2 m in millimetres, a fifth of it missing; without meta.json."""
     depth = np.full((480, 640), 2000, np.uint16)
     depth[:96] = 0
@@ -261,7 +258,7 @@ def test_partners_are_found_both_ways(tmp_path, colour, depth):
 
 
 @pytest.fixture
-def rotated(folder) -> Path:
+def rotated(folder):
     """As SUN RGB-D stores it, and as 7-Scenes marks what is missing."""
     depth = np.tile(np.linspace(1500, 3500, 640).astype(np.uint16), (480, 1)) << 3
     depth[:48] = 65535
@@ -315,7 +312,7 @@ def test_low_confidence_is_missing_from_the_preview_on(dialog, folder):
 
 
 @pytest.fixture
-def recording(tmp_path) -> Path:
+def recording(tmp_path):
     """Two frames of a phone, of 8 x 6 pixels in depth."""
     write_record3d(tmp_path / "scan.r3d")
     return tmp_path / "scan.r3d"

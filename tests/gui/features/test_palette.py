@@ -1,12 +1,9 @@
 """The command palette finds what is meant, and is used by the keyboard alone."""
 
-from __future__ import annotations
-
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QApplication, QLineEdit, QMainWindow
-from pytestqt.qtbot import QtBot
 
 from gui.base.commands import WHY_NOT, action_entries
 from gui.features.palette.matching import RecentCommands, match
@@ -27,7 +24,7 @@ _TEXTS = ["Run what changed", "Run all blocks", "Run chosen blocks", "Clean up",
         ("what", "Run what changed"),
     ],
 )
-def test_letters_find_what_they_begin_or_stand_in(query: str, best: str) -> None:
+def test_letters_find_what_they_begin_or_stand_in(query, best):
     found = {text: match(query, text) for text in _TEXTS}
     fitting = {text: fit.score for text, fit in found.items() if fit is not None}
     assert max(fitting, key=lambda text: fitting[text]) == best
@@ -35,12 +32,12 @@ def test_letters_find_what_they_begin_or_stand_in(query: str, best: str) -> None
     assert sorted(best[place].lower() for place in letters) == sorted(query.lower().replace(" ", ""))
 
 
-def test_letters_that_are_left_over_or_in_another_order_do_not_fit() -> None:
+def test_letters_that_are_left_over_or_in_another_order_do_not_fit():
     assert match("runx", "Run all blocks") is None
     assert match("nur", "Run") is None
 
 
-def test_commands_are_remembered_once_each_the_last_one_first() -> None:
+def test_commands_are_remembered_once_each_the_last_one_first():
     recent = RecentCommands(persistent=True)
     for key in ("run", "undo", "export", "undo"):
         recent.note(key)
@@ -51,7 +48,7 @@ def test_commands_are_remembered_once_each_the_last_one_first() -> None:
 
 
 @pytest.fixture
-def window(qtbot: QtBot) -> QMainWindow:
+def window(qtbot):
     window = QMainWindow()
     window.given = []
     window.setCentralWidget(QLineEdit())
@@ -73,7 +70,7 @@ def window(qtbot: QtBot) -> QMainWindow:
     return window
 
 
-def test_all_actions_are_found_with_their_menus_and_keys(window: QMainWindow) -> None:
+def test_all_actions_are_found_with_their_menus_and_keys(window):
     found = {entry.text: entry for entry in action_entries(window)}
     assert list(found) == ["Export", "Quit", "Dark", "Larger brush"]
     assert found["Dark"].where == "View › Theme"
@@ -81,7 +78,7 @@ def test_all_actions_are_found_with_their_menus_and_keys(window: QMainWindow) ->
     assert found["Larger brush"].why_not == "Open a frame first."
 
 
-def test_it_is_used_by_keys_alone_and_knows_what_was_given_last(window: QMainWindow, qtbot: QtBot) -> None:
+def test_it_is_used_by_keys_alone_and_knows_what_was_given_last(window, qtbot):
     field = window.centralWidget()
     field.setFocus()
     palette = CommandPalette(window, persistent=True)
@@ -101,7 +98,7 @@ def test_it_is_used_by_keys_alone_and_knows_what_was_given_last(window: QMainWin
     qtbot.waitUntil(lambda: window.given == ["Dark", "&Quit"])
 
 
-def test_what_cannot_be_given_says_why_and_is_not(window: QMainWindow, qtbot: QtBot) -> None:
+def test_what_cannot_be_given_says_why_and_is_not(window, qtbot):
     palette = CommandPalette(window, persistent=False)
     palette.toggle()
     qtbot.keyClicks(palette.field, "brush")

@@ -1,7 +1,5 @@
 """The plot along a line: what is drawn, what the legend reads, what is written."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 
@@ -9,17 +7,14 @@ import numpy as np
 import pytest
 from PySide6.QtGui import QImage
 from PySide6.QtSvg import QSvgRenderer
-from pytestqt.qtbot import QtBot
 
 from gui.features.inspect.profile_page import ProfilePage
-from gui.features.inspect.profile_plot import ProfileData, profile_data
+from gui.features.inspect.profile_plot import profile_data
 from gui.state.document import Document
 from gui.state.results import ErrorEstimate
 from gui.state.shown_depth import ViewedIteration
-from gui.state.workspace import Workspace
 from ilf.completion.confidence.expected_error import expected_error
 from ilf.data.frame import RGBDFrame
-from ilf.data.results import BlockResult
 from ilf.project.run_history import StoredRun
 from ilf.run.run import Run
 
@@ -28,7 +23,7 @@ LINE = ((4.5, 16.5), (60.5, 16.5))
 
 
 @pytest.fixture
-def data(workspace: Workspace, results: list[BlockResult]) -> ProfileData:
+def data(workspace, results):
     """With all that there can be."""
     document: Document = workspace.current
     workspace.current.set_ground_truth(np.where(document.frame.known, document.frame.depth, np.float32(1.7)))
@@ -44,7 +39,7 @@ def data(workspace: Workspace, results: list[BlockResult]) -> ProfileData:
 
 
 @pytest.fixture
-def panel(qtbot: QtBot) -> ProfilePage:
+def panel(qtbot):
     panel = ProfilePage([])
     qtbot.addWidget(panel)
     panel.resize(700, 200)
@@ -57,7 +52,7 @@ def legend(panel: ProfilePage) -> str:
     return panel.legend.text().replace("&nbsp;", " ")
 
 
-def test_all_maps_are_read_at_the_same_pixels(data: ProfileData, workspace: Workspace) -> None:
+def test_all_maps_are_read_at_the_same_pixels(data, workspace):
     document = workspace.current
     row, columns = 16, slice(4, 61)
     depth, error = document.current_depth(), document.expected_error()
@@ -76,21 +71,21 @@ def test_all_maps_are_read_at_the_same_pixels(data: ProfileData, workspace: Work
     assert header == "x,y,distance_px,surface_m,depth_m,raw_m,expected_error_m,truth_m,first try"
 
 
-def test_depth_of_the_past_stands_for_the_result_and_has_no_expected_error(document: Document) -> None:
+def test_depth_of_the_past_stands_for_the_result_and_has_no_expected_error(document):
     data = profile_data(document, LINE, ViewedIteration(document.frame.depth + 1, 7))
     (result,) = data.curves
     assert (result.name, data.error) == ("result as of iteration 7", None)
     np.testing.assert_array_equal(result.depth, data.raw + 1)
 
 
-def test_a_frame_without_results_shows_what_came_in(document: Document) -> None:
+def test_a_frame_without_results_shows_what_came_in(document):
     data = profile_data(document, LINE)
     assert data.error is None
     assert data.curves == ()
     np.testing.assert_array_equal(data.profile.depth, data.raw)
 
 
-def test_the_legend_reads_what_the_mouse_is_at(panel: ProfilePage, data: ProfileData) -> None:
+def test_the_legend_reads_what_the_mouse_is_at(panel, data):
     pointed: list[int | None] = []
     panel.pointed.connect(pointed.append)
     assert panel.data is None
@@ -112,9 +107,7 @@ def test_the_legend_reads_what_the_mouse_is_at(panel: ProfilePage, data: Profile
     assert "truth 1.700 m" not in legend(panel)
 
 
-def test_the_axis_is_in_pixels_or_metres_along_the_surface(
-    panel: ProfilePage, data: ProfileData, small_frame: RGBDFrame, small_labels: np.ndarray
-) -> None:
+def test_the_axis_is_in_pixels_or_metres_along_the_surface(panel, data, small_frame, small_labels):
     panel.show_data(data, {})
     assert panel.plot._curves[0].getData()[0][-1] == 56
     panel.axis.setCurrentIndex(1)
@@ -126,7 +119,7 @@ def test_the_axis_is_in_pixels_or_metres_along_the_surface(
     assert panel.plot._raw.getData()[0][-1] == 56
 
 
-def test_the_band_is_where_the_error_is_known(panel: ProfilePage, data: ProfileData) -> None:
+def test_the_band_is_where_the_error_is_known(panel, data):
     panel.show_data(data, {})
     assert data.error is not None
     box = panel.plot._band.path().boundingRect()
@@ -137,7 +130,7 @@ def test_the_band_is_where_the_error_is_known(panel: ProfilePage, data: ProfileD
     assert panel.plot._band.path().isEmpty()
 
 
-def test_the_plot_is_written_as_picture(panel: ProfilePage, data: ProfileData) -> None:
+def test_the_plot_is_written_as_picture(panel, data):
     panel.show_data(data, {})
     svg = panel.plot.picture(as_svg=True)
     assert QSvgRenderer(svg).isValid()

@@ -1,7 +1,5 @@
 """Blocks that came from another frame: taken as one step, and looked at."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
@@ -15,7 +13,6 @@ from gui.state.parts import Part
 from gui.state.workspace import Workspace
 from gui.work.runs import RunController
 from ilf.data.blocks import Blocks
-from ilf.data.frame import RGBDFrame
 from ilf.data.parameters import Parameters
 from ilf.project.frame_state import FrameState
 from ilf.project.project import Stage
@@ -23,13 +20,11 @@ from ilf.project.propagation import propagate_state
 from ilf.segmentation.editing.patches import LabelPatch, patch_between
 from ilf.sources.frame_ref import FrameRef
 
-from ..states import Told
-
 REASON = "It was not in the picture before."
 
 
 @pytest.fixture
-def propagated(document: Document, other: Document) -> FrameState:
+def propagated(document, other):
     """The blocks of `other` on the frame of `session`, with other values; block 2 needs a look."""
     other.change_info(1, name="Wall", locked=True)
     other.change_blocks(own={1: {"smoothness": 3.0}})
@@ -61,9 +56,7 @@ def edit(workspace: Workspace, at: tuple[slice, slice], label: int) -> None:
     workspace.current.edit(patch_between(workspace.current.labels, labels), "Edit")
 
 
-def test_blocks_are_taken_and_given_back_as_one_step(
-    workspace: Workspace, document: Document, propagated: FrameState, told: Told
-) -> None:
+def test_blocks_are_taken_and_given_back_as_one_step(workspace, document, propagated, told):
     document.info(1)
     before = known(document)
     touched: list[object] = []
@@ -84,9 +77,7 @@ def test_blocks_are_taken_and_given_back_as_one_step(
     assert known(document) == after
 
 
-def test_results_of_the_blocks_before_come_back_with_undo(
-    workspace: Workspace, document: Document, propagated: FrameState, results: list
-) -> None:
+def test_results_of_the_blocks_before_come_back_with_undo(workspace, document, propagated, results):
     document.store_results(results)
     workspace.take_propagated(document, propagated, "Carry blocks")
     assert 2 not in document.valid_results()
@@ -94,9 +85,7 @@ def test_results_of_the_blocks_before_come_back_with_undo(
     assert set(document.valid_results()) == {1, 2}
 
 
-def test_a_block_needs_no_look_once_it_is_edited_or_looked_at(
-    workspace: Workspace, document: Document, propagated: FrameState
-) -> None:
+def test_a_block_needs_no_look_once_it_is_edited_or_looked_at(workspace, document, propagated):
     workspace.take_propagated(document, propagated, "Carry blocks")
     runs = RunController(workspace)
     assert [row.look for row in block_rows(document, runs)] == ["", REASON]
@@ -117,9 +106,7 @@ def test_a_block_needs_no_look_once_it_is_edited_or_looked_at(
     runs.shutdown()
 
 
-def test_what_a_stroke_edits_has_been_looked_at(
-    workspace: Workspace, document: Document, propagated: FrameState
-) -> None:
+def test_what_a_stroke_edits_has_been_looked_at(workspace, document, propagated):
     workspace.take_propagated(document, propagated, "Carry blocks")
     box = np.s_[40:44, 50:54]
     before = document.labels[box].copy()
@@ -129,9 +116,7 @@ def test_what_a_stroke_edits_has_been_looked_at(
     assert not document.state.to_check
 
 
-def test_another_extraction_forgets_what_was_carried(
-    workspace: Workspace, document: Document, propagated: FrameState
-) -> None:
+def test_another_extraction_forgets_what_was_carried(workspace, document, propagated):
     workspace.take_propagated(document, propagated, "Carry blocks")
     names = {1: "Left", 2: "Right"}
     workspace.current.replace_blocks(np.where(document.labels == 1, 1, 3).astype(np.int32), "Load blocks", names)
@@ -142,7 +127,7 @@ def test_another_extraction_forgets_what_was_carried(
     assert document.blocks.propagated_from == propagated.blocks.propagated_from
 
 
-def test_of_frames_of_the_same_files_the_chosen_one_is_opened(workspace: Workspace, small_frame: RGBDFrame) -> None:
+def test_of_frames_of_the_same_files_the_chosen_one_is_opened(workspace, small_frame):
     chosen, other = (Entry.of(FrameRef("/frames/one")) for _ in range(2))
     workspace.add_entries([chosen, other])
     state = FrameState(chosen.id, small_frame, Blocks(np.zeros(small_frame.shape, np.int32)))

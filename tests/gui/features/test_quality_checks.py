@@ -1,7 +1,5 @@
 """The order in which flagged places are shown."""
 
-from __future__ import annotations
-
 from gui.features.quality import Review
 from ilf.evaluation.quality.places import Place
 

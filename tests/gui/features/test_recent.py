@@ -1,16 +1,12 @@
 """What was opened last is offered again, as it was read, in this session and the next."""
 
-from __future__ import annotations
-
 import json
-from pathlib import Path
 
 import pytest
 from PySide6.QtCore import QSettings
 
 from gui.features.project.recent import MOST, RecentOrigins, is_missing, name_of
 from ilf.data.camera import Camera
-from ilf.io.cameras import IntrinsicsSpec
 from ilf.sources.frame_ref import FrameRef
 from ilf.sources.reading_options import ReadingOptions
 
@@ -27,7 +23,7 @@ WRONG_OPTIONS = (
 pytestmark = pytest.mark.usefixtures("qapp")
 
 
-def test_the_last_comes_first_once_and_how_it_was_read_is_kept(tmp_path: Path) -> None:
+def test_the_last_comes_first_once_and_how_it_was_read_is_kept(tmp_path):
     frames = RecentOrigins("frames", persistent=True)
     folder, record = FrameRef(str(tmp_path)), tmp_path / "out" / "run.json"
     colour, depth, ground_truth, guide = (str(tmp_path / name) for name in ("a.png", "b.png", "t.npy", "g.npy"))
@@ -53,7 +49,7 @@ def test_the_last_comes_first_once_and_how_it_was_read_is_kept(tmp_path: Path) -
 
 
 @pytest.mark.parametrize("camera", [Camera(1, 1, 0, 0, "own"), "kinect-v2", {"K": [1.0, 1.0, 0.0, 0.0]}])
-def test_every_kind_of_camera_is_kept(tmp_path: Path, camera: IntrinsicsSpec) -> None:
+def test_every_kind_of_camera_is_kept(tmp_path, camera):
     origin = FrameRef(str(tmp_path), options=ReadingOptions(intrinsics=camera))
     RecentOrigins("frames", persistent=True).note(origin)
     assert RecentOrigins("frames", persistent=True).origins == [origin]
@@ -63,14 +59,14 @@ def test_every_kind_of_camera_is_kept(tmp_path: Path, camera: IntrinsicsSpec) ->
     "damaged",
     [7, {}, {"file": 7}, *({"rgb": "a", "depth": "b", "frame": None, **wrong} for wrong in WRONG_OPTIONS)],
 )
-def test_a_damaged_entry_costs_no_other(tmp_path: Path, damaged: object) -> None:
+def test_a_damaged_entry_costs_no_other(tmp_path, damaged):
     folder, record = FrameRef(str(tmp_path)), tmp_path / "run.json"
     entries = [folder.to_json(), damaged, {"file": str(record)}]
     QSettings().setValue("recent/frames", json.dumps(entries))
     assert RecentOrigins("frames", persistent=True).origins == [folder, record]
 
 
-def test_a_window_that_does_not_remember_neither_reads_nor_writes(tmp_path: Path) -> None:
+def test_a_window_that_does_not_remember_neither_reads_nor_writes(tmp_path):
     RecentOrigins("frames", persistent=True).note(FrameRef(str(tmp_path)))
     apart = RecentOrigins("frames", persistent=False)
     assert apart.origins == []
@@ -79,6 +75,6 @@ def test_a_window_that_does_not_remember_neither_reads_nor_writes(tmp_path: Path
 
 
 @pytest.mark.parametrize("kept", ["", "{", "[1]", '[{"rgb": "a"}]', '[{"file": 7}]', "7", "[" * 10**5])
-def test_settings_that_are_damaged_offer_nothing(kept: str) -> None:
+def test_settings_that_are_damaged_offer_nothing(kept):
     QSettings().setValue("recent/frames", kept)
     assert RecentOrigins("frames", persistent=True).origins == []

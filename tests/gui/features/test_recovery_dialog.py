@@ -1,17 +1,14 @@
 """The dialog that offers unsaved work."""
 
-from __future__ import annotations
-
 from datetime import UTC, datetime, timedelta
 
 from PySide6.QtWidgets import QWidget
-from pytestqt.qtbot import QtBot
 
 from gui.features.project.autosave import RecoveryDialog, UnsavedWorkInfo
 from gui.widgets.basics import PlainLabel
 
 
-def test_each_work_is_told_apart_by_name_age_and_content(qtbot: QtBot) -> None:
+def test_each_work_is_told_apart_by_name_age_and_content(qtbot):
     parent = QWidget()
     qtbot.addWidget(parent)
     changed = datetime.now(UTC) - timedelta(minutes=5)

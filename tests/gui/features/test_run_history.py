@@ -1,17 +1,12 @@
 """Runs that are kept: what is kept of them and when, what they share, how they are come back to."""
 
-from __future__ import annotations
-
 import csv
 import gc
 import math
 import weakref
-from collections.abc import Iterator
-from pathlib import Path
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from gui.features.run_history.errors import best_of, measure
 from gui.features.run_history.file import write_runs
@@ -19,21 +14,19 @@ from gui.features.run_history.table import values_of
 from gui.state.document import Document
 from gui.state.parameters import DRAG_S
 from gui.state.run_history import COLOURS, MAX_COMPARED, memory_of, next_colour, with_shared_arrays
-from gui.state.workspace import Workspace
 from gui.work.frame_runs import RunState
 from gui.work.run_recorder import RunRecorder
-from ilf import RGBDFrame, expected_error, extrapolate, preset
+from ilf import expected_error, extrapolate, preset
 from ilf.errors import ExportError
 from ilf.evaluation.hold_out import HoldOutTest
 from ilf.project.run_history import StoredRun
 from ilf.run.run import Run, complete
 
-from ..scripted_runs import Bench, Until
 from ..states import QUICK, edit, painted
 
 
 @pytest.fixture
-def keeper(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> Iterator[RunRecorder]:
+def keeper(bench, monkeypatch):
     """Keeps what the bench runs; values rest as soon as nothing runs."""
     monkeypatch.setattr("gui.work.run_recorder.REST_MS", 0)
     bench.script.allow()
@@ -54,9 +47,7 @@ def names(document: Document) -> list[str]:
     return [kept.name for kept in document.state.runs]
 
 
-def test_every_run_is_kept_with_what_it_was_made_of_and_shares_what_is_equal(
-    bench: Bench, keeper: RunRecorder, until: Until
-) -> None:
+def test_every_run_is_kept_with_what_it_was_made_of_and_shares_what_is_equal(bench, keeper, until):
     bench.runs.start()
     until(lambda: len(bench.document.state.runs) == 1)
     bench.workspace.parameters.set(preset(smoothness=0.6), 2)
@@ -75,7 +66,7 @@ def test_every_run_is_kept_with_what_it_was_made_of_and_shares_what_is_equal(
 
 
 @pytest.mark.parametrize("done", [0, 1])
-def test_a_cancelled_run_is_kept_if_any_block_was_done(bench: Bench, until: Until, done: int) -> None:
+def test_a_cancelled_run_is_kept_if_any_block_was_done(bench, until, done):
     keeper = RunRecorder(bench.workspace, bench.runs)
     bench.runs.start()
     bench.script.allow(bench.script.records + 1 if done else 1)
@@ -88,9 +79,7 @@ def test_a_cancelled_run_is_kept_if_any_block_was_done(bench: Bench, until: Unti
     assert values == ["best · cancelled, 1 of 2 blocks without result"] * done
 
 
-def test_a_drag_is_one_run_and_undo_makes_none(
-    bench: Bench, keeper: RunRecorder, until: Until, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_drag_is_one_run_and_undo_makes_none(bench, keeper, until, monkeypatch):
     now = 100.0
     monkeypatch.setattr("gui.state.parameters.time.monotonic", lambda: now)
     workspace, document = bench.workspace, bench.document
@@ -122,9 +111,7 @@ def test_a_drag_is_one_run_and_undo_makes_none(
     assert document.state.runs[2].run.blocks.labels is not live.run.blocks.labels
 
 
-def test_a_frame_whose_values_were_dragged_is_freed_when_it_is_closed(
-    bench: Bench, keeper: RunRecorder, until: Until
-) -> None:
+def test_a_frame_whose_values_were_dragged_is_freed_when_it_is_closed(bench, keeper, until):
     workspace, document = bench.workspace, bench.document
     workspace.parameters.set(preset(smoothness=2.0))
     bench.runs.resolve([1])
@@ -135,7 +122,7 @@ def test_a_frame_whose_values_were_dragged_is_freed_when_it_is_closed(
     assert step() is None, "a step of the history holds its frame"
 
 
-def test_what_runs_give_of_the_rest_is_kept_by_pixels(document: Document, workspace: Workspace) -> None:
+def test_what_runs_give_of_the_rest_is_kept_by_pixels(document, workspace):
     labels = painted(document, 0, np.s_[:], np.s_[40:64])
     document.set_labels(labels)
     kept = stored_run(document, parameters=QUICK)
@@ -153,9 +140,7 @@ def test_what_runs_give_of_the_rest_is_kept_by_pixels(document: Document, worksp
     np.testing.assert_array_equal(document.completion().depth, depth)
 
 
-def test_accepting_takes_results_and_parameters_where_blocks_are_as_they_were(
-    document: Document, workspace: Workspace
-) -> None:
+def test_accepting_takes_results_and_parameters_where_blocks_are_as_they_were(document, workspace):
     kept = stored_run(document, parameters=QUICK)
     document.keep_run(kept)
     workspace.parameters.set(preset(smoothness=2.0), 2)
@@ -178,7 +163,7 @@ def test_accepting_takes_results_and_parameters_where_blocks_are_as_they_were(
     assert newer in [one.result for one in document.results.kept[1]], "what has come since stays"
 
 
-def test_of_an_accepted_run_what_no_longer_fits_is_left(document: Document, workspace: Workspace) -> None:
+def test_of_an_accepted_run_what_no_longer_fits_is_left(document, workspace):
     kept = stored_run(document, parameters=QUICK)
     document.keep_run(kept)
     edit(workspace, 3, rows=np.s_[0:6], columns=np.s_[40:50])
@@ -190,9 +175,7 @@ def test_of_an_accepted_run_what_no_longer_fits_is_left(document: Document, work
     assert document.undo_stack.count() == steps
 
 
-def test_accepting_a_run_of_mixed_values_leaves_every_block_up_to_date(
-    document: Document, workspace: Workspace
-) -> None:
+def test_accepting_a_run_of_mixed_values_leaves_every_block_up_to_date(document, workspace):
     kept = stored_run(document, parameters=QUICK)
     kept.results = {**kept.results, 2: complete(document.frame, document.labels, preset("paper")).results[2]}
     assert kept.outdated == (2,)
@@ -202,7 +185,7 @@ def test_accepting_a_run_of_mixed_values_leaves_every_block_up_to_date(
     assert document.parameters_of(2) == preset("paper")
 
 
-def test_restoring_takes_common_and_own_values_as_one_step(document: Document, workspace: Workspace) -> None:
+def test_restoring_takes_common_and_own_values_as_one_step(document, workspace):
     workspace.parameters.set(preset(noise=0.01))
     workspace.parameters.set_own({"smoothness": 2.0}, [2])
     kept = StoredRun(1, "Run 1", document.run(document.state.common), {}, 0.0, COLOURS[0])
@@ -219,7 +202,7 @@ def test_restoring_takes_common_and_own_values_as_one_step(document: Document, w
     assert (document.state.common, document.blocks.own) == (QUICK, former)
 
 
-def test_deleted_runs_come_back_beside_those_kept_since(document: Document, workspace: Workspace) -> None:
+def test_deleted_runs_come_back_beside_those_kept_since(document, workspace):
     runs = [stored_run(document, number, QUICK) for number in (1, 2, 3)]
     for kept in runs[:2]:
         document.keep_run(kept)
@@ -238,7 +221,7 @@ def test_deleted_runs_come_back_beside_those_kept_since(document: Document, work
     assert document.undo_stack.count() == 1, "it was not there"
 
 
-def test_compared_runs_are_few_and_differ_in_colour(document: Document, workspace: Workspace) -> None:
+def test_compared_runs_are_few_and_differ_in_colour(document, workspace):
     runs = [stored_run(document, number, QUICK) for number in range(1, MAX_COMPARED + 2)]
     for kept in runs:
         document.keep_run(kept)
@@ -247,7 +230,7 @@ def test_compared_runs_are_few_and_differ_in_colour(document: Document, workspac
     assert len({kept.colour for kept in document.compared}) == MAX_COMPARED
 
 
-def test_colours_come_in_turn(document: Document) -> None:
+def test_colours_come_in_turn(document):
     runs: list[StoredRun] = []
     for number in range(1, 3 * len(COLOURS)):
         runs.append(stored_run(document, number, QUICK))
@@ -256,9 +239,7 @@ def test_colours_come_in_turn(document: Document) -> None:
         assert len(set(latest)) == len(latest)
 
 
-def test_the_oldest_without_a_note_goes_when_there_are_too_many(
-    bench: Bench, keeper: RunRecorder, until: Until, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_oldest_without_a_note_goes_when_there_are_too_many(bench, keeper, until, monkeypatch):
     monkeypatch.setattr("gui.work.run_recorder.MAX_STORED", 3)
     said: list[str] = []
     keeper.message.connect(said.append)
@@ -271,9 +252,7 @@ def test_the_oldest_without_a_note_goes_when_there_are_too_many(
     assert len(said) == 1
 
 
-def test_runs_go_when_they_take_too_much_memory(
-    bench: Bench, keeper: RunRecorder, until: Until, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_runs_go_when_they_take_too_much_memory(bench, keeper, until, monkeypatch):
     labels = bench.document.labels
     of_one = labels.nbytes + labels.size * (4 + 1)
     monkeypatch.setattr("gui.work.run_recorder.MAX_MEMORY", labels.nbytes + int(2.5 * (of_one - labels.nbytes)))
@@ -284,7 +263,7 @@ def test_runs_go_when_they_take_too_much_memory(
     assert memory_of(bench.document.state.runs) < labels.nbytes + 2.5 * (of_one - labels.nbytes)
 
 
-def test_how_good_a_run_is(document: Document, small_frame: RGBDFrame) -> None:
+def test_how_good_a_run_is(document, small_frame):
     kept = stored_run(document, parameters=QUICK)
     filled = kept.completion.filled
     ground_truth = kept.completion.depth + np.float32(0.02)
@@ -297,7 +276,7 @@ def test_how_good_a_run_is(document: Document, small_frame: RGBDFrame) -> None:
     assert math.isnan(measure(kept.run, {}, ground_truth).expected_error)
 
 
-def test_the_best_run_has_filled_about_as_much_as_any(document: Document) -> None:
+def test_the_best_run_has_filled_about_as_much_as_any(document):
     runs = [
         stored_run(document, number, QUICK, ground_truth_error=error)
         for number, error in ((1, 0.03), (2, 0.02), (3, 0.01))
@@ -311,7 +290,7 @@ def test_the_best_run_has_filled_about_as_much_as_any(document: Document) -> Non
     assert best_of(runs, "ground_truth_error") == [], "there are no two to choose from"
 
 
-def test_errors_of_different_tests_are_not_compared(document: Document) -> None:
+def test_errors_of_different_tests_are_not_compared(document):
     tests = (("areas", 0.01), ("random", 0.03), ("random", 0.02))
     runs = [
         stored_run(document, number, QUICK, hold_out_error=error, hold_out_test=HoldOutTest(test))
@@ -321,7 +300,7 @@ def test_errors_of_different_tests_are_not_compared(document: Document) -> None:
     assert best_of(runs[:2], "hold_out_error") == []
 
 
-def test_the_list_as_a_table(document: Document, workspace: Workspace, tmp_path: Path) -> None:
+def test_the_list_as_a_table(document, workspace, tmp_path):
     for number, parameters in ((1, preset()), (2, preset("paper", max_iterations=3))):
         note = 'a, "b"' if number == 1 else "=1+1"
         document.keep_run(stored_run(document, number, parameters, note=note, ground_truth_error=0.0123))
@@ -346,13 +325,13 @@ def test_the_list_as_a_table(document: Document, workspace: Workspace, tmp_path:
         write_runs(tmp_path / "none" / "runs.csv", document)
 
 
-def test_another_truth_makes_errors_be_worked_out_anew(document: Document, workspace: Workspace) -> None:
+def test_another_truth_makes_errors_be_worked_out_anew(document, workspace):
     document.keep_run(stored_run(document, parameters=QUICK, ground_truth_error=0.01, expected_error=0.02))
     workspace.current.set_ground_truth(np.full(document.frame.shape, 2.0, np.float32))
     assert (document.state.runs[0].ground_truth_error, document.state.runs[0].expected_error) == (None, 0.02)
 
 
-def test_runs_share_label_maps_that_come_back(document: Document, small_labels: NDArray[np.int32]) -> None:
+def test_runs_share_label_maps_that_come_back(document, small_labels):
     drawn = np.zeros(document.frame.shape, bool)
     drawn[:, 30] = True
     document.change_blocks(drawn=drawn)

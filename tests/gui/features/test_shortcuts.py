@@ -1,7 +1,5 @@
 """Keys can be changed in a list of all commands: at once, without two commands for one key, and for the next time."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import pytest
@@ -9,7 +7,6 @@ from PySide6.QtCore import Qt
 from PySide6.QtGui import QKeySequence
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QMainWindow
-from pytestqt.qtbot import QtBot
 
 from gui.base.commands import HINT, HOLD_KEY, describe, keys_text
 from gui.features.shortcuts import Keymap, ShortcutsDialog
@@ -18,7 +15,7 @@ MakeWindow = Callable[[], QMainWindow]
 
 
 @pytest.fixture
-def make_window(qtbot: QtBot) -> MakeWindow:
+def make_window(qtbot):
     def make() -> QMainWindow:
         window = QMainWindow()
         menu = window.menuBar().addMenu("&File")
@@ -44,12 +41,12 @@ def _tips(keymap: Keymap) -> list[str]:
 
 
 @pytest.fixture
-def keymap(make_window: MakeWindow) -> Keymap:
+def keymap(make_window):
     return Keymap(make_window(), persistent=True)
 
 
 @pytest.fixture
-def dialog(keymap: Keymap, qtbot: QtBot) -> ShortcutsDialog:
+def dialog(keymap, qtbot):
     dialog = ShortcutsDialog(keymap)
     qtbot.addWidget(dialog)
     dialog.show()
@@ -64,9 +61,7 @@ def _press(dialog: ShortcutsDialog, name: str, key: Qt.Key, modifier: Qt.Keyboar
     dialog.edit.editingFinished.emit()
 
 
-def test_keys_that_are_pressed_hold_at_once_and_the_next_time(
-    keymap: Keymap, dialog: ShortcutsDialog, make_window: MakeWindow
-) -> None:
+def test_keys_that_are_pressed_hold_at_once_and_the_next_time(keymap, dialog, make_window):
     _press(dialog, "fit", Qt.Key.Key_J, Qt.KeyboardModifier.ControlModifier)
     assert _keys(keymap)["fit"] == "Ctrl+J"
     assert "<b>Fit (Ctrl+J)</b><br>Do fit" in _tips(keymap)
@@ -85,9 +80,7 @@ def test_keys_that_are_pressed_hold_at_once_and_the_next_time(
     ("button", "expected"),
     [("swap_button", {"open": "Ctrl+E", "export": "Ctrl+O"}), ("take_button", {"open": "Ctrl+E", "export": ""})],
 )
-def test_keys_of_another_command_are_swapped_or_taken(
-    keymap: Keymap, dialog: ShortcutsDialog, button: str, expected: dict[str, str]
-) -> None:
+def test_keys_of_another_command_are_swapped_or_taken(keymap, dialog, button, expected):
     _press(dialog, "open", Qt.Key.Key_E, Qt.KeyboardModifier.ControlModifier)
     assert "“Export” has Ctrl+E" in dialog.message.text()
     assert _keys(keymap)["open"] == "Ctrl+O", "nothing is changed yet"
@@ -107,15 +100,13 @@ def test_keys_of_another_command_are_swapped_or_taken(
         (Qt.Key.Key_F, Qt.KeyboardModifier.AltModifier, "opens the menu File"),
     ],
 )
-def test_keys_with_a_meaning_of_their_own_are_refused(
-    keymap: Keymap, dialog: ShortcutsDialog, key: Qt.Key, modifier: Qt.KeyboardModifier, said: str
-) -> None:
+def test_keys_with_a_meaning_of_their_own_are_refused(keymap, dialog, key, modifier, said):
     _press(dialog, "fit", key, modifier)
     assert said in dialog.message.text()
     assert _keys(keymap)["fit"] == ""
 
 
-def test_the_filter_finds_names_and_keys(dialog: ShortcutsDialog, qtbot: QtBot) -> None:
+def test_the_filter_finds_names_and_keys(dialog, qtbot):
     qtbot.keyClicks(dialog.filter, "exp")
     assert dialog.shown() == ["export"]
     dialog.filter.setText("ctrl+y")

@@ -1,7 +1,5 @@
 """The sweep's widgets: what they propose, what they mark, and what a click takes."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from PySide6.QtCore import QPoint, QSize, Qt
@@ -154,7 +152,7 @@ def test_progress_tells_share_and_time_and_is_ended_once(qtbot):
     assert row.isHidden()
 
 
-def test_equal_points_of_a_sweep_are_ties_and_the_current_value_is_kept() -> None:
+def test_equal_points_of_a_sweep_are_ties_and_the_current_value_is_kept():
     columns = np.indices((60, 80))[1]
     truth = (1.5 + 0.01 * columns).astype(np.float32)
     depth = np.where((columns > 30) & (columns < 50), np.nan, truth)

@@ -1,7 +1,5 @@
 """The work is in the autosave soon after every change, and in memory as long as that cannot be written."""
 
-from __future__ import annotations
-
 import shutil
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Parameters for all frames, or for one of them."""
 
-from __future__ import annotations
-
 import pytest
 
 from gui.project.current_project import apply_settings, project_of

@@ -1,7 +1,5 @@
 """The state of an open frame is taken for other threads, and opens as the same frame again."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Everything that a project holds sets the mark of what is unsaved, and what is only looked at does not."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path

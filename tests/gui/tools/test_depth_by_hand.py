@@ -1,10 +1,7 @@
 """The tool Depth by hand without a window: what it paints, proposes and refuses."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
-from PySide6.QtCore import QObject
 
 from gui.tools.depth_by_hand import DepthByHandTool
 from gui.views.interaction import PointerKind
@@ -17,7 +14,7 @@ LEFT_HOLE, RIGHT_HOLE = np.s_[10:22, 8:20], np.s_[30:40, 40:56]
 
 
 @pytest.fixture
-def hand(small_frame: RGBDFrame, small_labels: np.ndarray, qapp: QObject) -> Hand:
+def hand(small_frame, small_labels, qapp):
     return Hand(DepthByHandTool(), ToolHost(small_frame, small_labels))
 
 
@@ -31,7 +28,7 @@ def _tool(hand: Hand) -> DepthByHandTool:
     return hand.tool
 
 
-def test_a_picked_depth_is_painted_where_depth_is_missing(hand: Hand) -> None:
+def test_a_picked_depth_is_painted_where_depth_is_missing(hand):
     hand.drag([(10, 16), (18, 16)])
     assert hand.host.said == ["No depth is set yet: Ctrl+click picks one from the image, or type it in the tool bar."]
     hand.click((5, 30), "c")
@@ -51,7 +48,7 @@ def test_a_picked_depth_is_painted_where_depth_is_missing(hand: Hand) -> None:
     assert hand.host.document.blocks.by_hand is None
 
 
-def test_strokes_stay_in_the_selected_blocks_and_out_of_locked_ones(hand: Hand) -> None:
+def test_strokes_stay_in_the_selected_blocks_and_out_of_locked_ones(hand):
     host = hand.host
     host.options.hand_depth = 2.0
     host.select([2])
@@ -73,7 +70,7 @@ def test_strokes_stay_in_the_selected_blocks_and_out_of_locked_ones(hand: Hand) 
     assert host.document.blocks.by_hand is None
 
 
-def test_depth_beyond_sensors_is_refused(hand: Hand) -> None:
+def test_depth_beyond_sensors_is_refused(hand):
     with pytest.raises(InputError, match="at most 300 m"):
         hand.host.workspace.current.set_by_hand(
             np.full((48, 64), 301, np.float32), hand.host.document.frame.missing, "Paint depth"
@@ -81,7 +78,7 @@ def test_depth_beyond_sensors_is_refused(hand: Hand) -> None:
     assert hand.host.steps == []
 
 
-def test_a_plane_is_proposed_limited_and_taken(hand: Hand) -> None:
+def test_a_plane_is_proposed_limited_and_taken(hand):
     host, rows = hand.host, np.mgrid[:48, :64][0]
     host.select([1])
     _tool(hand).propose_plane(host)
@@ -107,7 +104,7 @@ def test_a_plane_is_proposed_limited_and_taken(hand: Hand) -> None:
     assert len(host.steps) == 1
 
 
-def test_the_rectangle_says_which_plane(hand: Hand) -> None:
+def test_the_rectangle_says_which_plane(hand):
     host = hand.host
     host.select([1])
     host.workspace.current.set_region((slice(2, 9), slice(34, 60)))
@@ -120,7 +117,7 @@ def test_the_rectangle_says_which_plane(hand: Hand) -> None:
     assert host.document.proposal is None
 
 
-def test_a_hole_between_two_surfaces_goes_to_either(small_frame: RGBDFrame, qapp: QObject) -> None:
+def test_a_hole_between_two_surfaces_goes_to_either(small_frame, qapp):
     depth = small_frame.measured.copy()
     depth[12:36, 20:40] = np.nan
     host = ToolHost(RGBDFrame(small_frame.rgb, depth), np.ones((48, 64), np.int32))

@@ -1,7 +1,5 @@
 """Linked views of a workspace whose document has the results that a test gives it."""
 
-from __future__ import annotations
-
 from types import SimpleNamespace
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Lines around blocks, drawn box by box, are those of the whole map; at every zoom, wherever the frame lies."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given, settings

@@ -1,11 +1,8 @@
 """Colour tables that everybody can read: equal steps of depth look equal, with all kinds of colour vision."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from PySide6.QtGui import QColor
-from PySide6.QtWidgets import QApplication
 
 from gui.base import theme
 from gui.views.colours import DEPTH_MAP, DEPTH_MAPS, depth_table, difference_table, error_table, strength_table
@@ -26,17 +23,17 @@ def _seen(table: np.ndarray, eye: str, step: int = 16) -> np.ndarray:
 
 @pytest.mark.parametrize("eye", SEEN_BY)
 @pytest.mark.parametrize("name", SEQUENTIAL)
-def test_what_is_farther_or_larger_is_brighter_for_everybody(name: str, eye: str) -> None:
+def test_what_is_farther_or_larger_is_brighter_for_everybody(name, eye):
     lightness = _seen(SEQUENTIAL[name], eye)[:, 0]
     assert (np.diff(lightness) > 0).all()
     assert lightness[-1] - lightness[0] > 50
 
 
-def test_reports_draw_depth_as_the_window_does() -> None:
+def test_reports_draw_depth_as_the_window_does():
     assert np.abs(depth_table(DEPTH_MAP)[1:, :3].astype(int) - depth_colours()[1:]).max() <= 2
 
 
-def test_the_default_has_equal_steps_and_turbo_stays_a_choice() -> None:
+def test_the_default_has_equal_steps_and_turbo_stays_a_choice():
     steps = {
         name: np.linalg.norm(np.diff(_seen(depth_table(name), "everybody"), axis=0), axis=1)
         for name in (DEPTH_MAP, "turbo")
@@ -47,14 +44,14 @@ def test_the_default_has_equal_steps_and_turbo_stays_a_choice() -> None:
 
 @pytest.mark.parametrize("eye", SEEN_BY)
 @pytest.mark.parametrize("dark", [False, True])
-def test_both_signs_of_a_difference_are_told_apart(dark: bool, eye: str) -> None:
+def test_both_signs_of_a_difference_are_told_apart(dark, eye):
     ends = _seen(difference_table(dark), eye, step=254)
     assert np.linalg.norm(ends[0] - ends[1]) > 2 * APART
 
 
 @pytest.mark.parametrize("eye", SEEN_BY)
 @pytest.mark.parametrize("name", ["light", "dark"])
-def test_depth_in_only_one_of_two_is_told_apart(qapp: QApplication, name: str, eye: str) -> None:
+def test_depth_in_only_one_of_two_is_told_apart(qapp, name, eye):
     before = qapp.palette(), qapp.styleSheet()
     try:
         theme.apply_theme(qapp, name)
@@ -66,7 +63,7 @@ def test_depth_in_only_one_of_two_is_told_apart(qapp: QApplication, name: str, e
     assert np.linalg.norm(lab(first, eye) - lab(second, eye)) >= APART / 2
 
 
-def test_stripes_go_on_from_tile_to_tile(qapp: QApplication) -> None:
+def test_stripes_go_on_from_tile_to_tile(qapp):
     tile = hatch_brush(QColor("white"), QColor("black")).texture().toImage()
     height, width = tile.height(), tile.width()
     grey = np.array([[tile.pixelColor(x, y).red() for x in range(width)] for y in range(height)])

@@ -1,7 +1,5 @@
 """What the cells of the linked views show: contents, two depths compared, ranges, values under the pointer."""
 
-from __future__ import annotations
-
 import dataclasses
 
 import numpy as np

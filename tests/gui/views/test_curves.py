@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from PySide6.QtCore import QEvent, QPoint, QPointF
 from PySide6.QtWidgets import QApplication
-from pytestqt.qtbot import QtBot
 
 from gui.features.curves import draw_curves
 from gui.state.document import Document
@@ -164,7 +163,7 @@ def test_the_error_after_the_correction_stands_at_the_end(panel):
     assert "err 4 mm" in panel.readout.text
 
 
-def test_a_corrected_block_has_the_error_of_its_depth(panel: CurvesPanel) -> None:
+def test_a_corrected_block_has_the_error_of_its_depth(panel):
     depth = np.full((24, 32), 2.0, np.float32)
     depth[8:16, 8:24] = np.nan
     frame = RGBDFrame(np.zeros((24, 32, 3), np.uint8), depth, ground_truth=np.full((24, 32), 2.01, np.float32))
@@ -204,7 +203,7 @@ def test_the_criteria_are_in_view_and_say_their_values(panel):
 
 
 @pytest.mark.parametrize("height", [260, 500, 900])
-def test_the_label_of_a_criterion_is_below_its_line_and_above_no_curve(panel: CurvesPanel, height: int) -> None:
+def test_the_label_of_a_criterion_is_below_its_line_and_above_no_curve(panel, height):
     panel.resize(360, height)
     panel.show_curves([curve(staged(20), s_criteria=0.0005)])
     QApplication.processEvents()
@@ -217,7 +216,7 @@ def test_the_label_of_a_criterion_is_below_its_line_and_above_no_curve(panel: Cu
     assert view.mapViewToScene(QPointF(1, lowest)).y() <= at_line, "the curve is on the other side"
 
 
-def test_a_curve_that_dips_below_the_criterion_leaves_its_label_readable(panel: CurvesPanel) -> None:
+def test_a_curve_that_dips_below_the_criterion_leaves_its_label_readable(panel):
     panel.resize(360, 500)
     panel.show_curves([curve(linear(10), s_criteria=0.05)])
     (line,) = panel._criteria._lines
@@ -346,12 +345,12 @@ def test_the_mouse_points_at_an_iteration_until_it_leaves(qtbot, panel):
 
 
 @pytest.mark.parametrize("height", [30, 45, 70, 200])
-def test_labels_of_sums_have_room(qtbot: QtBot, height: int) -> None:
+def test_labels_of_sums_have_room(qtbot, height):
     ((_, values),) = SumAxis().tickValues(334_560, 335_470, height)
     assert 1 <= len(values) <= max(1, height / 15)
 
 
-def test_a_block_without_curves_says_why(panel: CurvesPanel) -> None:
+def test_a_block_without_curves_says_why(panel):
     depth = np.full((12, 16), 2.0, np.float32)
     frame = RGBDFrame(np.zeros((12, 16, 3), np.uint8), depth)
     workspace = Workspace()
@@ -367,7 +366,7 @@ def test_a_block_without_curves_says_why(panel: CurvesPanel) -> None:
     assert panel.hint == EMPTY_TEXT
 
 
-def test_zooming_one_plot_zooms_all_until_a_double_click(panel: CurvesPanel) -> None:
+def test_zooming_one_plot_zooms_all_until_a_double_click(panel):
     growing = staged(20)
     panel.show_curves([curve(growing)])
     view = panel.l1_plot.getViewBox()

@@ -1,7 +1,5 @@
 """The linked views through real mouse events and the pixels they paint."""
 
-from __future__ import annotations
-
 import math
 from itertools import pairwise
 

@@ -1,7 +1,5 @@
 """Stages of the extraction: their pictures and their view."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from PySide6.QtCore import Qt
@@ -28,7 +26,7 @@ def _extraction(height: int = 8, width: int = 12) -> Extraction:
     return Extraction(strength, edges, dilated, labels.astype(np.int32), labels.astype(np.int32), "")
 
 
-def test_pictures_of_the_stages() -> None:
+def test_pictures_of_the_stages():
     extraction, rgb = _extraction(), np.full((8, 12, 3), 100, np.uint8)
     strength, binarised, dilated, contracted, blocks = (stage_picture(stage, rgb, extraction) for stage in STAGES)
     assert strength[0, [0, -1]].tolist() == [1, 255]
@@ -41,7 +39,7 @@ def test_pictures_of_the_stages() -> None:
     assert (blocks[0, 0] != blocks[0, -1]).any()
 
 
-def test_what_is_said_of_a_stage_belongs_to_its_picture() -> None:
+def test_what_is_said_of_a_stage_belongs_to_its_picture():
     extraction, rgb = _extraction(), np.zeros((8, 12, 3), np.uint8)
     assert [stage_count(stage, extraction) for stage in STAGES] == ["", "", "", "2 regions", "2 blocks"]
     texts = {stage: [text for _, text in stage_legend(stage, extraction)] for stage in STAGES}
@@ -71,7 +69,7 @@ def cell(qtbot, board):
     return widget
 
 
-def test_stages_are_buttons_where_there_is_room_and_a_box_where_not(cell, board, qtbot) -> None:
+def test_stages_are_buttons_where_there_is_room_and_a_box_where_not(cell, board, qtbot):
     box = cell.findChild(QComboBox)
     buttons = cell.findChildren(QToolButton)
     assert [button.text() for button in buttons if button.isVisible()] == list(STAGES.values())
@@ -93,7 +91,7 @@ def test_stages_are_buttons_where_there_is_room_and_a_box_where_not(cell, board,
         board.set_stage("edges")
 
 
-def test_only_strength_has_a_colour_bar(cell, board) -> None:
+def test_only_strength_has_a_colour_bar(cell, board):
     extraction, rgb = _extraction(), np.full((8, 12, 3), 100, np.uint8)
     for stage in STAGES:
         board.show_picture(stage, stage_picture(stage, rgb, extraction), extraction)

@@ -1,7 +1,5 @@
 """The window fits the screen, at the first start and when its last place has another screen; full screen; icon."""
 
-from __future__ import annotations
-
 import runpy
 from pathlib import Path
 

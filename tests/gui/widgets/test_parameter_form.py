@@ -1,7 +1,5 @@
 """The form shows, keeps and reports the values of a parameter set."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import pytest

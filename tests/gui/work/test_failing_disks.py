@@ -1,8 +1,6 @@
 """Full, read-only and removed drives, for the autosave and for the project file: nothing on them gets worse, it is
 said, and it works again by itself."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 from pathlib import Path

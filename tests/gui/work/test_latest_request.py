@@ -1,7 +1,5 @@
 """The latest question is answered, one at a time; what nobody wants any more is not told."""
 
-from __future__ import annotations
-
 import threading
 
 import pytest

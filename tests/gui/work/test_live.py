@@ -1,7 +1,5 @@
 """Depth that follows edits, and the line that says what they did, without a window."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from PySide6.QtGui import QAction

@@ -1,7 +1,5 @@
 """The time that is left is estimated from the time that the work was going, and said in round numbers."""
 
-from __future__ import annotations
-
 import pytest
 
 from gui.work.jobs import Pace

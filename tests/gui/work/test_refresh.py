@@ -1,7 +1,5 @@
 """One refresh per turn of the event loop: every part at most once, in order, and what can wait waits."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import pytest

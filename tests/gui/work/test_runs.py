@@ -1,7 +1,5 @@
 """The run control with scripted runs: what it starts, holds, drops and brings to the workspace, and what it says."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -33,14 +33,14 @@ def _off(frame: ilf.RGBDFrame, ground_truth: np.ndarray, where: np.ndarray, **ch
     return float(np.abs(depth - ground_truth)[where].mean())
 
 
-def test_a_door_takes_the_depth_of_the_room_behind_and_not_of_the_wall() -> None:
+def test_a_door_takes_the_depth_of_the_room_behind_and_not_of_the_wall():
     frame = _frame(ROOM, STRIP)
     inside = STRIP & (COLUMNS >= 54) & (ROWS >= 24)
     assert _off(frame, ROOM, inside) < 0.15
     assert _off(frame, ROOM, inside) < _off(frame, ROOM, inside, block_local_edges=False) / 2
 
 
-def test_it_makes_no_difference_among_dense_samples() -> None:
+def test_it_makes_no_difference_among_dense_samples():
     missing = np.random.default_rng(0).random(SHAPE) < 0.5
     frame = _frame(ROOM, missing)
     on, off = (
@@ -50,7 +50,7 @@ def test_it_makes_no_difference_among_dense_samples() -> None:
     np.testing.assert_array_equal(on, off)
 
 
-def test_distance_is_to_own_depth_around_wide_gaps_alone() -> None:
+def test_distance_is_to_own_depth_around_wide_gaps_alone():
     """Depth is known on the left, at column 70, and on the right; the block begins at column 65."""
     distance = np.abs(COLUMNS - np.array([59, 70, 120])[:, None, None]).min(axis=0).astype(np.float32)
     distance[(COLUMNS < 60) | (COLUMNS >= 120)] = 0
@@ -63,7 +63,7 @@ def test_distance_is_to_own_depth_around_wide_gaps_alone() -> None:
     assert without[50, 118] == distance[50, 118] == 2
 
 
-def test_what_rises_to_the_reach_goes_on_beyond_it() -> None:
+def test_what_rises_to_the_reach_goes_on_beyond_it():
     frame = _frame(RISING, FAR)
     limit = float(np.median(RISING[70:74]))
     inside = FAR & (COLUMNS >= 54) & (COLUMNS < 116) & (ROWS >= 24)
@@ -75,7 +75,7 @@ def test_what_rises_to_the_reach_goes_on_beyond_it() -> None:
     assert near.notes == ()
 
 
-def test_nothing_measured_vouches_beyond_the_reach() -> None:
+def test_nothing_measured_vouches_beyond_the_reach():
     frame = _frame(RISING, FAR)
     result = ilf.complete(frame, LABELS)
     assert ilf.unsupported(result)[FAR].all()
@@ -85,7 +85,7 @@ def test_nothing_measured_vouches_beyond_the_reach() -> None:
     assert not ilf.unsupported(unmarked)[FAR].all()
 
 
-def test_a_guide_that_is_borne_out_tells_what_is_beyond_the_reach(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_guide_that_is_borne_out_tells_what_is_beyond_the_reach(monkeypatch):
     guided = _frame(RISING, FAR).with_guide(1 / RISING)
     block = find_blocks(LABELS)[2]
     assert beyond_sensor_range(guided, block) is not None, "in planes, the guide of these is not missed"
@@ -93,7 +93,7 @@ def test_a_guide_that_is_borne_out_tells_what_is_beyond_the_reach(monkeypatch: p
     assert beyond_sensor_range(guided, block) is None
 
 
-def test_holes_beyond_the_reach_are_told_by_their_rims() -> None:
+def test_holes_beyond_the_reach_are_told_by_their_rims():
     frame = _frame(RISING, FAR)
     found = beyond_sensor_range(frame, find_blocks(LABELS)[2])
     np.testing.assert_array_equal(found.pixels, FAR)
@@ -104,5 +104,5 @@ def test_holes_beyond_the_reach_are_told_by_their_rims() -> None:
 
 
 @pytest.mark.parametrize("beyond", [ROOM, 6.0 - RISING / 2], ids=["flat", "falling"])
-def test_holes_whose_rims_do_not_rise_to_the_reach_are_no_such_holes(beyond: np.ndarray) -> None:
+def test_holes_whose_rims_do_not_rise_to_the_reach_are_no_such_holes(beyond):
     assert beyond_sensor_range(_frame(beyond, FAR), find_blocks(LABELS)[2]) is None

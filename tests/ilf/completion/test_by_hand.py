@@ -33,7 +33,7 @@ def _at(pixels: np.ndarray, depth: float | np.ndarray) -> np.ndarray:
 
 
 @pytest.mark.parametrize("mode", ["fill", "fill+denoise"])
-def test_the_edge_aware_filter_follows_it_within_its_weight(mode: str) -> None:
+def test_the_edge_aware_filter_follows_it_within_its_weight(mode):
     parameters = QUICK.replace(mode=mode)
     plain = ilf.complete(_frame(), ONE, parameters)
     off = []
@@ -48,7 +48,7 @@ def test_the_edge_aware_filter_follows_it_within_its_weight(mode: str) -> None:
         assert np.array_equal(result.depth[~HOLE], plain.depth[~HOLE])
 
 
-def test_the_pass_band_takes_it_as_known_depth() -> None:
+def test_the_pass_band_takes_it_as_known_depth():
     parameters = ilf.preset("paper", max_iterations=300)
     result = ilf.complete(_frame(), ONE, parameters, by_hand=_at(PATCH, 1.5))
     as_known = ilf.complete(_frame(np.where(PATCH, 1.5, PLANE), HOLE & ~PATCH), ONE, parameters)
@@ -56,7 +56,7 @@ def test_the_pass_band_takes_it_as_known_depth() -> None:
     assert np.abs(result.depth[PATCH] - 1.5).mean() < 0.1
 
 
-def test_a_block_without_known_depth_is_completed_from_it() -> None:
+def test_a_block_without_known_depth_is_completed_from_it():
     labels = np.where(HOLE, 2, 1).astype(np.int32)
     assert ilf.complete(_frame(), labels, QUICK).outcomes[2].status is Status.NOT_RECOVERABLE
     for parameters in (QUICK, ilf.preset("paper", max_iterations=300)):
@@ -69,7 +69,7 @@ def test_a_block_without_known_depth_is_completed_from_it() -> None:
     assert f"({PATCH.sum()} by hand)" in result.summary()
 
 
-def test_a_continued_plane_gives_the_plane() -> None:
+def test_a_continued_plane_gives_the_plane():
     frame = _frame()
     surface, plane = continue_plane(frame.depth, ~HOLE, HOLE)
     np.testing.assert_allclose(surface[HOLE], PLANE[HOLE], rtol=1e-5)
@@ -81,7 +81,7 @@ def test_a_continued_plane_gives_the_plane() -> None:
         np.testing.assert_allclose(result.depth[HOLE], PLANE[HOLE], rtol=2e-3)
 
 
-def test_a_plane_is_fitted_through_most_of_the_depth() -> None:
+def test_a_plane_is_fitted_through_most_of_the_depth():
     rng = np.random.default_rng(3)
     noisy = PLANE * (1 + 0.002 * rng.standard_normal(SHAPE)).astype(np.float32)
     noisy[rng.random(SHAPE) < 0.4] = 3.5
@@ -98,7 +98,7 @@ def test_a_plane_is_fitted_through_most_of_the_depth() -> None:
 
 
 @pytest.mark.parametrize("nearer", [True, False])
-def test_a_hole_goes_to_the_nearer_or_the_farther_surface(nearer: bool) -> None:
+def test_a_hole_goes_to_the_nearer_or_the_farther_surface(nearer):
     near, far = 1.2 + 0.001 * ROWS, 2.0 + 0.004 * COLUMNS
     depth = np.where(HOLE, np.nan, np.where(COLUMNS < 40, near, far)).astype(np.float32)
     depth[14, 30] = 1.7  # a flying pixel between the two
@@ -115,7 +115,7 @@ def test_a_hole_goes_to_the_nearer_or_the_farther_surface(nearer: bool) -> None:
         nearer_or_farther(np.where(HOLE, np.nan, PLANE).astype(np.float32), ONE, HOLE, nearer)
 
 
-def test_it_is_not_called_measured() -> None:
+def test_it_is_not_called_measured():
     frame = _frame()
     result, plain = ilf.complete(frame, ONE, QUICK, by_hand=_at(PATCH, 1.9)), ilf.complete(frame, ONE, QUICK)
     assert result.filled[PATCH].all()
@@ -126,7 +126,7 @@ def test_it_is_not_called_measured() -> None:
     assert (outcome.known, outcome.by_hand, outcome.recovered) == ((~HOLE).sum(), PATCH.sum(), HOLE.sum())
 
 
-def test_it_counts_only_where_depth_is_missing() -> None:
+def test_it_counts_only_where_depth_is_missing():
     frame, everywhere = _frame(), _at(np.ones(SHAPE, bool), 1.5)
     result = ilf.complete(frame, ONE, QUICK, by_hand=everywhere)
     assert np.array_equal(result.by_hand, HOLE)
@@ -141,7 +141,7 @@ def test_it_counts_only_where_depth_is_missing() -> None:
 
 @settings(max_examples=8)
 @given(given=st.sampled_from(["none", "no weight", "other block"]), mode=st.sampled_from(["fill", "fill+denoise"]))
-def test_without_it_all_is_as_before(given: str, mode: str) -> None:
+def test_without_it_all_is_as_before(given, mode):
     frame, parameters = _frame(), QUICK.replace(mode=mode)
     labels = np.where(COLUMNS < 70, 1, 2).astype(np.int32)
     beyond = _at((COLUMNS > 72) & (ROWS > 50), 1.5)
@@ -153,7 +153,7 @@ def test_without_it_all_is_as_before(given: str, mode: str) -> None:
     assert other.by_hand.any() is np.bool_(given == "other block")
 
 
-def test_the_correction_leaves_it_alone() -> None:
+def test_the_correction_leaves_it_alone():
     """Its changes fade near depth by hand as near known depth; far from it they stay."""
     rng = np.random.default_rng(0)
     colour = rng.integers(0, 255, (*SHAPE, 3), dtype=np.uint8)
@@ -176,12 +176,12 @@ def test_the_correction_leaves_it_alone() -> None:
         (_at((ROWS == 15) & HOLE, 1.5), "in blocks"),
     ],
 )
-def test_what_cannot_count_is_refused(by_hand: np.ndarray, message: str) -> None:
+def test_what_cannot_count_is_refused(by_hand, message):
     with pytest.raises(InputError, match=message):
         ilf.complete(_frame(), np.where(ROWS == 15, 0, 1), QUICK, by_hand=by_hand)
 
 
-def test_one_block_step_by_step() -> None:
+def test_one_block_step_by_step():
     labels = np.where(HOLE, 2, 1).astype(np.int32)
     with pytest.raises(InputError, match="no known depth"):
         ilf.iterate(_frame(), labels, 2, QUICK)

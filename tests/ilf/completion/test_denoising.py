@@ -28,36 +28,36 @@ def _rms(values: np.ndarray) -> float:
 
 
 @pytest.mark.parametrize("deviation", [0.002, 0.03])
-def test_even_noise_is_found(deviation: float) -> None:
+def test_even_noise_is_found(deviation):
     plane = 1.5 + 0.01 * COLUMNS
     found = frame_noise(_grey(plane + deviation * np.random.default_rng(RNG_SEED).standard_normal(plane.shape)))
     assert found.deviation(np.array([1.5, 3.0])) == pytest.approx([deviation] * 2, rel=0.15)
     assert found.grain < 1.3
 
 
-def test_noise_that_grows_with_depth_is_found() -> None:
+def test_noise_that_grows_with_depth_is_found():
     plane = 1.0 + 0.02 * COLUMNS
     noisy = plane + 0.002 * plane**2 * np.random.default_rng(RNG_SEED).standard_normal(plane.shape)
     assert frame_noise(_grey(noisy)).deviation(np.array([1.2, 4.0])) == pytest.approx([0.0029, 0.032], rel=0.2)
 
 
-def test_steps_of_depth_are_noise() -> None:
+def test_steps_of_depth_are_noise():
     step = 0.02
     terraces = step * np.round((1.0 + 0.001 * COLUMNS + 0.0005 * ROWS) / step)
     assert frame_noise(_grey(terraces)).deviation(np.array([1.1])) >= 0.9 * step / np.sqrt(12)
 
 
-def test_noise_that_neighbours_share_has_a_grain() -> None:
+def test_noise_that_neighbours_share_has_a_grain():
     white = np.random.default_rng(RNG_SEED).standard_normal(ROWS.shape)
     shared = sum(np.roll(white, shift, (0, 1)) for shift in ((0, 0), (0, 1), (1, 0), (1, 1))) / 2
     assert frame_noise(_grey(2 + 0.01 * shared)).grain == pytest.approx(4, rel=0.3)
 
 
-def test_too_little_depth_has_no_noise() -> None:
+def test_too_little_depth_has_no_noise():
     assert frame_noise(_grey(np.full((3, 4), 2.0))) == Noise(0.0)
 
 
-def test_a_polynomial_is_found_through_noise_and_across_a_gap_but_not_where_there_is_more() -> None:
+def test_a_polynomial_is_found_through_noise_and_across_a_gap_but_not_where_there_is_more():
     surface = 2 + 0.1 * (COLUMNS / 80 - 1) ** 4 + 0.05 * (ROWS / 60 - 1) ** 2
     noise = Noise(0.005)
     depth = (surface + 0.005 * np.random.default_rng(RNG_SEED).standard_normal(surface.shape)).astype(np.float32)
@@ -69,7 +69,7 @@ def test_a_polynomial_is_found_through_noise_and_across_a_gap_but_not_where_ther
     assert polynomial_trend(waves, everywhere, noise) is None
 
 
-def test_jumps_and_thin_things_stay_where_noise_goes() -> None:
+def test_jumps_and_thin_things_stay_where_noise_goes():
     ground_truth = np.where(COLUMNS < 70, 1.0 + 0.001 * ROWS, 1.15)
     ground_truth[:, 110:112] = 0.8
     noisy = ground_truth + 0.005 * np.random.default_rng(RNG_SEED).standard_normal(ground_truth.shape)
@@ -78,7 +78,7 @@ def test_jumps_and_thin_things_stay_where_noise_goes() -> None:
     assert np.abs(error).max() < 0.03, "nothing is bridged or melted"
 
 
-def test_the_noise_found_is_said_and_given_noise_is_not() -> None:
+def test_the_noise_found_is_said_and_given_noise_is_not():
     frame = _grey(2 + 0.005 * np.random.default_rng(RNG_SEED).standard_normal(ROWS.shape))
     labels = np.ones(frame.shape, np.int32)
     (note,) = ilf.complete(frame, labels, ilf.preset(mode="fill+denoise")).notes
@@ -97,7 +97,7 @@ def _rods(rng: np.random.Generator, jitter: float, noise: float) -> tuple[np.nda
     return truth, seen + noise * rng.standard_normal(truth.shape)
 
 
-def test_pixels_swapped_across_jagged_jumps_return_to_their_side() -> None:
+def test_pixels_swapped_across_jagged_jumps_return_to_their_side():
     truth, seen = _rods(np.random.default_rng(RNG_SEED), jitter=0.45, noise=0.002)
     swapped = swapped_pixels(_grey(seen))
     assert (np.abs(seen - truth) > 0.5)[swapped].mean() > 0.8
@@ -105,7 +105,7 @@ def test_pixels_swapped_across_jagged_jumps_return_to_their_side() -> None:
 
 
 @pytest.mark.parametrize(("spokes", "width"), [(24, 1.0), (40, 0.8)])
-def test_spokes_are_no_swapped_pixels(spokes: int, width: float) -> None:
+def test_spokes_are_no_swapped_pixels(spokes, width):
     """A wheel of thin spokes before a wall, with 10 mm of noise: beside its jumps 3 to 4 mm are left."""
     y, x = ROWS2 - 119.5, COLUMNS2 - 159.5
     radius, angle = np.hypot(x, y), np.arctan2(y, x) * spokes / (2 * np.pi)
@@ -121,6 +121,6 @@ def test_spokes_are_no_swapped_pixels(spokes: int, width: float) -> None:
 
 
 @pytest.mark.parametrize("noise", [0.0005, 0.065])
-def test_thin_objects_with_even_jumps_and_strong_noise_have_no_swapped_pixels(noise: float) -> None:
+def test_thin_objects_with_even_jumps_and_strong_noise_have_no_swapped_pixels(noise):
     _, seen = _rods(np.random.default_rng(RNG_SEED), jitter=0.0, noise=noise)
     assert not swapped_pixels(_grey(seen)).any()

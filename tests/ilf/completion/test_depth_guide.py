@@ -45,20 +45,20 @@ def error(completion: ilf.Completion) -> float:
 
 
 @pytest.fixture(scope="module")
-def without() -> ilf.Completion:
+def without():
     # what a guide is followed in is not corrected
     return ilf.complete(frame_with_hole(), BLOCKS, ilf.preset(correction=False))
 
 
 @pytest.mark.parametrize("said", [lambda z: 1 / z, lambda z: 200 - 30 * z**2])
-def test_guide_in_any_unit_brings_the_jump_back(said, without) -> None:
+def test_guide_in_any_unit_brings_the_jump_back(said, without):
     guided = ilf.complete(frame_with_hole(), BLOCKS, guide=said(ground_truth()))
     assert error(guided) < 0.1 * error(without)
     known = frame_with_hole().known
     assert np.array_equal(guided.depth[known], without.depth[known])
 
 
-def test_guide_that_known_depth_contradicts_changes_nothing(without) -> None:
+def test_guide_that_known_depth_contradicts_changes_nothing(without):
     noise = np.random.default_rng(0).normal(size=SHAPE)
     guided = ilf.complete(frame_with_hole(), BLOCKS, ilf.preset(correction=False), guide=noise)
     assert np.array_equal(guided.depth, without.depth, equal_nan=True)
@@ -72,7 +72,7 @@ def guide_that_misses_the_rest_of_the_box() -> np.ndarray:
     return guide
 
 
-def test_guide_that_makes_hidden_depth_worse_is_not_followed(without) -> None:
+def test_guide_that_makes_hidden_depth_worse_is_not_followed(without):
     frame = frame_with_hole(guide=guide_that_misses_the_rest_of_the_box())
     fitted, test = fit_guide(frame), guide_hold_out(frame)
     assert fitted.belief > 0, "the quick test alone would follow it"
@@ -89,7 +89,7 @@ def test_guide_that_makes_hidden_depth_worse_is_not_followed(without) -> None:
     assert without.notes == (), "only a frame with a guide has the note"
 
 
-def test_expected_error_is_smaller_by_what_the_hold_out_says_of_a_followed_guide() -> None:
+def test_expected_error_is_smaller_by_what_the_hold_out_says_of_a_followed_guide():
     completion = ilf.complete(frame_with_hole(guide=ground_truth()), BLOCKS)
     test = guide_hold_out(completion.frame)
     assert test.followed
@@ -100,7 +100,7 @@ def test_expected_error_is_smaller_by_what_the_hold_out_says_of_a_followed_guide
     np.testing.assert_array_equal(ilf.expected_error(ignored), depth_error(ignored.frame, ignored.depth))
 
 
-def test_guide_is_tested_where_the_gaps_lie_when_turned_and_its_own_depth_is_hidden() -> None:
+def test_guide_is_tested_where_the_gaps_lie_when_turned_and_its_own_depth_is_hidden():
     frame = frame_with_hole(guide=ground_truth())
     turned, mirrored = held_out_frames(frame)
     gap = ~frame.known
@@ -134,16 +134,14 @@ def held_out(*shares: float) -> HeldOut:
         ([(2.0, 1.0, 1.0, 0.7)], (False,) * 4, 0.1175),  # too little in all
     ],
 )
-def test_guide_must_be_better_in_every_hold_out_and_may_be_followed_in_ranges_of_depth(
-    held, followed, with_guide
-) -> None:
+def test_guide_must_be_better_in_every_hold_out_and_may_be_followed_in_ranges_of_depth(held, followed, with_guide):
     found = decided([held_out(*shares) for shares in held])
     assert (found.ranges.followed, found.without) == (followed, pytest.approx(0.1, abs=1e-6))
     assert found.with_guide == pytest.approx(with_guide, abs=1e-6)
     assert (found.followed, found.everywhere) == (any(followed), all(followed))
 
 
-def test_hold_out_needs_hidden_pixels_and_enough_of_them_in_a_range() -> None:
+def test_hold_out_needs_hidden_pixels_and_enough_of_them_in_a_range():
     assert decided([]) is None
     found = decided([replace(held_out(2.0, 0.5, 0.5, 0.5), least=101)])
     assert not found.followed
@@ -157,7 +155,7 @@ def test_hold_out_needs_hidden_pixels_and_enough_of_them_in_a_range() -> None:
         ((False, True, True, False), "followed in a part, at depth from 1.5 m to 3.5 m: on a hold-out"),
     ],
 )
-def test_followed_ranges_are_told_and_end_slowly(followed, said) -> None:
+def test_followed_ranges_are_told_and_end_slowly(followed, said):
     shares = [0.5 if one else 2 for one in followed]
     found = decided([held_out(*shares)])
     assert found.to_text().startswith(said)
@@ -169,7 +167,7 @@ def test_followed_ranges_are_told_and_end_slowly(followed, said) -> None:
 
 
 @pytest.mark.parametrize("right_near", [True, False])
-def test_guide_that_is_right_at_one_depth_and_wrong_at_another_does_no_harm(right_near) -> None:
+def test_guide_that_is_right_at_one_depth_and_wrong_at_another_does_no_harm(right_near):
     rows, columns = np.indices(SHAPE, np.float32)
     near = rows >= 45
     depth = np.where(near, 2 - rows / 90, 3 + columns / 120)
@@ -201,7 +199,7 @@ def test_guide_that_is_right_at_one_depth_and_wrong_at_another_does_no_harm(righ
     np.testing.assert_allclose(ilf.expected_error(guided), expected, rtol=1e-5)
 
 
-def test_block_without_known_depth_is_completed_by_a_guide_alone() -> None:
+def test_block_without_known_depth_is_completed_by_a_guide_alone():
     blocks = BLOCKS.copy()
     blocks[40:50, 75:85] = 2
     assert ilf.complete(frame_with_hole(), blocks).outcomes[2].status == "not recoverable"
@@ -211,13 +209,13 @@ def test_block_without_known_depth_is_completed_by_a_guide_alone() -> None:
     np.testing.assert_array_equal(ilf.unsupported(guided), blocks == 2)
 
 
-def test_rest_is_guessed_by_the_guide_too() -> None:
+def test_rest_is_guessed_by_the_guide_too():
     frame = frame_with_hole(guide=ground_truth())
     extrapolate = ilf.extrapolate(ilf.complete(frame, np.zeros(SHAPE, np.int32)))
     assert error(extrapolate) < 0.1
 
 
-def test_stepper_starts_from_the_guide() -> None:
+def test_stepper_starts_from_the_guide():
     stepper = ilf.iterate(frame_with_hole(), BLOCKS, 1, guide=1 / ground_truth())
     assert np.abs(stepper.surface.reshape(SHAPE) - ground_truth())[30:60, 70:110].mean() < 0.05
 
@@ -231,7 +229,7 @@ def test_stepper_starts_from_the_guide() -> None:
         ("metric", lambda z: 1000 * z),
     ],
 )
-def test_guide_that_gives_a_line_or_metres_is_fitted_beyond_what_is_known(gives, said) -> None:
+def test_guide_that_gives_a_line_or_metres_is_fitted_beyond_what_is_known(gives, said):
     truth = ground_truth()
     near = truth < 2
     known = np.where(near, truth, np.nan)
@@ -246,7 +244,7 @@ def test_guide_that_gives_a_line_or_metres_is_fitted_beyond_what_is_known(gives,
     assert errors[1] > 0.1, "otherwise nothing would have to be stated"
 
 
-def test_guide_says_what_it_gives() -> None:
+def test_guide_says_what_it_gives():
     values = ground_truth()
     values[:4] = -1
     assert np.isnan(Guide(values, gives="metric").values[:4]).all()
@@ -259,7 +257,7 @@ def test_guide_says_what_it_gives() -> None:
         Guide(values, gives="depth")  # type: ignore[arg-type]
 
 
-def test_curve_is_monotone_and_goes_on_beyond_what_is_known() -> None:
+def test_curve_is_monotone_and_goes_on_beyond_what_is_known():
     depth = np.linspace(1, 4, 4000)
     outliers = depth.copy()
     outliers[::10] = 2.0
@@ -273,7 +271,7 @@ def test_curve_is_monotone_and_goes_on_beyond_what_is_known() -> None:
         assert np.exp(again(1 / asked)) == pytest.approx(found, rel=1e-6), "weights count relative to each other"
 
 
-def test_hidden_depth_has_no_part_in_the_fit() -> None:
+def test_hidden_depth_has_no_part_in_the_fit():
     frame = frame_with_hole(guide=1 / ground_truth())
     hidden = frame_without(frame, "areas")
     assert hidden.guide is frame.guide
@@ -288,7 +286,7 @@ def test_hidden_depth_has_no_part_in_the_fit() -> None:
     np.testing.assert_array_equal(other.test.change, fitted.test.change)
 
 
-def test_values_that_stand_for_nothing_and_far_outliers_do_no_harm() -> None:
+def test_values_that_stand_for_nothing_and_far_outliers_do_no_harm():
     odd = 1 / ground_truth()
     odd[:5], odd[5, :5] = -3.4e38, 1e29
     assert np.isnan(Guide(odd).values[:5]).all()
@@ -300,12 +298,12 @@ def test_values_that_stand_for_nothing_and_far_outliers_do_no_harm() -> None:
     assert np.isfinite(sharpen(level)).all()
 
 
-def test_second_depth_is_no_confidence() -> None:
+def test_second_depth_is_no_confidence():
     with pytest.raises(InputError, match="not 0 to 1"):
         Guide(ground_truth(), ground_truth())
 
 
-def test_guide_is_resized_only_to_its_own_aspect() -> None:
+def test_guide_is_resized_only_to_its_own_aspect():
     small = cv2.resize(ground_truth(), (60, 45), interpolation=cv2.INTER_AREA)
     frame = frame_with_hole(guide=small)
     assert frame.guide.values.shape == SHAPE
@@ -316,7 +314,7 @@ def test_guide_is_resized_only_to_its_own_aspect() -> None:
         frame_with_hole(guide=ground_truth()[:, :90])
 
 
-def test_larger_guide_is_averaged_and_smaller_one_interpolated() -> None:
+def test_larger_guide_is_averaged_and_smaller_one_interpolated():
     values = np.arange(24.0).reshape(4, 6) + 1
     in_corners = np.kron(values, np.pad([[16.0]], (0, 3))).astype(np.float32)
     in_corners[in_corners == 0] = 1e-9  # zero stands for nothing
@@ -326,12 +324,12 @@ def test_larger_guide_is_averaged_and_smaller_one_interpolated() -> None:
 
 
 @pytest.mark.parametrize("values", [np.zeros((4, 4)), np.full((4, 4), 3.0), np.full((4, 4), np.nan)])
-def test_guide_that_says_nothing_is_refused(values) -> None:
+def test_guide_that_says_nothing_is_refused(values):
     with pytest.raises(InputError, match="no usable values"):
         Guide(values)
 
 
-def test_guides_are_read_from_files(tmp_path) -> None:
+def test_guides_are_read_from_files(tmp_path):
     grey = (40 * ground_truth()).astype(np.uint8)
     cv2.imwrite(str(tmp_path / "grey.png"), grey)
     cv2.imwrite(str(tmp_path / "three.png"), np.dstack([grey] * 3))
@@ -363,7 +361,7 @@ def folder(tmp_path):
     return tmp_path
 
 
-def test_run_with_a_guide_is_made_again_and_not_without_it(folder, capsys) -> None:
+def test_run_with_a_guide_is_made_again_and_not_without_it(folder, capsys):
     frame = ilf.load_frame(folder)
     run = ilf.Run(frame.with_guide(replace(frame.guide, gives="affine-inverse")), BLOCKS)
     run.complete().save(folder / "out", cloud=None)

@@ -42,14 +42,14 @@ def _rms(values: np.ndarray) -> float:
 
 @pytest.mark.parametrize("metres", [0.2, 2.5, 8.0])
 @pytest.mark.parametrize("mode", ["fill", "fill+denoise"])
-def test_constant_depth_stays(mode: str, metres: float) -> None:
+def test_constant_depth_stays(mode, metres):
     assert np.abs(_completed(np.where(HOLE, np.nan, metres), mode=mode) - metres).max() < 1e-5 * metres
 
 
 @pytest.mark.parametrize(
     ("hole", "trend"), [(HOLE, True), (HOLE, False), ((ROWS < 40) | (COLUMNS > 110), True), (ROWS < 40, True)]
 )
-def test_a_hole_in_a_plane_comes_back(hole: np.ndarray, trend: bool) -> None:
+def test_a_hole_in_a_plane_comes_back(hole, trend):
     plane = 1.5 + 0.004 * ROWS + 0.006 * COLUMNS
     assert np.abs(_completed(np.where(hole, np.nan, plane), trend=trend) - plane).max() < 0.001
 
@@ -58,7 +58,7 @@ JUMP = np.where(COLUMNS < 80, 1.0 + 0.001 * ROWS, 2.0)
 ACROSS = np.where(HOLE, np.nan, JUMP)
 
 
-def test_a_hole_across_a_colour_edge_is_filled_from_both_sides() -> None:
+def test_a_hole_across_a_colour_edge_is_filled_from_both_sides():
     rgb = np.full((*SHAPE, 3), 128, np.uint8)
     rgb[:, 80:] = (220, 60, 30)
     frame = RGBDFrame(rgb, ACROSS)
@@ -70,7 +70,7 @@ def test_a_hole_across_a_colour_edge_is_filled_from_both_sides() -> None:
     assert seen.mean() < blind.mean() / 5
 
 
-def test_a_boundary_drawn_by_hand_parts_what_colour_does_not() -> None:
+def test_a_boundary_drawn_by_hand_parts_what_colour_does_not():
     frame = _grey(ACROSS)
     halves = np.where(COLUMNS < 80, 1, 2).astype(np.int32)
     deep = HOLE & (np.abs(COLUMNS - 79.5) > 15)
@@ -81,7 +81,7 @@ def test_a_boundary_drawn_by_hand_parts_what_colour_does_not() -> None:
     assert parted[HOLE & (np.abs(COLUMNS - 79.5) > 4)].max() < 0.3, "nearer to the other side's depth"
 
 
-def test_leaking_depth_does_not_exceed_a_blocks_own_unless_most_of_that_is_missing() -> None:
+def test_leaking_depth_does_not_exceed_a_blocks_own_unless_most_of_that_is_missing():
     near = COLUMNS < 80
     most = (ROWS >= 10) & (ROWS < 110) & (COLUMNS >= 4) & (COLUMNS < 120)
     for hole, limited in ((HOLE, True), (most, False)):
@@ -91,7 +91,7 @@ def test_leaking_depth_does_not_exceed_a_blocks_own_unless_most_of_that_is_missi
 
 
 @pytest.mark.parametrize("count", [1, 12])
-def test_flying_pixels_at_the_rim_hardly_move_the_hole(count: int) -> None:
+def test_flying_pixels_at_the_rim_hardly_move_the_hole(count):
     rng = np.random.default_rng(1)
     depth = 2.0 + 0.002 * ROWS + 0.001 * rng.standard_normal(SHAPE)
     depth[HOLE] = np.nan
@@ -111,7 +111,7 @@ def _sphere(radius: float) -> tuple[np.ndarray, np.ndarray]:
 
 
 @pytest.mark.parametrize("mode", ["fill", "fill+denoise"])
-def test_half_a_sphere_is_recovered_to_4_mm_from_65_mm_of_noise(mode: str) -> None:
+def test_half_a_sphere_is_recovered_to_4_mm_from_65_mm_of_noise(mode):
     ground_truth, hole = _sphere(2.0)
     depth = ground_truth + 0.065 * np.random.default_rng(0).standard_normal(ground_truth.shape)
     depth[hole] = np.nan
@@ -133,7 +133,7 @@ def _bumpy() -> RGBDFrame:
     return RGBDFrame(rgb, depth)
 
 
-def test_smoothness_is_rougher_below_and_smoother_above() -> None:
+def test_smoothness_is_rougher_below_and_smoother_above():
     frame = _bumpy()
     bending, misfit = [], []
     for smoothness in (1e-3, 1.0, 1e3):
@@ -144,7 +144,7 @@ def test_smoothness_is_rougher_below_and_smoother_above() -> None:
     assert misfit[0] < misfit[1] / 5 < misfit[2] / 25
 
 
-def test_sigma_is_the_change_of_the_surface_on_the_finest_grid() -> None:
+def test_sigma_is_the_change_of_the_surface_on_the_finest_grid():
     frame = _bumpy()
     steps = ilf.iterate(frame, _whole(frame), 1, _best(s_criteria=1e-5))
     before = None
@@ -158,7 +158,7 @@ def test_sigma_is_the_change_of_the_surface_on_the_finest_grid() -> None:
     assert finest > 10
 
 
-def test_held_out_pixels_are_not_seen_and_measured_at_the_end() -> None:
+def test_held_out_pixels_are_not_seen_and_measured_at_the_end():
     frame = _bumpy()
     steps = ilf.iterate(frame, _whole(frame), 1, _best(mode="fill+denoise", validation_share=0.3))
     *_, last = steps
@@ -172,7 +172,7 @@ def test_held_out_pixels_are_not_seen_and_measured_at_the_end() -> None:
 
 @pytest.mark.parametrize("shape", [(1, 1), (1, 7), (6, 1), (2, 3), (5, 4)])
 @pytest.mark.parametrize("metres", [0.2, 8.0])
-def test_one_known_pixel_gives_its_depth_to_the_whole_block(shape: tuple[int, int], metres: float) -> None:
+def test_one_known_pixel_gives_its_depth_to_the_whole_block(shape, metres):
     depth = np.full(shape, np.nan)
     depth[-1, 0] = metres
     loose = {"min_known_pixels": 1, "min_known_share": 0.0}
@@ -182,7 +182,7 @@ def test_one_known_pixel_gives_its_depth_to_the_whole_block(shape: tuple[int, in
 
 @settings(max_examples=20)
 @given(st.integers(1, 13), st.integers(1, 13), st.integers(0, 2**32 - 1), st.booleans())
-def test_frames_smaller_than_the_context_are_filled(height: int, width: int, seed: int, denoise: bool) -> None:
+def test_frames_smaller_than_the_context_are_filled(height, width, seed, denoise):
     rng = np.random.default_rng(seed)
     rows, columns = np.mgrid[:height, :width]
     plane = rng.uniform(1.0, 8.0) + 0.02 * rows - 0.03 * columns
@@ -202,7 +202,7 @@ def test_frames_smaller_than_the_context_are_filled(height: int, width: int, see
 
 
 @pytest.mark.parametrize("smoothness", [1.0, 10.0, 100.0, 1000.0])
-def test_two_known_pixels_and_no_weight_of_slope_are_enough(smoothness: float) -> None:
+def test_two_known_pixels_and_no_weight_of_slope_are_enough(smoothness):
     depth = np.full((10, 10), np.nan)
     depth[0, 0], depth[3, 4] = 2.0, 2.7
     changes = {"slope_weight": 0.0, "min_known_pixels": 1, "min_known_share": 0.0}
@@ -210,7 +210,7 @@ def test_two_known_pixels_and_no_weight_of_slope_are_enough(smoothness: float) -
     assert 1.9 < found.min() <= found.max() < 4.0
 
 
-def test_a_flying_pixel_outside_the_window_leaves_the_l1_norm_a_number() -> None:
+def test_a_flying_pixel_outside_the_window_leaves_the_l1_norm_a_number():
     depth = np.full((100, 200), 2.0, np.float32)
     depth[45:55, 10:20] = np.nan
     depth[50, 150] = 3.0
@@ -220,7 +220,7 @@ def test_a_flying_pixel_outside_the_window_leaves_the_l1_norm_a_number() -> None
     assert last.l1 == pytest.approx(np.abs(steps.surface).sum(), rel=1e-4)
 
 
-def test_flying_pixels_are_those_that_hardly_any_known_neighbour_is_like_found_once_per_frame() -> None:
+def test_flying_pixels_are_those_that_hardly_any_known_neighbour_is_like_found_once_per_frame():
     depth = np.full((20, 30), 2.0)
     depth[5, 7] = 2.5
     depth[15] = 1.5  # a line is no flying pixel
@@ -234,7 +234,7 @@ def test_flying_pixels_are_those_that_hardly_any_known_neighbour_is_like_found_o
 
 
 @pytest.mark.parametrize("mode", ["fill", "fill+denoise"])
-def test_records_tell_of_grids_and_rounds(mode: str) -> None:
+def test_records_tell_of_grids_and_rounds(mode):
     frame, parameters = _bumpy(), _best(mode=mode)
     steps = ilf.iterate(frame, _whole(frame), 1, parameters)
     records = list(steps)

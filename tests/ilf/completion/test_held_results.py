@@ -176,7 +176,7 @@ def numbers(values: list[Any]) -> np.ndarray:
 
 
 @pytest.fixture(autouse=True)
-def _loops_as_they_are_written(monkeypatch: pytest.MonkeyPatch) -> None:
+def _loops_as_they_are_written(monkeypatch):
     """What is held comes from numpy; machine code, which sums in another order, is held to numpy elsewhere."""
     monkeypatch.setattr(compiling, "is_compiled", lambda: False)
 

@@ -48,14 +48,14 @@ def _difference(frame: RGBDFrame, depth: NDArray[np.float32], other: NDArray[np.
 
 
 @pytest.mark.parametrize("name", PRESETS)
-def test_other_labels_of_the_same_blocks_give_the_same_depth(name: str) -> None:
+def test_other_labels_of_the_same_blocks_give_the_same_depth(name):
     frame, labels = _scene()
     others = np.array([0, 7, 2, 40], np.int32)[labels]
     np.testing.assert_array_equal(complete(frame, others, PRESETS[name]).depth, _completed(name))
 
 
 @pytest.mark.parametrize("name", PRESETS)
-def test_a_completed_frame_completed_again_stays_as_it_is(name: str) -> None:
+def test_a_completed_frame_completed_again_stays_as_it_is(name):
     frame, labels = _scene()
     again = complete(_frame(frame.rgb, _completed(name)), labels, PRESETS[name])
     np.testing.assert_array_equal(again.depth, _completed(name))
@@ -63,7 +63,7 @@ def test_a_completed_frame_completed_again_stays_as_it_is(name: str) -> None:
 
 @pytest.mark.parametrize("flip", FLIPS)
 @pytest.mark.parametrize(("name", "bound"), [("released-code", 0.0), ("paper", 1e-4), ("best", 0.1)])
-def test_a_mirrored_frame_gives_the_mirrored_depth(name: str, bound: float, flip: str) -> None:
+def test_a_mirrored_frame_gives_the_mirrored_depth(name, bound, flip):
     """The networks that correct the default's depth have learnt from frames that stand upright."""
     (frame, labels), sides = _scene(), FLIPS[flip]
     mirrored = complete(
@@ -74,7 +74,7 @@ def test_a_mirrored_frame_gives_the_mirrored_depth(name: str, bound: float, flip
 
 @pytest.mark.parametrize("factor", [0.5, 2.0])
 @pytest.mark.parametrize(("name", "bound"), [("released-code", 0.0), ("paper", 0.02), ("best", 0.02)])
-def test_a_frame_of_another_size_gives_depth_of_that_size(name: str, bound: float, factor: float) -> None:
+def test_a_frame_of_another_size_gives_depth_of_that_size(name, bound, factor):
     """Noise and criteria of convergence are in metres: only the released code's way knows no unit."""
     frame, labels = _scene()
     scaled = complete(_frame(frame.rgb, frame.depth * np.float32(factor)), labels, PRESETS[name]).depth / factor

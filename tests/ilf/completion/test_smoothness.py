@@ -82,7 +82,7 @@ def _dense_minimum(counts: np.ndarray, samples: np.ndarray, weights: Weights) ->
 
 
 @pytest.mark.parametrize("shape", SHAPES)
-def test_both_ways_lead_to_the_minimum_of_the_formula(shape: tuple[int, int]) -> None:
+def test_both_ways_lead_to_the_minimum_of_the_formula(shape):
     rng = np.random.default_rng(shape)
     for _ in range(3):
         weights = _weights(rng, shape)
@@ -97,7 +97,7 @@ def test_both_ways_lead_to_the_minimum_of_the_formula(shape: tuple[int, int]) ->
 
 
 @given(st.integers(0, 2**32 - 1), st.sampled_from(SHAPES))
-def test_the_operator_is_symmetric_and_gives_the_gradient(seed: int, shape: tuple[int, int]) -> None:
+def test_the_operator_is_symmetric_and_gives_the_gradient(seed, shape):
     """Of a quadratic energy, central differences of any width are exact."""
     rng = np.random.default_rng(seed)
     weights, (counts, samples) = _weights(rng, shape), _samples(rng, shape)
@@ -115,7 +115,7 @@ def test_the_operator_is_symmetric_and_gives_the_gradient(seed: int, shape: tupl
 
 
 @given(st.integers(0, 2**32 - 1), st.sampled_from(SHAPES))
-def test_no_step_of_the_descent_climbs(seed: int, shape: tuple[int, int]) -> None:
+def test_no_step_of_the_descent_climbs(seed, shape):
     rng = np.random.default_rng(seed)
     weights = _weights(rng, shape)
     counts, samples = _samples(rng, shape)
@@ -128,7 +128,7 @@ def test_no_step_of_the_descent_climbs(seed: int, shape: tuple[int, int]) -> Non
 
 
 @pytest.mark.parametrize("shape", [(1, 4), (3, 1), (3, 4)])
-def test_the_minimum_is_where_the_iteration_with_the_soft_low_pass_stays(shape: tuple[int, int]) -> None:
+def test_the_minimum_is_where_the_iteration_with_the_soft_low_pass_stays(shape):
     rng = np.random.default_rng(shape)
     weights = _weights(rng, shape)
     known = rng.random(shape) < 0.5
@@ -142,13 +142,13 @@ def test_the_minimum_is_where_the_iteration_with_the_soft_low_pass_stays(shape: 
     assert_allclose(SmoothnessEnergy(counts, counts * raw, weights).minimum().ravel(), u, atol=1e-5)
 
 
-def test_a_start_at_the_minimum_has_nowhere_to_go() -> None:
+def test_a_start_at_the_minimum_has_nowhere_to_go():
     counts = np.ones((3, 4), np.float32)
     energy = SmoothnessEnergy(counts, 2 * counts, _weights(np.random.default_rng(1), (3, 4)))
     assert list(_descent(energy, 2 * counts)) == []
 
 
-def test_the_start_is_left_as_it_was() -> None:
+def test_the_start_is_left_as_it_was():
     rng = np.random.default_rng(2)
     counts, samples = _samples(rng, (4, 5))
     start = np.ones((4, 5), np.float32)
@@ -159,7 +159,7 @@ def test_the_start_is_left_as_it_was() -> None:
     assert not np.array_equal(steps[0], steps[-1])
 
 
-def test_the_least_smooth_pixel_of_a_difference_makes_its_weight() -> None:
+def test_the_least_smooth_pixel_of_a_difference_makes_its_weight():
     smooth = np.array([[1.0, 1.0, 0.5, 0.25, 1.0, 1.0]], np.float32)
     weights = make_weights(smooth, 3.0, 10.0)
     assert_allclose(weights.slope_x, [[3.0, 1.5, 0.75, 0.75, 3.0]])
@@ -177,7 +177,7 @@ def test_the_least_smooth_pixel_of_a_difference_makes_its_weight() -> None:
 
 
 @pytest.mark.parametrize("shape", [(1, 1), (2, 3), (1, 6), (4, 5)])
-def test_loosened_weights_are_cauchys(shape: tuple[int, int]) -> None:
+def test_loosened_weights_are_cauchys(shape):
     rng = np.random.default_rng(shape)
     weights = _weights(rng, shape)
     u = rng.uniform(0, 2, shape).astype(np.float32)
@@ -189,7 +189,7 @@ def test_loosened_weights_are_cauchys(shape: tuple[int, int]) -> None:
         assert after == pytest.approx(before / (1 + (difference / halving) ** 2), rel=1e-4)
 
 
-def test_the_descent_ends_or_goes_on_but_never_breaks() -> None:
+def test_the_descent_ends_or_goes_on_but_never_breaks():
     """Past what float32 can tell apart, a step is of no length, and no reason to divide by it."""
     for seed in range(20):
         rng = np.random.default_rng(seed)
@@ -200,7 +200,7 @@ def test_the_descent_ends_or_goes_on_but_never_breaks() -> None:
         assert_allclose(last, expected, atol=1e-3)
 
 
-def test_a_descent_tells_of_its_steps_and_ends_when_they_are_steady() -> None:
+def test_a_descent_tells_of_its_steps_and_ends_when_they_are_steady():
     rng = np.random.default_rng(4)
     shape = 6, 7
     counts, samples = _samples(rng, shape)
@@ -219,7 +219,7 @@ def test_a_descent_tells_of_its_steps_and_ends_when_they_are_steady() -> None:
 
 
 @pytest.mark.parametrize("top", [1.0, 100.0, 1e5])
-def test_the_minimum_is_as_exact_for_stiff_surfaces(top: float) -> None:
+def test_the_minimum_is_as_exact_for_stiff_surfaces(top):
     """Of large weights in float32, what is left of a row's sum must still be the weight of its samples."""
     rng = np.random.default_rng(3)
     shape = 20, 15

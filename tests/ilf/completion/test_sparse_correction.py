@@ -23,7 +23,7 @@ SHAPE = (96, 128)
 
 
 @pytest.fixture(scope="module")
-def sparse() -> ilf.RGBDFrame:
+def sparse():
     """Two walls that meet, the right one darker; 1.5 % of the pixels are known."""
     rows, columns = np.indices(SHAPE)
     exact = (2 + np.abs(columns - 60) / 80 + rows / 400).astype(np.float32)
@@ -33,7 +33,7 @@ def sparse() -> ilf.RGBDFrame:
 
 
 @pytest.fixture(scope="module")
-def completed(sparse: ilf.RGBDFrame) -> ilf.Completion:
+def completed(sparse):
     return ilf.complete(sparse, ilf.extract_blocks(sparse))
 
 
@@ -43,7 +43,7 @@ def inputs_of(frame: ilf.RGBDFrame) -> tuple[np.ndarray, ...]:
     return frame.rgb, frame.depth, corrected, change, RNG.random(frame.shape).astype(np.float32)
 
 
-def test_a_thin_plate_continues_a_plane_and_colourisation_keeps_a_level() -> None:
+def test_a_thin_plate_continues_a_plane_and_colourisation_keeps_a_level():
     rows, columns = np.indices((20, 30))
     plane = 2 + 0.03 * rows - 0.02 * columns
     known = np.where(RNG.random(plane.shape) < 0.05, plane, np.nan)
@@ -52,7 +52,7 @@ def test_a_thin_plate_continues_a_plane_and_colourisation_keeps_a_level() -> Non
     np.testing.assert_allclose(colourisation(RNG.random(plane.shape), level), 3, atol=1e-6)
 
 
-def test_features_know_no_scale(sparse: ilf.RGBDFrame) -> None:
+def test_features_know_no_scale(sparse):
     rgb, depth, corrected, change, contours = inputs_of(sparse)
     one, other = (
         sparse_features(rgb, depth * k, corrected * k, change, contours) for k in (np.float32(1), np.float32(4))
@@ -63,7 +63,7 @@ def test_features_know_no_scale(sparse: ilf.RGBDFrame) -> None:
     np.testing.assert_allclose(one[1], other[1], atol=1e-5)
 
 
-def test_features_are_what_their_names_say(sparse: ilf.RGBDFrame) -> None:
+def test_features_are_what_their_names_say(sparse):
     rgb, depth, corrected, change, contours = inputs_of(sparse)
     features, log_depth = sparse_features(rgb, depth, corrected, change, contours)
     named = dict(zip(CHANNELS, features, strict=True))
@@ -86,7 +86,7 @@ def test_features_are_what_their_names_say(sparse: ilf.RGBDFrame) -> None:
     assert np.abs(named["slope"][inner]).max() == 0, "the corrected depth is level"
 
 
-def test_what_has_not_been_completed_counts_as_the_nearest_known_depth(sparse: ilf.RGBDFrame) -> None:
+def test_what_has_not_been_completed_counts_as_the_nearest_known_depth(sparse):
     rgb, depth, corrected, change, contours = inputs_of(sparse)
     corrected[:, 64:] = np.nan
     features, _ = sparse_features(rgb, depth, corrected, change, contours)
@@ -94,7 +94,7 @@ def test_what_has_not_been_completed_counts_as_the_nearest_known_depth(sparse: i
     assert np.all(features[CHANNELS.index("nearest")][:, 64:] == 0)
 
 
-def test_a_pixel_takes_a_mean_of_the_cells_around_it() -> None:
+def test_a_pixel_takes_a_mean_of_the_cells_around_it():
     pixels = RNG.normal(0, 0.3, (700, 320)).astype(np.float32)
     pixels[3, 5] = np.nan
     side = cell_side(pixels.shape)
@@ -116,7 +116,7 @@ def test_a_pixel_takes_a_mean_of_the_cells_around_it() -> None:
         assert found[row, column] == pytest.approx(total / weights, rel=1e-3, abs=1e-5)
 
 
-def test_changes_do_not_cross_a_jump() -> None:
+def test_changes_do_not_cross_a_jump():
     pixels = np.zeros((640, 480), np.float32)
     pixels[:, 242:] = 1
     log_depth = middles_of_cells(pixels)
@@ -125,7 +125,7 @@ def test_changes_do_not_cross_a_jump() -> None:
     assert np.abs(found - 0.3 * pixels).max() < 1e-4
 
 
-def test_sparse_depth_is_corrected_by_both_networks(sparse: ilf.RGBDFrame, completed: ilf.Completion) -> None:
+def test_sparse_depth_is_corrected_by_both_networks(sparse, completed):
     np.testing.assert_array_equal(completed.depth[sparse.known], sparse.depth[sparse.known])
     assert not np.isnan(completed.depth).any()
     used = {result.correction for result in completed.results.values() if result.correction}
@@ -135,7 +135,7 @@ def test_sparse_depth_is_corrected_by_both_networks(sparse: ilf.RGBDFrame, compl
     np.testing.assert_array_equal(completed.depth[near], plain.depth[near])
 
 
-def test_of_denser_frames_it_is_not_asked(sparse: ilf.RGBDFrame, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_of_denser_frames_it_is_not_asked(sparse, monkeypatch):
     monkeypatch.setattr(correcting, "load_sparse_correction_network", lambda: pytest.fail("the network is asked"))
     depth = sparse.ground_truth.copy()
     depth[30:70, 40:90] = np.nan
@@ -145,7 +145,7 @@ def test_of_denser_frames_it_is_not_asked(sparse: ilf.RGBDFrame, monkeypatch: py
 
 
 @pytest.mark.parametrize("shape", [(1, 1), (1, 50), (33, 7), (30, 1000)])
-def test_frames_of_any_size_are_looked_at(shape: tuple[int, int]) -> None:
+def test_frames_of_any_size_are_looked_at(shape):
     rgb = RNG.integers(0, 255, (*shape, 3)).astype(np.uint8)
     depth = np.full(shape, np.nan, np.float32)
     depth.ravel()[:: max(1, depth.size // 9)] = 2

@@ -41,7 +41,7 @@ def with_island(hole: str, pixels: int, depth: float, off: float = 0.3) -> tuple
 @pytest.mark.parametrize("hole", HOLES)
 @pytest.mark.parametrize("pixels", [5, 38, 200])
 @pytest.mark.parametrize("value", [12.0, 0.25])
-def test_a_speck_does_not_rule_the_hole(hole: str, pixels: int, value: float) -> None:
+def test_a_speck_does_not_rule_the_hole(hole, pixels, value):
     depth, island = with_island(hole, pixels, value)
     frame = frame_of(depth)
     assert np.array_equal(suspect_islands(frame), island)
@@ -59,7 +59,7 @@ def test_a_speck_does_not_rule_the_hole(hole: str, pixels: int, value: float) ->
     assert suggest_invalid(frame, np.zeros(frame.shape, np.float32))[island].all()
 
 
-def test_denoising_leaves_it_out_and_the_papers_presets_use_it() -> None:
+def test_denoising_leaves_it_out_and_the_papers_presets_use_it():
     depth, island = with_island("inside", 38, 12.0)
     frame, blocks = frame_of(depth), np.ones((HEIGHT, WIDTH), np.int32)
     for parameters, left_out in (
@@ -72,13 +72,13 @@ def test_denoising_leaves_it_out_and_the_papers_presets_use_it() -> None:
         assert (done.outcomes[1].suspect > 0) == left_out
 
 
-def test_extrapolation_leaves_it_out() -> None:
+def test_extrapolation_leaves_it_out():
     depth, island = with_island("inside", 38, 12.0)
     done = ilf.complete(frame_of(depth), np.zeros((HEIGHT, WIDTH), np.int32), extrapolate=True)
     assert np.nanmax(np.where(island, 0, done.depth)) < 1.0
 
 
-def test_a_block_of_nothing_else_keeps_it() -> None:
+def test_a_block_of_nothing_else_keeps_it():
     depth, island = with_island("inside", 200, 3.0)
     blocks = np.ones((HEIGHT, WIDTH), np.int32)
     blocks[disc(*np.argwhere(island).mean(axis=0), 600)] = 2
@@ -110,12 +110,12 @@ def in_front(kind: str) -> np.ndarray:
 
 
 @pytest.mark.parametrize("kind", ["ball", "lamp", "pole", "legs", "leaves"])
-def test_small_things_before_a_wall_are_used(kind: str) -> None:
+def test_small_things_before_a_wall_are_used(kind):
     assert not suspect_islands(frame_of(in_front(kind))).any()
 
 
 @pytest.mark.parametrize("kind", ["points", "lines", "thin lines", "scattered"])
-def test_in_sparse_depth_islands_are_the_data(kind: str) -> None:
+def test_in_sparse_depth_islands_are_the_data(kind):
     depth = np.where(in_front("ball") == 1.0, 1.0, 3.0)
     rng = np.random.default_rng(1)
     kept = {
@@ -127,7 +127,7 @@ def test_in_sparse_depth_islands_are_the_data(kind: str) -> None:
     assert not suspect_islands(frame_of(np.where(kept, depth, np.nan))).any()
 
 
-def test_what_other_depth_near_by_supports_is_used() -> None:
+def test_what_other_depth_near_by_supports_is_used():
     """The floor seen beside a table, between wide holes."""
     depth, _ = with_island("inside", 200, 3.0)
     depth[:60, :] = 3.2

@@ -20,11 +20,11 @@ def _noisy(sigma: float, seed: int = 0) -> np.ndarray:
 
 
 @pytest.mark.parametrize("sigma", [0.001, 0.01, 0.065])
-def test_noise_on_a_slope_is_found(sigma: float) -> None:
+def test_noise_on_a_slope_is_found(sigma):
     assert noise_of(_noisy(sigma), ALL) == pytest.approx(sigma, rel=0.05)
 
 
-def test_a_depth_jump_and_holes_hardly_change_the_noise() -> None:
+def test_a_depth_jump_and_holes_hardly_change_the_noise():
     rng = np.random.default_rng(1)
     depth = _noisy(0.01)
     depth[:, 50:] += 1.0
@@ -33,7 +33,7 @@ def test_a_depth_jump_and_holes_hardly_change_the_noise() -> None:
     assert noise_of(depth, ALL) == pytest.approx(0.01, rel=0.1)
 
 
-def test_only_the_blocks_own_depth_has_noise_that_counts() -> None:
+def test_only_the_blocks_own_depth_has_noise_that_counts():
     depth = _noisy(0.01)
     depth[:, 60:] += 0.5 * np.random.default_rng(2).standard_normal((90, 60)).astype(np.float32)
     mask = ALL.copy()
@@ -41,7 +41,7 @@ def test_only_the_blocks_own_depth_has_noise_that_counts() -> None:
     assert noise_of(depth, mask) == pytest.approx(0.01, rel=0.1)
 
 
-def test_exact_or_hardly_any_depth_has_no_noise() -> None:
+def test_exact_or_hardly_any_depth_has_no_noise():
     assert noise_of(_surface("plane"), ALL) < 1e-6
     few = np.full(SHAPE, np.nan, np.float32)
     few[::2, ::2] = _noisy(0.1)[::2, ::2]  # nowhere three in a row
@@ -51,7 +51,7 @@ def test_exact_or_hardly_any_depth_has_no_noise() -> None:
 
 @pytest.mark.parametrize("shape", [(24, 30), SHAPE], ids=str)
 @pytest.mark.parametrize("kind", ["plane", "quadric"])
-def test_a_shape_comes_back_under_scattered_outliers(kind: str, shape: tuple[int, int]) -> None:
+def test_a_shape_comes_back_under_scattered_outliers(kind, shape):
     rng = np.random.default_rng(1)
     ground_truth = _surface(kind, shape)
     depth = ground_truth.copy()
@@ -63,7 +63,7 @@ def test_a_shape_comes_back_under_scattered_outliers(kind: str, shape: tuple[int
 
 
 @pytest.mark.parametrize("kind", ["plane", "quadric"])
-def test_a_shape_comes_back_across_a_hole_and_past_another_object(kind: str) -> None:
+def test_a_shape_comes_back_across_a_hole_and_past_another_object(kind):
     ground_truth = _surface(kind)
     depth = ground_truth.copy()
     depth[25:60, 20:100] = np.nan
@@ -81,7 +81,7 @@ def _wall() -> np.ndarray:
     return (1.5 / (1 - 0.002 * rows + 0.001 * columns)).astype(np.float32)
 
 
-def test_noise_alone_is_no_spread() -> None:
+def test_noise_alone_is_no_spread():
     noisy = (_wall() + 0.03 * np.random.default_rng(0).standard_normal(SHAPE)).astype(np.float32)
     smooth = trend_of(noisy, ALL, 0.03)
     assert smooth.spread < 0.003
@@ -92,7 +92,7 @@ def test_noise_alone_is_no_spread() -> None:
     assert wavy.spread == pytest.approx(0.02 / np.sqrt(2), rel=0.2)
 
 
-def test_a_wall_beyond_a_narrow_face_goes_on_and_does_not_bend_away() -> None:
+def test_a_wall_beyond_a_narrow_face_goes_on_and_does_not_bend_away():
     depth = _wall()
     depth[:, :8] += (0.02 * np.arange(8, 0, -1)).astype(np.float32)
     depth[:, 50:] = np.nan
@@ -100,21 +100,21 @@ def test_a_wall_beyond_a_narrow_face_goes_on_and_does_not_bend_away() -> None:
     assert np.abs(trend.surface - _wall())[:, 8:].max() < 0.08
 
 
-def test_two_very_different_surfaces_have_no_trend_in_common() -> None:
+def test_two_very_different_surfaces_have_no_trend_in_common():
     depth = _surface("plane")
     depth[:, 60:] = 4.0 - depth[:, 60:]
     assert trend_of(depth, ALL, 0.001) is None
 
 
 @pytest.mark.parametrize("shape", [(1, 1), (1, 9), (4, 4)])
-def test_too_little_depth_has_no_trend(shape: tuple[int, int]) -> None:
+def test_too_little_depth_has_no_trend(shape):
     assert trend_of(np.full(shape, 2.0, np.float32), np.ones(shape, bool), 0.0) is None
     sparse = np.full(SHAPE, np.nan, np.float32)
     sparse[10, 10:14] = 2.0
     assert trend_of(sparse, ALL, 0.0) is None
 
 
-def test_far_from_the_known_depth_the_surface_stays_within_reach() -> None:
+def test_far_from_the_known_depth_the_surface_stays_within_reach():
     rows, columns = np.mgrid[:90, :120]
     bowl = (2.0 + 0.0008 * (columns - 20.0) ** 2 + 0 * rows).astype(np.float32)  # 10 m at the far side
     depth = bowl.copy()
@@ -126,7 +126,7 @@ def test_far_from_the_known_depth_the_surface_stays_within_reach() -> None:
     assert np.abs(trend.surface - bowl)[:, :40].max() < 0.01
 
 
-def test_a_wall_that_recedes_steeply_continues_as_a_plane_into_its_hole() -> None:
+def test_a_wall_that_recedes_steeply_continues_as_a_plane_into_its_hole():
     rows, columns = np.indices(SHAPE)
     wall = (1 / (1 - 0.0075 * columns + 0.0005 * rows)).astype(np.float32)  # 1 m to 9 m, of which no quadric is near
     depth = wall.copy()
@@ -136,7 +136,7 @@ def test_a_wall_that_recedes_steeply_continues_as_a_plane_into_its_hole() -> Non
 
 
 @pytest.mark.parametrize("seed", range(8))
-def test_a_strip_of_known_depth_holds_a_shape(seed: int) -> None:
+def test_a_strip_of_known_depth_holds_a_shape(seed):
     rng = np.random.default_rng(seed)
     depth = np.full((23, 25), np.nan, np.float32)
     first = rng.integers(0, 15)

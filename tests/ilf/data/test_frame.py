@@ -15,7 +15,7 @@ from ilf.errors import InputError
 RGB = np.zeros((2, 4, 3), np.uint8)
 
 
-def test_everything_that_is_no_depth_becomes_nan() -> None:
+def test_everything_that_is_no_depth_becomes_nan():
     frame = RGBDFrame(RGB, np.array([[1.5, 0, -1, np.nan], [np.inf, -np.inf, 2, 2.5]]))
     assert frame.depth.dtype == np.float32
     assert np.array_equal(frame.known, [[True, False, False, False], [False, False, True, True]])
@@ -23,11 +23,11 @@ def test_everything_that_is_no_depth_becomes_nan() -> None:
     assert frame.shape == (2, 4)
 
 
-def test_whole_numbers_are_taken_as_metres() -> None:
+def test_whole_numbers_are_taken_as_metres():
     assert RGBDFrame(RGB, np.full((2, 4), 3, np.uint16)).depth[0, 0] == 3.0
 
 
-def test_arrays_are_copies_and_read_only() -> None:
+def test_arrays_are_copies_and_read_only():
     depth = np.ones((2, 4), np.float32)
     frame = RGBDFrame(RGB, depth)
     depth[0, 0] = 9
@@ -54,7 +54,7 @@ def test_arrays_are_copies_and_read_only() -> None:
         (RGB, np.full((2, 4), 0.002), "in metres: divide"),
     ],
 )
-def test_unusable_arrays_are_refused_with_the_way_out(rgb: np.ndarray, depth: np.ndarray, message: str) -> None:
+def test_unusable_arrays_are_refused_with_the_way_out(rgb, depth, message):
     with pytest.raises(InputError, match=message):
         RGBDFrame(rgb, depth)
 
@@ -67,7 +67,7 @@ def test_unusable_arrays_are_refused_with_the_way_out(rgb: np.ndarray, depth: np
         (object(), "plain numbers"),
     ],
 )
-def test_what_are_no_intrinsics_is_refused_at_once(given: object, message: str) -> None:
+def test_what_are_no_intrinsics_is_refused_at_once(given, message):
     with pytest.raises(InputError, match=message):
         RGBDFrame(RGB, np.ones((2, 4)), given)  # type: ignore[arg-type]
 
@@ -76,7 +76,7 @@ def test_what_are_no_intrinsics_is_refused_at_once(given: object, message: str) 
     ("metres", "units", "meant"),
     [(2.4, 1000, ""), (12.0, 1000, "with 5000 units per metre it would be 2.40 m"), (0.2, 10_000, "with 1000 units")],
 )
-def test_unusual_scales_are_doubted_with_the_likely_one(metres: float, units: float, meant: str) -> None:
+def test_unusual_scales_are_doubted_with_the_likely_one(metres, units, meant):
     text = scale_warning(np.full((3, 3), metres, np.float32), units)
     assert meant in text
     assert bool(text) == bool(meant)
@@ -117,7 +117,7 @@ def test_colour_that_nobody_can_write_to_is_shared_and_any_other_copied():
     assert frame.with_invalid_mask([[True, False, False]] * 2).rgb is frame.rgb
 
 
-def test_a_truth_is_kept_in_metres_and_by_what_is_made_of_the_frame(small_frame: RGBDFrame) -> None:
+def test_a_truth_is_kept_in_metres_and_by_what_is_made_of_the_frame(small_frame):
     ground_truth = np.full(small_frame.shape, 2.0)
     ground_truth[0, :3] = [0.0, -1.0, np.inf]
     frame = small_frame.with_ground_truth(ground_truth)
@@ -141,13 +141,13 @@ def test_a_truth_is_kept_in_metres_and_by_what_is_made_of_the_frame(small_frame:
         (np.ones((48, 64, 3)), "The ground truth cannot be used"),
     ],
 )
-def test_a_truth_that_does_not_fit_is_refused(small_frame: RGBDFrame, ground_truth: np.ndarray, why: str) -> None:
+def test_a_truth_that_does_not_fit_is_refused(small_frame, ground_truth, why):
     with pytest.raises(InputError, match=why):
         small_frame.with_ground_truth(ground_truth)
 
 
 @pytest.mark.parametrize("kind", [np.float16, np.float32, np.float64])
-def test_colour_from_0_to_1_and_grey_are_converted(kind: type) -> None:
+def test_colour_from_0_to_1_and_grey_are_converted(kind):
     rgb = np.array([[[0, 0.5, 1]]], kind)
     assert RGBDFrame(rgb, [[1.0]]).rgb.tolist() == [[[0, 128, 255]]]
     for grey in (np.array([[7, 200]], np.uint8), np.array([[[7], [200]]], np.uint8)):
@@ -156,14 +156,14 @@ def test_colour_from_0_to_1_and_grey_are_converted(kind: type) -> None:
 
 
 @pytest.mark.parametrize("one", [1, 255, True])
-def test_masks_of_0_and_1_or_255_are_taken(one: int) -> None:
+def test_masks_of_0_and_1_or_255_are_taken(one):
     mask = one * np.array([[1, 0, 0, 1], [0, 0, 0, 0]], bool if one is True else np.uint8)
     frame = RGBDFrame(RGB, np.ones((2, 4)), invalid_mask=mask)
     assert frame.invalid_mask.dtype == np.bool_
     np.testing.assert_array_equal(frame.known, mask == 0)
 
 
-def test_a_frame_is_a_line_of_text_and_pictures_in_a_notebook() -> None:
+def test_a_frame_is_a_line_of_text_and_pictures_in_a_notebook():
     frame = RGBDFrame(RGB + np.uint8(9), [[1.5, 2, np.nan, 2], [1, 2, 2, 2]], name="a <room>")
     assert repr(frame) == "<RGBDFrame 'a <room>': 4 x 2 pixels, depth 1 to 2 m, 12.5% missing>"
     html = frame._repr_html_()
@@ -178,7 +178,7 @@ def test_a_frame_is_a_line_of_text_and_pictures_in_a_notebook() -> None:
     assert pictures[1][0, 1].tolist() == pictures[1][1, 3].tolist() != pictures[1][1, 0].tolist()
 
 
-def test_a_frame_is_plotted() -> None:
+def test_a_frame_is_plotted():
     matplotlib.use("agg")
     colour, depth = RGBDFrame(RGB, np.ones((2, 4))).plot()
     assert (colour.get_title(), depth.get_title()) == ("Colour", "Depth")

@@ -13,7 +13,7 @@ class Owner:
     """Something that can be remembered of, as a frame is."""
 
 
-def test_of_each_owner_the_latest_few_are_kept() -> None:
+def test_of_each_owner_the_latest_few_are_kept():
     memory, one, other = FrameCache[Owner, tuple[int]](), Owner(), Owner()
     for key in range(3):
         memory.keep(one, key, (key,))
@@ -27,7 +27,7 @@ def test_of_each_owner_the_latest_few_are_kept() -> None:
     assert memory.find(one, 0) == (0,), "which was kept again"
 
 
-def test_arrays_in_it_are_read_only() -> None:
+def test_arrays_in_it_are_read_only():
     kept = FrameCache[Owner, np.ndarray]().keep(Owner(), 0, np.zeros(3))
     with pytest.raises(ValueError, match="read-only"):
         kept[0] = 1
@@ -48,7 +48,7 @@ class Awaited:
         return 0
 
 
-def test_a_thread_that_displaces_what_another_one_looks_at_waits() -> None:
+def test_a_thread_that_displaces_what_another_one_looks_at_waits():
     memory, owner = FrameCache[Owner, int](), Owner()
     key = Awaited(memory, owner)
     memory.keep(owner, key, 7)
@@ -62,7 +62,7 @@ def frame_of(depth: float) -> ilf.RGBDFrame:
     return ilf.RGBDFrame(np.zeros((4, 5, 3), np.uint8), np.full((4, 5), depth))
 
 
-def test_frames_do_not_wait_for_each_other_and_nothing_is_worked_out_twice() -> None:
+def test_frames_do_not_wait_for_each_other_and_nothing_is_worked_out_twice():
     both, worked_out = Barrier(2, timeout=10), []
 
     @once_per_frame
@@ -81,7 +81,7 @@ def test_frames_do_not_wait_for_each_other_and_nothing_is_worked_out_twice() -> 
     assert len(worked_out) == 2
 
 
-def test_what_is_forgotten_of_one_owner_is_worked_out_again_and_others_stay() -> None:
+def test_what_is_forgotten_of_one_owner_is_worked_out_again_and_others_stay():
     worked_out = []
 
     @once_per_frame

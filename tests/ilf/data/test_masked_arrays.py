@@ -1,7 +1,5 @@
 """Numpy masked arrays: what is masked is missing, wherever an array is taken."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -31,7 +29,7 @@ def masked(wrong: float = 9.0, dtype: type = np.float32) -> np.ma.MaskedArray:
 
 
 @pytest.mark.parametrize("dtype", [np.float32, np.float64, np.uint16])
-def test_masked_depth_is_missing_in_a_frame(dtype: type) -> None:
+def test_masked_depth_is_missing_in_a_frame(dtype):
     frame = ilf.RGBDFrame(RGB, masked(dtype=dtype), ground_truth=masked(dtype=dtype))
     assert np.array_equal(frame.missing, HIDDEN)
     assert np.array_equal(np.isnan(frame.ground_truth), HIDDEN)
@@ -39,14 +37,14 @@ def test_masked_depth_is_missing_in_a_frame(dtype: type) -> None:
 
 
 @pytest.mark.parametrize("dtype", [bool, np.uint8])
-def test_depth_is_missing_where_an_invalid_mask_is_masked(dtype: type) -> None:
+def test_depth_is_missing_where_an_invalid_mask_is_masked(dtype):
     invalid = np.ma.masked_array(np.zeros(SHAPE, dtype), mask=HIDDEN)
     frame = ilf.RGBDFrame(RGB, TRUE)
     assert np.array_equal(frame.with_invalid_mask(invalid).missing, HIDDEN)
     assert np.array_equal(ilf.RGBDFrame(RGB, TRUE, invalid_mask=invalid).missing, HIDDEN)
 
 
-def test_colour_cannot_be_missing() -> None:
+def test_colour_cannot_be_missing():
     colour = np.ma.masked_array(RGB, mask=np.broadcast_to(HIDDEN[..., None], RGB.shape))
     assert ilf.RGBDFrame(np.ma.masked_array(RGB), TRUE).rgb.shape == RGB.shape
     for use in (
@@ -58,7 +56,7 @@ def test_colour_cannot_be_missing() -> None:
             use()
 
 
-def test_masked_labels_guides_and_depth_by_hand_state_nothing() -> None:
+def test_masked_labels_guides_and_depth_by_hand_state_nothing():
     frame = ilf.RGBDFrame(RGB, np.where(HIDDEN, np.nan, TRUE))
     labels = np.ma.masked_array(np.ones(SHAPE, np.int32), mask=HIDDEN)
     assert np.array_equal(ilf.Run(frame, labels).blocks.labels == 0, HIDDEN)
@@ -74,7 +72,7 @@ def test_masked_labels_guides_and_depth_by_hand_state_nothing() -> None:
     assert np.array_equal(~ilf.Run(frame, ilf.Blocks(np.ones(SHAPE, int), drawn=drawn)).blocks.drawn, HIDDEN)
 
 
-def test_masked_pixels_are_not_written(tmp_path: Path) -> None:
+def test_masked_pixels_are_not_written(tmp_path):
     for name in ("depth.png", "depth.npy", "depth.tif"):
         ilf.write_depth(tmp_path / name, masked())
         assert np.array_equal(np.nan_to_num(read_depth_values(tmp_path / name)) == 0, HIDDEN)
@@ -86,7 +84,7 @@ def test_masked_pixels_are_not_written(tmp_path: Path) -> None:
     assert np.array_equal(read_labels(tmp_path / "mask.png") == 0, HIDDEN)
 
 
-def test_masked_pixels_are_not_evaluated_nor_measured() -> None:
+def test_masked_pixels_are_not_evaluated_nor_measured():
     seen = int((~HIDDEN).sum())
     for found in (
         evaluate(masked(), TRUE, expected=masked()),
@@ -104,7 +102,7 @@ def test_masked_pixels_are_not_evaluated_nor_measured() -> None:
     assert np.isnan(depth_error(frame, np.ma.masked_array(completion.depth, mask=HIDDEN))).all()
 
 
-def test_masked_pixels_give_no_points() -> None:
+def test_masked_pixels_give_no_points():
     seen = int((~HIDDEN).sum())
     assert len(ilf.point_cloud(masked(), RGB, CAMERA)) == seen
     only = np.ma.masked_array(np.ones(SHAPE, bool), mask=HIDDEN)
@@ -120,7 +118,7 @@ def test_masked_pixels_give_no_points() -> None:
         PointCloud(np.ma.masked_less(np.ones((2, 3), np.float32), 2), np.zeros((2, 3), np.uint8))
 
 
-def test_a_selection_does_not_start_where_it_is_masked() -> None:
+def test_a_selection_does_not_start_where_it_is_masked():
     frame = ilf.RGBDFrame(RGB, TRUE)
     start = np.ma.masked_array(np.ones(SHAPE, bool), mask=True)
     assert not ilf.select_region(frame, (), start=start).any()

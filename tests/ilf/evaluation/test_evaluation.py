@@ -18,14 +18,14 @@ QUICK = ilf.preset("paper", max_iterations=30)
 
 
 @pytest.fixture
-def planes(small_frame: ilf.RGBDFrame) -> ilf.RGBDFrame:
+def planes(small_frame):
     """The two planes with their truth."""
     rows, columns = np.mgrid[:48, :64]
     return small_frame.with_ground_truth(np.where(columns < 30, 1.5 + 0.004 * rows, 2.4 + 0.005 * columns))
 
 
 @pytest.fixture
-def run(planes: ilf.RGBDFrame, small_labels: np.ndarray) -> Run:
+def run(planes, small_labels):
     return Run(planes, small_labels, QUICK)
 
 

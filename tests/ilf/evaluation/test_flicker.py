@@ -7,13 +7,13 @@ from ilf.evaluation.flicker import flicker, moved
 from ..small_sequences import CAMERA, SHAPE, exact_view, pose_of
 
 
-def test_of_a_camera_that_stands_still_it_is_the_difference() -> None:
+def test_of_a_camera_that_stands_still_it_is_the_difference():
     now, before = np.float32([[2.0, np.nan, 1.0]]), np.float32([[1.75, 1.0, np.nan]])
     assert np.array_equal(flicker(now, before), np.float32([[0.25, np.nan, np.nan]]), equal_nan=True)
     assert np.array_equal(flicker(now, before, CAMERA), flicker(now, before), equal_nan=True)
 
 
-def test_along_the_motion_a_scene_that_stays_has_none_and_a_change_is_found() -> None:
+def test_along_the_motion_a_scene_that_stays_has_none_and_a_change_is_found():
     (_, before), (_, now) = (exact_view(pose_of(number)) for number in (0, 4))
     motion = np.linalg.inv(pose_of(0)) @ pose_of(4)
     still = flicker(now, before, CAMERA, motion)
@@ -32,7 +32,7 @@ def test_along_the_motion_a_scene_that_stays_has_none_and_a_change_is_found() ->
     assert np.array_equal(flicker(now, raised, CAMERA, motion)[~hit], still[~hit], equal_nan=True)
 
 
-def test_what_the_other_frame_does_not_show_is_unknown() -> None:
+def test_what_the_other_frame_does_not_show_is_unknown():
     (_, before), (_, now) = (exact_view(pose_of(number)) for number in (0, 12))
     motion = np.linalg.inv(pose_of(0)) @ pose_of(12)
     now[:5] = np.nan

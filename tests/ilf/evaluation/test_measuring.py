@@ -31,7 +31,7 @@ def sphere_depth(centre: float, radius: float) -> np.ndarray:
 
 
 @pytest.mark.parametrize("end", [(150.2, 20.7), (20.7, 100.2), (5.5, 110.5), (140.0, 119.9)])
-def test_a_profile_reads_the_pixels_on_its_way(end: tuple[float, float]) -> None:
+def test_a_profile_reads_the_pixels_on_its_way(end):
     depth = plane_depth((0.2, -0.3, 0.9), 2.0)
     start = (10.5, 20.5)
     profile = depth_profile(depth, start, end, CAMERA, {"twice": 2 * depth})
@@ -47,7 +47,7 @@ def test_a_profile_reads_the_pixels_on_its_way(end: tuple[float, float]) -> None
     assert (abs((x - x[0]) * way[1] - (y - y[0]) * way[0]) <= 0.5 + 1e-9).all()
 
 
-def test_the_way_along_a_plane_is_the_distance_of_its_ends_whatever_is_missing() -> None:
+def test_the_way_along_a_plane_is_the_distance_of_its_ends_whatever_is_missing():
     depth = plane_depth((0.5, 0.0, 0.8), 1.6)
     whole = depth_profile(depth, (10.5, 60.5), (140.5, 60.5), CAMERA)
     ends = [point_in_space(depth, (x, 60.5), CAMERA) for x in (10.5, 140.5)]
@@ -65,7 +65,7 @@ def test_the_way_along_a_plane_is_the_distance_of_its_ends_whatever_is_missing()
     assert cut[20] == 0.0
 
 
-def test_a_profile_keeps_to_the_image() -> None:
+def test_a_profile_keeps_to_the_image():
     depth = np.full((5, 8), 2.0)
     profile = depth_profile(depth, (-10.0, 2.5), (30.0, 2.5))
     assert profile.columns.tolist() == list(range(8))
@@ -76,7 +76,7 @@ def test_a_profile_keeps_to_the_image() -> None:
         depth_profile(depth, (0.0, 0.0), (5.0, 0.0), others={"ground_truth": np.zeros((4, 8))})
 
 
-def test_a_profile_as_table() -> None:
+def test_a_profile_as_table():
     depth = np.array([[2.0, 0.0, 2.5]])
     profile = depth_profile(depth, (0.5, 0.5), (2.5, 0.5), others={"result": np.array([[2.0, 2.25, 2.5]])})
     assert profile.to_csv().splitlines() == [
@@ -90,7 +90,7 @@ def test_a_profile_as_table() -> None:
 # statistics
 
 
-def test_statistics_of_a_noisy_plane_with_holes_and_outliers() -> None:
+def test_statistics_of_a_noisy_plane_with_holes_and_outliers():
     noise, random = 0.004, np.random.default_rng(1)
     normal = np.array([0.3, -0.5, 0.8])
     normal /= np.linalg.norm(normal)
@@ -110,7 +110,7 @@ def test_statistics_of_a_noisy_plane_with_holes_and_outliers() -> None:
     assert found.plane.outliers == pytest.approx(0.05, abs=0.01)
 
 
-def test_a_sphere_is_a_quadric_and_no_plane() -> None:
+def test_a_sphere_is_a_quadric_and_no_plane():
     depth = sphere_depth(2.0, 0.6)
     cap = np.hypot(ROWS - 60, COLUMNS - 80) < 25
     for camera in (CAMERA, None):
@@ -134,7 +134,7 @@ def test_a_sphere_is_a_quadric_and_no_plane() -> None:
         ((slice(40, 60), slice(40, 60)), "None of the pixels has depth", False),
     ],
 )
-def test_why_there_is_no_surface(box: tuple[slice, slice], reason: str, has_plane: bool) -> None:
+def test_why_there_is_no_surface(box, reason, has_plane):
     depth, mask = plane_depth((0.0, 0.0, 1.0), 2.0), np.zeros(SHAPE, bool)
     depth[40:60, 40:60] = np.nan
     mask[box] = True
@@ -144,7 +144,7 @@ def test_why_there_is_no_surface(box: tuple[slice, slice], reason: str, has_plan
     assert found.quadric is None
 
 
-def test_a_long_thin_strip_far_away_is_well_conditioned() -> None:
+def test_a_long_thin_strip_far_away_is_well_conditioned():
     """The quadric's terms differ by six orders of size there."""
     depth = plane_depth((0.1, 0.05, 1.0), 40.0)
     mask = np.zeros(SHAPE, bool)
@@ -158,7 +158,7 @@ def test_a_long_thin_strip_far_away_is_well_conditioned() -> None:
 # measures
 
 
-def test_measures_on_a_wall() -> None:
+def test_measures_on_a_wall():
     depth = np.full(SHAPE, 3.0)
     across, down = 3.0 * 30 / 300, 3.0 * 61 / 310
     level, steep = (measure(depth, ((10.5, 20.5), end), CAMERA) for end in ((40.5, 20.5), (10.5, 81.5)))
@@ -166,7 +166,7 @@ def test_measures_on_a_wall() -> None:
     assert (steep.distance, steep.height) == pytest.approx((down, -down))
 
 
-def test_a_point_that_lost_its_depth_says_so_by_nan() -> None:
+def test_a_point_that_lost_its_depth_says_so_by_nan():
     depth = np.full(SHAPE, 3.0)
     depth[20, 40] = np.nan
     found = measure(depth, ((10.5, 20.5), (40.5, 20.5)), CAMERA)
@@ -179,7 +179,7 @@ def test_a_point_that_lost_its_depth_says_so_by_nan() -> None:
         point_in_space(depth, (-0.1, 1.0), CAMERA)
 
 
-def test_the_angle_of_two_blocks() -> None:
+def test_the_angle_of_two_blocks():
     floor, wall = plane_depth((0.0, 1.0, 0.2), 1.0), plane_depth((0.0, 0.0, 1.0), 2.5)
     lower, upper = ROWS > 80, ROWS < 40
     planes = [surface_statistics(depth, mask, CAMERA).plane for depth, mask in ((floor, lower), (wall, upper))]
@@ -189,7 +189,7 @@ def test_the_angle_of_two_blocks() -> None:
         angle_between(planes[0], PlaneFit(0.0, 0.0, None, float("nan")))
 
 
-def test_measures_as_table() -> None:
+def test_measures_as_table():
     line = (0.5, 0.5), (3.5, 0.5)
     depth = np.full((4, 4), 2.0)
     depth[3] = np.nan

@@ -22,7 +22,7 @@ LABELS = np.where(np.arange(80) < 40, 1, 2) + np.zeros((60, 1), np.int32)
 
 
 @pytest.fixture
-def folder(tmp_path: Path) -> Path:
+def folder(tmp_path):
     """A frame folder whose holes have 10 m, and whose ground truth is its depth, with 10 m in a corner."""
     write_small_frame(tmp_path / "frame")
     depth = cv2.imread(str(tmp_path / "frame" / "depth.png"), cv2.IMREAD_UNCHANGED)
@@ -41,7 +41,7 @@ def write_meta(folder: Path, **more: object) -> None:
 
 
 @pytest.mark.parametrize("pattern", ["areas", "random"])
-def test_hold_out_leaves_it_out_unless_it_is_said_to_be_depth(folder: Path, pattern: str) -> None:
+def test_hold_out_leaves_it_out_unless_it_is_said_to_be_depth(folder, pattern):
     frames = [ilf.load_frame(folder, warn=False, invalid=invalid) for invalid in (None, 0)]
     runs = [ilf.Run(frame, LABELS, ilf.preset("paper", **QUICK)) for frame in frames]
     left, counted = (evaluate_hold_out(run, HoldOutTest(pattern, (0,))) for run in runs)
@@ -50,7 +50,7 @@ def test_hold_out_leaves_it_out_unless_it_is_said_to_be_depth(folder: Path, patt
     np.testing.assert_array_equal(frames[0].depth, frames[1].depth, "it is still what the run completes")
 
 
-def test_an_edit_is_not_judged_by_it(folder: Path) -> None:
+def test_an_edit_is_not_judged_by_it(folder):
     wrong = np.where(np.arange(80) < 60, 1, 2) + np.zeros((60, 1), np.int32)  # moves the hole of 10 m
     patch = patch_between(wrong, LABELS)
     hidden = []
@@ -61,7 +61,7 @@ def test_an_edit_is_not_judged_by_it(folder: Path) -> None:
     assert 0 < hidden[0] < hidden[1]
 
 
-def test_evaluate_tells_what_it_leaves_out(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_evaluate_tells_what_it_leaves_out(folder, capsys):
     command = ["evaluate", str(folder), "--hold-out", "areas", "--seeds", "1", "--preset", "paper"]
     for more, is_told in ([], True), (["--invalid", "0"], False), (["--invalid", "10000"], False):
         assert main([*command, "--max-iterations", "25", *more]) == 0
@@ -69,7 +69,7 @@ def test_evaluate_tells_what_it_leaves_out(folder: Path, capsys: pytest.CaptureF
 
 
 @pytest.mark.parametrize("pattern", PATTERNS)
-def test_the_bench_neither_scores_nor_shows_it(folder: Path, pattern: str) -> None:
+def test_the_bench_neither_scores_nor_shows_it(folder, pattern):
     with pytest.warns(DepthWarning) as told:
         source = load_bench_frame(folder)
     assert any("10.1% of the known depth, a constant 10.000 m" in str(one.message) for one in told)
@@ -80,7 +80,7 @@ def test_the_bench_neither_scores_nor_shows_it(folder: Path, pattern: str) -> No
     assert np.nanmax(load_bench_frame(folder).frame.depth) == 10
 
 
-def test_ground_truth_files_are_read_without_it(folder: Path) -> None:
+def test_ground_truth_files_are_read_without_it(folder):
     with pytest.warns(DepthWarning) as told:
         frame = ilf.load_frame(folder)
     assert any("gt.png: a constant 10.000 m in 1.2% of the pixels" in str(one.message) for one in told)

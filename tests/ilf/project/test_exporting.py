@@ -26,7 +26,7 @@ OPTIONS = ExportOptions(depth_formats=("npy",), cloud=None, expected_error=False
 
 
 @pytest.fixture
-def run(tmp_path: Path) -> Run:
+def run(tmp_path):
     frame = ilf.load_frame(*write_small_frame(tmp_path / "room"), intrinsics=CAMERA)
     labels = np.tile(np.where(np.arange(80) < 40, 1, 2), (60, 1)).astype(np.int32)
     return Run(frame, labels, ilf.preset("paper", **QUICK))
@@ -37,7 +37,7 @@ def statuses(run: Run, folder: Path, options: ExportOptions = OPTIONS, completio
     return [str(done.status) for done in export_frames(frames, folder, options)]
 
 
-def test_frames_are_written_once_and_again_after_a_change(run: Run, tmp_path: Path) -> None:
+def test_frames_are_written_once_and_again_after_a_change(run, tmp_path):
     out = tmp_path / "out"
     assert statuses(run, out) == ["written"]
     assert np.array_equal(np.load(out / "room/depth.npy"), run.complete().depth, equal_nan=True)
@@ -55,7 +55,7 @@ def test_frames_are_written_once_and_again_after_a_change(run: Run, tmp_path: Pa
     assert statuses(run, out, replace(OPTIONS, curves=not OPTIONS.curves)) == ["written"]
 
 
-def test_frames_whose_files_are_gone_or_changed_are_written_again(run: Run, tmp_path: Path) -> None:
+def test_frames_whose_files_are_gone_or_changed_are_written_again(run, tmp_path):
     out = tmp_path / "out"
     assert statuses(run, out) == ["written"]
     (out / "room/blocks.png").unlink()
@@ -68,7 +68,7 @@ def test_frames_whose_files_are_gone_or_changed_are_written_again(run: Run, tmp_
     assert statuses(run, out, replace(OPTIONS, run_record=False)) == ["written"], "nothing to compare with"
 
 
-def test_a_failed_frame_does_not_end_the_export(run: Run, tmp_path: Path) -> None:
+def test_a_failed_frame_does_not_end_the_export(run, tmp_path):
     def fails() -> tuple[Run, None]:
         raise InputError("There is no such file.")
 
@@ -79,7 +79,7 @@ def test_a_failed_frame_does_not_end_the_export(run: Run, tmp_path: Path) -> Non
     assert sorted(path.name for path in (tmp_path / "out").iterdir()) == ["room"]
 
 
-def test_present_results_are_taken_and_missing_ones_are_computed(run: Run) -> None:
+def test_present_results_are_taken_and_missing_ones_are_computed(run):
     completion = run.complete()
     state = FrameState("a", run.frame, Blocks(run.blocks.labels), common=run.parameters, results=completion.results)
     known_run, known = run_and_completion(state)
@@ -91,7 +91,7 @@ def test_present_results_are_taken_and_missing_ones_are_computed(run: Run) -> No
     assert np.array_equal(new_run.complete().depth, completion.depth, equal_nan=True)
 
 
-def test_cancelling_ends_the_export_between_frames(run: Run, tmp_path: Path) -> None:
+def test_cancelling_ends_the_export_between_frames(run, tmp_path):
     event = threading.Event()
     with cancelled_by(event):
         frames = [FrameToExport(name, name, lambda: (run, None)) for name in ("one", "two")]
@@ -103,7 +103,7 @@ def test_cancelling_ends_the_export_between_frames(run: Run, tmp_path: Path) -> 
     assert sorted(path.name for path in (tmp_path / "out").iterdir()) == ["one"]
 
 
-def test_the_command_completes_what_is_missing(run: Run, tmp_path: Path, capsys, monkeypatch) -> None:
+def test_the_command_completes_what_is_missing(run, tmp_path, capsys, monkeypatch):
     monkeypatch.chdir(tmp_path)
     rgb, depth = (str(tmp_path / "room" / name) for name in ("rgb.png", "depth.png"))
     results = run.complete().results

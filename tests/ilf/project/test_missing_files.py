@@ -38,7 +38,7 @@ def put(path: Path, content: bytes) -> InputFile:
     return InputFile(str(path), hashlib.sha256(content).hexdigest())
 
 
-def test_files_are_found_in_a_folder_by_name_and_taken_by_content(tmp_path: Path) -> None:
+def test_files_are_found_in_a_folder_by_name_and_taken_by_content(tmp_path):
     names = ("x/a.png", "x/b.png", "x/c.png")
     wanted = [InputFile(f"C:\\data\\{name}", hashlib.sha256(name.encode()).hexdigest()) for name in names]
     put(tmp_path / "x" / "a.png", b"x/a.png")
@@ -56,7 +56,7 @@ def test_files_are_found_in_a_folder_by_name_and_taken_by_content(tmp_path: Path
     assert result(locate(wanted[1:], Places(given=given))) == {wanted[2]: given[wanted[2].path]}
 
 
-def test_a_frame_without_work_misses_what_it_is_opened_from(tmp_path: Path) -> None:
+def test_a_frame_without_work_misses_what_it_is_opened_from(tmp_path):
     put(tmp_path / "there.png", b"")
     source = FrameRef(str(tmp_path / "there.png"), str(tmp_path / "gone.png"))
     frames = [ProjectFrame("a", "a", source), ProjectFrame("b", "b", FrameRef(str(tmp_path)))]
@@ -64,7 +64,7 @@ def test_a_frame_without_work_misses_what_it_is_opened_from(tmp_path: Path) -> N
     assert lost == [MissingFile("a", InputFile(str(tmp_path / "gone.png"), ""))]
 
 
-def test_a_source_follows_its_files(tmp_path: Path) -> None:
+def test_a_source_follows_its_files(tmp_path):
     found = {os.path.join("/old", "a", "sub", "rgb.png"): Path("/new/b/sub/rgb.png"), "/t.npy": Path("/u/t.npy")}
     source = FrameRef("/old/a", options=ReadingOptions(ground_truth="/t.npy", confidence="/old/a/sub/sure.png"))
     found["/old/a/sub/sure.png"] = Path("/new/b/sub/sure.png")

@@ -36,7 +36,7 @@ def matrix_file(path: Path, number: int = 0) -> None:
 
 
 @pytest.fixture
-def framed(tmp_path: Path) -> ilf.RGBDFrame:
+def framed(tmp_path):
     rgb, depth = write_small_frame(tmp_path / "frame")
     matrix_file(tmp_path / "frame" / "pose.txt")
     return load_frame(rgb, depth, intrinsics=CAMERA)
@@ -128,7 +128,7 @@ def test_a_phones_colour_comes_as_it_was_recorded(tmp_path):
 
 
 @pytest.fixture
-def results(tmp_path: Path) -> list[Path]:
+def results(tmp_path):
     """Results of a camera that moves past a wavy wall, each with a hole."""
     source = ilf.open_source(write_sequence(tmp_path / "sequence"), intrinsics=CAMERA)
     return [written(tmp_path / "results" / key, source.read(key)) for key in source.keys]

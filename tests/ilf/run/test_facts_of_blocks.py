@@ -1,7 +1,6 @@
 """A new fact about blocks is a field of `Blocks`: a run, all that is made of it, and a frame's state carry it."""
 
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import numpy as np
 
@@ -25,7 +24,7 @@ class BlocksWithGlass(Blocks):
     glass: frozenset[int] = frozenset()
 
 
-def test_what_is_said_about_blocks_goes_wherever_they_go(tmp_path: Path) -> None:
+def test_what_is_said_about_blocks_goes_wherever_they_go(tmp_path):
     frame = small_run(tmp_path).frame
     labels = np.where(np.arange(80) < 40, 1, 2) + np.zeros(frame.shape, int)
     blocks = BlocksWithGlass(labels, own={2: {"smoothness": 2.0}}, glass=frozenset({2}))
@@ -48,7 +47,7 @@ def test_what_is_said_about_blocks_goes_wherever_they_go(tmp_path: Path) -> None
     assert said == dict.fromkeys(runs, frozenset({2}))
 
 
-def test_blocks_stand_where_a_label_map_does(tmp_path: Path) -> None:
+def test_blocks_stand_where_a_label_map_does(tmp_path):
     run = small_run(tmp_path)
     wanted = run.complete().depth
     assert np.array_equal(ilf.complete(run.frame, run.blocks, run.parameters).depth, wanted)

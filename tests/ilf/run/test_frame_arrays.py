@@ -5,7 +5,6 @@ import os
 import pickle
 import shutil
 import sys
-from collections.abc import Iterator
 from pathlib import Path
 
 import cv2
@@ -31,7 +30,7 @@ SHARDS, FOLDERS, FRAMES = "shards", "folders", "frames"
 
 
 @pytest.fixture(scope="module")
-def done(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
+def done(tmp_path_factory):
     """A folder with three frames, their results in folders and in shards, and results with other settings."""
     root = tmp_path_factory.mktemp("arrays")
     write_frames(root / FRAMES, 3)
@@ -51,7 +50,7 @@ def done(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
 
 
 @pytest.fixture
-def results(done: Path, tmp_path: Path) -> Path:
+def results(done, tmp_path):
     """A copy of them to be changed; their colour stays where it is."""
     return Path(shutil.copytree(done, tmp_path / "done"))
 

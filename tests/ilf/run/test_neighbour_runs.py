@@ -26,7 +26,7 @@ FRAME = "frame-000002.color"
 
 
 @pytest.fixture
-def source(tmp_path: Path) -> Path:
+def source(tmp_path):
     return write_sequence(tmp_path / "in")
 
 

@@ -107,7 +107,7 @@ class Handler(BaseHTTPRequestHandler):
 
 
 @pytest.fixture
-def server(monkeypatch: pytest.MonkeyPatch) -> Iterator[ThreadingHTTPServer]:
+def server(monkeypatch):
     web = pytest.importorskip("ilf._runtime.web", reason="fsspec or aiohttp is not installed (extra dev)")
     monkeypatch.setattr(web, "SILENCE_S", 0.5)
     for module in ("files", "addresses"):
@@ -122,7 +122,7 @@ def server(monkeypatch: pytest.MonkeyPatch) -> Iterator[ThreadingHTTPServer]:
 
 
 @pytest.fixture
-def address(server: ThreadingHTTPServer) -> str:
+def address(server):
     return f"http://127.0.0.1:{server.server_port}"
 
 
@@ -150,7 +150,7 @@ WAYS = {
 
 
 @pytest.mark.parametrize("way", WAYS)
-def test_refused_denied_missing_and_silent_are_told_apart(address: str, way: str) -> None:
+def test_refused_denied_missing_and_silent_are_told_apart(address, way):
     ask = WAYS[way]
     for where, name, told in (
         (refusing(), "a", "refuses the connection"),
@@ -171,14 +171,14 @@ def test_refused_denied_missing_and_silent_are_told_apart(address: str, way: str
 
 
 @pytest.mark.parametrize("way", ["read", "wanted", "stream", "listing"])
-def test_what_drips_is_not_waited_for(address: str, way: str) -> None:
+def test_what_drips_is_not_waited_for(address, way):
     with pytest.raises(InputError, match="too slowly"):
         WAYS[way](RemoteFiles(address), "dripping/a")
 
 
 @pytest.mark.parametrize("way", ["read", "stream", "range"])
 @pytest.mark.parametrize("kind", ["endless", "bomb", "short", "longer"])
-def test_no_more_is_read_than_is_allowed(server, address: str, kind: str, way: str) -> None:
+def test_no_more_is_read_than_is_allowed(server, address, kind, way):
     if way == "range":
         assert WAYS[way](RemoteFiles(address), f"{kind}/a")[0] in {bytes(6), gzip.compress(bytes(9))[3:9]}
     elif (kind, way) != ("longer", "read"):
@@ -187,14 +187,14 @@ def test_no_more_is_read_than_is_allowed(server, address: str, kind: str, way: s
     assert server.sent < 32 * LIMIT
 
 
-def test_files_read_at_the_same_time_share_the_limit(server, address: str) -> None:
+def test_files_read_at_the_same_time_share_the_limit(server, address):
     with pytest.raises(FormatError, match="more than 1 GiB"):
         RemoteFiles(address).read_all([f"endless/{number}" for number in range(8)])
     assert server.sent < 64 * LIMIT
 
 
 @pytest.mark.parametrize("failure", ["401", "403", "500", "silent"])
-def test_shards_that_cannot_be_seen_are_not_made_again(tmp_path, monkeypatch, address: str, failure: str, capsys):
+def test_shards_that_cannot_be_seen_are_not_made_again(tmp_path, monkeypatch, address, failure, capsys):
     pytest.importorskip("pyarrow")
     work_in_this_process(monkeypatch)
     frames = write_frames(tmp_path / "in", 1)
@@ -203,7 +203,7 @@ def test_shards_that_cannot_be_seen_are_not_made_again(tmp_path, monkeypatch, ad
     assert capsys.readouterr().err.count("\n") == 1
 
 
-def test_a_folder_that_cannot_be_looked_at_is_not_an_empty_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_folder_that_cannot_be_looked_at_is_not_an_empty_one(tmp_path, monkeypatch):
     folder = folder_at(tmp_path)
     assert not folder.exists("a")
 
@@ -230,7 +230,7 @@ def test_a_folder_that_cannot_be_looked_at_is_not_an_empty_one(tmp_path: Path, m
         "models add FILE", "batch --shards SHARDS --verify", "info SHARDS", "info bag",
     ],
 )  # fmt: skip
-def test_a_pipe_is_not_waited_for_and_a_device_not_read(tmp_path, monkeypatch, capsys, words: str, kind: str) -> None:
+def test_a_pipe_is_not_waited_for_and_a_device_not_read(tmp_path, monkeypatch, capsys, words, kind):
     monkeypatch.chdir(tmp_path)
     write_frames(tmp_path / "in", 1)
     for name in ("file.json", "shards/shards.json", "bag/metadata.yaml", "bag/a.mcap"):
@@ -248,7 +248,7 @@ def test_a_pipe_is_not_waited_for_and_a_device_not_read(tmp_path, monkeypatch, c
     assert capsys.readouterr().err.count("\n") == 1
 
 
-def test_tables_and_tars_are_regular_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys) -> None:
+def test_tables_and_tars_are_regular_files(tmp_path, monkeypatch, capsys):
     pytest.importorskip("pyarrow")
     work_in_this_process(monkeypatch)
     out = tmp_path / "out"
@@ -288,7 +288,7 @@ def large_tables() -> Iterator[bytes]:
     yield table_of({"key": [[["x"]] * 1000] * 1000})
 
 
-def test_a_small_table_does_not_become_gigabytes() -> None:
+def test_a_small_table_does_not_become_gigabytes():
     pyarrow = pytest.importorskip("pyarrow")
     assert ShardTable(table_of({"key": ["a", None], "size": [1, 2]}), "a.parquet").read("key", "size").num_rows == 2
     for content in large_tables():
@@ -299,7 +299,7 @@ def test_a_small_table_does_not_become_gigabytes() -> None:
         assert pyarrow.total_allocated_bytes() - before < 2**26
 
 
-def test_files_of_holes_in_a_tar_are_refused() -> None:
+def test_files_of_holes_in_a_tar_are_refused():
     info = tarfile.TarInfo("a.depth.png")
     info.pax_headers = {"GNU.sparse.major": "0", "GNU.sparse.minor": "1", "GNU.sparse.map": f"{2**40},0"}
     info.pax_headers |= {"GNU.sparse.size": str(2**40), "GNU.sparse.realsize": str(2**40)}
@@ -312,7 +312,7 @@ def test_files_of_holes_in_a_tar_are_refused() -> None:
 
 
 @pytest.mark.parametrize("method", [zipfile.ZIP_DEFLATED, zipfile.ZIP_LZMA])
-def test_no_more_of_a_zip_is_unpacked_than_its_entry_states(tmp_path: Path, method: int) -> None:
+def test_no_more_of_a_zip_is_unpacked_than_its_entry_states(tmp_path, method):
     packed = io.BytesIO()
     with zipfile.ZipFile(packed, "w", method) as archive:
         archive.writestr("depth.npy", bytes(2**23))
@@ -343,7 +343,7 @@ def write_endless(path: Path) -> Path:
 
 
 @pytest.fixture
-def endless(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def endless(tmp_path, monkeypatch):
     monkeypatch.setattr(network, "is_bundled", lambda _: False)
     monkeypatch.setattr(network, "TRIAL_S", 1.0)
     return write_endless(tmp_path / "endless.onnx")
@@ -353,7 +353,7 @@ def children() -> set[str]:
     return set(Path(f"/proc/self/task/{threading.main_thread().native_id}/children").read_text().split())
 
 
-def test_a_trial_that_does_not_end_is_ended(endless: Path) -> None:
+def test_a_trial_that_does_not_end_is_ended(endless):
     before = children() if os.path.exists("/proc/self/task") else set()
     with pytest.raises(FormatError, match=r"endless\.onnx is damaged: running it takes longer than 1 s"):
         EdgeNetwork.load(endless)
@@ -361,7 +361,7 @@ def test_a_trial_that_does_not_end_is_ended(endless: Path) -> None:
 
 
 @pytest.mark.parametrize("run", ["trial", "here"])
-def test_a_run_that_does_not_end_is_cancellable_and_says_so(endless, monkeypatch, caplog, run: str) -> None:
+def test_a_run_that_does_not_end_is_cancellable_and_says_so(endless, monkeypatch, caplog, run):
     monkeypatch.setattr(network, "TRIAL_S", 60.0 if run == "trial" else 0.2)
     stop = threading.Event()
     threading.Timer(1.0, stop.set).start()

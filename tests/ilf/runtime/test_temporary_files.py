@@ -25,7 +25,7 @@ def hidden(folder: Path) -> set[str]:
 
 
 @pytest.mark.skipif(os.name != "posix", reason="kills a process by a signal")
-def test_what_a_killed_writer_has_left_goes_with_the_next(tmp_path: Path) -> None:
+def test_what_a_killed_writer_has_left_goes_with_the_next(tmp_path):
     target = tmp_path / "notes.txt"
     killed = subprocess.run([sys.executable, "-c", _KILLED, target])
     assert killed.returncode == -signal.SIGKILL
@@ -34,7 +34,7 @@ def test_what_a_killed_writer_has_left_goes_with_the_next(tmp_path: Path) -> Non
     assert {path.name for path in tmp_path.iterdir()} == {"notes.txt"}
 
 
-def test_what_others_may_still_be_writing_stays_for_a_day(tmp_path: Path) -> None:
+def test_what_others_may_still_be_writing_stays_for_a_day(tmp_path):
     ours = temporary_name(".ilf-")
     names = {"of a living process": f"{ours}.json", "of another computer": ours.replace("-", "-elsewhere.", 1)}
     for age in (0.9, 1.1):
@@ -48,7 +48,7 @@ def test_what_others_may_still_be_writing_stays_for_a_day(tmp_path: Path) -> Non
         assert hidden(folder) == (set(names.values()) if age < 1 else set())
 
 
-def test_temporary_files_of_other_users_stay(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_temporary_files_of_other_users_stay(tmp_path, monkeypatch):
     left = tmp_path / temporary_name(".ilf-").replace(f"-{os.getpid()}-", f"-{10**30}-")
     left.touch()
     monkeypatch.setattr(os, "geteuid", lambda: left.stat().st_uid + 1, raising=False)
@@ -56,7 +56,7 @@ def test_temporary_files_of_other_users_stay(tmp_path: Path, monkeypatch: pytest
     assert hidden(tmp_path) == {left.name}
 
 
-def test_only_temporary_files_go(tmp_path: Path) -> None:
+def test_only_temporary_files_go(tmp_path):
     names = [".ilf-notes.txt", "ilf-0123456789abcdef", ".ilf-0123456789abcdefg", ".ilf-export-host-1-01234567"]
     for name in names[:3]:
         (tmp_path / name).touch()

@@ -38,13 +38,13 @@ def crash() -> None:
 
 
 @pytest.fixture
-def forked(monkeypatch: pytest.MonkeyPatch) -> None:
+def forked(monkeypatch):
     """No interpreter is started for each trial."""
     monkeypatch.setattr("ilf._runtime.children.Child", ForkedChild)
     monkeypatch.setattr("ilf._runtime.children._idle", [])
 
 
-def test_a_child_gives_what_the_function_gives() -> None:
+def test_a_child_gives_what_the_function_gives():
     assert run_in_child(divmod, 7, 2, file="seven") == (3, 1)
     with pytest.raises(FormatError, match=r"a\.file is damaged: reading it takes longer than 0\.1 s"):
         run_in_child(time.sleep, 60, file="a.file", seconds=0.1)
@@ -52,7 +52,7 @@ def test_a_child_gives_what_the_function_gives() -> None:
 
 @fork
 @pytest.mark.usefixtures("forked")
-def test_what_ends_a_child_is_told() -> None:
+def test_what_ends_a_child_is_told():
     with pytest.raises(FormatError, match=r"a\.file is damaged: reading it crashes .SIGSEGV"):
         run_in_child(crash, file="a.file")
     if os.path.exists("/proc/self/statm"):
@@ -79,7 +79,7 @@ EXTERNAL = {
 
 @pytest.mark.parametrize("external", EXTERNAL.values(), ids=EXTERNAL)
 @pytest.mark.parametrize("place", ["initialiser", "attribute", "subgraph", "sparse", "function"])
-def test_weights_in_other_files_are_refused_wherever_they_are_named(external: bytes, place: str) -> None:
+def test_weights_in_other_files_are_refused_wherever_they_are_named(external, place):
     weights = tensor(external)
     graph = {
         "initialiser": message(1, NODE) + message(5, weights),
@@ -94,7 +94,7 @@ def test_weights_in_other_files_are_refused_wherever_they_are_named(external: by
         EdgeNetwork.read(np.frombuffer(content, np.uint8), Path("w.onnx"))
 
 
-def test_the_bundled_networks_are_known_and_others_tried_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_bundled_networks_are_known_and_others_tried_once(tmp_path, monkeypatch):
     tried = []
     monkeypatch.setattr("ilf._runtime.children.run_in_child", lambda *_, file, **__: tried.append(file))
     for line in asset_path("models/SHA256SUMS").read_text().splitlines():
@@ -114,7 +114,7 @@ def test_the_bundled_networks_are_known_and_others_tried_once(tmp_path: Path, mo
 
 @fork
 @pytest.mark.usefixtures("forked")
-def test_a_network_that_crashes_with_larger_images_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_network_that_crashes_with_larger_images_is_refused(tmp_path, monkeypatch):
     content = write_network(tmp_path / "own.onnx", OWN).read_bytes() + number(2**20, 7)  # not that of the other tests
     network = EdgeNetwork.read(np.frombuffer(content, np.uint8), tmp_path / "own.onnx")
     small, large = np.zeros((64, 64, 3), np.uint8), np.zeros((200, 300, 3), np.uint8)
@@ -145,7 +145,7 @@ PLACES = [
 
 @pytest.mark.skipif(not HOSTILE.is_dir(), reason=f"no files that crashed readers in {HOSTILE}")
 @pytest.mark.parametrize("words", PLACES)
-def test_such_files_in_any_place_give_one_line(words: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_such_files_in_any_place_give_one_line(words, tmp_path, capsys):
     rgb, depth = write_small_frame(tmp_path)
     before = contents(tmp_path)
     for file in (next(HOSTILE.glob("*.onnx")), next(HOSTILE.glob("*.mat"))):

@@ -16,7 +16,7 @@ from tests.bench.writers import WRITERS, Write, Writer
 
 
 @pytest.mark.parametrize(("name", "every"), [("run", 46), ("cloud", 9), ("project", 7), ("sample", 7), ("preset", 3)])
-def test_a_disk_that_fails_leaves_the_old_set_or_the_new(tmp_path: Path, name: str, every: int) -> None:
+def test_a_disk_that_fails_leaves_the_old_set_or_the_new(tmp_path, name, every):
     tried, wrong = faults_of(WRITERS[name], tmp_path, every, first=random.randrange(every))
     assert tried
     assert wrong == []
@@ -32,7 +32,7 @@ def _in_place(folder: Path) -> Write:
     return write
 
 
-def test_a_writer_that_writes_in_place_is_found_out(tmp_path: Path) -> None:
+def test_a_writer_that_writes_in_place_is_found_out(tmp_path):
     (tmp_path / "faults").mkdir()
     (tmp_path / "kills").mkdir()
     writer = Writer("in place", _in_place)
@@ -43,13 +43,13 @@ def test_a_writer_that_writes_in_place_is_found_out(tmp_path: Path) -> None:
 
 @pytest.mark.skipif(os.name != "posix", reason="forks")
 @pytest.mark.parametrize("name", ["run", "sample", "project"])
-def test_a_writer_that_is_killed_leaves_a_whole_set(tmp_path: Path, name: str) -> None:
+def test_a_writer_that_is_killed_leaves_a_whole_set(tmp_path, name):
     found, wrong = kills_of(WRITERS[name], tmp_path, 4, random.Random())
     assert wrong == []
     assert found.total() == 4
 
 
-def test_free_memory_is_given_back_after_large_work(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_free_memory_is_given_back_after_large_work(monkeypatch):
     asked: list[int] = []
     monkeypatch.setattr("ilf._runtime.memory._trim", lambda: asked.append)
     release_memory(640 * 480)
@@ -60,7 +60,7 @@ def test_free_memory_is_given_back_after_large_work(monkeypatch: pytest.MonkeyPa
     release_memory(1920 * 1080)
 
 
-def test_memory_is_estimated_against_a_limit_that_can_be_raised(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_memory_is_estimated_against_a_limit_that_can_be_raised(monkeypatch):
     monkeypatch.delenv("ILF_MEMORY", raising=False)
     assert memory_limit() == 8e9
     check_memory("a", 9000, 6500)

@@ -28,7 +28,7 @@ class Found(NamedTuple):
 
 
 @pytest.fixture
-def found() -> Found:
+def found():
     """Strengths at random, some lines of Canny, a long line of jumps and a short one, a crease and a bent pixel."""
     rng = np.random.default_rng(1)
     colour = rng.uniform(0, 1, (2, *SHAPE)).astype(np.float32)[0]
@@ -48,7 +48,7 @@ def found() -> Found:
     return Found(FrameEdges(colour, colour, colour, "0" * 64), lines, relief)
 
 
-def test_network_lines_of_canny_and_long_jumps_make_boundaries(found: Found) -> None:
+def test_network_lines_of_canny_and_long_jumps_make_boundaries(found):
     made = find_boundaries(*found, BlockParameters(threshold=0.7))
     jumps = np.zeros(SHAPE, bool)
     jumps[:, 8] = True
@@ -61,7 +61,7 @@ def test_network_lines_of_canny_and_long_jumps_make_boundaries(found: Found) -> 
     assert {strength.dtype, made.guide.dtype} == {np.dtype(np.float32)}
 
 
-def test_without_the_network_cannys_lines_are_the_edges(found: Found) -> None:
+def test_without_the_network_cannys_lines_are_the_edges(found):
     by_canny = found._replace(edges=replace(found.edges, network=None))
     made = find_boundaries(*by_canny, BlockParameters(threshold=0.7))
     jumps = np.zeros(SHAPE, bool)
@@ -70,14 +70,14 @@ def test_without_the_network_cannys_lines_are_the_edges(found: Found) -> None:
     np.testing.assert_array_equal(made.guide, np.where(jumps, np.float32(1.5), found.detected))
 
 
-def test_where_depth_does_not_count_colour_decides_alone(found: Found) -> None:
+def test_where_depth_does_not_count_colour_decides_alone(found):
     made = find_boundaries(*found, BlockParameters(threshold=0.7, use_depth=False, use_creases=True))
     np.testing.assert_array_equal(made.edges, found.detected >= np.float32(0.7))
     assert made.relief is None
     assert edge_and_jump_strength(found.edges, None, BlockParameters()) is found.detected
 
 
-def test_creases_are_edges_but_not_single_pixels_and_stand_in_the_guide_by_their_sharpness(found: Found) -> None:
+def test_creases_are_edges_but_not_single_pixels_and_stand_in_the_guide_by_their_sharpness(found):
     usual, made = (find_boundaries(*found, BlockParameters(threshold=1.0, use_creases=on)) for on in (False, True))
     crease = np.zeros(SHAPE, bool)
     crease[12:16, 10:25] = True

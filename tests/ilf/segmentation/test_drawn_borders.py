@@ -35,7 +35,7 @@ def _ends(links: set[frozenset[tuple[int, int]]]) -> np.ndarray:
 
 
 @given(label_maps, boxes)
-def test_border_pixels_are_the_blocks_ends_of_border_links(labels: np.ndarray, box: tuple[slice, slice]) -> None:
+def test_border_pixels_are_the_blocks_ends_of_border_links(labels, box):
     expected = _ends(_links(labels)) & (labels > 0)
     assert np.array_equal(border_pixels(labels), expected)
     assert np.array_equal(border_pixels(labels, box), expected[box])
@@ -43,8 +43,8 @@ def test_border_pixels_are_the_blocks_ends_of_border_links(labels: np.ndarray, b
 
 @given(label_maps, label_maps, masks, boxes)
 def test_drawn_after_an_edit_are_the_ends_of_new_links_and_what_was_drawn_and_still_is_border(
-    labels: np.ndarray, others: np.ndarray, drawn: np.ndarray, swept: tuple[slice, slice]
-) -> None:
+    labels, others, drawn, swept
+):
     after = labels.copy()
     after[swept] = others[swept]
     patch = patch_between(labels, after)
@@ -62,7 +62,7 @@ def test_drawn_after_an_edit_are_the_ends_of_new_links_and_what_was_drawn_and_st
     assert np.array_equal(redrawn(None, labels, patch)[1], (_ends(now - was) & (after > 0))[box])
 
 
-def test_a_border_that_moves_is_drawn_where_it_is_now_and_extracted_where_it_was_not_touched() -> None:
+def test_a_border_that_moves_is_drawn_where_it_is_now_and_extracted_where_it_was_not_touched():
     labels = np.where(np.arange(11) < 5, 1, 2) * np.ones(SHAPE, np.int32)
     after = labels.copy()
     after[2:5, 5:7] = 1

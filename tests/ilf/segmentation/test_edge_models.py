@@ -35,7 +35,7 @@ GAINS = np.array([0.5, -0.2, 0.3], np.float32)
 
 
 @pytest.fixture(autouse=True)
-def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def folder(tmp_path, monkeypatch):
     """Of the user's networks; not there yet."""
     path = tmp_path / "own" / "models"
     monkeypatch.setenv("ILF_MODELS", str(path))
@@ -43,7 +43,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 @pytest.fixture(autouse=True)
-def networks_are_tried_here(monkeypatch: pytest.MonkeyPatch) -> None:
+def networks_are_tried_here(monkeypatch):
     """Without a process for each; test_trials.py has them."""
 
     def at_once(function: Callable[..., object], *arguments: object, **_: object) -> object:
@@ -87,7 +87,7 @@ SIGMOID = helper.make_node("Sigmoid", ["sum"], ["strength"])
 
 @pytest.mark.parametrize("old", [True, False], ids=["fields of 2014", "fields of today"])
 @pytest.mark.parametrize("upsampling", [True, False], ids=["kernels in the file", "no kernels"])
-def test_hed_of_caffe_is_what_caffe_computes(tmp_path: Path, old: bool, upsampling: bool) -> None:
+def test_hed_of_caffe_is_what_caffe_computes(tmp_path, old, upsampling):
     weights = hed_weights(upsampling)
     path = add_model(write_caffemodel(tmp_path / "hed.caffemodel", weights, old))
     for size in SIZES:
@@ -97,7 +97,7 @@ def test_hed_of_caffe_is_what_caffe_computes(tmp_path: Path, old: bool, upsampli
         np.testing.assert_allclose(strength_by(path, rgb), expected, atol=2e-5)
 
 
-def test_hed_of_keras_is_what_keras_computes(tmp_path: Path) -> None:
+def test_hed_of_keras_is_what_keras_computes(tmp_path):
     weights = hed_weights(upsampling=False)
     path = add_model(write_keras(tmp_path / "hed.h5", weights))
     for size in SIZES:
@@ -107,7 +107,7 @@ def test_hed_of_keras_is_what_keras_computes(tmp_path: Path) -> None:
         np.testing.assert_allclose(strength_by(path, rgb), expected, atol=2e-5)
 
 
-def test_an_imported_network_is_listed_and_found_by_name(tmp_path: Path, folder: Path) -> None:
+def test_an_imported_network_is_listed_and_found_by_name(tmp_path, folder):
     assert model_names() == (BUNDLED,)
     source = write_weighted_sum(tmp_path / "my net (2).onnx", SIGMOID)
     path = add_model(source)
@@ -132,7 +132,7 @@ INPUT_VALUES: dict[str, Callable[[np.ndarray], np.ndarray]] = {
 
 @pytest.mark.parametrize("inputs", INPUT_VALUES)
 @pytest.mark.parametrize("logits", [True, False])
-def test_other_conventions_are_adapted(tmp_path: Path, inputs: str, logits: bool) -> None:
+def test_other_conventions_are_adapted(tmp_path, inputs, logits):
     gains = GAINS / 60 if inputs == "caffe" else GAINS * 4
     source = write_weighted_sum(tmp_path / "net.onnx", *([] if logits else [SIGMOID]), gains=gains)
     path = add_model(source, inputs=inputs, logits=logits)
@@ -141,7 +141,7 @@ def test_other_conventions_are_adapted(tmp_path: Path, inputs: str, logits: bool
     np.testing.assert_allclose(strength_by(path, rgb), 1 / (1 + np.exp(-total)), atol=1e-5)
 
 
-def test_a_size_that_is_fixed_in_name_only_does_not_matter(tmp_path: Path) -> None:
+def test_a_size_that_is_fixed_in_name_only_does_not_matter(tmp_path):
     add_model(write_weighted_sum(tmp_path / "net.onnx", SIGMOID, size=(320, 480)))
     assert load_model("net").strength(np.zeros((50, 70, 3), np.uint8)).shape == (50, 70)
 
@@ -208,7 +208,7 @@ REFUSED: dict[str, tuple[str, Callable[[Path], object], str]] = {
 
 
 @pytest.mark.parametrize("kind", REFUSED)
-def test_what_is_no_edge_network_is_refused_and_leaves_nothing(tmp_path: Path, folder: Path, kind: str) -> None:
+def test_what_is_no_edge_network_is_refused_and_leaves_nothing(tmp_path, folder, kind):
     name, write, message = REFUSED[kind]
     write(tmp_path / name)
     with pytest.raises(FormatError, match=message):
@@ -216,7 +216,7 @@ def test_what_is_no_edge_network_is_refused_and_leaves_nothing(tmp_path: Path, f
     assert not folder.exists()
 
 
-def test_options_that_do_not_fit_the_file_are_refused(tmp_path: Path) -> None:
+def test_options_that_do_not_fit_the_file_are_refused(tmp_path):
     with pytest.raises(InputError, match="Add it without --logits"):
         add_model(write_weighted_sum(tmp_path / "net.onnx", SIGMOID), logits=True)
     with pytest.raises(InputError, match=r"leave them out for hed\.h5"):
@@ -225,7 +225,7 @@ def test_options_that_do_not_fit_the_file_are_refused(tmp_path: Path) -> None:
         add_model(tmp_path / "net.onnx", inputs="bgr")
 
 
-def test_names_that_cannot_be_used_are_refused(tmp_path: Path) -> None:
+def test_names_that_cannot_be_used_are_refused(tmp_path):
     source = write_weighted_sum(tmp_path / "net.onnx", SIGMOID)
     for name in ("", "../net", "a b", "x" * 101):
         with pytest.raises(InputError, match="cannot be the name"):
@@ -244,7 +244,7 @@ def test_names_that_cannot_be_used_are_refused(tmp_path: Path) -> None:
     assert add_model(source, replace=True).read_bytes() == source.read_bytes() != first
 
 
-def test_only_conversions_need_the_onnx_package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_only_conversions_need_the_onnx_package(tmp_path, monkeypatch):
     ready = write_weighted_sum(tmp_path / "ready.onnx", SIGMOID)
     hed = write_keras(tmp_path / "hed.h5", hed_weights(False))
     fixed = write_weighted_sum(tmp_path / "fixed.onnx", SIGMOID, size=(320, 480))
@@ -259,7 +259,7 @@ def test_only_conversions_need_the_onnx_package(tmp_path: Path, monkeypatch: pyt
             refused()
 
 
-def test_the_command_adds_lists_and_removes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_command_adds_lists_and_removes(tmp_path, capsys):
     source = write_weighted_sum(tmp_path / "net.onnx", gains=GAINS * 9)
     assert main(["models", "add", str(source)]) == 1
     error = capsys.readouterr().err
@@ -279,5 +279,5 @@ def test_the_command_adds_lists_and_removes(tmp_path: Path, capsys: pytest.Captu
 
 
 @pytest.mark.parametrize("file", ["net.onnx", "my net (2).v3.onnx", "n" * 150 + ".onnx"])
-def test_a_file_gives_the_network_a_name_that_is_allowed(file: str) -> None:
+def test_a_file_gives_the_network_a_name_that_is_allowed(file):
     assert new_model_path(name_from(Path(file))).suffix == ".onnx"

@@ -22,27 +22,27 @@ def noise(height: int, width: int, seed: int = 0) -> np.ndarray:
 
 
 @pytest.fixture
-def grey(tmp_path: Path) -> EdgeNetwork:
+def grey(tmp_path):
     """A network whose strength is the mean of the channels, so that every pixel of the result is known."""
     return EdgeNetwork.load(write_network(tmp_path / "grey.onnx", [MEAN]))
 
 
 @pytest.mark.parametrize("size", [(1, 1), (5, 40), (64, 80), (97, 33)])
-def test_padding_leaves_every_pixel_in_its_place(grey: EdgeNetwork, size: tuple[int, int]) -> None:
+def test_padding_leaves_every_pixel_in_its_place(grey, size):
     rgb = noise(*size)
     strength = grey.strength(rgb)
     assert strength.dtype == np.float32
     np.testing.assert_allclose(strength, rgb.mean(axis=2) / 255, atol=1e-6)
 
 
-def test_scales_are_averaged_in_register(grey: EdgeNetwork) -> None:
+def test_scales_are_averaged_in_register(grey):
     rgb = np.repeat(np.linspace(0, 255, 120).astype(np.uint8)[None, :, None], 70, axis=0).repeat(3, axis=2)
     strength = grey.strength(rgb, multiscale=True)
     assert strength.shape == (70, 120)
     np.testing.assert_allclose(strength, rgb[..., 0] / 255, atol=0.01)
 
 
-def test_threads_do_not_mix_their_images(grey: EdgeNetwork) -> None:
+def test_threads_do_not_mix_their_images(grey):
     images = [noise(40 + k, 50, seed=k) for k in range(24)]
     with ThreadPoolExecutor(4) as pool:
         results = list(pool.map(grey.strength, images))
@@ -50,7 +50,7 @@ def test_threads_do_not_mix_their_images(grey: EdgeNetwork) -> None:
         np.testing.assert_allclose(strength, rgb.mean(axis=2) / 255, atol=1e-6)
 
 
-def test_a_file_is_read_once_until_it_changes(tmp_path: Path) -> None:
+def test_a_file_is_read_once_until_it_changes(tmp_path):
     path = write_network(tmp_path / "one.onnx", [MEAN])
     first = EdgeNetwork.load(path)
     assert EdgeNetwork.load(str(path)) is first
@@ -68,7 +68,7 @@ FOREIGN: dict[str, Callable[[Path], object]] = {
 
 
 @pytest.mark.parametrize("kind", FOREIGN)
-def test_a_foreign_file_is_refused(tmp_path: Path, kind: str) -> None:
+def test_a_foreign_file_is_refused(tmp_path, kind):
     path = tmp_path / "foreign.onnx"
     FOREIGN[kind](path)
     with pytest.raises(FormatError, match=r"foreign\.onnx (is not an? .*edge network|cannot be read|is empty)"):
@@ -76,13 +76,13 @@ def test_a_foreign_file_is_refused(tmp_path: Path, kind: str) -> None:
 
 
 @pytest.mark.parametrize("rgb", [np.zeros((4, 4), np.uint8), np.zeros((4, 4, 3), np.float32), noise(0, 5)])
-def test_what_is_no_rgb_image_is_refused(grey: EdgeNetwork, rgb: np.ndarray) -> None:
+def test_what_is_no_rgb_image_is_refused(grey, rgb):
     with pytest.raises(InputError, match="8-bit RGB"):
         grey.strength(rgb)
 
 
 @pytest.mark.parametrize("multiscale", [False, True])
-def test_the_network_that_ships_finds_an_outline_and_nothing_else(multiscale: bool) -> None:
+def test_the_network_that_ships_finds_an_outline_and_nothing_else(multiscale):
     rgb = np.full((150, 210, 3), (200, 190, 180), np.uint8)
     cv2.circle(rgb, (100, 75), 45, (40, 60, 110), cv2.FILLED)
     rgb = np.clip(rgb + np.random.default_rng(0).normal(0, 3, rgb.shape), 0, 255).astype(np.uint8)
@@ -96,7 +96,7 @@ def test_the_network_that_ships_finds_an_outline_and_nothing_else(multiscale: bo
     assert np.median(found.strength[distance > 8]) < 0.1
 
 
-def test_the_network_that_ships_finds_the_same_in_a_mirror() -> None:
+def test_the_network_that_ships_finds_the_same_in_a_mirror():
     rgb = np.random.default_rng(3).integers(0, 255, (6, 8, 3), np.uint8).repeat(16, axis=0).repeat(20, axis=1)
     network = EdgeNetwork.load(asset_path("models/edges.onnx"))
     found, mirrored = network.contours(rgb), network.contours(np.ascontiguousarray(rgb[:, ::-1]))

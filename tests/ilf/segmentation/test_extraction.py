@@ -18,7 +18,7 @@ CANNY = BlockParameters(detector="canny")
 
 
 @pytest.fixture
-def frame() -> RGBDFrame:
+def frame():
     """120 x 160: a light square on a dark ground, and a depth jump that colour does not show."""
     rgb = np.full((120, 160, 3), 60, np.uint8)
     rgb[30:80, 20:70] = 200
@@ -29,7 +29,7 @@ def frame() -> RGBDFrame:
     return RGBDFrame(rgb, depth)
 
 
-def test_blocks_follow_colour_and_depth(frame: RGBDFrame) -> None:
+def test_blocks_follow_colour_and_depth(frame):
     blocks = ilf.extract_blocks(frame, CANNY)
     assert blocks.max() == 3
     square, ground, back = blocks[55, 45], blocks[100, 60], blocks[60, 140]
@@ -41,14 +41,14 @@ def test_blocks_follow_colour_and_depth(frame: RGBDFrame) -> None:
 
 
 @pytest.mark.parametrize("margin", [0, 9, 25])
-def test_blocks_are_watertight(frame: RGBDFrame, margin: int) -> None:
+def test_blocks_are_watertight(frame, margin):
     """Every block is one 4-connected piece, so there is no way from one into another but over a boundary."""
     blocks = ilf.extract_blocks(frame, BlockParameters(margin=margin))
     for number in range(1, blocks.max() + 1):
         assert components(blocks == number)[1] == 1
 
 
-def test_depth_that_goes_on_merges_what_colour_parts(frame: RGBDFrame) -> None:
+def test_depth_that_goes_on_merges_what_colour_parts(frame):
     """A picture on a wall: one block where the depth is seen, two where colour alone counts."""
     flat = RGBDFrame(frame.rgb, np.full(frame.shape, 2.0))
     seen = ilf.extract_blocks(flat, CANNY)
@@ -65,7 +65,7 @@ def test_depth_that_goes_on_merges_what_colour_parts(frame: RGBDFrame) -> None:
     assert two_planes[55, 45] != two_planes[100, 60]
 
 
-def test_a_crease_is_a_boundary_that_colour_does_not_show() -> None:
+def test_a_crease_is_a_boundary_that_colour_does_not_show():
     rows = np.mgrid[:120, :160][0]
     depth = 1 / np.where(rows < 60, 0.5, 0.5 + 0.012 * (rows - 60))
     frame = RGBDFrame(np.full((120, 160, 3), 120, np.uint8), depth)
@@ -77,7 +77,7 @@ def test_a_crease_is_a_boundary_that_colour_does_not_show() -> None:
     assert ilf.extract_blocks(frame, BlockParameters(use_creases=True, granularity=0.0)).max() == 1
 
 
-def test_granularity_goes_from_few_blocks_to_many() -> None:
+def test_granularity_goes_from_few_blocks_to_many():
     """Weaker and weaker edges of colour, and one jump, which parts at any granularity."""
     rgb = np.full((120, 200, 3), 40, np.uint8)
     for number, level in enumerate((240, 200, 175, 160), 1):
@@ -94,14 +94,14 @@ def test_granularity_goes_from_few_blocks_to_many() -> None:
         assert not set(blocks[:57].ravel()) & set(blocks[63:].ravel())
 
 
-def test_margin_belongs_to_no_block(frame: RGBDFrame) -> None:
+def test_margin_belongs_to_no_block(frame):
     blocks = ilf.extract_blocks(frame, BlockParameters(margin=7))
     assert not blocks[:7].any()
     assert not blocks[:, -7:].any()
     assert blocks[7:-7, 7:-7].all()
 
 
-def test_white_border_is_found_and_bright_walls_are_not_one(frame: RGBDFrame) -> None:
+def test_white_border_is_found_and_bright_walls_are_not_one(frame):
     framed = frame.rgb.copy()
     framed[:6] = framed[-5:] = 255
     framed[:, :4] = framed[:, -8:] = 255
@@ -114,7 +114,7 @@ def test_white_border_is_found_and_bright_walls_are_not_one(frame: RGBDFrame) ->
 
 
 @pytest.mark.parametrize(("level", "dark", "expected"), [(240, 4, 3), (240, 5, 0), (239, 0, 0)])
-def test_a_border_is_white_to_nine_tenths(level: int, dark: int, expected: int) -> None:
+def test_a_border_is_white_to_nine_tenths(level, dark, expected):
     """Lines of 40 pixels, of which 4 may be dark, and white from 240 on in all channels."""
     rgb = np.full((40, 40, 3), 100, np.uint8)
     for side in (rgb, rgb[::-1], rgb.swapaxes(0, 1), rgb[:, ::-1].swapaxes(0, 1)):
@@ -126,21 +126,21 @@ def test_a_border_is_white_to_nine_tenths(level: int, dark: int, expected: int) 
 
 
 @pytest.mark.parametrize(("width", "expected"), [(5, 5), (6, 0)])
-def test_a_border_is_an_eighth_of_the_shorter_side_at_most(width: int, expected: int) -> None:
+def test_a_border_is_an_eighth_of_the_shorter_side_at_most(width, expected):
     rgb = np.full((40, 60, 3), 255, np.uint8)
     rgb[width:-width, width:-width] = 100
     assert find_margins(rgb) == (expected,) * 4
 
 
 @pytest.mark.parametrize("shape", [(1, 1), (1, 2), (7, 1), (3, 3), (1, 50), (3, 40)])
-def test_tiny_frames_have_blocks_all_over(shape: tuple[int, int]) -> None:
+def test_tiny_frames_have_blocks_all_over(shape):
     rgb = np.random.default_rng(3).integers(0, 255, (*shape, 3), dtype=np.uint8)
     frame = RGBDFrame(rgb, np.ones(shape))
     for detector in ("hed", "canny"):
         assert ilf.extract_blocks(frame, BlockParameters(detector=detector)).all()
 
 
-def test_canny_finds_the_square_and_only_it(frame: RGBDFrame) -> None:
+def test_canny_finds_the_square_and_only_it(frame):
     gradient = colour_gradient(frame.rgb, 1.0)
     edges = canny_edges(*gradient, 0.0, 0.4)
     ring = np.zeros(frame.shape, bool)
@@ -151,7 +151,7 @@ def test_canny_finds_the_square_and_only_it(frame: RGBDFrame) -> None:
     assert gradient_strength(*gradient).max() == 1
 
 
-def test_a_threshold_is_otsus_or_the_chosen_one() -> None:
+def test_a_threshold_is_otsus_or_the_chosen_one():
     strength = np.zeros((10, 40), np.float32)
     strength[:, 10], strength[:, 20], strength[:, 30] = 0.2, 0.6, 0.9
     assert np.array_equal(np.flatnonzero(otsu_edges(strength, 0.7)[0]), [30])
@@ -161,7 +161,7 @@ def test_a_threshold_is_otsus_or_the_chosen_one() -> None:
     assert not otsu_edges(np.zeros((10, 40), np.float32), 0.0).any()
 
 
-def test_jumps_need_known_depth_nearby_and_scale_with_distance() -> None:
+def test_jumps_need_known_depth_nearby_and_scale_with_distance():
     depth = np.full((40, 60), 1.0, np.float32)
     depth[:, 30:] = 2.0
     assert np.array_equal(np.flatnonzero(find_relief(depth, 0.04, 0.04).edges.all(axis=0)), [29])
@@ -173,7 +173,7 @@ def test_jumps_need_known_depth_nearby_and_scale_with_distance() -> None:
     assert find_relief(far, 0.04, 0.02).edges.any()
 
 
-def test_short_jumps_are_edges_but_part_nothing() -> None:
+def test_short_jumps_are_edges_but_part_nothing():
     depth = np.full((60, 80), 1.0, np.float32)
     depth[20:24, 40:44] = 1.5
     depth[50:, 10:] = 2.0
@@ -183,7 +183,7 @@ def test_short_jumps_are_edges_but_part_nothing() -> None:
     assert mark(relief.jumps)[49, 15:75].all()
 
 
-def test_planes_do_not_bend_and_corners_do() -> None:
+def test_planes_do_not_bend_and_corners_do():
     rows, columns = np.mgrid[:60, :90]
     inverse = 0.4 + 0.002 * columns + 0.001 * rows
     plane = (1 / inverse).astype(np.float32)
@@ -197,13 +197,13 @@ def test_planes_do_not_bend_and_corners_do() -> None:
     assert ridge[12:34].max() < 0.05
 
 
-def test_no_depth_has_no_relief() -> None:
+def test_no_depth_has_no_relief():
     relief = find_relief(np.full((20, 30), np.nan, np.float32), 0.04, 0.04)
     for picture in (relief.near, relief.edges, relief.evaluated, relief.bend):
         assert not picture.any()
 
 
-def test_dilation_closes_gaps() -> None:
+def test_dilation_closes_gaps():
     edges = np.zeros((21, 21), bool)
     edges[10, :8] = edges[10, 12:] = True
     everywhere = np.ones_like(edges)
@@ -215,7 +215,7 @@ def test_dilation_closes_gaps() -> None:
     assert not regions_between(edges, 2, ~everywhere).any()
 
 
-def test_existence_rate_halves_blocks_and_drops_what_is_not_known() -> None:
+def test_existence_rate_halves_blocks_and_drops_what_is_not_known():
     labels = np.ones((20, 80), np.int32)
     known = np.zeros((20, 80), bool)
     known[:, :30] = True
@@ -230,7 +230,7 @@ def test_existence_rate_halves_blocks_and_drops_what_is_not_known() -> None:
     assert not keep_existing(labels, np.zeros_like(known), 0.52, 1).any()
 
 
-def test_contraction_ends_on_the_strongest_line() -> None:
+def test_contraction_ends_on_the_strongest_line():
     strength = np.zeros((9, 21), np.float32)
     strength[:, 13] = 1.0
     regions = np.zeros((9, 21), np.int32)
@@ -241,7 +241,7 @@ def test_contraction_ends_on_the_strongest_line() -> None:
     assert not contract(np.zeros((4, 4), np.int32), strength[:4, :4]).any()
 
 
-def test_boundaries_beside_a_jump_snap_to_it() -> None:
+def test_boundaries_beside_a_jump_snap_to_it():
     """A boundary 4 px off a jump moves to it, and stays elsewhere; each region stays in one piece."""
     columns = np.mgrid[:40, :60][1]
     regions = np.where(columns < 30, 1, 2).astype(np.int32)
@@ -262,7 +262,7 @@ def test_boundaries_beside_a_jump_snap_to_it() -> None:
 
 
 @pytest.mark.parametrize("turns", range(4))
-def test_a_jump_that_ends_inside_a_region_divides_it(turns: int) -> None:
+def test_a_jump_that_ends_inside_a_region_divides_it(turns):
     """A fold of cloth, without an edge of colour: at its end the two sides meet."""
     rows, columns = np.mgrid[:120, :160]
     depth = np.rot90(2.0 + np.where(columns < 80, 0.0, 0.01 * np.maximum(90 - rows, 0)), turns)

@@ -42,7 +42,7 @@ def without_numba(patch: pytest.MonkeyPatch) -> None:
 
 
 @given(landscapes)
-def test_compiled_or_not_it_gives_what_scikit_image_gives(case: Landscape) -> None:
+def test_compiled_or_not_it_gives_what_scikit_image_gives(case):
     heights, markers, mask = case
     expected = watershed(heights, markers, mask=mask)
     found = flood(*case)
@@ -54,7 +54,7 @@ def test_compiled_or_not_it_gives_what_scikit_image_gives(case: Landscape) -> No
 
 
 @pytest.mark.parametrize("compiled", [True, False])
-def test_heights_of_large_images_may_be_rounded(compiled: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_heights_of_large_images_may_be_rounded(compiled, monkeypatch):
     if not compiled:
         without_numba(monkeypatch)
     monkeypatch.setattr(flooding, "_MAX_PIXELS", 2_000)
@@ -67,7 +67,7 @@ def test_heights_of_large_images_may_be_rounded(compiled: bool, monkeypatch: pyt
     np.testing.assert_array_equal(level > 0, flood(heights, markers, mask) > 0)
 
 
-def test_it_stops_when_nobody_wants_more(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_it_stops_when_nobody_wants_more(monkeypatch):
     heights, markers, mask = landscape(0, 20, 20, 3, 0.1, 1)
     cancel_event, asked = threading.Event(), []
 

@@ -39,7 +39,7 @@ def _view(top: int, left: int, **options: object) -> tuple[RGBDFrame, np.ndarray
     return RGBDFrame(rgb[cut], depth[cut], **options), labels[cut].copy()
 
 
-def test_the_same_camera_position_copies_bit_for_bit_also_through_noise() -> None:
+def test_the_same_camera_position_copies_bit_for_bit_also_through_noise():
     before, labels = _view(30, 30)
     labels[5:7, 5:9] = 0
     drawn = np.zeros(_SHAPE, bool)
@@ -59,7 +59,7 @@ def test_the_same_camera_position_copies_bit_for_bit_also_through_noise() -> Non
 
 @settings(max_examples=12, deadline=None)
 @given(down=st.integers(-12, 12), right=st.integers(-12, 12))
-def test_a_shift_carries_every_block_to_its_place(down: int, right: int) -> None:
+def test_a_shift_carries_every_block_to_its_place(down, right):
     before, labels = _view(30, 30)
     after, ground_truth = _view(30 + down, 30 + right)
     found = follow(before, labels, after, how="flow", extraction=_QUICK)
@@ -74,7 +74,7 @@ def test_a_shift_carries_every_block_to_its_place(down: int, right: int) -> None
     assert wrong.mean() <= 0.004, "the borders' pixels at most"
 
 
-def test_a_pose_is_exact_on_planes_without_any_detail() -> None:
+def test_a_pose_is_exact_on_planes_without_any_detail():
     grey = np.full((*_SHAPE, 3), 128, np.uint8)
     depth = np.full(_SHAPE, 2.0)
     depth[:, 70:] = 3.0
@@ -94,7 +94,7 @@ def test_a_pose_is_exact_on_planes_without_any_detail() -> None:
     assert follow(frames[0], labels.astype(np.int32), frames[1], how="flow", pose=pose, extraction=_QUICK).how == "flow"
 
 
-def test_a_pose_that_the_pictures_contradict_is_left_aside() -> None:
+def test_a_pose_that_the_pictures_contradict_is_left_aside():
     (before, labels), (after, ground_truth) = (_view(30, left, intrinsics=_CAMERA) for left in (30, 36))
     flat = np.full(_SHAPE, 2.0)
     frames = RGBDFrame(before.rgb, flat, _CAMERA), RGBDFrame(after.rgb, flat, _CAMERA)
@@ -110,7 +110,7 @@ def test_a_pose_that_the_pictures_contradict_is_left_aside() -> None:
         assert follow(frames[0], labels, frames[1], how="pose", pose=wrong, extraction=_QUICK).how == "pose"
 
 
-def test_what_comes_into_the_picture_has_a_new_number_and_what_leaves_is_gone() -> None:
+def test_what_comes_into_the_picture_has_a_new_number_and_what_leaves_is_gone():
     rgb, depth, labels = (
         np.ascontiguousarray(np.pad(one[:96, :128], ((0, 0), (0, 40), (0, 0))[: one.ndim], "edge")) for one in _scene()
     )
@@ -136,7 +136,7 @@ def test_what_comes_into_the_picture_has_a_new_number_and_what_leaves_is_gone() 
     assert (propagated.labels[72:82, 62:72] == 0).all()
 
 
-def test_something_that_moves_before_a_still_camera_leaves_the_rest_as_it_is() -> None:
+def test_something_that_moves_before_a_still_camera_leaves_the_rest_as_it_is():
     rgb, depth, labels = _scene()
     labels[50:53, 120:123] = 12  # where no edge is
     moved, behind = rgb.copy(), depth.copy()
@@ -150,7 +150,7 @@ def test_something_that_moves_before_a_still_camera_leaves_the_rest_as_it_is() -
     assert (found.labels[now] == 7).mean() > 0.8
 
 
-def test_drawn_borders_go_along() -> None:
+def test_drawn_borders_go_along():
     before, labels = _view(30, 30)
     labels[60:75, 80:110] = 20  # against all edges
     from ilf.segmentation.editing.patches import border_pixels
@@ -168,7 +168,7 @@ def test_drawn_borders_go_along() -> None:
     assert locked.drawn is None
 
 
-def test_fifteen_steps_leave_no_crumbs_and_pictures_of_other_places_are_extracted_anew() -> None:
+def test_fifteen_steps_leave_no_crumbs_and_pictures_of_other_places_are_extracted_anew():
     before, labels = _view(30, 10)
     start = labels
     for step in range(1, 16):
@@ -185,7 +185,7 @@ def test_fifteen_steps_leave_no_crumbs_and_pictures_of_other_places_are_extracte
     assert lost.uncertain.all()
 
 
-def test_what_cannot_be_carried_is_said() -> None:
+def test_what_cannot_be_carried_is_said():
     before, labels = _view(30, 30)
     with pytest.raises(InputError, match="differ in size: 128 x 96 and 64 x 48"):
         follow(before, labels, RGBDFrame(before.rgb[::2, ::2], before.depth[::2, ::2]))
@@ -201,7 +201,7 @@ def test_what_cannot_be_carried_is_said() -> None:
         follow(before, labels[:5], before)
 
 
-def test_without_depth_in_common_and_in_tiny_pictures_blocks_follow_all_the_same() -> None:
+def test_without_depth_in_common_and_in_tiny_pictures_blocks_follow_all_the_same():
     before, labels = _view(30, 30)
     after, ground_truth = _view(30, 34)
     bare = np.full(_SHAPE, np.nan)

@@ -31,20 +31,20 @@ def _redrawn(labels: np.ndarray, points: Line, locked: tuple[int, ...] = ()) -> 
 
 @pytest.mark.parametrize("reach", [(-5.0, 65.0), (0.5, 59.5), (2.0, 57.0)], ids=["beyond", "at the rim", "just short"])
 @pytest.mark.parametrize("column", [25, 37, 41, 60])
-def test_a_straight_border_moves_to_the_pixel(column: int, reach: tuple[float, float]) -> None:
+def test_a_straight_border_moves_to_the_pixel(column, reach):
     for ends in (reach, reach[::-1]):
         after = _redrawn(_halves(40), [(float(column), y) for y in ends])
         assert np.array_equal(after, _halves(column))
 
 
-def test_only_the_drawn_stretch_moves() -> None:
+def test_only_the_drawn_stretch_moves():
     after = _redrawn(_halves(40), [(40.0, 10.0), (30.0, 10.0), (30.0, 50.0), (40.0, 50.0)])
     wanted = _halves(40)
     wanted[10:50, 30:40] = 2
     assert np.array_equal(after, wanted)
 
 
-def test_a_line_that_crosses_the_old_border_sweeps_on_both_sides() -> None:
+def test_a_line_that_crosses_the_old_border_sweeps_on_both_sides():
     rows, columns = np.mgrid[:60, :80] + 0.5
     wavy = np.where(columns < 40 + 5 * np.sin(rows / 4), 1, 2).astype(np.int32)
     assert np.array_equal(_redrawn(wavy, [(40.0, -1.0), (40.0, 61.0)]), _halves(40))
@@ -55,14 +55,14 @@ def test_a_line_that_crosses_the_old_border_sweeps_on_both_sides() -> None:
 
 
 @pytest.mark.parametrize("start", [10.0, 19.0, 21.0, 23.0])
-def test_a_line_begins_at_the_third_block_that_both_touch(start: float) -> None:
+def test_a_line_begins_at_the_third_block_that_both_touch(start):
     labels, wanted = _halves(40), _halves(30)
     labels[:20] = wanted[:20] = 3
     assert np.array_equal(_redrawn(labels, [(30.0, start), (30.0, 61.0)]), wanted)
 
 
 @pytest.mark.parametrize("gap", [0.0, 0.2])
-def test_a_block_drawn_all_around(gap: float) -> None:
+def test_a_block_drawn_all_around(gap):
     rows, columns = np.mgrid[:60, :80] + 0.5
     before = np.where(np.hypot(rows - 30, columns - 40) < 14, 2, 1).astype(np.int32)
     wanted = np.where(np.hypot(rows - 30, columns - 41) < 17, 2, 1).astype(np.int32)
@@ -71,14 +71,14 @@ def test_a_block_drawn_all_around(gap: float) -> None:
     assert np.count_nonzero(after != wanted) <= 5
 
 
-def test_what_lies_amidst_a_swept_area_is_not_swapped() -> None:
+def test_what_lies_amidst_a_swept_area_is_not_swapped():
     labels, wanted = _halves(40), _halves(28)
     labels[25:35, 32:36] = 2
     labels[5:10, 50:55] = wanted[5:10, 50:55] = 1
     assert np.array_equal(_redrawn(labels, [(28.0, -1.0), (28.0, 61.0)]), wanted)
 
 
-def test_no_block_may_be_a_neighbour_and_what_lies_between_stays() -> None:
+def test_no_block_may_be_a_neighbour_and_what_lies_between_stays():
     labels, wanted = _halves(40), _halves(30)
     for some in (labels, wanted):
         some[some == 2] = 0
@@ -98,7 +98,7 @@ def test_no_block_may_be_a_neighbour_and_what_lies_between_stays() -> None:
     ],
     ids=["none", "a point", "too short", "far from any border", "off the frame", "where it is"],
 )
-def test_lines_that_move_no_border(points: Line) -> None:
+def test_lines_that_move_no_border(points):
     assert redraw_border(_halves(40), points) is None
 
 
@@ -113,7 +113,7 @@ def _on_a_table(start: int) -> np.ndarray:
 @pytest.mark.parametrize(
     ("row", "wanted"), [(46, 2), (49, 2), (56, 1), (64, 1)], ids=["near the can", "half", "nearer the table", "rim"]
 )
-def test_a_line_across_a_block_moves_the_border_that_is_nearer(row: int, wanted: int) -> None:
+def test_a_line_across_a_block_moves_the_border_that_is_nearer(row, wanted):
     before = _on_a_table(40)
     after = _redrawn(before, [(39.0, float(row)), (65.0, float(row))])
     moved = before.copy()
@@ -121,14 +121,14 @@ def test_a_line_across_a_block_moves_the_border_that_is_nearer(row: int, wanted:
     assert np.array_equal(after, moved)
 
 
-def test_a_part_beside_a_block_and_a_table_goes_to_that_with_the_longer_border() -> None:
+def test_a_part_beside_a_block_and_a_table_goes_to_that_with_the_longer_border():
     before = _on_a_table(40)
     before[40:62, 50:64] = 2
     after = _redrawn(before, [(39.5, 40.0), (64.5, 40.0)])
     assert np.array_equal(after, _on_a_table(40))
 
 
-def test_a_line_through_a_block_cuts_its_lobe_although_a_smaller_change_is_near() -> None:
+def test_a_line_through_a_block_cuts_its_lobe_although_a_smaller_change_is_near():
     before = np.ones((90, 110), np.int32)
     before[20:40, 10:60] = before[40:80, 40:60] = 2
     before[10:41, 60:95] = 3
@@ -138,14 +138,14 @@ def test_a_line_through_a_block_cuts_its_lobe_although_a_smaller_change_is_near(
     assert np.array_equal(after, wanted)
 
 
-def test_locked_blocks_keep_their_border() -> None:
+def test_locked_blocks_keep_their_border():
     for locked in ((1,), (2,)):
         assert redraw_border(_halves(40), [(30.0, -1.0), (30.0, 61.0)], locked) is None
 
 
 @settings(max_examples=50)
 @given(st.lists(st.tuples(st.floats(-8, 8), st.floats(2, 12)), min_size=2, max_size=6), st.floats(-4, 30))
-def test_two_blocks_at_most_change_and_both_stay_whole(moves: list[tuple[float, float]], start: float) -> None:
+def test_two_blocks_at_most_change_and_both_stay_whole(moves, start):
     labels = _halves(40)
     labels[:15] = 3
     labels[45:, :20] = 0

@@ -29,7 +29,7 @@ def _blocky(draw: st.DrawFn) -> np.ndarray:
     fresh=_MAPS | _blocky(),
     smallest=st.integers(0, 20),
 )
-def test_what_stays_is_untouched_and_what_is_new_is_watertight(present, kept, fresh, smallest) -> None:
+def test_what_stays_is_untouched_and_what_is_new_is_watertight(present, kept, fresh, smallest):
     result = fill_around(present, kept, fresh, smallest)
     if not kept:
         assert result is fresh
@@ -52,7 +52,7 @@ def test_what_stays_is_untouched_and_what_is_new_is_watertight(present, kept, fr
     assert cut[lost].all()
 
 
-def test_slivers_go_to_the_longest_border_also_through_other_slivers() -> None:
+def test_slivers_go_to_the_longest_border_also_through_other_slivers():
     fresh = np.array([[1, 1, 1, 1, 2, 2, 3, 3, 4, 4, 4, 4]] * 4, np.int32)
     present = np.zeros_like(fresh)
     present[:3, 4:8] = 7
@@ -63,7 +63,7 @@ def test_slivers_go_to_the_longest_border_also_through_other_slivers() -> None:
     assert (result[present == 7] == 7).all()
 
 
-def test_an_island_of_a_sliver_is_left_without_a_block_and_large_parts_get_numbers() -> None:
+def test_an_island_of_a_sliver_is_left_without_a_block_and_large_parts_get_numbers():
     fresh = np.ones((5, 12), np.int32)
     present = np.zeros_like(fresh)
     present[:, 4] = present[:, 8] = 1
@@ -72,7 +72,7 @@ def test_an_island_of_a_sliver_is_left_without_a_block_and_large_parts_get_numbe
     assert result[0].tolist() == [2, 2, 2, 2, 1, 3, 3, 3, 1, 0, 0, 0]
 
 
-def test_by_hand_is_what_the_extraction_did_not_give() -> None:
+def test_by_hand_is_what_the_extraction_did_not_give():
     extracted = np.repeat(np.int32([[1, 2, 3, 4, 5]]), 3, axis=0)
     present = extracted.copy()
     assert made_by_hand(present, extracted) == frozenset()
@@ -87,7 +87,7 @@ def test_by_hand_is_what_the_extraction_did_not_give() -> None:
     assert made_by_hand(present, None) == {1, 2, 4, 5, 9}
 
 
-def test_a_map_under_blocks_that_stay_leaves_their_numbers() -> None:
+def test_a_map_under_blocks_that_stay_leaves_their_numbers():
     present, labels = np.int32([[0, 0, 2, 2]]), np.int32([[1, 1, 2, 3]])
     assert overlay_kept(present, {2}, labels).tolist() == [[1, 1, 2, 2]]
     assert overlay_kept(present, {1}, labels).tolist() == [[2, 2, 3, 4]]

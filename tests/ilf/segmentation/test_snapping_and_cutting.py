@@ -18,7 +18,7 @@ def _frame(depth: np.ndarray, rgb: np.ndarray = GREY) -> RGBDFrame:
     return RGBDFrame(rgb, depth)
 
 
-def test_a_piece_is_the_connected_part_under_the_point() -> None:
+def test_a_piece_is_the_connected_part_under_the_point():
     labels = np.array([[1, 1, 2, 1], [2, 1, 2, 1]], np.int32)
     assert piece_at(labels, 0.5, 0.5).tolist() == [[True, True, False, False], [False, True, False, False]]
     assert piece_at(labels, 3.9, 1.0).sum() == 2
@@ -29,7 +29,7 @@ def test_a_piece_is_the_connected_part_under_the_point() -> None:
         assert not piece_at(labels, x, y).any()
 
 
-def test_a_stroke_is_kept_from_other_colours_depths_and_beyond_edges() -> None:
+def test_a_stroke_is_kept_from_other_colours_depths_and_beyond_edges():
     everything = Stroke((slice(10, 70), slice(0, 120)), np.ones((60, 120), bool))
     rgb = GREY.copy()
     rgb[:, 90:] = (200, 40, 40)
@@ -51,7 +51,7 @@ def test_a_stroke_is_kept_from_other_colours_depths_and_beyond_edges() -> None:
 
 
 @pytest.mark.parametrize("by", ["depth", "colour", "strength"])
-def test_a_line_snaps_to_what_speaks_for_a_border(by: str) -> None:
+def test_a_line_snaps_to_what_speaks_for_a_border(by):
     step = COLUMNS < 60
     strength = np.float32(0.8) * (np.abs(COLUMNS - 60) < 1) if by == "strength" else WEAK
     rgb = np.where(step[..., None], 60, 180).repeat(3, axis=2).astype(np.uint8) if by == "colour" else GREY
@@ -65,7 +65,7 @@ def test_a_line_snaps_to_what_speaks_for_a_border(by: str) -> None:
     assert np.abs(held[:, 0] - 55).max() <= 2
 
 
-def test_a_line_stays_where_nothing_speaks_for_another_place() -> None:
+def test_a_line_stays_where_nothing_speaks_for_another_place():
     snapper = Snapper(_frame(np.full(SHAPE, 1.5)), WEAK)
     snapped = np.array(snapper.snap([(20.0, 10.0), (20.0, 70.0)], 10))
     assert np.allclose(snapped[:, 0], 20)
@@ -73,7 +73,7 @@ def test_a_line_stays_where_nothing_speaks_for_another_place() -> None:
         assert snapper.snap(short, 10) == short
 
 
-def test_depth_outweighs_a_colour_edge_on_a_surface() -> None:
+def test_depth_outweighs_a_colour_edge_on_a_surface():
     rgb = np.where((COLUMNS < 54)[..., None], 60, 180).repeat(3, axis=2).astype(np.uint8)
     snapper = Snapper(_frame(np.where(COLUMNS < 60, 1.0, 2.0), rgb), WEAK)
     snapped = np.array(snapper.snap([(56.0, 5.0), (56.0, 75.0)], 8))
@@ -81,7 +81,7 @@ def test_depth_outweighs_a_colour_edge_on_a_surface() -> None:
 
 
 @pytest.mark.parametrize("what", ["jump", "fold"])
-def test_two_surfaces_in_a_block_are_parted_where_they_meet(what: str) -> None:
+def test_two_surfaces_in_a_block_are_parted_where_they_meet(what):
     right = COLUMNS > 70
     depth = np.where(right, 2.0, 1.2) if what == "jump" else 1 / (0.5 + 0.004 * np.abs(COLUMNS - 70))
     depth = depth + np.random.default_rng(0).normal(0, 0.002, SHAPE)
@@ -97,7 +97,7 @@ def test_two_surfaces_in_a_block_are_parted_where_they_meet(what: str) -> None:
 
 
 @pytest.mark.parametrize("what", ["plane", "curved", "unknown"])
-def test_one_surface_suggests_no_split(what: str) -> None:
+def test_one_surface_suggests_no_split(what):
     depth = 1 / (0.5 + 0.002 * COLUMNS + 0.001 * ROWS)
     if what == "curved":
         depth = 1.5 - 0.3 * np.sqrt(np.maximum(1 - ((COLUMNS - 60) / 80) ** 2, 0))
@@ -109,7 +109,7 @@ def test_one_surface_suggests_no_split(what: str) -> None:
     assert suggest_split(_frame(depth), labels, 7, WEAK) is None
 
 
-def test_a_stroke_goes_no_farther_into_an_edge_than_to_the_jump_in_it() -> None:
+def test_a_stroke_goes_no_farther_into_an_edge_than_to_the_jump_in_it():
     depth = np.full((20, 24), 1.0)
     depth[:, 11:] = 1.06
     frame = RGBDFrame(np.full((20, 24, 3), 90, np.uint8), depth)

@@ -39,7 +39,7 @@ def info() -> Any:
 
 
 @pytest.mark.parametrize("encoding", ["32FC1", "16UC1"])
-def test_depth_survives_the_round_trip(encoding: str) -> None:
+def test_depth_survives_the_round_trip(encoding):
     frame = frame_of_messages(colour(), image(depth_fields(METRES, encoding)), info(), "one")
     assert np.array_equal(frame.depth, METRES, equal_nan=True)
     assert np.array_equal(frame.rgb, COLOUR)
@@ -47,7 +47,7 @@ def test_depth_survives_the_round_trip(encoding: str) -> None:
     assert frame_of_messages(colour(), image(depth_fields(METRES, encoding))).intrinsics is None
 
 
-def test_missing_depth_is_what_rep_118_says() -> None:
+def test_missing_depth_is_what_rep_118_says():
     given = np.array([[1.0, np.nan, 70.0], [2.0, 65.5, 0.5]], np.float32)
     metres = np.frombuffer(depth_fields(given)["data"], "<f4").reshape(2, 3)
     assert np.array_equal(metres, given, equal_nan=True)
@@ -84,7 +84,7 @@ class Node:
         return type("Logger", (), {"info": lambda *_, **__: None, "warning": lambda _, text: pytest.fail(text)})()
 
 
-def test_the_node_of_the_documents_publishes_completed_depth(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_node_of_the_documents_publishes_completed_depth(monkeypatch):
     code = PAGE.read_text().split("```python\n")[1].split("```")[0]
     assert len(code.splitlines()) < 80
     filters = type("Filter", (), {"__init__": lambda *_, **__: None, "registerCallback": lambda *_: None})
