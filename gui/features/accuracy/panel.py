@@ -87,7 +87,9 @@ class AccuracyPanel(Panel):
         self.tabs.addTab(self._ground_truth_page(), "Ground truth")
         self.tabs.addTab(self._hold_out_page(), "Hold-out")
         self.context.actions["sweep"].setIconText("Sweep…")
-        self.tabs.setCornerWidget(command_button(self.context.actions["sweep"], TEXT))
+        corner = QWidget()
+        lay_out(QHBoxLayout(corner), command_button(self.context.actions["sweep"], TEXT), margins=(0, 0, 6, 2))
+        self.tabs.setCornerWidget(corner)
         self.tabs.currentChanged.connect(lambda _: self.redraw())
         self.tabs.setMinimumSize(260, 150)
         return self.tabs
