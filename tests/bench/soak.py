@@ -43,7 +43,7 @@ def in_window(count: int, size: Size) -> Iterator[None]:
 
     from .window import new_window, open_frame, paint_across, pause, settled, wait
 
-    _app = QApplication([])
+    _app = QApplication.instance() or QApplication([])
     with tempfile.TemporaryDirectory() as name, isolated(Path(name)):
         window = new_window()
         places = [write_sample(Path(name, f"frame{number}"), size, number) for number in range(10)]

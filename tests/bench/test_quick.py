@@ -24,6 +24,7 @@ QUICK = (
     ("kill.writers", "--kills 4 --only preset blocks", "complete after kills"),
     ("monkey", "--steps 40 --seeds 1", "40 steps, 0 exceptions"),
     ("mutants", "--sample 1 --only ilf/data/camera.py --suites CAMERA_TESTS --jobs 1 --out OUT", "faults found"),
+    ("pass_band", "--sizes 48x27 --precisions float32 --iterations 5 --rounds 1", "48x27   float32"),
     ("pipeline", "FRAME --sizes 160x120 --threads 1 --rounds 1", "all steps"),
     ("quality_checks", "WHOLE", "| all |"),
     ("selection", "FRAMES --outlines OUTLINES", "1 objects, after 1, 2, 3 clicks"),
