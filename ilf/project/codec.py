@@ -119,6 +119,7 @@ def from_plain(data: Any, kind: Any, hooks: Mapping[type, Read]) -> Any:
     FormatError
         If anything is missing, unknown or of another type.
     """
+    kind = _behind_alias(kind)
     origin, args = get_origin(kind) or kind, get_args(kind)
     if origin in hooks:
         return hooks[origin](data, kind)
@@ -148,6 +149,12 @@ def from_plain(data: Any, kind: Any, hooks: Mapping[type, Read]) -> Any:
     if origin is float and isinstance(data, str) and data in _NOT_FINITE:
         return _NOT_FINITE[data]
     return converted(data, kind, "state")
+
+
+def _behind_alias(kind: Any) -> Any:
+    """The type that an alias stands for, as `NDArray[X]` is one since NumPy 2.5; any other type is itself."""
+    stands_for = getattr(get_origin(kind), "__value__", None)
+    return kind if stands_for is None else stands_for[get_args(kind)]
 
 
 def _record(data: Any, kind: type, hooks: Mapping[type, Read]) -> Any:
