@@ -4,8 +4,7 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-import PySide6
-from PySide6.QtCore import QMimeData, QPoint, QPointF, Qt, QUrl
+from PySide6.QtCore import QMimeData, Qt, QUrl
 from PySide6.QtGui import QDragEnterEvent, QDragLeaveEvent, QDragMoveEvent, QDropEvent
 from PySide6.QtWidgets import QApplication, QLineEdit
 
@@ -16,22 +15,18 @@ from gui.features.export.feature import ExportFeature
 from gui.features.project.save_as import SaveAsDialog
 from ilf.run.options import ExportOptions
 from ilf.sources.frame_ref import FrameRef
+from tests.pins.window.hand import dragged
 
 
 def _drop(window, *paths: Path):
     data = QMimeData()
     data.setUrls([QUrl.fromLocalFile(str(path)) for path in paths])
-    event = QDropEvent(
-        QPointF(50, 50), Qt.DropAction.CopyAction, data, Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier
-    )
-    window.dropEvent(event)
+    window.dropEvent(dragged(QDropEvent, data))
 
 
 def _dragged(kind: type[QDropEvent], data: QMimeData, actions: Qt.DropAction) -> QDropEvent:
     """As a file manager sends it that would rather move the files."""
-    # positions of all three are QPointF from Qt 6.12 on
-    place = QPointF(5, 5) if kind is QDropEvent or PySide6.__version_info__ >= (6, 12) else QPoint(5, 5)
-    event = kind(place, actions, data, Qt.MouseButton.LeftButton, Qt.KeyboardModifier.ShiftModifier)
+    event = dragged(kind, data, actions, Qt.KeyboardModifier.ShiftModifier)
     event.setDropAction(Qt.DropAction.MoveAction)
     event.ignore()
     return event

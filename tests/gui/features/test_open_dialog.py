@@ -7,7 +7,7 @@ import cv2
 import h5py
 import numpy as np
 import pytest
-from PySide6.QtCore import QMimeData, QPoint, QPointF, Qt, QUrl
+from PySide6.QtCore import QMimeData, Qt, QUrl
 from PySide6.QtGui import QDragEnterEvent, QDropEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QDialog
@@ -19,6 +19,7 @@ from gui.work.loading import preview_folder
 from ilf.errors import FormatError, InputError
 from ilf.sources.reading import load_frame, read_frame
 from tests.ilf.phone_files import write_record3d
+from tests.pins.window.hand import dragged
 
 
 @pytest.fixture
@@ -424,12 +425,9 @@ def test_only_the_options_that_apply_are_there(dialog, folder, recording, tmp_pa
 
 
 def test_what_is_dropped_on_the_dialog_is_chosen(dialog, folder):
-    data, copy = QMimeData(), Qt.DropAction.CopyAction
+    data = QMimeData()
     data.setUrls([QUrl.fromLocalFile(str(folder / name)) for name in ("depth.png", "rgb.png")])
-    for event in (
-        QDragEnterEvent(QPoint(5, 5), copy, data, Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier),
-        QDropEvent(QPointF(5, 5), copy, data, Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier),
-    ):
+    for event in (dragged(QDragEnterEvent, data), dragged(QDropEvent, data)):
         QApplication.sendEvent(dialog, event)
         assert event.isAccepted()
     assert dialog.path.text() == str(folder / "rgb.png")

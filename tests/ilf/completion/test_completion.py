@@ -210,6 +210,38 @@ def test_known_pixels_that_a_block_needs(pixels, share, least, needed):
     assert required_known_pixels([pixels, 10_000], parameters).tolist() == [needed, max(10_000 * share, least)]
 
 
+def test_a_block_with_just_enough_known_depth_is_completed(small_frame):
+    labels = np.zeros(small_frame.shape, np.int32)
+    labels[:20, :10] = 1
+    for known, status in ((29, Status.NOT_RECOVERABLE), (30, Status.COMPLETED)):
+        depth = small_frame.depth.copy()
+        places = np.argwhere(labels == 1)[known:]
+        depth[:20, :10] = 1.5
+        depth[tuple(places.T)] = np.nan
+        outcome = ilf.complete(RGBDFrame(small_frame.rgb, depth), labels).outcomes[1]
+        assert (outcome.status, outcome.known) == (status, known)
+
+
+@pytest.mark.parametrize("size", [(1, 1), (1, 5), (2, 1)])
+def test_tiny_blocks_do_no_harm(small_frame, size):
+    labels = np.zeros(small_frame.shape, np.int32)
+    labels[10 : 10 + size[0], 8 : 8 + size[1]] = 1  # inside the hole
+    labels[2 : 2 + size[0], 2 : 2 + size[1]] = 2  # known
+    parameters = ilf.preset(mode="fill+denoise", min_known_pixels=1)
+    result = ilf.complete(small_frame, labels, parameters)
+    assert result.outcomes[1].status is Status.NOT_RECOVERABLE
+    assert result.outcomes[2].status in (Status.COMPLETED, Status.ITERATION_LIMIT)
+    assert np.isfinite(result.depth[labels == 2]).all()
+
+
+def test_running_some_blocks_composes_to_the_same_as_all(small_frame, small_labels):
+    everything = ilf.complete(small_frame, small_labels)
+    results = {}
+    for label in (2, 1):
+        results |= ilf.Run(small_frame, small_labels, only={label}).complete().results
+    assert np.array_equal(compose(everything.run, results).depth, everything.depth)
+
+
 def test_preview_is_the_depth_so_far(small_frame, small_labels):
     with ilf.Run(small_frame, small_labels, ilf.preset(max_iterations=4)).steps(1) as run:
         assert run.preview() == []
@@ -353,6 +385,13 @@ def test_unknown_block_is_refused(small_frame, small_labels):
     assert str(refused.value) == "There is no block 9. Blocks: 1, 2."
     with pytest.raises(InputError, match=r"There is no block 9\. Blocks: none\."):
         ilf.iterate(small_frame, np.zeros_like(small_labels), 9)
+
+
+def test_a_block_without_depth_cannot_be_iterated_on(small_frame):
+    labels = np.zeros(small_frame.shape, np.int32)
+    labels[12:20, 10:18] = 4
+    with pytest.raises(InputError, match="Block 4 has no known depth"):
+        ilf.iterate(small_frame, labels, 4)
 
 
 @pytest.mark.parametrize(

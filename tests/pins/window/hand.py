@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import PySide6
 from PySide6.QtCore import (
     QAbstractListModel,
     QCoreApplication,
@@ -125,6 +126,18 @@ def isolated(folder: Path) -> Iterator[QApplication]:
                 os.environ[name] = value
 
 
+def dragged(
+    kind: type[QDropEvent],
+    data: QMimeData,
+    actions: Qt.DropAction = Qt.DropAction.CopyAction,
+    keys: Qt.KeyboardModifier = _PLAIN,
+) -> QDropEvent:
+    """Return an event of a drag."""
+    # positions of all kinds are QPointF from Qt 6.12 on
+    place = QPointF(9, 9) if kind is QDropEvent or PySide6.__version_info__ >= (6, 12) else QPoint(9, 9)
+    return kind(place, actions, data, _LEFT, keys)
+
+
 def plain(text: str) -> str:
     """A text without its mnemonic mark and dots."""
     return text.replace("&", "").rstrip("…").strip()
@@ -212,9 +225,8 @@ class Hand:
         """Drop files on the window."""
         data = QMimeData()
         data.setUrls([QUrl.fromLocalFile(str(path)) for path in paths])
-        copy = Qt.DropAction.CopyAction
-        QApplication.sendEvent(self.window, QDragEnterEvent(QPoint(9, 9), copy, data, _LEFT, _PLAIN))
-        QApplication.sendEvent(self.window, QDropEvent(QPointF(9, 9), copy, data, _LEFT, _PLAIN))
+        for kind in (QDragEnterEvent, QDropEvent):
+            QApplication.sendEvent(self.window, dragged(kind, data))
         self.settle()
 
     def open(self, path: Path) -> None:
