@@ -8,7 +8,7 @@ from collections import OrderedDict
 from collections.abc import Callable, Hashable
 from functools import wraps
 from threading import Lock
-from typing import Any, Concatenate, Generic, ParamSpec, TypeVar
+from typing import Any, Concatenate, Generic, ParamSpec, TypeVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -104,7 +104,7 @@ class _CachedValues(Generic[T]):
 
 
 def _once(compute: Callable[Concatenate[Owner, P], T]) -> Callable[Concatenate[Owner, P], T]:
-    known = FrameCache[Owner, tuple[T]]()
+    known = FrameCache[Owner, tuple[()] | tuple[T]]()
 
     @wraps(compute)
     def cached(owner: Owner, *args: P.args, **kwargs: P.kwargs) -> T:
@@ -113,9 +113,11 @@ def _once(compute: Callable[Concatenate[Owner, P], T]) -> Callable[Concatenate[O
             found = known.find(owner, key)
             if found is None:
                 check_cancelled()
-                found = known.keep(owner, key, (compute(owner, *args, **kwargs),))
+                made = compute(owner, *args, **kwargs)
+                # an owner among its own values would never be freed
+                found = known.keep(owner, key, () if made is owner else (made,))
                 check_cancelled()
-            return found[0]
+            return found[0] if found else cast(T, owner)
 
     _caches[cached] = known
     return cached

@@ -1,5 +1,7 @@
 """What is remembered of a frame, and from where it may be asked."""
 
+import gc
+import weakref
 from threading import Barrier, Thread
 
 import numpy as np
@@ -95,3 +97,16 @@ def test_what_is_forgotten_of_one_owner_is_worked_out_again_and_others_stay():
     clear_cached(one, nearest)
     assert (nearest(one), nearest(other)) == (1, 2)
     assert worked_out == [one, other, one]
+
+
+@pytest.mark.parametrize("preset", ["best", "paper"])
+def test_a_frame_that_was_completed_is_freed(preset):
+    rng = np.random.default_rng(5)
+    depth = rng.uniform(1, 1.01, (24, 32))
+    depth[8:14, 10:20] = np.nan
+    frame = ilf.RGBDFrame(rng.integers(0, 255, (24, 32, 3), np.uint8), depth)
+    ilf.expected_error(ilf.complete(frame, preset=preset))
+    known = weakref.ref(frame), weakref.ref(frame.rgb)
+    del frame
+    gc.collect()
+    assert [one() for one in known] == [None, None]
