@@ -66,6 +66,7 @@ def test_guesses_are_striped_named_and_counted(margin, qtbot, run_all):
     assert (cell.picture.below.image[completion.extrapolated] > 0).all()
     assert "(extrapolated)" in margin.feature(StatusFeature).bar.readout.text()
     margin.feature(StatusFeature).readout.point_at((30, 10))
+    assert "extrapolated" not in margin.feature(StatusFeature).bar.readout.text()
     assert re.search(r"out \d\.\d+ m.* [+-]\d+\.\d mm", margin.feature(StatusFeature).bar.readout.text())
     assert not margin.actions_["extrapolate"].isEnabled()
     margin.cloud.set_colour_by(ColourBy.FILLED)
