@@ -153,7 +153,7 @@ def _block_curve(document: Document, label: int) -> Curve:
         if then is not None and then != metres:
             remarks.append(f"run used {length_text(then)}")
     return Curve(
-        info.name or f"Block {label}",
+        info.name,
         info.colour,
         document.records_of(label),
         s_criteria=metres,

@@ -60,8 +60,7 @@ class ContentMenu(QMenu):
         action.setChecked(content == self._content)
         why_off = lacking(content, self._data)
         action.setEnabled(not why_off)
-        if why_off:
-            action.setToolTip(why_off)
+        action.setToolTip(why_off)
 
 
 def content_menu(parent: QWidget) -> ContentMenu:

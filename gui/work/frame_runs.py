@@ -192,11 +192,6 @@ class FrameRuns(QObject):
             return "Preparing"
         return "Correcting" if self._steps.uncorrected and done == total else f"Filtering {done} of {total}"
 
-    @property
-    def seconds(self) -> float:
-        """Duration of the current work so far [s]."""
-        return time.perf_counter() - self._started if self._worker.busy else 0.0
-
     def start(self, only: set[int] | None = None, stepwise: bool = False) -> None:
         """Run all blocks, or some; with `stepwise`, one block at a time, pausing after each step."""
         if self._resolving:
@@ -238,7 +233,7 @@ class FrameRuns(QObject):
             return False
         waiting = () if self._next is None else self._next.blocks
         self._next = _FollowUp((*blocks, *(one for one in waiting if one not in blocks)))
-        age_ms = math.ceil(1000 * self.seconds)
+        age_ms = math.ceil(1000 * (time.perf_counter() - self._started))
         self._end_resolve_in(0 if edited else max(_PATIENCE_MS - age_ms, 0))
         return True
 

@@ -7,7 +7,6 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
-import pytest
 from PySide6.QtCore import QCoreApplication, QEvent
 
 from gui.features.curves import CurvesFeature
@@ -46,15 +45,14 @@ GIVEN = (
 )
 
 
-@pytest.mark.parametrize("seed", [1, 2])
-def test_commands_in_any_order(window, qtbot, small_frame, tmp_path, seed):
+def test_commands_in_any_order(window, qtbot, small_frame, tmp_path):
     part = np.s_[:36, :50]
     smaller = RGBDFrame(small_frame.rgb[part], small_frame.depth[part], (60.0, 60.0, 24.5, 17.5))
     for number, frame in enumerate((replace(small_frame), smaller)):
         open_frame(window, qtbot, FrameRef(str(write_frame(tmp_path / f"frame-{number}", frame))))
     for title in ("Runs", "Accuracy", "Inspect", "Range", "Convergence"):
         window.panels.reveal(title)
-    chance, workspace, views = random.Random(seed), window.workspace, window.views
+    chance, workspace, views = random.Random(1), window.workspace, window.views
 
     def edit():
         labels = workspace.current.labels.copy()

@@ -35,7 +35,7 @@ def test_blocks_of_another_program_come_in_as_one_step_and_go_out_to_a_third(ope
     dialog = _dialog(opened)
     assert not dialog.load_button.isEnabled()
     _read(dialog, qtbot, tmp_path / "drawn.json")
-    assert dialog.message.text().startswith("2 blocks cover")
+    assert dialog.message.text().startswith("2 blocks cover 12.2%")
     dialog.fill_gaps.setChecked(True)
     qtbot.waitUntil(dialog.load_button.isEnabled)
     assert "cover 100.0%" in dialog.message.text()

@@ -103,6 +103,7 @@ def test_the_dialog_offers_frames_shows_what_was_written_and_asks_before_it_repl
         "This frame: frame-0", "Frames marked as done: 0", "Frames that have been worked on: 0",
         "Selected rows of the list: 1", "All frames of the list: 3",
     ]  # fmt: skip
+    assert [dialog.scope.model().item(row).isEnabled() for row in range(5)] == [True, False, False, True, True]
     assert not list(unnamed(dialog))
     assert dialog.scope.currentData() == ALL
     assert "Writes 3 folders, one per frame" in dialog.message.text()

@@ -327,6 +327,7 @@ def test_a_stroke_under_way_ends_before_the_blocks_are_replaced(staged, qtbot):
 def test_nothing_is_extracted_for_a_view_that_is_not_to_be_seen(opened, qtbot):
     _slide(opened, "dilation", 5)
     assert not opened.feature(ExtractionPanel).busy
+    assert opened.actions_["stage_blocks"].isChecked()
     opened.actions_["stage_strength"].trigger()
     assert opened.views.shows("stage")
     _settle(opened, qtbot)

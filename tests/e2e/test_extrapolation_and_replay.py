@@ -1,5 +1,6 @@
 """Guessing the rest, and what the window says of runs that are opened from a record."""
 
+import re
 from pathlib import Path
 
 import cv2
@@ -66,6 +67,7 @@ def test_guesses_are_striped_named_and_counted(margin, qtbot, run_all):
     assert "(extrapolated)" in margin.feature(StatusFeature).bar.readout.text()
     margin.feature(StatusFeature).readout.point_at((30, 10))
     assert "extrapolated" not in margin.feature(StatusFeature).bar.readout.text()
+    assert re.search(r"out \d\.\d+ m.* [+-]\d+\.\d mm", margin.feature(StatusFeature).bar.readout.text())
     assert not margin.actions_["extrapolate"].isEnabled()
     margin.cloud.set_colour_by(ColourBy.FILLED)
     margin.centre.show_cloud()

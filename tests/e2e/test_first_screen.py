@@ -21,6 +21,7 @@ def test_the_first_screen_has_few_controls_and_nearly_all_have_names(opened, qtb
     qtbot.waitUntil(lambda: opened.tool_column.width() > 60)
     assert len(controls(opened)) <= 40
     assert len(without_text(opened)) <= 20
+    assert opened.panels.open == ["Blocks", "Parameters"]
     names = [
         button.text().replace("\n", " ")
         for button in opened.tool_column.findChildren(QToolButton)

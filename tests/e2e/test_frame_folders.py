@@ -178,6 +178,7 @@ def test_keys_follow_the_list_as_it_is_shown_and_removal_asks_once(listed, qtbot
     part.remove(some)
     assert [entry.name for entry in entries] == ["frame-0", "frame-2", "frame-4"]
     assert _present(window) is entries[0]
+    assert workspace.open == [entries[0].document]
 
 
 def test_a_folder_without_frames_says_what_one_holds(window, qtbot, tmp_path, monkeypatch):

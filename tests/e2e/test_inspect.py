@@ -41,6 +41,7 @@ def test_a_profile_from_drawing_to_file(opened, qtbot, run_all, tmp_path, small_
     window.actions_["tool_profile"].trigger()
     assert "Inspect" in window.panels.open
     qtbot.waitUntil(lambda: part.profile.isVisible())
+    assert part.profile.axis.isVisible()
     drag(window, [(5.5, 16.5), (30, 16.5), (50.5, 16.5)], release=False)
     window.refresh.now()
     data = part.profile.data

@@ -262,6 +262,7 @@ def test_values_for_all_frames_or_for_one(listed, part, qtbot):
     second = propagate_state(window, part, qtbot, "propagate_next")
     assert row.box.currentText() == Sharing.EACH
     row.choose(Sharing.ALL)
+    assert window.toasts.message == "All frames share the parameters of the filter now."
     window.feature(FilterPanel).set_values({"smoothness": 3.0})
     window.refresh.now()
     assert row.box.currentText() == Sharing.ALL

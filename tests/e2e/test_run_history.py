@@ -105,24 +105,23 @@ def test_runs_are_kept_compared_and_come_back_to(opened, part, qtbot, run_all):
     assert len(document.state.runs) == 2, "undo solves nothing anew"
 
 
-@pytest.mark.parametrize("width", [1100, 1440])
-def test_the_columns_that_tell_runs_apart_come_first_and_are_seen_in_a_narrow_window(
-    opened, part, qtbot, run_all, width
-):
-    opened.resize(width, 700)
+def test_the_columns_that_tell_runs_apart_come_first_and_are_seen_in_a_narrow_window(opened, part, qtbot, run_all):
     run_all(opened)
     run = opened.workspace.current.state.runs[0]
     qtbot.waitUntil(lambda: run.expected_error is not None)
     opened.refresh.now()
-    header, room = part.view.horizontalHeader(), part.view.viewport().width()
-    ends = [header.sectionViewportPosition(column) + header.sectionSize(column) for column in Column]
-    assert ends[Column.EXPECTED] < room - 40, "and the beginning of the values"
-    for column in (Column.NAME, Column.EXPECTED):
-        assert part.view.fontMetrics().horizontalAdvance(str(_cell(part, 0, column))) < header.sectionSize(column)
-    for button in part.widget.findChildren(QToolButton):
-        assert button.toolButtonStyle() == Qt.ToolButtonStyle.ToolButtonIconOnly
-        assert button.toolTip()
-        assert button.geometry().right() < part.widget.width()
+    header = part.view.horizontalHeader()
+    for width in (1100, 1440):
+        opened.resize(width, 700)
+        qtbot.waitUntil(lambda width=width: opened.width() == width)
+        ends = [header.sectionViewportPosition(column) + header.sectionSize(column) for column in Column]
+        assert ends[Column.EXPECTED] < part.view.viewport().width() - 40, "and the beginning of the values"
+        for column in (Column.NAME, Column.EXPECTED):
+            assert part.view.fontMetrics().horizontalAdvance(str(_cell(part, 0, column))) < header.sectionSize(column)
+        for button in part.widget.findChildren(QToolButton):
+            assert button.toolButtonStyle() == Qt.ToolButtonStyle.ToolButtonIconOnly
+            assert button.toolTip()
+            assert button.geometry().right() < part.widget.width()
 
 
 def test_the_list_is_written_with_its_errors_though_the_panel_is_closed(opened, qtbot, run_all, tmp_path):

@@ -1,5 +1,6 @@
 """What went wrong can be handed on: details folded, all of it copied with the versions; so can the log."""
 
+import PySide6
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QGuiApplication
@@ -47,6 +48,7 @@ def test_an_unexpected_error_has_its_traceback_folded_and_copied(window):
     assert box.isVisible()
     assert "in _reported" in copied
     assert f"ILF Studio: {ilf.__version__}" in copied
+    assert f"PySide6: {PySide6.__version__}" in copied
     box.close()
 
 

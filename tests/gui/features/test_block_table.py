@@ -99,6 +99,7 @@ def test_keyboard_renames_and_shows_and_space_changes_nothing(table, qtbot):
     table.select([2, 3])
     qtbot.keyClick(table.view, Qt.Key.Key_F2)
     editor = table.view.viewport().findChild(QLineEdit)
+    assert editor.text() == table.view.model().index(1, Column.NAME).data()
     qtbot.keyClicks(editor, "Context")
     with qtbot.waitSignal(table.renamed) as renamed:
         qtbot.keyClick(editor, Qt.Key.Key_Return)

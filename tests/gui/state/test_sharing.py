@@ -8,7 +8,8 @@ from gui.state.parameters import SharedParameters
 from gui.state.parts import Part
 from gui.state.workspace import Workspace
 from ilf.data.parameters import Parameters
-from ilf.run.run import Run
+from ilf.data.presets import preset
+from ilf.run.run import Run, complete
 
 from ..states import Told
 
@@ -98,11 +99,24 @@ def test_own_values_of_blocks_stay_with_their_frame(shared, document, other):
     assert texts(document)[-1] == "Set Smoothness of Block 1"
 
 
-def test_results_of_other_values_are_out_of_date_in_all_frames(shared, document, other, results):
-    other.store_results(results)
-    shared.parameters.set(results[0].parameters)
+def test_results_of_other_values_are_out_of_date_in_all_frames_until_they_are_back(
+    workspace, document, other, small_labels
+):
+    def run():
+        other.store_results(list(complete(other.frame, small_labels, other.state.common).results.values()))
+
+    for frame, iterations in ((other, 2), (document, 3)):
+        workspace.show(frame)
+        workspace.parameters.set(preset("paper", max_iterations=iterations))
+    run()
+    workspace.parameters.share()
+    assert not other.is_up_to_date(1)
+    run()
     assert other.is_up_to_date(1)
-    shared.parameters.set(document.state.common.replace(s_criteria=0.002))
+    document.undo_stack.undo()
+    assert other.is_up_to_date(1)
+    document.undo_stack.redo()
+    workspace.parameters.set(document.state.common.replace(s_criteria=0.002))
     assert not other.is_up_to_date(1)
 
 

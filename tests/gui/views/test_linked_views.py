@@ -13,6 +13,7 @@ from PySide6.QtWidgets import QApplication
 from gui.base import theme
 from gui.views.colour_bar import log_ticks, round_ticks, tick_text
 from gui.views.colours import depth_table, error_table
+from gui.views.content_menu import ContentMenu
 from gui.views.image_view import ViewTransform
 from gui.views.interaction import PointerEvent, PointerKind, Preview
 from gui.views.layouts import GRIDS, correct_places
@@ -245,6 +246,17 @@ def test_a_context_menu_names_place_and_pixel(views, qtbot):
     where, x, y = caught.args
     assert where == view.viewport().mapToGlobal(position)
     assert (math.floor(x), math.floor(y)) == (20, 10)
+
+
+def test_the_menu_of_contents_says_what_a_frame_lacks(views):
+    cell = views.cells["colour"]
+    cell.open_menu()
+    contents = {action.data(): action for action in cell.findChild(ContentMenu).actions()}
+    assert contents["colour"].isChecked()
+    assert contents["depth-in"].isEnabled()
+    assert not contents["guide"].isEnabled()
+    assert "no guide" in contents["guide"].toolTip()
+    cell.findChild(ContentMenu).close()
 
 
 def test_difference_is_in_millimetres_and_marks_filled_apart_from_missing(views):

@@ -8,7 +8,6 @@ import pytest
 
 from gui.work import frame_runs as runs_module
 from gui.work.frame_runs import RunState
-from ilf.data.parameters import BlockParameters
 from ilf.segmentation.editing.cleaning import merge
 
 from ..scripted_runs import record
@@ -60,21 +59,6 @@ def test_the_rest_is_guessed_and_marked_and_goes_when_results_change(bench, unti
     until(lambda: bool(bench.resolved))
     assert not bench.document.extrapolated
     assert not bench.document.completion().extrapolated.any()
-
-
-def test_a_guess_sees_the_edges_of_the_extraction(bench, until, monkeypatch):
-    asked = []
-
-    def nothing(completion):
-        asked.append(completion.run.blocks.extraction)
-        yield record(1)
-
-    monkeypatch.setattr(runs_module, "extrapolation_steps", nothing)
-    bench.document.change_blocks(extraction=BlockParameters(depth_jump=0.3))
-    _run_with_a_gap(bench, until)
-    bench.runs.extrapolate()
-    until(lambda: bench.runs.state is RunState.IDLE)
-    assert asked == [BlockParameters(depth_jump=0.3)]
 
 
 def test_clearing_during_a_guess_leaves_nothing(bench, until, endless_extrapolation):

@@ -105,7 +105,7 @@ def test_of_bent_lenses_depth_and_colour_are_where_exact_geometry_has_them(colou
 
 
 def test_colour_of_twice_the_resolution_is_averaged():
-    fine = Camera(2 * FOCAL, 2 * FOCAL, 95.5, 47.5, size=(2 * W, 2 * H))
+    fine = Camera(2 * FOCAL, 2 * FOCAL, 95, 47, size=(2 * W, 2 * H))  # pixels of depth are in bright stripes
     stripes = np.zeros((2 * H, 2 * W, 3), np.uint8)
     stripes[:, ::2] = 200
     frame = register(RawPair(stripes, np.full((H, W), 2.0), fine, CAMERA, np.eye(4)), "depth")

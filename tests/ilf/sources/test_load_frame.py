@@ -463,7 +463,8 @@ def test_every_reading_option_is_an_argument_of_load_frame_or_open_source():
 
 
 def test_reading_options_come_back_from_json_and_from_arguments():
-    source = FrameRef("rgb.png", "depth.png", options=EVERY_OPTION.of_frame)
+    by_numbers = replace(EVERY_OPTION.of_frame, depth_intrinsics=(60.0, 60.0, 31.5, 23.5))
+    source = FrameRef("rgb.png", "depth.png", options=by_numbers)
     assert FrameRef.from_json(Section("frame", json.loads(json.dumps(source.to_json())))) == source
     parser = argparse.ArgumentParser()
     add_options(parser, OPTIONS)

@@ -7,7 +7,7 @@ import pytest
 
 import ilf
 from ilf.data.frame import RGBDFrame
-from ilf.data.neighbours import NeighbourDepth
+from ilf.data.neighbours import AGREEMENT, NeighbourDepth
 from ilf.errors import InputError
 from ilf.sources.neighbours import odometry, seen_by
 
@@ -46,6 +46,14 @@ def test_the_nearest_surface_hides_what_is_behind_it():
     assert np.allclose(found[20:40, 32:48], 1.0), "moved by 20 pixels, in front of the wall that moved there, too"
     assert np.isnan(found[20:40, 18:28]).all(), "uncovered: the other frame has not seen the wall there"
     assert np.allclose(found[20:40, 56:], 3.0)
+
+
+def test_neighbours_err_as_far_as_they_differ_where_the_frame_has_measured_too():
+    depth = np.full((20, 20), 2.0, np.float32)
+    neighbours = NeighbourDepth(np.full((1, 20, 20), 2.01, np.float32), ())
+    assert neighbours.relative_error(depth) == pytest.approx(0.005, rel=1e-3)
+    depth.ravel()[99:] = np.nan
+    assert neighbours.relative_error(depth) == AGREEMENT, "too few pixels to tell"
 
 
 def test_neighbours_fill_a_hole_with_what_they_have_measured():

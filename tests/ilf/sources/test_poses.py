@@ -8,6 +8,7 @@ import pytest
 from ilf.data.frame import RGBDFrame
 from ilf.sources.poses import camera_pose, motion_between
 from ilf.sources.reading import load_frame
+from ilf.sources.trajectories import read_trajectory
 
 from ..small_frames import write_small_frame
 
@@ -32,6 +33,14 @@ def test_poses_are_found_where_data_sets_have_them(tmp_path):
     assert np.allclose(camera_pose(depth / "10.025.png"), TURN)
     assert camera_pose(depth / "10.1.png") is None  # nobody knows so long after
     assert camera_pose(depth / "frame-7.png") is None
+
+
+def test_a_trajectory_of_all_frames_is_by_time_or_in_order(tmp_path):
+    path = tmp_path / "poses.txt"
+    path.write_text(f"# time tx ty tz qx qy qz qw\n10.00 0 0 0 0 0 0 1\nnan 0 0 0 0 0 0 1\n10.03 {QUARTER}\n")
+    assert np.allclose(read_trajectory(path).pose("rgb/10.025.png", 0, 3), TURN)
+    np.savetxt(path, [np.eye(4)[:3].ravel(), TURN[:3].ravel()])
+    assert np.allclose(read_trajectory(path).pose("rgb/b.png", 1, 2), TURN)
 
 
 @pytest.mark.parametrize(

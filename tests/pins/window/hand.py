@@ -52,6 +52,7 @@ from PySide6.QtWidgets import (
 import gui
 import ilf
 from gui.app.main_window import MainWindow
+from gui.state import parameters
 
 Point = tuple[float, float]
 """Image coordinates x, y [px]."""
@@ -89,15 +90,16 @@ def _answer(*_: object, **__: object) -> Any:
     return _ANSWERS.popleft() if _ANSWERS else ""
 
 
-_SYSTEM_DIALOGS: dict[tuple[type[Any], str], Callable[..., Any]] = {
+_REPLACED: dict[tuple[Any, str], Any] = {
     (QFileDialog, "getOpenFileName"): lambda *_, **__: (_answer(), ""),
     (QFileDialog, "getSaveFileName"): lambda *_, **__: (_answer(), ""),
     (QFileDialog, "getExistingDirectory"): _answer,
     (QInputDialog, "getText"): lambda *_, **__: (_answer(), True),
     (QColorDialog, "getColor"): lambda *_, **__: QColor(*_answer()),
     (QMessageBox, "question"): lambda *_, **__: QMessageBox.StandardButton.Yes,
+    (parameters, "DRAG_S"): -1.0,
 }
-"""Dialogs of the system, which would wait for a user, and what they return."""
+"""Dialogs of the system, which would wait for a user; and no two changes are one drag, however quickly they follow."""
 
 
 @contextmanager
@@ -110,20 +112,20 @@ def isolated(folder: Path) -> Iterator[QApplication]:
     before = {name: os.environ.get(name) for name in (*_FOLDERS, "ILF_DEVICE")}
     os.environ.update({name: str(folder / place) for name, place in _FOLDERS.items()})
     os.environ.pop("ILF_DEVICE", None)
-    dialogs = {place: getattr(*place) for place in _SYSTEM_DIALOGS}
-    for place, answer in _SYSTEM_DIALOGS.items():
-        setattr(*place, answer)
+    replaced = {place: getattr(*place) for place in _REPLACED}
+    for place, value in _REPLACED.items():
+        setattr(*place, value)
     present = QApplication.instance()
     try:
         yield present if isinstance(present, QApplication) else QApplication(["ilf-studio-pins"])
     finally:
-        for place, function in dialogs.items():
-            setattr(*place, function)
-        for name, value in before.items():
-            if value is None:
+        for place, value in replaced.items():
+            setattr(*place, value)
+        for name, folder_before in before.items():
+            if folder_before is None:
                 os.environ.pop(name, None)
             else:
-                os.environ[name] = value
+                os.environ[name] = folder_before
 
 
 def dragged(
