@@ -4,6 +4,7 @@ import re
 
 import ilf
 from gui.features.status import StatusFeature
+from ilf.data.parameters import BlockParameters
 
 
 def _messages(window) -> set[str]:
@@ -37,3 +38,13 @@ def test_a_pause_is_told_with_what_is_done(opened, qtbot):
     qtbot.waitUntil(lambda: progress.format().startswith("Paused"))
     with qtbot.waitSignal(opened.runs.ended):
         opened.actions_["cancel"].trigger()
+
+
+def test_a_run_that_is_wanted_while_blocks_are_extracted_follows_them(opened, qtbot):
+    opened.workspace.parameters.set_extraction(BlockParameters(min_size=48.0, use_depth=False))
+    with qtbot.waitSignal(opened.runs.ended):
+        opened.actions_["extract"].trigger()
+        opened.actions_["run"].trigger()
+        assert "as soon as they are extracted" in opened.toasts.message
+        assert not opened.runs.going
+    assert not opened.workspace.current.changed_blocks()

@@ -217,7 +217,7 @@ def test_colours_mean_what_is_chosen(qapp):
 
 def test_what_cannot_be_shown_says_why(view):
     view.set_unavailable({ColourBy.ERROR: "This frame has no ground truth: load one"})
-    error, depth = (view._colours._choices[by] for by in (ColourBy.ERROR, ColourBy.DEPTH))
+    error, depth = (view._choices[by] for by in (ColourBy.ERROR, ColourBy.DEPTH))
     assert not error.isEnabled()
     assert "no ground truth" in error.toolTip()
     assert depth.isEnabled()
