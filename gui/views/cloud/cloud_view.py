@@ -180,7 +180,7 @@ class CloudView(Themed, QWidget):
         """Select what colours the points."""
         self.colour_by = ColourBy(colour_by)
         self._choices[self.colour_by].setChecked(True)
-        self._colour_button.setText(self.colour_by.text)
+        self._colour_button.setText(f"{self.colour_by.text} \u25be")
         self.colours_changed.emit()
 
     def set_unavailable(self, lacking: Mapping[ColourBy, str]) -> None:
@@ -261,8 +261,8 @@ def _checkable(place: QMenu | QToolBar, text: str, on: bool) -> QAction:
 
 def _menu_button(menu: QMenu, text: str, hint: str) -> QToolButton:
     button = QToolButton(popupMode=QToolButton.ToolButtonPopupMode.InstantPopup, autoRaise=True)
-    button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextOnly)
-    button.setText(text)
+    button.setStyleSheet("QToolButton::menu-indicator { image: none; }")
+    button.setText(f"{text} \u25be")
     button.setToolTip(hint)
     button.setAccessibleName(hint)
     button.setMenu(menu)
