@@ -204,7 +204,6 @@ class ExportDialog(QDialog):
         """Set the run of the current frame and its completion, what its results lack, and the number of frames of each
         choice."""
         self._run, self._completion, self._behind, self._counts = run, completion, behind, counts
-        self.setWindowTitle("Export" if run is None else f"Export {run.frame.name}")
         model = self.scope.model()
         for number, (name, text) in enumerate(_SCOPES.items()):
             name_of_it = run.frame.name if name == THIS and run is not None else counts[name]
@@ -330,6 +329,7 @@ class ExportDialog(QDialog):
     def _turn(self) -> None:
         """Offer what belongs to the chosen frames and to where their depth is from."""
         from_files, is_this = bool(self.source.currentData()), self.scope.currentData() == THIS
+        self.setWindowTitle(f"Export {self._run.frame.name}" if is_this and self._run is not None else "Export")
         self.tabs.setTabVisible(1, not from_files)
         self.tabs.setTabVisible(2, from_files)
         single = is_this and not from_files

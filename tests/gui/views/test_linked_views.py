@@ -447,7 +447,7 @@ def test_contours_alone_have_the_colours_of_their_blocks(views):
     assert colour_at(view, border - QPoint(1, 0)) == (200, 0, 0)
     assert colour_at(view, border) == (0, 100, 200)
     red, green, _ = colour_at(view, border - QPoint(5, 0))
-    assert red > beside[0] > 0, "a tinted band along the line shows what is one block"
+    assert red > beside[0], "a tinted band along the line shows what is one block"
     assert green < beside[1]
 
 
