@@ -357,6 +357,10 @@ class FrameLoader(QObject):
         """Whether a frame's extraction is in progress or waiting."""
         return self._extracting.has(document)
 
+    def is_preparing(self, document: Document | None) -> bool:
+        """Whether frames are being read, or the blocks of this one extracted."""
+        return self._reading.busy or self._extracting.has(document)
+
     def is_postponed(self, document: Document) -> bool:
         """Whether a frame's extraction was postponed because another frame was shown."""
         return document in self._postponed
