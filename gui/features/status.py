@@ -25,7 +25,8 @@ from .expected_error import ErrorFeature
 
 # The status bar: effect of a click, pixel under the cursor, progress.
 
-_PROGRESS = 200
+_LONGEST = "Filtering 10 of 20, 99 %, 10 min left "
+"""What the progress has room for; longer names are cut."""
 _MARGIN = 6
 _ROOM = 8
 """Height beside that of a line: buttons of messages fit, so that the bar never moves the pictures."""
@@ -49,7 +50,7 @@ class StatusBar(QStatusBar):
         self.progress = _Progress()
         # its text must not limit the width of the window
         self.readout.setMinimumWidth(1)
-        self.progress.setFixedWidth(_PROGRESS)
+        self.progress.setFixedWidth(self.fontMetrics().horizontalAdvance(_LONGEST))
         self.progress.setAccessibleName("Progress")
         self.progress.setTextVisible(True)
         self.progress.hide()
