@@ -153,9 +153,12 @@ class ExportDialog(QDialog):
         self.work.cancelled.connect(self.cancelled)
         buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
         self.export_button = buttons.addButton("Export", QDialogButtonBox.ButtonRole.AcceptRole)
-        self.show_button = buttons.addButton("Open r&esults", QDialogButtonBox.ButtonRole.ActionRole)
+        self.show_button = buttons.addButton("Open as fram&es", QDialogButtonBox.ButtonRole.ActionRole)
         self.show_button.setAutoDefault(False)
-        self.show_button.setToolTip("Add the completed frames of the folder to the list")
+        self.show_button.setToolTip(
+            "Add the completed frames of the folder to the list, with completed depth as their input; double-click a "
+            "row above to open its run, with its blocks"
+        )
         self.show_button.clicked.connect(lambda: self.results_requested.emit(self._folder()))
         self.close_button = buttons.button(QDialogButtonBox.StandardButton.Close)
         buttons.accepted.connect(lambda: self.requested.emit(self.request()))

@@ -160,7 +160,6 @@ class CriterionBox(QWidget):
         self.blocks.addItems(["All blocks", "Selected block"])
         self.blocks.setToolTip("Blocks to sweep and evaluate; an applied value is set for the same blocks")
         self._form = form(("&Criterion", self.kind), ("&Hide", self.hold_out), ("&Blocks", self.blocks), parent=self)
-        self._touched = False
         self._show_criterion(False)
         self.kind.activated.connect(lambda _: self._take())
         self.hold_out.changed.connect(self.changed)
@@ -191,15 +190,15 @@ class CriterionBox(QWidget):
                 self.blocks.setCurrentIndex(0)
 
     def _show_criterion(self, has_ground_truth: bool) -> None:
-        """Offer ground truth where there is some; it is the criterion unless the user has chosen."""
-        self.kind.setItemText(0, "Ground truth" if has_ground_truth else "Ground truth (none loaded)")
-        self.kind.model().item(0).setEnabled(has_ground_truth)  # type: ignore[attr-defined]
-        if not (has_ground_truth and self._touched):
+        """Offer ground truth where there is some; it is the criterion as soon as it is there."""
+        truth = self.kind.model().item(0)  # type: ignore[attr-defined]
+        if has_ground_truth != truth.isEnabled():
+            truth.setEnabled(has_ground_truth)
+            truth.setText("Ground truth" if has_ground_truth else "Ground truth (none loaded)")
             self.kind.setCurrentIndex(int(not has_ground_truth))
-        self._form.setRowVisible(self.hold_out, not self.by_ground_truth)
+            self._form.setRowVisible(self.hold_out, not has_ground_truth)
 
     def _take(self) -> None:
-        self._touched = True
         self._form.setRowVisible(self.hold_out, not self.by_ground_truth)
         self.changed.emit()
 
