@@ -140,7 +140,7 @@ class CloudView(Themed, QWidget):
             QVBoxLayout(self), self._make_bar(), self.strip, self.clip, self.canvas, spacing=0, stretched=self.canvas
         )
         self.set_message()
-        self._apply_theme()
+        self._take_theme()
 
     def add_switches(self, raw: QAction, chosen_only: QAction, beside: QAction) -> None:
         """Add buttons that show the depth before completion, and only the selected blocks; and to the menu, the command
@@ -195,12 +195,8 @@ class CloudView(Themed, QWidget):
         return self.canvas.shutdown()
 
     def _take_theme(self) -> None:
-        self._apply_theme()
+        self.strip.set_colours(theme.colours(self.palette()))
         self.colours_changed.emit()
-
-    def _apply_theme(self) -> None:
-        colours = theme.colours(self.palette())
-        self.strip.set_colours(colours)
 
     def _make_bar(self) -> QToolBar:
         """Create the tool bar; without room, the last items move to its extension."""
@@ -208,11 +204,11 @@ class CloudView(Themed, QWidget):
         bar.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextOnly)
         self._colours, self._choices = QMenu(self), {}
         self._colours.setToolTipsVisible(True)
-        of_colours = QActionGroup(self._colours)
+        group = QActionGroup(self._colours)
         for choice in ColourBy:
             self._choices[choice] = action = _checkable(self._colours, choice.text, choice is self.colour_by)
-            action.triggered.connect(partial(self.set_colour_by, choice))
-            of_colours.addAction(action)
+            action.triggered.connect(lambda _, choice=choice: self.set_colour_by(choice))
+            group.addAction(action)
         self._colour_button = _menu_button(self._colours, self.colour_by.text, "What colours the points")
         bar.addWidget(self._colour_button)
         bar.addSeparator()
