@@ -45,7 +45,7 @@ class RunsFeature(Feature):
         self._rest.clicked.connect(lambda: context.actions["run"].trigger())
         later = Part.RESULTS | Part.SOME_RESULTS | Part.RUNNING
         context.refresh.add("stale blocks", self._offer_rest, Part.FRAME | Part.LABELS | Part.PARAMETERS, later)
-        context.refresh.add("run state", self._show_state, Part.FRAME | Part.RUNNING)
+        context.refresh.add("run state", self._show_state, Part.FRAME | Part.RUNNING | Part.LOADING)
         runs.ended.connect(context.notes.show_message)
         runs.failed.connect(lambda error: context.notes.report("The run failed", error))
 
@@ -189,10 +189,13 @@ class RunsFeature(Feature):
             self._runs.toggle_pause()
 
     def _show_state(self) -> None:
-        """Show whether a run goes on or is paused; views without a result say that it is being computed."""
+        """Show whether a run goes on or is paused; views without a result say what is done for it."""
         if self._workspace.has_current:
-            first = self._runs.going and self._workspace.current.current_depth() is None
-            self.context.views.show_found(is_running=first)
+            document, under_way = self._workspace.current, ""
+            if document.current_depth() is None:
+                extracting = "Extracting blocks…" if self.context.loader.is_extracting(document) else ""
+                under_way = "Completing…" if self._runs.going else extracting
+            self.context.views.show_found(under_way=under_way)
         self._pause.setChecked(self._is_paused)
         self._pause.setText("Resume" if self._is_paused else "&Pause")
 

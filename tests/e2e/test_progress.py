@@ -62,3 +62,7 @@ def test_a_frame_can_be_run_while_blocks_of_another_are_extracted(opened, qtbot,
         assert opened.actions_["run_all"].isEnabled()
         opened.workspace.show(other)
         assert not opened.actions_["run_all"].isEnabled()
+        opened.refresh.now()
+        assert "Extracting blocks…" in _messages(opened)
+    opened.refresh.now()
+    assert "Extracting blocks…" not in _messages(opened)
