@@ -16,7 +16,7 @@ from PySide6.QtGui import (
 from PySide6.QtWidgets import QHBoxLayout, QMenu, QSlider, QToolBar, QToolButton, QVBoxLayout, QWidget
 
 from ...base import theme
-from ...widgets.basics import PlainLabel, Themed, lay_out
+from ...widgets.basics import PlainLabel, Themed, lay_out, menu_button
 from ..title_strip import TitleStrip
 from .canvas import EMPTY_TEXT, CloudCanvas
 from .colouring import ColourBy
@@ -209,7 +209,7 @@ class CloudView(Themed, QWidget):
             self._choices[choice] = action = _checkable(self._colours, choice.text, choice is self.colour_by)
             action.triggered.connect(lambda _, choice=choice: self.set_colour_by(choice))
             group.addAction(action)
-        self._colour_button = _menu_button(self._colours, self.colour_by.text, "What colours the points")
+        self._colour_button = menu_button(self._colours, f"{self.colour_by.text} \u25be", "What colours the points")
         bar.addWidget(self._colour_button)
         bar.addSeparator()
         self._clip_action = clip = _checkable(bar, "Clip", False)
@@ -217,7 +217,8 @@ class CloudView(Themed, QWidget):
         clip.toggled.connect(self._show_clip)
         bar.addSeparator()
         self._look_menu = self._make_look_menu()
-        bar.addWidget(_menu_button(self._look_menu, "View", "Direction, shading and point size, and where the view is"))
+        hint = "Direction, shading and point size, and where the view is"
+        bar.addWidget(menu_button(self._look_menu, "View \u25be", hint))
         return bar
 
     def _make_look_menu(self) -> QMenu:
@@ -253,13 +254,3 @@ def _checkable(place: QMenu | QToolBar, text: str, on: bool) -> QAction:
     action.setCheckable(True)
     action.setChecked(on)
     return action
-
-
-def _menu_button(menu: QMenu, text: str, hint: str) -> QToolButton:
-    button = QToolButton(popupMode=QToolButton.ToolButtonPopupMode.InstantPopup, autoRaise=True)
-    button.setStyleSheet("QToolButton::menu-indicator { image: none; }")
-    button.setText(f"{text} \u25be")
-    button.setToolTip(hint)
-    button.setAccessibleName(hint)
-    button.setMenu(menu)
-    return button
