@@ -32,7 +32,7 @@ class PendingWork(NamedTuple):
     ----------
     what : str
         Description, such as "a sweep of Threshold".
-    session : Session or None
+    document : Document or None
         The frame of the work; None for none.
     """
 

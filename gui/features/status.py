@@ -109,7 +109,7 @@ class StatusFeature(Feature):
         self._editor = editor = context.editor
         self._pace = Pace()
         self._playing = ""
-        self._paced_sessions: list[Document] = []
+        self._paced: list[Document] = []
         """Frames whose runs the pace was measured on."""
         self.bar = StatusBar()
         context.window.setStatusBar(self.bar)
@@ -163,7 +163,7 @@ class StatusFeature(Feature):
             text = "Estimating the error" if self._error.busy else ""
         if not text:
             self._pace.forget()
-            self._paced_sessions = []
+            self._paced = []
         self.bar.show_progress(text, share, self._pace.text() if share is not None else "")
 
     def _runs_text(self) -> tuple[str, float | None]:
@@ -173,8 +173,8 @@ class StatusFeature(Feature):
         going = [self._workspace.current] if present else runs.running
         shares = [runs.of(document).share_done for document in going]
         share = sum(shares) / len(shares)
-        if going != self._paced_sessions:
-            self._paced_sessions = going
+        if going != self._paced:
+            self._paced = going
             self._pace.forget()
         self._pace.note(share, going=runs.state is not RunState.PAUSED)
         if present:

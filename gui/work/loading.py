@@ -92,7 +92,7 @@ class StoredFrames(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class _Opened:
-    """Data for a session, which is made in the GUI's thread because of its undo stack."""
+    """Data for a document, which is made in the GUI's thread because of its undo stack."""
 
     run: Run
     origin: FrameRef | Path
@@ -115,13 +115,13 @@ class FrameLoader(QObject):
     extracted(object)
         The Found of the frame that is or becomes the current one.
     replayed(object)
-        A session that was opened from a record.
+        A document that was opened from a record.
     listed(object, object)
         The FrameRef of a folder, and the Listing of its frames, which are now in the list.
     opening_failed(object, object)
         An Entry, and the exception that was raised on opening it.
     incomplete(object, object)
-        A session that was opened from its stored state, and sentences about files that are not available.
+        A document that was opened from its stored state, and sentences about files that are not available.
     failed(str, object)
         A description of the work, and the exception.
     not_allowed(object, object, object)

@@ -39,7 +39,7 @@ class AccuracyPanel(Panel):
 
     Attributes
     ----------
-    outcomes : mapping of Session to HoldOutOutcome
+    outcomes : mapping of Document to HoldOutOutcome
         The last hold-out test of each frame.
 
     Signals
