@@ -11,7 +11,7 @@ class Need(Flag):
     NOT_PLAYING = auto()
     _OPEN = auto()
     IDLE = auto()
-    """The frame is not being read, extracted or run."""
+    """No frame is being read, and this one is not being extracted or run."""
     GOING = auto()
     """The frame is being run."""
     _SOME = auto()

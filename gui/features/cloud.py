@@ -155,7 +155,7 @@ class CloudFeature(Feature):
         self._proposed: tuple[NDArray[np.float32], NDArray[np.float32] | None, NDArray[np.float32]] | None = None
         """The last depth, the proposal, and the depth with it."""
         self._seen = ""
-        """Key of the session whose cloud was shown last; its viewpoint is kept."""
+        """Key of the document whose cloud was shown last; its viewpoint is kept."""
         self._blocks: tuple[NDArray[np.int32], NDArray[np.uint8]] | None = None
         """Label map and colours of the last request."""
         self._questions = LatestRequest[_Request, Scene](lambda question: compose(*question), self)

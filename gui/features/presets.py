@@ -15,7 +15,6 @@ from PySide6.QtWidgets import (
     QInputDialog,
     QLineEdit,
     QMessageBox,
-    QToolButton,
     QVBoxLayout,
     QWidget,
 )
@@ -35,7 +34,7 @@ from ilf.errors import IlfError
 
 from ..base import theme
 from ..base.commands import Command
-from ..widgets.basics import PlainLabel, Themed, answers, lay_out, literal_text
+from ..widgets.basics import PlainLabel, Themed, answers, lay_out, literal_text, menu_button
 from ..widgets.file_choice import ask_path, choose_file, last_folder, remember_folder
 from .context import Context
 
@@ -105,12 +104,7 @@ class PresetBox(Themed, QWidget):
         commands = self._commands()
         context.actions.add(commands)
         menu = context.actions.menu("", self, " ".join(command.name for command in commands))
-        self._menu_button = QToolButton(autoRaise=True)
-        self._menu_button.setAccessibleName("Own presets")
-        self._menu_button.setToolTip("Save, rename, delete, import or export presets of your own")
-        self._menu_button.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
-        self._menu_button.setStyleSheet("QToolButton::menu-indicator { image: none; }")
-        self._menu_button.setMenu(menu)
+        self._menu_button = menu_button(menu, "", "Save, rename, delete, import or export presets of your own")
         lay_out(QHBoxLayout(self), self.names, self._menu_button, spacing=2, stretched=self.names)
         self._take_theme()
         self.read()

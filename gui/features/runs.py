@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from weakref import WeakSet
 
 from PySide6.QtCore import QSettings, Qt
 from PySide6.QtWidgets import QToolButton
@@ -10,7 +11,8 @@ from PySide6.QtWidgets import QToolButton
 from ilf._runtime.formatting import counted
 
 from ..base.commands import Command, keys_text
-from ..base.needs import Need
+from ..base.needs import Need, sentence
+from ..state.document import Document
 from ..state.parts import Part
 from ..work.frame_runs import RunState
 from ..work.runs import LiveSolver
@@ -27,6 +29,9 @@ class RunsFeature(Feature):
         super().__init__(context)
         self._workspace = workspace = context.workspace
         self._runs = runs = context.runs
+        self._waiting = WeakSet[Document]()
+        """Frames that run once their blocks are extracted."""
+        context.loader.busy_changed.connect(self._run_waiting)
         context.actions.add(self._commands())
         self._pause, live = context.actions["pause"], context.actions["live"]
         live.setChecked(bool(QSettings().value(_LIVE_KEY, True, type=bool)))
@@ -40,7 +45,7 @@ class RunsFeature(Feature):
         self._rest.clicked.connect(lambda: context.actions["run"].trigger())
         later = Part.RESULTS | Part.SOME_RESULTS | Part.RUNNING
         context.refresh.add("stale blocks", self._offer_rest, Part.FRAME | Part.LABELS | Part.PARAMETERS, later)
-        context.refresh.add("run state", self._show_state, Part.FRAME | Part.RUNNING)
+        context.refresh.add("run state", self._show_state, Part.FRAME | Part.RUNNING | Part.LOADING)
         runs.ended.connect(context.notes.show_message)
         runs.failed.connect(lambda error: context.notes.report("The run failed", error))
 
@@ -76,8 +81,9 @@ class RunsFeature(Feature):
                 "Complete all blocks that have no up-to-date result",
                 icon="ph.play",
                 keys="F5",
-                handler=runs.start_changed,
-                needs=Need.BLOCKS | Need.IDLE,
+                handler=self._run,
+                needs=Need.FRAME,
+                why_off=self._why_no_run,
             ),
             Command(
                 "run_all",
@@ -154,6 +160,27 @@ class RunsFeature(Feature):
         )
 
     @property
+    def _is_awaited(self) -> bool:
+        """Whether the blocks of the current frame are being extracted."""
+        return self._runs.free and self.context.loader.is_extracting(self._workspace.current)
+
+    def _why_no_run(self) -> str:
+        return "" if self._is_awaited else sentence((Need.BLOCKS | Need.IDLE) & self.context.missing())
+
+    def _run(self) -> None:
+        if self._is_awaited:
+            self._waiting.add(self._workspace.current)
+            self.context.notes.show_message("The blocks are run as soon as they are extracted.")
+        else:
+            self._runs.start_changed()
+
+    def _run_waiting(self) -> None:
+        for document in [one for one in self._waiting if not self.context.loader.is_extracting(one)]:
+            self._waiting.discard(document)
+            if document in self._workspace.open and document.counts():
+                self._runs.of(document).start_changed()
+
+    @property
     def _is_paused(self) -> bool:
         return self._runs.state is RunState.PAUSED
 
@@ -162,10 +189,13 @@ class RunsFeature(Feature):
             self._runs.toggle_pause()
 
     def _show_state(self) -> None:
-        """Show whether a run goes on or is paused; views without a result say that it is being computed."""
+        """Show whether a run goes on or is paused; views without a result say what is done for it."""
         if self._workspace.has_current:
-            first = self._runs.going and self._workspace.current.current_depth() is None
-            self.context.views.show_found(is_running=first)
+            document, under_way = self._workspace.current, ""
+            if document.current_depth() is None:
+                extracting = "Extracting blocks…" if self.context.loader.is_extracting(document) else ""
+                under_way = "Completing…" if self._runs.going else extracting
+            self.context.views.show_found(under_way=under_way)
         self._pause.setChecked(self._is_paused)
         self._pause.setText("Resume" if self._is_paused else "&Pause")
 

@@ -25,7 +25,8 @@ from .expected_error import ErrorFeature
 
 # The status bar: effect of a click, pixel under the cursor, progress.
 
-_PROGRESS = 200
+_LONGEST = "Filtering 10 of 20, 99 %, 10 min left "
+"""What the progress has room for; longer names are cut."""
 _MARGIN = 6
 _ROOM = 8
 """Height beside that of a line: buttons of messages fit, so that the bar never moves the pictures."""
@@ -49,7 +50,7 @@ class StatusBar(QStatusBar):
         self.progress = _Progress()
         # its text must not limit the width of the window
         self.readout.setMinimumWidth(1)
-        self.progress.setFixedWidth(_PROGRESS)
+        self.progress.setFixedWidth(self.fontMetrics().horizontalAdvance(_LONGEST))
         self.progress.setAccessibleName("Progress")
         self.progress.setTextVisible(True)
         self.progress.hide()
@@ -108,7 +109,7 @@ class StatusFeature(Feature):
         self._editor = editor = context.editor
         self._pace = Pace()
         self._playing = ""
-        self._paced_sessions: list[Document] = []
+        self._paced: list[Document] = []
         """Frames whose runs the pace was measured on."""
         self.bar = StatusBar()
         context.window.setStatusBar(self.bar)
@@ -162,7 +163,7 @@ class StatusFeature(Feature):
             text = "Estimating the error" if self._error.busy else ""
         if not text:
             self._pace.forget()
-            self._paced_sessions = []
+            self._paced = []
         self.bar.show_progress(text, share, self._pace.text() if share is not None else "")
 
     def _runs_text(self) -> tuple[str, float | None]:
@@ -172,8 +173,8 @@ class StatusFeature(Feature):
         going = [self._workspace.current] if present else runs.running
         shares = [runs.of(document).share_done for document in going]
         share = sum(shares) / len(shares)
-        if going != self._paced_sessions:
-            self._paced_sessions = going
+        if going != self._paced:
+            self._paced = going
             self._pace.forget()
         self._pace.note(share, going=runs.state is not RunState.PAUSED)
         if present:

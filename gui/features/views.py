@@ -51,7 +51,7 @@ class ViewsFeature(Feature):
                 Command(
                     "contours_only",
                     "&Contours only",
-                    "Show blocks as outlines, without fill",
+                    "Show blocks as outlines with a band of their colour, without fill",
                     icon="ph.polygon",
                     keys="Ctrl+Shift+C",
                     checkable=True,

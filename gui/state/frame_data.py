@@ -62,7 +62,7 @@ class FrameData:
         self.proposal: NDArray[np.float32] | None = None
         """Depth [m] that is shown in place of the completed one until it is taken or dropped; NaN for none."""
         self.record_replay: Replay | None = None
-        """The record that the session was opened from."""
+        """The record that the document was opened from."""
         self._shown = ShownDepth(state.frame)
         self._tally: BlockTally | None = None
         self._fitting: dict[int, list[BlockResult]] = {}

@@ -176,7 +176,7 @@ class AdjustableTool(LineTool):
         """The block that the line is drawn for; 0 for none."""
 
     def change(self, labels: Labels, line: list[Point], document: Document) -> LabelPatch | None:
-        """Return the change of a label map of a session by a line; also called in the background."""
+        """Return the change of a label map of a document by a line; also called in the background."""
         raise NotImplementedError
 
     def explain(self, line: list[Point], host: Host) -> None:

@@ -82,7 +82,7 @@ class Host(Protocol):
 
     @property
     def document(self) -> Document:
-        """The current frame's session."""
+        """The current frame's document."""
         ...
 
     @property

@@ -47,7 +47,7 @@ class _Request:
 
 
 class EdgeDataSource(QObject):
-    """Computes the aid of one session's frame at a time, in a background thread.
+    """Computes the aid of one document's frame at a time, in a background thread.
 
     Later changes of the invalid mask do not change the aid.
 
@@ -72,7 +72,7 @@ class EdgeDataSource(QObject):
         self._requests.failed.connect(lambda _, error: self.failed.emit(error))
 
     def of(self, document: Document, parameters: BlockParameters) -> EdgeData | None:
-        """Return the aid of a session's frame; None while it is being computed.
+        """Return the aid of a document's frame; None while it is being computed.
 
         If no extraction of the frame is stored, it is extracted with `parameters`.
         """
@@ -89,7 +89,7 @@ class EdgeDataSource(QObject):
             self._document = self._edge_data = None
 
     def turn_to(self, document: Document | None) -> None:
-        """Drop the data of all frames but that of this session."""
+        """Drop the data of all frames but that of this document."""
         if self._extraction is not None and (document is None or self._extraction.frame is not document.frame):
             self._extraction = None
         if document is not self._document:

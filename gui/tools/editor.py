@@ -202,7 +202,7 @@ class Editor(QObject):
 
     @property
     def document(self) -> Document:
-        """The current frame's session."""
+        """The current frame's document."""
         return self._workspace.current
 
     @property

@@ -38,7 +38,7 @@ def preview_of_patch(document: Document, patch: LabelPatch | None, apart: int = 
 
     Parameters
     ----------
-    session : Session
+    document : Document
     patch : LabelPatch or None
         The change; None for none. If a lock forbids it, the text contains only the locked block.
     apart : int

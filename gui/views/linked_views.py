@@ -197,7 +197,7 @@ class LinkedViews(Themed, QWidget):
         """Show what was found for the views, by its name in `ViewData`."""
         for name, value in found.items():
             setattr(self.data, name, value)
-        self._draw(*("result" if name == "is_running" else name for name in found))
+        self._draw(*("result" if name == "under_way" else name for name in found))
 
     def look_back(self, former: FormerState | None) -> None:
         """Show other blocks and depth in place of those of the current document; None for its own."""

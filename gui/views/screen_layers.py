@@ -25,7 +25,10 @@ _TINT = 0x38383838
 """Over selected blocks, if there are several."""
 _RIM_HALO = 0xDC000000
 _TO_CHECK = 0xFFFFA020
-_REACH = 4
+_BAND = 4
+"""Width [device px at ratio 1] of the tint along coloured lines, by which one knows the pieces of a block."""
+_BAND_ALPHA = 100
+_REACH = _BAND + 1
 """Distance [device px at ratio 1] up to which a label affects its own and its neighbours' lines."""
 _SQUARE = np.ones((3, 3), np.uint8)
 _CROSS = cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3))
@@ -36,14 +39,14 @@ class BlockLines:
 
     A bright line with a dark halo separates blocks from each other and from pixels without block. Selected blocks have
     a wider outline inside them, and a tint if there are several; blocks that need checking have the outline in another
-    colour. With `in_colours`, each block's side of the line has its own colour.
+    colour. With `in_colours`, each block's side of the line has its own colour, with a band of it along the line.
     """
 
     def __init__(self) -> None:
         self.in_colours = False
         self._colours = np.zeros((1, 4), np.uint8)
         self._shown = np.zeros(1, np.int32)
-        self._lines = np.zeros(1, np.uint32)
+        self._lines = self._bands = np.zeros(1, np.uint32)
         self._selected: tuple[int, ...] = ()
         self._labels_to_check: tuple[int, ...] = ()
         self._marked_selected = self._marked_to_check = np.zeros(1, np.uint8)
@@ -54,8 +57,7 @@ class BlockLines:
         visible = colours[:, 3] > 0
         visible[0] = False
         self._shown = np.where(visible, np.arange(len(colours), dtype=np.int32), 0)
-        red, green, blue = (colours[:, channel].astype(np.uint32) for channel in range(3))
-        self._lines = (np.uint32(0xFF000000) | (red << 16) | (green << 8) | blue).astype(np.uint32)
+        self._lines, self._bands = _argb(colours, 255), _argb(colours, _BAND_ALPHA)
         self._mark()
 
     def set_selected(self, labels: Iterable[int]) -> list[int]:
@@ -137,6 +139,9 @@ class BlockLines:
         drawn = np.zeros(shown.shape, np.uint32)
         if len(self._selected) > 1:
             drawn[self._marked_selected[here] > 0] = _TINT
+        if self.in_colours:
+            band = (cv2.dilate(line, _SQUARE, iterations=_BAND * ratio) > 0) & (shown > 0)
+            drawn[band] = self._bands[shown[band]]
         drawn[cv2.dilate(line, _SQUARE, iterations=ratio) > 0] = _HALO
         on_line = line > 0
         drawn[on_line] = self._lines[shown[on_line]] if self.in_colours else np.uint32(_LINE)
@@ -160,6 +165,12 @@ class BlockLines:
         part = slice(above, above + inside.shape[0]), slice(before, before + inside.shape[1])
         drawn[(outer > inner)[part]] = _RIM_HALO
         drawn[((inside > 0) & (within[part] == 0))] = colour
+
+
+def _argb(colours: NDArray[np.uint8], alpha: int) -> NDArray[np.uint32]:
+    """Premultiplied ARGB of colours, uint8 (N, 3 or 4), with this alpha."""
+    red, green, blue = (colours[:, channel].astype(np.uint32) * alpha // 255 for channel in range(3))
+    return (np.uint32(alpha << 24) | (red << 16) | (green << 8) | blue).astype(np.uint32)
 
 
 # Stripes over part of a picture, in screen pixels, moving with the picture. No Qt.

@@ -121,8 +121,8 @@ class ViewData:
     former : FormerState or None
     edges, interpolated, guide, spectrum, before
         What workers have found for the views.
-    is_running : bool
-        Whether the first result is being computed.
+    under_way : str
+        What is being done for the first result; "" for nothing.
     without_error : Completion or None
         The one whose expected error could not be computed.
     chosen_sides : (str, str)
@@ -181,7 +181,7 @@ class ViewData:
         self.guide: Depth | None = None
         self.spectrum: Spectrum | str = ""
         self.before = Before()
-        self.is_running = False
+        self.under_way = ""
         self.without_error: Completion | None = None
 
     def read(self, parts: Part) -> set[str]:
@@ -274,8 +274,8 @@ class ViewData:
         """What to do where there is no result."""
         if self.played is not None:
             return NOT_PLAYED
-        if self.is_running:
-            return "Completing\N{HORIZONTAL ELLIPSIS}"
+        if self.under_way:
+            return self.under_way
         return NO_RESULT if self.document is None or self.document.counts() else NO_BLOCKS
 
     def depth(self, depth: str) -> ShownDepth | None:

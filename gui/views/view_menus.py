@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from PySide6.QtCore import QSize, Qt, Signal
 from PySide6.QtGui import QAction, QActionGroup
-from PySide6.QtWidgets import QComboBox, QHBoxLayout, QMenu, QSlider, QToolButton, QWidget, QWidgetAction
+from PySide6.QtWidgets import QComboBox, QHBoxLayout, QMenu, QSlider, QWidget, QWidgetAction
 
 from ..base.commands import TEMPORARY
-from ..widgets.basics import PlainLabel
+from ..widgets.basics import PlainLabel, menu_button
 from .centre import Centre
 from .contents import capital, short_title
 from .layouts import LAYOUT_TEXTS, LAYOUTS
@@ -76,13 +76,9 @@ class ViewBar(QWidget):
         self.layouts.setMaximumHeight(self.fontMetrics().height() + 6)
         self.layouts.activated.connect(lambda _: views.set_layout(self.layouts.currentData()))
         views.layoutChanged.connect(lambda name: self.layouts.setCurrentIndex(LAYOUTS.index(name)))
-        self.shown = QToolButton(autoRaise=True)
-        self.shown.setText("Show")
-        self.shown.setToolTip("What is drawn over the views")
-        self.shown.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
+        self.shown = menu_button(menu, "Show \u25be", "What is drawn over the views")
         self._menu = menu
         menu.insertAction(menu.actions()[0], self.opacity)
-        self.shown.setMenu(menu)
         layout = QHBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
         layout.setSpacing(_SPACE)

@@ -21,6 +21,7 @@ from PySide6.QtWidgets import (
     QLabel,
     QLayout,
     QLineEdit,
+    QMenu,
     QPushButton,
     QScrollArea,
     QToolButton,
@@ -206,6 +207,8 @@ def scrolled(content: QWidget) -> QScrollArea:
     area = QScrollArea()
     area.setWidget(content)
     area.setWidgetResizable(True)
+    for part in (area.viewport(), content):  # the background is that of what is around it
+        part.setAutoFillBackground(False)
     area.setFrameShape(QScrollArea.Shape.NoFrame)
     area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
     area.setMinimumWidth(content.minimumSizeHint().width() + area.verticalScrollBar().sizeHint().width())
@@ -262,6 +265,17 @@ def command_button(action: QAction, style: Qt.ToolButtonStyle = Qt.ToolButtonSty
     button = QToolButton(autoRaise=style is Qt.ToolButtonStyle.ToolButtonIconOnly)
     button.setDefaultAction(action)
     button.setToolButtonStyle(style)
+    return button
+
+
+def menu_button(menu: QMenu, text: str, hint: str) -> QToolButton:
+    """Return a flat button that opens a menu, without Qt's arrow."""
+    button = QToolButton(popupMode=QToolButton.ToolButtonPopupMode.InstantPopup, autoRaise=True)
+    button.setText(text)
+    button.setStyleSheet("QToolButton::menu-indicator { image: none; }")
+    button.setToolTip(hint)
+    button.setAccessibleName(hint)
+    button.setMenu(menu)
     return button
 
 

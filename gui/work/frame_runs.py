@@ -54,7 +54,7 @@ class RunOutcome(NamedTuple):
 
     Attributes
     ----------
-    session : Session
+    document : Document
     run : Run
         Its input.
     done : frozenset of int
@@ -99,7 +99,7 @@ class RunNews(QObject):
     run_ended(object)
         A run or a re-solve has ended and its results are stored; an `RunOutcome`.
     finished(object)
-        A run has finished, including the extrapolation if there is one; its session.
+        A run has finished, including the extrapolation if there is one; its document.
     failed(object)
         A run failed with an exception.
     """

@@ -92,7 +92,7 @@ class StoredFrames(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class _Opened:
-    """Data for a session, which is made in the GUI's thread because of its undo stack."""
+    """Data for a document, which is made in the GUI's thread because of its undo stack."""
 
     run: Run
     origin: FrameRef | Path
@@ -115,13 +115,13 @@ class FrameLoader(QObject):
     extracted(object)
         The Found of the frame that is or becomes the current one.
     replayed(object)
-        A session that was opened from a record.
+        A document that was opened from a record.
     listed(object, object)
         The FrameRef of a folder, and the Listing of its frames, which are now in the list.
     opening_failed(object, object)
         An Entry, and the exception that was raised on opening it.
     incomplete(object, object)
-        A session that was opened from its stored state, and sentences about files that are not available.
+        A document that was opened from its stored state, and sentences about files that are not available.
     failed(str, object)
         A description of the work, and the exception.
     not_allowed(object, object, object)
@@ -187,7 +187,7 @@ class FrameLoader(QObject):
         if entry is not None and entry.document is None and entry.source == source:
             self.open_entry(entry)
         elif not self._shown_already(source, source.key):
-            self.read(f"Open {Path(source.key).name}", lambda: _open(source, parameters, frame), self._take_opened)
+            self.read(f"Opening {Path(source.key).name}", lambda: _open(source, parameters, frame), self._take_opened)
 
     def read_again(self, entry: Entry, source: FrameRef, replace: Callable[[RGBDFrame | None], None]) -> None:
         """Read an open frame with other options. If only its camera differs, it is taken over, and the work on the
@@ -206,7 +206,7 @@ class FrameLoader(QObject):
             camera = "no intrinsics" if frame.intrinsics is None else "other intrinsics"
             self.message.emit(f"{entry.name} has {camera} now; its blocks, edits and their results stay.")
 
-        self.read(f"Open {entry.name}", lambda: read_frame(source), take)
+        self.read(f"Opening {entry.name}", lambda: read_frame(source), take)
 
     def open_run(self, record: Path) -> None:
         """Open a run.json: its frame, blocks and parameters. Run the frame to get its completed depth."""
@@ -215,12 +215,12 @@ class FrameLoader(QObject):
         if entry is not None and entry.document is None:
             self.open_entry(entry)
         elif not self._shown_already(record, str(record)):
-            self.read(f"Open {record.name}", lambda: _open_run(record), self._take_opened)
+            self.read(f"Opening {record.name}", lambda: _open_run(record), self._take_opened)
 
     def open_folder(self, how: FrameRef, show: bool = True) -> None:
         """Add the frames of a folder to the list, with the reading options of `how`; with `show`, open the first, and
         replace frames of the list that were read with other options."""
-        what = f"Look for frames in {Path(how.rgb).name}"
+        what = f"Looking for frames in {Path(how.rgb).name}"
         self.read(what, lambda: _list(how), lambda found: self._take_listing(how, found[0], found[1], show))
 
     def open_entry(self, entry: Entry) -> None:
@@ -244,7 +244,7 @@ class FrameLoader(QObject):
 
         self._reading.add(
             Job(
-                f"Open {entry.name}",
+                f"Opening {entry.name}",
                 do,
                 lambda found: take(found) if wanted() else None,
                 lambda error: self._note_problem(entry, error) if wanted() else None,
@@ -357,6 +357,10 @@ class FrameLoader(QObject):
         """Whether a frame's extraction is in progress or waiting."""
         return self._extracting.has(document)
 
+    def is_preparing(self, document: Document | None) -> bool:
+        """Whether frames are being read, or the blocks of this one extracted."""
+        return self._reading.busy or self._extracting.has(document)
+
     def is_postponed(self, document: Document) -> bool:
         """Whether a frame's extraction was postponed because another frame was shown."""
         return document in self._postponed
@@ -385,7 +389,7 @@ class FrameLoader(QObject):
         take: Callable[[FoundBlocks], None],
         wanted: Callable[[], bool] = lambda: True,
     ) -> None:
-        what, documents = f"Extract blocks of {document.name}", self._workspace.open
+        what, documents = f"Extracting blocks of {document.name}", self._workspace.open
         self._extracting.add(
             Job(
                 what,

@@ -25,7 +25,7 @@ REST_MS = 400
 
 
 _Step = ReferenceType[QUndoCommand] | None
-"""An undo step, None for none. A weak reference, because steps reference their session."""
+"""An undo step, None for none. A weak reference, because steps reference their document."""
 
 
 class _Solved(NamedTuple):

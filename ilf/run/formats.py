@@ -83,9 +83,7 @@ def _no_camera(run: Run) -> str:
 
 FORMATS = {
     "exr": Format(DEPTH, "EXR, float32 metres", "depth.exr", partial(_depth, name="depth.exr"), _no_exr),
-    "tum.png": Format(
-        DEPTH, "PNG, 5000 per metre (TUM)", "depth.tum.png", partial(_depth, name="depth.png", units=TUM_UNITS)
-    ),
+    "tum.png": Format(DEPTH, "PNG, 5000/m (TUM)", "depth.tum.png", partial(_depth, name="depth.png", units=TUM_UNITS)),
     "palette.png": Format(
         BLOCKS,
         "Label map, coloured",

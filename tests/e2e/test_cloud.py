@@ -51,7 +51,7 @@ def test_the_cloud_follows_what_is_known_of_the_frame(opened, qtbot, run_all):
     opened.centre.show_cloud()
     assert len(shown(opened, qtbot)) == document.frame.known.sum()
     assert not actions["cloud_raw"].isEnabled()
-    why = {by: action.toolTip() for by, action in cloud._colours._choices.items() if not action.isEnabled()}
+    why = {by: action.toolTip() for by, action in cloud._choices.items() if not action.isEnabled()}
     assert set(why) == {ColourBy.EXPECTED, ColourBy.ERROR, ColourBy.DIFFERENCE, ColourBy.FILLED}
     assert "ground truth" in why[ColourBy.ERROR]
 

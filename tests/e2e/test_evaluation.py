@@ -142,7 +142,7 @@ def test_errors_against_a_truth_and_on_hidden_depth(window, qtbot, frame_folder,
     actions["hold_out_test"].trigger()
     dialog = window.findChild(HoldOutDialog)
     assert [one.name for one in dialog.chosen()] == ["Current values", "paper"]
-    dialog.seeds.setValue(2)
+    dialog.hold_out.seeds.setValue(2)
     dialog.candidates.item(dialog.candidates.count() - 1).setCheckState(dialog.candidates.item(0).checkState())
     dialog.accept()
     qtbot.waitUntil(lambda: document in panel.outcomes and not panel.busy)
@@ -245,7 +245,7 @@ def test_a_sweep_shows_what_comes_and_a_click_takes_a_value(window, qtbot, frame
     label = next(iter(document.counts()))
     workspace.select([label])
     settle(window)
-    shown.criterion.kind.setCurrentIndex(shown.criterion.kind.findData("areas"))
+    shown.criterion.kind.setCurrentIndex(1)
     shown.criterion.blocks.setCurrentIndex(1)
     shown.second.setChecked(True)
     shown.second.choose("smoothness")

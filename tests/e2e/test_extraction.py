@@ -433,7 +433,7 @@ def test_a_frame_is_shown_before_its_blocks_are_found(window, qtbot, frame_folde
     window.refresh.now()
     document = window.workspace.current
     assert window.views.cells["colour"].view.image.image is not None
-    assert (document.counts(), document.unsaved, window.actions_["run"].isEnabled()) == ({}, False, False)
+    assert (document.counts(), document.unsaved, window.actions_["run_all"].isEnabled()) == ({}, False, False)
     mine = np.zeros(document.labels.shape, np.int32)
     mine[:20] = 7
     if works_meanwhile:

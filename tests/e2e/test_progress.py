@@ -4,6 +4,10 @@ import re
 
 import ilf
 from gui.features.status import StatusFeature
+from ilf.data.parameters import BlockParameters
+from ilf.sources.frame_ref import FrameRef
+
+from .conftest import open_frame, write_frame
 
 
 def _messages(window) -> set[str]:
@@ -37,3 +41,28 @@ def test_a_pause_is_told_with_what_is_done(opened, qtbot):
     qtbot.waitUntil(lambda: progress.format().startswith("Paused"))
     with qtbot.waitSignal(opened.runs.ended):
         opened.actions_["cancel"].trigger()
+
+
+def test_a_run_that_is_wanted_while_blocks_are_extracted_follows_them(opened, qtbot):
+    opened.workspace.parameters.set_extraction(BlockParameters(min_size=48.0, use_depth=False))
+    with qtbot.waitSignal(opened.runs.ended):
+        opened.actions_["extract"].trigger()
+        opened.actions_["run"].trigger()
+        assert "as soon as they are extracted" in opened.toasts.message
+        assert not opened.runs.going
+    assert not opened.workspace.current.changed_blocks()
+
+
+def test_a_frame_can_be_run_while_blocks_of_another_are_extracted(opened, qtbot, tmp_path, small_frame):
+    other = opened.workspace.current
+    open_frame(opened, qtbot, FrameRef(str(write_frame(tmp_path / "second", small_frame))))
+    opened.workspace.parameters.set_extraction(BlockParameters(min_size=48.0, use_depth=False))
+    with qtbot.waitSignal(opened.loader.idle):
+        opened.loader.extract(other)
+        assert opened.actions_["run_all"].isEnabled()
+        opened.workspace.show(other)
+        assert not opened.actions_["run_all"].isEnabled()
+        opened.refresh.now()
+        assert "Extracting blocks…" in _messages(opened)
+    opened.refresh.now()
+    assert "Extracting blocks…" not in _messages(opened)

@@ -92,6 +92,6 @@ def test_a_recording_that_cannot_be_read_is_one_message(window, qtbot, tmp_path)
     window.loader.failed.connect(lambda what, error: told.append((what, str(error))))
     window.documents.open_paths([path])
     qtbot.waitUntil(lambda: bool(told))
-    assert told[0][0] == "Look for frames in cut.bag"
+    assert told[0][0] == "Looking for frames in cut.bag"
     assert "truncated, damaged" in told[0][1]
     assert not len(window.workspace.entries)

@@ -74,7 +74,7 @@ def test_a_report_is_written_as_page_and_as_pdf_or_not_at_all(opened, qtbot, run
     dialog.folder_path.setText(str(out))
     dialog.opens.setChecked(False)
     dialog.hidden.setChecked(True)
-    dialog.seeds.setValue(2)
+    dialog.hold_out.seeds.setValue(2)
 
     page = out / "report.html"
     assert write(part.worker.finished) == f"Exported to {out}: report.html."
@@ -85,7 +85,7 @@ def test_a_report_is_written_as_page_and_as_pdf_or_not_at_all(opened, qtbot, run
     assert not shown
 
     opened.actions_["report"].trigger()
-    assert dialog.seeds.value() == 2, "as it was chosen the last time"
+    assert dialog.hold_out.seeds.value() == 2, "as it was chosen the last time"
     dialog.opens.setChecked(True)
     dialog.folder_path.setText(str(out))
     dialog.format.setCurrentIndex(dialog.format.findData("pdf"))

@@ -39,7 +39,7 @@ class AccuracyPanel(Panel):
 
     Attributes
     ----------
-    outcomes : mapping of Session to HoldOutOutcome
+    outcomes : mapping of Document to HoldOutOutcome
         The last hold-out test of each frame.
 
     Signals
@@ -251,7 +251,9 @@ class AccuracyPanel(Panel):
         present = document.run(document.state.common)
         dialog = HoldOutDialog(document.name, candidates(document, present), self.context.window)
         dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        dialog.accepted.connect(lambda: self._test(HoldOutRequest(document, dialog.chosen(), present, dialog.test())))
+        dialog.accepted.connect(
+            lambda: self._test(HoldOutRequest(document, dialog.chosen(), present, dialog.hold_out.test()))
+        )
         dialog.open()
 
     def _test(self, request: HoldOutRequest) -> None:

@@ -317,7 +317,7 @@ class DocumentsFeature(Feature):
     # runs opened from a record
 
     def _tell_differences(self, document: Document) -> None:
-        """Report which input, network, version or output of a session opened from a record differs, if any."""
+        """Report which input, network, version or output of a document opened from a record differs, if any."""
         if document.record_replay is not None:
             self._notes.warn(f"{document.name}: differences to the run record", document.record_replay.differences)
 

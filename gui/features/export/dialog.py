@@ -29,7 +29,7 @@ from ilf._runtime.threads import available_cores
 from ilf.batch.pictures import write_contact_sheet, write_video
 from ilf.data.results import Completion
 from ilf.errors import ParameterError
-from ilf.evaluation.hold_out import HOLD_OUT_PATTERNS, HoldOutTest
+from ilf.evaluation.hold_out import HoldOutTest
 from ilf.project.exporting import ExportedFrame, ExportStatus
 from ilf.run.options import RECORD_FILE, ExportOptions, as_file_name, output_folder_name
 from ilf.run.run import Run
@@ -37,6 +37,7 @@ from ilf.run.run import Run
 from ...base import theme
 from ...widgets.basics import Message, form, give_size, label_of, literal_text, row, row_list, scrolled, stack
 from ...widgets.file_choice import save_folder
+from ...widgets.hold_out_choice import HoldOutChoice
 from ...widgets.work_row import WorkRow
 from ...work.jobs import spare_cores
 from .files import FilesForm, combo
@@ -57,8 +58,6 @@ _SOURCES = {
     True: "Anew from the files, with the current parameters",
 }
 _FORMATS = {"html": "HTML page, one file for any browser", "pdf": "PDF, for printing or sharing"}
-_PATTERNS = {"areas": "areas, like holes in sensor depth", "random": "random pixels"}
-_SEEDS, _MAX_SEEDS = 3, 20
 _BATCH_FOLDER = "batch/folder"
 _FROM_FILES = (
     "Blocks are extracted, and edits in this window are not used. Starting again resumes: completed frames are "
@@ -154,9 +153,12 @@ class ExportDialog(QDialog):
         self.work.cancelled.connect(self.cancelled)
         buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
         self.export_button = buttons.addButton("Export", QDialogButtonBox.ButtonRole.AcceptRole)
-        self.show_button = buttons.addButton("Open r&esults", QDialogButtonBox.ButtonRole.ActionRole)
+        self.show_button = buttons.addButton("Open as fram&es", QDialogButtonBox.ButtonRole.ActionRole)
         self.show_button.setAutoDefault(False)
-        self.show_button.setToolTip("Add the completed frames of the folder to the list")
+        self.show_button.setToolTip(
+            "Add the completed frames of the folder to the list, with completed depth as their input; double-click a "
+            "row above to open its run, with its blocks"
+        )
         self.show_button.clicked.connect(lambda: self.results_requested.emit(self._folder()))
         self.close_button = buttons.button(QDialogButtonBox.StandardButton.Close)
         buttons.accepted.connect(lambda: self.requested.emit(self.request()))
@@ -168,8 +170,6 @@ class ExportDialog(QDialog):
         self._remembered: dict[str, QWidget] = {
             "report/format": self.format,
             "report/hidden": self.hidden,
-            "report/pattern": self.pattern,
-            "report/seeds": self.seeds,
             "report/open": self.opens,
             "batch/sheet": self.sheet,
             "batch/video": self.video,
@@ -207,7 +207,6 @@ class ExportDialog(QDialog):
         """Set the run of the current frame and its completion, what its results lack, and the number of frames of each
         choice."""
         self._run, self._completion, self._behind, self._counts = run, completion, behind, counts
-        self.setWindowTitle("Export" if run is None else f"Export {run.frame.name}")
         model = self.scope.model()
         for number, (name, text) in enumerate(_SCOPES.items()):
             name_of_it = run.frame.name if name == THIS and run is not None else counts[name]
@@ -219,7 +218,6 @@ class ExportDialog(QDialog):
     def request(self) -> Export:
         """Return what the user wants; ParameterError if a value is wrong."""
         from_files = bool(self.source.currentData())
-        test = HoldOutTest(str(self.pattern.currentData()), tuple(range(self.seeds.value())))
         return Export(
             self._folder(),
             self.files.options(),
@@ -230,7 +228,7 @@ class ExportDialog(QDialog):
             self.retry.isChecked(),
             self.anew.isChecked(),
             str(self.format.currentData()) if self.report.isChecked() and not from_files else "",
-            test if self.hidden.isChecked() else None,
+            self.hold_out.test() if self.hidden.isChecked() else None,
             self.opens.isChecked(),
         )
 
@@ -281,7 +279,7 @@ class ExportDialog(QDialog):
         """Say what the export would write, or why it cannot."""
         with_report = self.report.isChecked()
         for field, on in (
-            *((field, with_report and self.hidden.isChecked()) for field in (self.pattern, self.seeds)),
+            (self.hold_out, with_report and self.hidden.isChecked()),
             *((field, with_report) for field in (self.format, self.hidden, self.opens)),
         ):
             field.setEnabled(on)
@@ -334,6 +332,7 @@ class ExportDialog(QDialog):
     def _turn(self) -> None:
         """Offer what belongs to the chosen frames and to where their depth is from."""
         from_files, is_this = bool(self.source.currentData()), self.scope.currentData() == THIS
+        self.setWindowTitle(f"Export {self._run.frame.name}" if is_this and self._run is not None else "Export")
         self.tabs.setTabVisible(1, not from_files)
         self.tabs.setTabVisible(2, from_files)
         single = is_this and not from_files
@@ -387,16 +386,12 @@ class ExportDialog(QDialog):
         self.hidden.setToolTip(
             "Run a hold-out test for every frame with results; takes about as long as a run per seed"
         )
-        patterns = {name: _PATTERNS.get(name, name) for name in sorted(HOLD_OUT_PATTERNS)}
-        self.pattern = combo(patterns, "Which known depth is hidden", "Pattern of the hold-out")
-        self.seeds = QSpinBox(minimum=1, maximum=_MAX_SEEDS, value=_SEEDS)
-        self.seeds.setToolTip("Number of random hold-outs; errors are shown for each and pooled")
-        self.seeds.setAccessibleName("Number of seeds")
+        self.hold_out = HoldOutChoice()
         self.opens = QCheckBox("Open when done")
         self.opens.setChecked(True)
         self.opens.setToolTip("Open the report in the browser or the PDF viewer")
         page, fields = QWidget(), QWidget()
-        test = ("Hold-out test", self.hidden), ("Pattern and seeds", row(self.pattern, self.seeds))
+        test = ("Hold-out test", self.hidden), ("&Hide", self.hold_out)
         form(("Form&at", self.format), *test, ("", self.opens), parent=fields)
         stack(page, self.report, about, fields, QWidget())
         return page

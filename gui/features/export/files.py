@@ -211,9 +211,8 @@ class FilesForm(QWidget):
             for group in (DEPTH, BLOCKS, CAMERA)
         }
         depth.addWidget(self.png_note)
-        _add_in_pairs(depth, [self.depth_tiff, self.depth_npy])
+        _add_in_pairs(depth, [self.depth_tiff, self.depth_npy, *of_group[DEPTH]])
         depth.addWidget(self.expected_error)
-        _add_in_pairs(depth, of_group[DEPTH])
         depth.addWidget(self.extrapolation_note)
         cloud_box, cloud = group("Point cloud and mesh")
         for box, choice in self._formats.values():
@@ -259,6 +258,8 @@ class FilesForm(QWidget):
             field.setEnabled(in_3d)
         self.cloud_note.show_message("" if has_intrinsics else _NO_INTRINSICS, "warning")
         self.extrapolation_note.show_message(self._extrapolation_text())
+        for message in (self.cloud_note, self.extrapolation_note):
+            message.setVisible(bool(message.text()))
         try:
             note = self._png_note(self.options().depth_units) if self.depth_png.isChecked() else ("", "muted")
         except ParameterError:
@@ -311,8 +312,10 @@ class FilesForm(QWidget):
 
 
 def _add_in_pairs(column: QBoxLayout, boxes: Sequence[QCheckBox]) -> None:
-    """Add boxes to a column, two in a row."""
+    """Add boxes to a column, two in a row, which take half of its width each."""
     pairs = QGridLayout()
+    pairs.setColumnStretch(0, 1)
+    pairs.setColumnStretch(1, 1)
     for number, box in enumerate(boxes):
         pairs.addWidget(box, *divmod(number, 2))
     column.addLayout(pairs)

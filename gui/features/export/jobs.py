@@ -73,14 +73,14 @@ def frames_to_export(
 
 def _reader(entry: Entry, store: WorkStore, make_run: MakeRun, for_all: Parameters | None) -> Read:
     if entry.document is not None and entry.document.counts():
-        present = _of_session(entry.document)
+        present = _of_document(entry.document)
         return lambda: present
     if entry.document is None and entry.has_state and store.has(entry.id):
         return partial(_of_store, entry, store, for_all)
     return partial(_of_files, entry, make_run)
 
 
-def _of_session(document: Document) -> tuple[Run, Completion | None]:
+def _of_document(document: Document) -> tuple[Run, Completion | None]:
     """The run of an open frame, and its completion if every block has a result."""
     if document.counts().keys() - document.valid_results().keys():
         return document.run(document.state.common, extrapolate=document.state.extrapolate), None

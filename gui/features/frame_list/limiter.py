@@ -26,9 +26,9 @@ class OpenFrameLimiter(QObject):
     ----------
     workspace : Workspace
     is_busy : callable
-        Returns whether work on a session is in progress.
+        Returns whether work on a document is in progress.
     is_left : callable
-        Returns whether another frame was shown before a session had blocks, so that there is nothing to store.
+        Returns whether another frame was shown before a document had blocks, so that there is nothing to store.
     is_stored : callable
         Returns whether a state of the frame with an id is stored.
     flush : callable

@@ -156,6 +156,7 @@ class LayoutsFeature(Feature):
             self.context.actions["swipe"].setChecked(False)  # its contents are not part of a layout
             self._leave(name)
             self._apply(self.store.left(name))
+            self.context.centre.show_images()
             self.context.views.take_focus()
         self._show()
 

@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QHBoxLayout, QMenu, QMenuBar, QToolButton, QWidget
 
 from ...base import theme
 from ...views.view_menus import ViewBar
-from ...widgets.basics import Themed, lay_out
+from ...widgets.basics import Themed, lay_out, menu_button
 
 _GAP = 14
 """Space between the view controls and the layouts [px]."""
@@ -116,14 +116,8 @@ class Header(QWidget):
 
     def _make_more(self) -> QToolButton:
         """Make the button for what has no room."""
-        self.more = QToolButton(autoRaise=True)
-        self.more.setText("»")
-        self.more.setAccessibleName("What has no room here")
-        self.more.setToolTip("What has no room here")
+        self.more = menu_button(QMenu(self), "»", "What has no room here")
         self.more.setFocusPolicy(Qt.FocusPolicy.NoFocus)
-        self.more.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
-        self.more.setStyleSheet("QToolButton::menu-indicator { image: none; }")
-        self.more.setMenu(QMenu(self.more))
         self.more.menu().aboutToShow.connect(self._fill_more)
         return self.more
 

@@ -43,7 +43,7 @@ class Opening(QObject):
         """Read a project file; on success, call `then` with the function that makes it the current project."""
         read = self._context.loader.read
         read(
-            f"Open {path.name}",
+            f"Opening {path.name}",
             lambda: open_project(path),
             lambda opened: then(lambda: self._leave(lambda: self._take_newest(opened))),
         )
@@ -123,7 +123,7 @@ class Opening(QObject):
             return
         opened.close()
         self._begin()
-        self._context.loader.read(f"Open {opened.path.name}", lambda: open_project(opened.path), self._take)
+        self._context.loader.read(f"Opening {opened.path.name}", lambda: open_project(opened.path), self._take)
 
     def _take(self, opened: OpenedProject) -> None:
         store = self._context.recorder.store

@@ -46,8 +46,8 @@ def state_reader(entry: Entry, stored: StoredFrames | None) -> Callable[[], Deco
     return load
 
 
-def session_of(entry: Entry, state: FrameState) -> Document:
-    """Return a session of a frame that is not open, from its state."""
+def document_of(entry: Entry, state: FrameState) -> Document:
+    """Return a document of a frame that is not open, from its state."""
     origin = entry.source or (Path(entry.key) if entry.has_state else FrameRef(entry.key))
     return Document.of_state(state, origin, entry.key)
 
@@ -228,9 +228,9 @@ class Propagator(QObject):
         self._next()
 
     def _open(self, entry: Entry, found: Decoded) -> Document:
-        """Return the session of a frame, which is opened if necessary."""
+        """Return the document of a frame, which is opened if necessary."""
         if entry.document is None:
-            document = session_of(entry, found.state)
+            document = document_of(entry, found.state)
             self._workspace.open_document(document, restored=entry.has_state, show=False)
             if found.problems:
                 self._loader.incomplete.emit(document, found.problems)

@@ -15,15 +15,14 @@ from PySide6.QtWidgets import (
 
 from ilf.data.declarations import Declaration, Value
 from ilf.data.parameters import Parameters
-from ilf.evaluation.hold_out import HOLD_OUT_PATTERNS, HoldOutTest
+from ilf.evaluation.hold_out import HoldOutTest
 from ilf.evaluation.sweep import MAX_STEPS, MIN_STEPS, can_be_swept, spread, suggested_range
 
 from ...widgets.basics import form, label_of
+from ...widgets.hold_out_choice import HoldOutChoice
 
 DEFAULT_STEPS, DEFAULT_STEPS_OF_TWO = 7, 4
-GROUND_TRUTH = "ground_truth"
 _DECIMALS = 6
-_MAX_SEEDS = 20
 _LARGEST = 1e9
 _FIELD = 84
 
@@ -154,23 +153,22 @@ class CriterionBox(QWidget):
     def __init__(self) -> None:
         super().__init__()
         self.kind = QComboBox()
+        self.kind.addItems(["Ground truth", "Hold-out"])
         self.kind.setToolTip("Criterion: error against ground truth, or on held-out known depth")
-        self.seeds = QSpinBox(minimum=1, maximum=_MAX_SEEDS, value=1)
-        self.seeds.setToolTip("Number of random hold-outs; more are slower but more reliable")
+        self.hold_out = HoldOutChoice()
         self.blocks = QComboBox()
         self.blocks.addItems(["All blocks", "Selected block"])
         self.blocks.setToolTip("Blocks to sweep and evaluate; an applied value is set for the same blocks")
-        self._form = form(("&Criterion", self.kind), ("S&eeds", self.seeds), ("&Blocks", self.blocks), parent=self)
-        self._touched = False
-        self._fill(False)
+        self._form = form(("&Criterion", self.kind), ("&Hide", self.hold_out), ("&Blocks", self.blocks), parent=self)
+        self._show_criterion(False)
         self.kind.activated.connect(lambda _: self._take())
-        self.seeds.valueChanged.connect(lambda _: self.changed.emit())
+        self.hold_out.changed.connect(self.changed)
         self.blocks.activated.connect(lambda _: self.changed.emit())
 
     @property
     def by_ground_truth(self) -> bool:
         """Whether the criterion is ground truth."""
-        return bool(self.kind.currentData() == GROUND_TRUTH)
+        return self.kind.currentIndex() == 0
 
     @property
     def for_selected(self) -> bool:
@@ -179,14 +177,11 @@ class CriterionBox(QWidget):
 
     def test(self) -> HoldOutTest | None:
         """The hold-out test; None for ground truth."""
-        if self.by_ground_truth:
-            return None
-        return HoldOutTest(pattern=str(self.kind.currentData()), seeds=tuple(range(self.seeds.value())))
+        return None if self.by_ground_truth else self.hold_out.test()
 
     def set_frame(self, has_ground_truth: bool, chosen: str) -> None:
         """Set whether the frame has ground truth, and the name of its selected block; "" for none."""
-        if has_ground_truth != (self.kind.findData(GROUND_TRUTH) >= 0):
-            self._fill(has_ground_truth)
+        self._show_criterion(has_ground_truth)
         with QSignalBlocker(self.blocks):
             self.blocks.setItemText(1, f"{chosen} only" if chosen else "Selected block (none selected)")
             model = self.blocks.model()
@@ -194,22 +189,17 @@ class CriterionBox(QWidget):
             if not chosen:
                 self.blocks.setCurrentIndex(0)
 
-    def _fill(self, has_ground_truth: bool) -> None:
-        former = self.kind.currentData()
-        with QSignalBlocker(self.kind):
-            self.kind.clear()
-            if has_ground_truth:
-                self.kind.addItem("Ground truth", GROUND_TRUTH)
-            for name, about in sorted(HOLD_OUT_PATTERNS.items()):
-                self.kind.addItem(f"Hold-out, {name}", name)
-                self.kind.setItemData(self.kind.count() - 1, about, 3)
-            kept = self.kind.findData(former)
-            self.kind.setCurrentIndex(kept if self._touched and kept >= 0 else 0)
-        self._form.setRowVisible(self.seeds, not self.by_ground_truth)
+    def _show_criterion(self, has_ground_truth: bool) -> None:
+        """Offer ground truth where there is some; it is the criterion as soon as it is there."""
+        truth = self.kind.model().item(0)  # type: ignore[attr-defined]
+        if has_ground_truth != truth.isEnabled():
+            truth.setEnabled(has_ground_truth)
+            truth.setText("Ground truth" if has_ground_truth else "Ground truth (none loaded)")
+            self.kind.setCurrentIndex(int(not has_ground_truth))
+            self._form.setRowVisible(self.hold_out, not has_ground_truth)
 
     def _take(self) -> None:
-        self._touched = True
-        self._form.setRowVisible(self.seeds, not self.by_ground_truth)
+        self._form.setRowVisible(self.hold_out, not self.by_ground_truth)
         self.changed.emit()
 
 

@@ -53,8 +53,8 @@ class SweepState:
 
     Parameters
     ----------
-    session : Session
-        Session of the frame.
+    document : Document
+        Document of the frame.
     sweep : Sweep
     label : int
         The only block swept; 0 for all.

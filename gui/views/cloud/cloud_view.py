@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from functools import partial
-from typing import Generic, TypeVar
 
-from PySide6.QtCore import QSignalBlocker, QSize, Qt, Signal
+from PySide6.QtCore import QSignalBlocker, Qt, Signal
 from PySide6.QtGui import (
     QAction,
     QActionGroup,
@@ -17,66 +16,11 @@ from PySide6.QtGui import (
 from PySide6.QtWidgets import QHBoxLayout, QMenu, QSlider, QToolBar, QToolButton, QVBoxLayout, QWidget
 
 from ...base import theme
-from ...widgets.basics import PlainLabel, Themed, lay_out
+from ...widgets.basics import PlainLabel, Themed, lay_out, menu_button
 from ..title_strip import TitleStrip
 from .canvas import EMPTY_TEXT, CloudCanvas
 from .colouring import ColourBy
 from .scene import Scene
-
-# A button that opens a menu of choices and shows the current one.
-
-Choice = TypeVar("Choice")
-
-
-class ChoiceButton(QToolButton, Generic[Choice]):
-    """Button with a menu to select one of several choices.
-
-    Parameters
-    ----------
-    texts : mapping
-        Choice -> text; the first one is current.
-    hint : str
-        Tooltip.
-    chosen : callable
-        Called with the user's choice.
-    """
-
-    def __init__(self, texts: Mapping[Choice, str], hint: str, chosen: Callable[[Choice], None]) -> None:
-        super().__init__()
-        self.setToolTip(hint)
-        self.setAccessibleName(hint)
-        self.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
-        self.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
-        self.setAutoRaise(True)
-        self.setStyleSheet("QToolButton::menu-indicator { image: none; }")
-        menu = QMenu(self)
-        menu.setToolTipsVisible(True)
-        self.setMenu(menu)
-        group = QActionGroup(menu)
-        self._choices: dict[Choice, QAction] = {}
-        widths = []
-        for choice, text in texts.items():
-            action = menu.addAction(text)
-            action.setCheckable(True)
-            action.triggered.connect(lambda _=False, choice=choice: chosen(choice))
-            group.addAction(action)
-            self._choices[choice] = action
-            self.show_choice(choice)
-            widths.append(self.sizeHint().width())
-        # fixed width, so that the bar does not move; the icon is set with the theme
-        self.setMinimumWidth(max(widths) + self.iconSize().width())
-        self.show_choice(next(iter(texts)))
-
-    def show_choice(self, choice: Choice) -> None:
-        """Mark a choice as the current one."""
-        self._choices[choice].setChecked(True)
-        self.setText(f"{self._choices[choice].text()} \u25be")
-
-    def allow(self, choice: Choice, allowed: bool, hint: str) -> None:
-        """Enable or disable a choice and set its tooltip."""
-        self._choices[choice].setEnabled(allowed)
-        self._choices[choice].setToolTip(hint)
-
 
 _STEPS = 1000
 """Steps of a slider over the depths of the cloud."""
@@ -160,11 +104,13 @@ class DepthClip(QWidget):
 
 
 _LOOKS = {
-    "home": ("ph.house", "Show the whole cloud (R, Home, double-click beside it)"),
-    "front": ("ph.camera", "View along the axis of the depth camera"),
-    "top": ("ph.arrow-line-down", "View from above"),
-    "side": ("ph.arrow-line-left", "View from the right"),
+    "home": ("&Whole cloud", "Show the whole cloud (R, Home, double-click beside it)"),
+    "front": ("From the &camera", "View along the axis of the depth camera"),
+    "top": ("From &above", "View from above"),
+    "side": ("From the &right", "View from the right"),
 }
+_LARGEST_SIZE = 4
+"""Largest side of a point that can be chosen [logical px]."""
 
 
 class CloudView(Themed, QWidget):
@@ -185,24 +131,25 @@ class CloudView(Themed, QWidget):
         self.setFocusProxy(self.canvas)
         self.strip = TitleStrip()
         self.strip.setToolTip("Click the title to select what colours the points")
-        self.strip.menuRequested.connect(lambda place: self._colours.menu().popup(place))
+        self.strip.menuRequested.connect(lambda place: self._colours.popup(place))
         self.clip = DepthClip()
         self.clip.hide()
         self.clip.changed.connect(self.canvas.set_depths)
         self.bar = self.strip.bar
-        self._icons: list[tuple[QAction | QToolButton, str]] = []
         lay_out(
             QVBoxLayout(self), self._make_bar(), self.strip, self.clip, self.canvas, spacing=0, stretched=self.canvas
         )
         self.set_message()
-        self._apply_theme()
+        self._take_theme()
 
     def add_switches(self, raw: QAction, chosen_only: QAction, beside: QAction) -> None:
-        """Add buttons to the bar: show the depth before completion, show only the selected blocks, put the view beside
-        the images."""
+        """Add buttons that show the depth before completion, and only the selected blocks; and to the menu, the command
+        that puts the view beside the images."""
         self.raw, self.chosen_only = raw, chosen_only
+        raw.setIconText("Raw depth")
+        chosen_only.setIconText("Selected only")
         self._bar.insertActions(self._clip_action, [raw, chosen_only])
-        self._bar.addAction(beside)
+        self._look_menu.addAction(beside)
 
     def show_scene(self, scene: Scene, reset: bool = True) -> None:
         """Show a cloud; without `reset`, keep the camera, for the same frame."""
@@ -232,75 +179,78 @@ class CloudView(Themed, QWidget):
     def set_colour_by(self, colour_by: ColourBy) -> None:
         """Select what colours the points."""
         self.colour_by = ColourBy(colour_by)
-        self._colours.show_choice(self.colour_by)
+        self._choices[self.colour_by].setChecked(True)
+        self._colour_button.setText(f"{self.colour_by.text} \u25be")
         self.colours_changed.emit()
 
     def set_unavailable(self, lacking: Mapping[ColourBy, str]) -> None:
         """Disable the unavailable colourings and show the reasons."""
         for choice in ColourBy:
             why = lacking.get(choice, "")
-            self._colours.allow(choice, not why, f"{choice.hint}. {why}" if why else choice.hint)
-
-    def set_point_size(self, size: int | None) -> None:
-        """Set the side of a point in logical pixels; None: from the density of the cloud."""
-        self._sizes.show_choice(size or 0)
-        self.canvas.set_drawing(point_size=size, shaded=self._shading.isChecked())
+            self._choices[choice].setEnabled(not why)
+            self._choices[choice].setToolTip(f"{choice.hint}. {why}" if why else choice.hint)
 
     def shutdown(self) -> bool:
         """Stop permanently before the window closes. True if the thread has ended."""
         return self.canvas.shutdown()
 
     def _take_theme(self) -> None:
-        self._apply_theme()
+        self.strip.set_colours(theme.colours(self.palette()))
         self.colours_changed.emit()
-
-    def _apply_theme(self) -> None:
-        colours = theme.colours(self.palette())
-        for item, name in self._icons:
-            item.setIcon(theme.icon(name, self.palette()))
-        self.strip.set_colours(colours)
 
     def _make_bar(self) -> QToolBar:
         """Create the tool bar; without room, the last items move to its extension."""
         self._bar = bar = QToolBar("3D", self)
-        bar.setIconSize(QSize(16, 16))
-        self._colours = ChoiceButton(
-            {choice: choice.text for choice in ColourBy}, "What colours the points", self.set_colour_by
-        )
-        bar.addWidget(self._colours)
-        self._icons.append((self._colours, "ph.palette"))
-        self._clip_action = clip = self._toggle_action(
-            bar, "Clip", "ph.arrows-in-line-horizontal", "draw only a range of depths", False
-        )
+        bar.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextOnly)
+        self._colours, self._choices = QMenu(self), {}
+        self._colours.setToolTipsVisible(True)
+        group = QActionGroup(self._colours)
+        for choice in ColourBy:
+            self._choices[choice] = action = _checkable(self._colours, choice.text, choice is self.colour_by)
+            action.triggered.connect(lambda _, choice=choice: self.set_colour_by(choice))
+            group.addAction(action)
+        self._colour_button = menu_button(self._colours, f"{self.colour_by.text} \u25be", "What colours the points")
+        bar.addWidget(self._colour_button)
+        bar.addSeparator()
+        self._clip_action = clip = _checkable(bar, "Clip", False)
+        clip.setToolTip("Draw only a range of depths")
         clip.toggled.connect(self._show_clip)
         bar.addSeparator()
-        for name, (icon, hint) in _LOOKS.items():
-            action = bar.addAction(name.capitalize(), partial(self.canvas.look, name))
-            action.setToolTip(hint)
-            self._icons.append((action, icon))
-        bar.addSeparator()
-        self._shading = self._toggle_action(
-            bar, "Shading", "ph.circle-half", "darken points behind their neighbours", True
-        )
-        self._shading.toggled.connect(lambda on: self.canvas.set_drawing(point_size=self.canvas.point_size, shaded=on))
-        sizes = {size: f"{size} px" if size else "Auto size" for size in range(5)}
-        self._sizes = ChoiceButton(
-            sizes,
-            "Point size; auto: the distance to neighbouring points",
-            lambda size: self.set_point_size(size or None),
-        )
-        bar.addWidget(self._sizes)
-        self._icons.append((self._sizes, "ph.dots-nine"))
+        self._look_menu = self._make_look_menu()
+        hint = "Direction, shading and point size, and where the view is"
+        bar.addWidget(menu_button(self._look_menu, "View \u25be", hint))
         return bar
 
-    def _toggle_action(self, bar: QToolBar, text: str, icon: str, hint: str, on: bool) -> QAction:
-        action = bar.addAction(text)
-        action.setCheckable(True)
-        action.setChecked(on)
-        action.setToolTip(f"{text}: {hint}")
-        self._icons.append((action, icon))
-        return action
+    def _make_look_menu(self) -> QMenu:
+        menu = QMenu(self)
+        menu.setToolTipsVisible(True)
+        for name, (text, hint) in _LOOKS.items():
+            menu.addAction(text, partial(self.canvas.look, name)).setToolTip(hint)
+        menu.addSeparator()
+        self._shading = _checkable(menu, "&Shading", True)
+        self._shading.setToolTip("Darken points behind their neighbours")
+        sizes = menu.addMenu("&Point size")
+        self._sizes = QActionGroup(sizes)
+        for size in range(_LARGEST_SIZE + 1):
+            action = _checkable(sizes, f"{size} px" if size else "Distance to neighbouring points", size == 0)
+            action.setData(size or None)
+            self._sizes.addAction(action)
+        for signal in (self._shading.toggled, self._sizes.triggered):
+            signal.connect(lambda _: self._set_drawing())
+        menu.addSeparator()
+        return menu
+
+    def _set_drawing(self) -> None:
+        size = self._sizes.checkedAction().data()
+        self.canvas.set_drawing(point_size=size, shaded=self._shading.isChecked())
 
     def _show_clip(self, on: bool) -> None:
         self.clip.setVisible(on)
         self.canvas.set_depths(*(self.clip.depths if on else (-math.inf, math.inf)))
+
+
+def _checkable(place: QMenu | QToolBar, text: str, on: bool) -> QAction:
+    action = place.addAction(text)
+    action.setCheckable(True)
+    action.setChecked(on)
+    return action

@@ -163,7 +163,7 @@ class CloudRequest:
     Parameters
     ----------
     key : str
-        Key of the session.
+        Key of the document.
     intrinsics : Camera
     subject : Subject
         Depth, and data to colour it by.

@@ -5,12 +5,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from PySide6.QtCore import QSettings
+from PySide6.QtCore import QEvent, QSettings
+from PySide6.QtWidgets import QApplication
 
 from gui.features.export.dialog import ALL, DONE, SELECTED, THIS, WORKED_ON, ExportDialog
+from gui.widgets.hold_out_choice import HoldOutChoice
 from ilf.data.frame import FrameInputs, InputFile
 from ilf.data.results import compose
 from ilf.errors import ParameterError
+from ilf.evaluation.hold_out import HoldOutTest
 from ilf.run.formats import FORMATS
 from ilf.run.options import ExportOptions
 from ilf.run.run import Run
@@ -89,18 +92,28 @@ def test_what_a_report_and_a_batch_also_write_is_remembered(make):
     dialog = make()
     dialog.report.setChecked(True)
     dialog.hidden.setChecked(True)
-    dialog.pattern.setCurrentIndex(1)
-    dialog.seeds.setValue(7)
     dialog.sheet.setChecked(True)
     dialog.opens.setChecked(False)
     accept(dialog)
     again = make()
     assert (again.hidden.isChecked(), again.sheet.isChecked(), again.opens.isChecked()) == (True, True, False)
-    assert (again.pattern.currentIndex(), again.seeds.value()) == (1, 7)
-    QSettings().setValue("report/seeds", "some")
-    QSettings().setValue("report/pattern", "none such")
-    damaged = make()
-    assert (damaged.pattern.currentIndex(), damaged.seeds.value()) == (0, 3)
+
+
+def test_a_hold_out_that_is_chosen_in_one_place_is_so_in_all(qtbot):
+    here, there = HoldOutChoice(), HoldOutChoice()
+    for choice in (here, there):
+        qtbot.addWidget(choice)
+        choice.show()
+    here.pattern.setCurrentIndex(1)
+    here.seeds.setValue(7)
+    with qtbot.waitSignal(there.changed):
+        QApplication.sendEvent(there, QEvent(QEvent.Type.WindowActivate))
+    assert there.test() == HoldOutTest("random", tuple(range(7))) == here.test()
+    QSettings().setValue("hold_out/seeds", "some")
+    QSettings().setValue("hold_out/pattern", "none such")
+    damaged = HoldOutChoice()
+    qtbot.addWidget(damaged)
+    assert damaged.test() == HoldOutTest("areas", (0, 1, 2))
 
 
 def test_without_intrinsics_no_cloud_now_but_the_choice_stays(make):

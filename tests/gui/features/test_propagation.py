@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from gui.features.blocks.feature import block_rows
-from gui.features.propagation.propagator import session_of
+from gui.features.propagation.propagator import document_of
 from gui.state.document import Document
 from gui.state.entries import Entry
 from gui.state.parts import Part
@@ -131,6 +131,6 @@ def test_of_frames_of_the_same_files_the_chosen_one_is_opened(workspace, small_f
     chosen, other = (Entry.of(FrameRef("/frames/one")) for _ in range(2))
     workspace.add_entries([chosen, other])
     state = FrameState(chosen.id, small_frame, Blocks(np.zeros(small_frame.shape, np.int32)))
-    workspace.open_document(session_of(chosen, state), show=False)
+    workspace.open_document(document_of(chosen, state), show=False)
     assert chosen.document is not None
     assert other.document is None

@@ -45,9 +45,10 @@ def test_the_truth_is_the_criterion_where_there_is_one(qtbot):
     box.set_frame(has_ground_truth=True, chosen="Wall")
     assert box.by_ground_truth
     assert box.test() is None
-    box.kind.setCurrentIndex(box.kind.findData("random"))
-    box.kind.activated.emit(box.kind.currentIndex())
-    box.seeds.setValue(2)
+    box.kind.setCurrentIndex(1)
+    box.kind.activated.emit(1)
+    box.hold_out.pattern.setCurrentIndex(box.hold_out.pattern.findData("random"))
+    box.hold_out.seeds.setValue(2)
     box.set_frame(has_ground_truth=True, chosen="")
     assert (box.test().pattern, box.test().seeds) == ("random", (0, 1))
     assert not box.for_selected

@@ -217,10 +217,22 @@ def test_colours_mean_what_is_chosen(qapp):
 
 def test_what_cannot_be_shown_says_why(view):
     view.set_unavailable({ColourBy.ERROR: "This frame has no ground truth: load one"})
-    error, depth = (view._colours._choices[by] for by in (ColourBy.ERROR, ColourBy.DEPTH))
+    error, depth = (view._choices[by] for by in (ColourBy.ERROR, ColourBy.DEPTH))
     assert not error.isEnabled()
     assert "no ground truth" in error.toolTip()
     assert depth.isEnabled()
+
+
+def test_the_menus_of_the_bar_choose_colours_size_and_shading(view):
+    view._choices[ColourBy.DEPTH].trigger()
+    assert view.colour_by is ColourBy.DEPTH
+    assert view._colour_button.text().startswith(ColourBy.DEPTH.text)
+    view._sizes.actions()[3].trigger()
+    assert (view.canvas.point_size, view.canvas.shaded) == (3, True)
+    view._shading.trigger()
+    assert (view.canvas.point_size, view.canvas.shaded) == (3, False)
+    view._sizes.actions()[0].trigger()
+    assert view.canvas.point_size is None
 
 
 def test_arrays_that_do_not_fit_are_refused(scene):

@@ -450,14 +450,17 @@ def test_the_chosen_block_has_the_wider_line(views):
 
 def test_contours_alone_have_the_colours_of_their_blocks(views):
     labels, table = blocks()
-    plain = colour_at(view_of(views), place(view_of(views), 15.5, 15.5))
+    view = view_of(views)
+    border = place(view, 30, 15)
+    plain, beside = colour_at(view, place(view, 15.5, 15.5)), colour_at(view, border - QPoint(5, 0))
     views.paint(labels, table)
     views.set_contours_only(True)
-    view = view_of(views)
     assert colour_at(view, place(view, 15.5, 15.5)) == plain
-    border = place(view, 30, 15)
     assert colour_at(view, border - QPoint(1, 0)) == (200, 0, 0)
     assert colour_at(view, border) == (0, 100, 200)
+    red, green, _ = colour_at(view, border - QPoint(5, 0))
+    assert red > beside[0], "a tinted band along the line shows what is one block"
+    assert green < beside[1]
 
 
 @pytest.mark.parametrize("zoom", [None, (slice(12, 17), slice(27, 33))])
