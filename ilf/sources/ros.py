@@ -17,12 +17,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .._runtime.files import open_file
 from .._runtime.installation import optional
 from ..data.camera import FISHEYE, Cameras
 from ..errors import FormatError, InputError
 from ..io.mcap import EndedMcap, whole_size
-from .packed import bound_unpacking, unpacked, unpacking_command
+from .packed import unpacked, unpacking_command
 from .recording import (
     RecordedFrame,
     Recording,
@@ -37,7 +36,6 @@ from .ros_messages import (
     COMPRESSED,
     IMAGE,
     INFO,
-    METADATA,
     TRANSFORM,
     TRANSFORMS,
     camera_of,
@@ -48,7 +46,6 @@ from .ros_messages import (
     is_colour,
     is_depth,
     is_lossless,
-    limited,
     says_depth,
     transform_between,
     transform_matrix,
@@ -217,6 +214,7 @@ def _topic_list(topics: Sequence[ImageTopic]) -> str:
     return " ".join([listed, *(topic.problem for topic in topics if topic.problem)]).strip()
 
 
+METADATA = "metadata.yaml"
 _STORAGE = (".db3", ".mcap")
 _PACKED = tuple(suffix + packed for suffix in _STORAGE for packed in (".zstd", ".zst"))
 """Extensions of the files of `ros2 bag record --compression-mode file`."""
@@ -245,20 +243,17 @@ class RosBag(Recording):
     kind = "a ROS bag"
     suffixes = (".bag", *_STORAGE)
     has_topics = True
+    in_child = True
 
     def __init__(self, path: Path) -> None:
         super().__init__(path)
         highlevel = optional("rosbags.highlevel", "ilf-studio[sensors]", "A ROS bag")
         typesys = optional("rosbags.typesys", "ilf-studio[sensors]", "A ROS bag")
-        bound_unpacking()
         plain, self._packed = _compressed_bag(path)
         if path.is_dir() and not (plain or self._packed or (path / METADATA).is_file()):
             raise InputError(
                 f"{path} has no {METADATA}: the recording was not closed properly. Run: ros2 bag reindex {path}"
             )
-        for file in path.iterdir() if path.is_dir() else ():
-            if not file.is_dir():
-                open_file(file).close()  # its reader would wait for a pipe
         self._temporary = ExitStack()
         weakref.finalize(self, self._temporary.close)
         with self._reading():
@@ -269,8 +264,7 @@ class RosBag(Recording):
             self._is_cut = any(size is not None for size in sizes)
             opened = [file if size is None else EndedMcap(file, size) for file, size in zip(files, sizes, strict=True)]
             self._reader = highlevel.AnyReader(opened, default_typestore=known)
-            with limited(path, self._reader):
-                self._reader.open()
+            self._reader.open()
         own = known.fielddefs
         if not self._reader.is2:  # some field names of ROS 1 have capitals
             own = {**own, **typesys.get_typestore(typesys.Stores.ROS1_NOETIC).fielddefs}
