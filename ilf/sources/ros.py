@@ -10,7 +10,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import AbstractContextManager, ExitStack
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import takewhile
+from itertools import islice, takewhile
 from pathlib import Path
 from typing import Any
 
@@ -42,6 +42,7 @@ from .ros_messages import (
     check_definitions,
     colour_of,
     depth_of,
+    extrinsics_matrix,
     image_size,
     is_colour,
     is_depth,
@@ -223,6 +224,8 @@ _ZSTD = b"\x28\xb5\x2f\xfd"
 _IMAGES = (IMAGE, COMPRESSED)
 _PICTURES = re.compile("Image|Packet|Video|Cloud")
 """Types of messages that may have depth."""
+_MAX_TRANSFORMS = 2000
+"""Messages in which a transform is looked for: what does not move is sent again and again."""
 _Stamped = dict[int, int]
 """Time stamp in the header [ns] -> time in the recording [ns], by which the message is found."""
 
@@ -364,9 +367,24 @@ class RosBag(Recording):
         return Cameras(cameras[0], cameras[1], self._depth_to_colour(topics))
 
     def _depth_to_colour(self, camera: CameraTopics) -> NDArray[np.float64] | None:
-        stamped = (one for message in self._messages("/tf_static", TRANSFORMS) for one in message.transforms)
-        found = transform_between(stamped, camera.depth.frame_id, camera.colour.frame_id)
-        return found if found is not None else self._realsense_motion(camera)
+        found = self._transform("/tf_static", camera)
+        for other in (self._realsense_motion, self._extrinsics):
+            found = other(camera) if found is None else found
+        return self._transform("/tf", camera) if found is None else found  # cameras do not move against each other
+
+    def _transform(self, topic: str, camera: CameraTopics) -> NDArray[np.float64] | None:
+        messages = islice(self._messages(topic, TRANSFORMS), _MAX_TRANSFORMS)
+        stamped = (one for message in messages for one in message.transforms)
+        return transform_between(stamped, camera.depth.frame_id, camera.colour.frame_id)
+
+    def _extrinsics(self, camera: CameraTopics) -> NDArray[np.float64] | None:
+        """The same from the topic of RealSense's driver for ROS."""
+        driver = camera.depth.base.rsplit("/", 2)[0]
+        known = self._reader.typestore.fielddefs  # not in recordings from before ROS 2 Iron
+        for one in self._reader.connections:
+            if one.topic == f"{driver}/extrinsics/depth_to_color" and one.msgtype in known:
+                return extrinsics_matrix(self._first(one.topic)) if "/color/" in camera.colour.name else None
+        return None
 
     def _realsense_motion(self, camera: CameraTopics) -> NDArray[np.float64] | None:
         """The same from the RealSense library's own topics, which contain the transforms from a group of streams to

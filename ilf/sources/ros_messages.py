@@ -238,6 +238,19 @@ def transform_matrix(transform: Any) -> NDArray[np.float64]:
     return turned_and_moved(quaternion / length, (shift.x, shift.y, shift.z))
 
 
+def extrinsics_matrix(message: Any) -> NDArray[np.float64] | None:
+    """The matrix, float64 (4, 4), of the Extrinsics of RealSense's driver, whose rotation is column by column; None if
+    there is no message; raises FormatError if it has other fields."""
+    if message is None:
+        return None
+    found = np.eye(4)
+    try:
+        found[:3, :3], found[:3, 3] = np.reshape(message.rotation, (3, 3)).T, message.translation
+    except (AttributeError, ValueError) as error:
+        raise FormatError("the transform between the cameras has other fields than those of RealSense.") from error
+    return found
+
+
 def transform_between(transforms: Iterable[Any], start: str, end: str) -> NDArray[np.float64] | None:
     """The transform of points from one coordinate frame to another, (4, 4), from tf messages; None if not connected.
 

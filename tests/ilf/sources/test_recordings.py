@@ -25,6 +25,7 @@ from ilf.sources.opening import close_all
 from tests.ilf.bags import (
     COLOUR,
     DEPTH,
+    EXTRINSICS,
     KINDS,
     START,
     Bag,
@@ -234,6 +235,28 @@ def test_depth_of_a_camera_of_its_own_is_registered(tmp_path):
     assert np.isnan(frame.depth[:, 0]).all()
     assert frame.intrinsics.fx != 30  # without its distortion, colour is another image
     assert ilf.load_frame(**frame.sources).intrinsics == frame.intrinsics
+
+
+@pytest.mark.parametrize("kind", ["ros1", "mcap"])
+@pytest.mark.parametrize("way", ["driver", "sent again and again"])
+def test_the_transform_between_the_cameras_is_also_found_elsewhere(tmp_path, kind, way):
+    """In the topic of RealSense's driver, column by column, or among transforms that are sent again and again."""
+    half = math.sqrt(0.5)
+    quarter = np.array([[0, -1, 0], [1, 0, 0], [0, 0, 1.0]])  # x of depth is y of colour
+    with bag(tmp_path, kind) as out:
+        if way == "driver":
+            extrinsics = out.make(EXTRINSICS, quarter.T.ravel(), np.array([0.015, 0.0, 0.25]))
+            out.write("/camera/extrinsics/depth_to_color", extrinsics, 0)
+        else:
+            out.tf_static(("world", "colour", (5.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0)), topic="/tf")
+            out.tf_static(("colour", "depth", (0.015, 0.0, 0.25), (0.0, 0.0, half, half)), topic="/tf")
+        for stream, pixels, encoding in (("color", COLOUR, "rgb8"), ("depth", DEPTH[:, ::2], "16UC1")):
+            out.info(f"/camera/{stream}/camera_info", size=pixels.shape[1::-1])
+            out.image(f"/camera/{stream}/image_raw", pixels, encoding, 0, stream.replace("color", "colour"))
+    source = ilf.open_source(path_of(tmp_path, kind))
+    found = source.calibration(source.keys[0]).depth_to_colour
+    assert found[:3, :3] == pytest.approx(quarter, abs=1e-9)
+    assert found[:3, 3].tolist() == pytest.approx([0.015, 0.0, 0.25])
 
 
 def test_what_registration_lacks_is_said(tmp_path):
