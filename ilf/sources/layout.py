@@ -128,15 +128,8 @@ def layout_of(values: Mapping[str, Any], name: str, where: str) -> Layout:
             checked_invalid(layout.invalid)
         if layout.distance == "ray" and (isinstance(given, str) or not (layout.K or layout.depth_K)):
             raise ParameterError("distance=ray needs K, and units instead of an encoding.")
-        for text in (
-            layout.rgb,
-            layout.depth,
-            *layout.needs,
-            *layout.excludes,
-            layout.truth,
-            layout.confidence,
-            layout.pose,
-        ):
+        patterns = layout.rgb, layout.depth, layout.truth, layout.confidence, layout.pose
+        for text in (*patterns, *layout.needs, *layout.excludes):
             check_pattern(text)
         for text in (layout.K, layout.depth_K):
             check_pattern(text.lstrip("/"))

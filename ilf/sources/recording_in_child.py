@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import weakref
 from collections.abc import Callable
-from contextlib import suppress
+from contextlib import nullcontext, suppress
 from pathlib import Path
 from typing import Any, Concatenate, ParamSpec, TypeVar
 
@@ -48,20 +48,16 @@ class RecordingInChild(Recording):
         return self._answer(Recording.index, max_gap, topics)
 
     def frame(self, key: str) -> RecordedFrame:
-        with not_cancelled():
-            return self._answer(Recording.frame, key)
+        return self._answer(Recording.frame, key)
 
     def cameras(self, key: str) -> Cameras:
-        with not_cancelled():
-            return self._answer(Recording.cameras, key)
+        return self._answer(Recording.cameras, key)
 
     def pose(self, key: str) -> NDArray[np.float64] | None:
-        with not_cancelled():
-            return self._answer(Recording.pose, key)
+        return self._answer(Recording.pose, key)
 
     def colour(self, key: str) -> NDArray[np.uint8]:
-        with not_cancelled():
-            return self._answer(Recording.colour, key)
+        return self._answer(Recording.colour, key)
 
     def lack(self, key: str) -> str:
         return self._answer(Recording.lack, key)
@@ -74,7 +70,8 @@ class RecordingInChild(Recording):
 
     def _answer(self, question: Callable[Concatenate[Recording, P], T], *given: P.args, **_: P.kwargs) -> T:
         """What the recording answers to one of its methods."""
-        return self._call(_answered, self._type, self.path, question, *given)
+        with nullcontext() if question is Recording.index else not_cancelled():
+            return self._call(_answered, self._type, self.path, question, *given)
 
     def _call(self, function: Callable[..., T], *arguments: Any) -> T:
         return run_in_child(function, *arguments, file=str(self.path), seconds=self._seconds, own=self._children)
