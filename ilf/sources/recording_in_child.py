@@ -42,7 +42,7 @@ class RecordingInChild(Recording):
         self._children: list[Child] = []
         weakref.finalize(self, end, self._children)
         size = sum(file.stat().st_size for file in (path.iterdir() if path.is_dir() else [path]))
-        self._seconds = SECONDS + size / BYTES_PER_SECOND
+        self._seconds = SECONDS + size // BYTES_PER_SECOND
 
     def index(self, max_gap: float = MAX_TIME_GAP_S, topics: Topics | None = None) -> RecordingIndex:
         return self._answer(Recording.index, max_gap, topics)
