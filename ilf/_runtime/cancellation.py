@@ -62,6 +62,17 @@ def cancelled_by(cancel_event: threading.Event) -> Iterator[None]:
         _thread_state.cancel_events = before
 
 
+@contextmanager
+def not_cancelled() -> Iterator[None]:
+    """Within the block, work in this thread that is short goes on to its end although it is cancelled."""
+    before = _thread_state.cancel_events
+    set_cancel_events()
+    try:
+        yield
+    finally:
+        set_cancel_events(*before)
+
+
 def check_cancelled() -> None:
     """Raise Cancelled if the work of this thread has been cancelled. It costs 0.1 us: call it about every 50 ms."""
     if any(cancel_event.is_set() for cancel_event in _thread_state.cancel_events):

@@ -38,9 +38,11 @@ _POLL_S = 0.05
 """Interval of the checks for cancellation [s]."""
 
 _LENGTH = 8
-"""Size [bytes] of the length before each message."""
+"""Size [bytes] of a number before a message: of its parts, and of the bytes of each."""
 
 _REMEDY = "Copy or export it again."
+
+Message = list[bytes | bytearray | memoryview]
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -80,6 +82,7 @@ class Child:
             stdout=subprocess.PIPE,
             stderr=subprocess.DEVNULL if quiet else None,
             bufsize=0,
+            pipesize=2**20,  # images pass
             env=environment,
             start_new_session=True,  # Ctrl+C reaches every process of a terminal's session; only this one handles it
         )
@@ -100,14 +103,14 @@ class Child:
         Cancelled
             If the work was cancelled; likewise.
         """
-        work = pickle.dumps((dict(os.environ), function, arguments, seconds, memory))
+        work = packed((dict(os.environ), function, arguments, seconds, memory))
 
-        def converse() -> bytes:
+        def converse() -> Message:
             _send(self._process.stdin, work)
             return _received(self._process.stdout)
 
         try:
-            is_result, found = pickle.loads(run_aside(converse, self.end, seconds))
+            is_result, found = unpacked(run_aside(converse, self.end, seconds))
         except TimeoutError:
             raise
         except (EOFError, OSError, ValueError, pickle.UnpicklingError):
@@ -143,25 +146,44 @@ class Child:
         self._process.stdout.close()
 
 
-def _send(stream: Any, message: bytes) -> None:
-    left = memoryview(len(message).to_bytes(_LENGTH) + message)
-    while left:
-        left = left[stream.write(left) :]
+def packed(value: Any) -> Message:
+    """A value as it is sent: pickled, without its arrays, which follow."""
+    arrays: list[pickle.PickleBuffer] = []
+    text = pickle.dumps(value, 5, buffer_callback=arrays.append)
+    return [text, *(array.raw() for array in arrays)]
+
+
+def unpacked(message: Message) -> Any:
+    """The value of a message."""
+    return pickle.loads(message[0], buffers=message[1:])
+
+
+def _send(stream: Any, message: Message) -> None:
+    sizes = [len(message), *map(len, message)]
+    for part in (*(size.to_bytes(_LENGTH) for size in sizes), *message):
+        left = memoryview(part)
+        while left:
+            left = left[stream.write(left) :]
     stream.flush()
 
 
-def _received(stream: Any) -> bytes:
+def _received(stream: Any) -> Message:
     """Read a message; raise EOFError if the other side has ended."""
-    return _read(stream, int.from_bytes(_read(stream, _LENGTH)))
+
+    def number() -> int:
+        return int.from_bytes(_read(stream, _LENGTH))
+
+    return [_read(stream, size) for size in [number() for _ in range(number())]]
 
 
-def _read(stream: Any, size: int) -> bytes:
-    found = bytearray()
-    while len(found) < size:
-        if not (part := stream.read(min(size - len(found), 2**20))):
+def _read(stream: Any, size: int) -> bytearray:
+    found = bytearray(size)
+    left = memoryview(found)
+    while left:
+        if not (count := stream.readinto(left)):
             raise EOFError
-        found += part
-    return bytes(found)
+        left = left[count:]
+    return found
 
 
 # Reading strangers' files.
@@ -174,6 +196,7 @@ def run_in_child(
     seconds: float = SECONDS,
     memory: int = MEMORY,
     doing: str = "reading it",
+    own: list[Child] | None = None,
 ) -> Result:
     """Call a function in a child, which it may crash, exhaust or block, and return its result.
 
@@ -189,6 +212,9 @@ def run_in_child(
         Limits [s, bytes] as for `Child.call`.
     doing : str
         What the function does with the file, for messages.
+    own : list of Child, optional
+        Where the child waits for the next call, instead of among those of all files: it may keep the file open. They
+        are ended, or given back, by `release`.
 
     Raises
     ------
@@ -207,7 +233,7 @@ def run_in_child(
     (3, 1)
     """
     try:
-        child = _idle.pop()
+        child = (own or _idle).pop()
     except IndexError:
         child = _started(file)
     try:
@@ -226,7 +252,7 @@ def run_in_child(
         if child.has_ended:
             child.close()
         else:
-            _idle.append(child)
+            (_idle if own is None else own).append(child)
     raise FormatError(f"{file} is damaged: {doing} {problem}. {_REMEDY}")
 
 
@@ -241,10 +267,19 @@ _idle: list[Child] = []
 """Children that have read a file and wait for the next."""
 
 
-@atexit.register
-def _end_idle() -> None:
-    while _idle:
-        _idle.pop().close()
+def release(own: list[Child]) -> None:
+    """Give back children that keep no file open any more."""
+    while own:
+        _idle.append(own.pop())
+
+
+def end(children: list[Child]) -> None:
+    """End children that wait."""
+    while children:
+        children.pop().close()
+
+
+atexit.register(end, _idle)
 
 
 if hasattr(os, "register_at_fork"):
@@ -411,13 +446,13 @@ def main() -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     answers = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)
-    waiting = SimpleQueue[bytes]()
+    waiting = SimpleQueue[Message]()
     threading.Thread(target=_listen, args=(sys.stdin.buffer, waiting), name="ilf-lifeline", daemon=True).start()
     while True:
         _send(answers, answer(waiting.get()))
 
 
-def _listen(stream: BinaryIO, waiting: SimpleQueue[bytes]) -> None:
+def _listen(stream: BinaryIO, waiting: SimpleQueue[Message]) -> None:
     """Take work, until the parent closes the stream or ends: then end this process."""
     with suppress(EOFError, OSError):
         while True:
@@ -426,23 +461,23 @@ def _listen(stream: BinaryIO, waiting: SimpleQueue[bytes]) -> None:
     os._exit(1)
 
 
-def answer(work: bytes) -> bytes:
+def answer(work: Message) -> Message:
     """Do work within its limits and return the message for the parent."""
     try:
-        environment, function, arguments, seconds, memory = pickle.loads(work)
+        environment, function, arguments, seconds, memory = unpacked(work)
         os.environ.update(environment)
         if memory is not None:
             set_process_limits(seconds, memory)
-        return pickle.dumps((True, function(*arguments)))
+        return packed((True, function(*arguments)))
     except Exception as error:
         if not isinstance(error, IlfError | MemoryError):
             error.add_note("".join(traceback.format_exception(error)))
         error.__cause__ = error.__context__ = error.__traceback__ = None
         try:
-            message = pickle.dumps((False, error))
-            pickle.loads(message)
+            message = packed((False, error))
+            unpacked(message)
         except Exception:  # some errors of libraries cannot be sent
-            message = pickle.dumps((False, RuntimeError(f"{type(error).__name__}: {error}")))
+            message = packed((False, RuntimeError(f"{type(error).__name__}: {error}")))
         return message
 
 

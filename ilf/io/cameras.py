@@ -5,6 +5,7 @@ from __future__ import annotations
 import difflib
 import math
 import os
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -12,7 +13,7 @@ from typing import Any
 
 from numpy.typing import NDArray
 
-from .._runtime.files import read_json
+from .._runtime.files import read_file, read_json
 from .._runtime.schema import Section
 from ..data.camera import (
     DISTORTION_NOTE,
@@ -129,17 +130,38 @@ def _from_text(text: str) -> Camera:
     return camera_from_numbers(numbers, name="")
 
 
+def _split(text: str) -> tuple[str, str]:
+    """The file and the name of the camera in FILE or FILE#NAME."""
+    file, _, entry = text.rpartition(ENTRY_MARK)
+    return (text, "") if not file or os.path.exists(text) else (file, entry)
+
+
 def _from_file(text: str) -> dict[str, Any]:
     """The camera of a file, or of FILE#NAME."""
-    file, _, entry = text.rpartition(ENTRY_MARK)
-    if not file or os.path.exists(text):
-        file, entry = text, ""
+    file, entry = _split(text)
     path = Path(file)
     if path.suffix not in CAMERA_FILES and len(path.parts) < 2 and not os.path.exists(path):
         near = difflib.get_close_matches(file.lower(), INTRINSICS, 1)
         hint = f"Did you mean {near[0]}? " if near else ""
         raise InputError(f"There is no intrinsics preset {file!r}. {hint}Known: {', '.join(INTRINSICS)}. {REMEDY}")
     return read_camera_file(path, entry)
+
+
+_PLACES = re.compile(rb"extrinsic|translation|\bT_c|\bRt\b", re.IGNORECASE)
+"""What files of DepthAI, RealSense, Azure Kinect, Kalibr and ORB-SLAM call the places of cameras."""
+
+
+def transform_doubt(spec: IntrinsicsSpec | None) -> str:
+    """A doubt about depth that is registered as seen from colour's place, if the file of its camera states where that
+    is; "" if it does not."""
+    file = Path(_split(os.fspath(spec))[0]) if isinstance(spec, str | os.PathLike) else None
+    if file is None or not file.is_file() or not _PLACES.search(read_file(file).data.tobytes()):
+        return ""
+    return (
+        f"{file} also states where the cameras are, which is not used: depth is registered as if they were in one "
+        "place, and its edges may lie some pixels beside those of colour. If they do, have depth aligned to colour "
+        "where it is recorded."
+    )
 
 
 # Cameras of BOP scenes: scene_camera.json contains intrinsics and a depth scale for every image.

@@ -31,7 +31,8 @@ from .float_images import (
     read_npz,
     read_pfm,
 )
-from .hdf5_depth import HDF5_SUFFIXES, read_hdf5
+from .hdf5 import HDF5_SUFFIXES
+from .hdf5_depth import read_hdf5
 from .heic import HEIC_SUFFIXES, read_heic_depth
 from .images import encode_image, is_common_image, read_image
 from .kinds import wrong_kind

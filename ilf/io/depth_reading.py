@@ -30,7 +30,7 @@ from .encodings import (
 )
 from .float_images import COLMAP_SUFFIX, KINECT_V2_SUFFIXES, is_kinect_v2
 from .hdf5_depth import with_dataset
-from .other_values import distance_doubt, normalised_doubt, other_way_round
+from .other_values import disparity_name, distance_doubt, normalised_doubt, other_way_round
 
 # Signs that a depth file has another unit than assumed, or is not depth: names, sizes, steps and slopes.
 
@@ -280,12 +280,15 @@ def _scale(
 ) -> PlausibilityWarning | None:
     """Check for values that are not depth, or depth in another unit."""
     unusual = scale_warning(metres, encoding.units)
-    if not unusual and is_inverse(metres):
+    named = disparity_name(path)
+    if named or (not unusual and is_inverse(metres)):
         median = float(np.nanmedian(metres))
-        is_usual = median <= USUAL_MEDIAN_DEPTH[1]  # depth of a table may be very near
+        is_usual = median <= USUAL_MEDIAN_DEPTH[1] and not named  # depth of a table may be very near
+        sign = "Values increase towards the bottom of the image, where depth usually decreases"
+        sign = f"The name {named} says that values are no depth" if named else sign
         return PlausibilityWarning(
-            "Values increase towards the bottom of the image, where depth usually decreases, and their median "
-            f"would be {median:.2f} m: they {'may be' if is_usual else 'are most likely'} disparity or inverse depth. "
+            f"{sign}, and their median would be {median:.2f} m: they {'may be' if is_usual else 'are most likely'} "
+            "disparity or inverse depth. "
             "Give disparity:FB (focal length [px] times baseline [m]; disparity:1 for inverse depth) if they are, or m "
             "or mm if they are depth."
         )

@@ -101,6 +101,11 @@ def _rotated(values: NDArray[Any]) -> NDArray[np.uint16]:
     return np.asarray((stored >> 3) | (stored << 13), np.uint16)
 
 
+def _without_confidence(values: NDArray[Any]) -> NDArray[np.uint16]:
+    """Values without their highest three bits, which are the confidence in Android's DEPTH16."""
+    return np.asarray(_of_16_bits(values) & 0x1FFF, np.uint16)
+
+
 def _of_kinect(values: NDArray[Any]) -> NDArray[np.float64]:
     """Depth [m] from raw disparity of a Kinect v1, with the constants of NYU Depth V2's toolbox."""
     return np.asarray(351.3 / (1092.5 - _of_16_bits(values).astype(np.float64)))
@@ -169,6 +174,7 @@ ENCODINGS: dict[str, DepthEncoding] = {
     "nyu-raw": DepthEncoding("nyu-raw", 1.0, _of_swapped_kinect, _FARTHEST_KINECT),
     "kinect-raw": DepthEncoding("kinect-raw", 1.0, _of_kinect, _FARTHEST_KINECT),
     "mm-swapped": DepthEncoding("mm-swapped", 1000.0, _swapped),
+    "depth16": DepthEncoding("depth16", 1000.0, _without_confidence),
 }
 """Name -> encoding. `ENCODING_DESCRIPTIONS` also has those with numbers of their own."""
 
@@ -188,6 +194,7 @@ ENCODING_DESCRIPTIONS: dict[str, str] = {
     "nyu-raw": "disparity with swapped bytes (raw files of NYU Depth V2)",
     "kinect-raw": "disparity of a Kinect v1",
     "mm-swapped": "millimetres with swapped bytes",
+    "depth16": "millimetres below three bits of confidence (Android's DEPTH16)",
     _BOP: "by the depth_scale in scene_camera.json (BOP)",
     _DISPARITY: "disparity:FB, disparity of a stereo pair, with focal length x baseline FB",
     _RAY: "ray:UNITS,FX,FY,CX,CY, distance along the rays of a camera, UNITS per metre",

@@ -19,7 +19,7 @@ from .._runtime.files import MAX_FILE_BYTES, FileContent, zip_member
 from .._runtime.installation import optional
 from ..errors import FormatError
 from .images import check_pixel_count
-from .kinds import wrong_kind
+from .kinds import kind_of_file, wrong_kind
 
 _MEMORY = 2**31
 """Limit of the memory of a child that reads a file [bytes]."""
@@ -235,6 +235,12 @@ def read_colmap(file: FileContent) -> NDArray[np.float32]:
         If it is not such a file, has several channels, is truncated or has data after its end.
     """
     header = _COLMAP_HEADER.match(file.data[:_LONGEST_COLMAP_HEADER].tobytes())
+    if header is None and kind_of_file(file, file.data) is None:
+        raise FormatError(
+            f"{file} is neither a depth map of COLMAP, which begins with width&height&1&, nor 512 x 424 float32 of a "
+            "Kinect v2. If it is numbers without a header, whose size and type only their program knows, save them as "
+            "NPY: numpy.save('depth.npy', numpy.fromfile(FILE, TYPE).reshape(HEIGHT, WIDTH))."
+        )
     if header is None:
         raise wrong_kind(file, file.data, "a depth map of COLMAP, which begins with width&height&1&")
     width, height, channels = map(int, header.groups())

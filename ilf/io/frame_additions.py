@@ -35,7 +35,8 @@ from .encodings import DepthEncoding, encoding_of_inputs
 from .float_images import read_exr, read_npy, read_npz, read_pfm
 from .guide_models import is_guide_name, predict_by_name, ready_guide
 from .guide_network import predict_guide
-from .hdf5_depth import HDF5_SUFFIXES, split_dataset
+from .hdf5 import HDF5_SUFFIXES
+from .hdf5_depth import split_dataset
 from .images import read_image, read_indices
 
 _MAX_SCALE_RATIO = 1.5

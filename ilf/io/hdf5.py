@@ -13,10 +13,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .._runtime.files import FileContent
 from .._runtime.installation import optional
 from ..errors import FormatError
 from .kinds import kind_of_file, start_of, wrong_kind
 
+HDF5_SUFFIXES = ".hdf5", ".h5", ".mat"
 _MAGIC = b"\x89HDF", b"MATLAB 7.3"
 
 MAX_READ = 2**30
@@ -61,6 +63,12 @@ def open_hdf5(source: str | os.PathLike[str] | BytesIO, file: str, purpose: str)
         if not start.startswith(_MAGIC) and kind_of_file("", start):  # by content alone, which may begin later
             raise wrong_kind(file, start, "an HDF5 file") from error
         raise FormatError(f"{file} is not a complete HDF5 file. Download or copy it again.") from error
+
+
+def is_of_matlab(file: FileContent) -> bool:
+    """Whether MATLAB has saved an HDF5 file, with the axes of its arrays reversed; its h5write leaves no sign."""
+    content = file.data.tobytes()
+    return content.startswith(b"MATLAB 7.3") or b"MATLAB_class" in content
 
 
 def dataset(opened: Any, name: str, kinds: str, dimensions: int, file: str) -> Any:

@@ -14,10 +14,8 @@ from numpy.typing import NDArray
 
 from .._runtime.files import FileContent
 from ..errors import FormatError
-from .hdf5 import dataset, images, open_hdf5, rows
+from .hdf5 import dataset, images, is_of_matlab, open_hdf5, rows
 from .images import check_pixel_count
-
-HDF5_SUFFIXES = ".hdf5", ".h5", ".mat"
 
 _USUAL = "dataset", "depth", "depths"
 """Names of depth; Hypersim calls every image dataset."""
@@ -102,9 +100,3 @@ def _not_found(file: FileContent, name: str | None, known: dict[str, tuple[int, 
         f"{missing}{'. It has' if name else ''}: {listed}{more}. Name the one to read behind the file, "
         f"{file}:{likely}, or for all files of a folder as the dataset (--dataset) {likely}."
     )
-
-
-def is_of_matlab(file: FileContent) -> bool:
-    """Whether MATLAB has saved an HDF5 file, with the axes of its arrays reversed; its h5write leaves no sign."""
-    content = file.data.tobytes()
-    return content.startswith(b"MATLAB 7.3") or b"MATLAB_class" in content

@@ -20,6 +20,8 @@ from PIL import Image, TiffImagePlugin
 from .._runtime.files import FileSource, read_file
 from .._runtime.memory import check_memory
 from ..errors import FormatError, InputError
+from .hdf5 import HDF5_SUFFIXES
+from .hdf5_colour import read_hdf5_colour
 from .heic import HEIC_SUFFIXES, read_heic_colour
 from .kinds import COMMON_IMAGES, wrong_kind
 from .pcl_files import PCD_SUFFIX, PCLZF_SUFFIX, read_pcd_colour, read_pclzf_colour
@@ -287,6 +289,7 @@ _COLOUR_READERS = {
     PCD_SUFFIX: read_pcd_colour,
     PCLZF_SUFFIX: read_pclzf_colour,
     **dict.fromkeys(HEIC_SUFFIXES, read_heic_colour),
+    **dict.fromkeys(HDF5_SUFFIXES, read_hdf5_colour),
 }
 """Suffix -> reader of colour from files that are no common images."""
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from .._runtime.files import FileContent
 from ..errors import FormatError
 from .float_images import PFM_SUFFIX
-from .hdf5_depth import HDF5_SUFFIXES, is_of_matlab
+from .hdf5 import HDF5_SUFFIXES, is_of_matlab
 from .heic import HEIC_SUFFIXES, heic_orientation
 from .images import OPPOSITE, image_header, turned
 
@@ -88,7 +88,7 @@ def pair_orientation(
         if file.path.suffix.lower() in HEIC_SUFFIXES and claims[1 - place][0] != 1:
             claims[place] = 1, ""  # it is upright, and so may the other one be
     is_pfm = depth_file.path.suffix.lower() == PFM_SUFFIX
-    if claims[0][0] != 1 and (is_pfm or depth_file.path.suffix.lower() in HDF5_SUFFIXES):
+    if claims[0][0] not in {1, claims[1][0]} and (is_pfm or depth_file.path.suffix.lower() in HDF5_SUFFIXES):
         claims[1] = 1, ""
     tags = claims[0][0], claims[1][0]
     if tags[0] == tags[1]:

@@ -41,6 +41,7 @@ _ROUNDING = 0.01
 _DISTANCE = re.compile(
     r"(?:^|[^a-z])(distances?|ranges?|euclidean|radial|rays?|raydepth|raylength|depth_?perspective)(?:[^a-z]|$)"
 )
+_DISPARITY = re.compile(r"(?:^|[^a-z])(disp|disparity|disparities|inv_?depth|inverse_?depth)(?:[^a-z]|$)")
 _RECORDINGS = "", ".bag", ".mcap", ".db3", ".mkv", ".r3d"
 _NAMES_OF_RAYS = "distance_to_camera", "depthperspective", "depth_perspective"
 _NO_DISTANCE = re.compile(r"plane|planar|perpendicular|orthogonal|z_?depth")
@@ -128,6 +129,18 @@ def _reaches(seen: NDArray[np.uint16]) -> bool:
 def is_named_distance(path: Path) -> bool:
     """Whether a file is named as Isaac Sim or AirSim name distances [m] along rays."""
     return path.stem.lower().startswith(_NAMES_OF_RAYS)
+
+
+def disparity_name(path: Path | None) -> str:
+    """The name of a file that says that it holds disparity or inverse depth; "" if it does not.
+
+    Examples
+    --------
+    >>> disparity_name(Path("disp0.pfm")), disparity_name(Path("display.png"))
+    ('disp0', '')
+    """
+    found = None if path is None else _DISPARITY.search(path.stem.lower())
+    return path.stem if path is not None and found else ""
 
 
 def distance_doubt(path: Path) -> str:

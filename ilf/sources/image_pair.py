@@ -12,7 +12,7 @@ from .._runtime.files import FileContent, read_file
 from ..data.camera import Camera, Cameras, camera_doubt
 from ..data.frame import FrameInputs, InputFile, RGBDFrame
 from ..errors import FormatError, InputError
-from ..io.cameras import frame_camera, lens_from
+from ..io.cameras import frame_camera, lens_from, transform_doubt
 from ..io.depth_reading import DepthReading, interpret_depth, read_depth
 from ..io.encodings import ray_encoding
 from ..io.images import read_colour_with_warning, turned
@@ -138,7 +138,8 @@ def _cameras(
     """The cameras of colour and depth, notes on both, and those among them to issue as warnings."""
     if options.undistort:
         colour, depth, notes = _lenses(options, shape, depth_shape)
-        return Cameras(colour, depth, np.eye(4)), notes, ()
+        placed = () if is_registered(options, shape, depth_shape) else _doubt_of_places(options)
+        return Cameras(colour, depth, np.eye(4)), (*notes, *placed), placed
     if is_registered(options, shape, depth_shape):
         given = options.intrinsics if options.depth_intrinsics is None else options.depth_intrinsics
         camera, notes = frame_camera(given, shape)
@@ -149,8 +150,12 @@ def _cameras(
     if depth_camera is None or (camera is None and notes):
         raise InputError((depth_notes if depth_camera is None else notes)[0])
     doubt = camera_doubt(depth_camera, depth_shape)
-    issued = (f"Depth camera: {doubt}",) if doubt else ()
+    issued = (*((f"Depth camera: {doubt}",) if doubt else ()), *_doubt_of_places(options))
     return Cameras(camera, depth_camera, np.eye(4)), (*notes, *depth_notes, *issued), issued
+
+
+def _doubt_of_places(options: ReadingOptions) -> tuple[str, ...]:
+    return tuple(filter(None, [transform_doubt(options.depth_intrinsics)]))
 
 
 def _doubt_of_registration(options: ReadingOptions, depth: Camera | None, shape: tuple[int, int]) -> tuple[str, ...]:

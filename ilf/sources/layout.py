@@ -58,6 +58,8 @@ class Layout(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=Tr
         down, z forward ("y-down"), or x right, y up, z backward ("y-up").
     needs : tuple of str
         Further paths or patterns without which a folder is not recognised.
+    excludes : tuple of str
+        Patterns of files with which it is not recognised.
     registered : bool
         Whether depth has the pixels of colour, or `depth_K` registers it.
     title, note : str
@@ -83,6 +85,7 @@ class Layout(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=Tr
     pose_maps: Literal["camera-to-world", "world-to-camera"] = "camera-to-world"
     pose_axes: Literal["y-down", "y-up"] = "y-down"
     needs: tuple[str, ...] = ()
+    excludes: tuple[str, ...] = ()
     registered: bool = True
     title: str = ""
     note: str = ""
@@ -125,7 +128,8 @@ def layout_of(values: Mapping[str, Any], name: str, where: str) -> Layout:
             checked_invalid(layout.invalid)
         if layout.distance == "ray" and (isinstance(given, str) or not (layout.K or layout.depth_K)):
             raise ParameterError("distance=ray needs K, and units instead of an encoding.")
-        for text in (layout.rgb, layout.depth, *layout.needs, layout.truth, layout.confidence, layout.pose):
+        patterns = layout.rgb, layout.depth, layout.truth, layout.confidence, layout.pose
+        for text in (*patterns, *layout.needs, *layout.excludes):
             check_pattern(text)
         for text in (layout.K, layout.depth_K):
             check_pattern(text.lstrip("/"))
@@ -175,7 +179,7 @@ def layout_from_text(text: str) -> Layout:
         key, mark, value = word.partition("=")
         if not mark or key in values or key == "name":
             raise FormatError(f"{where}: {word!r:.60} is not key=value, or it is given twice.")
-        values[key] = tuple(value.split()) if key == "needs" else value
+        values[key] = tuple(value.split()) if key in {"needs", "excludes"} else value
     return layout_of(values, GIVEN, where)
 
 

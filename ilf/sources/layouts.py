@@ -111,7 +111,8 @@ def fitting(folders: Folders, layouts: Sequence[Layout], below: Sequence[str] | 
     seen: set[str] = set()
     for folder in below:
         for layout in layouts:
-            if layout.name not in seen and not _lacking(folders, layout, folder):
+            is_other = any(_is_there(folders, text, folder) for text in layout.excludes)
+            if layout.name not in seen and not is_other and not _lacking(folders, layout, folder):
                 seen.add(layout.name)
                 yield layout
 

@@ -112,7 +112,15 @@ def opened(path: str | os.PathLike[str]) -> Iterator[Recording]:
             raise FormatError(f"{found} is empty (0 bytes). Copy or export it again.")
         check_is_there(found)
         with source_plugins().using(kind) if kind not in built_in_kinds() else nullcontext():
-            yield _kept((os.getpid(), str(found), kind.state(found)), lambda: kind(found))
+            yield _kept((os.getpid(), str(found), kind.state(found)), lambda: _open_kind(kind, found))
+
+
+def _open_kind(kind: type[Recording], path: Path) -> Recording:
+    if not kind.in_child:
+        return kind(path)
+    from .recording_in_child import RecordingInChild
+
+    return RecordingInChild(kind, path)
 
 
 def _kept(name: tuple[int, str, tuple[int, ...]], open_it: Callable[[], Recording]) -> Recording:

@@ -2,20 +2,14 @@
 
 from __future__ import annotations
 
-import bz2
-import io
 import shlex
 import sys
 import tempfile
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from functools import partial
 from pathlib import Path, PurePath
-from types import SimpleNamespace
-from typing import Any
 
 from .._runtime.cancellation import check_cancelled
-from .._runtime.files import MAX_FILE_BYTES
 from .._runtime.installation import optional
 from .._runtime.writing import remove, removed_on_exit
 from ..errors import FormatError, InputError, cause
@@ -30,29 +24,6 @@ _ZSTD = "compression.zstd" if sys.version_info >= (3, 14) else "backports.zstd"
 _CHUNK = 2**22
 _LARGEST_RATIO, _LARGEST = 200, 2**26
 """What is unpacked may have so many times the size of what was packed, or so many bytes."""
-
-
-def bound_unpacking() -> None:
-    """Have rosbags unpack chunks and messages within limits; it has none itself."""
-    from lz4 import frame as lz4
-    from rosbags.rosbag1 import reader as ros1
-    from rosbags.rosbag2 import reader as ros2
-    from rosbags.rosbag2 import storage_mcap as mcap
-
-    zstd = optional(_ZSTD, "sequences", "A compressed ROS bag")
-    ros1.decompressors.update(bz2=partial(_bounded, bz2.open), lz4=partial(_bounded, lz4.open))
-    mcap.DECOMPRESSORS.update(zstd=partial(_bounded, zstd.open), lz4=partial(_bounded, lz4.open))
-    vars(ros2)["zstd"] = SimpleNamespace(open=zstd.open, decompress=partial(_bounded, zstd.open))
-
-
-def _bounded(opening: Callable[..., Any], data: bytes, _: int = 0) -> bytes:
-    """Unpack data by a function that opens them; raise ValueError if they become too large."""
-    at_most = min(max(_LARGEST_RATIO * len(data), _LARGEST), MAX_FILE_BYTES)
-    with opening(io.BytesIO(data)) as stream:
-        plain: bytes = stream.read(at_most + 1)
-    if len(plain) > at_most:
-        raise ValueError(f"a part of {len(data)} bytes has more than {at_most / 2**20:.3g} MiB when unpacked")
-    return plain
 
 
 def unpacking_command(path: PurePath | str) -> str:

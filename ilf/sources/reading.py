@@ -250,8 +250,8 @@ def files_of(ref: FrameRef, *, beside: bool = True) -> FrameFiles:
     if kind is not None and path.suffix.lower() not in {*COLOUR_SUFFIXES, *DEPTH_FILE_SUFFIXES}:
         raise FormatError(f"{path} is {kind[0]}, not a frame. {kind[1]}")
     raise InputError(
-        f"{path}: a frame needs a depth image besides its colour image. Give both files, or one folder with "
-        f"{META_NAME}."
+        f"{path}: a frame needs a depth image besides its colour image. Give both files (the same one twice if it has "
+        f"both), or one folder with {META_NAME}."
     )
 
 

@@ -103,12 +103,14 @@ class Recording(ABC):
         Notes for the user, a sentence each.
     """
 
-    kind: ClassVar[str]
+    kind: str
     """Name of this kind of recording in messages."""
     suffixes: ClassVar[tuple[str, ...]] = ()
     """Extensions of its files, in lower case."""
-    has_topics: ClassVar[bool] = False
+    has_topics: bool = False
     """Whether one of several cameras is selected by its topics."""
+    in_child: ClassVar[bool] = False
+    """Whether a damaged file may crash, exhaust or block its reader, which a child process does then."""
 
     frames: Mapping[str, Any]
     times: tuple[float, ...] = ()

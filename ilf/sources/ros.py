@@ -10,19 +10,18 @@ from collections.abc import Iterator, Sequence
 from contextlib import AbstractContextManager, ExitStack
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import takewhile
+from itertools import islice, takewhile
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .._runtime.files import open_file
 from .._runtime.installation import optional
 from ..data.camera import FISHEYE, Cameras
 from ..errors import FormatError, InputError
 from ..io.mcap import EndedMcap, whole_size
-from .packed import bound_unpacking, unpacked, unpacking_command
+from .packed import unpacked, unpacking_command
 from .recording import (
     RecordedFrame,
     Recording,
@@ -37,18 +36,17 @@ from .ros_messages import (
     COMPRESSED,
     IMAGE,
     INFO,
-    METADATA,
     TRANSFORM,
     TRANSFORMS,
     camera_of,
     check_definitions,
     colour_of,
     depth_of,
+    extrinsics_matrix,
     image_size,
     is_colour,
     is_depth,
     is_lossless,
-    limited,
     says_depth,
     transform_between,
     transform_matrix,
@@ -217,6 +215,7 @@ def _topic_list(topics: Sequence[ImageTopic]) -> str:
     return " ".join([listed, *(topic.problem for topic in topics if topic.problem)]).strip()
 
 
+METADATA = "metadata.yaml"
 _STORAGE = (".db3", ".mcap")
 _PACKED = tuple(suffix + packed for suffix in _STORAGE for packed in (".zstd", ".zst"))
 """Extensions of the files of `ros2 bag record --compression-mode file`."""
@@ -225,6 +224,8 @@ _ZSTD = b"\x28\xb5\x2f\xfd"
 _IMAGES = (IMAGE, COMPRESSED)
 _PICTURES = re.compile("Image|Packet|Video|Cloud")
 """Types of messages that may have depth."""
+_MAX_TRANSFORMS = 2000
+"""Messages in which a transform is looked for: what does not move is sent again and again."""
 _Stamped = dict[int, int]
 """Time stamp in the header [ns] -> time in the recording [ns], by which the message is found."""
 
@@ -245,20 +246,17 @@ class RosBag(Recording):
     kind = "a ROS bag"
     suffixes = (".bag", *_STORAGE)
     has_topics = True
+    in_child = True
 
     def __init__(self, path: Path) -> None:
         super().__init__(path)
         highlevel = optional("rosbags.highlevel", "ilf-studio[sensors]", "A ROS bag")
         typesys = optional("rosbags.typesys", "ilf-studio[sensors]", "A ROS bag")
-        bound_unpacking()
         plain, self._packed = _compressed_bag(path)
         if path.is_dir() and not (plain or self._packed or (path / METADATA).is_file()):
             raise InputError(
                 f"{path} has no {METADATA}: the recording was not closed properly. Run: ros2 bag reindex {path}"
             )
-        for file in path.iterdir() if path.is_dir() else ():
-            if not file.is_dir():
-                open_file(file).close()  # its reader would wait for a pipe
         self._temporary = ExitStack()
         weakref.finalize(self, self._temporary.close)
         with self._reading():
@@ -269,8 +267,7 @@ class RosBag(Recording):
             self._is_cut = any(size is not None for size in sizes)
             opened = [file if size is None else EndedMcap(file, size) for file, size in zip(files, sizes, strict=True)]
             self._reader = highlevel.AnyReader(opened, default_typestore=known)
-            with limited(path, self._reader):
-                self._reader.open()
+            self._reader.open()
         own = known.fielddefs
         if not self._reader.is2:  # some field names of ROS 1 have capitals
             own = {**own, **typesys.get_typestore(typesys.Stores.ROS1_NOETIC).fielddefs}
@@ -370,9 +367,24 @@ class RosBag(Recording):
         return Cameras(cameras[0], cameras[1], self._depth_to_colour(topics))
 
     def _depth_to_colour(self, camera: CameraTopics) -> NDArray[np.float64] | None:
-        stamped = (one for message in self._messages("/tf_static", TRANSFORMS) for one in message.transforms)
-        found = transform_between(stamped, camera.depth.frame_id, camera.colour.frame_id)
-        return found if found is not None else self._realsense_motion(camera)
+        found = self._transform("/tf_static", camera)
+        for other in (self._realsense_motion, self._extrinsics):
+            found = other(camera) if found is None else found
+        return self._transform("/tf", camera) if found is None else found  # cameras do not move against each other
+
+    def _transform(self, topic: str, camera: CameraTopics) -> NDArray[np.float64] | None:
+        messages = islice(self._messages(topic, TRANSFORMS), _MAX_TRANSFORMS)
+        stamped = (one for message in messages for one in message.transforms)
+        return transform_between(stamped, camera.depth.frame_id, camera.colour.frame_id)
+
+    def _extrinsics(self, camera: CameraTopics) -> NDArray[np.float64] | None:
+        """The same from the topic of RealSense's driver for ROS."""
+        driver = camera.depth.base.rsplit("/", 2)[0]
+        known = self._reader.typestore.fielddefs  # not in recordings from before ROS 2 Iron
+        for one in self._reader.connections:
+            if one.topic == f"{driver}/extrinsics/depth_to_color" and one.msgtype in known:
+                return extrinsics_matrix(self._first(one.topic)) if "/color/" in camera.colour.name else None
+        return None
 
     def _realsense_motion(self, camera: CameraTopics) -> NDArray[np.float64] | None:
         """The same from the RealSense library's own topics, which contain the transforms from a group of streams to

@@ -1,11 +1,10 @@
-"""Decoding ROS messages (images, camera calibrations, transforms), and limits for opening ROS recordings."""
+"""Decoding ROS messages: images, camera calibrations, transforms."""
 
 from __future__ import annotations
 
 import re
 import struct
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Collection, Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -14,13 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._runtime.files import FileContent
-from .._runtime.installation import optional
 from ..data.camera import Camera, fitted, lens_of
 from ..errors import FormatError, InputError
 from ..io.depth import checked_depth_values, default_depth_units, eight_bit_error
 from ..io.images import check_pixel_count, image_header, read_colour, read_image
 from ..io.rvl import read_rvl, rvl_size
-from ..io.sqlite_files import DEFINITIONS, LONGEST, STEPS, TimeLimit, check_plain
 from .poses import turned_and_moved
 
 IMAGE, COMPRESSED = "sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage"
@@ -241,6 +238,19 @@ def transform_matrix(transform: Any) -> NDArray[np.float64]:
     return turned_and_moved(quaternion / length, (shift.x, shift.y, shift.z))
 
 
+def extrinsics_matrix(message: Any) -> NDArray[np.float64] | None:
+    """The matrix, float64 (4, 4), of the Extrinsics of RealSense's driver, whose rotation is column by column; None if
+    there is no message; raises FormatError if it has other fields."""
+    if message is None:
+        return None
+    found = np.eye(4)
+    try:
+        found[:3, :3], found[:3, 3] = np.reshape(message.rotation, (3, 3)).T, message.translation
+    except (AttributeError, ValueError) as error:
+        raise FormatError("the transform between the cameras has other fields than those of RealSense.") from error
+    return found
+
+
 def transform_between(transforms: Iterable[Any], start: str, end: str) -> NDArray[np.float64] | None:
     """The transform of points from one coordinate frame to another, (4, 4), from tf messages; None if not connected.
 
@@ -316,93 +326,3 @@ def _kinds_in(form: Any) -> list[str]:
     if isinstance(form, tuple):
         return [kind for part in form for kind in _kinds_in(part)]
     return [form] if isinstance(form, str) and "/" in form else []
-
-
-# Limits for opening a ROS recording: rosbags itself has none.
-
-METADATA = "metadata.yaml"
-MAX_TOPICS = 4000
-MAX_TOPIC_TEXT = 2**21
-"""Maximum bytes of text about the topics; rosbags takes about 20 s per megabyte."""
-MAX_DEFINITIONS = 2**23
-"""Maximum bytes of message definitions, summed over the topics; about 4 s per megabyte."""
-
-_LISTS = {"topics": MAX_TOPIC_TEXT, "message_definitions": MAX_DEFINITIONS}
-"""Tables of an SQLite file that rosbags reads as a whole, and their maximum amount of text [bytes]."""
-
-
-@contextmanager
-def limited(path: Path, reader: Any) -> Iterator[None]:
-    """Limit the resources for opening a recording with rosbags, and for reading its SQLite files afterwards.
-
-    Parameters
-    ----------
-    path : Path
-        Path of the recording, for messages.
-    reader : AnyReader
-        Its reader, not open yet.
-
-    Raises
-    ------
-    FormatError
-        If there are too many topics, too much text about them, or an SQLite file that `check_plain` rejects.
-    """
-    apsw = optional("apsw", "ilf-studio[sensors]", "A ROS bag")
-
-    def guard(connection: Any) -> None:
-        allowance = TimeLimit(Path(connection.filename).stat().st_size)
-
-        def is_over() -> bool:
-            if allowance.is_exceeded():
-                raise FormatError(f"{path} is damaged: reading it takes too long. Copy or export it again.")
-            return False
-
-        connection.limit(apsw.SQLITE_LIMIT_LENGTH, LONGEST)
-        connection.set_exec_trace(allowance.begin)
-        connection.set_progress_handler(is_over, STEPS)
-        for name in check_plain(path, connection.execute(DEFINITIONS)):
-            if (max_bytes := _LISTS.get(name.lower())) is not None:
-                _check_list(path, connection.execute(f"SELECT * FROM {name} LIMIT {MAX_TOPICS + 1}"), max_bytes)
-
-    if (path / METADATA).is_file():
-        _check(path, 0, (path / METADATA).stat().st_size, MAX_TOPIC_TEXT)
-    for one in reader.readers:
-        _check_when_open(path, one)
-    apsw.connection_hooks.append(guard)
-    try:
-        yield
-    finally:
-        apsw.connection_hooks.remove(guard)
-
-
-def _check_list(path: Path, rows: Iterator[Sequence[object]], max_bytes: int) -> None:
-    """Check the rows of one of `_LISTS`."""
-    count = size = 0
-    for count, row in enumerate(rows, 1):
-        size += sum(len(value) for value in row if isinstance(value, str | bytes))
-        _check(path, count, size, max_bytes)
-
-
-def _check_when_open(path: Path, reader: Any) -> None:
-    """Check a reader's topics after it has opened its file, before it reads all definitions."""
-    open_file = reader.open
-
-    def open_and_check() -> None:
-        open_file()
-        size = sum(len(one.msgdef.data) for one in reader.connections)
-        try:
-            _check(path, len(reader.connections), size, MAX_DEFINITIONS)
-        except FormatError:
-            reader.close()
-            raise
-
-    reader.open = open_and_check
-
-
-def _check(path: Path, count: int, size: int, max_bytes: int) -> None:
-    if count > MAX_TOPICS:
-        raise FormatError(f"{path} has more than {MAX_TOPICS} topics. Record only those of the camera.")
-    if size > max_bytes:
-        raise FormatError(
-            f"{path} has more than {max_bytes / 2**20:g} MiB of text about its topics. Record only those of the camera."
-        )

@@ -22,6 +22,8 @@ K = (30.0, 0.0, 15.5, 0.0, 30.0, 11.5, 0.0, 0.0, 1.0)
 START = 1_600_000_000 * 10**9
 KINDS = ("ros1", "sqlite3", "mcap")
 
+EXTRINSICS = "realsense2_camera_msgs/msg/Extrinsics"
+_DEFINITIONS = {EXTRINSICS: "float64[9] rotation\nfloat64[3] translation\n"}
 _TRANSFORMS = {"tf2_msgs/msg/TFMessage": "geometry_msgs/TransformStamped[] transforms\n"}
 
 
@@ -31,9 +33,8 @@ class Bag:
     def __init__(self, writer: Any, is_ros1: bool) -> None:
         self._writer, self._is_ros1 = writer, is_ros1
         self._store = get_typestore(Stores.ROS1_NOETIC if is_ros1 else Stores.ROS2_HUMBLE)
-        if is_ros1:
-            for name, definition in _TRANSFORMS.items():
-                self._store.register(get_types_from_msg(definition, name))
+        for name, definition in (_DEFINITIONS | (_TRANSFORMS if is_ros1 else {})).items():
+            self._store.register(get_types_from_msg(definition, name))
         self._connections: dict[str, Any] = {}
         self._count = 0
 
@@ -132,13 +133,17 @@ class Bag:
             self.make("geometry_msgs/msg/Quaternion", *turn),
         )
 
-    def tf_static(self, *poses: tuple[str, str, tuple[float, float, float], tuple[float, float, float, float]]) -> None:
+    def tf_static(
+        self,
+        *poses: tuple[str, str, tuple[float, float, float], tuple[float, float, float, float]],
+        topic: str = "/tf_static",
+    ) -> None:
         """The poses of children in their parents: (parent, child, shift, turn)."""
         stamped = [
             self.make("geometry_msgs/msg/TransformStamped", self.header(0, parent), child, self.transform(shift, turn))
             for parent, child, shift, turn in poses
         ]
-        self.write("/tf_static", self.make("tf2_msgs/msg/TFMessage", stamped), 0)
+        self.write(topic, self.make("tf2_msgs/msg/TFMessage", stamped), 0)
 
 
 @contextmanager

@@ -9,7 +9,10 @@ import signal
 import warnings
 from typing import Any
 
-from ilf._runtime.children import ChildEnded, answer
+from ilf._runtime.children import ChildEnded, answer, packed, unpacked
+
+_SECONDS = 5.0
+"""Time limit of a call: less than in the program, so that thousands of cases can be run."""
 
 
 class ForkedChild:
@@ -23,6 +26,7 @@ class ForkedChild:
 
     def call(self, function: Any, *arguments: Any, seconds: float, memory: int | None) -> Any:
         """Call the function in a fork of this process."""
+        seconds = min(seconds, _SECONDS)
         reading, writing = os.pipe()
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", DeprecationWarning)  # the child needs no other thread
@@ -32,7 +36,7 @@ class ForkedChild:
             try:
                 faulthandler.disable()  # the tests' handler; the parent reports a crash
                 os.close(reading)
-                found = answer(pickle.dumps(({}, function, arguments, seconds, memory)))
+                found = pickle.dumps([*map(bytes, answer(packed(({}, function, arguments, seconds, memory))))])
                 while found:
                     found = found[os.write(writing, found) :]
                 status = 0
@@ -54,7 +58,7 @@ class ForkedChild:
             _, status = os.waitpid(child, 0)
         if os.waitstatus_to_exitcode(status) or not message:
             raise ChildEnded(os.waitstatus_to_exitcode(status))
-        is_result, result = pickle.loads(message)
+        is_result, result = unpacked(pickle.loads(message))
         if not is_result:
             raise result
         return result

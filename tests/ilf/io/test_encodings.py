@@ -42,6 +42,7 @@ STORED = {
     "mm": MM,
     "sun": (MM << 3) | (MM >> 13),
     "mm-swapped": MM.byteswap(),
+    "depth16": MM | np.uint16(5 << 13),
     "kinect-raw": DISPARITY,
     "nyu-raw": DISPARITY.byteswap(),
 }

@@ -111,6 +111,28 @@ def test_the_order_of_axes_of_matlab_is_undone_also_in_squares(folder, is_stored
     assert np.array_equal(read_depth_values(folder / "depth.mat", dataset="/scene/z"), square)
 
 
+@pytest.mark.parametrize("first", [False, True])
+def test_colour_beside_depth_is_read_as_blenderproc_writes_it(tmp_path, first):
+    """Also with opacity and the channels first; depth beyond all is what was not hit."""
+    colour = np.random.default_rng(0).integers(0, 255, (H, W, 4 if first else 3), np.uint8)
+    for name in ("0.hdf5", "1.hdf5"):
+        with h5py.File(tmp_path / name, "w") as file:
+            file["colors"] = np.moveaxis(colour, 2, 0) if first else colour
+            file["depth"] = np.where(NEAR > 1.1, NEAR, np.float32(1e10))
+    source = ilf.open_source(tmp_path)
+    frame = read_frame(source.ref("0"))
+    assert source.layout.startswith("blenderproc")
+    assert len(source) == 2
+    assert np.array_equal(frame.rgb, colour[..., :3])
+    assert np.array_equal(frame.depth, np.where(NEAR > 1.1, NEAR, np.nan), equal_nan=True)
+    assert not any("column" in note for note in frame.notes)
+
+
+def test_hdf5_without_colour_is_refused_as_colour(folder):
+    with pytest.raises(FormatError, match=r"take\.h5 has no colour: no dataset colors, color, rgb, image of 8 bits"):
+        ilf.load_frame(folder / "take.h5", folder / "take.h5")
+
+
 def test_a_new_project_repeats_the_dataset(folder):
     files = [str(folder / "rgb.png"), f"{folder / 'take.h5'}:/right/z"]
     assert main(["project", "new", str(folder / "new.ilf"), *files]) == 0

@@ -165,3 +165,15 @@ def test_a_dataset_that_says_distance_is_doubted_too(tmp_path):
 @pytest.mark.parametrize("name", DEPTHS)
 def test_ray_is_not_proposed_for_other_names(name, tmp_path):
     assert not told(files(tmp_path, np.where(np.isfinite(depth()), depth(), 0).astype(np.float32), name))
+
+
+@pytest.mark.parametrize(("name", "is_doubted"), [("disp0", True), ("left_disparity", True), ("display", False)])
+def test_a_name_that_says_disparity_is_doubted(tmp_path, name, is_doubted):
+    """Disparity of a small image, 4 to 10 px, would be plausible metres."""
+    disparity = np.where(np.isfinite(depth()), 20 / depth(), np.inf).astype(np.float32)
+    colour, file = files(tmp_path, disparity[::-1], f"{name}.npy")
+    notes = ilf.load_frame(colour, file, warn=False).notes
+    assert any("disparity:FB" in note for note in notes) == is_doubted
+    read = ilf.load_frame(colour, file, encoding="disparity:20", warn=False)
+    assert read.depth[read.known] == pytest.approx(depth()[::-1][read.known])
+    assert not read.notes

@@ -85,6 +85,22 @@ def test_the_camera_of_depth_of_another_size_is_doubted(files, tmp_path):
     assert "Depth camera" in frame.notes[0]
 
 
+@pytest.mark.parametrize("is_stated", [True, False])
+def test_the_place_of_the_depth_camera_that_is_not_used_is_said(files, tmp_path, is_stated):
+    """DepthAI states that the cameras are 75 mm apart, in centimetres."""
+    (tmp_path / "depth.png").write_bytes(encode_image(".png", MILLIMETRES[::2, ::2]))
+    cameras = []
+    for socket, size in ((0, (W, H)), (2, (W // 2, H // 2))):
+        matrix = [[0.82 * size[0], 0, size[0] / 2], [0, 0.82 * size[0], size[1] / 2], [0, 0, 1]]
+        camera = {"intrinsicMatrix": matrix, "width": size[0], "height": size[1]}
+        place = {"extrinsics": {"translation": {"x": -7.5, "y": 0.0, "z": 0.0}, "toCameraSocket": 0}}
+        cameras.append([socket, camera | (place if is_stated else {})])
+    path = tmp_path / "oak.json"
+    path.write_text(json.dumps({"cameraData": cameras}))
+    frame = ilf.load_frame(*files, intrinsics=f"{path}#CAM_A", depth_intrinsics=f"{path}#CAM_C", warn=False)
+    assert any("as if they were in one place" in note for note in frame.notes) == is_stated
+
+
 def _transforms(folder, facts, separator="/", suffix=".png"):
     for name in ("f0", "f1"):
         for kind, image in (("images", COLOUR), ("depth", MILLIMETRES)):

@@ -1,0 +1,49 @@
+"""Colour from HDF5 files that have colour and depth, as BlenderProc writes them."""
+
+from __future__ import annotations
+
+import io
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .._runtime.files import FileContent
+from ..errors import FormatError
+from .hdf5 import dataset, is_of_matlab, open_hdf5, rows
+
+_USUAL = "colors", "color", "rgb", "image"
+"""Names of colour; BlenderProc calls it colors."""
+
+_MEMORY = 2**31
+"""Limit of the memory of a child that reads a file [bytes]."""
+
+
+def read_hdf5_colour(file: FileContent) -> NDArray[np.uint8]:
+    """Read colour, RGB (H, W, 3), in a child: a dataset of 8 bits with a usual name, and 3 channels, or 4 with opacity,
+    which are its last or first axis.
+
+    Raises
+    ------
+    InputError
+        If h5py is not installed.
+    FormatError
+        If it is no HDF5, is damaged, or has no such dataset.
+    """
+    from .._runtime.children import run_in_child
+
+    return run_in_child(_colour, file, file=str(file), memory=_MEMORY)
+
+
+def _colour(file: FileContent) -> NDArray[np.uint8]:
+    with open_hdf5(io.BytesIO(file.data.tobytes()), str(file), "Reading colour from HDF5") as opened:
+        known = (dataset(opened, name, "u", 3, str(file)) for name in _USUAL)
+        found = next((data for data in known if data is not None and data.dtype == np.uint8), None)
+        values = np.zeros((0, 0, 0), np.uint8) if found is None else rows(found, slice(None), str(file))
+    values = values.T if is_of_matlab(file) else values
+    values = values if values.shape[2] in {3, 4} else np.moveaxis(values, 0, 2)
+    if values.shape[2] not in {3, 4}:
+        raise FormatError(
+            f"{file} has no colour: no dataset {', '.join(_USUAL)} of 8 bits with 3 or 4 channels. Give colour in a "
+            "file of its own."
+        )
+    return np.ascontiguousarray(values[..., :3])
