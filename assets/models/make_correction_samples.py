@@ -2,7 +2,8 @@
 
     python assets/models/make_correction_samples.py --data PICTURES --frames FRAME... --out FOLDER
 
-Of every real frame (rgb.jpg, depth.png, meta.json) some measured depth is hidden, in several ways. PICTURES is what
+Of every frame (rgb.jpg, depth.png, meta.json) some measured depth is hidden, in several ways; one that is path traced
+(meta.json's `sensor` begins with "rendered") is first measured by a simulated depth camera. PICTURES is what
 assets/models/make_scenes.py has made. Of every third picture one sample is made as it is; all others are enlarged to
 twice their size, completed, and two details are cut out, so that the network sees what frames of 640 x 480 look like.
 Each sample is one NUMBER-K.npz: rgb uint8 (H, W, 3); known and completed depth float32 (H, W) [m], NaN = missing;
@@ -29,6 +30,7 @@ from recipes.contour_samples import SIDES
 from recipes.correction_samples import UNKNOWN_LINES
 from recipes.hiding import hide
 from recipes.pictures import random_colour, read_picture, with_hidden_depth
+from recipes.simulated import RENDERED, simulated
 
 from ilf.completion.correction import UNCORRECTED
 from ilf.completion.filter import edges_for
@@ -39,7 +41,7 @@ from ilf.run.run import complete
 from ilf.segmentation.extraction import extract_blocks
 
 SEED = 41
-REAL, FROM_EACH = 900000, 8
+REAL, FROM_EACH = 900000, 4
 """Number of the first sample of real frames, and how many are made of each."""
 
 AS_IT_IS = 3
@@ -75,18 +77,19 @@ def make(number: int, path: Path, out: Path) -> None:
 
 
 def make_real(number: int, folder: Path, out: Path) -> None:
-    """Samples of a real frame, with some of its measured depth hidden."""
+    """Samples of a measured or path-traced frame, with some of its measured depth hidden."""
     rng = np.random.default_rng((SEED, number))
-    real = load_bench_frame(folder).frame
-    rgb, depth = real.rgb, real.depth
+    real = load_bench_frame(folder)
+    rgb, exact = real.frame.rgb, real.frame.depth
+    measured = simulated(real.frame, rng) if real.sensor.startswith(RENDERED) else exact
     if rng.random() < 0.5:
-        rgb, depth = np.ascontiguousarray(rgb[:, ::-1]), np.ascontiguousarray(depth[:, ::-1])
+        rgb, exact, measured = (np.ascontiguousarray(one[:, ::-1]) for one in (rgb, exact, measured))
     rgb = np.round(random_colour(rgb, rng) * 255).astype(np.uint8)
-    surfaces = extract_blocks(RGBDFrame(rgb, depth))
-    while not (hidden := hide(depth, surfaces, rng)).any():
+    surfaces = extract_blocks(RGBDFrame(rgb, measured))
+    while not (hidden := hide(measured, surfaces, rng)).any():
         pass
-    frame = RGBDFrame(rgb, np.where(hidden, np.float32(np.nan), depth))
-    write(out, number, frame, depth, np.full((*depth.shape, 2), UNKNOWN_LINES, np.uint8), SIDES, rng)
+    frame = RGBDFrame(rgb, np.where(hidden, np.float32(np.nan), measured))
+    write(out, number, frame, exact, np.full((*exact.shape, 2), UNKNOWN_LINES, np.uint8), SIDES, rng)
 
 
 def details(frame: RGBDFrame, size: tuple[int, ...], rng: np.random.Generator) -> list[Window]:

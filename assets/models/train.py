@@ -65,6 +65,7 @@ def parsed(arguments: Sequence[str] | None) -> argparse.Namespace:
         one.add_argument("--data", type=Path, required=True, help="folder of pictures or samples; it may grow")
         one.add_argument("--out", type=Path, required=True, help="folder of the checkpoint, the log and the ONNX file")
         one.add_argument("--minutes", type=float, default=MINUTES[name], help="training time (default: %(default)s)")
+        one.add_argument("--rate", type=float, help="peak learning rate (default: the recipe's)")
         one.add_argument("--threads", type=int, default=cores, help="of PyTorch (default: all cores, %(default)s)")
         one.add_argument("--resume", action="store_true", help="resume from the checkpoint in --out")
     for name in ("contours", "sparse-correction"):
@@ -93,7 +94,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     cv2.setNumThreads(1)
     try:
         given.out.mkdir(parents=True, exist_ok=True)
-        trainer = Trainer(recipe_of(given), given.out)
+        recipe = recipe_of(given)
+        recipe.peak_rate = given.rate or recipe.peak_rate
+        trainer = Trainer(recipe, given.out)
         if given.resume:
             trainer.resume()
         trainer.run(given.minutes, lambda line: print(line, flush=True))

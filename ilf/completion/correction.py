@@ -33,10 +33,7 @@ from .suspects import suspect_islands, without_suspects
 UNCORRECTED = preset("best", correction=False)
 """Parameters of the completions that the network was trained on."""
 
-_SHARE = 0.85
-"""Fraction of every change that is applied: on real sensor frames the network overshoots slightly."""
-
-_FADED, _FAR = 2.0, 8.0
+_FADED, _FAR = 2.0, 5.0
 """Distance to known depth [px] up to which nothing is changed, and from which on changes are applied in full."""
 
 _ALIKE = 0.02
@@ -91,9 +88,7 @@ class Correction:
 
 
 def applied_change(change: Array, known: NDArray[np.bool_]) -> Array:
-    """Convert the network's changes to the applied ones.
-
-    All are reduced slightly, and they fade near known depth, where the filter is more accurate.
+    """Convert the network's changes to the applied ones, which fade near known depth, where the filter is more accurate.
 
     Parameters
     ----------
@@ -101,10 +96,7 @@ def applied_change(change: Array, known: NDArray[np.bool_]) -> Array:
         Change of log depth.
     known : ndarray of bool, shape (H, W)
     """
-    applied = fading(known)
-    applied *= np.float32(_SHARE)
-    applied *= change
-    return applied
+    return fading(known) * change
 
 
 def changes_anywhere(known: NDArray[np.bool_]) -> bool:
@@ -153,7 +145,7 @@ def unapplied_change(frame: RGBDFrame, completed: Array, edges: FrameEdges) -> A
     applied = applied_change(change, frame.known)
     corrected = np.asarray(completed * np.exp(applied), np.float32)
     more = further.change(frame.edge_rgb, frame.depth, corrected, applied, edges.probability)
-    return np.asarray(change + more / np.float32(_SHARE), np.float32)  # it is applied in full
+    return np.asarray(change + more, np.float32)
 
 
 corrections = FrameCache[RGBDFrame, Correction]()

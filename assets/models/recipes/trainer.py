@@ -33,7 +33,7 @@ class Recipe(ABC):
     """What a network is made of: a model, samples, a loss, and measures on held-out samples."""
 
     seed: ClassVar[int]
-    peak_rate: ClassVar[float]
+    peak_rate: float
     file_name: ClassVar[str]
     """File name of the exported ONNX network."""
     inputs: ClassVar[Mapping[str, int]]
