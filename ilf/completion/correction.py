@@ -88,7 +88,7 @@ class Correction:
 
 
 def applied_change(change: Array, known: NDArray[np.bool_]) -> Array:
-    """Convert the network's changes to the applied ones, which fade near known depth, where the filter is more accurate.
+    """Convert the network's changes to the applied ones: they fade near known depth, where the filter is more accurate.
 
     Parameters
     ----------
