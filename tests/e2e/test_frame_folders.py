@@ -254,7 +254,7 @@ def test_work_on_a_folder_is_there_again_the_next_time(remembering, qtbot, folde
     last.loader.failed.connect(lambda what, error: told.append(what))
     last.loader.failed.disconnect(last.notes.report)
     _open_folder(last, qtbot, folder)
-    assert told == ["Open walk.ilf"]
+    assert told == ["Opening walk.ilf"]
     assert len(last.workspace.entries) == COUNT + 1
     assert last.project.present.path is None, "what is damaged is not written over"
 

@@ -126,7 +126,6 @@ def test_blocks_are_extracted_and_run_one_after_the_other(opened, qtbot):
     opened.workspace.parameters.set_extraction(ilf.BlockParameters(min_size=1.0))
     with qtbot.waitSignal(opened.loader.idle):
         actions["extract"].trigger()
-        assert not actions["run"].isEnabled()
         assert not actions["extract"].isEnabled()
     opened.workspace.parameters.set(ilf.preset("released-code", max_iterations=100_000))
     actions["run"].trigger()
