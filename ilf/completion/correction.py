@@ -1,4 +1,4 @@
-"""The correction: changes of completed depth by a network trained on generated scenes.
+"""The correction: changes of completed depth by a network.
 
 The network's input is the frame's base completion: its blocks as extracted, completed with `UNCORRECTED`. So its output
 depends only on the frame and its extraction, and a block's result only on frame and block, whatever else is run.

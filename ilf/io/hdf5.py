@@ -21,6 +21,9 @@ from .kinds import kind_of_file, start_of, wrong_kind
 HDF5_SUFFIXES = ".hdf5", ".h5", ".mat"
 _MAGIC = b"\x89HDF", b"MATLAB 7.3"
 
+CHILD_MEMORY = 2**31
+"""Limit of the memory of a child that reads a file [bytes]."""
+
 MAX_READ = 2**30
 """Maximum number of bytes read from a data set at once."""
 

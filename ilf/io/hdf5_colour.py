@@ -9,13 +9,10 @@ from numpy.typing import NDArray
 
 from .._runtime.files import FileContent
 from ..errors import FormatError
-from .hdf5 import dataset, is_of_matlab, open_hdf5, rows
+from .hdf5 import CHILD_MEMORY, dataset, is_of_matlab, open_hdf5, rows
 
 _USUAL = "colors", "color", "rgb", "image"
 """Names of colour; BlenderProc calls it colors."""
-
-_MEMORY = 2**31
-"""Limit of the memory of a child that reads a file [bytes]."""
 
 
 def read_hdf5_colour(file: FileContent) -> NDArray[np.uint8]:
@@ -31,7 +28,7 @@ def read_hdf5_colour(file: FileContent) -> NDArray[np.uint8]:
     """
     from .._runtime.children import run_in_child
 
-    return run_in_child(_colour, file, file=str(file), memory=_MEMORY)
+    return run_in_child(_colour, file, file=str(file), memory=CHILD_MEMORY)
 
 
 def _colour(file: FileContent) -> NDArray[np.uint8]:

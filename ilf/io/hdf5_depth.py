@@ -14,16 +14,13 @@ from numpy.typing import NDArray
 
 from .._runtime.files import FileContent
 from ..errors import FormatError
-from .hdf5 import dataset, images, is_of_matlab, open_hdf5, rows
+from .hdf5 import CHILD_MEMORY, dataset, images, is_of_matlab, open_hdf5, rows
 from .images import check_pixel_count
 
 _USUAL = "dataset", "depth", "depths"
 """Names of depth; Hypersim calls every image dataset."""
 
 _MOST_LISTED = 12
-_MEMORY = 2**31
-"""Limit of the memory of a child that reads a file [bytes]."""
-
 _WITH_NAME = re.compile(r"(.+\.(?:hdf5|h5|mat)):[/\\](.+)", re.IGNORECASE | re.DOTALL)
 
 
@@ -65,7 +62,7 @@ def read_hdf5(file: FileContent, name: str | None = None) -> NDArray[Any]:
     """
     from .._runtime.children import run_in_child
 
-    return run_in_child(_depth, file, name, file=str(file), memory=_MEMORY)
+    return run_in_child(_depth, file, name, file=str(file), memory=CHILD_MEMORY)
 
 
 def _depth(file: FileContent, name: str | None) -> NDArray[Any]:
