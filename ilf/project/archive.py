@@ -8,6 +8,7 @@ import re
 import stat
 import struct
 import threading
+import weakref
 import zipfile
 import zlib
 from collections.abc import Collection, Iterable, Iterator
@@ -80,6 +81,7 @@ class Archive(Closeable):
                 raise FormatError(f"{self.path} is not a project file, or none of its parts can be read.")
             count = counted(len(self._members), "part")
             self.problems = (f"{self.path.name} is damaged or truncated; {count} recovered.",)
+        weakref.finalize(self, self._stream.close)  # one that nobody takes any more, as at the window's end
 
     def close(self) -> None:
         """Close the file; parts can no longer be read."""

@@ -1,5 +1,6 @@
 """Project files: saved, opened, moved, damaged."""
 
+import gc
 import json
 import os
 import shutil
@@ -372,3 +373,9 @@ def test_what_claims_to_be_huge_is_not_unpacked(work, monkeypatch):
         with pytest.raises(FormatError, match="compression"):
             opened.parts.read("arrays/bomb.zip")
         assert_same(filed, opened.state("a1").state)
+
+
+def test_a_project_that_nobody_takes_is_closed(tmp_path):
+    save_project(tmp_path / "empty.ilf", Project(()), [])
+    open_project(tmp_path / "empty.ilf")
+    gc.collect()  # a file that was not closed would be told as a warning, which fails
