@@ -119,7 +119,7 @@ def _facts(frame: RGBDFrame) -> list[Any]:
         facts += [None if file is None else file.sha256 for file in files]
         facts += [inputs.depth_units, inputs.encoding, inputs.invalid]
         lenses = (lens.to_json() for lens in inputs.lenses or ())
-        facts += filter(None, (inputs.depth_intrinsics, inputs.dataset, *lenses, inputs.view))
+        facts += filter(None, (inputs.depth_intrinsics, inputs.dataset, *lenses, inputs.view, inputs.depth_to_colour))
     if frame.neighbours is not None:
         facts += [one.sha256 for one in frame.neighbours.neighbours]
     return facts

@@ -13,7 +13,7 @@ from .._runtime.files import read_file
 from ..data.camera import camera_doubt
 from ..data.frame import RGBDFrame, check_depth_scale, check_same_size
 from ..data.lenses import undistorted
-from ..io.cameras import IntrinsicsSpec, frame_camera
+from ..io.cameras import IntrinsicsSpec, depth_place, frame_camera
 from ..io.depth_reading import DepthReading
 from ..io.frame_additions import (
     NO_CONFIDENCE_MAP,
@@ -116,7 +116,10 @@ def _add_pair(facts: Facts, files: FrameFiles, depth: DepthReading, given: Readi
     shapes = (rgb.shape[0], rgb.shape[1]), (metres.shape[0], metres.shape[1])
     how = ""
     if options.depth_intrinsics is not None and not is_registered(options, *shapes):
-        how = "on reading, by the intrinsics of both images, as seen from the same place: "
+        motion = depth_place(options.intrinsics, options.depth_intrinsics)[0]
+        apart = 1000 * float(np.linalg.norm(motion[:3, 3]))
+        place = f"{apart:.0f} mm apart" if apart else "as seen from the same place"
+        how = f"on reading, by the intrinsics of both images, {place}: "
         if options.view == DEPTH_VIEW:
             _add_camera(facts, "colour camera", options.intrinsics, shapes[0])
         else:

@@ -107,11 +107,12 @@ class FrameInputs:
     of the decoded depth. `invalid` is the depth file's value that marks missing depth, if there is one besides
     zero. `frame` is the key of a frame of a recording: `rgb` and `depth` are then the recording, with the SHA-256
     of the bytes in it that contain the frame's colour and depth. `depth_intrinsics` are fx, fy, cx, cy [px] of a
-    depth file of a camera of its own, by which its depth was registered. `lenses` are the cameras of colour
-    and depth by whose distortion both were undistorted; `intrinsics` are then those of the undistorted image. `view` is
-    "depth" for a frame in the depth camera's view; `intrinsics` of two files are then still those of colour.
-    `orientations` are the tags (EXIF) by which colour and depth were turned; None if both are as stored. `dataset` is
-    that of an HDF5 depth file, if it was named.
+    depth file of a camera of its own, by which its depth was registered, and `depth_to_colour` the rows of the
+    matrix that transforms points [m] of that camera to the colour camera, if they are apart. `lenses` are the
+    cameras of colour and depth by whose distortion both were undistorted; `intrinsics` are then those of the
+    undistorted image. `view` is "depth" for a frame in the depth camera's view; `intrinsics` of two files are then
+    still those of colour. `orientations` are the tags (EXIF) by which colour and depth were turned; None if both
+    are as stored. `dataset` is that of an HDF5 depth file, if it was named.
     """
 
     rgb: InputFile
@@ -127,6 +128,7 @@ class FrameInputs:
     lenses: tuple[Camera, Camera] | None = field(default=None, metadata={"optional": True})
     dataset: str | None = field(default=None, metadata={"optional": True})
     view: str | None = field(default=None, metadata={"optional": True})
+    depth_to_colour: tuple[float, ...] | None = field(default=None, metadata={"optional": True})
 
     @property
     def has_colour_file(self) -> bool:
@@ -141,12 +143,21 @@ class FrameInputs:
         return "colour" if self.view is None and self.depth_intrinsics is not None else self.view
 
     @property
+    def cameras_to_ask_for(self) -> tuple[Any, Any]:
+        """Intrinsics of colour and of depth with which `ilf.load_frame` reads the files as they were, ready for
+        JSON."""
+        numbers = self.intrinsics, self.depth_intrinsics
+        cameras: list[Any] = [None if camera is None else list(camera) for camera in numbers]
+        colour, depth = cameras if self.lenses is None else [lens.to_json() for lens in self.lenses]
+        if self.depth_to_colour is not None:
+            stated = depth if isinstance(depth, dict) else dict(zip(("fx", "fy", "cx", "cy"), depth, strict=True))
+            depth = stated | {"depth_to_colour": list(self.depth_to_colour)}
+        return colour, depth
+
+    @property
     def arguments(self) -> dict[str, Any]:
         """Arguments of `ilf.load_frame` to read the same files again, ready for JSON."""
-        truth, cameras = self.ground_truth, (self.intrinsics, self.depth_intrinsics)
-        stated: list[Any] = [None if camera is None else list(camera) for camera in cameras]
-        if self.lenses is not None:
-            stated = [lens.to_json() for lens in self.lenses]
+        truth, stated = self.ground_truth, self.cameras_to_ask_for
         optional = {
             "frame": self.frame,
             "encoding": self.encoding,

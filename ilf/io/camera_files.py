@@ -18,6 +18,7 @@ import yaml
 from .._runtime.files import FileContent, read_file
 from ..data.camera import camera_from_numbers, camera_of, lens_problem
 from ..errors import FormatError, InputError
+from .camera_places import link_of, places_of, socket_name
 from .float_images import read_npy
 from .realsense_raw import table_of_names
 
@@ -56,12 +57,14 @@ def read_camera_file(path: Path, entry: str = "") -> dict[str, Any]:
             camera_of(camera, None)
     except InputError as error:
         raise FormatError(f"{content}: {error}") from error
-    return camera | {"name": path.name}
+    rig = {"rig": f"{content.sha256} {camera['rig']}"} if "rig" in camera else {}
+    return camera | {"name": path.name} | rig
 
 
 def chosen_camera(tree: Any, where: str, entry: str = "") -> dict[str, Any]:
     """The only camera in a tree of mappings and lists, or the named one; raises as `read_camera_file`."""
     cameras = {_NO_NAME.sub("_", key): camera for key, camera in cameras_in(tree)}
+    links = {key: link for key, camera in cameras.items() if (link := camera.pop("link", None))}
     if entry and isinstance(tree, Mapping) and len(numbers := _numbers(tree.get(entry)) or []) == 4:
         return {"K": numbers}
     if not cameras:
@@ -73,11 +76,11 @@ def chosen_camera(tree: Any, where: str, entry: str = "") -> dict[str, Any]:
     names = " or ".join([*(found or cameras)][:_MAX_NAMES])
     if not found:
         raise FormatError(f"{where} has no camera {entry!r:.40}. It has {names}.")
-    first, *others = found.values()
-    if any(other != first for other in others):
-        example = f"{where}{ENTRY_MARK}{next(iter(found))}"
+    (name, first), *others = found.items()
+    if any(other != first for _, other in others):
+        example = f"{where}{ENTRY_MARK}{name}"
         raise InputError(f"{where} has {len(found)} cameras: {names}? Give the one of this image by name: {example}.")
-    return first
+    return first | places_of(name, links, tree)
 
 
 # A tree of keys -> the cameras in it.
@@ -134,7 +137,8 @@ def cameras_in(
     own = _about_image(own, facts)
     around, count = _about_image(known or {}, own), 0
     if numbers := _numbers_in(facts):
-        yield "/".join(path) or "top", around | numbers
+        link = link_of(tree, _NO_NAME.sub("_", "/".join(path)))
+        yield "/".join(path) or "top", around | numbers | ({"link": link} if link else {})
     has_own = bool(numbers) or any(_is_damaged_matrix(key, item) for key, item in tree.items())
     for key, item in tree.items():
         plain, matrix = _plain(key), _numbers(item) or []
@@ -174,7 +178,7 @@ def _with_name(item: Mapping[Any, Any] | list[Any]) -> tuple[str, Any]:
         return str(item.get("name") or item.get("camera_name") or ""), item
     match item:
         case [int(socket), Mapping() as camera] if 0 <= socket < 26:
-            return f"CAM_{chr(ord('A') + socket)}", camera
+            return socket_name(socket), camera
         case [str(name), content]:
             return name, content
     return "", item
@@ -304,6 +308,9 @@ _REALSENSE = re.compile(
     r'Intrinsic of "(.+?)"[\s/]+(\d+x\d+)[\s/]+\{?([^}\n]*?)\}?[ \t\r]*((?:\n[ \t]+[^\n:]+:[^\n]*)+)'
 )
 """A stream, a size, formats, and lines of intrinsics of rs-enumerate-devices -c."""
+_REALSENSE_PLACE = re.compile(
+    r'Extrinsic from "Depth"\s+To\s+"Color"\s*:\s*Rotation Matrix:\s*([-+.\de\s]+?)\s*Translation Vector:([-+.\de \t]+)'
+)
 _ASSIGNED = re.compile(r"^\s*[\w.]+\s*=", re.MULTILINE)
 
 
@@ -326,7 +333,7 @@ def _tree_of(content: FileContent) -> Any:
         if suffix == ".csv" and "resolution x" in (table := table_of_names(text)):
             return _parsed(table)
         if streams := _REALSENSE.findall(text):
-            return _of_realsense(streams)
+            return _of_realsense(streams, _REALSENSE_PLACE.search(text))
         lines = [line.partition("#")[0] for line in text.splitlines()]
         if cameras := [found.groups() for line in lines if (found := _COLMAP.fullmatch(line))]:
             return _once(
@@ -385,13 +392,16 @@ def _of_colmap_binary(content: FileContent) -> Any:
     return cameras
 
 
-def _of_realsense(streams: list[tuple[str, ...]]) -> Any:
-    """The intrinsics that rs-enumerate-devices -c prints, by stream and size, and by formats where these differ."""
+def _of_realsense(streams: list[tuple[str, ...]], place: re.Match[str] | None) -> Any:
+    """The intrinsics that rs-enumerate-devices -c prints, by stream and size, and by formats where these differ, and
+    where the depth camera is."""
     found: dict[str, dict[str, Any]] = {}
     for stream, size, formats, lines in streams:
         stated = (line.partition(":")[::2] for line in lines.strip().splitlines())
         sizes = found.setdefault(stream, {})
         sizes[f"{size} {formats}" if size in sizes else size] = {name.strip(): value for name, value in stated}
+    if place:
+        found["depth_to_colour"] = {"rotation, row major": place[1], "translation, metres": place[2]}
     return _parsed(found)
 
 

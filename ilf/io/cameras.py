@@ -11,6 +11,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from numpy.typing import NDArray
 
 from .._runtime.files import read_file, read_json
@@ -34,6 +35,7 @@ from ..data.camera import (
 )
 from ..errors import FormatError, InputError
 from .camera_files import CAMERA_FILES, ENTRY_MARK, chosen_camera, read_camera_file
+from .camera_places import PLACE_FACTS, depth_to_colour
 
 IntrinsicsSpec = Camera | str | os.PathLike[str] | Sequence[float] | Mapping[str, Any] | NDArray[Any]
 
@@ -115,7 +117,8 @@ def _scaling_note(camera: Camera, shape: tuple[int, int] | None) -> tuple[str, .
 def _stated(spec: IntrinsicsSpec) -> Any:
     """Intrinsics as `as_camera` takes them, with those of a file read."""
     if isinstance(spec, Mapping):
-        return chosen_camera(spec, "The mapping of intrinsics") | {"name": spec.get("name", "")}
+        known = {name: spec[name] for name in PLACE_FACTS if name in spec}  # of a file that has been read
+        return chosen_camera(spec, "The mapping of intrinsics") | {"name": spec.get("name", "")} | known
     if isinstance(spec, os.PathLike) or (isinstance(spec, str) and not is_preset(spec)):
         is_text = isinstance(spec, str) and "," in spec and not os.path.exists(spec)
         return _from_text(str(spec)) if is_text else _from_file(os.fspath(spec))
@@ -151,17 +154,34 @@ _PLACES = re.compile(rb"extrinsic|translation|\bT_c|\bRt\b", re.IGNORECASE)
 """What files of DepthAI, RealSense, Azure Kinect, Kalibr and ORB-SLAM call the places of cameras."""
 
 
-def transform_doubt(spec: IntrinsicsSpec | None) -> str:
-    """A doubt about depth that is registered as seen from colour's place, if the file of its camera states where that
-    is; "" if it does not."""
-    file = Path(_split(os.fspath(spec))[0]) if isinstance(spec, str | os.PathLike) else None
+def depth_place(
+    colour: IntrinsicsSpec | None, depth: IntrinsicsSpec | None
+) -> tuple[NDArray[np.float64], bool, tuple[str, ...]]:
+    """Where the depth camera is, by what the descriptions of both cameras state.
+
+    Returns
+    -------
+    motion : ndarray of float64, shape (4, 4)
+        Transform of points [m] from the depth camera to the colour camera; the identity if it is not stated.
+    is_rectified : bool
+        Whether its images are rectified by that camera's own calibration, and so have no distortion.
+    doubts : tuple of str
+        That the file of its camera states places that are not used.
+    """
+    stated = (None if spec is None else _stated(spec) for spec in (colour, depth))
+    of_colour, of_depth = (one if isinstance(one, Mapping) else {} for one in stated)
+    motion = depth_to_colour(of_colour, of_depth)
+    if motion is not None:
+        return motion, "depth_place" in of_depth, ()
+    file = Path(_split(os.fspath(depth))[0]) if isinstance(depth, str | os.PathLike) else None
     if file is None or not file.is_file() or not _PLACES.search(read_file(file).data.tobytes()):
-        return ""
-    return (
+        return np.eye(4), False, ()
+    doubt = (
         f"{file} also states where the cameras are, which is not used: depth is registered as if they were in one "
-        "place, and its edges may lie some pixels beside those of colour. If they do, have depth aligned to colour "
-        "where it is recorded."
+        "place, and its edges may lie some pixels beside those of colour. If they do, name both cameras in that file, "
+        "or have depth aligned to colour where it is recorded."
     )
+    return np.eye(4), False, (doubt,)
 
 
 # Cameras of BOP scenes: scene_camera.json contains intrinsics and a depth scale for every image.

@@ -27,6 +27,11 @@ def replay_text(run: Run) -> tuple[str, str]:
         return "Blocks, parameters or depth were edited by hand. Export the frame and replay its run.json.", replay
     if inputs.lenses is not None:
         return "The frame was undistorted on reading. Export the frame and replay its run.json.", replay
+    if inputs.depth_to_colour is not None:
+        return (
+            "Depth was registered from a camera beside that of colour. Export the frame and replay its run.json.",
+            replay,
+        )
     nearest = nearest_preset(run.parameters)
     encoding = f"{inputs.depth_units:.9g}" if inputs.encoding is None else inputs.encoding
     files = [inputs.rgb.path, inputs.depth.path] if inputs.frame is None else [inputs.rgb.path, "--frame", inputs.frame]

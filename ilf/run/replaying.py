@@ -290,14 +290,15 @@ def _recorded_frame(
         )
     else:
         paths = (_recording_of(inputs.rgb, folder, rgb), None)
+    intrinsics, depth_intrinsics = inputs.cameras_to_ask_for
     frame = load_frame(
         *paths,
         frame=inputs.frame,
         encoding=inputs.depth_units if inputs.encoding is None else inputs.encoding,
         invalid=inputs.invalid,
         dataset=inputs.dataset,
-        intrinsics=inputs.intrinsics if inputs.lenses is None else inputs.lenses[0],
-        depth_intrinsics=inputs.depth_intrinsics if inputs.lenses is None else inputs.lenses[1],
+        intrinsics=intrinsics,
+        depth_intrinsics=depth_intrinsics,
         undistort=None if inputs.lenses is None else True,
         view=inputs.view_to_ask_for,
         name=record.name,

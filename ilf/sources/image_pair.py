@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +13,7 @@ from .._runtime.files import FileContent, read_file
 from ..data.camera import Camera, Cameras, camera_doubt
 from ..data.frame import FrameInputs, InputFile, RGBDFrame
 from ..errors import FormatError, InputError
-from ..io.cameras import frame_camera, lens_from, transform_doubt
+from ..io.cameras import depth_place, frame_camera, lens_from
 from ..io.depth_reading import DepthReading, interpret_depth, read_depth
 from ..io.encodings import ray_encoding
 from ..io.images import read_colour_with_warning, turned
@@ -90,6 +91,7 @@ def read_files(files: FrameFiles, options: ReadingOptions, name: str | None = No
             orientations=None if orientation.tags == AS_STORED else orientation.tags,
             lenses=lenses,
             view=DEPTH_VIEW if chosen.view == DEPTH_VIEW else None,
+            depth_to_colour=_moved_by(cameras),
         ),
         notes=(*of_colour, *of_pair, *read.notes, *notes),
         warnings=(*(f"{files.rgb}: {text}" for text in of_colour), *of_pair, *read.warnings, *issued),
@@ -136,11 +138,15 @@ def _cameras(
     options: ReadingOptions, shape: tuple[int, int], depth_shape: tuple[int, int]
 ) -> tuple[Cameras, tuple[str, ...], tuple[str, ...]]:
     """The cameras of colour and depth, notes on both, and those among them to issue as warnings."""
+    is_same = is_registered(options, shape, depth_shape)
+    motion, is_rectified, placed = (
+        (np.eye(4), False, ()) if is_same else depth_place(options.intrinsics, options.depth_intrinsics)
+    )
     if options.undistort:
         colour, depth, notes = _lenses(options, shape, depth_shape)
-        placed = () if is_registered(options, shape, depth_shape) else _doubt_of_places(options)
-        return Cameras(colour, depth, np.eye(4)), (*notes, *placed), placed
-    if is_registered(options, shape, depth_shape):
+        depth = replace(depth, distortion=(), model="pinhole") if is_rectified else depth
+        return Cameras(colour, depth, motion), (*notes, *placed), placed
+    if is_same:
         given = options.intrinsics if options.depth_intrinsics is None else options.depth_intrinsics
         camera, notes = frame_camera(given, shape)
         doubts = _doubt_of_registration(options, camera, shape)
@@ -150,12 +156,8 @@ def _cameras(
     if depth_camera is None or (camera is None and notes):
         raise InputError((depth_notes if depth_camera is None else notes)[0])
     doubt = camera_doubt(depth_camera, depth_shape)
-    issued = (*((f"Depth camera: {doubt}",) if doubt else ()), *_doubt_of_places(options))
-    return Cameras(camera, depth_camera, np.eye(4)), (*notes, *depth_notes, *issued), issued
-
-
-def _doubt_of_places(options: ReadingOptions) -> tuple[str, ...]:
-    return tuple(filter(None, [transform_doubt(options.depth_intrinsics)]))
+    issued = (*((f"Depth camera: {doubt}",) if doubt else ()), *placed)
+    return Cameras(camera, depth_camera, motion), (*notes, *depth_notes, *issued), issued
 
 
 def _doubt_of_registration(options: ReadingOptions, depth: Camera | None, shape: tuple[int, int]) -> tuple[str, ...]:
@@ -211,7 +213,13 @@ def frame_of_images(
         if camera is None:
             raise InputError(_NO_COLOUR_CAMERA)
         lenses = camera, Camera(*inputs.depth_intrinsics)
-    return register(RawPair(colour, metres, *lenses, np.eye(4), name, inputs), inputs.view or COLOUR_VIEW)
+    motion = np.eye(4) if inputs.depth_to_colour is None else np.reshape(inputs.depth_to_colour, (4, 4))
+    return register(RawPair(colour, metres, *lenses, motion, name, inputs), inputs.view or COLOUR_VIEW)
+
+
+def _moved_by(cameras: Cameras) -> tuple[float, ...] | None:
+    motion = cameras.depth_to_colour
+    return None if motion is None or np.array_equal(motion, np.eye(4)) else tuple(motion.ravel().tolist())
 
 
 def _size(array: NDArray[Any]) -> str:

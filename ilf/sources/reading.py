@@ -97,9 +97,10 @@ def load_frame(
     intrinsics : optional
         Anything that `ilf.io.intrinsics_from` accepts; it overrides meta.json.
     depth_intrinsics : optional
-        The same for a depth file of another size than colour: its depth is registered to colour by both intrinsics, as
-        seen from the same place (see `ilf.registration`). Images of the same size are registered so if `view` is given;
-        else they count as registered, and these are the intrinsics of both.
+        The same for a depth file of another size than colour: its depth is registered to colour by both intrinsics, and
+        by the transform between the cameras if a file states it for both (DepthAI, Kalibr, RealSense) or a mapping
+        has `depth_to_colour`, its rows; else as seen from the same place (see `ilf.registration`). Images of the same
+        size are registered so if `view` is given; else they count as registered, and these are the intrinsics of both.
     undistort : bool, optional
         Whether colour and depth are undistorted, by the distortion that the intrinsics of each state (OpenCV's models:
         up to 14 coefficients, or a fisheye); `intrinsics` of the frame are then those of the undistorted images. Depth

@@ -144,7 +144,8 @@ class ReadingOptions:
             flag="--depth-intrinsics",
             metavar="CAMERA",
             help="intrinsics of a depth image of another size than colour, or of the same size with --view: depth is "
-            "registered to colour by both intrinsics, as seen from the same place. In the same forms as --intrinsics",
+            "registered to colour by both intrinsics, and by the transform between the cameras if their file states it "
+            "(else as seen from the same place). In the same forms as --intrinsics",
         ),
     )
     undistort: bool | None = field(

@@ -19,7 +19,7 @@ from ..data.camera import Cameras
 from ..data.frame import RGBDFrame
 from ..data.guide import Gives
 from ..errors import InputError, ParameterError, PathKind, check_kind
-from ..io.cameras import IntrinsicsSpec, frame_camera, intrinsics_from
+from ..io.cameras import IntrinsicsSpec, depth_place, frame_camera, intrinsics_from
 from ..io.encodings import EncodingSpec
 from .frame_folder import frame_folder
 from .frame_ref import FrameRef
@@ -159,7 +159,7 @@ class Source:
             frame_camera(given, None)[0] for given in (ref.options.intrinsics, ref.options.depth_intrinsics)
         )
         if depth_camera is not None and ref.frame is None:
-            return Cameras(camera, depth_camera, np.eye(4))
+            return Cameras(camera, depth_camera, depth_place(ref.options.intrinsics, ref.options.depth_intrinsics)[0])
         if ref.frame is not None and (camera is None or not self.is_registered):
             with opened(ref.rgb) as recording:
                 return recording.cameras(ref.frame)

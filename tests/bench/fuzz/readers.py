@@ -24,7 +24,7 @@ from ilf.evaluation.bench.frames import load_bench_frame
 from ilf.evaluation.bench.methods import METHODS
 from ilf.evaluation.bench.runner import read_earlier_result
 from ilf.io.block_files import read_blocks
-from ilf.io.cameras import intrinsics_from
+from ilf.io.cameras import depth_place, intrinsics_from
 from ilf.io.frame_additions import load_guide, low_confidence, read_confidence
 from ilf.io.images import read_colour
 from ilf.io.orientation import orientation_tag
@@ -87,6 +87,7 @@ def layout(path: Path) -> None:
 
 def intrinsics(path: Path) -> None:
     intrinsics_from(path, SHAPE)
+    depth_place(path, path)
 
 
 def blocks(path: Path) -> None:

@@ -284,6 +284,13 @@ def intrinsics_json(folder: Path) -> list[bytes]:
         {"intrinsic_matrix": [30.0, 0, 0, 0, 30.0, 0, 15.5, 11.5, 1], "width": WIDTH, "height": HEIGHT},
         [[30.0, 0, 15.5], [0, 30.0, 11.5], [0, 0, 1]],
     ]
+    turn = np.eye(3).tolist()
+    place = {"rotationMatrix": turn, "translation": {"x": -7.5, "y": 0.0, "z": 0.0}, "toCameraSocket": 0}
+    camera = {"intrinsicMatrix": [[30.0, 0, 15.5], [0, 30.0, 11.5], [0, 0, 1]], "width": 64, "height": 48}
+    stereo = {"rightCameraSocket": 1, "rectifiedRotationRight": turn}
+    sockets = [[0, camera], [1, camera | {"extrinsics": place}]]
+    forms.append({"cameraData": sockets, "stereoRectificationData": stereo})
+    forms.append({"depth": camera, "depth_to_color": {"rotation": turn, "translation_mm": [15.0, 0.0, 0.0]}})
     return [json.dumps(form).encode() for form in forms]
 
 
@@ -292,9 +299,13 @@ def intrinsics_yaml(folder: Path) -> list[bytes]:
     matrix = "[30.0, 0.0, 15.5, 0.0, 30.0, 11.5, 0.0, 0.0, 1.0]"
     ros = f"image_width: 32\nimage_height: 24\ncamera_matrix:\n  rows: 3\n  cols: 3\n  data: {matrix}\n"
     kalibr = "cam0: &a\n  camera_model: pinhole\n  intrinsics: [30, 30, 15.5, 11.5]\n  resolution: [32, 24]\ncam1: *a\n"
+    rows = "[[1, 0, 0, 0.1], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]"
+    chain = (
+        f"cam0:\n  intrinsics: [30, 30, 15.5, 11.5]\ncam1:\n  intrinsics: [30, 30, 15.5, 11.5]\n  T_cn_cnm1: {rows}\n"
+    )
     numbers = "fx: 30.0  # px\nfy: 30.0\ncx: 15.5\ncy: 11.5\n"
     kitti = "S_02: 32 24\nK_02: 30 0 15.5 0 30 11.5 0 0 1\nD_02: 0.1 0 0 0 0\n"
-    return [text.encode() for text in (ros, f"{ros}---\n{ros}", kalibr, numbers, kitti)]
+    return [text.encode() for text in (ros, f"{ros}---\n{ros}", kalibr, chain, numbers, kitti)]
 
 
 def preset(folder: Path) -> list[bytes]:
