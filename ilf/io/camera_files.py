@@ -93,7 +93,7 @@ _ALIASES = {
     "lens": "lens cameramodel cammodel cameratype distortionmodel distortiontype model modeltype type projection",
     "distortion": "coeffs d", "angle_x": "cameraanglex anglex", "angle_y": "cameraangley angley",
     "size": "size imagesize resolution imageresolution renderproductresolution",
-    "focal": "focallength", "principal": "principalpoint",
+    "focal": "focallength", "principal": "principalpoint", "depth_scale": "depthscale",
 }  # fmt: skip
 """Name -> the names that files have for it, in lower case and without punctuation."""
 _NAMES = {alias: name for name, aliases in _ALIASES.items() for alias in aliases.split()}
@@ -113,7 +113,7 @@ _LENSES_BY_NUMBER = {
 """Lens models that are no pinhole, by the numbers that librealsense and DepthAI write."""
 _SHARED = {"camera", "image", "resolution", "size", "imagesize", "imageresolution", ""}
 """Keys, in the same form, whose content belongs to the camera beside them; "" is that of YAML's <<."""
-_ABOUT_IMAGE = "width", "height", "lens", "distortion"
+_ABOUT_IMAGE = "width", "height", "lens", "distortion", "depth_scale"
 _DERIVED = re.compile(r"^p\d*$|proj|rect|^new|^opt|^perframe")
 """Keys, in the same form, of camera matrices of the rectified image or of every frame, beside that of the image."""
 _MAX_DEPTH = 20

@@ -44,7 +44,7 @@ class Layout(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=Tr
     K : str
         Intrinsics of colour: a file, see `ilf.io.camera_files.read_camera_file`, with the name of one of several
         cameras in it after #; a preset; or numbers fx,fy,cx,cy, followed by the width and height of the image that they
-        apply to if others are scaled.
+        apply to if others are scaled. Of several, divided by |, the first that there is.
     depth_K : str
         Intrinsics of depth of another size than colour, in the same forms.
     pose : str

@@ -133,7 +133,8 @@ class LayoutFrames:
         return sorted(frames.values(), key=lambda frame: natural(frame.rgb))
 
     def _files(self, text: str, is_depth: bool) -> tuple[tuple[str, ...], list[Match]]:
-        """The names of a pattern's placeholders, and the files that match it or that the file it names lists."""
+        """The names of a pattern's placeholders, and the files that match it or that the file it names lists, each
+        once."""
         names: tuple[str, ...] = ()
         found: list[Match] = []
         for one in alternatives(text):
@@ -145,7 +146,7 @@ class LayoutFrames:
             names = names or own
             order = [own.index(name) for name in names]
             found += [Match(match.path, tuple(match.texts[at] for at in order)) for match in matches]
-        return names, found
+        return names, list({match.path: match for match in reversed(found)}.values())[::-1]
 
     def _listed(self, match: Match, is_depth: bool) -> Iterator[Match]:
         """The images, or their depth files, in a list of images."""
@@ -165,6 +166,9 @@ class LayoutFrames:
             for text, stated in ((layout.K, given.intrinsics), (layout.depth_K, given.depth_intrinsics))
         )
         units, encoding = self._units(frame), layout.encoding
+        scale = camera.get("depth_scale") if isinstance(camera, Mapping) and frame.depth.endswith(".png") else None
+        if units is None and isinstance(scale, int | float) and scale > 0:
+            units = max(scale, 1 / scale)  # librealsense states metres per unit, Open3D the reverse
         if layout.distance == "ray":
             ray_camera = depth_camera if camera is None or depth_camera is not None else camera
             units, encoding = None, _ray(ray_camera, units or 1.0)
@@ -211,8 +215,12 @@ class LayoutFrames:
             paths = (named_in(path, self._folders.root) for path in paths)
         return next((path for path in paths if os.path.exists(path)), None)
 
-    def _camera(self, text: str, frame: _Frame) -> IntrinsicsSpec | None:
-        """The intrinsics that a text states, or those of the file that it names."""
+    def _camera(self, texts: str, frame: _Frame) -> IntrinsicsSpec | None:
+        """The intrinsics that a layout's text states, or those of the file that it names."""
+        found = (self._camera_of(text, frame) for text in texts.split("|"))
+        return next((camera for camera in found if camera is not None), None)
+
+    def _camera_of(self, text: str, frame: _Frame) -> IntrinsicsSpec | None:
         numbers = camera_numbers(text)
         if not text or is_preset(text):
             return text or None

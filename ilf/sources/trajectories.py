@@ -166,7 +166,7 @@ def _transforms(content: FileContent) -> Trajectory:
         raise ValueError("it has no frames")
     common = {name: value for name, value in data.items() if name != "frames"}
     named = [(image_name(_file(frame["file_path"])), common | frame) for frame in frames]
-    scale = data.get("depth_unit_scale_factor")
+    scale = data.get("depth_unit_scale_factor", data.get("integer_depth_scale"))
     return Trajectory(
         by_name={name: as_pose(frame["transform_matrix"]) for name, frame in named},
         cameras={
@@ -175,7 +175,10 @@ def _transforms(content: FileContent) -> Trajectory:
             for _, camera in [*cameras_in(frame)][:1]
         },
         depth_files={
-            os.path.normpath(_file(frame["file_path"])): _file(frame.get("depth_file_path") or "") for _, frame in named
+            os.path.normpath(_file(frame["file_path"])): _file(
+                frame.get("depth_file_path") or frame.get("depth_path") or ""
+            )
+            for _, frame in named
         },
         depth_units=None if scale is None else checked_units(1 / float(scale)),
     )
