@@ -106,6 +106,11 @@ def _without_confidence(values: NDArray[Any]) -> NDArray[np.uint16]:
     return np.asarray(_of_16_bits(values) & 0x1FFF, np.uint16)
 
 
+def _of_half_floats(values: NDArray[Any]) -> NDArray[np.float16]:
+    """Depth [m] in half precision, whose bits are stored as integers."""
+    return np.ascontiguousarray(_of_16_bits(values)).view(np.float16)
+
+
 def _of_kinect(values: NDArray[Any]) -> NDArray[np.float64]:
     """Depth [m] from raw disparity of a Kinect v1, with the constants of NYU Depth V2's toolbox."""
     return np.asarray(351.3 / (1092.5 - _of_16_bits(values).astype(np.float64)))
@@ -175,6 +180,7 @@ ENCODINGS: dict[str, DepthEncoding] = {
     "kinect-raw": DepthEncoding("kinect-raw", 1.0, _of_kinect, _FARTHEST_KINECT),
     "mm-swapped": DepthEncoding("mm-swapped", 1000.0, _swapped),
     "depth16": DepthEncoding("depth16", 1000.0, _without_confidence),
+    "float16": DepthEncoding("float16", 1.0, _of_half_floats),
 }
 """Name -> encoding. `ENCODING_DESCRIPTIONS` also has those with numbers of their own."""
 
@@ -195,6 +201,7 @@ ENCODING_DESCRIPTIONS: dict[str, str] = {
     "kinect-raw": "disparity of a Kinect v1",
     "mm-swapped": "millimetres with swapped bytes",
     "depth16": "millimetres below three bits of confidence (Android's DEPTH16)",
+    "float16": "metres, the bits of half-precision floats in 16-bit integers (CO3D)",
     _BOP: "by the depth_scale in scene_camera.json (BOP)",
     _DISPARITY: "disparity:FB, disparity of a stereo pair, with focal length x baseline FB",
     _RAY: "ray:UNITS,FX,FY,CX,CY, distance along the rays of a camera, UNITS per metre",
