@@ -20,6 +20,7 @@ QUICK = (
     ("frame_split", "choosing FRAMES", "nyu_0433"),
     ("fuzz", "--sound", "autosave: 1 valid files are read"),
     ("fuzz", "--cases 10 --format pose", "| pose | 10 |"),
+    ("fuzz", "--seed 1 --first 689 --cases 1 --format ros2-sqlite-sql", "| ros2-sqlite-sql | 1 |"),  # without columns
     ("kill", "--rounds 1", "1 kills"),
     ("kill.writers", "--kills 4 --only preset blocks", "complete after kills"),
     ("monkey", "--steps 40 --seeds 1", "40 steps, 0 exceptions"),
