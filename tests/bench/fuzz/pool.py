@@ -70,7 +70,8 @@ def _one_child(name: str, seed: int, first: int, last: int, place: str, keep: Pa
         return last
     is_hang = f"Timeout (0:00:{SECONDS}" in child.stderr
     if not lines or not (is_hang or child.returncode < 0):
-        raise SystemExit(f"{name}: the child ended unexpectedly ({child.returncode}): {child.stderr[-2000:]}")
+        told = f"after {dict(tally.kinds)} the child ended unexpectedly ({child.returncode})"
+        raise SystemExit(f"{name}: {told}: {tally.bad} {child.stderr[-2000:]}")
     if is_hang:
         tally.add(first, "hang", f"more than {SECONDS} s")
     else:
