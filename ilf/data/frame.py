@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .._runtime.arrays import plain_array, without_mask
 from .._runtime.files import is_address
-from ..errors import InputError, warn_of_reading
+from ..errors import InputError, told_as, warn_of_reading
 from .brought_colour import BroughtColour
 from .camera import CAMERA_DOUBT, Camera, as_camera, camera_doubt, checked_transform
 from .guide import Guide, as_guide
@@ -655,10 +655,8 @@ def checked_depth(depth: ArrayLike) -> NDArray[np.float32]:
 
 
 def _checked_ground_truth(ground_truth: ArrayLike, shape: tuple[int, int]) -> NDArray[np.float32]:
-    try:
+    with told_as(InputError, "The ground truth cannot be used: {error}", InputError):
         metres = checked_depth(ground_truth)
-    except InputError as error:
-        raise InputError(f"The ground truth cannot be used: {error}") from error
     if metres.shape != shape:
         raise InputError(
             f"The ground truth is {_size(metres)} but the frame is {shape[1]} x {shape[0]}: both must have the same "
@@ -666,10 +664,8 @@ def _checked_ground_truth(ground_truth: ArrayLike, shape: tuple[int, int]) -> ND
         )
     if not np.isfinite(metres).any():
         raise InputError("The ground truth has no known pixel (all are zero, negative or not finite).")
-    try:
+    with told_as(InputError, "The ground truth cannot be used: {error}", InputError):
         _check_extremes(metres[np.isfinite(metres)])
-    except InputError as error:
-        raise InputError(f"The ground truth cannot be used: {error}") from error
     return metres
 
 

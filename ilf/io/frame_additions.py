@@ -21,7 +21,7 @@ from ..data.by_hand import DepthByHand, as_by_hand
 from ..data.frame import COMMON_DEPTH_UNITS, GroundTruthFile, RGBDFrame, check_depth_scale
 from ..data.guide import Gives, Guide
 from ..data.lenses import undistorted
-from ..errors import FormatError, InputError, ParameterError, warn_of_reading
+from ..errors import FormatError, InputError, ParameterError, told_as, warn_of_reading
 from .depth import (
     checked_number,
     checked_units,
@@ -205,15 +205,11 @@ def read_ground_truth(
         default = default_depth_units(values)
         # depth in floats has 1 unit per metre, which does not apply to integers
         units = default_units if default_units not in {None, 1.0} and default != 1 else default
-    try:
+    with told_as(ParameterError, f"{content}: {{error}}", ParameterError):
         scale = checked_units(units)
-    except ParameterError as error:
-        raise ParameterError(f"{content}: {error}") from error
     metres = decoded(values, DepthEncoding(None, scale))[0]
-    try:
+    with told_as(InputError, f"{content} cannot be ground truth: {{error}}", InputError):
         check_depth_scale(metres)
-    except InputError as error:
-        raise InputError(f"{content} cannot be ground truth: {error}") from error
     doubt, note = None if invalid == 0 else marker_doubt(values, metres), ""
     if doubt is not None:
         is_marker = metres == doubt.invalid_depth
@@ -298,11 +294,9 @@ def load_guide(
     content = read_file(path)
     suffix = content.path.suffix.lower()
     array = _READERS[suffix](content) if suffix in _READERS else _one_channel(content, read_image(content))
-    try:
+    with told_as(InputError, f"{content}: {{error}}", InputError):
         guide = replace(Guide.from_array(array, str(content.path)), gives=gives)
         return guide if shape is None else guide.resized_to(shape)
-    except InputError as error:
-        raise InputError(f"{content}: {error}") from error
 
 
 def guide_network(
@@ -488,7 +482,5 @@ def load_by_hand(path: FileSource, frame: RGBDFrame, weight: float) -> DepthByHa
     values = read_depth_values(content)
     if values.dtype.kind != "f":
         values = depth_in_metres(values) if frame.inputs is None else encoding_of_inputs(frame.inputs).metres(values)
-    try:
+    with told_as(InputError, f"{content}: {{error}}", InputError):
         return as_by_hand(DepthByHand(values, weight), frame.shape)
-    except InputError as error:
-        raise InputError(f"{content}: {error}") from error

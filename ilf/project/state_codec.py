@@ -239,9 +239,7 @@ class Decoded:
     known: Known = field(default_factory=dict)
 
 
-def load_state(
-    frame_id: str, parts: Parts, places: Places | None = None, kind: type[FrameState] = FrameState
-) -> Decoded:
+def load_state(frame_id: str, parts: Parts, places: Places | None = None) -> Decoded:
     """Load a frame, from its files or from the project, with all work on it.
 
     Parameters
@@ -251,7 +249,6 @@ def load_state(
         Store with `frames/<id>.json` and the parts that it names.
     places : Places, optional
         Possible locations of its files.
-    kind : type
 
     Raises
     ------
@@ -263,7 +260,7 @@ def load_state(
     try:
         head = read_head(parts.read(frame_part(frame_id)))
         reader = _Reader(head, parts, places)
-        state: FrameState = replace(from_plain(head.state, kind, reader.hooks), id=frame_id)
+        state: FrameState = replace(from_plain(head.state, FrameState, reader.hooks), id=frame_id)
         _check(state)
     except (MissingSource, ChangedSource, NotAllowed):
         raise

@@ -17,7 +17,7 @@ from scipy.sparse.csgraph import dijkstra
 from .._runtime.arrays import plain_array
 from ..data.frame import RGBDFrame, checked_frame
 from ..data.label_map import Box
-from ..errors import InputError
+from ..errors import InputError, told_as
 from .editing.patches import Points
 from .region_tree import RegionTree, region_tree
 
@@ -43,10 +43,10 @@ class _Stroke:
 
     @staticmethod
     def of(tree: RegionTree, given: tuple[float, float] | Points) -> _Stroke:
-        try:
+        with told_as(
+            InputError, f"A point or stroke is (x, y), or several of these, not {given!r:.60}.", (TypeError, ValueError)
+        ):
             points = np.asarray(plain_array(given), np.float64).reshape(-1, 2)
-        except (TypeError, ValueError) as error:
-            raise InputError(f"A point or stroke is (x, y), or several of these, not {given!r:.60}.") from error
         height, width = tree.pieces.shape
         if not len(points):
             raise InputError("A stroke needs at least one point.")
@@ -165,11 +165,6 @@ def select_region(
     chosen[wanted] = changed[wanted] = True
     mask = np.asarray(chosen[tree.pieces])
     return mask if start is None else np.where(changed[tree.pieces], mask, start)
-
-
-def prepare_selection(frame: RGBDFrame) -> None:
-    """Compute what `select_region` caches with a frame."""
-    region_tree(frame)
 
 
 def regions_around(tree: RegionTree, pieces: Sequence[int], others: Sequence[int], box: Box | None = None) -> Mask:

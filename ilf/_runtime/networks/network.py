@@ -6,7 +6,7 @@ import hashlib
 import logging
 import os
 from collections.abc import Callable
-from contextlib import suppress
+from contextlib import AbstractContextManager, suppress
 from functools import cache, partial
 from pathlib import Path
 from threading import Lock, Timer
@@ -15,7 +15,7 @@ from typing import ClassVar, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from ...errors import FormatError, InputError
+from ...errors import FormatError, InputError, told_as
 from ..files import read_file
 from ..installation import asset_path
 from ..memory import memory_limit
@@ -81,10 +81,8 @@ class OnnxNetwork:
     """What can be chosen instead of a network of this kind, in messages."""
 
     def __init__(self, content: NDArray[np.uint8], path: Path) -> None:
-        try:
+        with self._intact(path):
             self._session = Session(content)
-        except ValueError as error:
-            raise self._unreadable(path) from error
         self.path = path
         self.sha256 = hashlib.sha256(content.data).hexdigest()
         """Hash of the bytes that the network was read from, in hexadecimal digits."""
@@ -164,20 +162,18 @@ class OnnxNetwork:
         run_in_child(cls._trial, content, path, shapes, file=path.name, seconds=seconds, memory=memory, doing=doing)
 
     @classmethod
-    def _unreadable(cls, path: Path) -> FormatError:
-        return FormatError(
-            f"{path.name} cannot be read as an ONNX network. Choose an intact ONNX file with its weights{cls.INSTEAD}."
-        )
+    def _intact(cls, path: Path) -> AbstractContextManager[None]:
+        """Within the block, a ValueError says that the file is no intact network."""
+        remedy = f"Choose an intact ONNX file with its weights{cls.INSTEAD}."
+        return told_as(FormatError, f"{path.name} cannot be read as an ONNX network. {remedy}", ValueError)
 
     @classmethod
     def _check_content(cls, content: NDArray[np.uint8], path: Path) -> None:
         """Raise FormatError for a network that makes the reader open other files."""
         from .protobuf import has_external_data
 
-        try:
+        with cls._intact(path):
             is_outside = has_external_data(content)
-        except ValueError as error:
-            raise cls._unreadable(path) from error
         if is_outside:
             raise FormatError(
                 f"{path.name} reads weights from other files, which is not allowed: it could read any file of this "

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -14,7 +15,7 @@ from ..._runtime.installation import optional
 from ..._runtime.networks import protobuf as wire
 from ..._runtime.networks.models import name_from, new_model_path
 from ..._runtime.writing import ensure_folder, write_bytes
-from ...errors import FormatError, InputError
+from ...errors import FormatError, InputError, told_as
 from .detectors import EdgeNetwork, OutputRangeError
 from .hed_weights import INPUTS, check_layers, normalisation, read_caffemodel, read_keras_weights
 
@@ -58,12 +59,10 @@ def image_input(content: NDArray[np.uint8], file: str) -> Input:
     FormatError
         If it is not an ONNX file, or the network has another number of inputs.
     """
-    try:
+    with _intact(file, ValueError):
         graphs = wire.messages(content.data, _GRAPH)
         inputs = [found for graph in graphs for found in _inputs(graph)]
         outputs = [found for graph in graphs for found in wire.messages(graph, _OUTPUTS)]
-    except ValueError as error:
-        raise _not_intact(file, error) from error
     if not inputs or not outputs:
         raise FormatError(f"{file} is not an ONNX network: it has no input or no output. Export or copy it again.")
     if len(inputs) > 1:
@@ -142,14 +141,13 @@ def _loaded(content: NDArray[np.uint8], file: str) -> ModelProto:
     import onnx
     from google.protobuf.message import DecodeError
 
-    try:
+    with _intact(file, DecodeError):
         return onnx.load_from_string(content.tobytes())
-    except DecodeError as error:
-        raise _not_intact(file, error) from error
 
 
-def _not_intact(file: str, error: Exception) -> FormatError:
-    return FormatError(f"{file} is not an intact ONNX file ({error}). Export or copy it again.")
+def _intact(file: str, problem: type[Exception]) -> AbstractContextManager[None]:
+    """Within the block, an error of this type says that a file is damaged."""
+    return told_as(FormatError, f"{file} is not an intact ONNX file ({{error}}). Export or copy it again.", problem)
 
 
 def _inputs(graph: memoryview) -> list[Input]:
