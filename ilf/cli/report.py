@@ -10,10 +10,11 @@ from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
+from .._runtime.stepping import run_to_end
 from ..data.parameters import BlockParameters
 from ..data.results import Completion
 from ..errors import IlfError, InputError
-from ..evaluation.evaluation import Progress, run_to_end
+from ..evaluation.evaluation import Progress
 from ..evaluation.hold_out import completion_steps
 from ..project.file import SUFFIX, OpenedProject, open_project
 from ..project.project import ProjectFrame
