@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import InputError
+from .formatting import size_text
 
 
 def plain_array(values: ArrayLike) -> NDArray[Any]:
@@ -22,6 +23,18 @@ def plain_array(values: ArrayLike) -> NDArray[Any]:
     if isinstance(values, np.ma.MaskedArray):
         return np.asarray(values.filled(np.nan if values.dtype.kind == "f" else 0))
     return np.asarray(values)
+
+
+def check_shape(
+    what: str,
+    found: tuple[int, ...],
+    wanted: tuple[int, ...],
+    whole: str = "the frame",
+    remedy: str = "Both must have the same pixels.",
+) -> None:
+    """Raise InputError if the array of what is named has another shape than the array that it belongs to."""
+    if found != wanted:
+        raise InputError(f"{what} is {size_text(found)}, but {whole} is {size_text(wanted)}. {remedy}")
 
 
 def without_mask(colour: ArrayLike) -> NDArray[Any]:

@@ -64,7 +64,6 @@ def add_arguments(parser: Parser) -> None:
         "ground truth where depth is missing, or against known depth that was held out (areas, if there is no ground "
         "truth). Errors are computed over the pixels that all of them fill."
     )
-    parser.set_defaults(command=run)
     add_frame(parser)
     add_flags(parser, "--invalid-mask")
     blocks = parser.add_argument_group("blocks")

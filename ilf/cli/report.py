@@ -148,7 +148,6 @@ def add_arguments(parser: Parser) -> None:
         "frames of a project are used as they are. Several of them share one page with an index. For PDF, print the "
         "page in a browser, or use File > Report… in the window."
     )
-    parser.set_defaults(command=run)
     add_frame(parser)
     add_flags(parser, "--invalid-mask", "--look-in", "--hold-out", "--seeds")
     output = parser.add_argument_group("output")

@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Any, Self, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .._runtime.arrays import plain_array, without_mask
+from .._runtime.arrays import check_shape, plain_array, without_mask
 from .._runtime.files import is_address
+from .._runtime.formatting import size_text
 from ..errors import InputError, told_as, warn_of_reading
 from .brought_colour import BroughtColour
 from .camera import CAMERA_DOUBT, Camera, as_camera, camera_doubt, checked_transform
@@ -328,8 +329,7 @@ class RGBDFrame:
 
     def _add_neighbours(self, neighbours: NeighbourDepth) -> None:
         """Add the neighbours' depth where the frame has none of its own, unless it repeats invalid depth."""
-        if neighbours.layers.shape[1:] != self.shape:
-            raise InputError(f"The depth of neighbours has shape {neighbours.layers.shape[1:]}, not {self.shape}.")
+        check_shape("The depth of neighbours", neighbours.layers.shape[1:], self.shape)
         depth = neighbours.fused(self.depth)
         added = self.missing & np.isfinite(depth) & ~agrees(depth, self.measured)
         if added.any():
@@ -344,7 +344,7 @@ class RGBDFrame:
         """Return name, size, depth range and share of missing pixels in one line."""
         low, high = np.nanmin(self.depth), np.nanmax(self.depth)
         return (
-            f"{self.name!r}: {_size(self.depth)} pixels, depth {low:.3g} to {high:.3g} m, "
+            f"{self.name!r}: {size_text(self.shape)} pixels, depth {low:.3g} to {high:.3g} m, "
             f"{self.missing_share:.1%} missing"
         )
 
@@ -532,11 +532,11 @@ def checked_frame(frame: RGBDFrame) -> RGBDFrame:
 
 def check_same_size(rgb: NDArray[np.generic], depth: NDArray[np.generic]) -> None:
     """Raise InputError if colour and depth have different heights or widths."""
-    if rgb.shape[:2] != depth.shape:
-        raise InputError(
-            f"Colour is {_size(rgb)} but depth is {_size(depth)}. Both must have the same pixels: register and resize "
-            "one to the other first; files are registered if the intrinsics of both are given (--depth-intrinsics)."
-        )
+    remedy = (
+        "Both must have the same pixels: register and resize one to the other first; files are registered if the "
+        "intrinsics of both are given (--depth-intrinsics)."
+    )
+    check_shape("Colour", rgb.shape[:2], depth.shape, "depth", remedy)
 
 
 def check_depth_scale(depth: NDArray[np.floating], *, in_file: bool = True) -> float:
@@ -657,11 +657,7 @@ def checked_depth(depth: ArrayLike) -> NDArray[np.float32]:
 def _checked_ground_truth(ground_truth: ArrayLike, shape: tuple[int, int]) -> NDArray[np.float32]:
     with told_as(InputError, "The ground truth cannot be used: {error}", InputError):
         metres = checked_depth(ground_truth)
-    if metres.shape != shape:
-        raise InputError(
-            f"The ground truth is {_size(metres)} but the frame is {shape[1]} x {shape[0]}: both must have the same "
-            "pixels."
-        )
+    check_shape("The ground truth", metres.shape, shape)
     if not np.isfinite(metres).any():
         raise InputError("The ground truth has no known pixel (all are zero, negative or not finite).")
     with told_as(InputError, "The ground truth cannot be used: {error}", InputError):
@@ -672,7 +668,3 @@ def _checked_ground_truth(ground_truth: ArrayLike, shape: tuple[int, int]) -> ND
 def _frozen(array: NDArray[Any]) -> NDArray[Any]:
     array.setflags(write=False)
     return array
-
-
-def _size(array: NDArray[np.generic]) -> str:
-    return f"{array.shape[1]} x {array.shape[0]}"

@@ -11,7 +11,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from .._runtime.arrays import plain_array
+from .._runtime.arrays import check_shape, plain_array
 from .._runtime.stepping import mapped_steps
 from ..data.frame import RGBDFrame, checked_frame, checked_mask
 from ..data.label_map import Box, checked_labels
@@ -218,8 +218,7 @@ def _ground_truth(frame: RGBDFrame) -> NDArray[np.float32]:
 
 
 def _evaluated(frame: RGBDFrame, completion: Completion, every: bool) -> NDArray[np.bool_]:
-    if completion.depth.shape != frame.shape:
-        raise InputError(f"The completion has shape {completion.depth.shape}, but the frame has {frame.shape}.")
+    check_shape("The completion", completion.depth.shape, frame.shape)
     return np.ones(frame.shape, bool) if every else completion.filled & frame.missing
 
 

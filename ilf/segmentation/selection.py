@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import dijkstra
 
-from .._runtime.arrays import plain_array
+from .._runtime.arrays import check_shape, plain_array
 from ..data.frame import RGBDFrame, checked_frame
 from ..data.label_map import Box
 from ..errors import InputError, told_as
@@ -129,9 +129,9 @@ def select_region(
     inside, outside = _several(inside), _several(outside)
     if box is None and start is None and not len(inside):
         raise InputError("Give at least one point inside, a box, or a selection to start with.")
-    start = None if start is None else plain_array(start)
-    if start is not None and start.shape != frame.shape:
-        raise InputError(f"The selection to start with is of shape {start.shape}, the frame of {frame.shape}.")
+    if start is not None:
+        start = plain_array(start)
+        check_shape("The selection to start with", start.shape, frame.shape)
     each = [0] * (len(inside) - 1) + [steps] if isinstance(steps, int) else steps
     if len(inside) and len(each) != len(inside):
         raise InputError(f"Give one number of steps for each of the {len(inside)} points inside.")

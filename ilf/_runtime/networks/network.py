@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import logging
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, suppress
 from functools import cache, partial
 from pathlib import Path
@@ -190,8 +190,8 @@ class OnnxNetwork:
                 network._results({name: np.zeros(shape, np.float32) for name, shape in shapes.items()})
 
     def _forward(self, inputs: dict[str, NDArray[np.float32]]) -> list[NDArray[np.float32]]:
-        """Return all outputs; raise RefusedInputError if the network does not accept these inputs, FormatError if it
-        crashes with inputs of their size. "" is the first input."""
+        """Return all outputs; raise RefusedInputError if the network does not accept these inputs, another FormatError
+        if it crashes with inputs of their size. "" is the first input."""
         told = Timer(TRIAL_S, self._tell_that_it_runs)
         told.daemon = True
         told.start()
@@ -202,6 +202,9 @@ class OnnxNetwork:
                 trial = partial(self._try_in_child, self._untried, self.path, shapes)
                 tried_once(trial, self.sha256, type(self).__name__, *sizes)
             return self._results(inputs)
+        except RefusedInputError as error:
+            taken = " and ".join(str(values.shape) for values in inputs.values())
+            raise RefusedInputError(self._unlike(f"it does not accept inputs of shape {taken}.")) from error
         finally:
             told.cancel()
 
@@ -216,9 +219,19 @@ class OnnxNetwork:
             self.KIND,
         )
 
+    def _unlike(self, why: str) -> str:
+        """The message of an error: the network is not of this kind."""
+        return f"{self.path.name} is not a{'n' * (self.KIND[0] in 'aeiou')} {self.KIND}: {why}"
+
     def _try(self) -> None:
         """Raise FormatError for a network that is not of this kind, before it is used."""
         raise NotImplementedError
+
+
+def trial_images() -> Iterator[NDArray[np.uint8]]:
+    """Yield the small images with which networks are tried."""
+    for height, width in ((64, 64), (64, 96)):
+        yield np.linspace(0, 255, height * width * 3).astype(np.uint8).reshape(height, width, 3)
 
 
 def reflected(

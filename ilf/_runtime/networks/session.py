@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...errors import InputError, InstallationError, told_as
+from ...errors import FormatError, InputError, InstallationError, told_as
 from ..cancellation import run_aside
 
 _THREADS = 4
@@ -39,7 +39,7 @@ _FATAL = 4
 """Minimum severity of the messages that are printed; errors are raised."""
 
 
-class RefusedInputError(Exception):
+class RefusedInputError(FormatError):
     """Error: a network does not accept its inputs."""
 
 
