@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import InputError
 from .formatting import size_text
+
+Array = TypeVar("Array", bound=NDArray[Any])
 
 
 def plain_array(values: ArrayLike) -> NDArray[Any]:
@@ -23,6 +25,12 @@ def plain_array(values: ArrayLike) -> NDArray[Any]:
     if isinstance(values, np.ma.MaskedArray):
         return np.asarray(values.filled(np.nan if values.dtype.kind == "f" else 0))
     return np.asarray(values)
+
+
+def frozen(array: Array) -> Array:
+    """Return the same array, which is read-only from now on."""
+    array.setflags(write=False)
+    return array
 
 
 def check_shape(

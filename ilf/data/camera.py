@@ -11,7 +11,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .._runtime.arrays import plain_array
+from .._runtime.arrays import frozen, plain_array
 from ..errors import InputError, told_as
 
 _SHORTEST, _LARGEST = 1e-3, 1e6
@@ -250,8 +250,7 @@ def checked_transform(matrix: ArrayLike, what: str) -> NDArray[np.float64]:
     is_small = np.abs(turn).max() < 2  # products of larger values could overflow
     if not is_small or not np.allclose(turn @ turn.T, np.eye(3), atol=0.01) or np.linalg.det(turn) < 0:
         raise InputError(f"{what} must be a rotation and a translation, without scale or reflection.")
-    motion.setflags(write=False)
-    return motion
+    return frozen(motion)
 
 
 def camera_text(camera: Camera | None) -> str:

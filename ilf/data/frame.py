@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Self, TypeVar
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .._runtime.arrays import check_shape, plain_array, without_mask
+from .._runtime.arrays import Array, check_shape, frozen, plain_array, without_mask
 from .._runtime.files import is_address
 from .._runtime.formatting import size_text
 from ..errors import InputError, told_as, warn_of_reading
@@ -22,8 +22,6 @@ from .open3d_images import arrays_of, camera_of_open3d, image_of, pinhole_of
 from .pictures import html_row, plot_row
 
 # Masks of a frame, and read-only arrays.
-
-Array = TypeVar("Array", bound=NDArray[Any])
 
 
 def read_only(array: Array) -> Array:
@@ -39,9 +37,7 @@ def read_only(array: Array) -> Array:
     """
     if not array.flags.writeable and array.base is None and array.flags.c_contiguous:
         return array
-    copied: Array = array.copy()
-    copied.setflags(write=False)
-    return copied
+    return frozen(array.copy())
 
 
 def checked_mask(mask: ArrayLike, shape: tuple[int, ...], what: str, masked: bool = False) -> NDArray[np.bool_]:
@@ -293,7 +289,7 @@ class RGBDFrame:
         if self.invalid_mask is not None:
             invalid_mask = checked_mask(self.invalid_mask, depth.shape, "invalid depth", masked=True)
             object.__setattr__(self, "invalid_mask", invalid_mask)
-            depth = _frozen(np.where(invalid_mask, np.float32(np.nan), depth))
+            depth = frozen(np.where(invalid_mask, np.float32(np.nan), depth))
         object.__setattr__(self, "measured", measured)
         object.__setattr__(self, "depth", depth)
         check_same_size(self.rgb, self.depth)
@@ -302,7 +298,7 @@ class RGBDFrame:
         if self.outside_view is not None:
             outside = checked_mask(self.outside_view, depth.shape, "pixels outside the view")
             if np.isfinite(measured[outside]).any():
-                outside = _frozen(outside & np.isnan(measured))
+                outside = frozen(outside & np.isnan(measured))
             object.__setattr__(self, "outside_view", outside if outside.any() else None)
         if self.neighbours is not None:
             self._add_neighbours(self.neighbours)
@@ -333,9 +329,9 @@ class RGBDFrame:
         depth = neighbours.fused(self.depth)
         added = self.missing & np.isfinite(depth) & ~agrees(depth, self.measured)
         if added.any():
-            object.__setattr__(self, "depth", _frozen(np.where(added, depth, self.depth)))
+            object.__setattr__(self, "depth", frozen(np.where(added, depth, self.depth)))
             vars(self).pop("known", None)  # of the frame's own depth
-            object.__setattr__(self, "from_neighbours", _frozen(added))
+            object.__setattr__(self, "from_neighbours", frozen(added))
 
     def __repr__(self) -> str:
         return f"<{type(self).__name__} {self.summary()}>"
@@ -470,7 +466,7 @@ class RGBDFrame:
     @cached_property
     def known(self) -> NDArray[np.bool_]:
         """Pixels with depth, measured or from neighbours, bool (H, W)."""
-        return _frozen(np.isfinite(self.depth))
+        return frozen(np.isfinite(self.depth))
 
     @property
     def edge_rgb(self) -> NDArray[np.uint8]:
@@ -651,7 +647,7 @@ def checked_depth(depth: ArrayLike) -> NDArray[np.float32]:
     with np.errstate(over="ignore"):
         metres = array.astype(np.float32)
     metres[~(np.isfinite(metres) & (metres > 0))] = np.nan
-    return _frozen(metres)
+    return frozen(metres)
 
 
 def _checked_ground_truth(ground_truth: ArrayLike, shape: tuple[int, int]) -> NDArray[np.float32]:
@@ -663,8 +659,3 @@ def _checked_ground_truth(ground_truth: ArrayLike, shape: tuple[int, int]) -> ND
     with told_as(InputError, "The ground truth cannot be used: {error}", InputError):
         _check_extremes(metres[np.isfinite(metres)])
     return metres
-
-
-def _frozen(array: NDArray[Any]) -> NDArray[Any]:
-    array.setflags(write=False)
-    return array

@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .._runtime.arrays import check_shape, plain_array
+from .._runtime.arrays import check_shape, frozen, plain_array
 from .._runtime.formatting import size_text
 from ..errors import InputError
 
@@ -152,8 +152,7 @@ class Guide:
                 "The guide has no usable values: all are zero, not finite, equal, or, of metric depth, negative. Check "
                 "that it is the right file."
             )
-        values.setflags(write=False)
-        object.__setattr__(self, "values", values)
+        object.__setattr__(self, "values", frozen(values))
         if self.confidence is not None:
             confidence = np.nan_to_num(_real(self.confidence, "A guide's confidence").astype(np.float32))
             check_shape("The guide's confidence", confidence.shape, values.shape, "the guide")
@@ -162,8 +161,7 @@ class Guide:
                     f"The guide's confidence is {confidence.min():.3g} to {confidence.max():.3g}, not 0 to 1. In an "
                     "array of shape (2, H, W), the second half is the confidence."
                 )
-            confidence.setflags(write=False)
-            object.__setattr__(self, "confidence", confidence)
+            object.__setattr__(self, "confidence", frozen(confidence))
 
     def resized_to(self, shape: tuple[int, int]) -> Guide:
         """Return the guide resized to this height and width; raise InputError if the aspect ratio differs."""

@@ -11,6 +11,7 @@ from weakref import ref
 import numpy as np
 from numpy.typing import NDArray
 
+from .._runtime.arrays import frozen
 from .._runtime.files import parse_json
 from .._runtime.installation import __version__
 from .._runtime.named_places import NotAllowed
@@ -387,6 +388,4 @@ def _check_pixels(extrapolation: Extrapolation, size: int) -> None:
 
 def empty_state(frame_id: str, frame: RGBDFrame) -> FrameState:
     """Return the state of a frame without any work."""
-    labels = np.zeros(frame.shape, np.int32)
-    labels.setflags(write=False)
-    return FrameState(frame_id, frame, Blocks(labels))
+    return FrameState(frame_id, frame, Blocks(frozen(np.zeros(frame.shape, np.int32))))
