@@ -8,6 +8,8 @@ import re
 import sys
 import unicodedata
 import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
 from types import UnionType
 from typing import Any
 
@@ -93,6 +95,37 @@ def cause(error: Exception) -> str:
     if isinstance(error, OSError) and error.errno is not None:
         return _CAUSES.get(error.errno) or error.strerror or "the system gives no reason"
     return str(error)
+
+
+_LONGEST_CAUSE = 200
+
+
+@contextmanager
+def told_as(
+    kind: type[IlfError], sentence: str, caught: type[Exception] | tuple[type[Exception], ...]
+) -> Iterator[None]:
+    """Within the block, errors of some types become one of this library's kinds.
+
+    Parameters
+    ----------
+    kind : type
+        What is raised.
+    sentence : str
+        Its message, in which {error} stands for what the caught error says.
+    caught : type or tuple of type
+
+    Examples
+    --------
+    >>> with told_as(InputError, "rate.txt is no number ({error}). Correct it.", ValueError):
+    ...     rate = float("fast")
+    Traceback (most recent call last):
+    ilf.errors.InputError: rate.txt is no number (could not convert string to float: 'fast'). Correct it.
+    """
+    try:
+        yield
+    except caught as error:
+        text = str(error) if isinstance(error, IlfError) else f"{cause(error):.{_LONGEST_CAUSE}}"
+        raise kind(sentence.replace("{error}", text)) from error
 
 
 def to_text(error: Exception) -> str:

@@ -16,12 +16,10 @@ from pathlib import Path
 from typing import Any, BinaryIO
 from urllib.parse import unquote, urlsplit
 
-import platformdirs
-
-from ..errors import CREDENTIALS, ExportError, FormatError, IlfError, InputError, one_line, without_credentials
+from ..errors import CREDENTIALS, ExportError, FormatError, IlfError, InputError, one_line, told_as, without_credentials
 from .cancellation import check_cancelled
 from .files import MAX_FILE_BYTES, LimitedReader
-from .installation import optional
+from .installation import optional, user_path
 from .writing import atomic_path
 
 _PROTOCOLS = "http", "https", "s3", "gs", "hf", "memory"
@@ -59,11 +57,9 @@ class Address(str):
         if "::" in re.sub(r"\[[^/]*", "", text):  # but for the numbers of a server
             raise InputError(f"{shown} is a chain of addresses, which is never opened. Give the address of the files.")
         protocol, _, rest = text.partition("://")
-        try:
+        with told_as(InputError, f"{shown} is no valid address ({{error}}). Correct it.", ValueError):
             parts = urlsplit(text)
             parts.port  # noqa: B018 - raises ValueError
-        except ValueError as error:
-            raise InputError(f"{shown} is no valid address ({error}). Correct it.") from None
         if protocol.lower() not in _PROTOCOLS:
             known = ", ".join(f"{name}://" for name in _PROTOCOLS[:-1])
             raise InputError(
@@ -385,5 +381,4 @@ def _is_plain(name: str) -> bool:
 
 def cache_folder() -> Path:
     """The folder of copies of recordings and of results that wait to be written to an address."""
-    chosen = os.environ.get("ILF_CACHE")
-    return Path(chosen).absolute() if chosen else platformdirs.user_cache_path("ilf-studio", appauthor=False)
+    return user_path("cache", "", "ILF_CACHE").absolute()

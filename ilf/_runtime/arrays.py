@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import InputError
+from .formatting import size_text
+
+Array = TypeVar("Array", bound=NDArray[Any])
 
 
 def plain_array(values: ArrayLike) -> NDArray[Any]:
@@ -22,6 +25,24 @@ def plain_array(values: ArrayLike) -> NDArray[Any]:
     if isinstance(values, np.ma.MaskedArray):
         return np.asarray(values.filled(np.nan if values.dtype.kind == "f" else 0))
     return np.asarray(values)
+
+
+def frozen(array: Array) -> Array:
+    """Return the same array, which is read-only from now on."""
+    array.setflags(write=False)
+    return array
+
+
+def check_shape(
+    what: str,
+    found: tuple[int, ...],
+    wanted: tuple[int, ...],
+    whole: str = "the frame",
+    remedy: str = "Both must have the same pixels.",
+) -> None:
+    """Raise InputError if the array of what is named has another shape than the array that it belongs to."""
+    if found != wanted:
+        raise InputError(f"{what} is {size_text(found)}, but {whole} is {size_text(wanted)}. {remedy}")
 
 
 def without_mask(colour: ArrayLike) -> NDArray[Any]:

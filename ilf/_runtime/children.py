@@ -23,7 +23,7 @@ from itertools import islice
 from queue import SimpleQueue
 from typing import Any, BinaryIO, TypeVar
 
-from ..errors import FormatError, IlfError, InputError, cause
+from ..errors import FormatError, IlfError, InputError, told_as
 from .cancellation import check_cancelled, run_aside
 from .installation import child_command
 from .writing import remove_temporary_files
@@ -257,10 +257,8 @@ def run_in_child(
 
 
 def _started(file: str) -> Child:
-    try:
+    with told_as(InputError, f"{file} cannot be checked: no process can be started ({{error}}). Try again.", OSError):
         return Child(quiet=True)
-    except OSError as error:
-        raise InputError(f"{file} cannot be checked: no process can be started ({cause(error)}). Try again.") from error
 
 
 _idle: list[Child] = []

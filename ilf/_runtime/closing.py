@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Self
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any, Self
 
 
 class Closeable:
@@ -17,3 +19,13 @@ class Closeable:
 
     def __exit__(self, *_: object) -> None:
         self.close()
+
+
+@contextmanager
+def closed_on_error(opened: Any) -> Iterator[None]:
+    """Close what was opened if the block, which prepares it, fails."""
+    try:
+        yield
+    except BaseException:
+        opened.close()
+        raise

@@ -9,8 +9,9 @@ from threading import Lock
 from typing import Any, ParamSpec, TypeVar
 
 import numpy as np
-import platformdirs
 from numpy.typing import NDArray
+
+from .installation import user_path
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -89,7 +90,7 @@ def _machine_code(loops: Callable[..., Any]) -> Callable[..., Any]:
     with _making:
         chosen = config["CACHE_DIR"]
         # beside the sources, numba's choice, files would stay when the package is uninstalled
-        config["CACHE_DIR"] = chosen or str(platformdirs.user_cache_path("ilf-studio", appauthor=False) / "numba")
+        config["CACHE_DIR"] = chosen or str(user_path("cache", "numba"))
         try:
             compiled_loops.enable_caching()
         except RuntimeError:  # no cache folder: every process compiles it again

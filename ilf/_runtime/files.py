@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeGuard
 
-from ..errors import FormatError, InputError, cause
+from ..errors import FormatError, InputError, cause, told_as
 
 if TYPE_CHECKING:
     import numpy as np
@@ -174,10 +174,8 @@ def read_file(source: FileSource) -> FileContent:
 
     with open_file(source) as file:
         size = _plausible_size(file)
-        try:
+        with told_as(InputError, f"{file.name}: cannot be read ({{error}}). Check its permissions.", OSError):
             return FileContent(Path(file.name), np.fromfile(file, np.uint8, size))
-        except OSError as error:
-            raise InputError(f"{file.name}: cannot be read ({cause(error)}). Check its permissions.") from error
 
 
 def read_json(source: FileSource) -> Any:
@@ -210,19 +208,15 @@ def parse_json(content: str | bytes, name: object, remedy: str = "Correct or re-
     FormatError
         If it is not JSON, or is nested too deeply.
     """
-    try:
+    with told_as(FormatError, f"{name} is not valid JSON ({{error}}). {remedy}", (ValueError, RecursionError)):
         return json.loads(content)
-    except (ValueError, RecursionError) as error:
-        raise FormatError(f"{name} is not valid JSON ({error!s:.120}). {remedy}") from error
 
 
 def file_sha256(path: str | os.PathLike[str]) -> str:
     """Return the SHA-256 of a file's content, of any size; raise InputError if it cannot be read."""
-    with open_file(path) as stream:
-        try:
-            return hashlib.file_digest(stream, "sha256").hexdigest()
-        except OSError as error:
-            raise InputError(f"{path}: cannot be read ({cause(error)}). Check its permissions.") from error
+    refused = told_as(InputError, f"{path}: cannot be read ({{error}}). Check its permissions.", OSError)
+    with open_file(path) as stream, refused:
+        return hashlib.file_digest(stream, "sha256").hexdigest()
 
 
 def zip_member(archive: zipfile.ZipFile, entry: zipfile.ZipInfo, at_most: int) -> bytes:

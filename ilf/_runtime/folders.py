@@ -6,21 +6,24 @@ import hashlib
 import os
 import shutil
 import stat
-from abc import ABC, abstractmethod
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager, suppress
 from pathlib import Path
 from typing import BinaryIO
 
-from ..errors import ExportError, InputError, cause
+from ..errors import ExportError, InputError, told_as
 from .addresses import RemoteFiles, cache_folder
 from .cancellation import check_cancelled
 from .files import is_address, open_file
 from .writing import atomic_path, ensure_folder
 
 
-class Folder(ABC):
-    """A folder of files that are written once.
+class Folder:
+    """A folder of files that are written once, on a disk.
+
+    Parameters
+    ----------
+    path : Path
 
     Attributes
     ----------
@@ -28,36 +31,47 @@ class Folder(ABC):
         Folder on this machine for files that are not results yet.
     """
 
-    working: Path
+    def __init__(self, path: Path) -> None:
+        self._root = self.working = path
 
-    @abstractmethod
     def __str__(self) -> str:
         """Its path or address."""
+        return str(self._root)
 
-    @abstractmethod
     def sizes(self) -> dict[str, int]:
         """The names of the files with their sizes [bytes]; empty if there is no such folder."""
+        found = {}
+        with self._readable(""), suppress(FileNotFoundError), os.scandir(self._root) as entries:
+            for entry in entries:
+                with suppress(FileNotFoundError):  # a temporary file that another process has just moved
+                    found[entry.name] = entry.stat().st_size
+        return found
 
-    @abstractmethod
     def exists(self, name: str) -> bool:
         """Whether there is such a file; raises InputError if that cannot be known."""
+        with self._readable(name), suppress(FileNotFoundError, NotADirectoryError):
+            return not stat.S_ISDIR(os.stat(self._root / name).st_mode)
+        return False
 
-    @abstractmethod
     def size(self, name: str) -> int:
         """The size of a file [bytes]; raises InputError if it cannot be read."""
+        with self._readable(name):
+            return (self._root / name).stat().st_size
 
-    @abstractmethod
     def open(self, name: str) -> BinaryIO:
         """Open a file for reading; raises InputError if it cannot be read."""
-
-    @abstractmethod
-    def read_range(self, name: str, start: int, size: int) -> bytes:
-        """Read a piece of a file; raises InputError if it cannot be read."""
+        return open_file(self._root / name)
 
     def read(self, name: str) -> bytes:
         """Read a file; raises InputError if it cannot be read."""
         with self.open(name) as file:
             return file.read()
+
+    def read_range(self, name: str, start: int, size: int) -> bytes:
+        """Read a piece of a file; raises InputError if it cannot be read."""
+        with self.open(name) as file, self._readable(name):
+            file.seek(start)
+            return file.read(size)
 
     def ends(self, sizes: dict[str, int], length: int) -> Iterator[tuple[str, bytes]]:
         """Yield the names of files of known sizes with their last bytes, at most `length`."""
@@ -70,10 +84,10 @@ class Folder(ABC):
         with self.open(name) as file:
             return hashlib.file_digest(file, "sha256").hexdigest()  # type: ignore[arg-type]
 
-    @abstractmethod
     def writing(self, name: str) -> AbstractContextManager[Path]:
         """Provide a file on this machine that becomes a file of the folder, once and whole, when the block ends without
         an error; raises ExportError if it cannot be written."""
+        return atomic_path(ensure_folder(self._root) / name)
 
     def put(self, name: str, parts: Iterable[bytes]) -> None:
         """Write a file, once and whole; raises ExportError if that fails."""
@@ -82,70 +96,18 @@ class Folder(ABC):
                 check_cancelled()
                 file.write(part)
 
-    @abstractmethod
     def remove(self, name: str) -> None:
         """Remove a file; raises ExportError if that fails."""
+        with told_as(ExportError, f"{self._root / name} cannot be removed ({{error}}).", OSError):
+            (self._root / name).unlink()
 
-    def forget_working(self) -> None:  # noqa: B027 - a folder on a disk contains it
-        """Remove what waits on this machine for a folder that no longer exists, before it is begun anew."""
+    def forget_working(self) -> None:
+        """Remove what waits on this machine for a folder at an address that no longer exists, before it is begun
+        anew."""
 
-
-class LocalFolder(Folder):
-    """A folder on a disk."""
-
-    def __init__(self, path: Path) -> None:
-        self._path = self.working = path
-
-    def __str__(self) -> str:
-        return str(self._path)
-
-    def sizes(self) -> dict[str, int]:
-        found = {}
-        try:
-            with suppress(FileNotFoundError), os.scandir(self._path) as entries:
-                for entry in entries:
-                    with suppress(FileNotFoundError):  # a temporary file that another process has just moved
-                        found[entry.name] = entry.stat().st_size
-        except OSError as error:
-            raise self._unreadable("", error) from error
-        return found
-
-    def exists(self, name: str) -> bool:
-        try:
-            return not stat.S_ISDIR(os.stat(self._path / name).st_mode)
-        except (FileNotFoundError, NotADirectoryError):
-            return False
-        except OSError as error:
-            raise self._unreadable(name, error) from error
-
-    def size(self, name: str) -> int:
-        try:
-            return (self._path / name).stat().st_size
-        except OSError as error:
-            raise self._unreadable(name, error) from error
-
-    def open(self, name: str) -> BinaryIO:
-        return open_file(self._path / name)
-
-    def read_range(self, name: str, start: int, size: int) -> bytes:
-        with self.open(name) as file:
-            try:
-                file.seek(start)
-                return file.read(size)
-            except OSError as error:
-                raise self._unreadable(name, error) from error
-
-    def writing(self, name: str) -> AbstractContextManager[Path]:
-        return atomic_path(ensure_folder(self._path) / name)
-
-    def remove(self, name: str) -> None:
-        try:
-            (self._path / name).unlink()
-        except OSError as error:
-            raise ExportError(f"{self._path / name} cannot be removed ({cause(error)}).") from error
-
-    def _unreadable(self, name: str, error: OSError) -> InputError:
-        return InputError(f"{self._path / name}: cannot be read ({cause(error)}). Check the folder.")
+    def _readable(self, name: str) -> AbstractContextManager[None]:
+        """Within the block, an OSError says that a file cannot be read."""
+        return told_as(InputError, f"{self._root / name}: cannot be read ({{error}}). Check the folder.", OSError)
 
 
 _AT_ONCE = 64
@@ -199,4 +161,4 @@ def folder_at(path: str | os.PathLike[str]) -> Folder:
     InputError
         If the address is not valid, or its driver is not installed.
     """
-    return RemoteFolder(path) if is_address(path) else LocalFolder(Path(path).absolute())
+    return RemoteFolder(path) if is_address(path) else Folder(Path(path).absolute())

@@ -33,6 +33,11 @@ def grouped(count: SupportsInt) -> str:
     return f"{int(count):,}"  # also for numpy's integers
 
 
+def size_text(shape: tuple[int, ...]) -> str:
+    """Format the size of an image of shape (H, W, ...) as width x height; another shape as it is."""
+    return f"{shape[1]} x {shape[0]}" if len(shape) > 1 else str(shape)
+
+
 def counted(count: SupportsInt, what: str) -> str:
     """Format a count with its noun, in the plural where needed.
 

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import ctypes
+import os
 import platform
+import re
 import sys
 from collections.abc import Sequence
 from contextlib import suppress
@@ -16,44 +18,10 @@ from ..errors import InputError
 _CHILD = "--ilf-child"
 """First argument of a frozen program that runs as a child; the second is the module whose `main` it runs."""
 
-SYSTEM_PACKAGES = {
-    "libEGL.so.1": "libegl1",
-    "libGL.so.1": "libgl1",
-    "libX11.so.6": "libx11-6",
-    "libX11-xcb.so.1": "libx11-xcb1",
-    "libdbus-1.so.3": "libdbus-1-3",
-    "libfontconfig.so.1": "libfontconfig1",
-    "libfreetype.so.6": "libfreetype6",
-    "libglib-2.0.so.0": "libglib2.0-0",
-    "libgomp.so.1": "libgomp1",
-    "libgthread-2.0.so.0": "libglib2.0-0",
-    "libidn2.so.0": "libidn2-0",
-    "libstdc++.so.6": "libstdc++6",
-    "libudev.so.1": "libudev1",
-    "libusb-1.0.so.0": "libusb-1.0-0",
-    "libwayland-client.so.0": "libwayland-client0",
-    "libwayland-cursor.so.0": "libwayland-cursor0",
-    "libwayland-egl.so.1": "libwayland-egl1",
-    "libxcb.so.1": "libxcb1",
-    "libxcb-cursor.so.0": "libxcb-cursor0",
-    "libxcb-icccm.so.4": "libxcb-icccm4",
-    "libxcb-image.so.0": "libxcb-image0",
-    "libxcb-keysyms.so.1": "libxcb-keysyms1",
-    "libxcb-randr.so.0": "libxcb-randr0",
-    "libxcb-render.so.0": "libxcb-render0",
-    "libxcb-render-util.so.0": "libxcb-render-util0",
-    "libxcb-shape.so.0": "libxcb-shape0",
-    "libxcb-shm.so.0": "libxcb-shm0",
-    "libxcb-sync.so.1": "libxcb-sync1",
-    "libxcb-util.so.1": "libxcb-util1",
-    "libxcb-xfixes.so.0": "libxcb-xfixes0",
-    "libxcb-xkb.so.1": "libxcb-xkb1",
-    "libxkbcommon.so.0": "libxkbcommon0",
-    "libxkbcommon-x11.so.0": "libxkbcommon-x11-0",
-    "libz.so.1": "zlib1g",
-    "libzstd.so.1": "libzstd1",
-}
-"""Shared library -> package of Debian and Ubuntu, for all libraries that the optional packages are linked against."""
+_OTHER_PACKAGES = {"libglib-2.0.so.0": "libglib2.0-0", "libgthread-2.0.so.0": "libglib2.0-0", "libz.so.1": "zlib1g"}
+"""Shared library -> its package of Debian and Ubuntu, where that is not named by their rule."""
+
+_LIBRARY = re.compile(r"\blib[\w.+-]+\.so\.\d+")
 
 
 def optional(module: str, requirement: str, purpose: str) -> ModuleType:
@@ -105,7 +73,7 @@ def remedy(module: str, requirement: str, error: ImportError | OSError, librarie
         if is_frozen():
             return f'which is not part of this app. Install ilf-studio for Python: pip install "{requirement}".'
         return f'which is not installed. Install it: pip install "{requirement}".'
-    missing = [name for name in SYSTEM_PACKAGES if name in str(error)]
+    missing = _LIBRARY.findall(str(error))
     if missing and sys.platform.startswith("linux"):
         missing = list(dict.fromkeys([*missing, *missing_libraries(libraries)]))
         return f"which cannot be loaded because system libraries are missing: {how_to_install(missing)}."
@@ -124,9 +92,21 @@ def missing_libraries(libraries: Sequence[str]) -> list[str]:
 
 
 def how_to_install(libraries: Sequence[str]) -> str:
-    """Format a list of libraries with the command that installs their packages, for a message."""
-    packages = dict.fromkeys(SYSTEM_PACKAGES[library] for library in libraries)
+    """Format a list of libraries with the command that installs their packages, for a message.
+
+    Examples
+    --------
+    >>> how_to_install(["libX11.so.6", "libEGL.so.1"])
+    'libX11.so.6, libEGL.so.1. On Debian or Ubuntu: sudo apt install libx11-6 libegl1'
+    """
+    packages = dict.fromkeys(map(system_package, libraries))
     return f"{', '.join(libraries)}. On Debian or Ubuntu: sudo apt install {' '.join(packages)}"
+
+
+def system_package(library: str) -> str:
+    """The package of Debian and Ubuntu with a shared library: name and version, with a hyphen between digits."""
+    name, _, version = library.lower().partition(".so.")
+    return _OTHER_PACKAGES.get(library) or f"{name}{'-' * name[-1].isdigit()}{version}"
 
 
 def check_opencv() -> None:
@@ -216,6 +196,27 @@ def asset_path(name: str) -> Path:
         if (root / name).exists():
             return root / name
     raise InputError(f"The bundled {name} is not part of this installation. Reinstall ilf-studio.")
+
+
+# Folders of the user.
+
+
+def user_path(kind: str, name: str, variable: str = "") -> Path:
+    """Return a path in a folder of the user, which may not exist yet.
+
+    Parameters
+    ----------
+    kind : str
+        Of what the folder is for: "cache", "config", "data", "log" or "state".
+    name : str
+        Name of the file or folder in it.
+    variable : str
+        Environment variable whose path takes precedence.
+    """
+    import platformdirs  # not before: children start without it
+
+    folder = getattr(platformdirs, f"user_{kind}_path")("ilf-studio", appauthor=False)
+    return Path(os.environ.get(variable) or folder / name)
 
 
 # Starting this program from itself.

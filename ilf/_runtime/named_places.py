@@ -18,11 +18,10 @@ from functools import lru_cache
 from pathlib import Path, PurePath, PurePosixPath
 from urllib.parse import unquote
 
-import platformdirs
-
 from ..errors import ExportError, InputError
 from .addresses import Address
 from .files import MAX_FILE_BYTES, absolute, file_sha256, is_address
+from .installation import user_path
 from .writing import write_bytes
 
 VARIABLE = "ILF_ALLOW_ADDRESS"
@@ -233,7 +232,7 @@ def _was_opened(key: str) -> bool:
 
 
 def _list_file() -> Path:
-    return platformdirs.user_state_path("ilf-studio", appauthor=False) / "opened.txt"
+    return user_path("state", "opened.txt")
 
 
 def _known() -> frozenset[str] | set[str]:

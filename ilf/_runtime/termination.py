@@ -19,10 +19,8 @@ from pathlib import Path
 from types import FrameType
 from typing import TextIO
 
-import platformdirs
-
 from ..errors import cause, without_credentials
-from .installation import __version__
+from .installation import __version__, user_path
 from .writing import private_file, remove_temporary_files, restrict_to_owner
 
 LIMIT_S = 0.2
@@ -149,8 +147,7 @@ _MAX_LOG_BYTES = 1_000_000
 
 def error_log_path() -> Path:
     """Return the path of the log: `ILF_LOG`, or a file in the user's log folder."""
-    chosen = os.environ.get("ILF_LOG")
-    return Path(chosen) if chosen else platformdirs.user_log_path("ilf-studio", appauthor=False) / "faults.log"
+    return user_path("log", "faults.log", "ILF_LOG")
 
 
 def log_error(error: BaseException) -> str:

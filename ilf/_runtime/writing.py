@@ -21,7 +21,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from ..errors import ExportError, cause
+from ..errors import ExportError, cause, told_as
 from .cancellation import check_cancelled
 
 _MOVE_TIMEOUT_S = 5.0
@@ -224,10 +224,8 @@ def write_parts(target: str | os.PathLike[str], parts: Iterable[bytes]) -> None:
 def ensure_folder(folder: str | Path) -> Path:
     """Return the folder, created if it does not exist; raise ExportError if that fails."""
     path = Path(folder)
-    try:
+    with told_as(ExportError, f"The folder {path} cannot be created: {{error}}. Choose another one.", OSError):
         path.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise ExportError(f"The folder {path} cannot be created: {cause(error)}. Choose another one.") from error
     return path
 
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from .._runtime.files import is_address
-from ..errors import InputError, cause
+from ..errors import InputError, told_as
 from ..sources.frame_ref import FrameRef
 from ..sources.neighbours import around
 from ..sources.own_results import is_result
@@ -181,12 +181,8 @@ def with_companion_files(frames: Sequence[BatchFrame], kind: str, folder: str | 
     InputError
         If the folder cannot be read, or has no file for a frame.
     """
-    try:
+    with told_as(InputError, f"{folder}: cannot be read ({{error}}). Give a folder with one file per frame.", OSError):
         files = {path.stem: str(path.absolute()) for path in sorted(Path(folder).iterdir()) if path.is_file()}
-    except OSError as error:
-        raise InputError(
-            f"{folder}: cannot be read ({cause(error)}). Give a folder with one file per frame."
-        ) from error
     found = []
     for frame in frames:
         names = frame.folder, frame.source.name, frame.key.rpartition("/")[2]

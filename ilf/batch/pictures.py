@@ -17,7 +17,7 @@ from .._runtime.writing import atomic_path, write_bytes
 from ..data.colour_maps import depth_colours
 from ..data.frame import RGBDFrame
 from ..drawing.colours import robust_depth_levels, sample, to_indices
-from ..errors import FormatError, IlfError, InputError
+from ..errors import FormatError, IlfError, InputError, told_as
 from ..io.images import read_colour
 from ..sources.frame_ref import FrameRef
 from ..sources.reading import read_frame
@@ -82,10 +82,8 @@ def write_preview(folder: Path, frame: RGBDFrame, depth: NDArray[np.float32], le
 
 def read_preview(folder: Path) -> NDArray[np.uint8]:
     """Read the preview in a frame's folder, uint8 (H, W, 3), red first; raises FormatError if it cannot be read."""
-    try:
+    with told_as(FormatError, "{error} Otherwise complete the frame again.", InputError):
         return read_colour(folder / PREVIEW_FILE)
-    except InputError as error:
-        raise FormatError(f"{error} Otherwise complete the frame again.") from error
 
 
 # Contact sheet and video of the previews of a batch.

@@ -19,7 +19,7 @@ from .._runtime.writing import write_bytes
 from ..data.frame import RGBDFrame
 from ..data.parameters import Parameters
 from ..data.presets import preset
-from ..errors import FormatError, InputError, cause
+from ..errors import FormatError, InputError, told_as
 from ..evaluation.hold_out import HoldOutTest
 from ..io.labels import with_more_invalid
 from ..run.block_choice import BlockChoice
@@ -186,9 +186,7 @@ def _content_sha256(path: str) -> str:
     """Return the SHA-256 of a file, or of the files in a folder and their names."""
     if not os.path.isdir(path):
         return file_sha256(path)
-    try:
+    with told_as(InputError, f"{path}: cannot be read ({{error}}). Check its permissions.", OSError):
         files = sorted(entry.name for entry in os.scandir(path) if entry.is_file())
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({cause(error)}). Check its permissions.") from error
     lines = [f"{name} {file_sha256(os.path.join(path, name))}" for name in files]
     return hashlib.sha256("\n".join(lines).encode(errors="backslashreplace")).hexdigest()

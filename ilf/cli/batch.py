@@ -58,7 +58,6 @@ def add_arguments(parser: Parser) -> None:
         "Complete the frames of folders, data sets and recordings, each into its own folder, and write manifest.csv "
         "with the result of each. The same command resumes an interrupted batch."
     )
-    parser.set_defaults(command=run)
     parser.add_argument("sources", nargs="*", metavar="SOURCE", help="folder of frames, data set or recording")
     parser.add_argument("--out", metavar="DIR", help="output folder, created if missing")
     add_shard_arguments(parser.add_argument_group("shards: many frames in a file"))

@@ -31,7 +31,6 @@ def add_arguments(parser: Parser) -> None:
         "Extract boundaries and surfaces (EBS), or read blocks of another program, and write the blocks as a label map "
         "(16-bit PNG, 0 = no block), COCO or labelme JSON. `ilf complete --blocks` reads all these formats."
     )
-    parser.set_defaults(command=run)
     add_frame(parser, companions=False)
     add_flags(parser, "--invalid-mask")
     taken = parser.add_argument_group("existing blocks")

@@ -32,8 +32,8 @@ COMMANDS = {
     "live": "play a recording or a camera in the window, completed as it plays, or capture a frame with the camera",
     "stream": "complete a recording frame after frame, as a robot would, or write results, as a recording or a folder",
 }
-"""Name -> one-line help. `add_arguments` in the module of the same name adds the arguments and the function that runs
-the command to its parser. The module is imported only when its command is used."""
+"""Name -> one-line help. `add_arguments` in the module of the same name adds the arguments to its parser, and
+`run` runs the command if it has no actions. The module is imported only when its command is used."""
 
 
 def run(argv: Sequence[str] | None) -> int:
@@ -101,7 +101,9 @@ def build_parser(names: Collection[str] = tuple(COMMANDS)) -> Parser:
     for name, text in COMMANDS.items():
         command = commands.add_parser(name, help=text)
         if name in names:
-            import_module(f"{__package__}.{name}").add_arguments(command)
+            module = import_module(f"{__package__}.{name}")
+            module.add_arguments(command)
+            command.set_defaults(command=getattr(module, "run", None))  # without `run`, its actions set theirs
     return parser
 
 

@@ -36,7 +36,6 @@ def add_arguments(parser: Parser) -> None:
     """Add the command's arguments to its parser."""
     parser.usage = _USAGE
     parser.description = "Extract the blocks of a frame, complete their depth, and write the results."
-    parser.set_defaults(command=run)
     parser.add_argument("--replay", metavar="run.json", help="replay a recorded run with the record's settings")
     add_frame(parser)
     add_flags(

@@ -10,11 +10,12 @@ from typing import Any
 
 from .._runtime.formatting import counted
 from .._runtime.schema import plain
+from .._runtime.stepping import run_to_end
 from ..data.declarations import Value
 from ..data.frame import RGBDFrame
 from ..data.parameters import DEFAULT_PRESET, Parameters
-from ..errors import ParameterError
-from ..evaluation.evaluation import Evaluation, Progress, RunEvaluation, run_to_end
+from ..errors import ParameterError, told_as
+from ..evaluation.evaluation import Evaluation, Progress, RunEvaluation
 from ..evaluation.ground_truth import ground_truth_steps
 from ..evaluation.hold_out import HOLD_OUT_PATTERNS, HoldOutTest, compared_steps, hold_out_steps, untrusted_note
 from ..evaluation.sweep import Sweep, sweep_steps
@@ -63,7 +64,6 @@ def add_arguments(parser: Parser) -> None:
         "ground truth where depth is missing, or against known depth that was held out (areas, if there is no ground "
         "truth). Errors are computed over the pixels that all of them fill."
     )
-    parser.set_defaults(command=run)
     add_frame(parser)
     add_flags(parser, "--invalid-mask")
     blocks = parser.add_argument_group("blocks")
@@ -146,12 +146,10 @@ def _parse_sweep(text: str) -> tuple[str, list[Value]]:
     known = Parameters.declarations()
     if not equals or not values.strip(","):
         raise UsageError(f"--sweep needs a parameter and its values, such as smoothness=0.3,1,3, not {text!r:.60}.")
-    try:
+    with told_as(UsageError, f"--sweep {text:.60}: {{error}}", ParameterError):
         if name not in known:
             Parameters().replace(**{name: None})
         return name, [value_from(known[name], value.strip()) for value in values.split(",") if value.strip()]
-    except ParameterError as error:
-        raise UsageError(f"--sweep {text:.60}: {error}") from error
 
 
 def _point_text(values: Mapping[str, Value]) -> str:

@@ -65,7 +65,6 @@ def add_arguments(parser: Parser) -> None:
         "Show size, depth range, missing share, encoding and intrinsics of a frame, the frames of a source, or a run "
         "record."
     )
-    parser.set_defaults(command=run)
     add_frame(parser)
     lists = parser.add_argument_group("lists")
     lists.add_argument("--presets", action="store_true", help="list the built-in presets, and your own")

@@ -23,7 +23,6 @@ def add_arguments(parser: Parser) -> None:
         "as `ilf-gui --live` and `ilf-gui --realsense`. With --capture, a frame of the camera is written, without a "
         "window."
     )
-    parser.set_defaults(command=run)
     played = parser.add_mutually_exclusive_group(required=True)
     played.add_argument(
         "source", nargs="?", metavar="SOURCE", help="recording, data set or folder with frames of one camera"

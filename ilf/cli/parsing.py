@@ -15,7 +15,7 @@ from ..data.declarations import Declaration, ParameterSet, Value
 from ..data.frame import RGBDFrame
 from ..data.parameters import DEFAULT_PRESET, PRESETS, BlockParameters, Parameters
 from ..data.presets import UserPreset, find_preset
-from ..errors import InputError, ParameterError
+from ..errors import InputError, ParameterError, told_as
 from ..evaluation.hold_out import HOLD_OUT_PATTERNS, HoldOutTest
 from ..io.labels import with_more_invalid
 from ..run.block_choice import BlockChoice
@@ -208,10 +208,8 @@ def add_settings(parser: argparse.ArgumentParser, **preset: Any) -> None:
 
 def preset_from(name: str | None) -> UserPreset:
     """Return a preset by its name, None for the default; raises UsageError if there is none."""
-    try:
+    with told_as(UsageError, "{error}", ParameterError):
         return find_preset(name or DEFAULT_PRESET)
-    except ParameterError as error:
-        raise UsageError(str(error)) from error
 
 
 def settings_from(arguments: argparse.Namespace, preset: UserPreset) -> tuple[Parameters, BlockChoice]:
@@ -358,10 +356,8 @@ def given_parameters(arguments: argparse.Namespace, kind: type[ParameterSet]) ->
 
 def with_given(base: Set, arguments: argparse.Namespace) -> Set:
     """Return a parameter set changed as given on the command line; UsageError for a parameter without effect."""
-    try:
+    with told_as(UsageError, "{error}", ParameterError):
         return base.changed(**given_parameters(arguments, type(base)))
-    except ParameterError as error:
-        raise UsageError(str(error)) from error
 
 
 def _destination(kind: type[ParameterSet], name: str) -> str:
@@ -390,10 +386,8 @@ def value_from(declaration: Declaration, text: str) -> Value:
         return _SWITCH[text]
     if declaration.kind is str:
         return declaration.checked(text)
-    try:
+    with told_as(ParameterError, f"{text!r} is not a number.", ValueError):
         number = float(text)
-    except ValueError as error:
-        raise ParameterError(f"{text!r} is not a number.") from error
     return declaration.checked(number)
 
 

@@ -10,10 +10,11 @@ from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
+from .._runtime.stepping import run_to_end
 from ..data.parameters import BlockParameters
 from ..data.results import Completion
 from ..errors import IlfError, InputError
-from ..evaluation.evaluation import Progress, run_to_end
+from ..evaluation.evaluation import Progress
 from ..evaluation.hold_out import completion_steps
 from ..project.file import SUFFIX, OpenedProject, open_project
 from ..project.project import ProjectFrame
@@ -147,7 +148,6 @@ def add_arguments(parser: Parser) -> None:
         "frames of a project are used as they are. Several of them share one page with an index. For PDF, print the "
         "page in a browser, or use File > Report… in the window."
     )
-    parser.set_defaults(command=run)
     add_frame(parser)
     add_flags(parser, "--invalid-mask", "--look-in", "--hold-out", "--seeds")
     output = parser.add_argument_group("output")

@@ -19,7 +19,6 @@ def add_arguments(parser: Parser) -> None:
     parser.description = (
         "Write the bundled sample, a generated room with the depth defects of a real sensor, into a folder."
     )
-    parser.set_defaults(command=run)
     parser.add_argument("folder", metavar="DIR", help="output folder, created if missing")
     parser.add_argument("--force", action="store_true", help="overwrite files of the same names")
 

@@ -31,7 +31,6 @@ def add_arguments(parser: Parser) -> None:
         "the program ends early, it contains the frames up to then. With --results, the completed depth of runs is "
         "written as it is."
     )
-    parser.set_defaults(command=run)
     parser.add_argument(
         "inputs",
         nargs="+",

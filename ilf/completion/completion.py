@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .._runtime.cancellation import check_cancelled
+from .._runtime.stepping import run_to_end
 from .._runtime.threads import Steps, run_beside
 from ..data.blocks import Blocks, as_blocks
 from ..data.declarations import Value
@@ -164,13 +165,7 @@ def guide_hold_out(frame: RGBDFrame) -> GuideHoldOut | None:
     frame : RGBDFrame
         With a guide.
     """
-    steps = _hold_out_guide(frame, None)
-    while True:
-        try:
-            next(steps)
-            check_cancelled()
-        except StopIteration as end:
-            return end.value
+    return run_to_end(_hold_out_guide(frame, None), lambda _: check_cancelled())
 
 
 def guide_text(frame: RGBDFrame) -> str:

@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._runtime.networks.models import CORRECTION, model_path
-from .._runtime.networks.network import OnnxNetwork, as_input, reflected
-from .._runtime.networks.session import RefusedInputError
+from .._runtime.networks.network import OnnxNetwork, as_input, reflected, trial_images
 from .._runtime.threads import run_beside
 from ..errors import FormatError
 from ..segmentation.edges.depth_edges import CHANNELS as KNOWN_CHANNELS
@@ -124,8 +123,6 @@ _WINDOW, _ALIKE, _NEAR = 7, 0.03, 2.0
 """The bilateral filter that removes the cells' grid, at half the size: its side [px] and its standard deviations, in
 change of log depth and in position [px]."""
 
-_TRIAL_SHAPES = ((64, 64), (64, 96))
-
 
 class CorrectionNetwork(OnnxNetwork):
     """A correction network, ready to run. `load` creates one; it may be used from any thread.
@@ -172,20 +169,12 @@ class CorrectionNetwork(OnnxNetwork):
         image, window = reflected(rgb, MULTIPLE)
         features, _ = correction_features(depth, completed, contours)
         size = image.shape[:2]
-        colour = as_input(image)
         whole, _ = reflected(features, MULTIPLE, axis=1)
-        try:
-            outputs = self._forward({"image": colour, "features": whole[None]})
-        except RefusedInputError as error:
-            raise FormatError(
-                f"{self.path.name} is not a correction network: it does not accept an image of {size} and its depth."
-            ) from error
+        outputs = self._forward({"image": as_input(image), "features": whole[None]})
         shapes = [one.shape for one in outputs]
         cells, pairs = (tuple(side // length for side in size) for length in (CELL, _PAIR))
         if shapes != [(1, _LINKS, *cells), (1, _AROUND * _PAIR**2, *pairs)]:
-            raise FormatError(
-                f"{self.path.name} is not a correction network: its output shapes for an image of {size} are {shapes}."
-            )
+            raise FormatError(self._unlike(f"its output shapes for an image of {size} are {shapes}."))
         if not all(np.isfinite(one).all() for one in outputs):
             raise FormatError(f"{self.path.name} returns values that are not finite for this frame.")
         links, logits = outputs[0][0], outputs[1][0]
@@ -194,13 +183,12 @@ class CorrectionNetwork(OnnxNetwork):
         return smoothed(_weighted(changes.result(), weights))[window]
 
     def _try(self) -> None:
-        for height, width in _TRIAL_SHAPES:
-            ramp = np.linspace(0, 255, height * width * 3).astype(np.uint8).reshape(height, width, 3)
+        for ramp in trial_images():
             depth = np.asarray(1 + ramp[..., 0] / 255, np.float32)
             known = np.where(ramp[..., 1] > 128, depth, np.float32(np.nan))
             found = self._predict(ramp, known, depth, np.zeros_like(depth))
             if not np.isfinite(found).all():
-                raise FormatError(f"{self.path.name} is not a correction network: its changes are not finite.")
+                raise FormatError(self._unlike("its changes are not finite."))
 
 
 def smoothed(change: Array) -> Array:

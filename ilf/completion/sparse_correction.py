@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 
 from .._runtime.networks.models import SPARSE_CORRECTION, model_path
 from .._runtime.networks.network import OnnxNetwork
-from .._runtime.networks.session import RefusedInputError
 from ..data.pixel_grids import nearest_values
 from ..errors import FormatError
 from .plain_surfaces import colourisation, thin_plate
@@ -174,14 +173,9 @@ class SparseCorrectionNetwork(OnnxNetwork):
             return spread_to_pixels(cells, log_depth, np.asarray(np.log(corrected) - median, np.float32))
 
     def _cells(self, features: Array) -> Array:
-        try:
-            outputs = self._forward({"": features[None]})
-        except RefusedInputError as error:
-            raise FormatError(f"{self.path.name} is not a {self.KIND}: it does not accept its input.") from error
+        outputs = self._forward({"": features[None]})
         if [one.shape for one in outputs] != [(1, 1, *features.shape[1:])]:
-            raise FormatError(
-                f"{self.path.name} is not a {self.KIND}: its output shapes are {[one.shape for one in outputs]}."
-            )
+            raise FormatError(self._unlike(f"its output shapes are {[one.shape for one in outputs]}."))
         if not np.isfinite(outputs[0]).all():
             raise FormatError(f"{self.path.name} returns values that are not finite for this frame.")
         return np.clip(outputs[0][0, 0], -_LIMIT, _LIMIT)

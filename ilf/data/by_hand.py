@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .._runtime.arrays import plain_array
+from .._runtime.arrays import check_shape, plain_array
 from .._runtime.formatting import as_float
 from ..errors import InputError
 from .frame import FARTHEST_DEPTH, RGBDFrame, read_only
@@ -102,11 +102,7 @@ def as_by_hand(given: ArrayLike | DepthByHand | None, shape: tuple[int, int]) ->
     if given is None:
         return None
     by_hand = given if isinstance(given, DepthByHand) else DepthByHand(given)
-    if by_hand.depth.shape != shape:
-        raise InputError(
-            f"Depth by hand has shape {by_hand.depth.shape}, but the frame is {shape[1]} x {shape[0]} pixels: both "
-            "must have the same pixels."
-        )
+    check_shape("Depth by hand", by_hand.depth.shape, shape)
     return by_hand if by_hand.weight > 0 and by_hand.pixels.any() else None
 
 

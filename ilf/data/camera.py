@@ -11,8 +11,8 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .._runtime.arrays import plain_array
-from ..errors import InputError
+from .._runtime.arrays import frozen, plain_array
+from ..errors import InputError, told_as
 
 _SHORTEST, _LARGEST = 1e-3, 1e6
 """Minimum focal length and maximum of all intrinsics [px]: beyond them points and normals would exceed float32."""
@@ -242,18 +242,15 @@ class Cameras:
 def checked_transform(matrix: ArrayLike, what: str) -> NDArray[np.float64]:
     """Return a rigid transform as a read-only matrix (4, 4); raise InputError, whose message begins with `what`, if it
     is not a rotation and a translation."""
-    try:
+    with told_as(InputError, f"{what} must be a 4 x 4 matrix of numbers.", (TypeError, ValueError, OverflowError)):
         motion = np.array(matrix, np.float64)
-    except (TypeError, ValueError, OverflowError) as error:
-        raise InputError(f"{what} must be a 4 x 4 matrix of numbers.") from error
     if motion.shape != (4, 4) or not np.isfinite(motion).all() or not np.array_equal(motion[3], [0, 0, 0, 1]):
         raise InputError(f"{what} must be a 4 x 4 matrix of finite numbers that ends in 0 0 0 1.")
     turn = motion[:3, :3]
     is_small = np.abs(turn).max() < 2  # products of larger values could overflow
     if not is_small or not np.allclose(turn @ turn.T, np.eye(3), atol=0.01) or np.linalg.det(turn) < 0:
         raise InputError(f"{what} must be a rotation and a translation, without scale or reflection.")
-    motion.setflags(write=False)
-    return motion
+    return frozen(motion)
 
 
 def camera_text(camera: Camera | None) -> str:
@@ -495,10 +492,8 @@ def camera_from_numbers(numbers: Any, name: str) -> Camera:
 
 
 def _array(numbers: Any) -> NDArray[Any]:
-    try:
+    with told_as(InputError, f"Intrinsics must be plain numbers. {REMEDY}", ValueError):
         array = np.asarray(numbers)
-    except ValueError as error:
-        raise InputError(f"Intrinsics must be plain numbers. {REMEDY}") from error
     if array.dtype.kind not in "iuf":
         raise InputError(f"Intrinsics must be plain numbers, not {numbers!r:.60}. {REMEDY}")
     return array

@@ -5,14 +5,15 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Self, TypeVar
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .._runtime.arrays import plain_array, without_mask
+from .._runtime.arrays import Array, check_shape, frozen, plain_array, without_mask
 from .._runtime.files import is_address
-from ..errors import InputError, warn_of_reading
+from .._runtime.formatting import size_text
+from ..errors import InputError, told_as, warn_of_reading
 from .brought_colour import BroughtColour
 from .camera import CAMERA_DOUBT, Camera, as_camera, camera_doubt, checked_transform
 from .guide import Guide, as_guide
@@ -21,8 +22,6 @@ from .open3d_images import arrays_of, camera_of_open3d, image_of, pinhole_of
 from .pictures import html_row, plot_row
 
 # Masks of a frame, and read-only arrays.
-
-Array = TypeVar("Array", bound=NDArray[Any])
 
 
 def read_only(array: Array) -> Array:
@@ -38,9 +37,7 @@ def read_only(array: Array) -> Array:
     """
     if not array.flags.writeable and array.base is None and array.flags.c_contiguous:
         return array
-    copied: Array = array.copy()
-    copied.setflags(write=False)
-    return copied
+    return frozen(array.copy())
 
 
 def checked_mask(mask: ArrayLike, shape: tuple[int, ...], what: str, masked: bool = False) -> NDArray[np.bool_]:
@@ -303,7 +300,7 @@ class RGBDFrame:
         if self.invalid_mask is not None:
             invalid_mask = checked_mask(self.invalid_mask, depth.shape, "invalid depth", masked=True)
             object.__setattr__(self, "invalid_mask", invalid_mask)
-            depth = _frozen(np.where(invalid_mask, np.float32(np.nan), depth))
+            depth = frozen(np.where(invalid_mask, np.float32(np.nan), depth))
         object.__setattr__(self, "measured", measured)
         object.__setattr__(self, "depth", depth)
         check_same_size(self.rgb, self.depth)
@@ -312,7 +309,7 @@ class RGBDFrame:
         if self.outside_view is not None:
             outside = checked_mask(self.outside_view, depth.shape, "pixels outside the view")
             if np.isfinite(measured[outside]).any():
-                outside = _frozen(outside & np.isnan(measured))
+                outside = frozen(outside & np.isnan(measured))
             object.__setattr__(self, "outside_view", outside if outside.any() else None)
         if self.neighbours is not None:
             self._add_neighbours(self.neighbours)
@@ -339,14 +336,13 @@ class RGBDFrame:
 
     def _add_neighbours(self, neighbours: NeighbourDepth) -> None:
         """Add the neighbours' depth where the frame has none of its own, unless it repeats invalid depth."""
-        if neighbours.layers.shape[1:] != self.shape:
-            raise InputError(f"The depth of neighbours has shape {neighbours.layers.shape[1:]}, not {self.shape}.")
+        check_shape("The depth of neighbours", neighbours.layers.shape[1:], self.shape)
         depth = neighbours.fused(self.depth)
         added = self.missing & np.isfinite(depth) & ~agrees(depth, self.measured)
         if added.any():
-            object.__setattr__(self, "depth", _frozen(np.where(added, depth, self.depth)))
+            object.__setattr__(self, "depth", frozen(np.where(added, depth, self.depth)))
             vars(self).pop("known", None)  # of the frame's own depth
-            object.__setattr__(self, "from_neighbours", _frozen(added))
+            object.__setattr__(self, "from_neighbours", frozen(added))
 
     def __repr__(self) -> str:
         return f"<{type(self).__name__} {self.summary()}>"
@@ -355,7 +351,7 @@ class RGBDFrame:
         """Return name, size, depth range and share of missing pixels in one line."""
         low, high = np.nanmin(self.depth), np.nanmax(self.depth)
         return (
-            f"{self.name!r}: {_size(self.depth)} pixels, depth {low:.3g} to {high:.3g} m, "
+            f"{self.name!r}: {size_text(self.shape)} pixels, depth {low:.3g} to {high:.3g} m, "
             f"{self.missing_share:.1%} missing"
         )
 
@@ -481,7 +477,7 @@ class RGBDFrame:
     @cached_property
     def known(self) -> NDArray[np.bool_]:
         """Pixels with depth, measured or from neighbours, bool (H, W)."""
-        return _frozen(np.isfinite(self.depth))
+        return frozen(np.isfinite(self.depth))
 
     @property
     def edge_rgb(self) -> NDArray[np.uint8]:
@@ -543,11 +539,11 @@ def checked_frame(frame: RGBDFrame) -> RGBDFrame:
 
 def check_same_size(rgb: NDArray[np.generic], depth: NDArray[np.generic]) -> None:
     """Raise InputError if colour and depth have different heights or widths."""
-    if rgb.shape[:2] != depth.shape:
-        raise InputError(
-            f"Colour is {_size(rgb)} but depth is {_size(depth)}. Both must have the same pixels: register and resize "
-            "one to the other first; files are registered if the intrinsics of both are given (--depth-intrinsics)."
-        )
+    remedy = (
+        "Both must have the same pixels: register and resize one to the other first; files are registered if the "
+        "intrinsics of both are given (--depth-intrinsics)."
+    )
+    check_shape("Colour", rgb.shape[:2], depth.shape, "depth", remedy)
 
 
 def check_depth_scale(depth: NDArray[np.floating], *, in_file: bool = True) -> float:
@@ -662,32 +658,15 @@ def checked_depth(depth: ArrayLike) -> NDArray[np.float32]:
     with np.errstate(over="ignore"):
         metres = array.astype(np.float32)
     metres[~(np.isfinite(metres) & (metres > 0))] = np.nan
-    return _frozen(metres)
+    return frozen(metres)
 
 
 def _checked_ground_truth(ground_truth: ArrayLike, shape: tuple[int, int]) -> NDArray[np.float32]:
-    try:
+    with told_as(InputError, "The ground truth cannot be used: {error}", InputError):
         metres = checked_depth(ground_truth)
-    except InputError as error:
-        raise InputError(f"The ground truth cannot be used: {error}") from error
-    if metres.shape != shape:
-        raise InputError(
-            f"The ground truth is {_size(metres)} but the frame is {shape[1]} x {shape[0]}: both must have the same "
-            "pixels."
-        )
+    check_shape("The ground truth", metres.shape, shape)
     if not np.isfinite(metres).any():
         raise InputError("The ground truth has no known pixel (all are zero, negative or not finite).")
-    try:
+    with told_as(InputError, "The ground truth cannot be used: {error}", InputError):
         _check_extremes(metres[np.isfinite(metres)])
-    except InputError as error:
-        raise InputError(f"The ground truth cannot be used: {error}") from error
     return metres
-
-
-def _frozen(array: NDArray[Any]) -> NDArray[Any]:
-    array.setflags(write=False)
-    return array
-
-
-def _size(array: NDArray[np.generic]) -> str:
-    return f"{array.shape[1]} x {array.shape[0]}"

@@ -9,7 +9,8 @@ import cv2
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .._runtime.arrays import plain_array
+from .._runtime.arrays import check_shape, frozen, plain_array
+from .._runtime.formatting import size_text
 from ..errors import InputError
 
 _ASPECT = 0.01
@@ -151,21 +152,16 @@ class Guide:
                 "The guide has no usable values: all are zero, not finite, equal, or, of metric depth, negative. Check "
                 "that it is the right file."
             )
-        values.setflags(write=False)
-        object.__setattr__(self, "values", values)
+        object.__setattr__(self, "values", frozen(values))
         if self.confidence is not None:
             confidence = np.nan_to_num(_real(self.confidence, "A guide's confidence").astype(np.float32))
-            if confidence.shape != values.shape:
-                raise InputError(
-                    f"The guide's confidence is {_size(confidence.shape)} but the guide is {_size(values.shape)}."
-                )
+            check_shape("The guide's confidence", confidence.shape, values.shape, "the guide")
             if not 0 <= confidence.min() <= confidence.max() <= 1:
                 raise InputError(
                     f"The guide's confidence is {confidence.min():.3g} to {confidence.max():.3g}, not 0 to 1. In an "
                     "array of shape (2, H, W), the second half is the confidence."
                 )
-            confidence.setflags(write=False)
-            object.__setattr__(self, "confidence", confidence)
+            object.__setattr__(self, "confidence", frozen(confidence))
 
     def resized_to(self, shape: tuple[int, int]) -> Guide:
         """Return the guide resized to this height and width; raise InputError if the aspect ratio differs."""
@@ -175,8 +171,8 @@ class Guide:
         ratio = height * shape[1] / (width * shape[0])
         if abs(ratio - 1) > _ASPECT:
             raise InputError(
-                f"The guide is {_size((height, width))} but the frame is {_size(shape)}, which has another aspect "
-                "ratio: a guide must show the same part of the scene. Crop or pad it first."
+                f"The guide is {size_text((height, width))} but the frame is {size_text(shape)}, which has another "
+                "aspect ratio: a guide must show the same part of the scene. Crop or pad it first."
             )
         known = np.isfinite(self.values)
         share = _resized(known.astype(np.float32), shape)
@@ -224,7 +220,3 @@ def _resized(values: NDArray[np.float32], shape: tuple[int, int]) -> NDArray[np.
     smaller = shape[0] < values.shape[0]
     size = (shape[1], shape[0])
     return cv2.resize(values, size, interpolation=cv2.INTER_AREA if smaller else cv2.INTER_LINEAR).astype(np.float32)
-
-
-def _size(shape: tuple[int, ...]) -> str:
-    return f"{shape[1]} x {shape[0]}"

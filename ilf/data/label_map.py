@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .._runtime.arrays import plain_array
+from .._runtime.arrays import check_shape, plain_array
 from ..errors import InputError
 from .frame import checked_mask
 
@@ -62,11 +62,7 @@ def checked_labels(labels: NDArray[np.integer], shape: tuple[int, int]) -> NDArr
     """Return the label map as int32; a bool mask becomes block 1. Raise InputError if it does not have this shape
     (H, W)."""
     array = plain_array(labels)
-    if array.shape != shape:
-        raise InputError(
-            f"The label map has shape {array.shape}, but the frame is {shape[1]} x {shape[0]} pixels. "
-            "Use blocks that were extracted from this frame."
-        )
+    check_shape("The label map", array.shape, shape, remedy="Use blocks that were extracted from this frame.")
     if array.dtype.kind not in "biu" or (array.size and (array.min() < 0 or array.max() > np.iinfo(np.int32).max)):
         raise InputError("A label map must contain integers: 0 for no block, 1, 2, ... for blocks.")
     return array.astype(np.int32, copy=False)

@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from .._runtime.arrays import plain_array
+from .._runtime.arrays import frozen, plain_array
 
 Depth = NDArray[np.float32]
 Mask = NDArray[np.bool_]
@@ -74,8 +74,7 @@ class NeighbourDepth:
     neighbours: tuple[Neighbour, ...]
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "layers", plain_array(self.layers))
-        self.layers.setflags(write=False)
+        object.__setattr__(self, "layers", frozen(plain_array(self.layers)))
 
     def is_same_as(self, other: NeighbourDepth | None) -> bool:
         """Whether another one has the same depth."""

@@ -259,27 +259,6 @@ def in_world(cloud: PointCloud, pose: NDArray[np.float64]) -> PointCloud:
     return replace(cloud, points=cloud.points @ turn.T + shift, normals=normals)
 
 
-def in_axes(cloud: PointCloud, axes: str) -> PointCloud:
-    """Convert a cloud from camera axes to one of `AXES`.
-
-    Raises
-    ------
-    ParameterError
-        For unknown axes.
-
-    Examples
-    --------
-    >>> cloud = PointCloud(np.array([[1, 2, 3]], np.float32), np.zeros((1, 3), np.uint8))
-    >>> in_axes(cloud, "y-up").points.tolist()
-    [[1.0, -2.0, -3.0]]
-    """
-    if axes == "camera":
-        return cloud
-    signs = np.array(axes_signs(axes), np.float32)
-    normals = None if cloud.normals is None else cloud.normals * signs
-    return replace(cloud, points=cloud.points * signs, normals=normals)
-
-
 def axes_signs(axes: str) -> tuple[int, int, int]:
     """Return the factors of x, y and z from camera axes to one of `AXES`; raise ParameterError for others."""
     if axes not in AXES:

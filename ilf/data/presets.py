@@ -12,12 +12,21 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import msgspec
-import platformdirs
 
 from .._runtime.files import read_json
+from .._runtime.installation import user_path
 from .._runtime.schema import check_schema, converted
 from .._runtime.writing import ensure_folder, write_bytes
-from ..errors import ExportError, FormatError, IlfError, InputError, ParameterError, PathKind, cause, check_kind
+from ..errors import (
+    ExportError,
+    FormatError,
+    IlfError,
+    InputError,
+    ParameterError,
+    PathKind,
+    check_kind,
+    told_as,
+)
 from .declarations import Value
 from .parameters import (
     DEFAULT_PRESET,
@@ -231,10 +240,8 @@ def read_preset(path: str | os.PathLike[str]) -> UserPreset:
     data = read_json(path)
     if not isinstance(data, dict) or data.get("kind") != _KIND:
         raise FormatError(f"{Path(path).absolute()} is not a preset: give a file with an exported preset.")
-    try:
+    with told_as(FormatError, f"{Path(path).absolute()}: {{error}}", IlfError):
         return _parsed(data, Path(path).stem)
-    except IlfError as error:
-        raise FormatError(f"{Path(path).absolute()}: {error}") from error
 
 
 def write_preset(path: str | os.PathLike[str], preset: UserPreset) -> None:
@@ -265,8 +272,7 @@ def write_preset(path: str | os.PathLike[str], preset: UserPreset) -> None:
 
 def presets_folder() -> Path:
     """Folder of the user's presets, which may not exist; the environment variable ILF_PRESETS overrides it."""
-    chosen = os.environ.get("ILF_PRESETS")
-    return Path(chosen) if chosen else platformdirs.user_config_path("ilf-studio", appauthor=False) / "presets"
+    return user_path("config", "presets", "ILF_PRESETS")
 
 
 def list_presets() -> PresetList:
@@ -378,10 +384,8 @@ def rename_preset(old: str, new: str) -> Path:
     """
     source = _user_preset(old)
     target = _free_path(new, keeps=source)
-    try:
+    with told_as(ExportError, f"{source} cannot be renamed: {{error}}. Check the folder's permissions.", OSError):
         return source.rename(target)
-    except OSError as error:
-        raise ExportError(f"{source} cannot be renamed: {cause(error)}. Check the folder's permissions.") from error
 
 
 def delete_preset(name: str) -> Path:
@@ -395,10 +399,8 @@ def delete_preset(name: str) -> Path:
         If it cannot be deleted.
     """
     path = _user_preset(name)
-    try:
+    with told_as(ExportError, f"{path} cannot be deleted: {{error}}. Check the folder's permissions.", OSError):
         path.unlink()
-    except OSError as error:
-        raise ExportError(f"{path} cannot be deleted: {cause(error)}. Check the folder's permissions.") from error
     return path
 
 

@@ -10,6 +10,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from .._runtime.stepping import run_to_end
+
 # A camera that orbits a point of the cloud.
 
 NEAR = 0.01
@@ -205,13 +207,7 @@ def splat(points: NDArray[np.float32], colours: NDArray[np.uint8], look: Look, s
     -------
     Splat
     """
-    steps = splat_steps(points, colours, look, spacing)
-    while True:
-        try:
-            next(steps)
-        except StopIteration as end:
-            drawn: Splat = end.value
-            return drawn
+    return run_to_end(splat_steps(points, colours, look, spacing))
 
 
 def splat_steps(

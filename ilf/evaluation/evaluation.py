@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Generator, Iterator, Sequence
-from contextlib import closing
+from collections.abc import Generator, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, reduce
 from typing import TypeVar
@@ -12,7 +11,8 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from .._runtime.arrays import plain_array
+from .._runtime.arrays import check_shape, plain_array
+from .._runtime.stepping import mapped_steps
 from ..data.frame import RGBDFrame, checked_frame, checked_mask
 from ..data.label_map import Box, checked_labels
 from ..data.results import Completion, NanEqual
@@ -218,8 +218,7 @@ def _ground_truth(frame: RGBDFrame) -> NDArray[np.float32]:
 
 
 def _evaluated(frame: RGBDFrame, completion: Completion, every: bool) -> NDArray[np.bool_]:
-    if completion.depth.shape != frame.shape:
-        raise InputError(f"The completion has shape {completion.depth.shape}, but the frame has {frame.shape}.")
+    check_shape("The completion", completion.depth.shape, frame.shape)
     return np.ones(frame.shape, bool) if every else completion.filled & frame.missing
 
 
@@ -424,7 +423,6 @@ def _evaluation(parts: Sequence[PixelErrors]) -> Evaluation:
 # Progress of a long evaluation.
 
 T = TypeVar("T")
-S = TypeVar("S")
 
 
 @dataclass(frozen=True)
@@ -447,24 +445,4 @@ def scaled_progress(
     steps: Generator[Progress, None, T], start: float, width: float, before: str = ""
 ) -> Generator[Progress, None, T]:
     """Map the progress of some steps to the range from `start` to `start + width`; returns their result."""
-    with closing(steps):
-        while True:
-            try:
-                step = next(steps)
-            except StopIteration as end:
-                result: T = end.value
-                return result
-            yield Progress(start + width * step.share, before + step.text)
-
-
-def run_to_end(steps: Generator[S, None, T], on_step: Callable[[S], None] | None = None) -> T:
-    """Run all steps and return their result. An exception in `on_step` ends them."""
-    with closing(steps):
-        while True:
-            try:
-                step = next(steps)
-            except StopIteration as end:
-                result: T = end.value
-                return result
-            if on_step is not None:
-                on_step(step)
+    return mapped_steps(steps, lambda step: Progress(start + width * step.share, before + step.text))

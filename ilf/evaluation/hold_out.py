@@ -12,6 +12,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from .._runtime.stepping import run_to_end
 from ..completion.confidence.expected_error import expected_error
 from ..data.frame import RGBDFrame
 from ..data.frame_cache import once_per_frame
@@ -27,7 +28,6 @@ from .evaluation import (
     Progress,
     RunEvaluation,
     restrict_to_shared,
-    run_to_end,
     scaled_progress,
 )
 
@@ -84,6 +84,7 @@ def hidden_pixels(frame: RGBDFrame, pattern: str, seed: int = 0) -> NDArray[np.b
     return _hidden_pixels(frame, pattern, seed)
 
 
+@once_per_frame
 def frame_without(frame: RGBDFrame, pattern: str, seed: int = 0) -> RGBDFrame:
     """Make a frame of the same colour without the depth that a pattern hides, invalid depth and ground truth.
 
@@ -103,19 +104,6 @@ def frame_without(frame: RGBDFrame, pattern: str, seed: int = 0) -> RGBDFrame:
     >>> frame_without(frame, "areas").missing_share
     0.25
     """
-    return _frame_without(frame, pattern, seed)
-
-
-@once_per_frame
-def _hidden_pixels(frame: RGBDFrame, pattern: str, seed: int) -> NDArray[np.bool_]:
-    measured = np.isfinite(frame.measured)
-    rng = generator(frame.name, pattern, seed)
-    return _random(measured, rng) if pattern == "random" else _areas(measured, rng)
-
-
-@once_per_frame
-def _frame_without(frame: RGBDFrame, pattern: str, seed: int) -> RGBDFrame:
-    """Cached, so that its edges are found once for all runs of it."""
     depth = np.where(hidden_pixels(frame, pattern, seed), np.float32(np.nan), frame.own_depth)
     if not np.isfinite(depth).any():
         raise InputError("Too little depth is known: all of it would be hidden. Use a frame with more depth.")
@@ -128,6 +116,13 @@ def _frame_without(frame: RGBDFrame, pattern: str, seed: int) -> RGBDFrame:
         outside_view=frame.outside_view,
         neighbours=frame.neighbours,
     )
+
+
+@once_per_frame
+def _hidden_pixels(frame: RGBDFrame, pattern: str, seed: int) -> NDArray[np.bool_]:
+    measured = np.isfinite(frame.measured)
+    rng = generator(frame.name, pattern, seed)
+    return _random(measured, rng) if pattern == "random" else _areas(measured, rng)
 
 
 def untrusted_note(frame: RGBDFrame) -> str:
@@ -380,44 +375,8 @@ def evaluate_hold_out(
 
 
 def comparison_steps(
-    runs: Sequence[Run],
-    test: HoldOutTest | None = None,
-    only: Collection[int] | None = None,
-    *,
-    threads: int | None = None,
+    runs: Sequence[Run], test: HoldOutTest | None = None, *, threads: int | None = None
 ) -> Generator[Progress, None, list[HoldOutResult]]:
-    """`compare_hidden` step by step.
-
-    Parameters
-    ----------
-    runs, test, only, threads
-        As for `compare_hidden`.
-
-    Yields
-    ------
-    Progress
-
-    Returns
-    -------
-    list of HoldOutResult
-
-    Raises
-    ------
-    InputError
-        If too little depth is known.
-    """
-    chosen = test or HoldOutTest()
-    return compared_steps([hold_out_steps(run, chosen, only, threads=threads) for run in runs])
-
-
-def compare_hidden(
-    runs: Sequence[Run],
-    test: HoldOutTest | None = None,
-    only: Collection[int] | None = None,
-    *,
-    threads: int | None = None,
-    on_step: Callable[[Progress], None] | None = None,
-) -> list[HoldOutResult]:
     """Compare runs of one frame on the same hidden depth, over the pixels that all of them have filled.
 
     Runs that fill less than nine tenths of what the best one fills do not restrict these pixels.
@@ -426,8 +385,12 @@ def compare_hidden(
     ----------
     runs : sequence of Run
         Of one frame; blocks, parameters and invalid masks may differ.
-    test, only, threads, on_step
+    test, threads
         As for `evaluate_hold_out`.
+
+    Yields
+    ------
+    Progress
 
     Returns
     -------
@@ -442,14 +405,16 @@ def compare_hidden(
     Examples
     --------
     >>> import ilf
+    >>> from ilf._runtime.stepping import run_to_end
     >>> depth = 2 + 0.01 * np.arange(50) * np.ones((40, 1))
     >>> frame = ilf.RGBDFrame(np.zeros((40, 50, 3), np.uint8), depth)
     >>> runs = [ilf.Run(frame, np.ones((40, 50), np.int32), ilf.preset(name)) for name in ("best", "paper")]
-    >>> best, paper = compare_hidden(runs, HoldOutTest("areas", (0,)))
+    >>> best, paper = run_to_end(comparison_steps(runs, HoldOutTest("areas", (0,))))
     >>> best.whole.pixels == paper.whole.pixels, best.whole.rmse < paper.whole.rmse
     (True, True)
     """
-    return run_to_end(comparison_steps(runs, test, only, threads=threads), on_step)
+    chosen = test or HoldOutTest()
+    return compared_steps([hold_out_steps(run, chosen, threads=threads) for run in runs])
 
 
 def _one_seed(

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .._runtime.arrays import plain_array
+from .._runtime.arrays import check_shape, plain_array
 from ..data.camera import Camera
 from ..errors import InputError
 from ..io.tables import csv_text
@@ -140,8 +140,7 @@ def _others(
 ) -> dict[str, NDArray[np.float32]]:
     arrays = {name: plain_array(values) for name, values in maps.items()}
     for name, array in arrays.items():
-        if array.shape != shape:
-            raise InputError(f"The map {name!r} of shape {array.shape} does not belong to depth of shape {shape}.")
+        check_shape(f"The map {name!r}", array.shape, shape, "the depth")
     return {name: array[rows, columns].astype(np.float32) for name, array in arrays.items()}
 
 

@@ -11,11 +11,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from .._runtime.stepping import run_to_end
 from ..data.declarations import Declaration, Value
 from ..data.parameters import Parameters, to_text
 from ..errors import InputError, ParameterError
 from ..run.run import Run
-from .evaluation import Progress, RunEvaluation, fills_enough, restrict_to_shared, run_to_end, scaled_progress
+from .evaluation import Progress, RunEvaluation, fills_enough, restrict_to_shared, scaled_progress
 from .ground_truth import ground_truth_steps, pixels_with_ground_truth
 from .hold_out import HoldOutTest, completion_steps, hold_out_steps
 from .ties import Ties, find_ties

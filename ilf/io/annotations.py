@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from .._runtime.files import FileContent
 from .._runtime.formatting import counted
-from ..errors import FormatError, InputError
+from ..errors import FormatError, InputError, told_as
 from .images import image_header, read_indices
 from .labels import UNNAMED, Candidate, LoadedBlocks, Region, cropped, stacked
 from .polygons import Points, compressed, filled_polygon, outline_polygons, part_of_runs, points_of, run_lengths
@@ -288,10 +288,10 @@ def _part_of_circle(points: Points, shape: tuple[int, int]) -> Region | None:
 
 def _part_of_mask(encoded: Any, points: Points, where: str, shape: tuple[int, int]) -> Region | None:
     """Decode a mask, a PNG in base64, whose top left corner is the first point."""
-    try:
+    with told_as(
+        InputError, f"{where} has no readable mask. Export it again.", (TypeError, ValueError, binascii.Error)
+    ):
         data = base64.b64decode(encoded, validate=True)
-    except (TypeError, ValueError, binascii.Error):
-        raise InputError(f"{where} has no readable mask. Export it again.") from None
     source = FileContent(Path(where), np.frombuffer(data, np.uint8))
     header = image_header(source, data)
     left, top = np.floor(points.min(axis=0)).astype(int).tolist()

@@ -15,7 +15,7 @@ from PIL import Image
 from .._runtime.files import is_address, read_file, read_json
 from .._runtime.writing import write_bytes
 from ..data.blocks import Colour, block_colour
-from ..errors import ExportError, FormatError, InputError, cause
+from ..errors import ExportError, FormatError, InputError, told_as
 from .annotations import blocks_of_coco, blocks_of_labelme, blocks_of_mask_list, coco_of_blocks, labelme_of_blocks
 from .labels import LoadedBlocks, blocks_of_mask_folder, checked_for_writing, encode_labels, read_labels
 
@@ -60,11 +60,9 @@ def read_blocks(
     ([[0, 7], [7, 7]], {7: 'chair'})
     """
     place = Path(path).absolute()
-    try:
+    with told_as(InputError, f"{place}: cannot be read ({{error}}). Check its permissions.", OSError):
         if place.is_dir():
             return blocks_of_mask_folder(place, shape)
-    except OSError as error:
-        raise InputError(f"{place}: cannot be read ({cause(error)}). Check its permissions.") from error
     content = read_file(place)
     beginning = content.data[:64].tobytes().lstrip(b"\xef\xbb\xbf \t\r\n")
     if place.suffix.lower() != ".json" and not beginning.startswith((b"{", b"[")):

@@ -17,7 +17,7 @@ import yaml
 
 from .._runtime.files import FileContent, read_file
 from ..data.camera import camera_from_numbers, camera_of, lens_problem
-from ..errors import FormatError, InputError
+from ..errors import FormatError, InputError, told_as
 from .camera_places import link_of, places_of, socket_name
 from .float_images import read_npy
 from .realsense_raw import table_of_names
@@ -52,11 +52,9 @@ def read_camera_file(path: Path, entry: str = "") -> dict[str, Any]:
     """
     content = read_file(path)
     camera = chosen_camera(_tree_of(content), str(content), entry)
-    try:
+    with told_as(FormatError, f"{content}: {{error}}", InputError):
         if "angle_x" not in camera and not lens_problem(camera):
             camera_of(camera, None)
-    except InputError as error:
-        raise FormatError(f"{content}: {error}") from error
     rig = {"rig": f"{content.sha256} {camera['rig']}"} if "rig" in camera else {}
     return camera | {"name": path.name} | rig
 
@@ -381,14 +379,12 @@ def _of_colmap(model: str, width: int, height: int, numbers: list[float]) -> dic
 def _of_colmap_binary(content: FileContent) -> Any:
     data, at = content.data.tobytes(), 8
     cameras = {}
-    try:
+    with told_as(FormatError, f"{content} is no cameras.bin of COLMAP that can be read.", (struct.error, IndexError)):
         for _ in range(struct.unpack_from("<Q", data)[0]):
             number, model, width, height = struct.unpack_from("<IIQQ", data, at)
             name, count = _COLMAP_MODELS[model]
             cameras[str(number)] = _of_colmap(name, width, height, [*struct.unpack_from(f"<{count}d", data, at + 24)])
             at += 24 + 8 * count
-    except (struct.error, IndexError) as error:
-        raise FormatError(f"{content} is no cameras.bin of COLMAP that can be read.") from error
     return cameras
 
 

@@ -33,7 +33,7 @@ from ..data.camera import (
     lens_problem,
     stated_size,
 )
-from ..errors import FormatError, InputError
+from ..errors import FormatError, InputError, told_as
 from .camera_files import CAMERA_FILES, ENTRY_MARK, chosen_camera, read_camera_file
 from .camera_places import PLACE_FACTS, depth_to_colour
 
@@ -126,10 +126,8 @@ def _stated(spec: IntrinsicsSpec) -> Any:
 
 
 def _from_text(text: str) -> Camera:
-    try:
+    with told_as(InputError, f"{text!r} is not a list of numbers. {REMEDY}", ValueError):
         numbers = [float(part) for part in text.split(",")]
-    except ValueError as error:
-        raise InputError(f"{text!r} is not a list of numbers. {REMEDY}") from error
     return camera_from_numbers(numbers, name="")
 
 
@@ -204,7 +202,7 @@ def read_cameras(path: Path) -> dict[int, tuple[Camera, float]]:
         raise FormatError(f"{path} must contain a JSON object with cam_K and depth_scale for each image.")
     cameras = {}
     for key, values in data.items():
-        try:
+        with told_as(FormatError, f"{path}, entry {key!r:.40}: {{error}}", (InputError, ValueError)):
             if not isinstance(values, dict):
                 raise FormatError("it must be a JSON object.")
             entry = Section(f"entry {key}", values)
@@ -212,8 +210,6 @@ def read_cameras(path: Path) -> dict[int, tuple[Camera, float]]:
             if not (scale > 0 and math.isfinite(1000 / scale)):
                 raise FormatError(f"depth_scale must be positive millimetres, not {scale:g}.")
             cameras[int(key)] = camera_from_numbers(entry.items("cam_K", float), ""), scale
-        except (InputError, ValueError) as error:
-            raise FormatError(f"{path}, entry {key!r:.40}: {error}") from error
     return cameras
 
 

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from .._runtime.files import FileContent
 from .._runtime.formatting import counted
 from ..data.frame import MEDIAN_DEPTH_RANGE, USUAL_MEDIAN_DEPTH, scale_warning
-from ..errors import FormatError
+from ..errors import FormatError, told_as
 from .depth import UINT16_MAX, checked_depth_values, read_depth_values
 from .encodings import (
     ENCODINGS,
@@ -544,10 +544,8 @@ def interpret_depth(
             f"{path}: its values are whole numbers from 0 to 255, as of an 8-bit image that was stored as float, not "
             "depth in metres: export the raw depth, or give the encoding or units of these values."
         )
-    try:
+    with told_as(FormatError, f"{path}: {{error}}", FormatError):
         metres, left_out = decoded(values, encoding)
-    except FormatError as error:
-        raise FormatError(f"{path}: {error}") from error
     spec = stated if given is None else given
     of_scene = spec is None and path.suffix.lower() == COLMAP_SUFFIX
     doubt = _SCENE if of_scene else None

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from ..data.camera import Camera, fitted
 from ..data.frame import DEPTH_LIMITS, FARTHEST_DEPTH, FrameInputs
-from ..errors import FormatError, InputError, ParameterError
+from ..errors import FormatError, InputError, ParameterError, told_as
 from .cameras import camera_of_image
 from .depth import UINT16_MAX, checked_number, checked_units, default_depth_units, depth_in_metres
 
@@ -331,10 +331,8 @@ def _along_rays(text: str) -> DepthEncoding:
             f"'{_RAY}:{text:.80}' must be ray:UNITS,FX,FY,CX,CY, five numbers, or seven with the image's width and "
             "height."
         )
-    try:
+    with told_as(ParameterError, f"'{_RAY}:{text:.80}': {{error}}", InputError):
         camera = _camera(numbers)
-    except InputError as error:
-        raise ParameterError(f"'{_RAY}:{text:.80}': {error}") from error
     spec = ray_encoding(checked_units(units), camera, (size[0], size[1]) if size else None)
     return DepthEncoding(spec, units, partial(_of_rays, camera))
 
@@ -342,10 +340,8 @@ def _along_rays(text: str) -> DepthEncoding:
 def _of_rays(camera: Camera, values: NDArray[Any]) -> NDArray[np.float64]:
     """Depth from distances (H, W) along the rays of a camera."""
     height, width = values.shape[:2]
-    try:
+    with told_as(FormatError, "{error}", InputError):
         camera = fitted(camera, (height, width))
-    except InputError as error:
-        raise FormatError(str(error)) from error
     x, y = (np.arange(width) - camera.cx) / camera.fx, (np.arange(height) - camera.cy) / camera.fy
     return np.asarray(values.astype(np.float64) / np.sqrt(1 + x**2 + y[:, None] ** 2))
 

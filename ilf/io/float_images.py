@@ -258,15 +258,8 @@ _KINECT_V2_SHAPE = 424, 512
 
 
 def read_kinect_v2(file: FileContent) -> NDArray[np.float32]:
-    """Read depth [mm], float32 (424, 512), 0 = missing, from a file without a header; raises FormatError if it does not
-    have that size."""
-    height, width = _KINECT_V2_SHAPE
-    if file.data.size != 4 * width * height:
-        raise FormatError(
-            f"{file} has {file.data.size} bytes; depth of a Kinect v2 has {4 * width * height}: {width} x {height} "
-            "float32 without a header. Save other depth as NPY or TIFF."
-        )
-    return np.frombuffer(file.data.tobytes(), "<f4").astype(np.float32).reshape(height, width)
+    """Read depth [mm], float32 (424, 512), 0 = missing, from a file for which `is_kinect_v2` is true."""
+    return np.frombuffer(file.data.tobytes(), "<f4").astype(np.float32).reshape(_KINECT_V2_SHAPE)
 
 
 def is_kinect_v2(file: FileContent) -> bool:

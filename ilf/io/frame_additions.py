@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .._runtime.arrays import check_shape
 from .._runtime.files import FileContent, FileSource, existing_file, read_file
 from .._runtime.formatting import counted
 from .._runtime.plugins import GUIDES, call, entry_of_file, entry_points, load
@@ -21,7 +22,7 @@ from ..data.by_hand import DepthByHand, as_by_hand
 from ..data.frame import COMMON_DEPTH_UNITS, GroundTruthFile, RGBDFrame, check_depth_scale
 from ..data.guide import Gives, Guide
 from ..data.lenses import undistorted
-from ..errors import FormatError, InputError, ParameterError, warn_of_reading
+from ..errors import FormatError, InputError, ParameterError, told_as
 from .depth import (
     checked_number,
     checked_units,
@@ -47,48 +48,6 @@ _EXCHANGED_SHARE = 0.2
 """Maximum ratio of the differences of ground truth and depth, with rows and columns exchanged and without."""
 
 
-def load_ground_truth(
-    path: str | os.PathLike[str], shape: tuple[int, int], units: float | None = None
-) -> NDArray[np.float32]:
-    """Read ground truth depth.
-
-    Parameters
-    ----------
-    path : path-like
-        PNG, TIFF, PGM or NPY, as for depth.
-    shape : (int, int)
-        Height and width of the frame.
-    units : float, optional
-        File units per metre; None means 1000 if the file contains integers and 1 if it contains floats.
-
-    Returns
-    -------
-    ndarray of float32, shape (H, W)
-        [m], NaN = unknown, including values beyond the range of all sensors (see `ilf.io.encodings`), and one far value
-        that most likely marks missing depth, of which a `DepthWarning` tells.
-
-    Raises
-    ------
-    InputError
-        If the file does not exist, its size is not the frame's, no depth is known, or the scale is implausible.
-    FormatError
-        If it is damaged or contains something other than depth.
-    ParameterError
-        If `units` is not a positive number.
-
-    Examples
-    --------
-    >>> from ilf._runtime.installation import asset_path
-    >>> ground_truth = load_ground_truth(asset_path("samples/room/gt.png"), (480, 640))
-    >>> ground_truth.dtype, round(float(np.isfinite(ground_truth).mean()), 2)
-    (dtype('float32'), 0.96)
-    """
-    ground_truth, _, note = read_ground_truth(path, shape, units)
-    if note:
-        warn_of_reading(note)
-    return ground_truth
-
-
 def with_ground_truth_file(frame: RGBDFrame, path: str | os.PathLike[str], units: float | None = None) -> RGBDFrame:
     """Return the frame with the ground truth from a file, whose scale must match the known depth.
 
@@ -96,21 +55,21 @@ def with_ground_truth_file(frame: RGBDFrame, path: str | os.PathLike[str], units
     ----------
     frame : RGBDFrame
     path : path-like
-        As for `load_ground_truth`.
+        As for `read_ground_truth`.
     units : float, optional
         File units per metre. None means those of the frame's depth file if both contain integers; otherwise as for
-        `load_ground_truth`.
+        `read_ground_truth`.
 
     Returns
     -------
     RGBDFrame
         Its `inputs`, if it has any, include the file; a note tells of a value that was left out as by
-        `load_ground_truth`. None is left out if the invalid value of the frame's depth was given as 0.
+        `read_ground_truth`. None is left out if the invalid value of the frame's depth was given as 0.
 
     Raises
     ------
     InputError, FormatError, ParameterError
-        As `load_ground_truth` does, and if ground truth and known depth cannot be in the same unit.
+        As `read_ground_truth` does, and if ground truth and known depth cannot be in the same unit.
 
     Examples
     --------
@@ -184,10 +143,47 @@ def read_ground_truth(
     invalid: float | None = None,
     dataset: str | None = None,
 ) -> tuple[NDArray[np.float32], GroundTruthFile, str]:
-    """Read ground truth as `load_ground_truth` does, the file, and a note on a value that was left out, or "".
+    """Read ground truth depth from an image file, as depth is read.
 
-    Integers are in `default_units` file units per metre, if known. With 0 as the `invalid` value of the depth file, no
-    value is left out. The dataset of an HDF5 file may be part of the path.
+    Parameters
+    ----------
+    path : path-like or FileContent
+        The dataset of an HDF5 file may be part of the path.
+    shape : (int, int)
+        Height and width of the frame.
+    units : float, optional
+        File units per metre; None means 1 if the file contains floats, and `default_units`, or else 1000, if it
+        contains integers.
+    default_units : float, optional
+        Units of the frame's depth file, if known.
+    invalid : float, optional
+        The invalid value of the depth file; with 0, no value is left out.
+    dataset : str, optional
+
+    Returns
+    -------
+    ndarray of float32, shape (H, W)
+        [m], NaN = unknown, including values beyond the range of all sensors (see `ilf.io.encodings`), and one far value
+        that most likely marks missing depth.
+    GroundTruthFile
+    str
+        A note on the value that was left out, or "".
+
+    Raises
+    ------
+    InputError
+        If the file does not exist, its size is not the frame's, no depth is known, or the scale is implausible.
+    FormatError
+        If it is damaged or contains something other than depth.
+    ParameterError
+        If `units` is not a positive number.
+
+    Examples
+    --------
+    >>> from ilf._runtime.installation import asset_path
+    >>> ground_truth, file, note = read_ground_truth(asset_path("samples/room/gt.png"), (480, 640))
+    >>> ground_truth.dtype, round(float(np.isfinite(ground_truth).mean()), 2)
+    (dtype('float32'), 0.96)
     """
     if not isinstance(path, FileContent):
         path, named = split_dataset(os.fspath(path))
@@ -196,24 +192,16 @@ def read_ground_truth(
     values = read_depth_values(content, dataset=dataset)
     if values.shape != shape and values.shape == shape[::-1] and content.path.suffix.lower() in HDF5_SUFFIXES:
         values = values.T  # as MATLAB's h5write stores it
-    if values.shape != shape:
-        raise InputError(
-            f"{content} is {values.shape[1]} x {values.shape[0]}, but the frame is {shape[1]} x {shape[0]}: ground "
-            "truth must have the same pixels."
-        )
+    check_shape(str(content), values.shape, shape, remedy="Ground truth must have the same pixels.")
     if units is None:
         default = default_depth_units(values)
         # depth in floats has 1 unit per metre, which does not apply to integers
         units = default_units if default_units not in {None, 1.0} and default != 1 else default
-    try:
+    with told_as(ParameterError, f"{content}: {{error}}", ParameterError):
         scale = checked_units(units)
-    except ParameterError as error:
-        raise ParameterError(f"{content}: {error}") from error
     metres = decoded(values, DepthEncoding(None, scale))[0]
-    try:
+    with told_as(InputError, f"{content} cannot be ground truth: {{error}}", InputError):
         check_depth_scale(metres)
-    except InputError as error:
-        raise InputError(f"{content} cannot be ground truth: {error}") from error
     doubt, note = None if invalid == 0 else marker_doubt(values, metres), ""
     if doubt is not None:
         is_marker = metres == doubt.invalid_depth
@@ -298,11 +286,9 @@ def load_guide(
     content = read_file(path)
     suffix = content.path.suffix.lower()
     array = _READERS[suffix](content) if suffix in _READERS else _one_channel(content, read_image(content))
-    try:
+    with told_as(InputError, f"{content}: {{error}}", InputError):
         guide = replace(Guide.from_array(array, str(content.path)), gives=gives)
         return guide if shape is None else guide.resized_to(shape)
-    except InputError as error:
-        raise InputError(f"{content}: {error}") from error
 
 
 def guide_network(
@@ -397,12 +383,11 @@ def read_confidence(path: FileSource, shape: tuple[int, int]) -> NDArray[Any]:
     values = without_channel(read_npy(content) if content.path.suffix.lower() == ".npy" else read_indices(content))
     if values.ndim != 2 or values.dtype.kind not in "biuf":
         raise FormatError(f"{content}: a confidence map must have one number per pixel, not {_kind(values)}.")
-    if values.shape != shape:
-        raise InputError(
-            f"{content} is {values.shape[1]} x {values.shape[0]}, but the depth is {shape[1]} x {shape[0]}: a "
-            "confidence map must have the same pixels. That of depth which is registered on reading is used in the "
-            "depth camera's view (--view depth)."
-        )
+    remedy = (
+        "A confidence map must have the same pixels. That of depth which is registered on reading is used in the depth "
+        "camera's view (--view depth)."
+    )
+    check_shape(str(content), values.shape, shape, "the depth", remedy)
     return values
 
 
@@ -488,7 +473,5 @@ def load_by_hand(path: FileSource, frame: RGBDFrame, weight: float) -> DepthByHa
     values = read_depth_values(content)
     if values.dtype.kind != "f":
         values = depth_in_metres(values) if frame.inputs is None else encoding_of_inputs(frame.inputs).metres(values)
-    try:
+    with told_as(InputError, f"{content}: {{error}}", InputError):
         return as_by_hand(DepthByHand(values, weight), frame.shape)
-    except InputError as error:
-        raise InputError(f"{content}: {error}") from error

@@ -20,7 +20,7 @@ from .._runtime.networks.models import check_name, model_names, models_folder, n
 from .._runtime.schema import converted
 from .._runtime.writing import atomic_path, ensure_folder, write_bytes
 from ..data.guide import Gives, Guide, GuideCard
-from ..errors import ExportError, FormatError, InputError, cause
+from ..errors import ExportError, FormatError, InputError, told_as
 from .guide_network import GuideNetwork
 
 
@@ -189,12 +189,10 @@ def remove_guide(name: str) -> Path:
     path = guide_file(name)
     if path is None:
         raise InputError(f"The guide network {guide_card(name).name} is not on this computer.")
-    try:
+    with told_as(ExportError, f"{path} cannot be removed: {{error}}. Check the folder's permissions.", OSError):
         path.unlink()
         if name not in _known():
             path.with_suffix(".json").unlink(missing_ok=True)
-    except OSError as error:
-        raise ExportError(f"{path} cannot be removed: {cause(error)}. Check the folder's permissions.") from error
     return path
 
 

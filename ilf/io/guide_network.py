@@ -84,9 +84,7 @@ class GuideNetwork(OnnxNetwork):
         outputs = self._forward({"": (as_input(image) - mean) / deviation})
         output = outputs[self._session.outputs.index(card.output) if card.output else 0]
         if output.ndim < 2 or output.size != output.shape[-2] * output.shape[-1] or min(output.shape[-2:]) < 2:
-            raise FormatError(
-                f"{self.path.name} is not a {self.KIND}: its output is {output.shape}, not one value per pixel."
-            )
+            raise FormatError(self._unlike(f"its output is {output.shape}, not one value per pixel."))
         if not np.isfinite(output).all():
             raise FormatError(f"{self.path.name} returns values that are not finite for this frame.")
         return output.reshape(output.shape[-2:])
@@ -98,9 +96,7 @@ class GuideNetwork(OnnxNetwork):
             raise self._takes_no_image()
 
     def _takes_no_image(self) -> FormatError:
-        return FormatError(
-            f"{self.path.name} is not a {self.KIND}: it does not accept one RGB image of shape (1, 3, height, width)."
-        )
+        return FormatError(self._unlike("it does not accept one RGB image of shape (1, 3, height, width)."))
 
 
 def predict_guide(path: Path, rgb: NDArray[np.uint8]) -> NDArray[np.float32]:

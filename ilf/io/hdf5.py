@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 import os
+from contextlib import AbstractContextManager
 from io import BytesIO
 from typing import Any
 
@@ -15,7 +16,7 @@ from numpy.typing import NDArray
 
 from .._runtime.files import FileContent
 from .._runtime.installation import optional
-from ..errors import FormatError
+from ..errors import FormatError, told_as
 from .kinds import kind_of_file, start_of, wrong_kind
 
 HDF5_SUFFIXES = ".hdf5", ".h5", ".mat"
@@ -101,7 +102,7 @@ def dataset(opened: Any, name: str, kinds: str, dimensions: int, file: str) -> A
     """
     import h5py
 
-    try:
+    with _intact(file, name):
         parts = name.split("/")
         for depth in range(1, len(parts) + 1):
             link = opened.get("/".join(parts[:depth]), getlink=True)
@@ -123,8 +124,6 @@ def dataset(opened: Any, name: str, kinds: str, dimensions: int, file: str) -> A
                 f"{file}: {name} is compressed in an unsupported way. Store it uncompressed, or with gzip."
             )
         _check_bytes(found.chunks or (), found.dtype, name, file)
-    except _PROBLEMS as error:
-        raise _damaged(file, name) from error
     return found
 
 
@@ -143,10 +142,8 @@ def images(opened: Any, file: str) -> dict[str, tuple[int, ...]]:
         if item.ndim in {2, 3} and len(sides) == 2 and min(sides) >= _LEAST_SIDE and item.dtype.itemsize > 1:
             found[f"/{name}"] = item.shape
 
-    try:
+    with _intact(file, "its list of datasets"):
         opened.visititems(look)
-    except _PROBLEMS as error:
-        raise _damaged(file, "its list of datasets") from error
     return found
 
 
@@ -169,10 +166,8 @@ def rows(data: Any, index: int | slice, file: str) -> NDArray[Any]:
     """
     count = 1 if isinstance(index, int) else len(range(*index.indices(data.shape[0])))
     _check_bytes((count, *data.shape[1:]), data.dtype, data.name, file)
-    try:
+    with _intact(file, data.name):
         return np.asarray(data[index])
-    except _PROBLEMS as error:
-        raise _damaged(file, data.name) from error
 
 
 def _check_bytes(shape: tuple[int, ...], dtype: np.dtype[Any], name: str, file: str) -> None:
@@ -184,5 +179,6 @@ def _check_bytes(shape: tuple[int, ...], dtype: np.dtype[Any], name: str, file: 
         )
 
 
-def _damaged(file: str, name: str) -> FormatError:
-    return FormatError(f"{file} is damaged at {name}. Download or copy it again.")
+def _intact(file: str, name: str) -> AbstractContextManager[None]:
+    """Within the block, one of the `_PROBLEMS` says that a file is damaged."""
+    return told_as(FormatError, f"{file} is damaged at {name}. Download or copy it again.", _PROBLEMS)

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .._runtime.arrays import plain_array
+from .._runtime.arrays import check_shape, plain_array
 from .._runtime.files import FileSource, read_file
 from .._runtime.formatting import grouped
 from .._runtime.writing import write_bytes
@@ -120,11 +120,8 @@ def read_labels(
             f"{path}: a {what} must have one channel with 8 or 16 bits, not {image.dtype} {image.shape}. "
             "Export the values themselves, not a coloured image of them."
         )
-    if shape is not None and image.shape != shape:
-        raise InputError(
-            f"{path}: the {what} is {image.shape[1]} x {image.shape[0]}, but the frame is {shape[1]} x "
-            f"{shape[0]}. Use the {what} of this frame."
-        )
+    if shape is not None:
+        check_shape(f"{path}: the {what}", image.shape, shape, remedy=f"Use the {what} of this frame.")
     return image.astype(np.int32)
 
 
@@ -318,11 +315,7 @@ def _listed(folder: Path) -> list[Path]:
 def _part(file: Path, shape: tuple[int, int]) -> Iterator[Region]:
     content = read_file(file)
     header = image_header(content, content.data.tobytes())
-    if (header.height, header.width) != shape:
-        raise InputError(
-            f"{file}: the mask is {header.width} x {header.height}, but the frame is {shape[1]} x {shape[0]}. "
-            "Use the masks of this frame."
-        )
+    check_shape(f"{file}: the mask", (header.height, header.width), shape, remedy="Use the masks of this frame.")
     image = read_indices(content)
     if image.ndim == 3:
         grey = image[..., 0]

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from .._runtime.files import MAX_FILE_BYTES, FileContent
 from .._runtime.memory import check_memory
-from ..errors import FormatError
+from ..errors import FormatError, told_as
 from .kinds import wrong_kind
 
 PCD_SUFFIX, PCLZF_SUFFIX = ".pcd", ".pclzf"
@@ -125,7 +125,9 @@ def _header(file: FileContent) -> _Header:
         raise wrong_kind(file, start, "a PCD")
     lines = (line.split() for line in start[: end.start()].decode("ascii", "replace").splitlines())
     stated: Mapping[str, list[str]] = {words[0]: words[1:] for words in lines if words and not words[0].startswith("#")}
-    try:
+    with told_as(
+        FormatError, f"{file}: its header is damaged ({{error}}). Copy or export it again.", (LookupError, ValueError)
+    ):
         names = stated["FIELDS"]
         sizes = [int(text) for text in stated["SIZE"]]
         counts = [int(text) for text in stated.get("COUNT", ["1"] * len(names))]
@@ -136,8 +138,6 @@ def _header(file: FileContent) -> _Header:
         unique = [name if name not in names[:at] and name != "_" else f"_{at}" for at, name in enumerate(names)]
         shapes = [(count,) if count > 1 else () for count in counts]
         fields = np.dtype([(name, kind, shape) for name, kind, shape in zip(unique, kinds, shapes, strict=True)])
-    except (LookupError, ValueError) as error:
-        raise FormatError(f"{file}: its header is damaged ({error!s:.80}). Copy or export it again.") from error
     data = end[1].decode()
     if data not in {"ascii", "binary", "binary_compressed"}:
         raise FormatError(f"{file} contains data of the kind {data!r:.40}: ascii, binary or binary_compressed is read.")

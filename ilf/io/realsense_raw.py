@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._runtime.files import FileContent, read_file
-from ..errors import FormatError, InputError
+from ..errors import FormatError, InputError, told_as
 from .images import check_pixel_count
 
 _FORMAT = "Z16"
@@ -33,10 +33,10 @@ def read_viewer_raw(file: FileContent) -> NDArray[np.uint16]:
             "depth as PNG, NPY or TIFF."
         ) from error
     stated = table_of_names(table.data.tobytes().decode("utf-8-sig", "replace"))
-    try:
+    with told_as(
+        FormatError, f"{table} does not state Resolution x and Resolution y. Copy it again.", (KeyError, ValueError)
+    ):
         width, height = int(stated["resolution x"]), int(stated["resolution y"])
-    except (KeyError, ValueError) as error:
-        raise FormatError(f"{table} does not state Resolution x and Resolution y. Copy it again.") from error
     if (kind := stated.get("format", _FORMAT).upper()) != _FORMAT:
         raise FormatError(
             f"{file} has the format {kind:.20}, not depth ({_FORMAT}). Give the file of the depth stream."

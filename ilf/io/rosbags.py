@@ -17,7 +17,7 @@ from .._runtime.closing import Closeable
 from .._runtime.installation import optional
 from .._runtime.writing import moving_into_place, remove, removed_on_exit
 from ..data.camera import Camera
-from ..errors import ExportError, ParameterError, cause
+from ..errors import ExportError, ParameterError, told_as
 from .depth import UINT16_MAX
 from .mcap import McapFile
 
@@ -114,7 +114,7 @@ def write_rosbag(
     temporary_folder = target.with_name(f".{target.name}-{secrets.token_hex(4)}")
     temporary_bag = temporary_folder / target.name
     plugin = rosbag2.StoragePlugin[storage.upper()]
-    try:
+    with told_as(ExportError, f"{target} could not be written: {{error}}.", OSError):
         temporary_folder.mkdir(parents=True)
         with removed_on_exit(temporary_folder):
             try:
@@ -124,8 +124,6 @@ def write_rosbag(
                     os.replace(temporary_bag, target)
             finally:
                 remove(temporary_folder)
-    except OSError as error:
-        raise ExportError(f"{target} could not be written: {cause(error)}.") from error
     return count
 
 

@@ -21,7 +21,7 @@ from .._runtime.closing import Closeable
 from .._runtime.files import MAX_FILE_BYTES, open_file
 from .._runtime.formatting import counted
 from .._runtime.writing import atomic_path
-from ..errors import FormatError, InputError, cause
+from ..errors import FormatError, InputError, told_as
 
 MAX_INFLATED = 2**28
 """Maximum inflated size of a member that another program has compressed [bytes]."""
@@ -119,15 +119,13 @@ class Archive(Closeable):
 
     def _packed(self, name: str, member: zipfile.ZipInfo) -> bytes:
         """Read a member as it stands in the file: `zipfile` gives no content whose checksum does not match."""
-        try:
+        with told_as(InputError, f"{self.path}: cannot be read ({{error}}).", (OSError, ValueError)):
             self._stream.seek(member.header_offset)
             header = self._stream.read(_LOCAL.size)
             if len(header) < _LOCAL.size or not header.startswith(b"PK\3\4"):
                 raise FormatError(f"The part {name:.40} of {self.path.name} is not at its listed position.")
             self._stream.seek(sum(_LOCAL.unpack(header)[-2:]), os.SEEK_CUR)
             packed = self._stream.read(min(member.compress_size, MAX_FILE_BYTES))
-        except (OSError, ValueError) as error:
-            raise InputError(f"{self.path}: cannot be read ({cause(error)}).") from error
         if len(packed) < member.compress_size:
             raise FormatError(f"The part {name:.40} of {self.path.name} is truncated.")
         return packed
@@ -137,10 +135,8 @@ class Archive(Closeable):
             return packed
         if member.compress_type != zipfile.ZIP_DEFLATED or member.file_size > MAX_INFLATED:
             raise FormatError(f"The part {name:.40} of {self.path.name} has an unsupported compression.")
-        try:
+        with told_as(FormatError, f"The part {name:.40} of {self.path.name} is damaged ({{error}}).", zlib.error):
             return zlib.decompressobj(-zlib.MAX_WBITS).decompress(packed, member.file_size + 1)
-        except zlib.error as error:
-            raise FormatError(f"The part {name:.40} of {self.path.name} is damaged ({error}).") from error
 
     def replaced(self) -> bool:
         """Return whether the opened file was replaced by another one."""

@@ -24,6 +24,7 @@ from typing import Annotated, Any, Union, get_args, get_origin
 import numpy as np
 from numpy.typing import NDArray
 
+from .._runtime.arrays import frozen
 from .._runtime.files import parse_json, zip_member
 from .._runtime.schema import converted
 from ..data.declarations import ParameterSet
@@ -312,6 +313,4 @@ def _of_type(array: NDArray[Any], dtype: np.dtype[Any], hint: Any) -> NDArray[An
     stated = get_args(get_args(hint)[1])[0]
     if stated is not Any and dtype != np.dtype(stated):
         raise FormatError(f"There are values of {dtype} instead of {np.dtype(stated)}.")
-    made = array.astype(dtype)
-    made.setflags(write=False)
-    return made
+    return frozen(array.astype(dtype))

@@ -87,12 +87,7 @@ def _labels(run: Run) -> set[int]:
 
 
 def export_frames(
-    frames: Sequence[FrameToExport],
-    folder: Path,
-    options: ExportOptions,
-    *,
-    strict: bool = False,
-    threads: int | None = None,
+    frames: Sequence[FrameToExport], folder: Path, options: ExportOptions, *, strict: bool = False
 ) -> Iterator[ExportedFrame]:
     """Export frames, each into its folder in `folder`; frames whose completion is not known are completed first.
 
@@ -106,14 +101,12 @@ def export_frames(
     options : ExportOptions
     strict : bool
         Whether a frame without intrinsics fails if a cloud is selected; otherwise it is exported without.
-    threads : int, optional
-        As for `Run.steps`.
     """
     for frame in frames:
         check_cancelled()
         target = folder / frame.folder
         try:
-            yield _exported(frame, target, options, strict, threads)
+            yield _exported(frame, target, options, strict)
         except Cancelled:
             raise
         except (IlfError, OSError, MemoryError) as error:
@@ -121,15 +114,13 @@ def export_frames(
             yield ExportedFrame(frame.name, target, ExportStatus.FAILED, (reason,))
 
 
-def _exported(
-    frame: FrameToExport, target: Path, options: ExportOptions, strict: bool, threads: int | None
-) -> ExportedFrame:
+def _exported(frame: FrameToExport, target: Path, options: ExportOptions, strict: bool) -> ExportedFrame:
     run, completion = frame.read()
     possible, without = (options, ()) if strict else drop_impossible(options, run)
     check_write(target, run, possible)
     if _is_unchanged(target, run, completion, possible):
         return ExportedFrame(frame.name, target, ExportStatus.UNCHANGED)
-    found = run.complete(threads=threads) if completion is None else completion
+    found = run.complete() if completion is None else completion
     written = write(target, run, found, possible)
     notes = *without, *found.notes, *written.notes, *written.remarks
     return ExportedFrame(frame.name, target, ExportStatus.WRITTEN, tuple(dict.fromkeys(notes)))

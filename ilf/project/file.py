@@ -8,9 +8,9 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from .._runtime.closing import Closeable
+from .._runtime.closing import Closeable, closed_on_error
 from ..data.frame import InputFile
-from ..errors import ExportError, FormatError, IlfError, InputError
+from ..errors import ExportError, FormatError, IlfError, InputError, told_as
 from ..sources.reading import read_frame
 from .archive import Archive, Part, Parts, write_archive
 from .codec import ARRAYS, UNREADABLE
@@ -112,11 +112,8 @@ def open_project(path: str | os.PathLike[str]) -> OpenedProject:
     ((), ())
     """
     archive = Archive(path)
-    try:
+    with closed_on_error(archive):
         return OpenedProject(archive, decode_project(archive, archive.path, stated_in=str(archive.path.parent)))
-    except BaseException:
-        archive.close()
-        raise
 
 
 def save_project(
@@ -199,10 +196,8 @@ def _check_replaceable(path: str | os.PathLike[str]) -> None:
     content = b""
     with suppress(IlfError), Archive(path) as there:
         content = there.read(PROJECT)
-    try:
+    with told_as(ExportError, f"{path} is not replaced. {{error}}", FormatError):
         check_replaceable(content)
-    except FormatError as error:
-        raise ExportError(f"{path} is not replaced. {error}") from error
 
 
 class _Saving:

@@ -9,9 +9,8 @@ from collections.abc import Collection, Generator, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-import platformdirs
-
 from .._runtime.files import file_sha256
+from .._runtime.installation import user_path
 from ..data.frame import InputFile
 from ..errors import InputError
 from ..sources.frame_ref import FrameRef
@@ -186,8 +185,7 @@ def _is_same(path: Path, sha256: str, since: float | None) -> bool:
 
 def folder_projects_dir() -> Path:
     """Return the folder of these project files: `ILF_FOLDERS`, or a folder in the user's data folder."""
-    chosen = os.environ.get("ILF_FOLDERS")
-    return Path(chosen) if chosen else platformdirs.user_data_path("ilf-studio", appauthor=False) / "folders"
+    return user_path("data", "folders", "ILF_FOLDERS")
 
 
 def folder_project_path(folder: str | os.PathLike[str]) -> Path:

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from .._runtime.arrays import frozen
 from ..data.blocks import Blocks
 from ..segmentation.propagation.propagate import Followed, follow
 from ..segmentation.reextraction import made_by_hand
@@ -76,8 +77,6 @@ def propagate_state(before: FrameState, after: FrameState, how: str = "auto") ->
     propagated = there - stays
     handmade = notes.handmade | made_by_hand(before.blocks.labels, notes.extracted)
     reasons = {now(label): reason for label, reason in followed.reasons.items() if now(label) in propagated}
-    came = labels.copy()
-    came.setflags(write=False)
     others = stays - set(range(numbers.size))  # their labels may be those of removed blocks of the source frame
     known = Blocks(
         labels,
@@ -89,7 +88,7 @@ def propagate_state(before: FrameState, after: FrameState, how: str = "auto") ->
         after.blocks.by_hand,
         notes.extraction,
         notes.network,
-        came,
+        frozen(labels.copy()),
         there,
         stays | {now(label) for label in handmade if now(label) in propagated},
         before.frame.name,

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import contextlib
-import os
 import shutil
 import socket
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-import platformdirs
-
+from .._runtime.installation import user_path
 from .._runtime.writing import restrict_to_owner
 from ..errors import IlfError, InputError
 from .archive import Parts
@@ -27,8 +25,7 @@ SUFFIX = ".work"
 
 def autosave_folder() -> Path:
     """Return the folder of the windows' autosaves: `ILF_AUTOSAVE`, or a folder in the user's data folder."""
-    chosen = os.environ.get("ILF_AUTOSAVE")
-    return Path(chosen) if chosen else platformdirs.user_data_path("ilf-studio", appauthor=False) / "autosave"
+    return user_path("data", "autosave", "ILF_AUTOSAVE")
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,6 +14,7 @@ from zlib import crc32
 import numpy as np
 from numpy.typing import NDArray
 
+from .._runtime.arrays import frozen
 from ..data.blocks import Colour
 from ..data.results import BlockResult, Completion, compose
 from ..evaluation.hold_out import HoldOutTest
@@ -32,8 +33,7 @@ class Extrapolation(NamedTuple):
     def of(cls, completion: Completion) -> Self:
         """Return the extrapolated depth of a completion."""
         pixels = np.flatnonzero(completion.extrapolated)
-        depth = completion.depth.ravel()[pixels]
-        depth.setflags(write=False)
+        depth = frozen(completion.depth.ravel()[pixels])
         return cls(pixels, depth, completion.notes, completion.extrapolation_network)
 
     def added_to(self, completion: Completion) -> Completion:

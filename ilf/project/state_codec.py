@@ -11,6 +11,7 @@ from weakref import ref
 import numpy as np
 from numpy.typing import NDArray
 
+from .._runtime.arrays import frozen
 from .._runtime.files import parse_json
 from .._runtime.installation import __version__
 from .._runtime.named_places import NotAllowed
@@ -239,9 +240,7 @@ class Decoded:
     known: Known = field(default_factory=dict)
 
 
-def load_state(
-    frame_id: str, parts: Parts, places: Places | None = None, kind: type[FrameState] = FrameState
-) -> Decoded:
+def load_state(frame_id: str, parts: Parts, places: Places | None = None) -> Decoded:
     """Load a frame, from its files or from the project, with all work on it.
 
     Parameters
@@ -251,7 +250,6 @@ def load_state(
         Store with `frames/<id>.json` and the parts that it names.
     places : Places, optional
         Possible locations of its files.
-    kind : type
 
     Raises
     ------
@@ -263,7 +261,7 @@ def load_state(
     try:
         head = read_head(parts.read(frame_part(frame_id)))
         reader = _Reader(head, parts, places)
-        state: FrameState = replace(from_plain(head.state, kind, reader.hooks), id=frame_id)
+        state: FrameState = replace(from_plain(head.state, FrameState, reader.hooks), id=frame_id)
         _check(state)
     except (MissingSource, ChangedSource, NotAllowed):
         raise
@@ -390,6 +388,4 @@ def _check_pixels(extrapolation: Extrapolation, size: int) -> None:
 
 def empty_state(frame_id: str, frame: RGBDFrame) -> FrameState:
     """Return the state of a frame without any work."""
-    labels = np.zeros(frame.shape, np.int32)
-    labels.setflags(write=False)
-    return FrameState(frame_id, frame, Blocks(labels))
+    return FrameState(frame_id, frame, Blocks(frozen(np.zeros(frame.shape, np.int32))))

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
 
 from ..data.declarations import ParameterSet, Value
 from ..data.parameters import BlockParameters, nearest_preset
@@ -33,19 +36,11 @@ def replay_text(run: Run) -> tuple[str, str]:
             replay,
         )
     nearest = nearest_preset(run.parameters)
-    encoding = f"{inputs.depth_units:.9g}" if inputs.encoding is None else inputs.encoding
     files = [inputs.rgb.path, inputs.depth.path] if inputs.frame is None else [inputs.rgb.path, "--frame", inputs.frame]
-    words = ["ilf", "complete", *files, "--depth-encoding", encoding]
-    if inputs.invalid is not None:
-        words += ["--invalid", f"{inputs.invalid:.9g}"]
-    if inputs.dataset is not None:
-        words += ["--dataset", inputs.dataset]
-    if inputs.intrinsics is not None:
-        words += ["--intrinsics", ",".join(f"{number:.9g}" for number in inputs.intrinsics)]
-    if inputs.depth_intrinsics is not None:
-        words += ["--depth-intrinsics", ",".join(f"{number:.9g}" for number in inputs.depth_intrinsics)]
-    if inputs.view_to_ask_for is not None:
-        words += ["--view", inputs.view_to_ask_for]
+    words = ["ilf", "complete", *files, "--depth-encoding", _text(inputs.encoding or inputs.depth_units)]
+    for name in ("invalid", "dataset", "intrinsics", "depth_intrinsics", "view"):
+        if (value := inputs.arguments.get(name)) is not None:
+            words += [f"--{name.replace('_', '-')}", _text(value)]
     if frame.guide is not None and frame.guide.path is not None:
         words += ["--guide", frame.guide.path if frame.guide.network is None else frame.guide.network.name]
         words += ["--guide-gives", frame.guide.gives] if frame.guide.gives and frame.guide.network is None else []
@@ -53,6 +48,10 @@ def replay_text(run: Run) -> tuple[str, str]:
     words += _flags(blocks.extraction, blocks.extraction.differences_from(BlockParameters()), "blocks-")
     words += ["--extrapolate"] * run.extrapolate
     return "This command reproduces the run; its run.json contains all hashes.", shlex.join(words)
+
+
+def _text(value: Any) -> str:
+    return value if isinstance(value, str) else ",".join(f"{number:.9g}" for number in np.ravel(value))
 
 
 def _flags(values: ParameterSet, differing: Mapping[str, Value], prefix: str = "") -> list[str]:

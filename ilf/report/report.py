@@ -7,10 +7,11 @@ import os
 from collections.abc import Generator, Iterable, Sequence
 from dataclasses import dataclass, field
 
+from .._runtime.stepping import run_to_end
 from .._runtime.writing import write_bytes
 from ..completion.confidence.expected_error import RMS_MEANING, RMS_NAME
 from ..errors import InputError
-from ..evaluation.evaluation import Progress, run_to_end, scaled_progress
+from ..evaluation.evaluation import Progress, scaled_progress
 from ..evaluation.hold_out import HoldOutResult, HoldOutTest, hold_out_steps
 from .frame_page import FramePage
 from .subject import Subject, Unreadable

@@ -18,7 +18,7 @@ from .._runtime.formatting import counted
 from .._runtime.writing import write_bytes
 from ..data.camera import Camera
 from ..data.points import in_world, point_cloud
-from ..errors import ExportError, InputError, ParameterError, cause
+from ..errors import ExportError, InputError, ParameterError, told_as
 from ..io.depth import UINT16_MAX, write_depth
 from ..io.images import encode_image
 from ..sources.poses import OPENGL_AXES
@@ -79,10 +79,8 @@ class _DataSet(ABC):
 
     def _new_file(self, name: str) -> None:
         path = self._folder / name
-        try:
+        with told_as(ExportError, f"Could not write into {path.parent}: {{error}}.", OSError):
             path.parent.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            raise ExportError(f"Could not write into {path.parent}: {cause(error)}.") from error
         self.files.append(path)
 
 

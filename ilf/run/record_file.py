@@ -12,8 +12,7 @@ from .._runtime.schema import check_schema, converted
 from ..data.camera import checked_transform
 from ..data.frame import FrameInputs
 from ..data.parameters import BlockParameters, Parameters
-from ..data.results import BlockOutcome
-from ..errors import FormatError, InputError, ParameterError
+from ..errors import FormatError, InputError, ParameterError, told_as
 from ..io.encodings import encoding_of
 from .record import PROGRAM, SCHEMA, RunRecord
 
@@ -32,11 +31,9 @@ def read_record(path: str | os.PathLike[str]) -> RunRecord:
     data = read_json(path)
     if not isinstance(data, dict) or data.get("program") != PROGRAM:
         raise FormatError(f"{Path(path).absolute()} is not a run record: give the run.json of an export.")
-    try:
+    with told_as(FormatError, f"{Path(path).absolute()}: {{error}}", (InputError, ParameterError)):
         check_schema(data, SCHEMA, "run record")
         return _parsed(data)
-    except (InputError, ParameterError) as error:
-        raise FormatError(f"{Path(path).absolute()}: {error}") from error
 
 
 def modes_in(path: str | os.PathLike[str]) -> frozenset[str]:
@@ -65,24 +62,12 @@ def _parsed(data: dict[str, Any]) -> RunRecord:
     return record if record.inputs is None else replace(record, inputs=_with_units(record.inputs))
 
 
-def parsed_inputs(data: object) -> FrameInputs:
-    """Parse a frame's files from the JSON of their fields; FormatError for missing or wrong values."""
-    return _with_units(converted(data, FrameInputs, "inputs"))
-
-
 def _with_units(inputs: FrameInputs) -> FrameInputs:
     """Return a frame's files with the units of the depth encoding, if one is given by name."""
     if inputs.encoding is None:
         return inputs
-    try:
+    with told_as(FormatError, f"There is no depth encoding {inputs.encoding!r:.60}.", ParameterError):
         return replace(inputs, depth_units=encoding_of(inputs.encoding).units)
-    except ParameterError as error:
-        raise FormatError(f"There is no depth encoding {inputs.encoding!r:.60}.") from error
-
-
-def parsed_outcome(data: object) -> BlockOutcome:
-    """Parse a block's outcome from the JSON of its fields; FormatError for missing or wrong values."""
-    return converted(_without_null_deviation(data), BlockOutcome, "outcome")
 
 
 def _without_null_deviation(outcome: object) -> object:

@@ -290,21 +290,9 @@ def _recorded_frame(
         )
     else:
         paths = (_recording_of(inputs.rgb, folder, rgb), None)
-    intrinsics, depth_intrinsics = inputs.cameras_to_ask_for
-    frame = load_frame(
-        *paths,
-        frame=inputs.frame,
-        encoding=inputs.depth_units if inputs.encoding is None else inputs.encoding,
-        invalid=inputs.invalid,
-        dataset=inputs.dataset,
-        intrinsics=intrinsics,
-        depth_intrinsics=depth_intrinsics,
-        undistort=None if inputs.lenses is None else True,
-        view=inputs.view_to_ask_for,
-        name=record.name,
-        beside=False,
-        warn=False,
-    )
+    others = {"rgb", "depth", "ground_truth", "ground_truth_units"}
+    how = {name: value for name, value in inputs.arguments.items() if name not in others}
+    frame = load_frame(*paths, **how, name=record.name, beside=False, warn=False)
     if (
         frame.inputs is None
         or frame.inputs.rgb.sha256 != inputs.rgb.sha256

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from .._runtime.cancellation import check_cancelled
 from .._runtime.closing import Closeable
 from .._runtime.formatting import counted
+from .._runtime.stepping import mapped_steps, run_to_end
 from ..completion.block import BlockTask, Watch, block_depth
 from ..completion.completion import completed_blocks
 from ..completion.extrapolation import extrapolation_steps
@@ -283,11 +284,7 @@ def _steps(
     if not run.extrapolate:
         return None
     steps = extrapolation_steps(compose(run, results))
-    while True:
-        try:
-            yield Step(EXTRAPOLATED, record=next(steps))
-        except StopIteration as end:
-            return end.value
+    return (yield from mapped_steps(steps, lambda record: Step(EXTRAPOLATED, record=record)))
 
 
 # `ilf.complete`, and the optional extrapolation.
@@ -414,10 +411,4 @@ def extrapolate(completion: Completion) -> Completion:
     16
     """
     check_kind(completion, Completion, "The first argument must be a completion", "give what ilf.complete returns.")
-    steps = extrapolation_steps(completion)
-    while True:
-        try:
-            next(steps)
-        except StopIteration as end:
-            done: Completion = end.value
-            return done
+    return run_to_end(extrapolation_steps(completion))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from functools import cached_property
 from pathlib import Path
@@ -17,7 +16,7 @@ from .._runtime.files import FileContent, is_address, read_file
 from .._runtime.folders import folder_at
 from .._runtime.named_places import named_in
 from ..data.camera import Camera
-from ..errors import FormatError, InputError, cause
+from ..errors import FormatError, InputError, told_as
 from ..io.cameras import intrinsics_from
 from ..io.depth import depth_in_metres, read_depth_values
 from ..io.images import read_colour
@@ -36,51 +35,52 @@ from .record_file import modes_in, read_record
 _CHANGED = "has another size than its depth: it was changed. Complete the frame again."
 
 
-class StoredResult(ABC):
-    """A completed frame as stored. Its files are read when they are asked for, once.
+class StoredResult:
+    """A completed frame in a folder, as `write` has written it. Its files are read when they are asked for, once.
 
     Reading any of them raises InputError if a file is missing, and FormatError if it is damaged, has another size than
     the depth, or is incomplete.
 
     Parameters
     ----------
+    folder : Path
+
+    Attributes
+    ----------
     key : str
         The name of its folder, or its key in the shards.
     """
 
-    def __init__(self, key: str) -> None:
-        self.key = key
+    def __init__(self, folder: Path) -> None:
+        self.key, self._folder = folder.name, folder
+
+    def __str__(self) -> str:
+        return str(self._folder)
 
     @property
     def name(self) -> str:
         """Name of the frame."""
-        return self.key
+        return self.record.name
+
+    @cached_property
+    def record(self) -> RunRecord:
+        """The record of its run, which a result in a shard does not have."""
+        return read_record(self._folder / RECORD_FILE)
 
     @property
-    @abstractmethod
     def intrinsics(self) -> Camera | None:
         """The camera of colour and depth; None if not known."""
+        return intrinsics_from(self._files.options.intrinsics)
 
     @property
-    @abstractmethod
     def pose(self) -> NDArray[np.float64] | None:
         """Camera-to-world transform as in `RGBDFrame`, (4, 4); None if not known."""
+        return None if self._files.options.pose is None else stated_pose(self._files.options.pose)
 
     @property
-    @abstractmethod
     def keeps_measured(self) -> bool:
         """Whether measured depth was left unchanged: all was completed in the mode "fill"."""
-
-    @abstractmethod
-    def _depth_file(self) -> tuple[str, float]:
-        """Name of the file with depth, and its units per metre."""
-
-    @abstractmethod
-    def _file(self, name: str) -> FileContent | None:
-        """A file of the result; None if it was not written."""
-
-    @abstractmethod
-    def _colour(self) -> NDArray[np.uint8]: ...
+        return modes_in(self._folder / RECORD_FILE) == {"fill"}
 
     @cached_property
     def rgb(self) -> NDArray[np.uint8]:
@@ -133,46 +133,6 @@ class StoredResult(ABC):
         camera : Camera
             That of depth.
         """
-        return self.rgb, camera
-
-    def _checked(self, what: str, image: NDArray[Any]) -> NDArray[Any]:
-        if image.shape[:2] != self.depth.shape:
-            raise FormatError(f"{self}: {what} {_CHANGED}")
-        return image
-
-
-class _FolderResult(StoredResult):
-    """A result in a folder, as `write` has written it."""
-
-    def __init__(self, folder: Path) -> None:
-        super().__init__(folder.name)
-        self._folder = folder
-
-    def __str__(self) -> str:
-        return str(self._folder)
-
-    @property
-    def name(self) -> str:
-        return self.record.name
-
-    @cached_property
-    def record(self) -> RunRecord:
-        """The record of its run."""
-        return read_record(self._folder / RECORD_FILE)
-
-    @property
-    def intrinsics(self) -> Camera | None:
-        return intrinsics_from(self._files.options.intrinsics)
-
-    @property
-    def pose(self) -> NDArray[np.float64] | None:
-        return None if self._files.options.pose is None else stated_pose(self._files.options.pose)
-
-    @property
-    def keeps_measured(self) -> bool:
-        return modes_in(self._folder / RECORD_FILE) == {"fill"}
-
-    def recorded_colour(self, camera: Camera) -> tuple[NDArray[np.uint8], Camera]:
         inputs = self.record.inputs
         if inputs is None or inputs.frame is None:
             return self.rgb, camera
@@ -190,25 +150,35 @@ class _FolderResult(StoredResult):
         return frame_folder(self._folder)
 
     def _depth_file(self) -> tuple[str, float]:
+        """Name of the file with depth, and its units per metre."""
         return self._files.depth.name, self._files.options.depth_units or 1.0
 
     def _file(self, name: str) -> FileContent | None:
+        """A file of the result; None if it was not written."""
         path = self._folder / name
         return read_file(path) if path.is_file() else None
 
     def _colour(self) -> NDArray[np.uint8]:
         return read_colour(self._files.rgb)
 
+    def _checked(self, what: str, image: NDArray[Any]) -> NDArray[Any]:
+        if image.shape[:2] != self.depth.shape:
+            raise FormatError(f"{self}: {what} {_CHANGED}")
+        return image
+
 
 class _ShardResult(StoredResult):
-    """A result in a shard."""
+    """A completed frame in a shard."""
 
     def __init__(self, shards: Shards, key: str) -> None:
-        super().__init__(key)
-        self._shards = shards
+        self.key, self._shards = key, shards
 
     def __str__(self) -> str:
         return f"{self._shards.path}: {self.key}"
+
+    @property
+    def name(self) -> str:
+        return self.key
 
     @property
     def intrinsics(self) -> Camera | None:
@@ -222,6 +192,9 @@ class _ShardResult(StoredResult):
     @property
     def keeps_measured(self) -> bool:
         return self._shards.mode == "fill"
+
+    def recorded_colour(self, camera: Camera) -> tuple[NDArray[np.uint8], Camera]:
+        return self.rgb, camera
 
     def _depth_file(self) -> tuple[str, float]:
         return self._shards.depth_file(self.key)
@@ -272,7 +245,7 @@ class StoredResults:
 
     def __getitem__(self, number: int) -> StoredResult:
         if self._shards is None:
-            return _FolderResult(Path(self._folders[number]))
+            return StoredResult(Path(self._folders[number]))
         return _ShardResult(self._shards, self.keys[number])
 
 
@@ -287,10 +260,8 @@ def has_results(path: str | os.PathLike[str]) -> bool:
 def result_folders(path: str | os.PathLike[str]) -> list[Path]:
     """The folder itself if it has a result, or the folders with results in it, by name; InputError without any."""
     root = Path(path).absolute()
-    try:
+    with told_as(InputError, f"{root}: cannot be read ({{error}}). Give a folder with results.", OSError):
         found = sorted(_result_folders(root), key=lambda inner: natural(inner.name))
-    except OSError as error:
-        raise InputError(f"{root}: cannot be read ({cause(error)}). Give a folder with results.") from error
     if not found:
         raise InputError(
             f"{root} contains no results: there is no {RECORD_FILE} in it or its folders. Give a folder with results."

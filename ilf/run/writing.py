@@ -186,18 +186,15 @@ def _scalars(
     run: Run, completion: Completion, error: NDArray[np.float32] | None, unsupported_mask: NDArray[np.bool_] | None
 ) -> dict[str, NDArray[Any]]:
     """Scalar values of every pixel for the cloud and the mesh."""
-    scalars: dict[str, NDArray[Any]] = {}
-    if error is not None:
-        scalars["expected_error"] = error
-    scalars["filled"] = completion.filled
-    scalars["block"] = run.blocks.labels
-    if run.frame.from_neighbours is not None:
-        scalars["from_neighbours"] = completion.from_neighbours
-    if run.blocks.by_hand is not None:
-        scalars["by_hand"] = completion.by_hand
-    if unsupported_mask is not None:
-        scalars["unsupported"] = unsupported_mask
-    return scalars
+    scalars = {
+        "expected_error": error,
+        "filled": completion.filled,
+        "block": run.blocks.labels,
+        "from_neighbours": None if run.frame.from_neighbours is None else completion.from_neighbours,
+        "by_hand": None if run.blocks.by_hand is None else completion.by_hand,
+        "unsupported": unsupported_mask,
+    }
+    return {name: values for name, values in scalars.items() if values is not None}
 
 
 _DEPTH_PREFERENCE = ("npy", "tiff", "png")
@@ -228,13 +225,7 @@ def filenames(run: Run, options: ExportOptions) -> tuple[str, ...]:
     names = [name for name in options.filenames() if name != RECORD_FILE]
     if run.frame.brought is not None:
         names += [ALIGNED_FILES[depth_format] for depth_format in options.depth_formats]
-    if run.extrapolate:
-        names.append(EXTRAPOLATED_FILE)
-    names += _masks(run)
-    if run.blocks.by_hand is not None:
-        names += [DEPTH_BY_HAND_FILE, BY_HAND_FILE]
-    if run.frame.guide is not None:
-        names.append(GUIDE_FILE)
+    names += _arrays(run)
     if run.frame.inputs is not None and options.depth_formats:
         names += [COLOUR_FILE, META_NAME] if not run.frame.inputs.has_colour_file else [META_NAME]
     if options.run_record:
@@ -409,19 +400,10 @@ def _write_results(
     """Write the results, without meta.json and record; returns notes and remarks."""
     notes: list[str] = []
     remarks: list[str] = []
-    if run.extrapolate:
-        write_mask(folder / EXTRAPOLATED_FILE, completion.extrapolated)
-        if count := np.count_nonzero(completion.extrapolated):
-            remarks.append(
-                f"Extrapolated, not completed by a block: {counted(count, 'pixel')}, see {EXTRAPOLATED_FILE}."
-            )
-    for name, mask in _masks(run).items():
-        write_mask(folder / name, mask)
-    if run.blocks.by_hand is not None:
-        write_array(folder / DEPTH_BY_HAND_FILE, run.blocks.by_hand.depth)
-        write_mask(folder / BY_HAND_FILE, completion.by_hand)
-    if run.frame.guide is not None:
-        write_array(folder / GUIDE_FILE, run.frame.guide.array)
+    if run.extrapolate and (count := np.count_nonzero(completion.extrapolated)):
+        remarks.append(f"Extrapolated, not completed by a block: {counted(count, 'pixel')}, see {EXTRAPOLATED_FILE}.")
+    for name, array in _arrays(run, completion).items():
+        (write_mask if array.dtype == np.bool_ else write_array)(folder / name, array)
     for depth_format in options.depth_formats:
         name = DEPTH_FILES[depth_format]
         found = write_depth(folder / name, completion.depth, options.depth_units)
@@ -451,15 +433,21 @@ def _write_results(
     return notes, remarks
 
 
-def _masks(run: Run) -> dict[str, NDArray[np.bool_]]:
-    """File name -> mask: invalid depth, drawn borders, pixels outside the depth camera's view and from neighbours."""
-    masks = {
-        INVALID_MASK_FILE: run.frame.invalid_mask,
+def _arrays(run: Run, completion: Completion | None = None) -> dict[str, NDArray[Any]]:
+    """File name -> array: the inputs of a run beside colour and depth, and masks of its result, which are empty without
+    a completion."""
+    frame, by_hand, none = run.frame, run.blocks.by_hand, np.zeros(0, bool)
+    arrays = {
+        EXTRAPOLATED_FILE: (none if completion is None else completion.extrapolated) if run.extrapolate else None,
+        INVALID_MASK_FILE: frame.invalid_mask,
         DRAWN_FILE: run.blocks.drawn,
-        OUTSIDE_FILE: run.frame.outside_view,
-        FROM_NEIGHBOURS_FILE: run.frame.from_neighbours,
+        OUTSIDE_FILE: frame.outside_view,
+        FROM_NEIGHBOURS_FILE: frame.from_neighbours,
+        DEPTH_BY_HAND_FILE: None if by_hand is None else by_hand.depth,
+        BY_HAND_FILE: None if by_hand is None else none if completion is None else completion.by_hand,
+        GUIDE_FILE: None if frame.guide is None else frame.guide.array,
     }
-    return {name: mask for name, mask in masks.items() if mask is not None}
+    return {name: array for name, array in arrays.items() if array is not None}
 
 
 def _written_sha256(path: Path) -> str:

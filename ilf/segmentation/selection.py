@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import dijkstra
 
-from .._runtime.arrays import plain_array
+from .._runtime.arrays import check_shape, plain_array
 from ..data.frame import RGBDFrame, checked_frame
 from ..data.label_map import Box
-from ..errors import InputError
+from ..errors import InputError, told_as
 from .editing.patches import Points
 from .region_tree import RegionTree, region_tree
 
@@ -43,10 +43,10 @@ class _Stroke:
 
     @staticmethod
     def of(tree: RegionTree, given: tuple[float, float] | Points) -> _Stroke:
-        try:
+        with told_as(
+            InputError, f"A point or stroke is (x, y), or several of these, not {given!r:.60}.", (TypeError, ValueError)
+        ):
             points = np.asarray(plain_array(given), np.float64).reshape(-1, 2)
-        except (TypeError, ValueError) as error:
-            raise InputError(f"A point or stroke is (x, y), or several of these, not {given!r:.60}.") from error
         height, width = tree.pieces.shape
         if not len(points):
             raise InputError("A stroke needs at least one point.")
@@ -129,9 +129,9 @@ def select_region(
     inside, outside = _several(inside), _several(outside)
     if box is None and start is None and not len(inside):
         raise InputError("Give at least one point inside, a box, or a selection to start with.")
-    start = None if start is None else plain_array(start)
-    if start is not None and start.shape != frame.shape:
-        raise InputError(f"The selection to start with is of shape {start.shape}, the frame of {frame.shape}.")
+    if start is not None:
+        start = plain_array(start)
+        check_shape("The selection to start with", start.shape, frame.shape)
     each = [0] * (len(inside) - 1) + [steps] if isinstance(steps, int) else steps
     if len(inside) and len(each) != len(inside):
         raise InputError(f"Give one number of steps for each of the {len(inside)} points inside.")
@@ -165,11 +165,6 @@ def select_region(
     chosen[wanted] = changed[wanted] = True
     mask = np.asarray(chosen[tree.pieces])
     return mask if start is None else np.where(changed[tree.pieces], mask, start)
-
-
-def prepare_selection(frame: RGBDFrame) -> None:
-    """Compute what `select_region` caches with a frame."""
-    region_tree(frame)
 
 
 def regions_around(tree: RegionTree, pieces: Sequence[int], others: Sequence[int], box: Box | None = None) -> Mask:

@@ -14,10 +14,11 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from .._runtime.closing import closed_on_error
 from .._runtime.installation import optional
 from .._runtime.schema import Section
 from ..data.camera import Camera, Cameras
-from ..errors import FormatError, InputError
+from ..errors import FormatError, InputError, told_as
 from ..io.depth import eight_bit_error
 from ..io.images import check_pixel_count, read_colour
 from .recording import PairedRecording, RecordedFrame, TimedPairs, damage_told, part_of, sha256_of, stamped
@@ -72,7 +73,11 @@ def cameras_of(content: bytes, depth_mode: str, colour_mode: str) -> Cameras:
     for what, mode, known in (("depth", depth_mode, _DEPTH_MODES), ("colour", resolution, _COLOUR_MODES)):
         if mode not in known:
             raise FormatError(f"the {what} mode {mode!r:.40} is unknown; known are {', '.join(known)}.")
-    try:
+    with told_as(
+        FormatError,
+        "its calibration is damaged ({error}).",
+        (ValueError, KeyError, RecursionError, AttributeError, InputError, np.linalg.LinAlgError),
+    ):
         data = json.loads(content.rstrip(b"\0"))
         listed = Section("calibration", data).section("CalibrationInformation").items("Cameras", dict)
         by_place = {camera.get("Location"): Section("camera", camera) for camera in listed}
@@ -82,8 +87,6 @@ def cameras_of(content: bytes, depth_mode: str, colour_mode: str) -> Cameras:
             _camera(depth, _DEPTH_MODES[depth_mode]),
             _motion(colour) @ np.linalg.inv(_motion(depth)),
         )
-    except (ValueError, KeyError, RecursionError, AttributeError, InputError, np.linalg.LinAlgError) as error:
-        raise FormatError(f"its calibration is damaged ({error!s:.120}).") from error
 
 
 def _camera(section: Section, mode: _Mode) -> Camera:
@@ -124,13 +127,10 @@ class AzureKinect(PairedRecording):
         self._av = optional("av", "ilf-studio[sensors]", "A recording of an Azure Kinect")
         with self._reading():
             self._container = self._av.open(str(path), format="matroska")  # a list names other files
-        try:
+        with closed_on_error(self):
             self._colour, self._depth = self._needed_track(_COLOUR_TRACK), self._needed_track(_DEPTH_TRACK)
             if _has_8_bits(self._depth.codec_context):
                 raise eight_bit_error(path)
-        except FormatError:
-            self.close()
-            raise
         self._infrared = self._track(_INFRARED_TRACK)
 
     def close(self) -> None:
@@ -188,10 +188,8 @@ class AzureKinect(PairedRecording):
             track.metadata.get(name, "")
             for track, name in ((self._depth, "K4A_DEPTH_MODE"), (self._colour, "K4A_COLOR_MODE"))
         )
-        try:
+        with told_as(FormatError, f"{self.path}: {{error}}", FormatError):
             return cameras_of(attached[0].data, depth_mode, colour_mode)
-        except FormatError as error:
-            raise FormatError(f"{self.path}: {error}") from error
 
     def _needed_track(self, tag: str) -> Any:
         found = self._track(tag)

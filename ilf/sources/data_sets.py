@@ -11,7 +11,7 @@ import numpy as np
 
 from .._runtime.files import read_file
 from ..data.camera import camera_from_numbers
-from ..errors import FormatError, InputError
+from ..errors import FormatError, InputError, told_as
 from ..io.cameras import CAMERA_FILE, read_cameras
 from .frame_ref import FrameRef
 from .naming import COLOUR_SUFFIXES, DEPTH_FILE_SUFFIXES
@@ -63,11 +63,11 @@ def sun_frame(root: str | Path, given: ReadingOptions) -> FrameRef:
             "instead of one each."
         )
     path = Path(root) / _SUN_CAMERA_FILE
-    try:
+    with told_as(
+        FormatError, f"{path} must contain the nine numbers of a camera matrix ({{error}}).", (ValueError, InputError)
+    ):
         numbers = np.array(read_file(path).data.tobytes().split(), float)
         camera = camera_from_numbers(numbers, "")
-    except (ValueError, InputError) as error:
-        raise FormatError(f"{path} must contain the nine numbers of a camera matrix ({error!s:.200}).") from error
     options = given.or_else(ReadingOptions(encoding="sun", intrinsics=camera))
     return FrameRef(str(colours[0]), str(depths[0]), options=options)
 

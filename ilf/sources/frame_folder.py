@@ -12,7 +12,7 @@ from typing import Any
 from .._runtime.files import read_json
 from .._runtime.named_places import NotAllowed, first_allowed, named_in
 from ..data.camera import as_camera, checked_transform
-from ..errors import FormatError, InputError, ParameterError, one_line
+from ..errors import FormatError, InputError, ParameterError, one_line, told_as
 from ..io.depth import checked_units
 from ..io.encodings import EncodingSpec, checked_invalid, encoding_of, needs_scene, single_encoding
 from ..io.frame_additions import CONFIDENCE_SUFFIXES, GUIDE_SUFFIXES, checked_min_confidence, is_ground_truth
@@ -104,10 +104,8 @@ def frame_folder(folder: str | os.PathLike[str]) -> FrameFiles:
     meta = read_json(path) if has_meta else {}
     if not isinstance(meta, dict):
         raise FormatError(f"{path} must hold a JSON object with size, depth_units_per_m and K.")
-    try:
+    with told_as(FormatError, f"{path}: {{error}}", (InputError, ParameterError)):
         options, size, named = _stated({**meta, "name": meta.get("name") or root.name})
-    except (InputError, ParameterError) as error:
-        raise FormatError(f"{path}: {error}") from error
     if named["run"] and not os.path.isfile(named_in(named["run"], root)):
         raise InputError(
             f"{root} contains an interrupted export: its {named['run']} is missing, so its files may not belong "

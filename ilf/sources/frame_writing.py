@@ -8,7 +8,7 @@ from pathlib import Path
 
 from .._runtime.writing import write_bytes
 from ..data.frame import RGBDFrame
-from ..errors import ExportError, cause
+from ..errors import ExportError, told_as
 from ..io.depth import write_depth
 from ..io.images import encode_image
 from .naming import META_NAME
@@ -55,10 +55,8 @@ def write_frame(folder: str | os.PathLike[str], frame: RGBDFrame) -> tuple[Path,
     if frame.pose is not None:
         meta["pose"] = frame.pose.tolist()
     paths = new_frame_files(root)
-    try:
+    with told_as(ExportError, f"{root} cannot be created ({{error}}). Choose another folder.", OSError):
         root.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise ExportError(f"{root} cannot be created ({cause(error)}). Choose another folder.") from error
     write_bytes(paths[0], encode_image(".png", frame.rgb[..., ::-1]))
     write_depth(paths[1], frame.measured)
     write_bytes(paths[2], f"{json.dumps(meta, indent=2)}\n".encode())

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .._runtime.files import FileContent, read_file
+from .._runtime.formatting import size_text
 from ..data.camera import Camera, Cameras, camera_doubt
 from ..data.frame import FrameInputs, InputFile, RGBDFrame
 from ..errors import FormatError, InputError
@@ -56,14 +56,14 @@ def read_files(files: FrameFiles, options: ReadingOptions, name: str | None = No
         is_exchanged = shape == metres.shape[::-1]
         hint = " Width and height are exchanged: one of the files is turned by 90 degrees." if is_exchanged else ""
         raise InputError(
-            f"{files.rgb} is {_size(colour)} but {files.depth} is {_size(metres)} pixels. Both must have the same "
-            "pixels: give the intrinsics of both (--intrinsics and --depth-intrinsics), by which depth is registered, "
-            f"or register and resize one to the other first.{hint} {orientation.note}".rstrip()
+            f"{files.rgb} is {size_text(shape)} but {files.depth} is {size_text(metres.shape)} pixels. Both must have "
+            "the same pixels: give the intrinsics of both (--intrinsics and --depth-intrinsics), by which depth is "
+            f"registered, or register and resize one to the other first.{hint} {orientation.note}".rstrip()
         )
     if files.size not in {None, (metres.shape[1], metres.shape[0])}:
         raise FormatError(
-            f"{files.rgb.with_name(META_NAME)} has the size {files.size}, but the images are {_size(metres)} pixels. "
-            "Correct its size, or load the two files separately."
+            f"{files.rgb.with_name(META_NAME)} has the size {files.size}, but the images are {size_text(metres.shape)} "
+            "pixels. Correct its size, or load the two files separately."
         )
     cameras, notes, issued = _cameras(chosen, shape, metres.shape)
     if not is_same and cameras.colour is None:
@@ -220,7 +220,3 @@ def frame_of_images(
 def _moved_by(cameras: Cameras) -> tuple[float, ...] | None:
     motion = cameras.depth_to_colour
     return None if motion is None or np.array_equal(motion, np.eye(4)) else tuple(motion.ravel().tolist())
-
-
-def _size(array: NDArray[Any]) -> str:
-    return f"{array.shape[1]} x {array.shape[0]}"

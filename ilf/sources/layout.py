@@ -13,7 +13,7 @@ import msgspec
 
 from .._runtime.files import read_file
 from .._runtime.schema import converted
-from ..errors import FormatError, ParameterError
+from ..errors import FormatError, ParameterError, told_as
 from ..io.depth import checked_units
 from ..io.encodings import checked_invalid, encoding_of, single_encoding
 from ..io.hdf5_depth import split_dataset
@@ -114,7 +114,7 @@ def layout_of(values: Mapping[str, Any], name: str, where: str) -> Layout:
     FormatError
         If a value is missing, unknown or not valid.
     """
-    try:
+    with told_as(FormatError, f"{where}: {{error}}", (FormatError, ParameterError)):
         depth, dataset = split_dataset(str(values.get("depth", "")))
         named = {} if dataset is None else {"depth": depth, "dataset": dataset}
         layout = converted({**values, **named, "name": name}, Layout, f"layout {name!r}", strict=False)
@@ -138,8 +138,6 @@ def layout_of(values: Mapping[str, Any], name: str, where: str) -> Layout:
         for text in (one for other in others for one in alternatives(other)):
             if unknown := [one for one in placeholders(text) if one and one not in known]:
                 raise ParameterError(f"{text!r} has {{{unknown[0]}}}, which neither rgb nor depth has.")
-    except (FormatError, ParameterError) as error:
-        raise FormatError(f"{where}: {error}") from error
     return layout
 
 
@@ -171,10 +169,8 @@ def layout_from_text(text: str) -> Layout:
     """
     values: dict[str, Any] = {}
     where = f"--layout {text!r:.200}"
-    try:
+    with told_as(FormatError, f"{where} cannot be read ({{error}}). Close the quotation marks.", ValueError):
         words = shlex.split(text)
-    except ValueError as error:
-        raise FormatError(f"{where} cannot be read ({error}). Close the quotation marks.") from error
     for word in words:
         key, mark, value = word.partition("=")
         if not mark or key in values or key == "name":

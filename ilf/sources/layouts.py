@@ -8,8 +8,7 @@ from functools import cache
 from importlib.resources import as_file, files
 from pathlib import Path
 
-import platformdirs
-
+from .._runtime.installation import user_path
 from ..errors import InputError
 from .file_patterns import MAX_LEVELS, FilePattern, Folders, alternatives
 from .layout import Layout, layout_from_text, layouts_from_file
@@ -23,8 +22,7 @@ _MAX_SCENES = 300
 
 def layouts_folder() -> Path:
     """Folder of the user's layouts, which may not exist; the environment variable ILF_LAYOUTS overrides it."""
-    chosen = os.environ.get("ILF_LAYOUTS")
-    return Path(chosen) if chosen else platformdirs.user_data_path("ilf-studio", appauthor=False) / "layouts"
+    return user_path("data", "layouts", "ILF_LAYOUTS")
 
 
 @cache

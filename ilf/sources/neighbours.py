@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from .._runtime.cancellation import check_cancelled
 from .._runtime.formatting import counted
+from .._runtime.stepping import run_to_end
 from ..data.camera import Camera
 from ..data.frame import RGBDFrame, checked_frame
 from ..data.neighbours import Neighbour, NeighbourDepth, agrees, beside_jumps
@@ -98,13 +99,7 @@ def with_neighbours(
     >>> int(frame.from_neighbours.sum()), int(frame.missing.sum()), frame.notes
     (50, 50, ('Depth of 1 neighbour is used at 50 pixels (100% of the missing ones).',))
     """
-    steps = neighbour_steps(frame, before, after, step=step)
-    while True:
-        try:
-            next(steps)
-        except StopIteration as end:
-            added: RGBDFrame = end.value
-            return added
+    return run_to_end(neighbour_steps(frame, before, after, step=step))
 
 
 def neighbour_steps(

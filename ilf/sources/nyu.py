@@ -11,9 +11,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .._runtime.closing import closed_on_error
 from .._runtime.files import read_file
 from ..data.camera import INTRINSICS, Camera, Cameras
-from ..errors import FormatError, InputError, cause
+from ..errors import FormatError, InputError, told_as
 from ..io.depth import read_depth_values
 from ..io.hdf5 import dataset, open_hdf5, rows
 from ..io.images import check_pixel_count, read_colour
@@ -39,11 +40,8 @@ class NyuLabelled(Recording):
     def __init__(self, path: Path) -> None:
         super().__init__(path)
         self._file = open_hdf5(path, str(path), "Reading NYU Depth V2's labelled file")
-        try:
+        with closed_on_error(self):
             self._images, self._raw = self._checked()
-        except FormatError:
-            self._file.close()
-            raise
         self.frames = {str(number + 1): number for number in range(self._raw.shape[0])}
 
     def _checked(self) -> tuple[Any, Any]:
@@ -127,10 +125,8 @@ class NyuRawFolder(PairedRecording):
     def __init__(self, path: Path) -> None:
         super().__init__(path)
         found: dict[str, dict[str, tuple[float, str]]] = {"r": {}, "d": {}}
-        try:
+        with told_as(InputError, f"{path}: cannot be read ({{error}}). Check the name and its permissions.", OSError):
             names = os.listdir(path)
-        except OSError as error:
-            raise InputError(f"{path}: cannot be read ({cause(error)}). Check the name and its permissions.") from error
         for name in names:
             match = _NAME.fullmatch(name)
             if match is not None and name.endswith(_ENDING[match["what"]]):

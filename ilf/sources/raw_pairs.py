@@ -14,7 +14,7 @@ from .._runtime.files import read_file, read_json
 from .._runtime.formatting import counted
 from .._runtime.schema import Section
 from ..data.camera import Camera, Cameras, checked_transform, lens_of
-from ..errors import FormatError, InputError, ParameterError
+from ..errors import FormatError, InputError, ParameterError, told_as
 from ..io.depth import read_depth_values
 from ..io.encodings import EncodingSpec, encoding_of, packed_channels, single_encoding
 from ..io.images import read_colour
@@ -47,7 +47,7 @@ class RawPairs(Recording):
         super().__init__(path)
         self._calibration = read_file(path / CALIBRATION_NAME)
         data = read_json(self._calibration)
-        try:
+        with told_as(FormatError, f"{path / CALIBRATION_NAME}: {{error}}", (InputError, ParameterError)):
             if not isinstance(data, dict):
                 raise InputError("it must contain a JSON object with colour, depth and depth_to_colour.")
             stated = Section("calibration", data)
@@ -62,8 +62,6 @@ class RawPairs(Recording):
             if self._encoding is not None:
                 encoding_of(self._encoding)
             self._invalid: float | None = invalid
-        except (InputError, ParameterError) as error:
-            raise FormatError(f"{path / CALIBRATION_NAME}: {error}") from error
         colours, depths = _images(path, _COLOUR, _COLOUR_SUFFIXES), _images(path, _DEPTH, _DEPTH_SUFFIXES)
         self.frames = {key: (colours[key], depths[key]) for key in sorted(colours.keys() & depths.keys())}
         if unmatched := len(colours.keys() ^ depths.keys()):

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ..data.camera import DISTORTION_NOTE, Camera, Cameras
 from ..data.frame import FrameInputs, RGBDFrame
-from ..errors import InputError
+from ..errors import InputError, told_as
 from ..io.depth_reading import DepthReading
 from ..io.images import scaled_colour
 from .reading_options import COLOUR_VIEW
@@ -85,10 +85,8 @@ class ReadImages:
             registered already; or its values cannot be metres.
         """
         view = self.inputs.view or COLOUR_VIEW
-        try:
+        with told_as(InputError, f"{self.path}: {{error}}{self.reading.alternative_encodings}", InputError):
             frame = self._registered() if self.cameras.is_registered else register(self._pair(), view)
-        except InputError as error:
-            raise InputError(f"{self.path}: {error}{self.reading.alternative_encodings}") from error
         camera, inputs, pose = intrinsics or frame.intrinsics, self.inputs, self.pose
         if view == COLOUR_VIEW or inputs.frame is not None:
             inputs = replace(inputs, intrinsics=None if camera is None else camera.numbers)
@@ -112,10 +110,8 @@ class ReadImages:
         InputError
             If a camera or the transform between them is not known, or an image does not have its camera's size.
         """
-        try:
+        with told_as(InputError, f"{self.path}: {{error}}", InputError):
             return self._pair()
-        except InputError as error:
-            raise InputError(f"{self.path}: {error}") from error
 
     def _registered(self) -> RGBDFrame:
         if self.inputs.view is not None:

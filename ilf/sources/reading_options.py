@@ -33,7 +33,7 @@ class ReadingOption:
     label : str
         Its name in sentences; "" if it is never named.
     flag, metavar : str
-        Its flag on the command line and the placeholder of its value; "" for none.
+        Its flag on the command line, "" for none; and the placeholder of its value, if it has one.
     help : str
         The flag's help of `ilf`.
     exclusive : bool
@@ -48,7 +48,7 @@ class ReadingOption:
 
     label: str = ""
     flag: str = ""
-    metavar: str = ""
+    metavar: str = "N"
     help: str = ""
     exclusive: bool = False
     is_path: bool = False
@@ -66,8 +66,9 @@ PoseSpec = str | tuple[float, ...]
 """A camera pose: the path of a text file with the rows of its matrix, or the 16 numbers of the matrix, row by row."""
 
 
-def _declared(**declared: Any) -> dict[str, ReadingOption]:
-    return {"option": ReadingOption(**declared)}
+def _option(**declared: Any) -> Any:
+    """Return a field of `ReadingOptions`, which is not given by default, with its declaration as metadata."""
+    return field(default=None, metadata={"option": declared})
 
 
 @dataclass(frozen=True)
@@ -75,176 +76,109 @@ class ReadingOptions:
     """How the files of a frame are read, as in `ilf.load_frame`, and how the frames of a source are found, as in
     `ilf.open_source`; None: as stated beside the files, or the default."""
 
-    encoding: EncodingSpec | None = field(
-        default=None,
-        metadata=_declared(
-            label="depth encoding",
-            flag="--depth-encoding",
-            metavar="NAME",
-            help=f"encoding of the depth file: {', '.join(ENCODING_DESCRIPTIONS)}, bop:SCALE, or units per metre as a "
-            "number (default: from meta.json; for two files, mm for integers and m for floats). An explicit encoding "
-            "skips the plausibility check",
-            exclusive=True,
-        ),
+    encoding: EncodingSpec | None = _option(
+        label="depth encoding",
+        flag="--depth-encoding",
+        metavar="NAME",
+        help=f"encoding of the depth file: {', '.join(ENCODING_DESCRIPTIONS)}, bop:SCALE, or units per metre as a "
+        "number (default: from meta.json; for two files, mm for integers and m for floats). An explicit encoding "
+        "skips the plausibility check",
+        exclusive=True,
     )
-    depth_units: float | None = field(
-        default=None,
-        metadata=_declared(
-            label="depth units",
-            flag="--depth-units",
-            metavar="N",
-            help="units per metre of the depth file (1000: millimetres)",
-            exclusive=True,
-        ),
+    depth_units: float | None = _option(
+        label="depth units",
+        help="units per metre of the depth file (1000: millimetres)",
+        exclusive=True,
     )
-    invalid: float | None = field(
-        default=None,
-        metadata=_declared(
-            label="invalid value",
-            flag="--invalid",
-            metavar="N",
-            help="value of missing depth in the depth file, besides 0: 65535 for 7-Scenes; 0 for none (default: from "
-            "meta.json)",
-        ),
+    invalid: float | None = _option(
+        label="invalid value",
+        help="value of missing depth in the depth file, besides 0: 65535 for 7-Scenes; 0 for none (default: from "
+        "meta.json)",
     )
-    dataset: str | None = field(
-        default=None,
-        metadata=_declared(
-            label="dataset",
-            flag="--dataset",
-            metavar="NAME",
-            help="dataset of HDF5 and MATLAB 7.3 files that is the depth, where a file has several: /left/depth; for "
-            "one file also FILE.h5:/left/depth",
-        ),
+    dataset: str | None = _option(
+        label="dataset",
+        metavar="NAME",
+        help="dataset of HDF5 and MATLAB 7.3 files that is the depth, where a file has several: /left/depth; for "
+        "one file also FILE.h5:/left/depth",
     )
-    min_confidence: float | None = field(
-        default=None,
-        metadata=_declared(
-            label="min. confidence",
-            flag="--min-confidence",
-            metavar="N",
-            help="treat depth of a lower confidence as missing, where there is a confidence map: 2 for ARKit's high "
-            "(default: from meta.json, otherwise all depth is used)",
-        ),
+    min_confidence: float | None = _option(
+        label="min. confidence",
+        help="treat depth of a lower confidence as missing, where there is a confidence map: 2 for ARKit's high "
+        "(default: from meta.json, otherwise all depth is used)",
     )
-    intrinsics: IntrinsicsSpec | None = field(
-        default=None,
-        metadata=_declared(
-            label="intrinsics",
-            flag="--intrinsics",
-            metavar="CAMERA",
-            help="camera preset, fx,fy,cx,cy or a file (JSON, YAML, OpenCV's, or numbers as text or NPY; FILE#NAME for "
-            f"one of its cameras), for point clouds and meshes. Presets: {', '.join(INTRINSICS)}",
-        ),
+    intrinsics: IntrinsicsSpec | None = _option(
+        label="intrinsics",
+        metavar="CAMERA",
+        help="camera preset, fx,fy,cx,cy or a file (JSON, YAML, OpenCV's, or numbers as text or NPY; FILE#NAME for "
+        f"one of its cameras), for point clouds and meshes. Presets: {', '.join(INTRINSICS)}",
     )
-    depth_intrinsics: IntrinsicsSpec | None = field(
-        default=None,
-        metadata=_declared(
-            label="depth intrinsics",
-            flag="--depth-intrinsics",
-            metavar="CAMERA",
-            help="intrinsics of a depth image of another size than colour, or of the same size with --view: depth is "
-            "registered to colour by both intrinsics, and by the transform between the cameras if their file states it "
-            "(else as seen from the same place). In the same forms as --intrinsics",
-        ),
+    depth_intrinsics: IntrinsicsSpec | None = _option(
+        label="depth intrinsics",
+        metavar="CAMERA",
+        help="intrinsics of a depth image of another size than colour, or of the same size with --view: depth is "
+        "registered to colour by both intrinsics, and by the transform between the cameras if their file states it "
+        "(else as seen from the same place). In the same forms as --intrinsics",
     )
-    undistort: bool | None = field(
-        default=None,
-        metadata=_declared(
-            label="undistortion",
-            flag="--undistort",
-            help="correct the lens distortion of colour and depth, which the files of --intrinsics and "
-            "--depth-intrinsics or the recording state; the camera of the results is that of the corrected images",
-        ),
+    undistort: bool | None = _option(
+        label="undistortion",
+        help="correct the lens distortion of colour and depth, which the files of --intrinsics and "
+        "--depth-intrinsics or the recording state; the camera of the results is that of the corrected images",
     )
-    view: str | None = field(
-        default=None,
-        metadata=_declared(
-            label="view",
-            flag="--view",
-            metavar="CAMERA",
-            help="the camera in whose pixels unregistered images are registered and completed: colour, or depth, into "
-            "which colour is brought (black where colour sees nothing); the result is in that camera, and depth is "
-            "aligned to colour afterwards (default: colour)",
-        ),
+    view: str | None = _option(
+        label="view",
+        metavar="CAMERA",
+        help="the camera in whose pixels unregistered images are registered and completed: colour, or depth, into "
+        "which colour is brought (black where colour sees nothing); the result is in that camera, and depth is "
+        "aligned to colour afterwards (default: colour)",
     )
-    ground_truth: str | None = field(
-        default=None,
-        metadata=_declared(
-            label="ground truth",
-            flag="--ground-truth",
-            metavar="FILE",
-            help="depth to evaluate the result against, in the format of the depth file; also FILE.h5:/NAME (default: "
-            "gt.* in the frame's folder)",
-            is_path=True,
-            one_frame=True,
-        ),
+    ground_truth: str | None = _option(
+        label="ground truth",
+        metavar="FILE",
+        help="depth to evaluate the result against, in the format of the depth file; also FILE.h5:/NAME (default: "
+        "gt.* in the frame's folder)",
+        is_path=True,
+        one_frame=True,
     )
-    ground_truth_units: float | None = field(
-        default=None,
-        metadata=_declared(
-            flag="--ground-truth-units",
-            metavar="N",
-            help="units per metre of the ground truth (default: from meta.json, otherwise those of the depth file; 1 "
-            "for floats)",
-            one_frame=True,
-        ),
+    ground_truth_units: float | None = _option(
+        help="units per metre of the ground truth (default: from meta.json, otherwise those of the depth file; 1 "
+        "for floats)",
+        one_frame=True,
     )
-    guide: str | None = field(
-        default=None,
-        metadata=_declared(
-            label="guide",
-            flag="--guide",
-            metavar="FILE|NAME",
-            help="depth or inverse depth of the frame from another source (monocular network, other sensor), in any "
-            "unit: 8- or 16-bit PNG, TIFF, NPY or NPZ; 0 and NaN are ignored. Or a network that predicts it from "
-            "colour: an ONNX file, or a name of `ilf models list` where there is no such file. It is used if hidden "
-            "depth is better with it (default: guide.* in the frame's folder)",
-            is_path=True,
-            one_frame=True,
-        ),
+    guide: str | None = _option(
+        label="guide",
+        metavar="FILE|NAME",
+        help="depth or inverse depth of the frame from another source (monocular network, other sensor), in any "
+        "unit: 8- or 16-bit PNG, TIFF, NPY or NPZ; 0 and NaN are ignored. Or a network that predicts it from "
+        "colour: an ONNX file, or a name of `ilf models list` where there is no such file. It is used if hidden "
+        "depth is better with it (default: guide.* in the frame's folder)",
+        is_path=True,
+        one_frame=True,
     )
-    guide_gives: Gives | None = field(
-        default=None,
-        metadata=_declared(
-            label="what the guide gives",
-            flag="--guide-gives",
-            metavar="KIND",
-            help=f"what the values of a guide's file are, as which they are fitted: {', '.join(get_args(Gives))} "
-            "(default: any that rise or fall with depth; a network with a name states it itself)",
-        ),
+    guide_gives: Gives | None = _option(
+        label="what the guide gives",
+        metavar="KIND",
+        help=f"what the values of a guide's file are, as which they are fitted: {', '.join(get_args(Gives))} "
+        "(default: any that rise or fall with depth; a network with a name states it itself)",
     )
-    confidence: str | None = field(default=None, metadata=_declared(is_path=True, one_frame=True))
-    pose: PoseSpec | None = field(default=None, metadata=_declared(is_path=True, one_frame=True))
-    max_gap: float | None = field(
-        default=None,
-        metadata=_declared(
-            flag="--max-gap",
-            metavar="S",
-            help="largest time difference [s] between colour and depth of a frame that are paired by time (default: "
-            f"{MAX_TIME_GAP_S:g})",
-            of_source=True,
-        ),
+    confidence: str | None = _option(flag="", is_path=True, one_frame=True)
+    pose: PoseSpec | None = _option(flag="", is_path=True, one_frame=True)
+    max_gap: float | None = _option(
+        metavar="S",
+        help="largest time difference [s] between colour and depth of a frame that are paired by time (default: "
+        f"{MAX_TIME_GAP_S:g})",
+        of_source=True,
     )
-    topics: tuple[str, str] | None = field(
-        default=None,
-        metadata=_declared(
-            flag="--topics",
-            metavar="COLOUR,DEPTH",
-            help="image topics of ROS recordings with several cameras (default: aligned depth and its colour; `ilf "
-            "info` lists them)",
-            of_source=True,
-        ),
+    topics: tuple[str, str] | None = _option(
+        metavar="COLOUR,DEPTH",
+        help="image topics of ROS recordings with several cameras (default: aligned depth and its colour; `ilf "
+        "info` lists them)",
+        of_source=True,
     )
-    layout: str | None = field(
-        default=None,
-        metadata=_declared(
-            flag="--layout",
-            metavar="LAYOUT",
-            help="how the files of a folder are named and read: 'rgb=image/*.png depth=depth/*.png units=1000 "
-            "K=K.txt', the name of a layout, or a TOML file (default: recognised; `ilf info --layouts` lists them)",
-            of_source=True,
-        ),
+    layout: str | None = _option(
+        metavar="LAYOUT",
+        help="how the files of a folder are named and read: 'rgb=image/*.png depth=depth/*.png units=1000 "
+        "K=K.txt', the name of a layout, or a TOML file (default: recognised; `ilf info --layouts` lists them)",
+        of_source=True,
     )
 
     def __post_init__(self) -> None:
@@ -390,7 +324,10 @@ _CAMERA_FIELDS = tuple(one.name for one in fields(Camera))
 AS_STATED = ReadingOptions()
 """No option is given."""
 
-OPTIONS: Mapping[str, ReadingOption] = {one.name: one.metadata["option"] for one in fields(ReadingOptions)}
+OPTIONS: Mapping[str, ReadingOption] = {
+    one.name: ReadingOption(**{"flag": f"--{one.name.replace('_', '-')}", **one.metadata["option"]})
+    for one in fields(ReadingOptions)
+}
 """Name -> declaration."""
 
 KINDS: Mapping[str, tuple[type, ...]] = {

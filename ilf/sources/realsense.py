@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from .._runtime.installation import load_libusb, optional
 from ..data.camera import Camera, lens_of
 from ..data.frame import RGBDFrame
-from ..errors import InputError
+from ..errors import InputError, told_as
 from .registration import RawPair, register
 
 SETTLING = 30
@@ -60,13 +60,13 @@ def camera_pairs(settle: int = SETTLING) -> Generator[RawPair, None, None]:
     pipeline, stream_config = library.pipeline(), library.config()
     stream_config.enable_stream(library.stream.depth, library.format.z16)
     stream_config.enable_stream(library.stream.color, library.format.rgb8)
-    try:
+    with told_as(
+        InputError,
+        "The RealSense camera delivers no colour and depth ({error}). Connect it via USB 3, and close other "
+        "programs that use it.",
+        RuntimeError,
+    ):
         pipeline.start(stream_config)
-    except RuntimeError as error:
-        raise InputError(
-            f"The RealSense camera delivers no colour and depth ({error}). Connect it via USB 3, and close other "
-            "programs that use it."
-        ) from error
     try:
         for _ in range(settle):
             _wait(pipeline)
@@ -78,10 +78,8 @@ def camera_pairs(settle: int = SETTLING) -> Generator[RawPair, None, None]:
 
 
 def _wait(pipeline: Any) -> Any:
-    try:
+    with told_as(InputError, "The RealSense camera sent no frame ({error}). Reconnect it via USB 3.", RuntimeError):
         return pipeline.wait_for_frames(_TIMEOUT_MS)
-    except RuntimeError as error:
-        raise InputError(f"The RealSense camera sent no frame ({error}). Reconnect it via USB 3.") from error
 
 
 def connected_realsense() -> Any:

@@ -13,11 +13,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .._runtime.closing import closed_on_error
 from .._runtime.files import FileContent, open_file, parse_json, zip_member
 from .._runtime.formatting import as_float
 from .._runtime.installation import optional
 from ..data.camera import Camera, Cameras, fitted
-from ..errors import FormatError, InputError, cause
+from ..errors import FormatError, InputError, cause, told_as
 from ..io.images import check_pixel_count, image_header, read_colour
 from .poses import OPENGL_AXES, posed
 from .recording import RecordedFrame, Recording, part_of
@@ -102,7 +103,7 @@ class Record3D(Recording):
             raise FormatError(
                 f"{path} is not a complete recording of Record3D ({cause(error):.80}). Export it again."
             ) from error
-        try:
+        with closed_on_error(self):
             self._names = frozenset(self._zip.namelist())
             numbers = sorted(int(found[1]) for name in self._names if (found := _DEPTH.fullmatch(name)))
             self.frames = {str(number): number for number in numbers if f"rgbd/{number}.jpg" in self._names}
@@ -110,9 +111,6 @@ class Record3D(Recording):
                 raise FormatError(f"{path} has no frames: it contains no rgbd/0.jpg with rgbd/0.depth.")
             self._metadata = self._read_metadata()
             self._depth_size = self._size("dw", "dh")
-        except BaseException:
-            self.close()
-            raise
         times = [self._time(key) for key in self.frames]
         self.times = tuple(time for time in times if time is not None and math.isfinite(time))
         if len(self.times) < len(times):
@@ -139,10 +137,8 @@ class Record3D(Recording):
     def cameras(self, key: str) -> Cameras:
         jpeg = self._jpeg(key)
         header = image_header(jpeg, jpeg.data.tobytes())
-        try:
+        with told_as(FormatError, f"{self.path}: the camera of frame {key} is invalid ({{error}})", InputError):
             return Cameras.of_one_view(fitted(self._camera(key), (header.height, header.width)), self._depth_size)
-        except InputError as error:
-            raise FormatError(f"{self.path}: the camera of frame {key} is invalid ({error})") from error
 
     def pose(self, key: str) -> NDArray[np.float64] | None:
         numbers = _floats(self._frame_entry("poses", key), 7)

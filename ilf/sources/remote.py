@@ -26,7 +26,7 @@ from .._runtime.writing import (
     write_bytes,
 )
 from ..data.frame import FrameInputs, RGBDFrame
-from ..errors import ExportError, FormatError, IlfError, InputError, cause
+from ..errors import ExportError, FormatError, IlfError, InputError, cause, told_as
 from .frame_ref import FrameRef
 from .naming import META_NAME
 from .poses import pose_files
@@ -73,10 +73,8 @@ def _copy_of(address: str, root: Path) -> Path:
 def _temporary_folder() -> Iterator[Path]:
     _remove_stale_folders(tempfile.gettempdir())
     folder = Path(tempfile.gettempdir(), temporary_name(_PREFIX))
-    try:
+    with told_as(ExportError, f"{folder} cannot be created ({{error}}). Set TMPDIR to another folder.", OSError):
         folder.mkdir(0o700)
-    except OSError as error:
-        raise ExportError(f"{folder} cannot be created ({cause(error)}). Set TMPDIR to another folder.") from error
     try:
         with removed_on_exit(folder):
             yield folder

@@ -17,9 +17,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .._runtime.closing import closed_on_error
 from .._runtime.installation import optional
 from ..data.camera import FISHEYE, Cameras
-from ..errors import FormatError, InputError
+from ..errors import FormatError, InputError, told_as
 from ..io.mcap import EndedMcap, whole_size
 from .packed import unpacked, unpacking_command
 from .recording import (
@@ -271,13 +272,10 @@ class RosBag(Recording):
         own = known.fielddefs
         if not self._reader.is2:  # some field names of ROS 1 have capitals
             own = {**own, **typesys.get_typestore(typesys.Stores.ROS1_NOETIC).fielddefs}
-        try:
+        with closed_on_error(self):
             kinds = (*_IMAGES, INFO, TRANSFORM, TRANSFORMS)
             check_definitions(path, self._reader.typestore.fielddefs, own, kinds)
             self._check_connections()
-        except FormatError:
-            self.close()
-            raise
         self._first_messages: dict[str, Any] = {}
         self._stamps: dict[str, _Stamped] = {}
         self._paired: dict[Topics, TimedPairs[int]] = {}
@@ -345,10 +343,8 @@ class RosBag(Recording):
     def cameras(self, key: str) -> Cameras:
         topics, _ = self.at(key)
         if topics.names not in self._cameras:
-            try:
+            with told_as(FormatError, f"{self.path}: {{error}}", FormatError):
                 self._cameras[topics.names] = self._cameras_of(topics)
-            except FormatError as error:
-                raise FormatError(f"{self.path}: {error}") from error
         return self._cameras[topics.names]
 
     def _cameras_of(self, topics: CameraTopics) -> Cameras:
@@ -402,19 +398,15 @@ class RosBag(Recording):
     def _stated_units(self, depth: ImageTopic) -> float | None:
         """Units per metre of depth, if the recording contains them."""
         option = next((found for name in unit_topics(depth.name) if (found := self._first(name)) is not None), None)
-        try:
+        with told_as(FormatError, f"{self.path}: {{error}}", FormatError):
             return None if option is None else units_per_metre(option)
-        except FormatError as error:
-            raise FormatError(f"{self.path}: {error}") from error
 
     # topics
 
     def _camera(self, wanted: Topics | None) -> tuple[CameraTopics, str]:
         topics = self._image_topics
-        try:
+        with told_as(InputError, f"{self.path} {{error}}{self._other_depth()}", InputError):
             return select_topics(topics, wanted)
-        except InputError as error:
-            raise InputError(f"{self.path} {error}{self._other_depth()}") from None
 
     def _other_depth(self) -> str:
         """A sentence on depth in messages of types that are not read; "" if there is none."""

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from .._runtime.files import FileContent
 from ..data.camera import Camera, fitted, lens_of
-from ..errors import FormatError, InputError
+from ..errors import FormatError, InputError, told_as
 from ..io.depth import checked_depth_values, default_depth_units, eight_bit_error
 from ..io.images import check_pixel_count, image_header, read_colour, read_image
 from ..io.rvl import read_rvl, rvl_size
@@ -212,7 +212,7 @@ def camera_of(info: Any, topic: str, size: tuple[int, int]) -> Camera | None:
     matrix, distortion, projection = (
         np.asarray(getattr(info, name, getattr(info, name.upper(), ())), float) for name in ("k", "d", "p")
     )
-    try:
+    with told_as(FormatError, f"the calibration of {topic} cannot be used: {{error}}", InputError):
         is_rectified = "rect" in topic.rsplit("/", 1)[-1] and projection.size == 12 and projection[0] > 0
         if is_rectified:
             matrix = projection.reshape(3, 4)[:, :3].ravel()
@@ -224,8 +224,6 @@ def camera_of(info: Any, topic: str, size: tuple[int, int]) -> Camera | None:
             few = distortion if distortion[_RATIONAL:].any() else distortion[:_RATIONAL]
             facts |= {"lens": info.distortion_model, "distortion": few.tolist() if few.any() else []}
         return fitted(lens_of(facts), (size[1], size[0]))
-    except InputError as error:
-        raise FormatError(f"the calibration of {topic} cannot be used: {error}") from error
 
 
 def transform_matrix(transform: Any) -> NDArray[np.float64]:

@@ -11,9 +11,10 @@ from typing import BinaryIO
 import numpy as np
 from numpy.typing import NDArray
 
+from .._runtime.closing import closed_on_error
 from .._runtime.files import open_file
 from ..data.camera import Camera, Cameras
-from ..errors import FormatError, InputError
+from ..errors import FormatError, InputError, told_as
 from ..io.images import check_pixel_count, read_colour
 from .poses import checked_pose
 from .recording import RecordedFrame, Recording, part_of, sha256_of
@@ -46,12 +47,9 @@ class ScanNet(Recording):
     def __init__(self, path: Path) -> None:
         super().__init__(path)
         self._file = open_file(path)
-        try:
+        with closed_on_error(self):
             self._count = self._read_header()
             self.frames = {str(number): place for number, place in enumerate(self._read_positions())}
-        except BaseException:
-            self._file.close()
-            raise
         times = tuple(place.time * 1e-6 for place in self.frames.values())
         self.times = times if any(times) else ()
 
@@ -77,7 +75,9 @@ class ScanNet(Recording):
         return self._decoded(self._bytes(place.start, place.colour_bytes), key)
 
     def cameras(self, key: str) -> Cameras:
-        try:
+        with told_as(
+            FormatError, f"{self.path}: its cameras are invalid ({{error}})", (InputError, np.linalg.LinAlgError)
+        ):
             colour, depth = (
                 Camera(matrix[0, 0], matrix[1, 1], matrix[0, 2], matrix[1, 2], size=size)
                 for matrix, size in zip(self._intrinsics, (self._colour_size, self._depth_size), strict=True)
@@ -85,8 +85,6 @@ class ScanNet(Recording):
             # extrinsics transform points of a camera to the device: in ScanNet itself, both are the identity
             with np.errstate(all="ignore"):  # values that are not finite are rejected where they are used
                 motion = np.linalg.inv(self._extrinsics[0]) @ self._extrinsics[1]
-        except (InputError, np.linalg.LinAlgError) as error:
-            raise FormatError(f"{self.path}: its cameras are invalid ({error})") from error
         if colour == depth and np.array_equal(motion, np.eye(4)):
             return Cameras.registered(colour)
         return Cameras(colour, depth, motion)
@@ -153,10 +151,8 @@ class ScanNet(Recording):
 
     def _unpacked(self, data: bytes, key: str) -> bytes:
         wanted = 2 * self._depth_size[0] * self._depth_size[1]
-        try:
+        with told_as(FormatError, f"{self.path}: the depth of frame {key} is damaged ({{error}}).", zlib.error):
             found = zlib.decompressobj().decompress(data, wanted + 1) if self._depth_kind == _ZLIB else data
-        except zlib.error as error:
-            raise FormatError(f"{self.path}: the depth of frame {key} is damaged ({error!s:.80}).") from error
         if len(found) != wanted:
             raise FormatError(f"{self.path}: the depth of frame {key} does not have the {wanted} bytes of its size.")
         return found

@@ -7,6 +7,7 @@ import io
 import json
 import tarfile
 from collections.abc import Container, Iterator, Sequence
+from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Self
@@ -22,7 +23,7 @@ from .._runtime.memory import memory_limit
 from .._runtime.named_places import NotAllowed, named_in
 from .._runtime.schema import check_schema, converted
 from ..data.camera import Cameras, camera_from_numbers, checked_transform
-from ..errors import FormatError, InputError, cause
+from ..errors import FormatError, InputError, cause, told_as
 from ..io.depth import read_depth_values
 from ..io.images import read_colour
 from .own_results import SHARDS_FILE, is_shards
@@ -167,7 +168,7 @@ class ShardTable:
         self._path = path
         pyarrow = optional("pyarrow", "ilf-studio[cluster]", "Reading shards")
         parquet = optional("pyarrow.parquet", "ilf-studio[cluster]", "Reading shards")
-        try:
+        with self._intact(pyarrow.ArrowException):
             found = parquet.read_metadata(pyarrow.BufferReader(content))
             self._stored = {found.schema.column(place).path: place for place in range(found.num_columns)}
             texts = [name for name in self._stored if found.schema.column(self._stored[name]).physical_type == _TEXT]
@@ -176,8 +177,6 @@ class ShardTable:
             facts = json.loads(self._file.schema_arrow.metadata[b"ilf"])
             self.sha256, self.tar_sha256 = str(facts["sha256"]), str(facts["tar_sha256"])
             self.rows, self.failed = int(self._file.metadata.num_rows), int(facts["failed"])
-        except (pyarrow.ArrowException, OSError, KeyError, TypeError, ValueError, RecursionError) as error:
-            raise self._damaged(error) from error
 
     @classmethod
     def of(cls, folder: Folder, name: str) -> Self:
@@ -189,7 +188,7 @@ class ShardTable:
         large."""
         pyarrow = optional("pyarrow", "ilf-studio[cluster]", "Reading shards")
         wanted, groups, size = columns or tuple(self._stored), [], 0
-        try:
+        with self._intact(pyarrow.ArrowException):
             self._check_stored(wanted)
             for number in range(self._file.num_row_groups):
                 group = self._file.read_row_group(number, list(wanted), use_threads=False)
@@ -201,8 +200,6 @@ class ShardTable:
             wrong = [name for name in columns if str(found.schema.field(name).type) != _TYPES.get(name, "string")]
             if wrong:
                 raise ValueError(f"its column {wrong[0]} has another type")
-        except (pyarrow.ArrowException, OSError, KeyError, ValueError) as error:
-            raise self._damaged(error) from error
         return found
 
     def _check_stored(self, columns: Sequence[str]) -> None:
@@ -221,10 +218,11 @@ class ShardTable:
         if size > _MAX_TABLE_BYTES:
             raise ValueError("it is too large")
 
-    def _damaged(self, error: Exception) -> FormatError:
-        return FormatError(
-            f"{self._path} is damaged ({cause(error):.80}). Delete it and run the batch again, which writes it anew."
-        )
+    def _intact(self, of_reader: type[Exception]) -> AbstractContextManager[None]:
+        """Within the block, an error of the reader or of wrong values says that the table is damaged."""
+        remedy = "Delete it and run the batch again, which writes it anew."
+        problems = of_reader, OSError, KeyError, TypeError, ValueError, RecursionError
+        return told_as(FormatError, f"{self._path} is damaged ({{error}}). {remedy}", problems)
 
 
 def _plain(field: Any) -> Any:
@@ -264,14 +262,12 @@ def table_ends(folder: Folder, sizes: dict[str, int]) -> Iterator[tuple[str, Sha
 def members_of(data: bytes, path: str) -> dict[str, bytes]:
     """Return the files of a frame in a tar, by the endings of their names; raises FormatError if they are damaged, or
     are not plain files: a sparse one of a few bytes can be a terabyte."""
-    try:
-        with tarfile.open(fileobj=io.BytesIO(data + END), mode="r:") as files:
-            members = list(files)
-            if wrong := [info.name for info in members if info.type != tarfile.REGTYPE or info.issparse()]:
-                raise tarfile.TarError(f"{wrong[0]} is not a plain file")
-            return {info.name.partition(".")[2]: files.extractfile(info).read() for info in members}  # type: ignore[union-attr]
-    except tarfile.TarError as error:
-        raise FormatError(f"{path} is damaged ({cause(error):.80}). Check it by `ilf batch --verify`.") from error
+    damage = told_as(FormatError, f"{path} is damaged ({{error}}). Check it by `ilf batch --verify`.", tarfile.TarError)
+    with damage, tarfile.open(fileobj=io.BytesIO(data + END), mode="r:") as files:
+        members = list(files)
+        if wrong := [info.name for info in members if info.type != tarfile.REGTYPE or info.issparse()]:
+            raise tarfile.TarError(f"{wrong[0]} is not a plain file")
+        return {info.name.partition(".")[2]: files.extractfile(info).read() for info in members}  # type: ignore[union-attr]
 
 
 class Shards(Recording):
@@ -362,19 +358,15 @@ class Shards(Recording):
 
     def cameras(self, key: str) -> Cameras:
         facts = self._facts(key)
-        try:
+        with self._valid(key):
             numbers, (width, height) = facts["K"], facts["size"]
             camera = None if numbers is None else camera_from_numbers(np.array(numbers, float), "")
-        except (KeyError, TypeError, ValueError, InputError) as error:
-            raise self._wrong(key, error) from error
         return Cameras.registered(None if camera is None else replace(camera, size=(int(width), int(height))))
 
     def pose(self, key: str) -> NDArray[np.float64] | None:
         pose = self._facts(key).get("pose")
-        try:
+        with self._valid(key):
             return None if pose is None else checked_transform(pose, "pose")
-        except InputError as error:
-            raise self._wrong(key, error) from error
 
     def _row(self, key: str) -> dict[str, Any]:
         row: dict[str, Any] = self._table.slice(self.at(key), 1).to_pylist()[0]  # type: ignore[union-attr]
@@ -414,8 +406,10 @@ class Shards(Recording):
         """A name of a file in a tar, for messages and for its format."""
         return self.path / self._tar(key) / f"{key.replace('/', '_')}.{name}"
 
-    def _wrong(self, key: str, error: Exception) -> FormatError:
-        return FormatError(f"{self._folder}/{self._tar(key)}: the {FACTS} of {key} is invalid ({cause(error):.80}).")
+    def _valid(self, key: str) -> AbstractContextManager[None]:
+        """Within the block, wrong values are an error of the facts about a frame."""
+        place = f"{self._folder}/{self._tar(key)}: the {FACTS} of {key}"
+        return told_as(FormatError, f"{place} is invalid ({{error}}).", (KeyError, TypeError, ValueError, InputError))
 
 
 def _remote_file(address: str) -> FileContent:

@@ -16,10 +16,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .._runtime.closing import closed_on_error
 from .._runtime.files import read_file
 from .._runtime.installation import optional
 from ..data.camera import Cameras, camera_from_numbers
-from ..errors import FormatError, InputError
+from ..errors import FormatError, InputError, told_as
 from ..io.depth import read_depth_values
 from ..io.images import check_pixel_count
 from .naming import by_stem
@@ -52,7 +53,7 @@ class Video:
         self._av = optional("av", "ilf-studio[sensors]", "Reading video")
         with self._reading():
             self._container = self._av.open(str(path), format="mov")  # a list of FFmpeg names other files
-        try:
+        with closed_on_error(self):
             if not self._container.streams.video:
                 raise FormatError(f"{path} has no video track. Check that this is the right file.")
             self._stream = self._container.streams.video[0]
@@ -60,9 +61,6 @@ class Video:
                 raise FormatError(f"{path}: its video codec is unknown. Copy it again.")
             self.size: tuple[int, int] = self._stream.codec_context.width, self._stream.codec_context.height
             check_pixel_count(path, *self.size)
-        except BaseException:
-            self.close()
-            raise
         self._times: list[int] | None = None
         self._decoding: Iterator[tuple[Any, str]] | None = None
         self._next = 0
@@ -204,7 +202,5 @@ class StrayScanner(Recording):
 
 
 def _text(path: Path) -> str:
-    try:
+    with told_as(FormatError, f"{path} is not a text file. Export the recording again.", UnicodeDecodeError):
         return read_file(path).data.tobytes().decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise FormatError(f"{path} is not a text file. Export the recording again.") from error

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from .._runtime.files import read_file
-from ..errors import FormatError
+from ..errors import FormatError, told_as
 
 MAX_TIME_GAP_S = 0.02
 ASSOCIATION_FILES = "associations.txt", "associated.txt", "association.txt"
@@ -31,10 +31,8 @@ def read_time_list(path: Path) -> list[tuple[float, str]]:
     FormatError
         If a line has other content, or a file is listed twice.
     """
-    try:
+    with told_as(FormatError, f"{path} is not a text file ({{error}}). Export the list again.", UnicodeDecodeError):
         lines = read_file(path).data.tobytes().decode("utf-8").splitlines()
-    except UnicodeDecodeError as error:
-        raise FormatError(f"{path} is not a text file ({error}). Export the list again.") from error
     found = []
     for number, line in enumerate(lines, 1):
         words = line.strip("\ufeff \t").split(maxsplit=1)

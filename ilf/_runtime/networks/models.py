@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-import os
 import re
 from functools import cache
 from importlib.resources import files
 from pathlib import Path
 
-import platformdirs
-
-from ...errors import ExportError, InputError, cause
-from ..installation import asset_path
+from ...errors import ExportError, InputError, told_as
+from ..installation import asset_path, user_path
 from ..plugins import call, damaged_lists, entry_points
 
 BUNDLED = "edges"
@@ -38,8 +35,7 @@ _NAME = re.compile(r"[A-Za-z0-9_-]{1,100}")
 def models_folder() -> Path:
     """Return the folder of the user's networks, which may not exist yet; environment variable ILF_MODELS overrides
     it."""
-    chosen = os.environ.get("ILF_MODELS")
-    return Path(chosen) if chosen else platformdirs.user_data_path("ilf-studio", appauthor=False) / "models"
+    return user_path("data", "models", "ILF_MODELS")
 
 
 def model_names() -> tuple[str, ...]:
@@ -138,10 +134,8 @@ def remove_model(name: str) -> Path:
     if path != _own_path(name):
         package = installed_models()[name]
         raise InputError(f"{name!r} belongs to the package {package}. Uninstall that package to remove it.")
-    try:
+    with told_as(ExportError, f"{path} cannot be removed: {{error}}. Check the folder's permissions.", OSError):
         path.unlink()
-    except OSError as error:
-        raise ExportError(f"{path} cannot be removed: {cause(error)}. Check the folder's permissions.") from error
     return path
 
 

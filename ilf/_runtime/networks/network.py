@@ -5,8 +5,8 @@ from __future__ import annotations
 import hashlib
 import logging
 import os
-from collections.abc import Callable
-from contextlib import suppress
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, suppress
 from functools import cache, partial
 from pathlib import Path
 from threading import Lock, Timer
@@ -15,7 +15,7 @@ from typing import ClassVar, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from ...errors import FormatError, InputError
+from ...errors import FormatError, InputError, told_as
 from ..files import read_file
 from ..installation import asset_path
 from ..memory import memory_limit
@@ -81,10 +81,8 @@ class OnnxNetwork:
     """What can be chosen instead of a network of this kind, in messages."""
 
     def __init__(self, content: NDArray[np.uint8], path: Path) -> None:
-        try:
+        with self._intact(path):
             self._session = Session(content)
-        except ValueError as error:
-            raise self._unreadable(path) from error
         self.path = path
         self.sha256 = hashlib.sha256(content.data).hexdigest()
         """Hash of the bytes that the network was read from, in hexadecimal digits."""
@@ -164,20 +162,18 @@ class OnnxNetwork:
         run_in_child(cls._trial, content, path, shapes, file=path.name, seconds=seconds, memory=memory, doing=doing)
 
     @classmethod
-    def _unreadable(cls, path: Path) -> FormatError:
-        return FormatError(
-            f"{path.name} cannot be read as an ONNX network. Choose an intact ONNX file with its weights{cls.INSTEAD}."
-        )
+    def _intact(cls, path: Path) -> AbstractContextManager[None]:
+        """Within the block, a ValueError says that the file is no intact network."""
+        remedy = f"Choose an intact ONNX file with its weights{cls.INSTEAD}."
+        return told_as(FormatError, f"{path.name} cannot be read as an ONNX network. {remedy}", ValueError)
 
     @classmethod
     def _check_content(cls, content: NDArray[np.uint8], path: Path) -> None:
         """Raise FormatError for a network that makes the reader open other files."""
         from .protobuf import has_external_data
 
-        try:
+        with cls._intact(path):
             is_outside = has_external_data(content)
-        except ValueError as error:
-            raise cls._unreadable(path) from error
         if is_outside:
             raise FormatError(
                 f"{path.name} reads weights from other files, which is not allowed: it could read any file of this "
@@ -194,8 +190,8 @@ class OnnxNetwork:
                 network._results({name: np.zeros(shape, np.float32) for name, shape in shapes.items()})
 
     def _forward(self, inputs: dict[str, NDArray[np.float32]]) -> list[NDArray[np.float32]]:
-        """Return all outputs; raise RefusedInputError if the network does not accept these inputs, FormatError if it
-        crashes with inputs of their size. "" is the first input."""
+        """Return all outputs; raise RefusedInputError if the network does not accept these inputs, another FormatError
+        if it crashes with inputs of their size. "" is the first input."""
         told = Timer(TRIAL_S, self._tell_that_it_runs)
         told.daemon = True
         told.start()
@@ -206,6 +202,9 @@ class OnnxNetwork:
                 trial = partial(self._try_in_child, self._untried, self.path, shapes)
                 tried_once(trial, self.sha256, type(self).__name__, *sizes)
             return self._results(inputs)
+        except RefusedInputError as error:
+            taken = " and ".join(str(values.shape) for values in inputs.values())
+            raise RefusedInputError(self._unlike(f"it does not accept inputs of shape {taken}.")) from error
         finally:
             told.cancel()
 
@@ -220,9 +219,19 @@ class OnnxNetwork:
             self.KIND,
         )
 
+    def _unlike(self, why: str) -> str:
+        """The message of an error: the network is not of this kind."""
+        return f"{self.path.name} is not a{'n' * (self.KIND[0] in 'aeiou')} {self.KIND}: {why}"
+
     def _try(self) -> None:
         """Raise FormatError for a network that is not of this kind, before it is used."""
         raise NotImplementedError
+
+
+def trial_images() -> Iterator[NDArray[np.uint8]]:
+    """Yield the small images with which networks are tried."""
+    for height, width in ((64, 64), (64, 96)):
+        yield np.linspace(0, 255, height * width * 3).astype(np.uint8).reshape(height, width, 3)
 
 
 def reflected(

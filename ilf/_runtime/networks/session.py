@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...errors import InputError, InstallationError
+from ...errors import FormatError, InputError, InstallationError, told_as
 from ..cancellation import run_aside
 
 _THREADS = 4
@@ -39,7 +39,7 @@ _FATAL = 4
 """Minimum severity of the messages that are printed; errors are raised."""
 
 
-class RefusedInputError(Exception):
+class RefusedInputError(FormatError):
     """Error: a network does not accept its inputs."""
 
 
@@ -152,14 +152,14 @@ def runtime_version() -> str:
 
 def _runtime() -> ModuleType:
     """Import ONNX Runtime; raise InstallationError if it cannot be imported."""
-    try:
+    with told_as(
+        InstallationError,
+        "ONNX Runtime, which the networks for edges and correction need, cannot be loaded ({error}). Restore: "
+        'pip install --force-reinstall "onnxruntime>=1.20,<2". Or run without networks: '
+        "--blocks-detector canny --edges canny --no-correction.",
+        (ImportError, OSError),
+    ):
         return _imported()
-    except (ImportError, OSError) as error:
-        raise InstallationError(
-            f"ONNX Runtime, which the networks for edges and correction need, cannot be loaded ({error}). Restore: "
-            'pip install --force-reinstall "onnxruntime>=1.20,<2". Or run without networks: '
-            "--blocks-detector canny --edges canny --no-correction."
-        ) from error
 
 
 @cache

@@ -362,7 +362,6 @@ def _edges_of(completion: Completion) -> Array:
 
 RMS_NAME, MEDIAN_NAME = "Expected error, RMS", "Expected error, median"
 RMS_MEANING = "Root mean square of the expected error over the pixels filled by blocks; dominated by large errors"
-MEDIAN_MEANING = "Median of the expected error over the pixels filled by blocks"
 
 
 class ErrorSummary(NamedTuple):

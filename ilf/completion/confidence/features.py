@@ -8,12 +8,13 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from ..._runtime.arrays import check_shape
 from ..._runtime.cancellation import check_cancelled
 from ...data.frame import RGBDFrame
 from ...data.frame_cache import once_per_frame
 from ...data.parameters import BlockParameters, Parameters
 from ...data.pixel_grids import nearest_values, sums_of_four
-from ...errors import InputError, InstallationError
+from ...errors import InstallationError
 from ...segmentation.edges.frame_edges import FrameEdges, find_edges
 from ..banded import solve_linked
 from ..filter import edge_parameters
@@ -196,8 +197,7 @@ _LEAST_SHARE, _LEAST_STEPS, _LEAST_ASIDE = 1e-3, 0.1, 1.0
 
 def filled_pixels(frame: RGBDFrame, depth: NDArray[np.floating]) -> NDArray[np.bool_]:
     """Pixels, bool (H, W), without depth in the frame and with depth in `depth`; InputError if the shapes differ."""
-    if depth.shape != frame.shape:
-        raise InputError(f"Depth of shape {depth.shape} does not belong to a frame of shape {frame.shape}.")
+    check_shape("The completed depth", depth.shape, frame.shape)
     return ~frame.known & np.isfinite(depth) & (depth > 0)
 
 

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..._runtime.arrays import check_shape
 from ..._runtime.files import read_json
 from ...data.frame import RGBDFrame
 from ...errors import InputError, ParameterError, warn_of_reading
@@ -113,8 +114,7 @@ def _masked_ground_truth(root: Path, meta: dict[str, Any]) -> BenchFrame:
     name = str(meta.get("name") or root.name)
     whole = as_measured(load_frame(colour, ground_truth, depth_units=meta.get("gt_units_per_m"), name=name))
     mask = read_image(hole_file)
-    if mask.shape[:2] != whole.shape:
-        raise InputError(f"{hole_file} has shape {mask.shape[:2]}, but the frame has {whole.shape}.")
+    check_shape(str(hole_file), mask.shape[:2], whole.shape)
     hole = mask.reshape(*whole.shape, -1).any(axis=2)
     frame = RGBDFrame(whole.rgb, np.where(hole, np.nan, whole.depth), whole.intrinsics, whole.name)
     return BenchFrame(frame, whole.depth, _sensor(meta, frame.name))

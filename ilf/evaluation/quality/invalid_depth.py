@@ -11,12 +11,12 @@ from scipy.ndimage import binary_fill_holes, find_objects
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
+from ..._runtime.arrays import check_shape
 from ...completion.edge_aware.view import flying_pixels
 from ...completion.suspects import suspect_islands
 from ...data.frame import RGBDFrame
 from ...data.label_map import Box
 from ...data.pixel_grids import both, sides
-from ...errors import InputError
 
 Mask = NDArray[np.bool_]
 
@@ -84,8 +84,7 @@ def suggest_invalid(frame: RGBDFrame, strength: NDArray[np.float32]) -> Mask:
     >>> np.argwhere(suggest_invalid(frame, np.zeros((40, 60), np.float32))).tolist()
     [[20, 30], [20, 31], [21, 30], [21, 31]]
     """
-    if strength.shape != frame.shape:
-        raise InputError(f"The edge strength has shape {strength.shape}, but the frame has {frame.shape}.")
+    check_shape("The edge strength", strength.shape, frame.shape)
     found = flying_pixels(frame) | _speckles(frame) | suspect_islands(frame)
     for box, thing in _glass_objects(frame, strength):
         found[box] |= thing

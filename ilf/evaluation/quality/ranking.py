@@ -8,10 +8,10 @@ from collections.abc import Iterable, Mapping
 import numpy as np
 from numpy.typing import NDArray
 
+from ..._runtime.arrays import check_shape
 from ..._runtime.cancellation import check_cancelled
 from ...data.frame import RGBDFrame
 from ...data.label_map import checked_labels
-from ...errors import InputError
 from .checks import find_high_errors, find_islands, find_multiple_surfaces, find_weak_borders
 from .places import Place, make_check_input
 
@@ -68,8 +68,8 @@ def find_places(
     """
     blocks = checked_labels(labels, frame.shape)
     for array, name in ((strength, "edge strength"), (error, "expected error")):
-        if array is not None and array.shape != frame.shape:
-            raise InputError(f"The {name} has shape {array.shape}, but the frame has {frame.shape}.")
+        if array is not None:
+            check_shape(f"The {name}", array.shape, frame.shape)
     inputs = make_check_input(frame, blocks)
     found: list[Place] = []
     for find in (find_multiple_surfaces, find_weak_borders, find_islands):

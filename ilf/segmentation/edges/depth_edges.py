@@ -9,10 +9,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from ..._runtime.networks.network import OnnxNetwork, as_input, reflected
-from ..._runtime.networks.session import RefusedInputError
+from ..._runtime.arrays import check_shape
+from ..._runtime.networks.network import OnnxNetwork, as_input, reflected, trial_images
 from ...data.pixel_grids import nearest_values
-from ...errors import FormatError, InputError
+from ...errors import FormatError
 from .detectors import LONGEST_SIDE, check_image
 
 Array = NDArray[np.float32]
@@ -111,8 +111,6 @@ SCALES = (1.0, 0.5, 0.25)
 """Scales at which the network runs. It was trained on images of 320 x 256, so for 640 x 480 these cover both details
 and the whole image."""
 
-_TRIAL_SHAPES = ((64, 64), (64, 96))
-
 
 @dataclass(frozen=True, eq=False)
 class DepthEdges:
@@ -166,8 +164,7 @@ class DepthEdgeNetwork(OnnxNetwork):
         """
         check_image(rgb)
         height, width = rgb.shape[:2]
-        if depth.shape != (height, width):
-            raise InputError(f"Depth edges require depth of the image's shape {(height, width)}, not {depth.shape}.")
+        check_shape("Depth", depth.shape, (height, width), "the image")
         full = min(1.0, LONGEST_SIDE / max(height, width))
         predictions = [self._at_scale(rgb, depth, full * scale) for scale in SCALES]
         jump, crease = np.clip(np.mean([look[:2] for look in predictions], axis=0), 0, 1)
@@ -197,25 +194,16 @@ class DepthEdgeNetwork(OnnxNetwork):
         image, window = reflected(rgb, MULTIPLE)
         features, _ = reflected(depth_features(depth), MULTIPLE, axis=1)
         size = image.shape[:2]
-        inputs = {"image": as_input(image), "depth": features[None]}
-        try:
-            outputs = self._forward(inputs)
-        except RefusedInputError as error:
-            raise FormatError(
-                f"{self.path.name} is not a depth-edge network: it does not accept an image of {size} and its depth."
-            ) from error
+        outputs = self._forward({"image": as_input(image), "depth": features[None]})
         lines, quarter = (1, 1, *size), (1, 2, size[0] // COARSE, size[1] // COARSE)
         shapes = [one.shape for one in outputs]
         if shapes not in ([lines, lines], [lines, lines, quarter]):
-            raise FormatError(
-                f"{self.path.name} is not a depth-edge network: its outputs are {shapes} for an image of {size}."
-            )
+            raise FormatError(self._unlike(f"its outputs are {shapes} for an image of {size}."))
         maps = [map_ for output in outputs for map_ in output[0]]
         return [cv2.resize(one, size[::-1], interpolation=cv2.INTER_LINEAR)[window] for one in maps]
 
     def _try(self) -> None:
-        for height, width in _TRIAL_SHAPES:
-            ramp = np.linspace(0, 255, height * width * 3).astype(np.uint8).reshape(height, width, 3)
+        for ramp in trial_images():
             lines = self._run(ramp, np.asarray(1 + ramp[..., 0] / 255, np.float32))[:2]
             if not all(np.isfinite(one).all() and one.min() >= -1e-3 and one.max() <= 1 + 1e-3 for one in lines):
-                raise FormatError(f"{self.path.name} is not a depth-edge network: its output is not within 0 to 1.")
+                raise FormatError(self._unlike("its output is not within 0 to 1."))

@@ -11,8 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..._runtime.networks.models import model_path
-from ..._runtime.networks.network import OnnxNetwork, as_input, reflected
-from ..._runtime.networks.session import RefusedInputError
+from ..._runtime.networks.network import OnnxNetwork, as_input, reflected, trial_images
 from ...data.pixel_grids import strips
 from ...errors import FormatError, InputError
 
@@ -135,8 +134,6 @@ LONGEST_SIDE = 1600
 _PROBABILITY = "probability"
 """Name of the output with the probability of a boundary, which only some networks have."""
 
-_TRIAL_SHAPES = ((64, 64), (64, 96))
-
 
 class OutputRangeError(FormatError):
     """Error: the network runs, but its output is not within 0 to 1."""
@@ -213,28 +210,20 @@ class EdgeNetwork(OnnxNetwork):
         return [np.clip(one, 0, 1, out=one) for one in maps]
 
     def _run(self, padded: NDArray[np.uint8]) -> NDArray[np.float32]:
-        image = as_input(padded)
-        try:
-            outputs = dict(zip(self._session.outputs, self._forward({"": image}), strict=True))
-        except RefusedInputError as error:
-            raise FormatError(
-                f"{self.path.name} is not an edge network: it does not accept one RGB image of shape "
-                f"{(1, 3, *padded.shape[:2])}."
-            ) from error
+        outputs = dict(zip(self._session.outputs, self._forward({"": as_input(padded)}), strict=True))
         maps = [next(reversed(outputs.values()))]
         if _PROBABILITY in outputs:
             maps.append(outputs[_PROBABILITY])
         for output in maps:
             if output.shape != (1, 1, *padded.shape[:2]):
+                size = padded.shape[:2]
                 raise FormatError(
-                    f"{self.path.name} is not an edge network: its output is {output.shape} for an image of "
-                    f"{padded.shape[:2]}, not {(1, 1, *padded.shape[:2])}."
+                    self._unlike(f"its output is {output.shape} for an image of {size}, not {(1, 1, *size)}.")
                 )
         return np.stack([output[0, 0] for output in maps])
 
     def _try(self) -> None:
-        for height, width in _TRIAL_SHAPES:
-            ramp = np.linspace(0, 255, height * width * 3).astype(np.uint8).reshape(height, width, 3)
+        for ramp in trial_images():
             output = self._run(ramp)
             if not (np.isfinite(output).all() and output.min() >= -1e-3 and output.max() <= 1 + 1e-3):
                 raise OutputRangeError(

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..._runtime.networks import protobuf as wire
-from ...errors import FormatError
+from ...errors import FormatError, told_as
 from ...io.hdf5 import dataset, open_hdf5, rows
 
 CONVOLUTIONS = tuple(
@@ -114,7 +114,9 @@ def read_caffemodel(content: NDArray[np.uint8], file: str) -> dict[str, Layer]:
         If it is not a Caffe model, or is truncated.
     """
     layers = {}
-    try:
+    with told_as(
+        FormatError, f"{file} is not an intact Caffe model ({{error}}). Download or copy it again.", ValueError
+    ):
         for number, value in wire.fields(content.data):
             for version in _VERSIONS:
                 if number == version.layers and isinstance(value, memoryview):
@@ -122,8 +124,6 @@ def read_caffemodel(content: NDArray[np.uint8], file: str) -> dict[str, Layer]:
                     if blobs:
                         name = wire.text(value, version.name)
                         layers[_ALIASES.get(name, name)] = _layer(blobs)
-    except ValueError as error:
-        raise FormatError(f"{file} is not an intact Caffe model ({error}). Download or copy it again.") from error
     return layers
 
 

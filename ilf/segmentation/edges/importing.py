@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Callable
+from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -14,12 +16,12 @@ from ..._runtime.installation import optional
 from ..._runtime.networks import protobuf as wire
 from ..._runtime.networks.models import name_from, new_model_path
 from ..._runtime.writing import ensure_folder, write_bytes
-from ...errors import FormatError, InputError
+from ...errors import FormatError, InputError, told_as
 from .detectors import EdgeNetwork, OutputRangeError
 from .hed_weights import INPUTS, check_layers, normalisation, read_caffemodel, read_keras_weights
 
 if TYPE_CHECKING:
-    from onnx import ModelProto
+    from onnx import GraphProto, ValueInfoProto
 
 # ONNX networks of other origin: reading their inputs, and adding nodes to adapt input and output.
 
@@ -58,12 +60,10 @@ def image_input(content: NDArray[np.uint8], file: str) -> Input:
     FormatError
         If it is not an ONNX file, or the network has another number of inputs.
     """
-    try:
+    with _intact(file, ValueError):
         graphs = wire.messages(content.data, _GRAPH)
         inputs = [found for graph in graphs for found in _inputs(graph)]
         outputs = [found for graph in graphs for found in wire.messages(graph, _OUTPUTS)]
-    except ValueError as error:
-        raise _not_intact(file, error) from error
     if not inputs or not outputs:
         raise FormatError(f"{file} is not an ONNX network: it has no input or no output. Export or copy it again.")
     if len(inputs) > 1:
@@ -75,8 +75,8 @@ def image_input(content: NDArray[np.uint8], file: str) -> Input:
     return inputs[0]
 
 
-def with_input(content: NDArray[np.uint8], file: str, inputs: str) -> NDArray[np.uint8]:
-    """Add a node before the input of an ONNX network, so that it accepts RGB in [0, 1].
+def _edited(content: NDArray[np.uint8], file: str, edit: Callable[..., None], *how: str) -> NDArray[np.uint8]:
+    """The content of an ONNX network whose graph and image input are edited; raises FormatError if it is no ONNX file.
 
     Parameters
     ----------
@@ -84,72 +84,52 @@ def with_input(content: NDArray[np.uint8], file: str, inputs: str) -> NDArray[np
         Content of the file.
     file : str
         Its name, for the message.
-    inputs : str
-        Input of the network: one of `INPUTS`.
-
-    Returns
-    -------
-    ndarray of uint8
-        The content of the new file.
-
-    Raises
-    ------
-    FormatError
-        If it is not an ONNX file.
+    edit : callable
+        Is called with the graph, its image input and `how`, and changes them.
     """
+    import onnx
+    from google.protobuf.message import DecodeError
+
+    with _intact(file, DecodeError):
+        model = onnx.load_from_string(content.tobytes())
+    constants = {item.name for item in model.graph.initializer}
+    edit(model.graph, next(item for item in model.graph.input if item.name not in constants), *how)
+    return np.frombuffer(model.SerializeToString(), np.uint8)
+
+
+def _add_normalisation(graph: GraphProto, image: ValueInfoProto, inputs: str) -> None:
+    """Add a node before the input, one of `INPUTS`, so that the network accepts RGB in [0, 1]."""
     from onnx import helper, numpy_helper
 
-    model = _loaded(content, file)
-    graph = model.graph
-    constants = {item.name for item in graph.initializer}
-    image = next(item for item in graph.input if item.name not in constants)
     names = ("ilf_weight", "ilf_bias")
     graph.initializer.extend(map(numpy_helper.from_array, normalisation(inputs), names))
     graph.node.insert(0, helper.make_node("Conv", ["ilf_image", *names], [image.name], kernel_shape=[1, 1]))
     image.name = "ilf_image"
-    return np.frombuffer(model.SerializeToString(), np.uint8)
 
 
-def with_sigmoid(content: NDArray[np.uint8], file: str) -> NDArray[np.uint8]:
-    """Add a sigmoid after the last output of an ONNX network, which becomes the only one; otherwise as `with_input`."""
+def _add_sigmoid(graph: GraphProto, image: ValueInfoProto) -> None:
+    """Add a sigmoid after the last output, which becomes the only one."""
     from onnx import helper
 
-    model = _loaded(content, file)
-    graph = model.graph
     last = graph.output[-1]
     graph.node.append(helper.make_node("Sigmoid", [last.name], ["ilf_strength"]))
     last.name = "ilf_strength"
     del graph.output[:-1]
-    return np.frombuffer(model.SerializeToString(), np.uint8)
 
 
-def with_free_size(content: NDArray[np.uint8], file: str) -> NDArray[np.uint8]:
-    """Let an ONNX network take images of any size, whatever size it was exported with; otherwise as `with_input`."""
-    model = _loaded(content, file)
-    graph = model.graph
-    constants = {item.name for item in graph.initializer}
-    image = next(item for item in graph.input if item.name not in constants)
+def _free_size(graph: GraphProto, image: ValueInfoProto) -> None:
+    """Let the network take images of any size, whatever size it was exported with."""
     for side, name in zip(image.type.tensor_type.shape.dim[2:], ("height", "width"), strict=True):
         side.dim_param = name
     # sizes of results follow from it
     del graph.value_info[:]
     for output in graph.output:
         output.type.tensor_type.ClearField("shape")
-    return np.frombuffer(model.SerializeToString(), np.uint8)
 
 
-def _loaded(content: NDArray[np.uint8], file: str) -> ModelProto:
-    import onnx
-    from google.protobuf.message import DecodeError
-
-    try:
-        return onnx.load_from_string(content.tobytes())
-    except DecodeError as error:
-        raise _not_intact(file, error) from error
-
-
-def _not_intact(file: str, error: Exception) -> FormatError:
-    return FormatError(f"{file} is not an intact ONNX file ({error}). Export or copy it again.")
+def _intact(file: str, problem: type[Exception]) -> AbstractContextManager[None]:
+    """Within the block, an error of this type says that a file is damaged."""
+    return told_as(FormatError, f"{file} is not an intact ONNX file ({{error}}). Export or copy it again.", problem)
 
 
 def _inputs(graph: memoryview) -> list[Input]:
@@ -251,13 +231,13 @@ def _from_onnx(content: NDArray[np.uint8], source: Path, inputs: str, logits: bo
     if inputs != _PLAIN_RGB or logits or image.fixed_size:
         _need_onnx()
     if image.fixed_size:
-        content = with_free_size(content, source.name)
+        content = _edited(content, source.name, _free_size)
     if inputs != _PLAIN_RGB:
-        content = with_input(content, source.name, inputs)
+        content = _edited(content, source.name, _add_normalisation, inputs)
     try:
         if logits:
             _check_lacks_sigmoid(content, source)
-            content = with_sigmoid(content, source.name)
+            content = _edited(content, source.name, _add_sigmoid)
         EdgeNetwork.read(content, source)
     except OutputRangeError:
         raise

@@ -9,6 +9,7 @@ import cv2
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..._runtime.arrays import check_shape
 from ..._runtime.cancellation import check_cancelled
 from ...data.frame import RGBDFrame
 from ...data.label_map import checked_drawn, checked_labels
@@ -192,11 +193,8 @@ def follow(
     """
     if how not in METHODS:
         raise InputError(f"Blocks cannot be propagated by {how!r}. Select one of {', '.join(METHODS)}.")
-    if before.shape != after.shape:
-        raise InputError(
-            f"The frames differ in size: {before.shape[1]} x {before.shape[0]} and {after.shape[1]} x "
-            f"{after.shape[0]} pixels. Blocks can only be propagated between frames of the same size."
-        )
+    remedy = "Blocks can only be propagated between frames of the same size."
+    check_shape("The frame with blocks", before.shape, after.shape, "the other one", remedy)
     present = checked_labels(labels, before.shape)
     hand = checked_drawn(drawn, before.shape)
     known = _pose(how, pose, before, after)

@@ -7,7 +7,7 @@ from pathlib import Path
 from ilf.batch.cluster import scheduler_address
 from ilf.batch.pictures import read_preview
 from ilf.data.presets import read_preset
-from ilf.io.frame_additions import load_ground_truth
+from ilf.io.frame_additions import read_ground_truth
 from ilf.io.images import read_colour
 from ilf.io.labels import read_labels, read_mask
 from ilf.run.record_file import read_record
@@ -55,7 +55,7 @@ _ALL = (
     Format("colour-ppm-tiff", "rgb.tif", seeds.colour_ppm, of_bytes, readers.colour),
     Format("thumbnail", "rgb.png", seeds.colour_png, of_png, readers.thumbnail),
     Format("guide-npz", "guide.npz", seeds.guide_npz, of_zip(lambda name: of_bytes), readers.guide),
-    Format("truth-npy", "gt.npy", seeds.depth_npy, of_bytes, lambda path: load_ground_truth(path, seeds.SHAPE)),
+    Format("truth-npy", "gt.npy", seeds.depth_npy, of_bytes, lambda path: read_ground_truth(path, seeds.SHAPE)[0]),
     Format("meta-json", "meta.json", seeds.meta_json, of_json, readers.folder),
     Format("intrinsics-json", "camera.json", seeds.intrinsics_json, of_json, readers.intrinsics),
     Format("intrinsics-yaml", "camera.yaml", seeds.intrinsics_yaml, of_text, readers.intrinsics),
@@ -142,7 +142,7 @@ _ALL = (
     Format("guide-png", "guide.png", seeds.guide_png, of_png, readers.guide),
     Format("guide-pfm", "guide.pfm", recording_seeds.depth_pfm, of_bytes, readers.guide),
     Format("guide-exr", "guide.exr", recording_seeds.depth_exr, of_bytes, readers.guide),
-    Format("truth-png", "gt.png", seeds.depth_png, of_png, lambda path: load_ground_truth(path, seeds.SHAPE)),
+    Format("truth-png", "gt.png", seeds.depth_png, of_png, lambda path: read_ground_truth(path, seeds.SHAPE)[0]),
     Format("confidence-png", "sure.png", seeds.confidence_png, of_png, readers.confidence),
     Format("confidence-npy", "sure.npy", seeds.confidence_npy, of_bytes, readers.confidence),
     Format("mask-list", "masks/metadata.csv", seeds.mask_list, of_text, readers.masks),

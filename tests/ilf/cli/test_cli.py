@@ -462,7 +462,7 @@ def test_info_tells_of_colour_and_depth_of_different_sizes(files, capsys):
     assert main(["info", *files]) == 0
     rows, columns, _ = cv2.imread(files[0]).shape
     assert (
-        f"problem:      Colour is {columns} x {rows} but depth is 30 x 20. Both must have the same pixels"
+        f"problem:      Colour is {columns} x {rows}, but depth is 30 x 20. Both must have the same pixels"
         in capsys.readouterr().out
     )
 

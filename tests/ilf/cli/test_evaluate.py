@@ -12,12 +12,13 @@ import pytest
 
 import ilf
 from ilf._runtime.installation import asset_path
+from ilf._runtime.stepping import run_to_end
 from ilf.cli import main
 from ilf.cli.run_output import FinishedRun, completion_report, dominant_block
 from ilf.data.parameters import BlockParameters
 from ilf.data.presets import UserPreset, save_preset, write_preset
 from ilf.evaluation.evaluation import Evaluation, evaluate_completion
-from ilf.evaluation.hold_out import HoldOutTest, compare_hidden, evaluate_hold_out
+from ilf.evaluation.hold_out import HoldOutTest, comparison_steps, evaluate_hold_out
 from ilf.evaluation.sweep import Sweep, run_sweep
 
 from ..small_frames import write_small_frame
@@ -190,7 +191,7 @@ def test_evaluate_takes_presets_from_files_each_with_its_extraction(files, capsy
         ilf.Run.of(frame, preset=preset.replace(max_iterations=25), extraction=extraction)
         for extraction, preset in ((None, ilf.preset()), (one_block.extraction, one_block.parameters))
     ]
-    expected = compare_hidden(runs, HoldOutTest("random", (0,)))[1].whole.rmse
+    expected = run_to_end(comparison_steps(runs, HoldOutTest("random", (0,))))[1].whole.rmse
     assert figures(text, "one block")[2].rstrip("*") == f"{1000 * expected:.2f}"
 
 

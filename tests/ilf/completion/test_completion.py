@@ -369,7 +369,7 @@ def test_depth_that_is_not_positive_is_no_depth():
 @pytest.mark.parametrize(
     ("labels", "message"),
     [
-        (np.ones((3, 3), np.int32), "shape"),
+        (np.ones((3, 3), np.int32), "but the frame is"),
         (np.ones((48, 64)), "integers"),
         (np.full((48, 64), -1, np.int32), "integers"),
     ],

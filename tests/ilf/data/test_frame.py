@@ -39,7 +39,7 @@ def test_arrays_are_copies_and_read_only():
 @pytest.mark.parametrize(
     ("rgb", "depth", "message"),
     [
-        (RGB, np.ones((4, 2)), "Colour is 4 x 2 but depth is 2 x 4"),
+        (RGB, np.ones((4, 2)), "Colour is 4 x 2, but depth is 2 x 4"),
         (RGB.astype(int), np.ones((2, 4)), "uint8"),
         (RGB + 1.5, np.ones((2, 4)), "between 0 and 1, not 1.5 and 1.5: divide it"),
         (RGB - 0.5, np.ones((2, 4)), "between 0 and 1"),
@@ -136,7 +136,7 @@ def test_a_truth_is_kept_in_metres_and_by_what_is_made_of_the_frame(small_frame)
 @pytest.mark.parametrize(
     ("ground_truth", "why"),
     [
-        (np.ones((4, 4)), "The ground truth is 4 x 4 but the frame is 64 x 48"),
+        (np.ones((4, 4)), "The ground truth is 4 x 4, but the frame is 64 x 48"),
         (np.zeros((48, 64)), "The ground truth has no known pixel"),
         (np.ones((48, 64, 3)), "The ground truth cannot be used"),
     ],

@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 
 import ilf
+from ilf._runtime.stepping import run_to_end
 from ilf.errors import InputError, ParameterError
 from ilf.evaluation.evaluation import Evaluation, Progress, evaluate, evaluate_blocks, evaluate_completion
-from ilf.evaluation.hold_out import HoldOutTest, compare_hidden, evaluate_hold_out, hidden_pixels
+from ilf.evaluation.hold_out import HoldOutTest, comparison_steps, evaluate_hold_out, hidden_pixels
 from ilf.evaluation.metrics import share_within, sparsification_error
 from ilf.evaluation.sweep import Sweep, SweepPoint, run_sweep
 from ilf.run.run import Run
@@ -125,7 +126,7 @@ def test_runs_are_compared_on_what_both_fill(run):
     refusing = run.with_parameters(QUICK, {2: QUICK.replace(min_known_share=1.0)})
     other = replace(run, parameters=ilf.preset("best"))
     steps: list[Progress] = []
-    first, second, third = compare_hidden([run, other, refusing], test, on_step=steps.append)
+    first, second, third = run_to_end(comparison_steps([run, other, refusing], test), steps.append)
     assert first.whole.pixels == second.whole.pixels == first.hidden
     assert first.whole == evaluate_hold_out(run, test).whole
     assert third.coverage < 0.9
@@ -139,7 +140,8 @@ def test_depth_that_is_distrusted_in_one_run_is_compared_in_none(run):
     mask = np.zeros(run.frame.shape, bool)
     mask[:, :30] = True
     test = HoldOutTest("random", (0,))
-    trusting, doubting = compare_hidden([run, replace(run, frame=run.frame.with_invalid_mask(mask))], test)
+    runs = [run, replace(run, frame=run.frame.with_invalid_mask(mask))]
+    trusting, doubting = run_to_end(comparison_steps(runs, test))
     assert trusting.whole.pixels == doubting.whole.pixels == doubting.hidden < trusting.hidden
     assert not mask.ravel()[doubting.errors[0].places].any()
 

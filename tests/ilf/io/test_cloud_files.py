@@ -7,7 +7,7 @@ import pytest
 
 from ilf.data.camera import Camera
 from ilf.data.open3d_images import load_open3d
-from ilf.data.points import PointCloud, in_axes, in_world, point_cloud
+from ilf.data.points import PointCloud, in_world, point_cloud
 from ilf.data.surface import Mesh
 from ilf.errors import InputError
 from ilf.io.clouds import write_cloud
@@ -87,7 +87,7 @@ def test_a_pcd_of_every_pixel_is_organised(ascii, tmp_path):
     depth = RNG.uniform(1, 3, (3, 5)).astype(np.float32)
     colour = RNG.integers(0, 256, (3, 5, 3), dtype=np.uint8)
     camera = Camera(10.0, 10.0, 2.0, 1.0)
-    moved = in_axes(in_world(point_cloud(depth, colour, camera), np.eye(4)), "y-up")
+    moved = in_world(point_cloud(depth, colour, camera), np.diag([1.0, -1.0, -1.0, 1.0]))
     write_cloud(tmp_path / "c.pcd", moved, ascii=ascii)
     assert b"\nWIDTH 5\nHEIGHT 3\n" in (tmp_path / "c.pcd").read_bytes()
     rows = read_pcd(tmp_path / "c.pcd").reshape(3, 5)

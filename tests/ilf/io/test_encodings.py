@@ -1,6 +1,5 @@
 """Depth encodings: every way that a file's values become metres, what is missing in it, and what is doubted."""
 
-import dataclasses
 import json
 import warnings
 from pathlib import Path
@@ -17,7 +16,7 @@ from ilf.data.frame import FrameInputs, InputFile
 from ilf.errors import DepthWarning, FormatError, InputError, ParameterError
 from ilf.io.depth_reading import decoded
 from ilf.io.encodings import ENCODING_DESCRIPTIONS, ENCODINGS, encoding_of, encoding_of_inputs
-from ilf.run.record_file import parsed_inputs, read_record
+from ilf.run.record_file import read_record
 from ilf.sources.frame_ref import FrameRef
 from ilf.sources.reading import read_depth
 
@@ -436,18 +435,10 @@ def test_meta_json_says_it_and_what_is_given_goes_first(tmp_path, save):
         ilf.load_frame(tmp_path)
 
 
-def test_a_record_keeps_encoding_and_invalid_value():
+def test_how_a_frame_was_read_is_told():
     file = InputFile("a.png", "0" * 64)
-    for inputs in (
-        FrameInputs(file, file, 1000.0, None),
-        FrameInputs(file, file, 1000.0, None, encoding="sun", invalid=8.0),
-        FrameInputs(file, file, 5000.0, None, invalid=65535.0),
-    ):
-        data = json.loads(json.dumps(dataclasses.asdict(inputs)))
-        assert parsed_inputs(data) == inputs
+    inputs = FrameInputs(file, file, 5000.0, None, invalid=65535.0)
     assert encoding_of_inputs(inputs).text == "5000 units per metre, 65535 is missing"
-    with pytest.raises(FormatError, match="no depth encoding 'later'"):
-        parsed_inputs(dataclasses.asdict(dataclasses.replace(inputs, encoding="later")))
 
 
 def test_command_line_reads_records_and_replays_it(tmp_path, save, capsys, monkeypatch):
@@ -469,7 +460,12 @@ def test_command_line_reads_records_and_replays_it(tmp_path, save, capsys, monke
     assert main(["complete", *files, *how, "--strict", "--out", "out", "--max-iterations", "20", "--quiet"]) == 0
     assert "warning: No point cloud" in capsys.readouterr().err
     inputs = read_record("out/run.json").inputs
-    assert (inputs.encoding, inputs.invalid) == ("sun", 65535)
+    assert (inputs.encoding, inputs.invalid, inputs.depth_units) == ("sun", 65535, 1000)
+    record = json.loads(Path("out/run.json").read_text())
+    record["inputs"]["encoding"] = "later"
+    Path("later.json").write_text(json.dumps(record))
+    with pytest.raises(FormatError, match="no depth encoding 'later'"):
+        read_record("later.json")
     assert main(["complete", "--replay", "out/run.json", "--out", "again", "--no-cloud", "--quiet"]) == 0
     assert capsys.readouterr().err == ""
     assert Path("again/depth.npy").read_bytes() == Path("out/depth.npy").read_bytes()

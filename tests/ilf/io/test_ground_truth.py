@@ -11,7 +11,7 @@ import ilf
 from ilf.data.frame import InputFile
 from ilf.errors import ExportError, InputError, ParameterError
 from ilf.evaluation.bench.frames import load_bench_frame
-from ilf.io.frame_additions import load_ground_truth, with_ground_truth_file
+from ilf.io.frame_additions import read_ground_truth, with_ground_truth_file
 from ilf.run.options import ExportOptions
 from ilf.run.replaying import replay
 
@@ -93,14 +93,14 @@ def test_what_cannot_be_the_truth_is_refused_with_a_way_out(folder):
     with pytest.raises(InputError, match=r"gt\.png: With 1000 units.* 5 times the measured depth: give 5000"):
         with_ground_truth_file(frame, folder / "gt.png", 1000)
     with pytest.raises(InputError, match=r"cannot be ground truth: The median depth would be"):
-        load_ground_truth(folder / "gt.png", frame.shape, 1)
+        read_ground_truth(folder / "gt.png", frame.shape, 1)
     cv2.imwrite(str(folder / "small.png"), np.full((30, 40), 2000, np.uint16))
     with pytest.raises(InputError, match=r"small\.png is 40 x 30, but the frame is 80 x 60"):
-        load_ground_truth(folder / "small.png", frame.shape)
+        read_ground_truth(folder / "small.png", frame.shape)
     with pytest.raises(ParameterError, match=r"gt\.png: Depth units must be a positive number"):
-        load_ground_truth(folder / "gt.png", frame.shape, 0)
+        read_ground_truth(folder / "gt.png", frame.shape, 0)
     with pytest.raises(InputError, match="no such file"):
-        load_ground_truth(folder / "none.png", frame.shape)
+        read_ground_truth(folder / "none.png", frame.shape)
 
 
 def with_ground_truth(run, folder):

@@ -15,12 +15,13 @@ from PIL import Image
 
 import ilf
 from ilf._runtime.formatting import millimetres
+from ilf._runtime.stepping import run_to_end
 from ilf.cli import main
 from ilf.completion.confidence.expected_error import error_summary
 from ilf.data.blocks import BlockInfo, Blocks
 from ilf.data.colour_maps import MISSING
 from ilf.errors import InputError
-from ilf.evaluation.evaluation import evaluate_blocks, evaluate_completion, run_to_end
+from ilf.evaluation.evaluation import evaluate_blocks, evaluate_completion
 from ilf.evaluation.hold_out import HoldOutTest, evaluate_hold_out
 from ilf.project.file import save_project
 from ilf.project.frame_state import FrameState

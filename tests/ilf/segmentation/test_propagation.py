@@ -187,7 +187,7 @@ def test_fifteen_steps_leave_no_crumbs_and_pictures_of_other_places_are_extracte
 
 def test_what_cannot_be_carried_is_said():
     before, labels = _view(30, 30)
-    with pytest.raises(InputError, match="differ in size: 128 x 96 and 64 x 48"):
+    with pytest.raises(InputError, match="is 128 x 96, but the other one is 64 x 48"):
         follow(before, labels, RGBDFrame(before.rgb[::2, ::2], before.depth[::2, ::2]))
     with pytest.raises(InputError, match="Select one of auto"):
         follow(before, labels, before, how="guess")

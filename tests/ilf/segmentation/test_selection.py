@@ -143,7 +143,7 @@ def test_impossible_points_are_refused(inside, outside, box):
 
 
 def test_a_start_of_another_shape_is_refused():
-    with pytest.raises(InputError, match="shape"):
+    with pytest.raises(InputError, match="but the frame is"):
         ilf.select_region(FRAME, [(3, 3)], start=np.zeros((4, 4), bool))
 
 
