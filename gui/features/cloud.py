@@ -15,7 +15,7 @@ from PySide6.QtGui import QBrush, QColor
 from ilf.data.camera import Camera
 
 from ..base import theme
-from ..base.commands import Command
+from ..base.commands import command
 from ..state.document import Document
 from ..state.parts import Part
 from ..state.workspace import Workspace
@@ -117,38 +117,6 @@ class CloudFeature(Feature):
         self._workspace = workspace = context.workspace
         self._cloud = cloud = context.cloud
         self._views = views = context.views
-        """Whether raw depth can be shown instead of completed depth."""
-        context.actions.add(
-            (
-                Command(
-                    "cloud_beside",
-                    "&3D beside the images",
-                    "Show the point cloud beside the images instead of in its own tab",
-                    icon="ph.columns",
-                    keys="Ctrl+Shift+B",
-                    checkable=True,
-                    handler=context.centre.set_side_by_side,
-                ),
-                Command(
-                    "cloud_raw",
-                    "3D: ra&w depth",
-                    "Show the point cloud before completion; holding X in the 3D view does the same",
-                    icon="ph.eye",
-                    checkable=True,
-                    held="X",
-                    handler=lambda on: self.changed.emit(),
-                    why_off=self._why_no_raw,
-                ),
-                Command(
-                    "cloud_selected_only",
-                    "3D: selected blocks onl&y",
-                    "Show only the selected blocks in 3D",
-                    icon="ph.selection",
-                    checkable=True,
-                    handler=lambda on: self.changed.emit(),
-                ),
-            )
-        )
         cloud.add_switches(*(context.actions[name] for name in ("cloud_raw", "cloud_selected_only", "cloud_beside")))
         self._request: CloudRequest | None = None
         self._made: tuple[CloudRequest, Scene] | None = None
@@ -189,6 +157,28 @@ class CloudFeature(Feature):
                 *(cloud.colours_changed, views.ranges.changed),
             ),
         )
+
+    @command("cloud_beside", "&3D beside the images", icon="ph.columns", keys="Ctrl+Shift+B", checkable=True)
+    def _show_beside(self, on: bool) -> None:
+        """Show the point cloud beside the images instead of in its own tab."""
+        self.context.centre.set_side_by_side(on)
+
+    @command(
+        "cloud_raw",
+        "3D: ra&w depth",
+        icon="ph.eye",
+        checkable=True,
+        held="X",
+        why_off=lambda self: self._why_no_raw(),
+    )
+    def _show_raw(self, on: bool) -> None:
+        """Show the point cloud before completion; holding X in the 3D view does the same."""
+        self.changed.emit()
+
+    @command("cloud_selected_only", "3D: selected blocks onl&y", icon="ph.selection", checkable=True)
+    def _show_selected_only(self, on: bool) -> None:
+        """Show only the selected blocks in 3D."""
+        self.changed.emit()
 
     @property
     def busy(self) -> bool:

@@ -20,7 +20,7 @@ from ilf.run.run import Run
 from ilf.segmentation.editing.patches import LabelPatch
 
 from ..base import theme
-from ..base.commands import Command
+from ..base.commands import command
 from ..state.document import Document
 from ..state.edits import DrawnChange, Edit
 from ..state.parts import Part
@@ -334,19 +334,6 @@ class EditSummaryFeature(Feature):
     def __init__(self, context: Context) -> None:
         super().__init__(context)
         workspace, runs, actions = context.workspace, context.runs, context.actions
-        actions.add(
-            (
-                Command(
-                    "show_before_edit",
-                    "Show state &before the last edit",
-                    "Show blocks and depth before the last edit; holding Z does the same",
-                    icon="ph.eye",
-                    checkable=True,
-                    held="Z",
-                    handler=lambda on: self.presenter.look(on),
-                ),
-            )
-        )
         self.line = EditSummaryLine()
         context.centre.add_strip(self.line)
         self.presenter = EditSummaryPresenter(workspace, runs, context.views, self.line, actions["live"])
@@ -356,6 +343,11 @@ class EditSummaryFeature(Feature):
             "state before the edit", lambda: actions["show_before_edit"].setChecked(False), Part.FRAME | edits
         )
         runs.resolved.connect(self._tell_resolved)
+
+    @command("show_before_edit", "Show state &before the last edit", icon="ph.eye", checkable=True, held="Z")
+    def _show_before(self, on: bool) -> None:
+        """Show blocks and depth before the last edit; holding Z does the same."""
+        self.presenter.look(on)
 
     def _tell_resolved(self, text: str) -> None:
         if not self.presenter.busy:  # after an edit, its summary is shown instead

@@ -14,7 +14,7 @@ from ilf.data.parameters import DEFAULT_PRESET, Parameters
 from ilf.data.results import BlockResult
 from ilf.run.run import Run
 
-from ..base.commands import Command
+from ..base.commands import command
 from ..base.needs import Need
 from ..state.document import Document
 from ..state.parameters import parameter_labels
@@ -105,37 +105,6 @@ class FilterPanel(Panel):
         widget = QWidget()
         lay_out(QVBoxLayout(widget), self._choices, self.form, self.work, margins=(8, 8, 4, 4), stretched=self.form)
         return widget
-
-    def _commands(self) -> Sequence[Command]:
-        return (
-            Command(
-                "reset_own",
-                "Reset &own parameters",
-                "Reset the selected blocks to the common parameters",
-                icon="ph.eraser",
-                handler=self.reset_own,
-                needs=Need.SELECTION,
-                why_off=self._why_none_own,
-            ),
-            Command(
-                "copy_own",
-                "Copy own para&meters",
-                "Copy the own parameters of the first selected block to the other selected blocks",
-                icon="ph.copy",
-                handler=self.copy_own,
-                needs=Need.SELECTION,
-                why_off=self._why_no_copy,
-            ),
-            Command(
-                "try_parameters",
-                "Tr&y parameters",
-                "Try smaller and larger values of the parameters shown, and put those first that change the depth of "
-                "this frame most; its parameters and results stay as they are",
-                icon="ph.sort-descending",
-                handler=self.try_shown,
-                needs=Need.BLOCKS | Need.IDLE,
-            ),
-        )
 
     # what is shown
 
@@ -258,13 +227,27 @@ class FilterPanel(Panel):
             self._bases[self.for_selected] = name
         self.redraw()
 
+    @command(
+        "reset_own",
+        "Reset &own parameters",
+        icon="ph.eraser",
+        needs=Need.SELECTION,
+        why_off=lambda self: self._why_none_own(),
+    )
     def reset_own(self) -> None:
-        """Remove the per-block parameters of the selected blocks."""
+        """Reset the selected blocks to the common parameters."""
         self.context.workspace.parameters.reset_own(self.context.workspace.current.selected)
         self._resolve()
 
+    @command(
+        "copy_own",
+        "Copy own para&meters",
+        icon="ph.copy",
+        needs=Need.SELECTION,
+        why_off=lambda self: self._why_no_copy(),
+    )
     def copy_own(self) -> None:
-        """Copy the per-block parameters of the first selected block to the others."""
+        """Copy the own parameters of the first selected block to the other selected blocks."""
         first, *others = self.context.workspace.current.selected
         self.context.workspace.parameters.copy_own(first, others)
         self._resolve()
@@ -289,8 +272,10 @@ class FilterPanel(Panel):
 
     # what changes did
 
+    @command("try_parameters", "Tr&y parameters", icon="ph.sort-descending", needs=Need.BLOCKS | Need.IDLE)
     def try_shown(self) -> None:
-        """Try other values of the parameters that the form shows."""
+        """Try smaller and larger values of the parameters shown, and put those first that change the depth of this
+        frame most; its parameters and results stay as they are."""
         workspace = self.context.workspace
         document = workspace.current
         blocks = sorted(self._selected) if self._applies_to_selected else ()

@@ -25,8 +25,8 @@ from PySide6.QtWidgets import (
 from ..base.commands import (
     TEMPORARY,
     ActionEntry,
-    Command,
     action_entries,
+    command,
     describe,
     keys_text,
     plain,
@@ -399,18 +399,6 @@ class ShortcutsFeature(Feature):
     def __init__(self, context: Context) -> None:
         super().__init__(context)
         self.keymap: Keymap | None = None
-        context.actions.add(
-            (
-                Command(
-                    "shortcuts",
-                    "&Keyboard shortcuts…",
-                    "Show the keyboard shortcuts and change them",
-                    icon="ph.keyboard",
-                    keys="F1",
-                    handler=self._ask,
-                ),
-            )
-        )
 
     def begin(self) -> None:
         """Create the keymap; all commands exist now."""
@@ -436,6 +424,8 @@ class ShortcutsFeature(Feature):
         actions = self.context.window.actions()
         return [action for action in actions if pressed in action.shortcuts() and not action.isEnabled()]
 
+    @command("shortcuts", "&Keyboard shortcuts…", icon="ph.keyboard", keys="F1")
     def _ask(self) -> None:
+        """Show the keyboard shortcuts and change them."""
         if self.keymap is not None:
             ShortcutsDialog(self.keymap, self.context.window).open()

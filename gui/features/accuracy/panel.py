@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 from weakref import WeakKeyDictionary
 
@@ -11,7 +10,7 @@ from PySide6.QtWidgets import QComboBox, QHBoxLayout, QTabWidget, QWidget
 
 from ilf.data.frame import RGBDFrame
 
-from ...base.commands import Command
+from ...base.commands import command
 from ...base.needs import Need
 from ...state.document import Document
 from ...state.parts import Part
@@ -94,34 +93,6 @@ class AccuracyPanel(Panel):
         self.tabs.setMinimumSize(260, 150)
         return self.tabs
 
-    def _commands(self) -> Sequence[Command]:
-        return (
-            Command(
-                "load_ground_truth",
-                "Load ground &truth…",
-                "Load the true depth of the frame, to evaluate results against it",
-                icon="ph.check-circle",
-                handler=self._ask_ground_truth,
-                needs=Need.FRAME,
-            ),
-            Command(
-                "remove_ground_truth",
-                "Remove ground truth",
-                "Remove the ground truth of the frame",
-                icon="ph.x-circle",
-                handler=self._remove_ground_truth,
-                needs=Need.GROUND_TRUTH,
-            ),
-            Command(
-                "hold_out_test",
-                "&Hold-out test…",
-                "Hide some known depth, complete the frame without it, and compare the result with it",
-                icon="ph.test-tube",
-                handler=self._ask_test,
-                needs=Need.FRAME,
-            ),
-        )
-
     def _ground_truth_page(self) -> QWidget:
         self.source = Message()
         self.pixels = QComboBox()
@@ -164,8 +135,9 @@ class AccuracyPanel(Panel):
 
     # ground truth
 
+    @command("load_ground_truth", "Load ground &truth…", icon="ph.check-circle", needs=Need.FRAME)
     def _ask_ground_truth(self) -> None:
-        """Open the dialog that loads ground truth for the current frame."""
+        """Load the true depth of the frame, to evaluate results against it."""
         document = self.context.workspace.current
         dialog = GroundTruthDialog(document.frame, self._reader, self.context.window)
         dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
@@ -182,8 +154,9 @@ class AccuracyPanel(Panel):
         )
         self.reveal()
 
+    @command("remove_ground_truth", "Remove ground truth", icon="ph.x-circle", needs=Need.GROUND_TRUTH)
     def _remove_ground_truth(self) -> None:
-        """Remove the ground truth of the current frame."""
+        """Remove the ground truth of the frame."""
         self.context.workspace.current.set_ground_truth(None)
         self.context.notes.show_message("Ground truth removed.")
 
@@ -239,8 +212,9 @@ class AccuracyPanel(Panel):
 
     # hold-out test
 
+    @command("hold_out_test", "&Hold-out test…", icon="ph.test-tube", needs=Need.FRAME)
     def _ask_test(self) -> None:
-        """Open the dialog of the hold-out test, and the panel for its results."""
+        """Hide some known depth, complete the frame without it, and compare the result with it."""
         self.reveal()
         self.context.refresh.now()  # it turns to the page that fits the frame
         self.tabs.setCurrentIndex(1)
