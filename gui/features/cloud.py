@@ -215,10 +215,6 @@ class CloudFeature(Feature):
         if self._request is not None and (document is None or document.key != self._request.key):
             self._drop()
 
-    def shutdown(self) -> bool:
-        """Stop permanently before the window closes. True if the threads have ended."""
-        return all([self._questions.shutdown(), self._cloud.shutdown()])
-
     def _report(self, error: Exception) -> None:
         self.context.notes.report("Point cloud", error)
 

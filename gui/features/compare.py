@@ -146,11 +146,6 @@ class DerivedPresenter(QObject):
             depth[result.block.mask] = result.depth
             self._ask("spectrum", (result,), lambda: _spectrum(depth, padding, radii, name))
 
-    def shutdown(self) -> bool:
-        """Stop permanently before the window closes. True if all threads have ended."""
-        ended = [questions.shutdown() for questions in self._questions.values()]
-        return all(ended)
-
 
 def _fitted(frame: RGBDFrame) -> NDArray[np.float32] | None:
     """Return the frame's guide, fitted to its known depth [m]."""

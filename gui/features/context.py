@@ -145,7 +145,5 @@ class Feature(QObject):
         """Pending background work that would be lost."""
         return ()
 
-    def shutdown(self) -> bool:
-        """Stop what is not a `Worker`: the window stops these, and closes the dialogs, before it closes. True if no
-        thread is left."""
-        return True
+    def shutdown(self) -> None:
+        """Called before the window closes, when its workers have been stopped and its dialogs are still open."""

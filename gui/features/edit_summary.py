@@ -246,10 +246,6 @@ class EditSummaryPresenter(QObject):
             labels = _labels_before(self._change.patch, self._change.forward, labels)
         self._views.look_back(FormerState(labels, None if self._before is None else self._before.depth))
 
-    def shutdown(self) -> bool:
-        """Stop permanently before the window closes. True if the thread has ended."""
-        return self._questions.shutdown()
-
     def _take(self, edit: Edit) -> None:
         """Note an edit at once: results of the blocks before it are gone by the next turn."""
         if not self._workspace.is_shown(edit.document):

@@ -304,11 +304,6 @@ class ExtractionPanel(Panel):
             self.redraw()
         return super().eventFilter(watched, event)
 
-    def shutdown(self) -> bool:
-        """Stop permanently before the window closes. True if the thread has ended."""
-        self._slow.stop()
-        return super().shutdown()
-
 
 def _describe_around(locked: int, by_hand: int) -> str:
     """Return which kept blocks the new blocks surround; "" for none."""

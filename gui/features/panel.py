@@ -135,10 +135,6 @@ class Panel(Feature):
         """Drop what was asked so far, and end the computation in progress."""
         self._requests.cancel()
 
-    def shutdown(self) -> bool:
-        """Stop permanently before the window closes. True if the thread has ended."""
-        return self._requests.shutdown()
-
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         """Draw what has changed while the panel was not visible."""
         if watched is self.widget and event.type() == QEvent.Type.Show:

@@ -75,9 +75,9 @@ class RunsFeature(Feature):
         keys = keys_text(self.context.actions["run"].shortcuts())
         self._rest.setText(f"{counted(len(stale), 'block')} {is_are} stale: run" + (f" ({keys})" if keys else ""))
 
-    def shutdown(self) -> bool:
-        """Cancel all runs. True if no thread is left."""
-        return self._runs.shutdown()
+    def shutdown(self) -> None:
+        """Cancel all runs."""
+        self._runs.shutdown()
 
     @command("run_all", "Run &all blocks", keys="Ctrl+F5", needs=Need.BLOCKS | Need.IDLE)
     def _run_all(self) -> None:

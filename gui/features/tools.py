@@ -79,10 +79,6 @@ class ToolsFeature(Feature):
         self.context.actions[f"tool_{self._editor.tool_name}"].setChecked(True)
         self.options.show_options(self._editor.tool.options, self._editor.options)
 
-    def shutdown(self) -> bool:
-        """Stop permanently before the window closes. True if the threads have ended."""
-        return self._editor.shutdown()
-
     def _choices(self) -> Iterator[Command]:
         """Return the commands that take a tool."""
         for kind in KINDS:

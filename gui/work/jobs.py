@@ -294,6 +294,12 @@ class Worker(QObject):
         self._job = None
 
 
+def stop_workers(owner: QObject) -> bool:
+    """Stop all workers of an object and its children, before it is closed. True if their threads have ended."""
+    ended = [worker.shutdown() for worker in owner.findChildren(Worker)]
+    return all(ended)
+
+
 # Estimate of the remaining time.
 
 _MIN_ELAPSED_S = 1.0

@@ -293,10 +293,6 @@ class DocumentsFeature(Feature):
         else:
             self._notes.show_message(f"{document.name}: the result equals the run record.")
 
-    def shutdown(self) -> bool:
-        """Stop reading. True if all threads have ended."""
-        return self._loader.shutdown()
-
 
 def _is_recorded_run(document: Document, recorded: Run, completion: Completion) -> bool:
     """Whether the completion is of the recorded run: the same blocks with drawn borders, depth by hand, invalid mask,

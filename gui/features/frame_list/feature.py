@@ -250,9 +250,9 @@ class FramesFeature(Panel):
             ("ph.x", removal, lambda: self.remove(chosen)),
         ]
 
-    def shutdown(self) -> bool:
-        """Stop permanently before the window closes. True if no thread of the feature is left."""
-        return super().shutdown() and self.panel.shutdown()
+    def shutdown(self) -> None:
+        """Take the note that is being edited."""
+        self.panel.take_note()
 
 
 def _stored_picture(store: WorkStore, id: str) -> bytes | None:

@@ -212,7 +212,7 @@ class FramesPanel(QWidget):
         self.text.textChanged.connect(lambda _: self.filter_changed.emit())
         self.state.currentIndexChanged.connect(lambda _: self.filter_changed.emit())
         self.order.changed.connect(self.filter_changed)
-        self.note.editingFinished.connect(self._take_note)
+        self.note.editingFinished.connect(self.take_note)
         self.note.returnPressed.connect(self.view.setFocus)
         self.note.given_up.connect(self._give_up_note)
         self.view.selectionModel().currentChanged.connect(lambda *_: self._switch_note())
@@ -315,7 +315,7 @@ class FramesPanel(QWidget):
         row = self.view.currentIndex().row()
         entry = self.model.entries[row] if 0 <= row < len(self.model.entries) else self.model.present
         if entry is not self._noting:
-            self._take_note()
+            self.take_note()
             self._noting = entry
         self.show_note()
 
@@ -329,7 +329,8 @@ class FramesPanel(QWidget):
         super().resizeEvent(event)
         self._fit()
 
-    def _take_note(self) -> None:
+    def take_note(self) -> None:
+        """Take the note that is being edited."""
         entry, text = self._noting, self.note.text().strip()
         if entry is not None and self.note.isModified():
             self.note.setModified(False)
@@ -340,11 +341,6 @@ class FramesPanel(QWidget):
         self.note.setModified(False)
         self.view.setFocus()
         self.show_note()
-
-    def shutdown(self) -> bool:
-        """Stop permanently before the window closes. True if no thread is left."""
-        self._take_note()
-        return self.thumbnails.shutdown()
 
 
 class _NoteLine(QLineEdit):

@@ -178,11 +178,10 @@ class LayoutsFeature(Feature):
             self.turn(name)
         self._show()
 
-    def shutdown(self) -> bool:
+    def shutdown(self) -> None:
         """Store the arrangement of the window."""
         self.store.changed[self.present] = self._arrangement()
         self.store.write()
-        return True
 
     @command("save_layout", "&Save layout as…", icon="ph.floppy-disk")
     def _ask_save(self) -> None:

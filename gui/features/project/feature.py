@@ -155,13 +155,11 @@ class ProjectFeature(Feature):
             asked = True
         return self._leaves
 
-    def shutdown(self) -> bool:
-        """Stop permanently, after pending saves. True if no thread is left."""
-        ended = self.saving.shutdown()
+    def shutdown(self) -> None:
+        """Close the project's file."""
         self.present.release()
         if isinstance(self.context.recorder.store.project, Archive):
             self.context.recorder.store.project.close()
-        return ended
 
     def _close_frame(self, entry: Entry) -> None:
         """Close a frame; if the project file contains it, it stays in the list in that state."""

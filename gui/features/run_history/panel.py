@@ -146,11 +146,6 @@ class RunsPanel(Panel):
         self.take(request, RunErrors())
         super().fail(request, error)
 
-    def shutdown(self) -> bool:
-        """Stop permanently. True if no thread is left."""
-        self.keeper.shutdown()
-        return super().shutdown()
-
     # commands
 
     @command(

@@ -17,6 +17,7 @@ from gui.features.frame_list.panel import FramesPanel
 from gui.features.frame_list.thumbnails import Thumbnails
 from gui.state.document import Document
 from gui.state.entries import Entries, Entry
+from gui.work.jobs import stop_workers
 from ilf.data.blocks import Blocks
 from ilf.data.frame import RGBDFrame
 from ilf.project.frame_state import FrameState
@@ -141,7 +142,7 @@ def panel(qtbot):
     panel.show()
     qtbot.waitExposed(panel)
     yield panel
-    panel.shutdown()
+    stop_workers(panel)
 
 
 def _row(panel: FramesPanel, row: int):
@@ -279,7 +280,7 @@ def test_thumbnails_come_from_files_from_the_store_and_fail_quietly(tmp_path, qt
     thumbnails.of(other)
     qtbot.waitUntil(lambda: not thumbnails.busy)
     assert len(thumbnails._made) == 2
-    assert thumbnails.shutdown()
+    assert stop_workers(thumbnails)
 
 
 def test_a_thumbnail_looks_the_same_before_and_after_the_frame_was_opened(tmp_path, qtbot):
@@ -300,7 +301,7 @@ def test_a_thumbnail_looks_the_same_before_and_after_the_frame_was_opened(tmp_pa
     for other in others:
         for one, same in zip(of_file, other, strict=True):
             assert max(abs(a - b) for a, b in zip(one.getRgb(), same.getRgb(), strict=True)) < 12
-    assert thumbnails.shutdown()
+    assert stop_workers(thumbnails)
 
 
 def test_stored_thumbnails_are_those_of_the_windows_store(qtbot):

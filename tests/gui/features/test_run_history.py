@@ -30,9 +30,7 @@ def keeper(bench, monkeypatch):
     """Keeps what the bench runs; values rest as soon as nothing runs."""
     monkeypatch.setattr("gui.work.run_recorder.REST_MS", 0)
     bench.script.allow()
-    keeper = RunRecorder(bench.workspace, bench.runs)
-    yield keeper
-    keeper.shutdown()
+    return RunRecorder(bench.workspace, bench.runs)
 
 
 def stored_run(document: Document, number: int = 1, parameters: object = None, **more: object) -> StoredRun:
@@ -67,14 +65,13 @@ def test_every_run_is_kept_with_what_it_was_made_of_and_shares_what_is_equal(ben
 
 @pytest.mark.parametrize("done", [0, 1])
 def test_a_cancelled_run_is_kept_if_any_block_was_done(bench, until, done):
-    keeper = RunRecorder(bench.workspace, bench.runs)
+    RunRecorder(bench.workspace, bench.runs, bench.runs)
     bench.runs.start()
     bench.script.allow(bench.script.records + 1 if done else 1)
     until(lambda: len(bench.document.valid_results()) == done)
     bench.runs.cancel()
     bench.script.allow(1)
     until(lambda: bench.runs.state is RunState.IDLE)
-    keeper.shutdown()
     values = [values_of(bench.document, kept) for kept in bench.document.state.runs]
     assert values == ["best · cancelled, 1 of 2 blocks without result"] * done
 

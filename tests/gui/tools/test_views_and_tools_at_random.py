@@ -15,6 +15,7 @@ from gui.state.parts import Part
 from gui.tools.editor import Editor
 from gui.views.linked_views import LinkedViews
 from gui.work.frame_runs import RunState
+from gui.work.jobs import stop_workers
 from gui.work.runs import LiveSolver
 from ilf.data.frame import RGBDFrame
 from ilf.data.results import Completion
@@ -42,7 +43,7 @@ def effect(bench, views, qtbot):
     presenter = EditSummaryPresenter(bench.workspace, bench.runs, views, line, live)
     presenter.solver = LiveSolver(bench.workspace, bench.runs, live)  # type: ignore[attr-defined]
     yield presenter
-    assert presenter.shutdown()
+    assert stop_workers(presenter)
 
 
 def box_to(bench, label, rows, columns):
@@ -181,7 +182,7 @@ def test_edges_of_one_frame_do_not_come_to_the_next(bench, views, until, monkeyp
     found.set()
     until(lambda: not derived.busy)
     assert views.data.edges is None
-    assert derived.shutdown()
+    assert stop_workers(derived)
 
 
 def test_blocks_of_one_frame_are_not_solved_in_another(bench, until):
@@ -231,7 +232,7 @@ def test_a_command_during_a_stroke_can_be_undone_exactly(bench, views):
     commands.delete()
     bench.document.undo_stack.undo()
     np.testing.assert_array_equal(bench.document.labels, former)
-    editor.shutdown()
+    stop_workers(editor)
 
 
 def test_an_export_says_what_its_results_lack(bench, until):

@@ -7,6 +7,7 @@ from PySide6.QtGui import QAction
 from gui.features.edit_summary import EditSummaryLine, EditSummaryPresenter
 from gui.views.linked_views import LinkedViews
 from gui.work.frame_runs import RunState
+from gui.work.jobs import stop_workers
 from gui.work.runs import LiveSolver
 from ilf.data.results import Completion
 from ilf.evaluation.edit_summary import EditSummary
@@ -41,7 +42,7 @@ def line(bench, live, qtbot):
     presenter = EditSummaryPresenter(bench.workspace, bench.runs, views, line, live)
     line.presenter = presenter
     yield line
-    assert presenter.shutdown()
+    assert stop_workers(presenter)
 
 
 def _patch(bench, label: int, column: int = 26) -> LabelPatch:
