@@ -145,10 +145,10 @@ def test_a_letter_takes_a_tool_and_stands_in_its_tooltip(typing):
 
 def test_letters_do_nothing_while_a_name_is_typed(typing, qtbot):
     table = typing.feature(BlocksFeature).table
-    table.view.selectRow(0)
-    table.view.setFocus()
+    table.selectRow(0)
+    table.setFocus()
     key(typing, _Key.Key_F2)
-    field = table.view.findChild(QLineEdit)
+    field = table.findChild(QLineEdit)
     field.setFocus()
     field.selectAll()
     QTest.keyClicks(field, "table z")
@@ -171,7 +171,7 @@ def test_the_view_with_the_focus_has_a_frame_and_tab_leaves_it(typing):
         assert not cell.focus_frame.isVisible()
     while isinstance(_focus(), ImageView):
         key(typing, _Key.Key_Tab)
-    assert _focus() is typing.feature(BlocksFeature).table.view
+    assert _focus() is typing.feature(BlocksFeature).table
 
 
 def test_enter_is_the_default_button_of_a_dialog_wherever_the_focus_is(typing):

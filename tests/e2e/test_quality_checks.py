@@ -287,7 +287,7 @@ def test_enter_applies_the_remedy_wherever_the_focus_is(window, qtbot, tmp_path,
     opened_with(window, qtbot, tmp_path, walls(WIDTH))
     window.activateWindow()
     qtbot.waitUntil(window.isActiveWindow)
-    document, table = window.workspace.current, window.feature(BlocksFeature).table.view
+    document, table = window.workspace.current, window.feature(BlocksFeature).table
     strip = window.feature(FramesFeature).panel.view
 
     def in_the_views() -> bool:

@@ -138,7 +138,7 @@ def test_keys_of_a_command_that_cannot_be_used_say_why(opened, qtbot):
     opened.activateWindow()
     qtbot.waitUntil(opened.isActiveWindow)
     opened.workspace.select([])
-    view, table = opened.views.cells["colour"].view, opened.feature(BlocksFeature).table.view
+    view, table = opened.views.cells["colour"].view, opened.feature(BlocksFeature).table
     for widget, code, modifiers, command in (
         (view, Qt.Key.Key_U, CTRL_SHIFT, "continue_plane"),
         (table, Qt.Key.Key_M, Qt.KeyboardModifier.ControlModifier, "merge_blocks"),

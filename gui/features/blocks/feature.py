@@ -128,7 +128,7 @@ class BlocksFeature(Panel):
         """Make the table, whose changes by the user are edits."""
         workspace = self.context.workspace
         self.table = table = BlockTable()
-        table.selectionChanged.connect(workspace.select)
+        table.labelsSelected.connect(workspace.select)
         table.renamed.connect(lambda label, name: workspace.current.edit_info(label, "Rename block", name=name))
         table.recoloured.connect(
             lambda label, colour: workspace.current.edit_info(label, "Recolour block", colour=colour.getRgb()[:3])
@@ -136,15 +136,17 @@ class BlocksFeature(Panel):
         table.visibilityChanged.connect(lambda label, on: workspace.current.set_visible(label, on))
         table.lockChanged.connect(lambda label, on: workspace.current.set_lock(label, on))
         menu = self.context.actions.menu
-        table.contextMenuRequested.connect(lambda place, _: self._run(menu("", table, BLOCK_MENU), place))
-        table.activated.connect(lambda _: self.context.feature(ViewsFeature).zoom_to_blocks())
+        table.customContextMenuRequested.connect(
+            lambda at: self._run(menu("", table, BLOCK_MENU), table.viewport().mapToGlobal(at))
+        )
+        table.shown.connect(lambda _: self.context.feature(ViewsFeature).zoom_to_blocks())
         return table
 
     def _show_hint(self) -> None:
         """Say in the empty table what is under way, or what to do."""
         wanted = sentence(Need.FRAME & self.context.missing()) or "Extract blocks from the frame, or paint one"
-        self.table.view.hint = self.context.loader.present or wanted
-        self.table.view.viewport().update()
+        self.table.hint = self.context.loader.present or wanted
+        self.table.viewport().update()
 
     def refresh(self, parts: Part) -> None:
         """Update the rows and the selection."""
