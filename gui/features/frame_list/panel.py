@@ -207,8 +207,7 @@ class FramesPanel(QWidget):
         self._lay_out()
         self.setFocusProxy(self.view)
         self.thumbnails.arrived.connect(self.view.viewport().update)
-        for changed in (self.model.rowsInserted, self.model.rowsRemoved, self.model.modelReset):
-            changed.connect(self._fit)
+        self.model.layoutChanged.connect(self._fit)
         self.text.textChanged.connect(lambda _: self.filter_changed.emit())
         self.state.currentIndexChanged.connect(lambda _: self.filter_changed.emit())
         self.order.changed.connect(self.filter_changed)
