@@ -202,7 +202,7 @@ class FilterPanel(Panel):
         if label:
             workspace.parameters.set_own(values, [label])
             if self.context.actions["live"].isChecked():
-                self.context.runs.resolve([label])
+                self.context.runs.current.resolve([label])
         else:
             workspace.parameters.set(workspace.parameters.current.replace(**values))
             self._resolve()
@@ -258,7 +258,7 @@ class FilterPanel(Panel):
             there = workspace.current.counts()
             wanted = [label for label in workspace.current.selected if label in there]
             if wanted:
-                self.context.runs.resolve(wanted)
+                self.context.runs.current.resolve(wanted)
 
     def _why_none_own(self) -> str:
         own = self.context.workspace.current.blocks.own

@@ -69,7 +69,7 @@ class RunsFeature(Feature):
         if self._workspace.has_current and self._runs.free:
             document = self._workspace.current
             document.update_depth()
-            stale = set(document.stale_blocks()).difference(self._runs.resolving)
+            stale = set(document.stale_blocks()).difference(self._runs.current.resolving)
         self._rest.setVisible(bool(stale))
         is_are = "is" if len(stale) == 1 else "are"
         keys = keys_text(self.context.actions["run"].shortcuts())
@@ -82,26 +82,26 @@ class RunsFeature(Feature):
     @command("run_all", "Run &all blocks", keys="Ctrl+F5", needs=Need.BLOCKS | Need.IDLE)
     def _run_all(self) -> None:
         """Complete all blocks, also those with an up-to-date result."""
-        self._runs.start()
+        self._runs.current.start()
 
     @command(
         "run_selected", "Run selecte&d blocks", icon="ph.play-circle", keys="Shift+F5", needs=Need.SELECTION | Need.IDLE
     )
     def _run_selected(self) -> None:
         """Complete the selected blocks only."""
-        self._runs.start_selected()
+        self._runs.current.start_selected()
 
     @command(
         "step", "&Step", icon="ph.skip-forward", keys="F7", needs=Need.BLOCKS, why_off=lambda self: self._why_no_step()
     )
     def _step(self) -> None:
         """Run one iteration, then pause."""
-        self._runs.step()
+        self._runs.current.step()
 
     @command("cancel", "&Cancel run", icon="ph.stop", keys="Shift+F6", needs=Need.GOING)
     def _cancel(self) -> None:
         """Cancel the run; completed blocks keep their results."""
-        self._runs.cancel()
+        self._runs.current.cancel()
 
     @command(
         "extrapolate",
@@ -113,12 +113,12 @@ class RunsFeature(Feature):
     def _extrapolate(self) -> None:
         """Extrapolate depth where no block could be completed, for programs that need depth everywhere; these pixels
         are marked as extrapolated."""
-        self._runs.extrapolate()
+        self._runs.current.extrapolate()
 
     @command("clear_results", "C&lear results", icon="ph.backspace", needs=Need.RESULTS)
     def _clear_results(self) -> None:
         """Delete the completed depth of this frame."""
-        self._runs.clear_results()
+        self._runs.current.clear_results()
 
     @property
     def _is_awaited(self) -> bool:
@@ -135,7 +135,7 @@ class RunsFeature(Feature):
             self._waiting.add(self._workspace.current)
             self.context.notes.show_message("The blocks are run as soon as they are extracted.")
         else:
-            self._runs.start_changed()
+            self._runs.current.start_changed()
 
     def _run_waiting(self) -> None:
         for document in [one for one in self._waiting if not self.context.loader.is_extracting(one)]:
@@ -151,7 +151,7 @@ class RunsFeature(Feature):
     def _set_paused(self, on: bool) -> None:
         """Pause the run, or resume it."""
         if on != self._is_paused:
-            self._runs.toggle_pause()
+            self._runs.current.toggle_pause()
 
     def _show_state(self) -> None:
         """Show whether a run goes on or is paused; views without a result say what is done for it."""

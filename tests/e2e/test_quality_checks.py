@@ -233,7 +233,7 @@ def test_suspect_depth_and_blocks_at_a_limit_are_marked(window, qtbot, tmp_path,
     outcome = workspace.current.completion().outcomes[1]
     assert outcome.suspect == np.count_nonzero(speck)
     assert np.array_equal(window.views.blocks.layers._masks["suspect"], speck)
-    row = block_rows(workspace.current, window.runs)[0]
+    row = block_rows(workspace.current, window.runs.current)[0]
     assert (row.state, outcome.message in row.detail) == ("iteration limit", True)
     assert "limit of steps" in row.detail
     assert workspace.current.summary().not_converged == 1

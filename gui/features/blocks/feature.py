@@ -20,7 +20,7 @@ from ...state.document import Document
 from ...state.parameters import parameter_labels
 from ...state.parts import Part
 from ...widgets.docks import PanelGroup
-from ...work.runs import RunController
+from ...work.frame_runs import FrameRuns
 from ..context import Context
 from ..menus import BLOCK_MENU
 from ..panel import Panel
@@ -32,7 +32,7 @@ from .table import BlockTable
 # The rows of the table of blocks.
 
 
-def block_rows(document: Document, runs: RunController) -> list[BlockRow]:
+def block_rows(document: Document, runs: FrameRuns) -> list[BlockRow]:
     """Rows of the current frame: one per block that has pixels, or is selected for painting."""
     results = document.valid_results()
     counts = {label: BlockCounts(0, 0) for label in document.selected} | document.counts()
@@ -157,7 +157,7 @@ class BlocksFeature(Panel):
             return
         document = workspace.current
         table.set_error_source(document.block_errors.source)
-        table.set_rows(block_rows(document, self.context.runs))
+        table.set_rows(block_rows(document, self.context.runs.current))
         if table.selected() != [label for label in table.labels() if label in document.selected]:
             table.select(document.selected)
 
