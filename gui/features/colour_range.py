@@ -9,13 +9,13 @@ import pyqtgraph as pg
 from numpy.typing import NDArray
 from PySide6.QtCore import QSignalBlocker, Qt, QTimer, Signal
 from PySide6.QtGui import QAction, QColor, QFont
-from PySide6.QtWidgets import QComboBox, QDoubleSpinBox, QHBoxLayout, QStackedWidget, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QDoubleSpinBox, QHBoxLayout, QStackedWidget, QVBoxLayout, QWidget
 
 from ..base import theme
 from ..base.commands import command
 from ..state.parts import Part
 from ..views.colours import DEPTH_MAPS, FIXED, KINDS, MODES, Levels, Range
-from ..widgets.basics import PlainLabel, Themed, command_button, lay_out
+from ..widgets.basics import PlainLabel, Themed, combo, command_button, lay_out
 from ..widgets.docks import PanelGroup
 from .context import Context
 from .panel import Panel
@@ -162,14 +162,14 @@ class RangePanel(Themed, QWidget):
         self.histogram = Histogram()
         self.histogram.levelsDragged.connect(self.levelsSet)
         self.title = PlainLabel()
-        self.mode = self._box(MODES, "How the range is computed: robust leaves out 1 % of the values at each end")
+        self.mode = combo(MODES, "How the range is computed: robust leaves out 1 % of the values at each end")
         self.mode.setAccessibleName("Range mode")
         self.mode.activated.connect(lambda _: self.modeChosen.emit(self.mode.currentData()))
         self.low, self.high = (
             self._number("Lower limit of the colour range"),
             self._number("Upper limit of the colour range"),
         )
-        self.map = self._box({name: name.capitalize() for name in DEPTH_MAPS}, "Colour map of depth")
+        self.map = combo({name: name.capitalize() for name in DEPTH_MAPS}, "Colour map of depth")
         self.map.setAccessibleName("Colour map of depth")
         self.map.activated.connect(lambda _: self.mapChosen.emit(self.map.currentData()))
         self._nothing = PlainLabel(alignment=Qt.AlignmentFlag.AlignCenter, wordWrap=True)
@@ -231,13 +231,6 @@ class RangePanel(Themed, QWidget):
         if self._kind:
             self.mode.setCurrentIndex(self.mode.findData(FIXED))
             self.levelsSet.emit(low, high)
-
-    def _box(self, texts: dict[str, str], hint: str) -> QComboBox:
-        box = QComboBox()
-        for name, text in texts.items():
-            box.addItem(text, name)
-        box.setToolTip(hint)
-        return box
 
     def _number(self, hint: str) -> QDoubleSpinBox:
         number = QDoubleSpinBox(minimum=-_LARGEST, maximum=_LARGEST)

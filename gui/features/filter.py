@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from PySide6.QtGui import QStandardItemModel
-from PySide6.QtWidgets import QComboBox, QHBoxLayout, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QHBoxLayout, QVBoxLayout, QWidget
 
 from ilf.data.blocks import OwnValues, own_values
 from ilf.data.parameters import DEFAULT_PRESET, Parameters
@@ -19,7 +19,7 @@ from ..base.needs import Need
 from ..state.document import Document
 from ..state.parameters import parameter_labels
 from ..state.parts import Part
-from ..widgets.basics import TEXT, PlainLabel, command_button, form, lay_out
+from ..widgets.basics import TEXT, PlainLabel, combo, command_button, form, lay_out
 from ..widgets.parameter_form import ParameterForm
 from .context import Context
 from .panel import Panel
@@ -84,10 +84,8 @@ class FilterPanel(Panel):
         self.presets.chosen.connect(self._choose_preset)
         self.presets.changed.connect(self._take_presets)
         self.frames = SharingRow(self.context)
-        self.scope = QComboBox()
-        self.scope.addItems(["All blocks", "Selected blocks"])
-        self.scope.setAccessibleName("Parameters for")
-        self.scope.setToolTip("Whether the parameters below apply to all blocks, or to the selected ones only")
+        hint = "Whether the parameters below apply to all blocks, or to the selected ones only"
+        self.scope = combo(["All blocks", "Selected blocks"], hint, "Parameters for")
         self.scope.activated.connect(self.redraw)
         self._all = PlainLabel("All blocks")  # as high, so that the form stays where it is when a block is selected
         self._all.setMinimumHeight(self.scope.sizeHint().height())

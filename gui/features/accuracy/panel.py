@@ -14,7 +14,7 @@ from ...base.commands import command
 from ...base.needs import Need
 from ...state.document import Document
 from ...state.parts import Part
-from ...widgets.basics import TEXT, Message, PlainLabel, command_button, label_of, lay_out, literal_text, page
+from ...widgets.basics import TEXT, Message, PlainLabel, combo, command_button, label_of, lay_out, literal_text, page
 from ...widgets.docks import PanelGroup
 from ...widgets.number_table import NumberTable
 from ...work.latest_request import LatestRequest
@@ -95,9 +95,8 @@ class AccuracyPanel(Panel):
 
     def _ground_truth_page(self) -> QWidget:
         self.source = Message()
-        self.pixels = QComboBox()
-        self.pixels.addItems(["Filled pixels", "All pixels"])
-        self.pixels.setToolTip("Evaluate only filled pixels, or also pixels with known depth")
+        hint = "Evaluate only filled pixels, or also pixels with known depth"
+        self.pixels = combo(["Filled pixels", "All pixels"], hint)
         self.pixels.activated.connect(lambda _: self.redraw())
         self.ground_truth_table = NumberTable("Errors against ground truth", GROUND_TRUTH_COLUMNS)
         buttons = (
@@ -108,9 +107,8 @@ class AccuracyPanel(Panel):
         return page(_row(*buttons), self.source, _row(*choice, unit=True), self.ground_truth_table)
 
     def _hold_out_page(self) -> QWidget:
-        self.part = QComboBox()
-        self.part.addItems(["All blocks", "Selected block"])
-        self.part.setToolTip("Show the errors of all blocks together, or of the selected block")
+        hint = "Show the errors of all blocks together, or of the selected block"
+        self.part = combo(["All blocks", "Selected block"], hint)
         self.part.activated.connect(lambda _: self.redraw())
         self.part.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
         self.part.setMinimumContentsLength(14)

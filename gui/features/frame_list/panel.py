@@ -9,7 +9,6 @@ from PySide6.QtGui import QActionGroup, QKeyEvent, QMouseEvent, QPaintEvent, QRe
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QBoxLayout,
-    QComboBox,
     QHBoxLayout,
     QLineEdit,
     QListView,
@@ -21,7 +20,7 @@ from PySide6.QtWidgets import (
 
 from ...base import theme
 from ...state.entries import Entry
-from ...widgets.basics import Themed, lay_out, paint_hint
+from ...widgets.basics import Themed, combo, lay_out, paint_hint
 from .model import ENTRY, ORDERS, STATES, FrameFilter, FrameListModel
 from .painter import FramePainter, close_box
 from .thumbnails import Thumbnails
@@ -196,7 +195,8 @@ class FramesPanel(QWidget):
         self.text = QLineEdit(placeholderText="Name or note", clearButtonEnabled=True)
         self.text.setAccessibleName("Filter frames by name or note")
         self.text.setToolTip("Show only frames whose name or note contains all these words")
-        self.state = _choice(STATES, "Filter frames by state", "Show only frames in this state")
+        self.state = combo(STATES, "Show only frames in this state", "Filter frames by state")
+        self.state.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
         self.order = _OrderButton()
         self.view = FrameView(self)
         self.view.setModel(self.model)
@@ -389,13 +389,3 @@ class _OrderButton(Themed, QToolButton):
         own = self.order == next(iter(ORDERS))
         self.setIcon(theme.icon("ph.list-numbers" if own else "ph.sort-ascending", self.palette()))
         self.setToolTip(f"{ORDERS[self.order]}. Next and previous frame follow this order")
-
-
-def _choice(texts: Mapping[str, str], name: str, hint: str) -> QComboBox:
-    box = QComboBox()
-    for value, text in texts.items():
-        box.addItem(text, value)
-    box.setAccessibleName(name)
-    box.setToolTip(hint)
-    box.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
-    return box

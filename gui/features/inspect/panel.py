@@ -11,7 +11,6 @@ from PySide6.QtCore import QEvent, QObject, Qt
 from PySide6.QtGui import QKeySequence, QShortcut
 from PySide6.QtWidgets import (
     QApplication,
-    QComboBox,
     QHBoxLayout,
     QSizePolicy,
     QTabWidget,
@@ -29,7 +28,7 @@ from ...base.needs import Need
 from ...state.document import Document
 from ...state.parts import NO_PART, Part
 from ...tools.line import REACH, off_line, share_along
-from ...widgets.basics import Message, PlainLabel, command_button, lay_out, literal_text, page
+from ...widgets.basics import Message, PlainLabel, combo, command_button, lay_out, literal_text, page
 from ...widgets.docks import PanelGroup
 from ...widgets.file_choice import ask_path, save
 from ...widgets.number_table import NumberTable, Row
@@ -122,10 +121,8 @@ class InspectPanel(Panel):
         return [command_button(self.context.actions[command]) for command in commands]
 
     def _statistics_page(self) -> QWidget:
-        self.subject = QComboBox()
-        self.subject.addItems(["Selected block", "Rectangle"])
-        self.subject.setAccessibleName("Region of the statistics")
-        self.subject.setToolTip("Statistics of the selected block, or of the rectangle if there is one")
+        hint = "Statistics of the selected block, or of the rectangle if there is one"
+        self.subject = combo(["Selected block", "Rectangle"], hint, "Region of the statistics")
         self.subject.activated.connect(self._choose_subject)
         self.subject_name = PlainLabel()
         self.subject_name.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
