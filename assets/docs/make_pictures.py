@@ -166,7 +166,7 @@ def show_window(app: QApplication) -> None:
     theme.apply_theme(app, "light")
     light = Tour()
     light.open()
-    light.window.views.set_layout("grid-extraction")
+    light.window.views.sheet.set_layout("grid-extraction")
     panel = light.window.feature(ExtractionPanel).widget
     for tabs in light.window.findChildren(QTabWidget):
         tabs.setCurrentIndex(max(tabs.indexOf(panel), 0))

@@ -91,7 +91,7 @@ class HeadlessRun(QObject):
             )
         else:
             self._await_end()
-            self._runs.start()
+            self._runs.current.start()
 
     def _await_end(self) -> None:
         # one event loop turn later: after a run, an extrapolation may start

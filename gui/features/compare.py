@@ -188,7 +188,7 @@ class CompareFeature(Feature):
             also=(views.shownChanged,),
             when=partial(views.shows, "spectrum"),
         )
-        views.layoutChanged.connect(self._follow_layout)
+        views.sheet.layoutChanged.connect(self._follow_layout)
 
     @command("view_content", "&View content…", icon="ph.list", keys="Ctrl+Shift+V", needs=Need.FRAME)
     def _choose_content(self) -> None:
@@ -217,8 +217,8 @@ class CompareFeature(Feature):
     @command("compare_two", "Compare &two", icon="ph.columns", keys="Shift+F4", checkable=True, needs=Need.FRAME)
     def _compare_two(self, on: bool) -> None:
         """Show sides A and B, their difference, and the error or the expected error; again to go back."""
-        if on != (self.context.views.layout_name == COMPARE):
-            self.context.views.toggle_layout(COMPARE)
+        if on != (self.context.views.sheet.layout_name == COMPARE):
+            self.context.views.sheet.toggle_layout(COMPARE)
 
     def _follow_layout(self, name: str) -> None:
         """Switch swiping off in the side-by-side layout; in others, show the result while swiping."""
@@ -248,11 +248,11 @@ class CompareFeature(Feature):
             views.sides.set_swiping(False)
             self._restore_contents()
             if self._was_compared:
-                views.toggle_layout(COMPARE)
+                views.sheet.toggle_layout(COMPARE)
             return
-        was_compared = views.layout_name == COMPARE
+        was_compared = views.sheet.layout_name == COMPARE
         if was_compared:
-            views.toggle_layout(COMPARE)
+            views.sheet.toggle_layout(COMPARE)
         self._was_compared = was_compared  # until another layout is chosen
         self._show_result()
         views.sides.set_swiping(True)

@@ -103,7 +103,7 @@ class ExtractionPanel(Panel):
         context.loader.extracted.connect(self._hold)
         context.loader.busy_changed.connect(lambda: self.redraw() if self._is_waiting else None)
         views = context.views
-        for signal in (self._board.stageChanged, views.layoutChanged, views.shownChanged, context.centre.turned):
+        for signal in (self._board.stageChanged, views.sheet.layoutChanged, views.shownChanged, context.centre.turned):
             signal.connect(self.redraw)
         self._mark_stages()
 
@@ -234,7 +234,7 @@ class ExtractionPanel(Panel):
         self.context.centre.show_images()
         if not views.shows("stage"):
             views.set_content("extraction", "extraction")
-            views.set_layout(LAYOUT)
+            views.sheet.set_layout(LAYOUT)
 
     def _switch_preview(self, on: bool) -> None:
         self._previews = on

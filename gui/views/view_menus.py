@@ -71,8 +71,8 @@ class ViewBar(QWidget):
         hint = "View set: the views shown; double-click a title to enlarge a view or show it alone"
         self.layouts = combo(LAYOUT_TEXTS, hint, "View set")
         self.layouts.setMaximumHeight(self.fontMetrics().height() + 6)
-        self.layouts.activated.connect(lambda _: views.set_layout(self.layouts.currentData()))
-        views.layoutChanged.connect(lambda name: self.layouts.setCurrentIndex(LAYOUTS.index(name)))
+        self.layouts.activated.connect(lambda _: views.sheet.set_layout(self.layouts.currentData()))
+        views.sheet.layoutChanged.connect(lambda name: self.layouts.setCurrentIndex(LAYOUTS.index(name)))
         self.shown = menu_button(menu, "Show \u25be", "What is drawn over the views")
         self._menu = menu
         menu.insertAction(menu.actions()[0], self.opacity)

@@ -30,7 +30,7 @@ def typing(opened, qtbot):
 
 def _go(window, x: int, y: int):
     """Move the crosshair to a pixel with the arrow keys, in long steps first."""
-    if window.views.pixel is None:
+    if window.views.navigation.pixel is None:
         key(window, _Key.Key_Right)
     for axis, (back, on) in enumerate(((_Key.Key_Left, _Key.Key_Right), (_Key.Key_Up, _Key.Key_Down))):
         left = (x, y)[axis] - _at(window)[axis]
@@ -38,12 +38,12 @@ def _go(window, x: int, y: int):
             for _ in range(abs(left) // step):
                 key(window, on if left > 0 else back, modifier)
             left = (x, y)[axis] - _at(window)[axis]
-    assert window.views.pixel == (x, y)
+    assert window.views.navigation.pixel == (x, y)
 
 
 def _at(window) -> tuple[int, int]:
-    assert window.views.pixel is not None
-    return window.views.pixel
+    assert window.views.navigation.pixel is not None
+    return window.views.navigation.pixel
 
 
 def _drag(window, *points: tuple[int, int]):
@@ -77,12 +77,12 @@ def test_a_block_is_split_along_a_line_of_keys(typing):
     key(typing, _Key.Key_S)
     _go(typing, 10, 24)
     key(typing, _Key.Key_Left, CTRL)
-    assert typing.views.pixel == (0, 24), "to the end of the frame, for want of a border"
+    assert typing.views.navigation.pixel == (0, 24), "to the end of the frame, for want of a border"
     _drag(typing, (0, 24), (40, 24))
     assert document.undo_stack.undoText().startswith("Split")
     assert document.labels[5, 5] != document.labels[40, 5]
     key(typing, _Key.Key_Up, CTRL)
-    assert typing.views.pixel == (40, 0)
+    assert typing.views.navigation.pixel == (40, 0)
     key(typing, _Key.Key_Left, CTRL)
     assert document.labels[0, _at(typing)[0]] != document.labels[0, 40]
 

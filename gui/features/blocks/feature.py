@@ -121,7 +121,7 @@ class BlocksFeature(Panel):
         self.commands = BlockCommands(context.workspace, context.editor)
         context.actions.add(commands_of(self.commands))
         super().__init__(context)
-        context.views.contextMenuRequested.connect(self._show_menu_at)
+        context.views.navigation.contextMenuRequested.connect(self._show_menu_at)
         context.loader.busy_changed.connect(self._show_hint)
 
     def make(self) -> BlockTable:

@@ -48,13 +48,13 @@ class LayoutsFeature(Feature):
         super().__init__(context)
         self.store = LayoutStore(context.panels.persistent)
         self._last = STANDARD
-        self._views, self._lasting = context.views.layout_name, context.views.lasting_layout
+        self._views, self._lasting = context.views.sheet.layout_name, context.views.sheet.lasting
         self._turning = False
         self._deleted: Layout | None = None
         names = [*(layout.name for layout in BUILT_IN), *OWN]
         context.actions.add(self._switches())
         self._actions: dict[str, QAction] = {name: context.actions[f"layout_{name}"] for name in names}
-        context.views.layoutChanged.connect(self._follow_views)
+        context.views.sheet.layoutChanged.connect(self._follow_views)
         self.menu = context.actions.menu("&Layout", context.window)
         self.bar = LayoutBar()
         self.header = Header(context.window.menuBar(), context.feature(ViewsFeature).bar, self.bar)
@@ -234,7 +234,7 @@ class LayoutsFeature(Feature):
         self._turning = True
         try:
             if arrangement.views in LAYOUTS:
-                views.set_layout(arrangement.views, self.store.layouts[self.present].arrangement.views)
+                views.sheet.set_layout(arrangement.views, self.store.layouts[self.present].arrangement.views)
             views.reset_contents()
             for cell, content in arrangement.contents.items():
                 with contextlib.suppress(ValueError):  # contents that do not exist any more are skipped
@@ -250,7 +250,7 @@ class LayoutsFeature(Feature):
     def _follow_views(self, name: str) -> None:
         """Switch the panels with the views when the views enter or leave the arrangement for correcting; but not in an
         own layout, which may have any views, nor while a single view or a comparison is shown temporarily."""
-        lasting = self.context.views.lasting_layout
+        lasting = self.context.views.sheet.lasting
         if not self._turning and not self.store.is_own(self.present):
             comes, goes = lasting == CORRECT_VIEWS, self.present == CORRECT
             if comes != goes:
