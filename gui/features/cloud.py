@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from copy import copy
 from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QObject, Signal
+from PySide6.QtCore import Signal
 from PySide6.QtGui import QBrush, QColor
 
 from ilf.data.camera import Camera
@@ -18,73 +17,15 @@ from ..base import theme
 from ..base.commands import command
 from ..state.document import Document
 from ..state.parts import Part
-from ..state.workspace import Workspace
-from ..tools.editor import Editor
-from ..views.cloud.canvas import CloudCanvas
 from ..views.cloud.colouring import CloudRequest, ColourBy, Subject, compose, signed_table
 from ..views.cloud.scene import Scene
 from ..views.colours import FIXED, KINDS, Range
 from ..views.interaction import PointerEvent, PointerKind
 from ..views.layers import Layer, Look, content_of
-from ..views.linked_views import LinkedViews
 from ..views.view_data import ShownDepth, colour_table
 from ..work.latest_request import LatestRequest
 from .context import Context, Feature
 from .expected_error import ErrorFeature
-
-# Links the points of the cloud with the pixels of the images, in both directions.
-
-
-class CloudLinks(QObject):
-    """Link between cloud and images: marks the position of the pointer in both. A click on a point selects its block,
-    or goes to the tool if the tool needs points only.
-
-    Parameters
-    ----------
-    shows_present : callable
-        Returns whether the cloud shows the current frame.
-    """
-
-    def __init__(
-        self,
-        workspace: Workspace,
-        editor: Editor,
-        canvas: CloudCanvas,
-        views: LinkedViews,
-        shows_present: Callable[[], bool],
-    ) -> None:
-        super().__init__(canvas)
-        self._workspace = workspace
-        self._editor = editor
-        self._canvas = canvas
-        self._views = views
-        self._shows_present = shows_present
-        views.cursorMoved.connect(canvas.mark)
-        canvas.hovered.connect(self._hover)
-        canvas.picked.connect(self._pick)
-
-    def _hover(self, pixel: tuple[int, int] | None) -> None:
-        if self._shows_present():
-            self._views.point_at(pixel)
-
-    def _pick(self, x: int, y: int, adds: bool) -> None:
-        if not self._shows_present():
-            return
-        if self._editor.tool.points_only:
-            for kind in (PointerKind.PRESS, PointerKind.RELEASE):
-                self._editor.pointer(PointerEvent(kind, x + 0.5, y + 0.5))
-        else:
-            self._choose(x, y, adds)
-
-    def _choose(self, x: int, y: int, adds: bool) -> None:
-        document = self._workspace.current
-        label = int(document.labels[y, x])
-        if label and adds:
-            chosen = [one for one in document.selected if one != label]
-            self._workspace.select(chosen if label in document.selected else [*chosen, label])
-        elif not adds:
-            self._workspace.select([label] if label else [])
-
 
 _NO_INTRINSICS = (
     "This frame has no camera intrinsics, which a point cloud needs.\n"
@@ -102,6 +43,9 @@ class _Request(NamedTuple):
 
 class CloudFeature(Feature):
     """Point cloud of the current frame, rebuilt in a worker thread when the frame or a setting changes.
+
+    The position of the pointer is marked in cloud and images. A click on a point selects its block, or goes to the tool
+    if the tool needs points only.
 
     Signals
     -------
@@ -131,7 +75,9 @@ class CloudFeature(Feature):
         self._questions.failed.connect(lambda _, error: self._report(error))
         cloud.canvas.failed.connect(self._report)
         views.cursorMoved.connect(self._show_value)
-        self.links = CloudLinks(workspace, context.editor, cloud.canvas, views, self._shows_present)
+        views.cursorMoved.connect(cloud.canvas.mark)
+        cloud.canvas.hovered.connect(self._hover)
+        cloud.canvas.picked.connect(self._pick)
         errors = context.feature(ErrorFeature)
         errors.watch(lambda: cloud.isVisible() and cloud.colour_by is ColourBy.EXPECTED)
         workspace.on(Part.FRAME, self._turn)
@@ -325,6 +271,29 @@ class CloudFeature(Feature):
         """Whether the visible cloud is of the current frame."""
         made = self._made
         return made is not None and self._workspace.has_current and self._workspace.current.key == made[0].key
+
+    def _hover(self, pixel: tuple[int, int] | None) -> None:
+        if self._shows_present():
+            self._views.point_at(pixel)
+
+    def _pick(self, x: int, y: int, adds: bool) -> None:
+        if not self._shows_present():
+            return
+        editor = self.context.editor
+        if editor.tool.points_only:
+            for kind in (PointerKind.PRESS, PointerKind.RELEASE):
+                editor.pointer(PointerEvent(kind, x + 0.5, y + 0.5))
+        else:
+            self._choose(x, y, adds)
+
+    def _choose(self, x: int, y: int, adds: bool) -> None:
+        document = self._workspace.current
+        label = int(document.labels[y, x])
+        if label and adds:
+            chosen = [one for one in document.selected if one != label]
+            self._workspace.select(chosen if label in document.selected else [*chosen, label])
+        elif not adds:
+            self._workspace.select([label] if label else [])
 
     @staticmethod
     def _unavailable(document: Document) -> dict[ColourBy, str]:

@@ -174,12 +174,7 @@ class CompareFeature(Feature):
         add = context.refresh.add
         # an edit must show its effect on the result
         add("blink", lambda: actions["blink"].setChecked(False), inputs | Part.STROKE)
-        add(
-            "derived",
-            self.derived.show,
-            Part.FRAME | Part.LABELS | Part.INVALID_MASK | Part.GUIDE | Part.NEIGHBOURS,
-            also=(views.shownChanged,),
-        )
+        add("derived", self.derived.show, inputs, also=(views.shownChanged,))
         add(
             "spectrum",
             self.derived.show_spectrum,
