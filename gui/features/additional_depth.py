@@ -308,13 +308,16 @@ class AdditionalDepthPanel(Panel):
         self._networks = dialog
         dialog.open()
 
-    @command(
-        "use_neighbours",
-        "Use &neighbours",
-        icon="ph.stack",
-        needs=Need.FRAME,
-        why_off=lambda self: self._why_no_neighbours(),
-    )
+    def _why_no_neighbours(self) -> str:
+        entry, place = self._entry(), place_of(self._entry())
+        others = (one for one in self.context.workspace.entries if one is not entry)
+        if place is None or all(place_of(one) != place for one in others):
+            return "The list has no other frame of this sequence: open its folder or recording."
+        if self._frame.intrinsics is None:
+            return "The camera's intrinsics of this frame are not known: open it with intrinsics."
+        return ""
+
+    @command("use_neighbours", "Use &neighbours", icon="ph.stack", needs=Need.FRAME, why_off=_why_no_neighbours)
     def use_neighbours(self) -> None:
         """Use depth that the frames before and after have measured where this one has none."""
         self.reveal()
@@ -410,12 +413,3 @@ class AdditionalDepthPanel(Panel):
         entry = self.context.workspace.entries.of(self._document.id)
         assert entry is not None  # every open frame is in the list
         return entry
-
-    def _why_no_neighbours(self) -> str:
-        entry, place = self._entry(), place_of(self._entry())
-        others = (one for one in self.context.workspace.entries if one is not entry)
-        if place is None or all(place_of(one) != place for one in others):
-            return "The list has no other frame of this sequence: open its folder or recording."
-        if self._frame.intrinsics is None:
-            return "The camera's intrinsics of this frame are not known: open it with intrinsics."
-        return ""

@@ -109,14 +109,11 @@ class CloudFeature(Feature):
         """Show the point cloud beside the images instead of in its own tab."""
         self.context.centre.set_side_by_side(on)
 
-    @command(
-        "cloud_raw",
-        "3D: ra&w depth",
-        icon="ph.eye",
-        checkable=True,
-        held="X",
-        why_off=lambda self: self._why_no_raw(),
-    )
+    def _why_no_raw(self) -> str:
+        there = not self._cloud.isVisible() or not self._workspace.has_current
+        return "" if there or self._workspace.current.completion() is not None else "Not available now."
+
+    @command("cloud_raw", "3D: ra&w depth", icon="ph.eye", checkable=True, held="X", why_off=_why_no_raw)
     def _show_raw(self, on: bool) -> None:
         """Show the point cloud before completion; holding X in the 3D view does the same."""
         self.changed.emit()
@@ -150,10 +147,6 @@ class CloudFeature(Feature):
             if not request.is_same(self._request):
                 self._request = request
                 self._questions.ask(_Request(request, self._scene_before(request)))
-
-    def _why_no_raw(self) -> str:
-        there = not self._cloud.isVisible() or not self._workspace.has_current
-        return "" if there or self._workspace.current.completion() is not None else "Not available now."
 
     def _turn(self) -> None:
         """Release the data of a frame that is not shown any more."""

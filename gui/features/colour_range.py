@@ -332,7 +332,7 @@ class ColourRange(Panel):
         "Colour range from &selection or view",
         icon="ph.arrows-out-line-vertical",
         keys="Ctrl+Alt+G",
-        why_off=lambda self: self._why_no_range(),
+        why_off=_why_no_range,
     )
     def fit(self) -> None:
         """Set the colour range to the values of the selected blocks, or of the visible part of the view."""
@@ -362,9 +362,7 @@ class ColourRange(Panel):
             self.context.notes.show_message("The lower limit of the colour range must be below the upper one.")
             self.redraw()
 
-    @command(
-        "lock_range", "Loc&k colour range", icon="ph.lock", checkable=True, why_off=lambda self: self._why_no_range()
-    )
+    @command("lock_range", "Loc&k colour range", icon="ph.lock", checkable=True, why_off=_why_no_range)
     def _set_lock(self, on: bool) -> None:
         """Keep the colour range in all views, for all runs and frames."""
         views = self.context.views

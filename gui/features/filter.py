@@ -225,25 +225,23 @@ class FilterPanel(Panel):
             self._bases[self.for_selected] = name
         self.redraw()
 
-    @command(
-        "reset_own",
-        "Reset &own parameters",
-        icon="ph.eraser",
-        needs=Need.SELECTION,
-        why_off=lambda self: self._why_none_own(),
-    )
+    def _why_none_own(self) -> str:
+        own = self.context.workspace.current.blocks.own
+        return "" if not self._selected.isdisjoint(own) else "The selected blocks have no parameters of their own."
+
+    @command("reset_own", "Reset &own parameters", icon="ph.eraser", needs=Need.SELECTION, why_off=_why_none_own)
     def reset_own(self) -> None:
         """Reset the selected blocks to the common parameters."""
         self.context.workspace.parameters.reset_own(self.context.workspace.current.selected)
         self._resolve()
 
-    @command(
-        "copy_own",
-        "Copy own para&meters",
-        icon="ph.copy",
-        needs=Need.SELECTION,
-        why_off=lambda self: self._why_no_copy(),
-    )
+    def _why_no_copy(self) -> str:
+        document = self.context.workspace.current
+        if len(document.selected) > 1 and document.selected[0] in document.blocks.own:
+            return ""
+        return "Select a block with parameters of its own first, then other blocks."
+
+    @command("copy_own", "Copy own para&meters", icon="ph.copy", needs=Need.SELECTION, why_off=_why_no_copy)
     def copy_own(self) -> None:
         """Copy the own parameters of the first selected block to the other selected blocks."""
         first, *others = self.context.workspace.current.selected
@@ -257,16 +255,6 @@ class FilterPanel(Panel):
             wanted = [label for label in workspace.current.selected if label in there]
             if wanted:
                 self.context.runs.current.resolve(wanted)
-
-    def _why_none_own(self) -> str:
-        own = self.context.workspace.current.blocks.own
-        return "" if not self._selected.isdisjoint(own) else "The selected blocks have no parameters of their own."
-
-    def _why_no_copy(self) -> str:
-        document = self.context.workspace.current
-        if len(document.selected) > 1 and document.selected[0] in document.blocks.own:
-            return ""
-        return "Select a block with parameters of its own first, then other blocks."
 
     # what changes did
 

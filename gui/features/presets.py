@@ -207,7 +207,10 @@ class PresetBox(Themed, QWidget):
         dialog.accepted.connect(take)
         dialog.open()
 
-    @command("rename_preset", "&Rename preset…", icon="ph.pencil-simple", why_off=lambda self: self._why_not_own())
+    def _why_not_own(self) -> str:
+        return "" if self.present in self._own else "Select a preset of your own first."
+
+    @command("rename_preset", "&Rename preset…", icon="ph.pencil-simple", why_off=_why_not_own)
     def ask_rename(self) -> None:
         """Rename the selected preset of your own."""
         old = self.present
@@ -215,7 +218,7 @@ class PresetBox(Themed, QWidget):
         if decided and name.strip() not in ("", old):
             self.rename(old, name.strip())
 
-    @command("delete_preset", "&Delete preset…", icon="ph.trash", why_off=lambda self: self._why_not_own())
+    @command("delete_preset", "&Delete preset…", icon="ph.trash", why_off=_why_not_own)
     def ask_delete(self) -> None:
         """Delete the selected preset of your own."""
         name = self.present
@@ -254,9 +257,6 @@ class PresetBox(Themed, QWidget):
             self._context.notes.show_message(
                 f"{name} also sets the parameters of the extraction: extract blocks to use them."
             )
-
-    def _why_not_own(self) -> str:
-        return "" if self.present in self._own else "Select a preset of your own first."
 
     def _may(self, text: str, title: str) -> bool:
         yes, no = QMessageBox.StandardButton.Yes, QMessageBox.StandardButton.No

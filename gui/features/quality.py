@@ -476,22 +476,17 @@ class QualityPanel(Panel):
         self.suggestion.setText("Looking for depth that may be invalid…")
         self.ask(_InvalidSearch(document.frame, document.blocks.extraction or BlockParameters()))
 
-    @command(
-        "mark_suggested",
-        "Mark &invalid",
-        icon="ph.check",
-        needs=Need.FRAME,
-        why_off=lambda self: self._why_no_suggestion(),
-    )
+    def _why_no_suggestion(self) -> str:
+        return "" if self.candidates is not None else "No depth is suggested: choose Suggest invalid depth first."
+
+    @command("mark_suggested", "Mark &invalid", icon="ph.check", needs=Need.FRAME, why_off=_why_no_suggestion)
     def mark_suggested(self) -> None:
         """Mark the suggested depth as invalid: it is missing."""
         if self.candidates is not None:
             self._mark_invalid(self.candidates, "Mark suggested depth as invalid")
             self._show_suggestion("")
 
-    @command(
-        "ignore_suggested", "Reject", icon="ph.x", needs=Need.FRAME, why_off=lambda self: self._why_no_suggestion()
-    )
+    @command("ignore_suggested", "Reject", icon="ph.x", needs=Need.FRAME, why_off=_why_no_suggestion)
     def _reject(self) -> None:
         """Keep the suggested depth as valid."""
         self._show_suggestion("")
@@ -528,9 +523,6 @@ class QualityPanel(Panel):
         for button in self._answers:
             button.setVisible(candidates is not None)
         self.context.actions.refresh()
-
-    def _why_no_suggestion(self) -> str:
-        return "" if self.candidates is not None else "No depth is suggested: choose Suggest invalid depth first."
 
 
 def _preview(remedy: Remedy | None) -> Preview | None:

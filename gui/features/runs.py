@@ -91,9 +91,10 @@ class RunsFeature(Feature):
         """Complete the selected blocks only."""
         self._runs.current.start_selected()
 
-    @command(
-        "step", "&Step", icon="ph.skip-forward", keys="F7", needs=Need.BLOCKS, why_off=lambda self: self._why_no_step()
-    )
+    def _why_no_step(self) -> str:
+        return "" if self._is_paused or self._runs.free else "Pause the run first."
+
+    @command("step", "&Step", icon="ph.skip-forward", keys="F7", needs=Need.BLOCKS, why_off=_why_no_step)
     def _step(self) -> None:
         """Run one iteration, then pause."""
         self._runs.current.step()
@@ -103,12 +104,18 @@ class RunsFeature(Feature):
         """Cancel the run; completed blocks keep their results."""
         self._runs.current.cancel()
 
+    def _why_no_extrapolation(self) -> str:
+        document = self._workspace.current
+        if not document.valid_results():
+            return "Run the blocks first."
+        return "The rest is extrapolated already." if document.extrapolated else ""
+
     @command(
         "extrapolate",
         "&Extrapolate the rest",
         icon="ph.question",
         needs=Need.RESULTS | Need.IDLE,
-        why_off=lambda self: self._why_no_extrapolation(),
+        why_off=_why_no_extrapolation,
     )
     def _extrapolate(self) -> None:
         """Extrapolate depth where no block could be completed, for programs that need depth everywhere; these pixels
@@ -128,7 +135,7 @@ class RunsFeature(Feature):
     def _why_no_run(self) -> str:
         return "" if self._is_awaited else sentence((Need.BLOCKS | Need.IDLE) & self.context.missing())
 
-    @command("run", "&Run", icon="ph.play", keys="F5", needs=Need.FRAME, why_off=lambda self: self._why_no_run())
+    @command("run", "&Run", icon="ph.play", keys="F5", needs=Need.FRAME, why_off=_why_no_run)
     def _run(self) -> None:
         """Complete all blocks that have no up-to-date result."""
         if self._is_awaited:
@@ -163,12 +170,3 @@ class RunsFeature(Feature):
             self.context.views.show_found(under_way=under_way)
         self._pause.setChecked(self._is_paused)
         self._pause.setText("Resume" if self._is_paused else "&Pause")
-
-    def _why_no_step(self) -> str:
-        return "" if self._is_paused or self._runs.free else "Pause the run first."
-
-    def _why_no_extrapolation(self) -> str:
-        document = self._workspace.current
-        if not document.valid_results():
-            return "Run the blocks first."
-        return "The rest is extrapolated already." if document.extrapolated else ""

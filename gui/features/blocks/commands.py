@@ -44,13 +44,12 @@ class BlockCommands(QObject):
         self._editor.cancel()
         merge_blocks(self._editor, chosen)
 
+    def _why_none_selected(self) -> str:
+        """Unlike for other commands, a selected block may have no pixels yet."""
+        return "" if self._workspace.current.selected else "Select a block first."
+
     @command(
-        "lock_blocks",
-        "&Lock or unlock",
-        icon="ph.lock",
-        keys="Ctrl+L",
-        needs=Need.FRAME,
-        why_off=lambda self: self._why_none_selected(),
+        "lock_blocks", "&Lock or unlock", icon="ph.lock", keys="Ctrl+L", needs=Need.FRAME, why_off=_why_none_selected
     )
     def toggle_locks(self) -> None:
         """Protect the selected blocks from edits, or unlock them.
@@ -64,26 +63,24 @@ class BlockCommands(QObject):
             text = self._text("Lock" if lock else "Unlock")
             self._workspace.current.edit_infos({label: {"locked": lock} for label in changed}, text)
 
+    def _why_none_to_check(self) -> str:
+        document = self._workspace.current
+        to_check = document.state.to_check & set(document.selected) & document.counts().keys()
+        return "" if to_check else "The selected blocks need no check."
+
     @command(
         "mark_checked",
         "Ma&rk as checked",
         icon="ph.check",
         keys="Ctrl+Shift+F8",
         needs=Need.SELECTION,
-        why_off=lambda self: self._why_none_to_check(),
+        why_off=_why_none_to_check,
     )
     def mark_checked(self) -> None:
         """Mark the selected blocks, which were propagated from another frame, as checked."""
         self._workspace.current.mark_checked(self._workspace.current.selected)
 
-    @command(
-        "hide_blocks",
-        "Show or h&ide",
-        icon="ph.eye",
-        keys="Ctrl+H",
-        needs=Need.FRAME,
-        why_off=lambda self: self._why_none_selected(),
-    )
+    @command("hide_blocks", "Show or h&ide", icon="ph.eye", keys="Ctrl+H", needs=Need.FRAME, why_off=_why_none_selected)
     def toggle_visibility(self) -> None:
         """Show or hide the selected blocks over the image.
 
@@ -166,15 +163,6 @@ class BlockCommands(QObject):
         document = self._workspace.current
         chosen = document.selected
         return f"{verb} {document.info(chosen[0]).name}" if len(chosen) == 1 else f"{verb} {len(chosen)} blocks"
-
-    def _why_none_selected(self) -> str:
-        """Unlike for other commands, a selected block may have no pixels yet."""
-        return "" if self._workspace.current.selected else "Select a block first."
-
-    def _why_none_to_check(self) -> str:
-        document = self._workspace.current
-        to_check = document.state.to_check & set(document.selected) & document.counts().keys()
-        return "" if to_check else "The selected blocks need no check."
 
     # at a position in the image
 

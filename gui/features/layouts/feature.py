@@ -152,7 +152,7 @@ class LayoutsFeature(Feature):
         self._show()
         return True
 
-    @command("delete_layout", "&Delete layout", icon="ph.trash", why_off=lambda self: self._why_not_own())
+    @command("delete_layout", "&Delete layout", icon="ph.trash", why_off=_why_not_own)
     def delete(self) -> None:
         """Delete the current layout, if it is one of your own.
 
@@ -166,7 +166,7 @@ class LayoutsFeature(Feature):
         self._show()
         self.context.notes.offer(f"Layout {self._deleted.text} deleted.", self.context.actions["restore_layout"])
 
-    @command("restore_layout", "Restore layout", why_off=lambda self: self._why_none_deleted())
+    @command("restore_layout", "Restore layout", why_off=_why_none_deleted)
     def restore(self) -> None:
         """Restore the layout that was deleted last."""
         deleted, self._deleted = self._deleted, None
@@ -190,7 +190,7 @@ class LayoutsFeature(Feature):
         proposed = present.text if self.store.is_own(self.present) else ""
         self._ask("Save layout as", "Name of the layout:", proposed, self.save)
 
-    @command("rename_layout", "Re&name layout…", why_off=lambda self: self._why_not_own())
+    @command("rename_layout", "Re&name layout…", why_off=_why_not_own)
     def _ask_rename(self) -> None:
         """Rename the current layout, if it is one of your own."""
         self._ask("Rename layout", "New name:", self.store.layouts[self.present].text, self.rename)

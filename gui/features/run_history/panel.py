@@ -99,14 +99,15 @@ class RunsPanel(Panel):
         """Open the list of this frame's runs."""
         self.reveal()
 
-    @command(
-        "rename_run", "Re&name run", icon="ph.pencil-simple", needs=Need.RUNS, why_off=lambda self: self._why_not_one()
-    )
+    def _why_not_one(self) -> str:
+        return "" if len(self.selected()) == 1 else "Select one run first."
+
+    @command("rename_run", "Re&name run", icon="ph.pencil-simple", needs=Need.RUNS, why_off=_why_not_one)
     def _rename(self) -> None:
         """Rename the selected run (F2 in the list)."""
         self._edit_cell(Column.NAME)
 
-    @command("note_run", "Edit n&ote", icon="ph.note-pencil", needs=Need.RUNS, why_off=lambda self: self._why_not_one())
+    @command("note_run", "Edit n&ote", icon="ph.note-pencil", needs=Need.RUNS, why_off=_why_not_one)
     def _write_note(self) -> None:
         """Edit the note on the selected run."""
         self._edit_cell(Column.NOTE)
@@ -148,13 +149,16 @@ class RunsPanel(Panel):
 
     # commands
 
+    def _why_none_selected(self) -> str:
+        return "" if self.selected() else "Select a run first."
+
     @command(
         "compare_runs",
         "Co&mpare with current",
         icon="ph.columns",
         keys="Ctrl+Shift+D",
         needs=Need.RUNS,
-        why_off=lambda self: self._why_none_selected(),
+        why_off=_why_none_selected,
     )
     def compare(self) -> None:
         """Show the selected runs (max. four) beside the current result, in views and curves; again to stop.
@@ -171,13 +175,7 @@ class RunsPanel(Panel):
             text = f"{what} compared with the current result: hold V to show it."
             self.context.notes.offer(text, self.context.actions["compare_two"])
 
-    @command(
-        "restore_run",
-        "Restore &parameters",
-        icon="ph.arrow-u-up-left",
-        needs=Need.RUNS,
-        why_off=lambda self: self._why_not_one(),
-    )
+    @command("restore_run", "Restore &parameters", icon="ph.arrow-u-up-left", needs=Need.RUNS, why_off=_why_not_one)
     def restore(self) -> None:
         """Set the parameters of the selected run, common and per-block ones; results stay as they are."""
         (stored,) = self.selected()
@@ -194,7 +192,7 @@ class RunsPanel(Panel):
         icon="ph.check-circle",
         keys="Ctrl+Shift+A",
         needs=Need.RUNS,
-        why_off=lambda self: self._why_not_one(),
+        why_off=_why_not_one,
     )
     def accept(self) -> None:
         """Use the results and parameters of the selected run for all blocks that are unchanged since."""
@@ -208,9 +206,7 @@ class RunsPanel(Panel):
             text = f"{stored.name} is the result now."
         self.context.notes.show_message(text)
 
-    @command(
-        "delete_runs", "&Delete runs", icon="ph.trash", needs=Need.RUNS, why_off=lambda self: self._why_none_selected()
-    )
+    @command("delete_runs", "&Delete runs", icon="ph.trash", needs=Need.RUNS, why_off=_why_none_selected)
     def delete(self) -> None:
         """Delete the selected runs (Del in the list)."""
         if chosen := self.selected():
@@ -273,12 +269,6 @@ class RunsPanel(Panel):
             workspace.current.compare_runs([*others, stored] if value else others)
         else:
             workspace.current.change_run(stored, **{what: value})
-
-    def _why_none_selected(self) -> str:
-        return "" if self.selected() else "Select a run first."
-
-    def _why_not_one(self) -> str:
-        return "" if len(self.selected()) == 1 else "Select one run first."
 
     def _show_menu(self, place: QPoint) -> None:
         menu = self.context.actions.menu("", self.view, _MENU)
