@@ -199,8 +199,8 @@ class CompareFeature(Feature):
     @command("swap_sides", "Swap A and &B", icon="ph.swap", needs=Need.FRAME)
     def _swap_sides(self) -> None:
         """Swap the two sides of the comparison."""
-        sides = self.context.views.sides
-        sides.choose(*reversed(sides.names))
+        views = self.context.views
+        views.sides.choose(*reversed(views.data.sides))
 
     @command("blink", "Show side &A", icon="ph.eye", checkable=True, held="V", needs=Need.FRAME)
     def _show_side_a(self, on: bool) -> None:
@@ -240,7 +240,7 @@ class CompareFeature(Feature):
         """
         views = self.context.views
         if not on:
-            views.sides.set_swiping(False)
+            views.sides.swipe.set_on(False)
             self._restore_contents()
             if self._was_compared:
                 views.sheet.toggle_layout(COMPARE)
@@ -250,7 +250,7 @@ class CompareFeature(Feature):
             views.sheet.toggle_layout(COMPARE)
         self._was_compared = was_compared  # until another layout is chosen
         self._show_result()
-        views.sides.set_swiping(True)
+        views.sides.swipe.set_on(True)
 
     def _show_result(self) -> None:
         """Show the result in the active view if no view does."""

@@ -255,8 +255,8 @@ def test_a_run_that_is_the_result_is_not_compared_with_itself(run_twice):
     workspace.current.compare_runs([window.workspace.current.state.runs[-1]])
     window.actions_["compare_two"].trigger()
     window.refresh.now()
-    assert [views.data.names.get(side, side) for side in views.sides.names] == ["Best", "result"]
+    assert [views.data.names.get(side, side) for side in views.data.sides] == ["Best", "result"]
     workspace.accept_run(best)
     window.refresh.draw_all()
-    assert views.sides.names == ("run-1", "result")
+    assert views.data.sides == ("run-1", "result")
     assert views.data.result_number == best.number

@@ -172,7 +172,7 @@ def test_the_palette_survives_menus_that_are_filled_anew(opened, qtbot):
     for code in (Qt.Key.Key_Down, Qt.Key.Key_Up):
         QTest.keyClick(palette.field, code)
     QTest.keyClick(palette.field, Qt.Key.Key_Return)
-    qtbot.waitUntil(lambda: opened.views.sides.chosen[0] == "depth-in")
+    qtbot.waitUntil(lambda: opened.views.data.chosen_sides[0] == "depth-in")
     palette.toggle()
     menu.fill()
     QTest.keyClicks(palette.field, "side")

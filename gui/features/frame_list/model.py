@@ -95,16 +95,12 @@ class FrameListModel(QAbstractListModel):
         self._picture_of = picture_of
         self.entries: list[Entry] = []
         self._rows: dict[str, int] = {}
-        self._present: Entry | None = None
-
-    @property
-    def present(self) -> Entry | None:
+        self.present: Entry | None = None
         """The current frame."""
-        return self._present
 
     def set_present(self, entry: Entry | None) -> None:
         """Set the current frame."""
-        former, self._present = self._present, entry
+        former, self.present = self.present, entry
         for one in (former, entry):
             if one is not None:
                 self.note_changed(one)
@@ -160,7 +156,7 @@ class FrameListModel(QAbstractListModel):
             return self._picture_of(entry)
         if role == ENTRY:
             return entry
-        return entry is self._present if role == PRESENT else None
+        return entry is self.present if role == PRESENT else None
 
 
 # Filter and order of the list. No widgets.

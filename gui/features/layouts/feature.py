@@ -223,7 +223,7 @@ class LayoutsFeature(Feature):
             views.contents(),
             tuple(panels.open),
             panels.places(),
-            views.sides.chosen,
+            views.data.chosen_sides,
             self.context.actions["cloud_beside"].isChecked(),
             self.context.actions["contours_only"].isChecked(),
         )

@@ -41,7 +41,7 @@ class ViewState(QObject):
     def window_state(self) -> dict[str, Any]:
         """Return layout and contents of the views as values for JSON."""
         views = self._views
-        return {_LAYOUT: views.sheet.layout_name, _CONTENTS: views.contents(), _SIDES: list(views.sides.chosen)}
+        return {_LAYOUT: views.sheet.layout_name, _CONTENTS: views.contents(), _SIDES: list(views.data.chosen_sides)}
 
     def take(self, view: Mapping[str, Any]) -> None:
         """Restore the view state of `window_state`; unknown values are ignored."""

@@ -57,10 +57,10 @@ def test_each_stays_as_it_was_left_also_for_the_next_window(qtbot):
     assert layouts.present == "tune"
     assert set(second.panels.open) >= {"Parameters", "Convergence"}
     assert second.actions_["contours_only"].isChecked()
-    assert (second.actions_["cloud_beside"].isChecked(), second.views.sides.chosen) == (False, ("", ""))
+    assert (second.actions_["cloud_beside"].isChecked(), second.views.data.chosen_sides) == (False, ("", ""))
     layouts.turn("standard")
     assert second.panels.open == ["Blocks"]
-    assert (second.actions_["cloud_beside"].isChecked(), second.views.sides.chosen) == (
+    assert (second.actions_["cloud_beside"].isChecked(), second.views.data.chosen_sides) == (
         True,
         ("depth-in", "ground_truth"),
     )

@@ -179,7 +179,7 @@ def test_a_handle_parts_two_depths_and_is_dragged_past_the_tool(views):
     views.give(runs=[views.run("Run 1", flat(1.1))])
     cell = views.cells["depth-out"]
     run_2 = colour_at(cell, 10.5, 30.5)
-    views.sides.set_swiping(True)
+    views.sides.swipe.set_on(True)
     run_1 = colour_at(cell, 10.5, 30.5)
     assert run_1 != run_2 == colour_at(cell, 60.5, 30.5)
     drag(cell.view, (WIDTH / 2, 30), (50, 30))
@@ -202,7 +202,7 @@ def test_a_handle_parts_two_depths_and_is_dragged_past_the_tool(views):
     assert views.data.swipe_column == views.sides.swipe.x == WIDTH / 2, "of another frame, it stands in the middle"
     views.ranges.set("depth", "fixed", (1.0, 3.0))
     views.give(depth=flat(2.9))
-    views.sides.set_swiping(False)
+    views.sides.swipe.set_on(False)
     assert colour_at(cell, 60.5, 40.5) == run_2
 
 
@@ -214,7 +214,7 @@ def test_blocks_of_the_two_sides_are_parted_where_they_differ(views):
     views.give(depth=flat(2.9))
     cell = views.cells["colour"]
     views.give(runs=[views.run("Run 1", flat(1.1), labels=2 * ones)])
-    views.sides.set_swiping(True)
+    views.sides.swipe.set_on(True)
     assert [colour_at(cell, x, 40.5) for x in (10.5, 50.5)] == [(0, 0, 200), (200, 0, 0)]
     beside = 6 / cell.view.transform().m11()
     covered = [colour_at(cell, WIDTH / 2 + side * beside, HEIGHT / 2) for side in (-1, 1)]
@@ -223,7 +223,7 @@ def test_blocks_of_the_two_sides_are_parted_where_they_differ(views):
     assert [colour_at(cell, x, 40.5) for x in (10.5, 30.5)] == [(0, 0, 200), (200, 0, 0)]
     views.sides.choose("depth-in", "run-1")
     assert colour_at(cell, 50.5, 40.5) == (0, 0, 200)
-    views.sides.set_swiping(False)
+    views.sides.swipe.set_on(False)
     assert colour_at(cell, 10.5, 40.5) == (200, 0, 0)
 
 
@@ -329,7 +329,7 @@ def test_a_run_is_never_compared_with_itself(views, chosen, sides):
     mine, other = views.run("Mine", flat(2.0), 4, is_result=True), views.run("Other", flat(2.3), 3)
     views.give(runs=[mine, other])
     views.sides.choose(*chosen)
-    assert views.sides.names == sides
+    assert views.data.sides == sides
     views.sheet.set_layout("grid-difference")
     assert views.cells["difference"].concrete == "difference:result:run-2"
 
@@ -337,7 +337,7 @@ def test_a_run_is_never_compared_with_itself(views, chosen, sides):
 def test_without_another_run_the_result_is_compared_with_depth_in(views):
     views.give(depth=flat(2.0))
     views.give(runs=[views.run("Mine", flat(2.0), is_result=True)])
-    assert views.sides.names == ("depth-in", "result")
+    assert views.data.sides == ("depth-in", "result")
 
 
 def test_a_new_layer_is_one_function_and_one_line(views, monkeypatch):

@@ -268,7 +268,7 @@ def test_difference_is_in_millimetres_and_marks_filled_apart_from_missing(views)
     views.set_content("difference", "difference:result:depth-in")
     views.sheet.set_layout("grid-difference")
     view, table = view_of(views, "difference"), views.cells["difference"].bar
-    assert table._levels == (-5.0, 5.0)
+    assert table.levels == (-5.0, 5.0)
     above, below, zero, filled, missing = (
         colour_at(view, place(view, x, y)) for x, y in ((5, 40), (50, 40), (30, 40), (15, 18), (15, 12))
     )
@@ -287,7 +287,7 @@ def test_the_expected_error_is_logarithmic_in_millimetres_and_tells_measured_fro
     error[10:15, 15:20] = np.repeat(np.float32([[0.001], [0.01], [0.01], [0.1], [0.1]]), 5, axis=1)
     views.give(expected=error)
     view, bar = view_of(views, "expected-error"), views.cells["expected-error"].bar
-    assert (bar._levels, bar._logarithmic) == ((1.0, 100.0), True)
+    assert (bar.levels, bar._logarithmic) == ((1.0, 100.0), True)
     small, middle, large = (colour_at(view, place(view, 17, y)) for y in (10.5, 12, 14))
     assert sum(small) < sum(middle) < sum(large)
     assert middle == tuple(error_table()[128, :3])
@@ -296,7 +296,7 @@ def test_the_expected_error_is_logarithmic_in_millimetres_and_tells_measured_fro
     assert measured != missing
     views.give(expected=None)
     assert view.image.image is None
-    assert bar._levels is None
+    assert bar.levels is None
 
 
 def test_the_expected_error_is_drawn_over_the_mark_of_measured_depth(views):
