@@ -29,6 +29,7 @@ from gui.features.blocks.feature import BlocksFeature
 from gui.features.expected_error import ErrorFeature
 from gui.features.extraction import ExtractionPanel
 from gui.features.sweep.feature import SweepFeature
+from gui.work.frame_runs import RunState
 from ilf._runtime.installation import asset_path
 from ilf.evaluation.evaluation import evaluate_blocks, evaluate_completion
 from ilf.evaluation.hold_out import evaluate_hold_out
@@ -82,7 +83,7 @@ class Tour:
         """Wait until no work is in progress."""
         runs, errors = self.window.runs, self.window.feature(ErrorFeature)
         pause(300)
-        self.wait(lambda: runs.free and not runs.resolving and not errors.busy)
+        self.wait(lambda: runs.state is RunState.IDLE and not errors.busy)
         pause(1500)
 
     def open(self) -> None:
@@ -165,7 +166,7 @@ def show_window(app: QApplication) -> None:
     theme.apply_theme(app, "light")
     light = Tour()
     light.open()
-    light.window.views.set_layout("grid-extraction")
+    light.window.views.sheet.set_layout("grid-extraction")
     panel = light.window.feature(ExtractionPanel).widget
     for tabs in light.window.findChildren(QTabWidget):
         tabs.setCurrentIndex(max(tabs.indexOf(panel), 0))

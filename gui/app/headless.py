@@ -4,20 +4,15 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Callable
 from pathlib import Path
 
 from PySide6.QtCore import QObject, Qt, QTimer
-from PySide6.QtGui import QPixmap
 from PySide6.QtWidgets import QApplication
 
 from ilf.data.results import Status
 
-from ..features.documents.feature import DocumentsFeature
-from ..state.workspace import Workspace
-from ..widgets.notices import Notes
-from ..work.loading import FrameLoader
-from ..work.runs import RunController
+from ..features.expected_error import ErrorFeature
+from .main_window import MainWindow
 
 _SETTLE_MS = 400
 
@@ -29,40 +24,23 @@ class HeadlessRun(QObject):
     no screenshot is saved.
     """
 
-    def __init__(
-        self,
-        workspace: Workspace,
-        loader: FrameLoader,
-        runs: RunController,
-        notes: Notes,
-        documents: DocumentsFeature,
-        take_picture: Callable[[], QPixmap],
-        close: Callable[[], object],
-        is_settled: Callable[[], bool],
-        run: bool,
-        picture: str | None,
-    ) -> None:
-        super().__init__(documents)
-        self._workspace = workspace
-        self._loader = loader
-        self._runs = runs
-        self._take = take_picture
-        self._close = close
-        self._is_settled = is_settled
+    def __init__(self, window: MainWindow, run: bool, picture: str | None) -> None:
+        super().__init__(window)
+        self._window = window
         self._run = run
         self._picture = picture
         self.status = 0
         # no user can confirm the loss of work
-        documents.discard_silently = picture is not None
-        notes.reported.connect(self.note_failure)
+        window.documents.discard_silently = picture is not None
+        window.notes.reported.connect(self.note_failure)
 
     def start(self) -> None:
         """Continue as soon as every frame is open."""
         problem = "" if self._picture is None else _picture_problem(Path(self._picture))
         if problem:
             self.stop(problem)
-        elif self._loader.busy:
-            self._loader.idle.connect(self._opened, Qt.ConnectionType.SingleShotConnection)
+        elif self._window.loader.busy:
+            self._window.loader.idle.connect(self._opened, Qt.ConnectionType.SingleShotConnection)
         else:
             self._opened()
 
@@ -77,7 +55,7 @@ class HeadlessRun(QObject):
         self.finish()
 
     def _opened(self) -> None:
-        workspace = self._workspace
+        workspace = self._window.workspace
         if self.status or not self._run:
             self.finish()
         elif not workspace.has_current:
@@ -91,19 +69,19 @@ class HeadlessRun(QObject):
             )
         else:
             self._await_end()
-            self._runs.start()
+            self._window.runs.current.start()
 
     def _await_end(self) -> None:
         # one event loop turn later: after a run, an extrapolation may start
-        self._runs.ended.connect(
+        self._window.runs.ended.connect(
             lambda _: QTimer.singleShot(0, self, self._ran), Qt.ConnectionType.SingleShotConnection
         )
 
     def _ran(self) -> None:
-        if not self._runs.free:
+        if not self._window.runs.free:
             self._await_end()
             return
-        document = self._workspace.current
+        document = self._window.workspace.current
         results = document.valid_results().values()
         if results and all(result.outcome.status is Status.NOT_RECOVERABLE for result in results):
             reason = next(iter(results)).outcome.message
@@ -117,14 +95,14 @@ class HeadlessRun(QObject):
 
     def _take_picture(self) -> None:
         # the expected error, if it is shown, is computed after the run
-        if not self.status and not self._is_settled():
+        if not self.status and self._window.feature(ErrorFeature).busy:
             self.finish()
             return
-        if not self.status and not self._take().save(self._picture or "", "PNG"):
+        if not self.status and not self._window.documents.picture().save(self._picture or "", "PNG"):
             self.note_failure(f"{self._picture} could not be written. Use another folder, or free disk space.")
         # closing the last window would quit a second time and end the next event loop
         QApplication.setQuitOnLastWindowClosed(False)
-        self._close()
+        self._window.close()
         QApplication.quit()
 
 

@@ -58,7 +58,7 @@ from ..widgets.docks import Docks, PanelGroup
 from ..widgets.log_panel import LogPanel
 from ..widgets.notices import Notes
 from ..widgets.toasts import Toasts
-from ..work.jobs import Worker
+from ..work.jobs import stop_workers
 from ..work.loading import FrameLoader
 from ..work.refresh import Refresh
 from ..work.runs import RunController
@@ -224,10 +224,9 @@ class MainWindow(QMainWindow):
         if not self.project.may_close():
             event.ignore()
             return
+        stop_workers(self)
         for feature in self.features:
             feature.shutdown()
-        for worker in self.findChildren(Worker):
-            worker.shutdown()
         for dialog in self.findChildren(QDialog):
             if dialog.isVisible():
                 dialog.close()

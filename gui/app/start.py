@@ -96,7 +96,6 @@ def _run(options: argparse.Namespace, inputs: _Inputs) -> int:
     for package in ("pyqtgraph", "qtawesome"):
         optional(package, "ilf-studio[app]", "The window")
 
-    from ..features.expected_error import ErrorFeature
     from .main_window import MainWindow
 
     window = MainWindow(persistent=options.screenshot is None)
@@ -113,18 +112,7 @@ def _run(options: argparse.Namespace, inputs: _Inputs) -> int:
 
     from .headless import HeadlessRun
 
-    unattended = HeadlessRun(
-        window.workspace,
-        window.loader,
-        window.runs,
-        window.notes,
-        window.documents,
-        window.documents.picture,
-        window.close,
-        lambda: not window.feature(ErrorFeature).busy,
-        options.run,
-        options.screenshot,
-    )
+    unattended = HeadlessRun(window, options.run, options.screenshot)
     if options.screenshot is not None:
         ErrorReporter(window.notes, unattended.finish).watch()
     _open(window, options, inputs, None if options.screenshot is None else unattended.note_failure)

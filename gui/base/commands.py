@@ -1,11 +1,13 @@
-"""The window's commands: each is one record; menus, tool bar, palette, shortcuts and tooltips are made from these."""
+"""The window's commands, each declared at its handler: menus, tool bar, palette, shortcuts and tooltips follow."""
 
 from __future__ import annotations
 
 import html
+import inspect
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property, partial
+from typing import Any, TypeVar
 
 from PySide6.QtGui import QAction, QActionGroup, QIcon, QKeySequence
 from PySide6.QtWidgets import QMainWindow, QMenu, QToolBar, QToolButton, QWidget
@@ -64,6 +66,49 @@ class Command:
     handler: Callable[..., object] | None = None
     needs: Need = NOTHING
     why_off: Callable[[], str] | None = None
+
+
+_COMMAND = "_command"
+"""The attribute of a method that makes the command it is the handler of, given the object of the method."""
+
+Handler = TypeVar("Handler", bound=Callable[..., object])
+
+
+def command(
+    name: str,
+    text: str,
+    *,
+    icon: str = "",
+    keys: str = "",
+    checkable: bool = False,
+    held: str = "",
+    needs: Need = NOTHING,
+    why_off: Callable[[Any], str] | None = None,
+) -> Callable[[Handler], Handler]:
+    """Declare a method as the handler of a command, with the attributes of `Command`.
+
+    The hint is the first paragraph of the method's docstring. `why_off` is given the object of the method.
+    """
+
+    def declare(handler: Handler) -> Handler:
+        hint = " ".join((inspect.getdoc(handler) or "").partition("\n\n")[0].split()).removesuffix(".")
+
+        def of(owner: object) -> Command:
+            why = None if why_off is None else partial(why_off, owner)
+            return Command(name, text, hint, icon, keys, "", checkable, held, partial(handler, owner), needs, why)
+
+        setattr(handler, _COMMAND, of)
+        return handler
+
+    return declare
+
+
+def commands_of(owner: object) -> Iterator[Command]:
+    """Yield the commands whose handlers are methods of an object, in the order of their definition."""
+    for kind in reversed(type(owner).__mro__):
+        for method in vars(kind).values():
+            if (of := getattr(method, _COMMAND, None)) is not None:
+                yield of(owner)
 
 
 class CommandAction(QAction):

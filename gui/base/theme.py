@@ -150,26 +150,6 @@ def _colours(base: int, window: int, text: int, accent: int) -> Colours:
     )
 
 
-def contrast(one: QColor, other: QColor) -> float:
-    """Return the contrast ratio of two colours, 1 to 21, as WCAG 2 defines it.
-
-    Examples
-    --------
-    >>> contrast(QColor("black"), QColor("white"))
-    21.0
-    """
-    darker, brighter = sorted((_luminance(one), _luminance(other)))
-    return (brighter + 0.05) / (darker + 0.05)
-
-
-def _luminance(colour: QColor) -> float:
-    linear = [
-        part / 12.92 if part <= 0.04045 else ((part + 0.055) / 1.055) ** 2.4
-        for part in (colour.redF(), colour.greenF(), colour.blueF())
-    ]
-    return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
-
-
 def icon(name: str, palette: QPalette, tone: str = "text") -> QIcon:
     """Return an icon of the Phosphor set ("ph.play") in a colour of `Colours`, by its name."""
     used = colours(palette)

@@ -16,10 +16,10 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from ..base.commands import Command
+from ..base.commands import command
 from ..base.versions import versions, versions_text
 from ..widgets.basics import lay_out
-from .context import Context, Feature
+from .context import Feature
 
 _ICON = 64
 _TEXT = (
@@ -74,33 +74,21 @@ class AboutDialog(QDialog):
 class WindowFeature(Feature):
     """Closes the window, shows it in full screen, hides its panels, and tells what it is."""
 
-    def __init__(self, context: Context) -> None:
-        super().__init__(context)
-        window = context.window
-        context.actions.add(
-            (
-                Command("quit", "&Quit", icon="ph.sign-out", keys="Ctrl+Q", handler=window.close),
-                Command(
-                    "toggle_panels",
-                    "S&how or hide all panels",
-                    "Hide all panels to leave the window to the images, or show them again",
-                    icon="ph.arrows-in-line-horizontal",
-                    keys="F9",
-                    handler=context.panels.toggle_all,
-                ),
-                Command(
-                    "full_screen",
-                    "F&ull screen",
-                    "Show the window in full screen",
-                    icon="ph.corners-out",
-                    keys="F11",
-                    checkable=True,
-                    handler=self._show_full_screen,
-                ),
-                Command("about", "&About ILF Studio", icon="ph.info", handler=lambda: AboutDialog(window).open()),
-            )
-        )
+    @command("quit", "&Quit", icon="ph.sign-out", keys="Ctrl+Q")
+    def _quit(self) -> None:
+        self.context.window.close()
 
+    @command("toggle_panels", "S&how or hide all panels", icon="ph.arrows-in-line-horizontal", keys="F9")
+    def _toggle_panels(self) -> None:
+        """Hide all panels to leave the window to the images, or show them again."""
+        self.context.panels.toggle_all()
+
+    @command("about", "&About ILF Studio", icon="ph.info")
+    def _show_about(self) -> None:
+        AboutDialog(self.context.window).open()
+
+    @command("full_screen", "F&ull screen", icon="ph.corners-out", keys="F11", checkable=True)
     def _show_full_screen(self, on: bool) -> None:
+        """Show the window in full screen."""
         window = self.context.window
         (window.showFullScreen if on else window.showNormal)()

@@ -25,7 +25,7 @@ from ilf.run.run import Run
 from ilf.sources.frame_ref import FrameRef
 from ilf.sources.neighbours import around, neighbour_steps
 
-from ..base.commands import Command
+from ..base.commands import command
 from ..base.needs import Need
 from ..state.document import Document
 from ..state.entries import Entry
@@ -196,50 +196,6 @@ class AdditionalDepthPanel(Panel):
     parts = Part.FRAME | Part.LIST | Part.GUIDE | Part.NEIGHBOURS | Part.BY_HAND | Part.LABELS | Part.RESULTS
     what = "work on additional depth"
 
-    def _commands(self) -> Sequence[Command]:
-        return (
-            Command(
-                "load_guide",
-                "Load &guide…",
-                "Use depth or inverse depth from another source, or a network that predicts it, where it helps",
-                icon="ph.compass",
-                handler=self.ask_guide,
-                needs=Need.FRAME,
-            ),
-            Command(
-                "guide_by_network",
-                "Guide by net&work…",
-                "Fetch a network that predicts depth from colour, or choose one that is here, and use it as guide",
-                icon="ph.brain",
-                handler=self.choose_network,
-            ),
-            Command(
-                "remove_guide",
-                "Remove guide",
-                "Complete the frame without a guide",
-                icon="ph.x-circle",
-                handler=self.remove_guide,
-                needs=Need.GUIDE,
-            ),
-            Command(
-                "use_neighbours",
-                "Use &neighbours",
-                "Use depth that the frames before and after have measured where this one has none",
-                icon="ph.stack",
-                handler=self.use_neighbours,
-                needs=Need.FRAME,
-                why_off=self._why_no_neighbours,
-            ),
-            Command(
-                "remove_neighbours",
-                "Remove depth of neighbours",
-                "Complete the frame with its own depth alone",
-                icon="ph.x-circle",
-                handler=self.remove_neighbours,
-                needs=Need.NEIGHBOURS,
-            ),
-        )
-
     def __init__(self, context: Context) -> None:
         self._sections: dict[str, _Section] = {}
         self._networks: GuideNetworksDialog | None = None
@@ -331,14 +287,16 @@ class AdditionalDepthPanel(Panel):
 
     # commands
 
+    @command("load_guide", "Load &guide…", icon="ph.compass", needs=Need.FRAME)
     def ask_guide(self) -> None:
-        """Load a guide for the current frame from a file that the user chooses."""
+        """Use depth or inverse depth from another source, or a network that predicts it, where it helps."""
         if path := choose_file(self.context.window, "Load guide", _FOLDER_KEY, guide_files()):
             self.reveal()
             self.ask(_Load(self._document, self._frame, path))
 
+    @command("guide_by_network", "Guide by net&work…", icon="ph.brain")
     def choose_network(self) -> None:
-        """Show the networks that predict guides, to fetch, add and use them."""
+        """Fetch a network that predicts depth from colour, or choose one that is here, and use it as guide."""
         dialog = GuideNetworksDialog(self.context.window, self.context.workspace.has_current)
         dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         dialog.fetch_requested.connect(lambda name: self.ask(_Fetch(name, self._requests.progressed.emit)))
@@ -350,8 +308,18 @@ class AdditionalDepthPanel(Panel):
         self._networks = dialog
         dialog.open()
 
+    def _why_no_neighbours(self) -> str:
+        entry, place = self._entry(), place_of(self._entry())
+        others = (one for one in self.context.workspace.entries if one is not entry)
+        if place is None or all(place_of(one) != place for one in others):
+            return "The list has no other frame of this sequence: open its folder or recording."
+        if self._frame.intrinsics is None:
+            return "The camera's intrinsics of this frame are not known: open it with intrinsics."
+        return ""
+
+    @command("use_neighbours", "Use &neighbours", icon="ph.stack", needs=Need.FRAME, why_off=_why_no_neighbours)
     def use_neighbours(self) -> None:
-        """Use depth of neighbours in the current frame, as many and as far apart as the panel says."""
+        """Use depth that the frames before and after have measured where this one has none."""
         self.reveal()
         QSettings().setValue(_COUNT_KEY, self._count.value())
         QSettings().setValue(_STEP_KEY, self._step.value())
@@ -375,13 +343,15 @@ class AdditionalDepthPanel(Panel):
         depth = None if completion is None else completion.depth
         self.ask(_Compare(document, kind, changed[kind](), used, depth))
 
+    @command("remove_guide", "Remove guide", icon="ph.x-circle", needs=Need.GUIDE)
     def remove_guide(self) -> None:
-        """Complete the current frame without a guide."""
+        """Complete the frame without a guide."""
         self.context.workspace.current.set_guide(None, "Remove guide")
         self.context.notes.show_message("Guide removed.")
 
+    @command("remove_neighbours", "Remove depth of neighbours", icon="ph.x-circle", needs=Need.NEIGHBOURS)
     def remove_neighbours(self) -> None:
-        """Complete the current frame without depth of neighbours."""
+        """Complete the frame with its own depth alone."""
         self.context.workspace.current.set_neighbours(None, "Remove depth of neighbours")
         self.context.notes.show_message("Depth of neighbours removed.")
 
@@ -443,12 +413,3 @@ class AdditionalDepthPanel(Panel):
         entry = self.context.workspace.entries.of(self._document.id)
         assert entry is not None  # every open frame is in the list
         return entry
-
-    def _why_no_neighbours(self) -> str:
-        entry, place = self._entry(), place_of(self._entry())
-        others = (one for one in self.context.workspace.entries if one is not entry)
-        if place is None or all(place_of(one) != place for one in others):
-            return "The list has no other frame of this sequence: open its folder or recording."
-        if self._frame.intrinsics is None:
-            return "The camera's intrinsics of this frame are not known: open it with intrinsics."
-        return ""

@@ -2,71 +2,53 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 
-from ..base.commands import Command
+from ..base.commands import command
 from ..base.needs import Need
 from ..tools.depth_by_hand import DepthByHandTool
-from .context import Context
+from ..tools.editor import Editor
 
 BY_HAND_COMMANDS = ("fill_by_hand", "continue_plane", "nearer_surface", "farther_surface", "remove_by_hand")
 """Their names, in the order of the tool bar."""
 
 
-def by_hand_commands(context: Context, choose: Callable[[str], None]) -> Sequence[Command]:
-    """Return the commands; `choose` makes a tool the active one."""
-    editor = context.editor
+class ByHandCommands:
+    """The commands; `choose` makes a tool the active one."""
 
-    def with_tool(act: Callable[[DepthByHandTool], None]) -> Callable[[], None]:
-        def handler() -> None:
-            tool = editor.tools["depth_by_hand"]
-            assert isinstance(tool, DepthByHandTool)
-            if editor.tool is not tool:
-                choose("depth_by_hand")
-            act(tool)
+    def __init__(self, editor: Editor, choose: Callable[[str], None]) -> None:
+        self._editor = editor
+        self._choose = choose
 
-        return handler
+    def _tool(self) -> DepthByHandTool:
+        """Return the tool, which is the active one then."""
+        tool = self._editor.tools["depth_by_hand"]
+        assert isinstance(tool, DepthByHandTool)
+        if self._editor.tool is not tool:
+            self._choose("depth_by_hand")
+        return tool
 
-    return (
-        Command(
-            "fill_by_hand",
-            "&Fill with depth",
-            "State the depth in the tool bar at all missing depth of the selected blocks",
-            icon="ph.paint-bucket",
-            handler=with_tool(lambda tool: tool.fill(editor)),
-            needs=Need.SELECTION,
-        ),
-        Command(
-            "continue_plane",
-            "&Continue this plane",
-            "Continue the plane of the known depth in the rectangle, or in the selected blocks, into their holes",
-            icon="ph.square-half",
-            keys="Ctrl+Shift+U",
-            handler=with_tool(lambda tool: tool.propose_plane(editor)),
-            needs=Need.SELECTION,
-        ),
-        Command(
-            "nearer_surface",
-            "&Nearer surface",
-            "Continue the nearer of the two surfaces around a hole of the selected blocks into it",
-            icon="ph.arrow-line-down",
-            handler=with_tool(lambda tool: tool.propose_surface(editor, nearer=True)),
-            needs=Need.SELECTION,
-        ),
-        Command(
-            "farther_surface",
-            "F&arther surface",
-            "Continue the farther of the two surfaces around a hole of the selected blocks into it",
-            icon="ph.arrow-line-up",
-            handler=with_tool(lambda tool: tool.propose_surface(editor, nearer=False)),
-            needs=Need.SELECTION,
-        ),
-        Command(
-            "remove_by_hand",
-            "Remo&ve depth by hand",
-            "Remove depth by hand from the selected blocks, or everywhere if none is selected",
-            icon="ph.backspace",
-            handler=with_tool(lambda tool: tool.erase(editor)),
-            needs=Need.BY_HAND,
-        ),
-    )
+    @command("fill_by_hand", "&Fill with depth", icon="ph.paint-bucket", needs=Need.SELECTION)
+    def fill(self) -> None:
+        """State the depth in the tool bar at all missing depth of the selected blocks."""
+        self._tool().fill(self._editor)
+
+    @command("continue_plane", "&Continue this plane", icon="ph.square-half", keys="Ctrl+Shift+U", needs=Need.SELECTION)
+    def continue_plane(self) -> None:
+        """Continue the plane of the known depth in the rectangle, or in the selected blocks, into their holes."""
+        self._tool().propose_plane(self._editor)
+
+    @command("nearer_surface", "&Nearer surface", icon="ph.arrow-line-down", needs=Need.SELECTION)
+    def continue_nearer(self) -> None:
+        """Continue the nearer of the two surfaces around a hole of the selected blocks into it."""
+        self._tool().propose_surface(self._editor, nearer=True)
+
+    @command("farther_surface", "F&arther surface", icon="ph.arrow-line-up", needs=Need.SELECTION)
+    def continue_farther(self) -> None:
+        """Continue the farther of the two surfaces around a hole of the selected blocks into it."""
+        self._tool().propose_surface(self._editor, nearer=False)
+
+    @command("remove_by_hand", "Remo&ve depth by hand", icon="ph.backspace", needs=Need.BY_HAND)
+    def remove(self) -> None:
+        """Remove depth by hand from the selected blocks, or everywhere if none is selected."""
+        self._tool().erase(self._editor)

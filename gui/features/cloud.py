@@ -2,89 +2,30 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from copy import copy
 from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QObject, Signal
+from PySide6.QtCore import Signal
 from PySide6.QtGui import QBrush, QColor
 
 from ilf.data.camera import Camera
 
 from ..base import theme
-from ..base.commands import Command
+from ..base.commands import command
 from ..state.document import Document
 from ..state.parts import Part
-from ..state.workspace import Workspace
-from ..tools.editor import Editor
-from ..views.cloud.canvas import CloudCanvas
 from ..views.cloud.colouring import CloudRequest, ColourBy, Subject, compose, signed_table
 from ..views.cloud.scene import Scene
 from ..views.colours import FIXED, KINDS, Range
 from ..views.interaction import PointerEvent, PointerKind
 from ..views.layers import Layer, Look, content_of
-from ..views.linked_views import LinkedViews
 from ..views.view_data import ShownDepth, colour_table
 from ..work.latest_request import LatestRequest
 from .context import Context, Feature
 from .expected_error import ErrorFeature
-
-# Links the points of the cloud with the pixels of the images, in both directions.
-
-
-class CloudLinks(QObject):
-    """Link between cloud and images: marks the position of the pointer in both. A click on a point selects its block,
-    or goes to the tool if the tool needs points only.
-
-    Parameters
-    ----------
-    shows_present : callable
-        Returns whether the cloud shows the current frame.
-    """
-
-    def __init__(
-        self,
-        workspace: Workspace,
-        editor: Editor,
-        canvas: CloudCanvas,
-        views: LinkedViews,
-        shows_present: Callable[[], bool],
-    ) -> None:
-        super().__init__(canvas)
-        self._workspace = workspace
-        self._editor = editor
-        self._canvas = canvas
-        self._views = views
-        self._shows_present = shows_present
-        views.cursorMoved.connect(canvas.mark)
-        canvas.hovered.connect(self._hover)
-        canvas.picked.connect(self._pick)
-
-    def _hover(self, pixel: tuple[int, int] | None) -> None:
-        if self._shows_present():
-            self._views.point_at(pixel)
-
-    def _pick(self, x: int, y: int, adds: bool) -> None:
-        if not self._shows_present():
-            return
-        if self._editor.tool.points_only:
-            for kind in (PointerKind.PRESS, PointerKind.RELEASE):
-                self._editor.pointer(PointerEvent(kind, x + 0.5, y + 0.5))
-        else:
-            self._choose(x, y, adds)
-
-    def _choose(self, x: int, y: int, adds: bool) -> None:
-        document = self._workspace.current
-        label = int(document.labels[y, x])
-        if label and adds:
-            chosen = [one for one in document.selected if one != label]
-            self._workspace.select(chosen if label in document.selected else [*chosen, label])
-        elif not adds:
-            self._workspace.select([label] if label else [])
-
 
 _NO_INTRINSICS = (
     "This frame has no camera intrinsics, which a point cloud needs.\n"
@@ -103,6 +44,9 @@ class _Request(NamedTuple):
 class CloudFeature(Feature):
     """Point cloud of the current frame, rebuilt in a worker thread when the frame or a setting changes.
 
+    The position of the pointer is marked in cloud and images. A click on a point selects its block, or goes to the tool
+    if the tool needs points only.
+
     Signals
     -------
     changed()
@@ -117,38 +61,6 @@ class CloudFeature(Feature):
         self._workspace = workspace = context.workspace
         self._cloud = cloud = context.cloud
         self._views = views = context.views
-        """Whether raw depth can be shown instead of completed depth."""
-        context.actions.add(
-            (
-                Command(
-                    "cloud_beside",
-                    "&3D beside the images",
-                    "Show the point cloud beside the images instead of in its own tab",
-                    icon="ph.columns",
-                    keys="Ctrl+Shift+B",
-                    checkable=True,
-                    handler=context.centre.set_side_by_side,
-                ),
-                Command(
-                    "cloud_raw",
-                    "3D: ra&w depth",
-                    "Show the point cloud before completion; holding X in the 3D view does the same",
-                    icon="ph.eye",
-                    checkable=True,
-                    held="X",
-                    handler=lambda on: self.changed.emit(),
-                    why_off=self._why_no_raw,
-                ),
-                Command(
-                    "cloud_selected_only",
-                    "3D: selected blocks onl&y",
-                    "Show only the selected blocks in 3D",
-                    icon="ph.selection",
-                    checkable=True,
-                    handler=lambda on: self.changed.emit(),
-                ),
-            )
-        )
         cloud.add_switches(*(context.actions[name] for name in ("cloud_raw", "cloud_selected_only", "cloud_beside")))
         self._request: CloudRequest | None = None
         self._made: tuple[CloudRequest, Scene] | None = None
@@ -163,7 +75,9 @@ class CloudFeature(Feature):
         self._questions.failed.connect(lambda _, error: self._report(error))
         cloud.canvas.failed.connect(self._report)
         views.cursorMoved.connect(self._show_value)
-        self.links = CloudLinks(workspace, context.editor, cloud.canvas, views, self._shows_present)
+        views.cursorMoved.connect(cloud.canvas.mark)
+        cloud.canvas.hovered.connect(self._hover)
+        cloud.canvas.picked.connect(self._pick)
         errors = context.feature(ErrorFeature)
         errors.watch(lambda: cloud.isVisible() and cloud.colour_by is ColourBy.EXPECTED)
         workspace.on(Part.FRAME, self._turn)
@@ -190,6 +104,25 @@ class CloudFeature(Feature):
             ),
         )
 
+    @command("cloud_beside", "&3D beside the images", icon="ph.columns", keys="Ctrl+Shift+B", checkable=True)
+    def _show_beside(self, on: bool) -> None:
+        """Show the point cloud beside the images instead of in its own tab."""
+        self.context.centre.set_side_by_side(on)
+
+    def _why_no_raw(self) -> str:
+        there = not self._cloud.isVisible() or not self._workspace.has_current
+        return "" if there or self._workspace.current.completion() is not None else "Not available now."
+
+    @command("cloud_raw", "3D: ra&w depth", icon="ph.eye", checkable=True, held="X", why_off=_why_no_raw)
+    def _show_raw(self, on: bool) -> None:
+        """Show the point cloud before completion; holding X in the 3D view does the same."""
+        self.changed.emit()
+
+    @command("cloud_selected_only", "3D: selected blocks onl&y", icon="ph.selection", checkable=True)
+    def _show_selected_only(self, on: bool) -> None:
+        """Show only the selected blocks in 3D."""
+        self.changed.emit()
+
     @property
     def busy(self) -> bool:
         """Whether a cloud is being built."""
@@ -215,19 +148,11 @@ class CloudFeature(Feature):
                 self._request = request
                 self._questions.ask(_Request(request, self._scene_before(request)))
 
-    def _why_no_raw(self) -> str:
-        there = not self._cloud.isVisible() or not self._workspace.has_current
-        return "" if there or self._workspace.current.completion() is not None else "Not available now."
-
     def _turn(self) -> None:
         """Release the data of a frame that is not shown any more."""
         document = self._workspace.current if self._workspace.has_current else None
         if self._request is not None and (document is None or document.key != self._request.key):
             self._drop()
-
-    def shutdown(self) -> bool:
-        """Stop permanently before the window closes. True if the threads have ended."""
-        return all([self._questions.shutdown(), self._cloud.shutdown()])
 
     def _report(self, error: Exception) -> None:
         self.context.notes.report("Point cloud", error)
@@ -339,6 +264,29 @@ class CloudFeature(Feature):
         """Whether the visible cloud is of the current frame."""
         made = self._made
         return made is not None and self._workspace.has_current and self._workspace.current.key == made[0].key
+
+    def _hover(self, pixel: tuple[int, int] | None) -> None:
+        if self._shows_present():
+            self._views.point_at(pixel)
+
+    def _pick(self, x: int, y: int, adds: bool) -> None:
+        if not self._shows_present():
+            return
+        editor = self.context.editor
+        if editor.tool.points_only:
+            for kind in (PointerKind.PRESS, PointerKind.RELEASE):
+                editor.pointer(PointerEvent(kind, x + 0.5, y + 0.5))
+        else:
+            self._choose(x, y, adds)
+
+    def _choose(self, x: int, y: int, adds: bool) -> None:
+        document = self._workspace.current
+        label = int(document.labels[y, x])
+        if label and adds:
+            chosen = [one for one in document.selected if one != label]
+            self._workspace.select(chosen if label in document.selected else [*chosen, label])
+        elif not adds:
+            self._workspace.select([label] if label else [])
 
     @staticmethod
     def _unavailable(document: Document) -> dict[ColourBy, str]:

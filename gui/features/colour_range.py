@@ -9,13 +9,13 @@ import pyqtgraph as pg
 from numpy.typing import NDArray
 from PySide6.QtCore import QSignalBlocker, Qt, QTimer, Signal
 from PySide6.QtGui import QAction, QColor, QFont
-from PySide6.QtWidgets import QComboBox, QDoubleSpinBox, QHBoxLayout, QStackedWidget, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QDoubleSpinBox, QHBoxLayout, QStackedWidget, QVBoxLayout, QWidget
 
 from ..base import theme
-from ..base.commands import Command
+from ..base.commands import command
 from ..state.parts import Part
 from ..views.colours import DEPTH_MAPS, FIXED, KINDS, MODES, Levels, Range
-from ..widgets.basics import PlainLabel, Themed, command_button, lay_out
+from ..widgets.basics import PlainLabel, Themed, combo, command_button, lay_out
 from ..widgets.docks import PanelGroup
 from .context import Context
 from .panel import Panel
@@ -162,14 +162,14 @@ class RangePanel(Themed, QWidget):
         self.histogram = Histogram()
         self.histogram.levelsDragged.connect(self.levelsSet)
         self.title = PlainLabel()
-        self.mode = self._box(MODES, "How the range is computed: robust leaves out 1 % of the values at each end")
+        self.mode = combo(MODES, "How the range is computed: robust leaves out 1 % of the values at each end")
         self.mode.setAccessibleName("Range mode")
         self.mode.activated.connect(lambda _: self.modeChosen.emit(self.mode.currentData()))
         self.low, self.high = (
             self._number("Lower limit of the colour range"),
             self._number("Upper limit of the colour range"),
         )
-        self.map = self._box({name: name.capitalize() for name in DEPTH_MAPS}, "Colour map of depth")
+        self.map = combo({name: name.capitalize() for name in DEPTH_MAPS}, "Colour map of depth")
         self.map.setAccessibleName("Colour map of depth")
         self.map.activated.connect(lambda _: self.mapChosen.emit(self.map.currentData()))
         self._nothing = PlainLabel(alignment=Qt.AlignmentFlag.AlignCenter, wordWrap=True)
@@ -232,13 +232,6 @@ class RangePanel(Themed, QWidget):
             self.mode.setCurrentIndex(self.mode.findData(FIXED))
             self.levelsSet.emit(low, high)
 
-    def _box(self, texts: dict[str, str], hint: str) -> QComboBox:
-        box = QComboBox()
-        for name, text in texts.items():
-            box.addItem(text, name)
-        box.setToolTip(hint)
-        return box
-
     def _number(self, hint: str) -> QDoubleSpinBox:
         number = QDoubleSpinBox(minimum=-_LARGEST, maximum=_LARGEST)
         number.setKeyboardTracking(False)
@@ -293,35 +286,10 @@ class ColourRange(Panel):
         context.feature(ViewsFeature).bar.add_entry(context.actions["fit_range"])
         context.refresh.add("range_lock", self._show_lock, Part.FRAME, also=(views.rangeChanged, views.shownChanged))
 
-    def _commands(self) -> Sequence[Command]:
-        return (
-            Command(
-                "show_range",
-                "Colour &range",
-                "Open the histogram of the shown values with the limits of the colour range",
-                icon="ph.chart-bar",
-                keys="Ctrl+Shift+G",
-                handler=self.reveal,
-            ),
-            Command(
-                "fit_range",
-                "Colour range from &selection or view",
-                "Set the colour range to the values of the selected blocks, or of the visible part of the view",
-                icon="ph.arrows-out-line-vertical",
-                keys="Ctrl+Alt+G",
-                handler=self.fit,
-                why_off=self._why_no_range,
-            ),
-            Command(
-                "lock_range",
-                "Loc&k colour range",
-                "Keep the colour range in all views, for all runs and frames",
-                icon="ph.lock",
-                checkable=True,
-                handler=self._set_lock,
-                why_off=self._why_no_range,
-            ),
-        )
+    @command("show_range", "Colour &range", icon="ph.chart-bar", keys="Ctrl+Shift+G")
+    def _show_range(self) -> None:
+        """Open the histogram of the shown values with the limits of the colour range."""
+        self.reveal()
 
     def make(self) -> RangePanel:
         actions, views = self.context.actions, self.context.views
@@ -359,8 +327,15 @@ class ColourRange(Panel):
         with QSignalBlocker(lock):
             lock.setChecked(self._is_there() and views.ranges.of(views.ranged.range_kind).locked)
 
+    @command(
+        "fit_range",
+        "Colour range from &selection or view",
+        icon="ph.arrows-out-line-vertical",
+        keys="Ctrl+Alt+G",
+        why_off=_why_no_range,
+    )
     def fit(self) -> None:
-        """Set the range of the active view to the values of the selected blocks, or of its visible part."""
+        """Set the colour range to the values of the selected blocks, or of the visible part of the view."""
         cell, document = self.context.views.ranged, self.context.workspace.current
         kind, box = cell.range_kind, cell.view.visible_box()
         of_blocks = cell.picture.values(np.isin(document.labels, document.selected))
@@ -387,8 +362,9 @@ class ColourRange(Panel):
             self.context.notes.show_message("The lower limit of the colour range must be below the upper one.")
             self.redraw()
 
+    @command("lock_range", "Loc&k colour range", icon="ph.lock", checkable=True, why_off=_why_no_range)
     def _set_lock(self, on: bool) -> None:
-        """Fix the current range, or compute it again."""
+        """Keep the colour range in all views, for all runs and frames."""
         views = self.context.views
         kind, levels = views.ranged.range_kind, views.ranged.bar.levels
         if kind:

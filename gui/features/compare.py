@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
@@ -20,7 +20,7 @@ from ilf.data.results import PassBandRecord
 from ilf.drawing.colours import depth_spectrum
 from ilf.segmentation.edges.frame_edges import find_edges
 
-from ..base.commands import Command
+from ..base.commands import command
 from ..base.needs import Need
 from ..state.document import Document
 from ..state.parts import Part
@@ -146,11 +146,6 @@ class DerivedPresenter(QObject):
             depth[result.block.mask] = result.depth
             self._ask("spectrum", (result,), lambda: _spectrum(depth, padding, radii, name))
 
-    def shutdown(self) -> bool:
-        """Stop permanently before the window closes. True if all threads have ended."""
-        ended = [questions.shutdown() for questions in self._questions.values()]
-        return all(ended)
-
 
 def _fitted(frame: RGBDFrame) -> NDArray[np.float32] | None:
     """Return the frame's guide, fitted to its known depth [m]."""
@@ -170,7 +165,6 @@ class CompareFeature(Feature):
     def __init__(self, context: Context) -> None:
         super().__init__(context)
         workspace, views, actions = context.workspace, context.views, context.actions
-        actions.add(self._commands())
         self.derived = DerivedPresenter(workspace, views)
         self._was_compared = False
         self._replaced: dict[str, str] = {}
@@ -180,12 +174,7 @@ class CompareFeature(Feature):
         add = context.refresh.add
         # an edit must show its effect on the result
         add("blink", lambda: actions["blink"].setChecked(False), inputs | Part.STROKE)
-        add(
-            "derived",
-            self.derived.show,
-            Part.FRAME | Part.LABELS | Part.INVALID_MASK | Part.GUIDE | Part.NEIGHBOURS,
-            also=(views.shownChanged,),
-        )
+        add("derived", self.derived.show, inputs, also=(views.shownChanged,))
         add(
             "spectrum",
             self.derived.show_spectrum,
@@ -194,76 +183,37 @@ class CompareFeature(Feature):
             also=(views.shownChanged,),
             when=partial(views.shows, "spectrum"),
         )
-        views.layoutChanged.connect(self._follow_layout)
+        views.sheet.layoutChanged.connect(self._follow_layout)
 
-    def _commands(self) -> Sequence[Command]:
+    @command("view_content", "&View content…", icon="ph.list", keys="Ctrl+Shift+V", needs=Need.FRAME)
+    def _choose_content(self) -> None:
+        """Choose the content of the view under the pointer, or of the view clicked last; same as a click on its
+        title."""
+        self.context.views.choose_content()
+
+    @command("reset_contents", "R&eset view contents")
+    def _reset_contents(self) -> None:
+        """Restore the default content of every view."""
+        self.context.views.reset_contents()
+
+    @command("swap_sides", "Swap A and &B", icon="ph.swap", needs=Need.FRAME)
+    def _swap_sides(self) -> None:
+        """Swap the two sides of the comparison."""
         views = self.context.views
-        return (
-            Command(
-                "view_content",
-                "&View content…",
-                "Choose the content of the view under the pointer, or of the view clicked last; "
-                "same as a click on its title",
-                icon="ph.list",
-                keys="Ctrl+Shift+V",
-                handler=views.choose_content,
-                needs=Need.FRAME,
-            ),
-            Command(
-                "reset_contents",
-                "R&eset view contents",
-                "Restore the default content of every view",
-                handler=views.reset_contents,
-            ),
-            Command(
-                "compare_two",
-                "Compare &two",
-                "Show sides A and B, their difference, and the error or the expected error; again to go back",
-                icon="ph.columns",
-                keys="Shift+F4",
-                checkable=True,
-                handler=self._compare_two,
-                needs=Need.FRAME,
-            ),
-            Command(
-                "swipe",
-                "S&wipe between two",
-                "Compare with a draggable divider: side A on the left, side B on the right",
-                icon="ph.arrows-left-right",
-                keys="Ctrl+Shift+X",
-                checkable=True,
-                handler=self._swipe,
-                needs=Need.FRAME,
-            ),
-            Command(
-                "blink",
-                "Show side &A",
-                "Show side A instead of the result in all views; also while V is held",
-                icon="ph.eye",
-                checkable=True,
-                held="V",
-                handler=self._show_side_a,
-                needs=Need.FRAME,
-            ),
-            Command(
-                "swap_sides",
-                "Swap A and &B",
-                "Swap the two sides of the comparison",
-                icon="ph.swap",
-                handler=lambda: views.sides.choose(*reversed(views.sides.names)),
-                needs=Need.FRAME,
-            ),
-        )
+        views.sides.choose(*reversed(views.data.sides))
 
+    @command("blink", "Show side &A", icon="ph.eye", checkable=True, held="V", needs=Need.FRAME)
     def _show_side_a(self, on: bool) -> None:
-        """Show side A, with the blocks of its run, in place of the result, or the result again."""
+        """Show side A instead of the result in all views; also while V is held."""
         views = self.context.views
         views.sides.show_a_as_result(on)
         views.blocks.draw(Part.LABELS)
 
+    @command("compare_two", "Compare &two", icon="ph.columns", keys="Shift+F4", checkable=True, needs=Need.FRAME)
     def _compare_two(self, on: bool) -> None:
-        if on != (self.context.views.layout_name == COMPARE):
-            self.context.views.toggle_layout(COMPARE)
+        """Show sides A and B, their difference, and the error or the expected error; again to go back."""
+        if on != (self.context.views.sheet.layout_name == COMPARE):
+            self.context.views.sheet.toggle_layout(COMPARE)
 
     def _follow_layout(self, name: str) -> None:
         """Switch swiping off in the side-by-side layout; in others, show the result while swiping."""
@@ -275,22 +225,32 @@ class CompareFeature(Feature):
             self._restore_contents()
             self._show_result()
 
+    @command(
+        "swipe",
+        "S&wipe between two",
+        icon="ph.arrows-left-right",
+        keys="Ctrl+Shift+X",
+        checkable=True,
+        needs=Need.FRAME,
+    )
     def _swipe(self, on: bool) -> None:
-        """Show the divider instead of both sides side by side, and show the result if no view does; switching off
-        restores the former contents."""
+        """Compare with a draggable divider: side A on the left, side B on the right.
+
+        It is shown instead of both sides side by side; if no view shows the result, one does until it is switched off.
+        """
         views = self.context.views
         if not on:
-            views.sides.set_swiping(False)
+            views.sides.swipe.set_on(False)
             self._restore_contents()
             if self._was_compared:
-                views.toggle_layout(COMPARE)
+                views.sheet.toggle_layout(COMPARE)
             return
-        was_compared = views.layout_name == COMPARE
+        was_compared = views.sheet.layout_name == COMPARE
         if was_compared:
-            views.toggle_layout(COMPARE)
+            views.sheet.toggle_layout(COMPARE)
         self._was_compared = was_compared  # until another layout is chosen
         self._show_result()
-        views.sides.set_swiping(True)
+        views.sides.swipe.set_on(True)
 
     def _show_result(self) -> None:
         """Show the result in the active view if no view does."""

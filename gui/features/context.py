@@ -9,7 +9,7 @@ from typing import NamedTuple, TypeVar
 from PySide6.QtCore import QObject
 from PySide6.QtWidgets import QMainWindow
 
-from ..base.commands import Actions
+from ..base.commands import Actions, commands_of
 from ..base.needs import NOTHING, Need
 from ..project.recorder import Recorder
 from ..state.document import Document
@@ -127,15 +127,16 @@ class Context:
 class Feature(QObject):
     """One feature of the window with all that belongs to it.
 
-    When it is made, a feature adds its commands to the context's actions, makes its widgets, adds its panels to the
-    context's docks, registers their updates with the context's refresh, and passes its messages to the context's
-    notes.
+    When it is made, its methods that are commands are added to the context's actions. It makes its widgets, adds its
+    panels to the context's docks, registers their updates with the context's refresh, and passes its messages to the
+    context's notes.
     """
 
     def __init__(self, context: Context) -> None:
         super().__init__(context.window)
         self.context = context
         context.features.append(self)
+        context.actions.add(commands_of(self))
 
     def begin(self) -> None:
         """Called when the window has all features and menus, just before it is shown; not for one made on use."""
@@ -144,7 +145,5 @@ class Feature(QObject):
         """Pending background work that would be lost."""
         return ()
 
-    def shutdown(self) -> bool:
-        """Stop what is not a `Worker`: the window stops these, and closes the dialogs, before it closes. True if no
-        thread is left."""
-        return True
+    def shutdown(self) -> None:
+        """Called before the window closes, when its workers have been stopped and its dialogs are still open."""

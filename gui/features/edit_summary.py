@@ -20,7 +20,7 @@ from ilf.run.run import Run
 from ilf.segmentation.editing.patches import LabelPatch
 
 from ..base import theme
-from ..base.commands import Command
+from ..base.commands import command
 from ..state.document import Document
 from ..state.edits import DrawnChange, Edit
 from ..state.parts import Part
@@ -246,10 +246,6 @@ class EditSummaryPresenter(QObject):
             labels = _labels_before(self._change.patch, self._change.forward, labels)
         self._views.look_back(FormerState(labels, None if self._before is None else self._before.depth))
 
-    def shutdown(self) -> bool:
-        """Stop permanently before the window closes. True if the thread has ended."""
-        return self._questions.shutdown()
-
     def _take(self, edit: Edit) -> None:
         """Note an edit at once: results of the blocks before it are gone by the next turn."""
         if not self._workspace.is_shown(edit.document):
@@ -334,19 +330,6 @@ class EditSummaryFeature(Feature):
     def __init__(self, context: Context) -> None:
         super().__init__(context)
         workspace, runs, actions = context.workspace, context.runs, context.actions
-        actions.add(
-            (
-                Command(
-                    "show_before_edit",
-                    "Show state &before the last edit",
-                    "Show blocks and depth before the last edit; holding Z does the same",
-                    icon="ph.eye",
-                    checkable=True,
-                    held="Z",
-                    handler=lambda on: self.presenter.look(on),
-                ),
-            )
-        )
         self.line = EditSummaryLine()
         context.centre.add_strip(self.line)
         self.presenter = EditSummaryPresenter(workspace, runs, context.views, self.line, actions["live"])
@@ -356,6 +339,11 @@ class EditSummaryFeature(Feature):
             "state before the edit", lambda: actions["show_before_edit"].setChecked(False), Part.FRAME | edits
         )
         runs.resolved.connect(self._tell_resolved)
+
+    @command("show_before_edit", "Show state &before the last edit", icon="ph.eye", checkable=True, held="Z")
+    def _show_before(self, on: bool) -> None:
+        """Show blocks and depth before the last edit; holding Z does the same."""
+        self.presenter.look(on)
 
     def _tell_resolved(self, text: str) -> None:
         if not self.presenter.busy:  # after an edit, its summary is shown instead

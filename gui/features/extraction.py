@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import html
-from collections.abc import Sequence
 from functools import partial
 from typing import NamedTuple
 
@@ -18,7 +17,7 @@ from ilf.data.parameters import BlockParameters
 from ilf.drawing.blocks import STAGES, stage_picture
 
 from ..base import theme
-from ..base.commands import Command, hint_of
+from ..base.commands import Command, command, hint_of
 from ..base.needs import Need
 from ..state.parts import Part
 from ..views.layouts import LAYOUT_TEXTS
@@ -87,12 +86,24 @@ class ExtractionPanel(Panel):
         self._previews = True
         """Whether the view follows the parameters."""
         super().__init__(context)
+        context.actions.add(
+            Command(
+                f"stage_{name}",
+                text,
+                hint,
+                keys=f"Alt+{number}",
+                group="stage",
+                handler=partial(self.show_stage, name),
+                needs=Need.FRAME,
+            )
+            for number, (name, (text, hint)) in enumerate(_COMMANDS.items(), 1)
+        )
         self._slow = QTimer(self, singleShot=True, interval=_SLOW_MS)
         self._slow.timeout.connect(lambda: self._board.show_text("Extracting…"))
         context.loader.extracted.connect(self._hold)
         context.loader.busy_changed.connect(lambda: self.redraw() if self._is_waiting else None)
         views = context.views
-        for signal in (self._board.stageChanged, views.layoutChanged, views.shownChanged, context.centre.turned):
+        for signal in (self._board.stageChanged, views.sheet.layoutChanged, views.shownChanged, context.centre.turned):
             signal.connect(self.redraw)
         self._mark_stages()
 
@@ -124,30 +135,6 @@ class ExtractionPanel(Panel):
         widget = QWidget()
         lay_out(QVBoxLayout(widget), row, keep, self._summary, self.form, margins=(8, 8, 4, 4), stretched=self.form)
         return widget
-
-    def _commands(self) -> Sequence[Command]:
-        extract = Command(
-            "extract",
-            "E&xtract blocks",
-            "Extract the blocks again; locked blocks and hand-made blocks stay",
-            icon="ph.polygon",
-            keys="Ctrl+B",
-            handler=self.extract,
-            needs=Need.FRAME | Need.IDLE,
-        )
-        stages = (
-            Command(
-                f"stage_{name}",
-                text,
-                hint,
-                keys=f"Alt+{number}",
-                group="stage",
-                handler=partial(self.show_stage, name),
-                needs=Need.FRAME,
-            )
-            for number, (name, (text, hint)) in enumerate(_COMMANDS.items(), 1)
-        )
-        return extract, *stages
 
     def _mark_stages(self) -> None:
         """Mark the command of the shown stage, and show the commands' hints on the buttons of the view."""
@@ -247,7 +234,7 @@ class ExtractionPanel(Panel):
         self.context.centre.show_images()
         if not views.shows("stage"):
             views.set_content("extraction", "extraction")
-            views.set_layout(LAYOUT)
+            views.sheet.set_layout(LAYOUT)
 
     def _switch_preview(self, on: bool) -> None:
         self._previews = on
@@ -255,8 +242,12 @@ class ExtractionPanel(Panel):
             self.show_view()
         self.redraw()
 
+    @command("extract", "E&xtract blocks", icon="ph.polygon", keys="Ctrl+B", needs=Need.FRAME | Need.IDLE)
     def extract(self) -> None:
-        """Extract the blocks again with the panel's parameters; at once if the preview has the result."""
+        """Extract the blocks again; locked blocks and hand-made blocks stay.
+
+        They are there at once if the preview has them.
+        """
         document, held = self.context.workspace.current, self._held
         matches = held is not None and held.matches(document.frame, self.context.workspace.parameters.extraction)
         self.context.loader.extract(document, held if matches else None)
@@ -312,11 +303,6 @@ class ExtractionPanel(Panel):
         if watched is self.widget and event.type() == QEvent.Type.PaletteChange:
             self.redraw()
         return super().eventFilter(watched, event)
-
-    def shutdown(self) -> bool:
-        """Stop permanently before the window closes. True if the thread has ended."""
-        self._slow.stop()
-        return super().shutdown()
 
 
 def _describe_around(locked: int, by_hand: int) -> str:

@@ -7,19 +7,19 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from PySide6.QtGui import QStandardItemModel
-from PySide6.QtWidgets import QComboBox, QHBoxLayout, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QHBoxLayout, QVBoxLayout, QWidget
 
 from ilf.data.blocks import OwnValues, own_values
 from ilf.data.parameters import DEFAULT_PRESET, Parameters
 from ilf.data.results import BlockResult
 from ilf.run.run import Run
 
-from ..base.commands import Command
+from ..base.commands import command
 from ..base.needs import Need
 from ..state.document import Document
 from ..state.parameters import parameter_labels
 from ..state.parts import Part
-from ..widgets.basics import TEXT, PlainLabel, command_button, form, lay_out
+from ..widgets.basics import TEXT, PlainLabel, combo, command_button, form, lay_out
 from ..widgets.parameter_form import ParameterForm
 from .context import Context
 from .panel import Panel
@@ -84,10 +84,8 @@ class FilterPanel(Panel):
         self.presets.chosen.connect(self._choose_preset)
         self.presets.changed.connect(self._take_presets)
         self.frames = SharingRow(self.context)
-        self.scope = QComboBox()
-        self.scope.addItems(["All blocks", "Selected blocks"])
-        self.scope.setAccessibleName("Parameters for")
-        self.scope.setToolTip("Whether the parameters below apply to all blocks, or to the selected ones only")
+        hint = "Whether the parameters below apply to all blocks, or to the selected ones only"
+        self.scope = combo(["All blocks", "Selected blocks"], hint, "Parameters for")
         self.scope.activated.connect(self.redraw)
         self._all = PlainLabel("All blocks")  # as high, so that the form stays where it is when a block is selected
         self._all.setMinimumHeight(self.scope.sizeHint().height())
@@ -105,37 +103,6 @@ class FilterPanel(Panel):
         widget = QWidget()
         lay_out(QVBoxLayout(widget), self._choices, self.form, self.work, margins=(8, 8, 4, 4), stretched=self.form)
         return widget
-
-    def _commands(self) -> Sequence[Command]:
-        return (
-            Command(
-                "reset_own",
-                "Reset &own parameters",
-                "Reset the selected blocks to the common parameters",
-                icon="ph.eraser",
-                handler=self.reset_own,
-                needs=Need.SELECTION,
-                why_off=self._why_none_own,
-            ),
-            Command(
-                "copy_own",
-                "Copy own para&meters",
-                "Copy the own parameters of the first selected block to the other selected blocks",
-                icon="ph.copy",
-                handler=self.copy_own,
-                needs=Need.SELECTION,
-                why_off=self._why_no_copy,
-            ),
-            Command(
-                "try_parameters",
-                "Tr&y parameters",
-                "Try smaller and larger values of the parameters shown, and put those first that change the depth of "
-                "this frame most; its parameters and results stay as they are",
-                icon="ph.sort-descending",
-                handler=self.try_shown,
-                needs=Need.BLOCKS | Need.IDLE,
-            ),
-        )
 
     # what is shown
 
@@ -233,7 +200,7 @@ class FilterPanel(Panel):
         if label:
             workspace.parameters.set_own(values, [label])
             if self.context.actions["live"].isChecked():
-                self.context.runs.resolve([label])
+                self.context.runs.current.resolve([label])
         else:
             workspace.parameters.set(workspace.parameters.current.replace(**values))
             self._resolve()
@@ -258,13 +225,25 @@ class FilterPanel(Panel):
             self._bases[self.for_selected] = name
         self.redraw()
 
+    def _why_none_own(self) -> str:
+        own = self.context.workspace.current.blocks.own
+        return "" if not self._selected.isdisjoint(own) else "The selected blocks have no parameters of their own."
+
+    @command("reset_own", "Reset &own parameters", icon="ph.eraser", needs=Need.SELECTION, why_off=_why_none_own)
     def reset_own(self) -> None:
-        """Remove the per-block parameters of the selected blocks."""
+        """Reset the selected blocks to the common parameters."""
         self.context.workspace.parameters.reset_own(self.context.workspace.current.selected)
         self._resolve()
 
+    def _why_no_copy(self) -> str:
+        document = self.context.workspace.current
+        if len(document.selected) > 1 and document.selected[0] in document.blocks.own:
+            return ""
+        return "Select a block with parameters of its own first, then other blocks."
+
+    @command("copy_own", "Copy own para&meters", icon="ph.copy", needs=Need.SELECTION, why_off=_why_no_copy)
     def copy_own(self) -> None:
-        """Copy the per-block parameters of the first selected block to the others."""
+        """Copy the own parameters of the first selected block to the other selected blocks."""
         first, *others = self.context.workspace.current.selected
         self.context.workspace.parameters.copy_own(first, others)
         self._resolve()
@@ -275,22 +254,14 @@ class FilterPanel(Panel):
             there = workspace.current.counts()
             wanted = [label for label in workspace.current.selected if label in there]
             if wanted:
-                self.context.runs.resolve(wanted)
-
-    def _why_none_own(self) -> str:
-        own = self.context.workspace.current.blocks.own
-        return "" if not self._selected.isdisjoint(own) else "The selected blocks have no parameters of their own."
-
-    def _why_no_copy(self) -> str:
-        document = self.context.workspace.current
-        if len(document.selected) > 1 and document.selected[0] in document.blocks.own:
-            return ""
-        return "Select a block with parameters of its own first, then other blocks."
+                self.context.runs.current.resolve(wanted)
 
     # what changes did
 
+    @command("try_parameters", "Tr&y parameters", icon="ph.sort-descending", needs=Need.BLOCKS | Need.IDLE)
     def try_shown(self) -> None:
-        """Try other values of the parameters that the form shows."""
+        """Try smaller and larger values of the parameters shown, and put those first that change the depth of this
+        frame most; its parameters and results stay as they are."""
         workspace = self.context.workspace
         document = workspace.current
         blocks = sorted(self._selected) if self._applies_to_selected else ()

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Any, get_args
+from typing import Any
 from urllib.parse import urlsplit
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import QComboBox, QDialog, QDialogButtonBox, QPushButton, QTreeWidgetItem, QWidget
+from PySide6.QtWidgets import QDialog, QDialogButtonBox, QPushButton, QTreeWidgetItem, QWidget
 
-from ilf.data.guide import Gives, GuideCard
+from ilf.data.guide import GuideCard
 from ilf.io.frame_additions import NETWORK_SUFFIX
 from ilf.io.guide_models import damaged_cards, guide_cards, guide_file, licence_text, state_of
 
-from ..widgets.basics import Message, give_size, label_of, row, row_list, stack
+from ..widgets.basics import Message, combo, give_size, label_of, row, row_list, stack
 from ..widgets.file_choice import choose_file
 from ..widgets.notices import error_text
 from ..widgets.work_row import WorkRow
@@ -67,10 +67,7 @@ class GuideNetworksDialog(QDialog):
         self.use_button.setToolTip("Predict a guide of the current frame by the selected network")
         self.add_button = QPushButton("&Add file…", autoDefault=False)
         self.add_button.setToolTip("Add an ONNX file: one that was copied from another computer, or of your own")
-        self.gives = QComboBox()
-        self.gives.setToolTip("What a network of your own predicts; it is fitted to known depth as that")
-        for gives in get_args(Gives):
-            self.gives.addItem(GIVES[gives], gives)
+        self.gives = combo(GIVES, "What a network of your own predicts; it is fitted to known depth as that")
         self.fetch_button.clicked.connect(lambda: self.fetch_requested.emit(self.chosen()))
         self.use_button.clicked.connect(self._use)
         self.add_button.clicked.connect(self._add)

@@ -191,8 +191,8 @@ def _layout_menu(views: LinkedViews, parent: QMenu) -> QMenu:
     actions = _choices(menu, LAYOUT_TEXTS, LAYOUTS[0])
     menu.insertSeparator(actions[next(iter(CELLS))])
     for name, action in actions.items():
-        action.triggered.connect(lambda _=False, name=name: views.set_layout(name))
-    views.layoutChanged.connect(lambda name: actions[name].setChecked(True))
+        action.triggered.connect(lambda _=False, name=name: views.sheet.set_layout(name))
+    views.sheet.layoutChanged.connect(lambda name: actions[name].setChecked(True))
     return menu
 
 

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from functools import cached_property
 from typing import Any, ClassVar
 
 from PySide6.QtCore import QEvent, QObject
 from PySide6.QtWidgets import QWidget
 
-from ..base.commands import Command
 from ..state.parts import NO_PART, Part
 from ..widgets.basics import Late
 from ..widgets.docks import PanelGroup
@@ -21,7 +19,7 @@ from .context import Context, Feature
 class Panel(Feature):
     """A panel of the window: a widget in a dock, drawn only while it is visible.
 
-    A subclass declares the attributes and its commands, makes its widget in `make`, when it is first shown, and draws
+    A subclass declares the attributes, makes its widget in `make`, when it is first shown, and draws
     it in `refresh`. What takes time it asks for: `compute` answers in a worker thread, `take` shows the answer.
 
     Attributes
@@ -56,7 +54,6 @@ class Panel(Feature):
         self._requests = LatestRequest[Any, Any](self.compute, self)
         self._requests.answered.connect(self.take)
         self._requests.failed.connect(self.fail)
-        context.actions.add(self._commands())
         if self.group is not None:
             context.panels.add(self.title, self._in_dock(), self.group, self.icon, self.open_at_first)
         context.refresh.add(self.title, self._draw, self.parts, self.deferred)
@@ -84,10 +81,6 @@ class Panel(Feature):
     def made(self) -> bool:
         """Whether it was shown before."""
         return "widget" in vars(self)
-
-    def _commands(self) -> Sequence[Command]:
-        """Return its commands."""
-        return ()
 
     def make(self) -> QWidget:
         """Make the widget of the panel."""
@@ -141,10 +134,6 @@ class Panel(Feature):
     def cancel(self) -> None:
         """Drop what was asked so far, and end the computation in progress."""
         self._requests.cancel()
-
-    def shutdown(self) -> bool:
-        """Stop permanently before the window closes. True if the thread has ended."""
-        return self._requests.shutdown()
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         """Draw what has changed while the panel was not visible."""

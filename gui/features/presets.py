@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from pathlib import Path
 
 from PySide6.QtCore import QSignalBlocker, Qt, Signal
@@ -33,7 +33,7 @@ from ilf.data.presets import (
 from ilf.errors import IlfError
 
 from ..base import theme
-from ..base.commands import Command
+from ..base.commands import command, commands_of
 from ..widgets.basics import PlainLabel, Themed, answers, lay_out, literal_text, menu_button
 from ..widgets.file_choice import ask_path, choose_file, last_folder, remember_folder
 from .context import Context
@@ -101,7 +101,7 @@ class PresetBox(Themed, QWidget):
         self.names.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
         self.names.activated.connect(lambda _: self._choose(self.present))
         self.names.currentIndexChanged.connect(lambda _: context.actions.refresh())
-        commands = self._commands()
+        commands = list(commands_of(self))
         context.actions.add(commands)
         menu = context.actions.menu("", self, " ".join(command.name for command in commands))
         self._menu_button = menu_button(menu, "", "Save, rename, delete, import or export presets of your own")
@@ -138,48 +138,6 @@ class PresetBox(Themed, QWidget):
     def _take_theme(self) -> None:
         if hasattr(self, "_menu_button"):
             self._menu_button.setIcon(theme.icon("ph.dots-three-vertical", self.palette()))
-
-    def _commands(self) -> Sequence[Command]:
-        return (
-            Command(
-                "save_preset",
-                "&Save preset as…",
-                "Save the parameters of the filter as a preset of your own",
-                icon="ph.floppy-disk",
-                handler=self.ask_save,
-            ),
-            Command(
-                "rename_preset",
-                "&Rename preset…",
-                "Rename the selected preset of your own",
-                icon="ph.pencil-simple",
-                handler=self.ask_rename,
-                why_off=self._why_not_own,
-            ),
-            Command(
-                "delete_preset",
-                "&Delete preset…",
-                "Delete the selected preset of your own",
-                icon="ph.trash",
-                handler=self.ask_delete,
-                why_off=self._why_not_own,
-            ),
-            Command(
-                "import_preset",
-                "&Import preset…",
-                "Add a preset from a file to your own presets",
-                icon="ph.download-simple",
-                handler=self.ask_import,
-            ),
-            Command(
-                "export_preset",
-                "&Export preset…",
-                "Write the parameters of the filter to a file, for another computer or "
-                "for 'ilf complete --preset FILE'",
-                icon="ph.upload-simple",
-                handler=self.ask_export,
-            ),
-        )
 
     def read(self) -> None:
         """Read all presets of the user, and list them below the built-in ones."""
@@ -233,8 +191,9 @@ class PresetBox(Themed, QWidget):
             f"Preset written to {path}.",
         )
 
+    @command("save_preset", "&Save preset as…", icon="ph.floppy-disk")
     def ask_save(self) -> None:
-        """Save a preset by the dialog."""
+        """Save the parameters of the filter as a preset of your own."""
         present = self.present
         dialog = SavePresetDialog(present if present in self._own else "", self._context.window)
         dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
@@ -248,21 +207,27 @@ class PresetBox(Themed, QWidget):
         dialog.accepted.connect(take)
         dialog.open()
 
+    def _why_not_own(self) -> str:
+        return "" if self.present in self._own else "Select a preset of your own first."
+
+    @command("rename_preset", "&Rename preset…", icon="ph.pencil-simple", why_off=_why_not_own)
     def ask_rename(self) -> None:
-        """Rename the selected preset by a dialog."""
+        """Rename the selected preset of your own."""
         old = self.present
         name, decided = QInputDialog.getText(self._context.window, "Rename preset", f"New name for {old}", text=old)
         if decided and name.strip() not in ("", old):
             self.rename(old, name.strip())
 
+    @command("delete_preset", "&Delete preset…", icon="ph.trash", why_off=_why_not_own)
     def ask_delete(self) -> None:
-        """Delete the selected preset after a confirmation."""
+        """Delete the selected preset of your own."""
         name = self.present
         if self._may(f"Delete the preset {name}? Its file is deleted, too. This cannot be undone.", "Delete preset"):
             self.delete(name)
 
+    @command("import_preset", "&Import preset…", icon="ph.download-simple")
     def ask_import(self) -> None:
-        """Import a preset from a file that the user chooses."""
+        """Add a preset from a file to your own presets."""
         path = choose_file(self._context.window, "Import preset", _FOLDER_KEY, _FILES)
         if not path:
             return
@@ -275,8 +240,9 @@ class PresetBox(Themed, QWidget):
         if not there or self._may(f"A preset {name} exists already. Replace it?", "Import preset"):
             self.take_file(Path(path), replace=there)
 
+    @command("export_preset", "&Export preset…", icon="ph.upload-simple")
     def ask_export(self) -> None:
-        """Write the current parameters to a file that the user chooses."""
+        """Write the parameters of the filter to a file, for another computer or for 'ilf complete --preset FILE'."""
         proposed = str(Path(last_folder(_FOLDER_KEY)) / f"{self.present}.json")
         if path := ask_path(self._context.window, "Export preset", proposed, _FILES):
             remember_folder(_FOLDER_KEY, path)
@@ -291,9 +257,6 @@ class PresetBox(Themed, QWidget):
             self._context.notes.show_message(
                 f"{name} also sets the parameters of the extraction: extract blocks to use them."
             )
-
-    def _why_not_own(self) -> str:
-        return "" if self.present in self._own else "Select a preset of your own first."
 
     def _may(self, text: str, title: str) -> bool:
         yes, no = QMessageBox.StandardButton.Yes, QMessageBox.StandardButton.No

@@ -26,7 +26,7 @@ from ilf.evaluation.quality.ranking import find_places, propagated_places
 from ilf.evaluation.quality.remedies import Remedy, find_remedy
 from ilf.segmentation.edges.frame_edges import find_edges
 
-from ..base.commands import Command
+from ..base.commands import command
 from ..base.needs import Need
 from ..state.document import Document
 from ..state.parts import Part
@@ -220,72 +220,15 @@ class QualityPanel(Panel):
         """Connect the key that applies the remedy, unless the tool needs it, as its hint says."""
         self.context.feature(ToolsFeature).keys.on_enter(lambda: self.visible and self.apply())
 
-    def _commands(self) -> Sequence[Command]:
-        return (
-            Command(
-                "next_check",
-                "Next &quality check",
-                "Go to the next place where blocks or filled depth look wrong, largest error first",
-                icon="ph.crosshair",
-                keys="F8",
-                handler=lambda: self.go(1),
-                needs=Need.FRAME,
-            ),
-            Command(
-                "previous_check",
-                "Pre&vious quality check",
-                "Go to the previous place",
-                icon="ph.caret-left",
-                keys="Shift+F8",
-                handler=lambda: self.go(-1),
-                needs=Need.FRAME,
-            ),
-            Command(
-                "apply_remedy",
-                "&Apply remedy",
-                "Apply the remedy that is shown for the place, and go to the next place; Enter does the same",
-                icon="ph.check",
-                handler=self.apply,
-                needs=Need.FRAME,
-                why_off=lambda: "" if self.remedy is not None else "No remedy is shown: press F8 first.",
-            ),
-            Command(
-                "ignore_check",
-                "&Ignore",
-                "Ignore this place: it is not shown again until blocks or known depth change there",
-                icon="ph.eye-slash",
-                keys="Ctrl+F8",
-                handler=self.leave,
-                needs=Need.FRAME,
-                why_off=lambda: "" if self._remedy_search is not None else "No place is shown: press F8 first.",
-            ),
-            Command(
-                "suggest_invalid",
-                "Su&ggest invalid depth",
-                "Find known depth that is probably wrong (flying pixels, speckles, glass), to accept or reject",
-                icon="ph.warning",
-                handler=self.suggest,
-                needs=Need.FRAME,
-            ),
-            Command(
-                "mark_suggested",
-                "Mark &invalid",
-                "Mark the suggested depth as invalid: it is missing",
-                icon="ph.check",
-                handler=self.mark_suggested,
-                needs=Need.FRAME,
-                why_off=self._why_no_suggestion,
-            ),
-            Command(
-                "ignore_suggested",
-                "Reject",
-                "Keep the suggested depth as valid",
-                icon="ph.x",
-                handler=lambda: self._show_suggestion(""),
-                needs=Need.FRAME,
-                why_off=self._why_no_suggestion,
-            ),
-        )
+    @command("next_check", "Next &quality check", icon="ph.crosshair", keys="F8", needs=Need.FRAME)
+    def _next(self) -> None:
+        """Go to the next place where blocks or filled depth look wrong, largest error first."""
+        self.go(1)
+
+    @command("previous_check", "Pre&vious quality check", icon="ph.caret-left", keys="Shift+F8", needs=Need.FRAME)
+    def _previous(self) -> None:
+        """Go to the previous place."""
+        self.go(-1)
 
     @property
     def review(self) -> Review:
@@ -354,8 +297,18 @@ class QualityPanel(Panel):
         else:
             self._pending_step = by
 
+    @command(
+        "apply_remedy",
+        "&Apply remedy",
+        icon="ph.check",
+        needs=Need.FRAME,
+        why_off=lambda self: "" if self.remedy is not None else "No remedy is shown: press F8 first.",
+    )
     def apply(self) -> bool:
-        """Apply the remedy and show the next place; return False if none is shown."""
+        """Apply the remedy that is shown for the place, and go to the next place; Enter does the same.
+
+        Returns False if none is shown.
+        """
         request, remedy = self._remedy_search, self.remedy
         if request is None or remedy is None:
             return False
@@ -374,8 +327,19 @@ class QualityPanel(Panel):
             self._pending_step = None
         return True
 
+    @command(
+        "ignore_check",
+        "&Ignore",
+        icon="ph.eye-slash",
+        keys="Ctrl+F8",
+        needs=Need.FRAME,
+        why_off=lambda self: "" if self._remedy_search is not None else "No place is shown: press F8 first.",
+    )
     def leave(self) -> None:
-        """Ignore the current place and show the next; a propagated block is marked as checked."""
+        """Ignore this place: it is not shown again until blocks or known depth change there.
+
+        A propagated block is marked as checked.
+        """
         place = self.review.present
         if place is None or not self._fresh:
             return
@@ -503,19 +467,29 @@ class QualityPanel(Panel):
 
     # suggestions of invalid depth
 
+    @command("suggest_invalid", "Su&ggest invalid depth", icon="ph.warning", needs=Need.FRAME)
     def suggest(self) -> None:
-        """Search for depth in the current frame that is probably wrong."""
+        """Find known depth that is probably wrong (flying pixels, speckles, glass), to accept or reject."""
         self.reveal()
         self.context.refresh.now()
         document = self.context.workspace.current
         self.suggestion.setText("Looking for depth that may be invalid…")
         self.ask(_InvalidSearch(document.frame, document.blocks.extraction or BlockParameters()))
 
+    def _why_no_suggestion(self) -> str:
+        return "" if self.candidates is not None else "No depth is suggested: choose Suggest invalid depth first."
+
+    @command("mark_suggested", "Mark &invalid", icon="ph.check", needs=Need.FRAME, why_off=_why_no_suggestion)
     def mark_suggested(self) -> None:
-        """Mark the suggested depth as invalid."""
+        """Mark the suggested depth as invalid: it is missing."""
         if self.candidates is not None:
             self._mark_invalid(self.candidates, "Mark suggested depth as invalid")
             self._show_suggestion("")
+
+    @command("ignore_suggested", "Reject", icon="ph.x", needs=Need.FRAME, why_off=_why_no_suggestion)
+    def _reject(self) -> None:
+        """Keep the suggested depth as valid."""
+        self._show_suggestion("")
 
     def _mark_invalid(self, found: Mask, text: str) -> bool:
         """Mark known depth as invalid; return False, with a message, if no depth would be left."""
@@ -549,9 +523,6 @@ class QualityPanel(Panel):
         for button in self._answers:
             button.setVisible(candidates is not None)
         self.context.actions.refresh()
-
-    def _why_no_suggestion(self) -> str:
-        return "" if self.candidates is not None else "No depth is suggested: choose Suggest invalid depth first."
 
 
 def _preview(remedy: Remedy | None) -> Preview | None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from weakref import WeakSet
 
 from PySide6.QtCore import QSettings, Qt
@@ -10,7 +9,7 @@ from PySide6.QtWidgets import QToolButton
 
 from ilf._runtime.formatting import counted
 
-from ..base.commands import Command, keys_text
+from ..base.commands import Command, command, keys_text
 from ..base.needs import Need, sentence
 from ..state.document import Document
 from ..state.parts import Part
@@ -20,6 +19,14 @@ from .context import Context, Feature
 from .edit_summary import EditSummaryFeature
 
 _LIVE_KEY = "live"
+_LIVE = Command(
+    "live",
+    "&Live",
+    "Complete blocks again after each edit, and the selected block after each change of a filter parameter",
+    icon="ph.lightning",
+    keys="Ctrl+Shift+L",
+    checkable=True,
+)
 
 
 class RunsFeature(Feature):
@@ -32,7 +39,7 @@ class RunsFeature(Feature):
         self._waiting = WeakSet[Document]()
         """Frames that run once their blocks are extracted."""
         context.loader.busy_changed.connect(self._run_waiting)
-        context.actions.add(self._commands())
+        context.actions.add((_LIVE,))
         self._pause, live = context.actions["pause"], context.actions["live"]
         live.setChecked(bool(QSettings().value(_LIVE_KEY, True, type=bool)))
         live.toggled.connect(lambda on: QSettings().setValue(_LIVE_KEY, on))
@@ -62,102 +69,63 @@ class RunsFeature(Feature):
         if self._workspace.has_current and self._runs.free:
             document = self._workspace.current
             document.update_depth()
-            stale = set(document.stale_blocks()).difference(self._runs.resolving)
+            stale = set(document.stale_blocks()).difference(self._runs.current.resolving)
         self._rest.setVisible(bool(stale))
         is_are = "is" if len(stale) == 1 else "are"
         keys = keys_text(self.context.actions["run"].shortcuts())
         self._rest.setText(f"{counted(len(stale), 'block')} {is_are} stale: run" + (f" ({keys})" if keys else ""))
 
-    def shutdown(self) -> bool:
-        """Cancel all runs. True if no thread is left."""
-        return self._runs.shutdown()
+    def shutdown(self) -> None:
+        """Cancel all runs."""
+        self._runs.shutdown()
 
-    def _commands(self) -> Sequence[Command]:
-        runs = self._runs
-        return (
-            Command(
-                "run",
-                "&Run",
-                "Complete all blocks that have no up-to-date result",
-                icon="ph.play",
-                keys="F5",
-                handler=self._run,
-                needs=Need.FRAME,
-                why_off=self._why_no_run,
-            ),
-            Command(
-                "run_all",
-                "Run &all blocks",
-                "Complete all blocks, also those with an up-to-date result",
-                keys="Ctrl+F5",
-                handler=runs.start,
-                needs=Need.BLOCKS | Need.IDLE,
-            ),
-            Command(
-                "run_selected",
-                "Run selecte&d blocks",
-                "Complete the selected blocks only",
-                icon="ph.play-circle",
-                keys="Shift+F5",
-                handler=runs.start_selected,
-                needs=Need.SELECTION | Need.IDLE,
-            ),
-            Command(
-                "pause",
-                "&Pause",
-                "Pause the run, or resume it",
-                icon="ph.pause",
-                keys="F6",
-                checkable=True,
-                handler=self._set_paused,
-                needs=Need.GOING,
-            ),
-            Command(
-                "step",
-                "&Step",
-                "Run one iteration, then pause",
-                icon="ph.skip-forward",
-                keys="F7",
-                handler=runs.step,
-                needs=Need.BLOCKS,
-                why_off=self._why_no_step,
-            ),
-            Command(
-                "cancel",
-                "&Cancel run",
-                "Cancel the run; completed blocks keep their results",
-                icon="ph.stop",
-                keys="Shift+F6",
-                handler=runs.cancel,
-                needs=Need.GOING,
-            ),
-            Command(
-                "live",
-                "&Live",
-                "Complete blocks again after each edit, and the selected block after each change of a filter parameter",
-                icon="ph.lightning",
-                keys="Ctrl+Shift+L",
-                checkable=True,
-            ),
-            Command(
-                "extrapolate",
-                "&Extrapolate the rest",
-                "Extrapolate depth where no block could be completed, for programs that need depth everywhere; "
-                "these pixels are marked as extrapolated",
-                icon="ph.question",
-                handler=runs.extrapolate,
-                needs=Need.RESULTS | Need.IDLE,
-                why_off=self._why_no_extrapolation,
-            ),
-            Command(
-                "clear_results",
-                "C&lear results",
-                "Delete the completed depth of this frame",
-                icon="ph.backspace",
-                handler=runs.clear_results,
-                needs=Need.RESULTS,
-            ),
-        )
+    @command("run_all", "Run &all blocks", keys="Ctrl+F5", needs=Need.BLOCKS | Need.IDLE)
+    def _run_all(self) -> None:
+        """Complete all blocks, also those with an up-to-date result."""
+        self._runs.current.start()
+
+    @command(
+        "run_selected", "Run selecte&d blocks", icon="ph.play-circle", keys="Shift+F5", needs=Need.SELECTION | Need.IDLE
+    )
+    def _run_selected(self) -> None:
+        """Complete the selected blocks only."""
+        self._runs.current.start_selected()
+
+    def _why_no_step(self) -> str:
+        return "" if self._is_paused or self._runs.free else "Pause the run first."
+
+    @command("step", "&Step", icon="ph.skip-forward", keys="F7", needs=Need.BLOCKS, why_off=_why_no_step)
+    def _step(self) -> None:
+        """Run one iteration, then pause."""
+        self._runs.current.step()
+
+    @command("cancel", "&Cancel run", icon="ph.stop", keys="Shift+F6", needs=Need.GOING)
+    def _cancel(self) -> None:
+        """Cancel the run; completed blocks keep their results."""
+        self._runs.current.cancel()
+
+    def _why_no_extrapolation(self) -> str:
+        document = self._workspace.current
+        if not document.valid_results():
+            return "Run the blocks first."
+        return "The rest is extrapolated already." if document.extrapolated else ""
+
+    @command(
+        "extrapolate",
+        "&Extrapolate the rest",
+        icon="ph.question",
+        needs=Need.RESULTS | Need.IDLE,
+        why_off=_why_no_extrapolation,
+    )
+    def _extrapolate(self) -> None:
+        """Extrapolate depth where no block could be completed, for programs that need depth everywhere; these pixels
+        are marked as extrapolated."""
+        self._runs.current.extrapolate()
+
+    @command("clear_results", "C&lear results", icon="ph.backspace", needs=Need.RESULTS)
+    def _clear_results(self) -> None:
+        """Delete the completed depth of this frame."""
+        self._runs.current.clear_results()
 
     @property
     def _is_awaited(self) -> bool:
@@ -167,12 +135,14 @@ class RunsFeature(Feature):
     def _why_no_run(self) -> str:
         return "" if self._is_awaited else sentence((Need.BLOCKS | Need.IDLE) & self.context.missing())
 
+    @command("run", "&Run", icon="ph.play", keys="F5", needs=Need.FRAME, why_off=_why_no_run)
     def _run(self) -> None:
+        """Complete all blocks that have no up-to-date result."""
         if self._is_awaited:
             self._waiting.add(self._workspace.current)
             self.context.notes.show_message("The blocks are run as soon as they are extracted.")
         else:
-            self._runs.start_changed()
+            self._runs.current.start_changed()
 
     def _run_waiting(self) -> None:
         for document in [one for one in self._waiting if not self.context.loader.is_extracting(one)]:
@@ -184,9 +154,11 @@ class RunsFeature(Feature):
     def _is_paused(self) -> bool:
         return self._runs.state is RunState.PAUSED
 
+    @command("pause", "&Pause", icon="ph.pause", keys="F6", checkable=True, needs=Need.GOING)
     def _set_paused(self, on: bool) -> None:
+        """Pause the run, or resume it."""
         if on != self._is_paused:
-            self._runs.toggle_pause()
+            self._runs.current.toggle_pause()
 
     def _show_state(self) -> None:
         """Show whether a run goes on or is paused; views without a result say what is done for it."""
@@ -198,12 +170,3 @@ class RunsFeature(Feature):
             self.context.views.show_found(under_way=under_way)
         self._pause.setChecked(self._is_paused)
         self._pause.setText("Resume" if self._is_paused else "&Pause")
-
-    def _why_no_step(self) -> str:
-        return "" if self._is_paused or self._runs.free else "Pause the run first."
-
-    def _why_no_extrapolation(self) -> str:
-        document = self._workspace.current
-        if not document.valid_results():
-            return "Run the blocks first."
-        return "The rest is extrapolated already." if document.extrapolated else ""

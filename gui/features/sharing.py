@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from enum import StrEnum
 
 from PySide6.QtCore import Qt
@@ -11,7 +10,7 @@ from PySide6.QtWidgets import QComboBox, QHBoxLayout, QWidget
 
 from ilf._runtime.formatting import counted
 
-from ..base.commands import Command
+from ..base.commands import command, commands_of
 from ..base.needs import Need
 from ..widgets.basics import command_button, lay_out
 from .context import Context
@@ -46,7 +45,7 @@ class SharingRow(QWidget):
             self.box.setItemData(number, _HINTS[sharing], Qt.ItemDataRole.ToolTipRole)
         self.box.activated.connect(lambda _: self.choose(Sharing(self.box.currentData())))
         row = lay_out(QHBoxLayout(self), self.box, spacing=2, stretched=self.box)
-        context.actions.add(self._commands())
+        context.actions.add(commands_of(self))
         self._buttons = []
         for name in ("share_parameters", "reset_to_shared"):
             button = command_button(context.actions[name])
@@ -54,46 +53,16 @@ class SharingRow(QWidget):
             row.addWidget(button)
             self._buttons.append(button)
 
-    def _commands(self) -> Sequence[Command]:
-        return (
-            Command(
-                "share_parameters",
-                "Use parameters for all &frames",
-                "Use this frame's filter parameters for all frames in the list, now and after each change",
-                icon="ph.share-network",
-                handler=self._share,
-                needs=Need.FRAME,
-                why_off=lambda: (
-                    "The parameters are shared by all frames already." if self.present is Sharing.ALL else ""
-                ),
-            ),
-            Command(
-                "keep_own_parameters",
-                "Use parameters for this frame o&nly",
-                "Give this frame its own filter parameters: changes for all frames do not affect them",
-                icon="ph.push-pin",
-                handler=self._workspace.parameters.keep_own,
-                needs=Need.FRAME,
-                why_off=lambda: self._why_not(Sharing.ALL, "This frame has its own parameters already."),
-            ),
-            Command(
-                "reset_to_shared",
-                "Reset to s&hared parameters",
-                "Reset this frame to the filter parameters that all frames share",
-                icon="ph.arrow-u-up-left",
-                handler=self._reset,
-                needs=Need.FRAME,
-                why_off=lambda: self._why_not(Sharing.ALONE, "This frame uses the shared parameters already."),
-            ),
-            Command(
-                "separate_parameters",
-                "Separa&te parameters for each frame",
-                "Set filter parameters for each frame separately; all frames keep their current parameters",
-                handler=self._separate,
-                needs=Need.FRAME,
-                why_off=lambda: self._why_not(self.present, ""),
-            ),
-        )
+    @command(
+        "keep_own_parameters",
+        "Use parameters for this frame o&nly",
+        icon="ph.push-pin",
+        needs=Need.FRAME,
+        why_off=lambda self: self._why_not(Sharing.ALL, "This frame has its own parameters already."),
+    )
+    def _keep_own(self) -> None:
+        """Give this frame its own filter parameters: changes for all frames do not affect them."""
+        self._workspace.parameters.keep_own()
 
     @property
     def present(self) -> Sharing:
@@ -124,27 +93,50 @@ class SharingRow(QWidget):
         if wanted is Sharing.EACH:
             self._separate()
         elif wanted is Sharing.ALONE:
-            self._workspace.parameters.keep_own()
+            self._keep_own()
         elif present is Sharing.ALONE:
             self._reset()
         else:
             self._share()
 
+    @command(
+        "share_parameters",
+        "Use parameters for all &frames",
+        icon="ph.share-network",
+        needs=Need.FRAME,
+        why_off=lambda self: "The parameters are shared by all frames already." if self.present is Sharing.ALL else "",
+    )
     def _share(self) -> None:
+        """Use this frame's filter parameters for all frames in the list, now and after each change."""
         others = self._workspace.parameters.share()
         text = "All frames share the parameters of the filter now."
         if others:
             text += f" {counted(len(others), 'open frame')} had other parameters; undo restores them."
         self._notes.show_message(text)
 
+    @command(
+        "reset_to_shared",
+        "Reset to s&hared parameters",
+        icon="ph.arrow-u-up-left",
+        needs=Need.FRAME,
+        why_off=lambda self: self._why_not(Sharing.ALONE, "This frame uses the shared parameters already."),
+    )
     def _reset(self) -> None:
+        """Reset this frame to the filter parameters that all frames share."""
         name, parameters = self._workspace.current.name, self._workspace.parameters
         changed = parameters.current != parameters.shared.values
         parameters.reset_to_shared()
         if changed:
             self._notes.show_message(f"{name} uses the shared parameters again; undo restores its own.")
 
+    @command(
+        "separate_parameters",
+        "Separa&te parameters for each frame",
+        needs=Need.FRAME,
+        why_off=lambda self: self._why_not(self.present, ""),
+    )
     def _separate(self) -> None:
+        """Set filter parameters for each frame separately; all frames keep their current parameters."""
         self._workspace.parameters.separate()
         if any(entry.document is None and entry.has_state for entry in self._workspace.entries):
             self._notes.show_message("Frames that are not open keep their last parameters.")

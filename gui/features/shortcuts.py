@@ -4,35 +4,31 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 
-from PySide6.QtCore import QEvent, QModelIndex, QObject, QSettings, Qt, Signal
+from PySide6.QtCore import QEvent, QModelIndex, QObject, QSettings, QSignalBlocker, Qt, Signal
 from PySide6.QtGui import QAction, QKeyEvent, QKeySequence
 from PySide6.QtWidgets import (
-    QAbstractItemView,
     QDialog,
     QDialogButtonBox,
     QHBoxLayout,
-    QHeaderView,
     QKeySequenceEdit,
     QLineEdit,
     QMainWindow,
     QPushButton,
-    QTreeWidget,
     QTreeWidgetItem,
-    QVBoxLayout,
     QWidget,
 )
 
 from ..base.commands import (
     TEMPORARY,
     ActionEntry,
-    Command,
     action_entries,
+    command,
     describe,
     keys_text,
     plain,
     why_not,
 )
-from ..widgets.basics import Message, PlainLabel, give_size, lay_out
+from ..widgets.basics import Message, give_size, label_of, lay_out, row_list, stack
 from .context import Context, Feature
 from .palette.matching import match
 
@@ -206,7 +202,8 @@ def _name(key: str) -> str:
 
 # The dialog with all commands and their keys, where the keys can be changed.
 
-_COMMAND, _MENU, _KEYS = range(3)
+_COMMAND, _KEYS = 0, 2
+"""Columns of the list."""
 _HINT = "Select a command, click the field and press the new keys. They apply at once."
 
 
@@ -230,24 +227,11 @@ class ShortcutsDialog(QDialog):
         self.filter = QLineEdit(placeholderText="Filter by name, menu or keys", clearButtonEnabled=True)
         self.filter.setAccessibleName("Filter")
         self.filter.setToolTip("Show only commands that match by name, menu or keys")
-        self.list = QTreeWidget()
-        self.list.setAccessibleName("Commands and their keys")
-        self.list.setRootIsDecorated(False)
-        self.list.setUniformRowHeights(True)
-        self.list.setStyleSheet("QTreeView::item { padding: 3px 0; }")
+        self.list = row_list("Commands and their keys", "", ("Command", "Menu", "Keys"), _COMMAND)
         self.list.setAlternatingRowColors(True)
-        self.list.setHeaderLabels(["Command", "Menu", "Keys"])
-        self.list.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
-        header = self.list.header()
-        header.setStretchLastSection(False)
-        header.setSectionResizeMode(_COMMAND, QHeaderView.ResizeMode.Stretch)
-        for column in (_MENU, _KEYS):
-            header.setSectionResizeMode(column, QHeaderView.ResizeMode.ResizeToContents)
         self.edit = QKeySequenceEdit()
         self.edit.setMaximumSequenceLength(1)
         self.edit.setToolTip("Press the new keys of the selected command")
-        label = PlainLabel("&Keys")
-        label.setBuddy(self.edit)
         self.clear_button = QPushButton("&None", autoDefault=False)
         self.clear_button.setToolTip("Remove the shortcut")
         self.reset_button = QPushButton("&Reset", autoDefault=False)
@@ -264,23 +248,12 @@ class ShortcutsDialog(QDialog):
         buttons.button(QDialogButtonBox.StandardButton.Close).setAutoDefault(False)
         buttons.rejected.connect(self.reject)
 
-        row, clash = QHBoxLayout(), QHBoxLayout()
-        for widget in (label, self.edit, self.clear_button, self.reset_button):
-            row.addWidget(widget, widget is self.edit)
-        clash.addWidget(self.message, 1)
+        keys = label_of("&Keys", self.edit), self.edit, self.clear_button, self.reset_button
+        clash = lay_out(QHBoxLayout(), self.message, stretched=self.message)
         for button in (self.swap_button, self.take_button):
             clash.addWidget(button, 0, Qt.AlignmentFlag.AlignTop)
-        lay_out(
-            QVBoxLayout(self),
-            self.filter,
-            self.list,
-            row,
-            clash,
-            buttons,
-            margins=(14, 14, 14, 14),
-            spacing=8,
-            stretched=self.list,
-        )
+        row = lay_out(QHBoxLayout(), *keys, stretched=self.edit)
+        stack(self, self.filter, self.list, row, clash, buttons, stretched=self.list, spacing=8)
 
         self.filter.textChanged.connect(self._filter)
         self.list.currentItemChanged.connect(lambda *_: self._choose())
@@ -356,9 +329,8 @@ class ShortcutsDialog(QDialog):
         entry = self._entry()
         keys = entry.action.shortcuts() if entry is not None else []
         self._wanted = QKeySequence()
-        self.edit.blockSignals(True)
-        self.edit.setKeySequence(keys[0] if keys else QKeySequence())
-        self.edit.blockSignals(False)
+        with QSignalBlocker(self.edit):
+            self.edit.setKeySequence(keys[0] if keys else QKeySequence())
         self.edit.setEnabled(entry is not None)
         self.clear_button.setEnabled(bool(keys))
         changed = entry is not None and self._keymap.is_changed(entry.key)
@@ -399,18 +371,6 @@ class ShortcutsFeature(Feature):
     def __init__(self, context: Context) -> None:
         super().__init__(context)
         self.keymap: Keymap | None = None
-        context.actions.add(
-            (
-                Command(
-                    "shortcuts",
-                    "&Keyboard shortcuts…",
-                    "Show the keyboard shortcuts and change them",
-                    icon="ph.keyboard",
-                    keys="F1",
-                    handler=self._ask,
-                ),
-            )
-        )
 
     def begin(self) -> None:
         """Create the keymap; all commands exist now."""
@@ -436,6 +396,8 @@ class ShortcutsFeature(Feature):
         actions = self.context.window.actions()
         return [action for action in actions if pressed in action.shortcuts() and not action.isEnabled()]
 
+    @command("shortcuts", "&Keyboard shortcuts…", icon="ph.keyboard", keys="F1")
     def _ask(self) -> None:
+        """Show the keyboard shortcuts and change them."""
         if self.keymap is not None:
             ShortcutsDialog(self.keymap, self.context.window).open()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..base.commands import Command
+from ..base.commands import command
 from ..base.needs import Need
 from ..views.shown_blocks import BLOCK_PARTS
 from ..views.view_data import ALL_READ, ALL_READ_LATER
@@ -19,72 +19,42 @@ class ViewsFeature(Feature):
         super().__init__(context)
         workspace, views = context.workspace, context.views
         self._workspace, self._views = workspace, views
-        context.actions.add(
-            (
-                Command(
-                    "zoom_block",
-                    "&Zoom to block",
-                    "Zoom to the selected block",
-                    icon="ph.magnifying-glass-plus",
-                    keys="Ctrl+J",
-                    handler=self.zoom_to_blocks,
-                    needs=Need.SELECTION,
-                ),
-                Command(
-                    "fit",
-                    "&Fit frame",
-                    "Show the whole frame",
-                    icon="ph.arrows-out",
-                    keys="Ctrl+0",
-                    handler=views.fit,
-                    needs=Need.FRAME,
-                ),
-                Command(
-                    "one_to_one",
-                    "&One to one",
-                    "Show one image pixel per screen pixel",
-                    icon="ph.frame-corners",
-                    keys="Ctrl+9",
-                    handler=views.one_to_one,
-                    needs=Need.FRAME,
-                ),
-                Command(
-                    "contours_only",
-                    "&Contours only",
-                    "Show blocks as outlines with a band of their colour, without fill",
-                    icon="ph.polygon",
-                    keys="Ctrl+Shift+C",
-                    checkable=True,
-                    handler=views.set_contours_only,
-                ),
-                Command(
-                    "block_names",
-                    "Block &names",
-                    "Show the names of the blocks over the images",
-                    icon="ph.text-t",
-                    keys="Ctrl+Shift+T",
-                    checkable=True,
-                    handler=views.blocks.show_names,
-                ),
-                Command(
-                    "show_missing",
-                    "&Missing depth over colour",
-                    "Stripe the colour image where depth is missing",
-                    icon="ph.selection-slash",
-                    keys="Ctrl+Shift+H",
-                    checkable=True,
-                    handler=views.set_missing_shown,
-                ),
-            )
-        )
         menu = context.actions.menu("", context.window, "contours_only block_names show_missing fit")
         self.bar = ViewBar(views, context.centre, menu)
         refresh = context.refresh
         refresh.add("pictures", lambda: views.refresh(refresh.changed("pictures")), ALL_READ, ALL_READ_LATER)
         refresh.add("blocks", lambda: views.blocks.draw(refresh.changed("blocks")), BLOCK_PARTS)
 
+    @command("fit", "&Fit frame", icon="ph.arrows-out", keys="Ctrl+0", needs=Need.FRAME)
+    def _fit(self) -> None:
+        """Show the whole frame."""
+        self._views.fit()
+
+    @command("one_to_one", "&One to one", icon="ph.frame-corners", keys="Ctrl+9", needs=Need.FRAME)
+    def _show_one_to_one(self) -> None:
+        """Show one image pixel per screen pixel."""
+        self._views.one_to_one()
+
+    @command("contours_only", "&Contours only", icon="ph.polygon", keys="Ctrl+Shift+C", checkable=True)
+    def _show_contours(self, on: bool) -> None:
+        """Show blocks as outlines with a band of their colour, without fill."""
+        self._views.set_contours_only(on)
+
+    @command("block_names", "Block &names", icon="ph.text-t", keys="Ctrl+Shift+T", checkable=True)
+    def _show_names(self, on: bool) -> None:
+        """Show the names of the blocks over the images."""
+        self._views.blocks.show_names(on)
+
+    @command(
+        "show_missing", "&Missing depth over colour", icon="ph.selection-slash", keys="Ctrl+Shift+H", checkable=True
+    )
+    def _show_missing(self, on: bool) -> None:
+        """Stripe the colour image where depth is missing."""
+        self._views.set_missing_shown(on)
+
+    @command("zoom_block", "&Zoom to block", icon="ph.magnifying-glass-plus", keys="Ctrl+J", needs=Need.SELECTION)
     def zoom_to_blocks(self) -> None:
-        """Zoom to the selected blocks."""
+        """Zoom to the selected block."""
         document = self._workspace.current
         rows, columns = np.nonzero(np.isin(document.labels, document.selected))
         if rows.size:

@@ -78,7 +78,7 @@ class Recorder(QObject):
         """Store all changes now. When they are written, or in memory if they cannot be, call `then` with None, or with
         the exception that prevented storing a frame."""
         self._waiting.append(then)
-        self._end_stroke()
+        self._workspace.end_stroke()
         self._take()
 
     def revert(self, frames: Collection[str], then: Callable[[], None]) -> None:
@@ -94,7 +94,7 @@ class Recorder(QObject):
     def keep(self, document: Document) -> None:
         """Store a frame that is about to be closed: its state can be read from now on."""
         self._touched.add(document)
-        self._end_stroke()
+        self._workspace.end_stroke()
         self._take()
 
     def note_project(self) -> None:
@@ -114,9 +114,6 @@ class Recorder(QObject):
     def _schedule(self) -> None:
         if self._automatic and not self._timer.isActive():
             self._timer.start(AFTER_MS)
-
-    def _end_stroke(self) -> None:
-        self._workspace.end_stroke()
 
     def _take(self) -> None:
         """Take a snapshot of all changes; it is written after the previous one."""

@@ -26,7 +26,7 @@ from ilf.project.frame_state import FrameState
 from ilf.project.run_history import StoredRun
 from ilf.run.replaying import Replay
 from ilf.run.run import Run
-from ilf.segmentation.editing.patches import LabelPatch, patch_between
+from ilf.segmentation.editing.patches import LabelPatch, bounds, patch_between
 from ilf.segmentation.extraction import Extraction
 from ilf.segmentation.reextraction import fill_around, overlay_kept
 
@@ -418,7 +418,7 @@ class Document(FrameData):
         InputError
             If a depth is out of range.
         """
-        box = _box_of(where)
+        box = bounds(where)
         if box is None:
             return False
         before = self._by_hand_in(box)
@@ -600,10 +600,3 @@ class Document(FrameData):
         self.change(compared=tuple(kept.number for kept in runs))
         self.touch(viewing=True)
         self.note(Part.COMPARED)
-
-
-def _box_of(mask: NDArray[np.bool_]) -> Box | None:
-    rows, columns = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
-    if not rows.size:
-        return None
-    return slice(int(rows[0]), int(rows[-1]) + 1), slice(int(columns[0]), int(columns[-1]) + 1)

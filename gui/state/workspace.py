@@ -18,6 +18,7 @@ from ilf.run.run import Run
 from ilf.segmentation.editing.patches import patch_between
 
 from .document import Document
+from .edits import Swap
 from .frames import Frames
 from .parameters import DocumentParameters
 from .parts import Part
@@ -82,7 +83,23 @@ class Workspace(Frames):
     def take_propagated(self, document: Document, propagated: FrameState, text: str) -> None:
         """Take over the blocks propagated to a frame, with all their attributes, as one undo step."""
         document.prepare_change()
-        document.undo_stack.push(PropagateBlocks(self.parameters, document, propagated, text))
+        patch, drawn = patch_between(document.labels, propagated.blocks.labels), propagated.blocks.drawn
+        blocks = replace(propagated.blocks, drawn=None if drawn is None else drawn.copy())
+
+        def exchange(to: tuple[FrameState, bool]) -> tuple[FrameState, bool]:
+            other, forward = to
+            document.prepare_change()
+            if patch is not None:
+                document.apply(patch, forward)
+            former = document.state
+            blocks = document.take_blocks(other.blocks)
+            document.change(to_check=other.to_check, extrapolate=other.extrapolate)
+            self.parameters.take_common(document, other.common, other.own_parameters)
+            document.note(Part.INFOS | Part.LIST)
+            document.note_labels_changed(patch)
+            return replace(former, blocks=blocks), not forward
+
+        document.undo_stack.push(Swap(text, (replace(propagated, blocks=blocks), True), exchange))
         if not document.selected:
             document.select(propagated.selected)
 
@@ -98,41 +115,6 @@ class Workspace(Frames):
             where = "" if same else self.parameters.all_frames_text(document)
             document.undo_stack.push(AcceptRun(self.parameters, document, kept, results, f"Accept {kept.name}{where}"))
         return [result.block.label for result in results]
-
-
-class PropagateBlocks(QUndoCommand):
-    """Transfer of propagated blocks to a frame, with all their attributes and parameters."""
-
-    def __init__(self, parameters: DocumentParameters, document: Document, propagated: FrameState, text: str) -> None:
-        super().__init__(text)
-        self._parameters = parameters
-        self._document = document
-        self._patch = patch_between(document.labels, propagated.blocks.labels)
-        drawn = propagated.blocks.drawn
-        self._other = replace(
-            propagated, blocks=replace(propagated.blocks, drawn=None if drawn is None else drawn.copy())
-        )
-
-    def redo(self) -> None:
-        """Apply the change."""
-        self._swap(forward=True)
-
-    def undo(self) -> None:
-        """Undo the change."""
-        self._swap(forward=False)
-
-    def _swap(self, forward: bool) -> None:
-        document = self._document
-        document.prepare_change()
-        if self._patch is not None:
-            document.apply(self._patch, forward)
-        other, former = self._other, document.state
-        blocks = document.take_blocks(other.blocks)
-        document.change(to_check=other.to_check, extrapolate=other.extrapolate)
-        self._parameters.take_common(document, other.common, other.own_parameters)
-        self._other = replace(former, blocks=blocks)
-        document.note(Part.INFOS | Part.LIST)
-        document.note_labels_changed(self._patch)
 
 
 class AcceptRun(QUndoCommand):

@@ -130,17 +130,13 @@ class PaintTool(StrokeTool):
     guided = True
     leaves_trail = False
     erases = False
+    hint = "Drag: add pixels to the block | Ctrl+drag: erase | [ ] or Ctrl+wheel: brush size"
 
     def __init__(self) -> None:
         super().__init__()
         self._erasing = False
         self._similar: Similar | None = None
         self._label = 0
-
-    @property
-    def hint(self) -> str:
-        """Hint: what a drag would do."""
-        return "Drag: add pixels to the block | Ctrl+drag: erase | [ ] or Ctrl+wheel: brush size"
 
     def cancel(self, host: Host) -> bool:
         """Restore the stroke's pixels."""
@@ -205,24 +201,17 @@ class EraseTool(PaintTool):
 
     options = ("brush", "similar", "no_block")
     erases = True
-
-    @property
-    def hint(self) -> str:
-        """Hint: what a drag would do."""
-        return "Drag: remove pixels from the block | Ctrl+drag: add | [ ] or Ctrl+wheel: brush size"
+    hint = "Drag: remove pixels from the block | Ctrl+drag: add | [ ] or Ctrl+wheel: brush size"
 
 
 class MarkInvalidTool(StrokeTool):
     """The tool that marks measured depth as invalid by strokes: it counts as missing. Ctrl marks it valid again."""
 
+    hint = "Drag: mark depth invalid, as behind glass | Ctrl+drag: mark valid | [ ] or Ctrl+wheel: brush size"
+
     def __init__(self) -> None:
         super().__init__()
         self._marks_valid = False
-
-    @property
-    def hint(self) -> str:
-        """Hint: what a drag would do."""
-        return "Drag: mark depth invalid, as behind glass | Ctrl+drag: mark valid | [ ] or Ctrl+wheel: brush size"
 
     def begin(self, event: PointerEvent, host: Host) -> bool:
         """Start a stroke, which marks depth valid with Ctrl."""

@@ -44,7 +44,7 @@ class Crosshair:
         height, width = self._editor.document.frame.shape
         seen = self._views.active.view.visible_box()
         middle = (seen[1].start + seen[1].stop) // 2, (seen[0].start + seen[0].stop) // 2
-        x, y = (self._at if self.active else None) or self._views.pixel or self._at or middle
+        x, y = (self._at if self.active else None) or self._views.navigation.pixel or self._at or middle
         self._put(min(max(x, 0), width - 1), min(max(y, 0), height - 1))
         if not self._explained:
             self._explained = True

@@ -13,10 +13,11 @@ from PySide6.QtGui import QPainterPath
 
 from ilf.completion.continuation import continue_plane, nearer_or_farther
 from ilf.errors import InputError
+from ilf.segmentation.editing.patches import bounds
 
 from ..state.document import Document
 from ..views.interaction import PointerEvent, PointerKind, Preview
-from ..views.pixel_items import boundary_path, box_of
+from ..views.pixel_items import boundary_path
 from .base import Host, warn_if_any_locked
 from .brush import StrokeTool, Swept, brush_preview
 
@@ -183,7 +184,7 @@ class DepthByHandTool(StrokeTool):
         proposal = self._proposal
         host.propose_depth(proposal)
         large = cv2.morphologyEx(np.isfinite(proposal).astype(np.uint8), cv2.MORPH_OPEN, np.ones((3, 3), np.uint8)) > 0
-        box = box_of(large)
+        box = bounds(large)
         self._outline = QPainterPath() if box is None else boundary_path(large[box], box[1].start, box[0].start)
         host.show_preview(Preview(self._outline, dashed=True))
 

@@ -96,10 +96,6 @@ class EdgeDataSource(QObject):
             self._document = self._edge_data = None
             self._requests.forget()
 
-    def shutdown(self) -> bool:
-        """Stop permanently, before the window closes. True if the thread has ended."""
-        return self._requests.shutdown()
-
     def _take(self, question: _Request, edge_data: EdgeData) -> None:
         if question.document is self._document:
             self._edge_data = edge_data

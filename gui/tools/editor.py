@@ -290,11 +290,6 @@ class Editor(QObject):
         job.take(answer)
         self._update_hint(True)
 
-    def shutdown(self) -> bool:
-        """Stop permanently, before the window closes. True if the threads have ended."""
-        ended = self._jobs.shutdown()
-        return self.edge_data_source.shutdown() and ended
-
     def show_preview(self, preview: Preview | None) -> None:
         """Draw a tool's preview over the views."""
         self._views.set_preview(preview)

@@ -154,10 +154,7 @@ class ShapeTool(Tool, Generic[Shape, Grip]):
 class ProfileTool(ShapeTool[Line, str]):
     """The tool Profile line. A drag draws the line, or moves an end or all of it. Its ends are pixel centres."""
 
-    @property
-    def hint(self) -> str:
-        """Hint: what a drag would do."""
-        return "Drag: line to plot depth along | drag an end or the line: move it | Shift: straight | Esc: remove it"
+    hint = "Drag: line to plot depth along | drag an end or the line: move it | Shift: straight | Esc: remove it"
 
     def shape(self, inspection: Inspection) -> Line | None:
         """Return the current line."""
@@ -208,10 +205,7 @@ def _shifted(line: Line, by: Point, shape: tuple[int, int]) -> Line:
 class RectangleTool(ShapeTool[Box, frozenset[str]]):
     """The tool Rectangle. A drag draws it; dragging a side or a corner resizes it, dragging its inside moves it."""
 
-    @property
-    def hint(self) -> str:
-        """Hint: what a drag would do."""
-        return "Drag: rectangle for statistics | drag its sides or inside: change it | Esc: remove it"
+    hint = "Drag: rectangle for statistics | drag its sides or inside: change it | Esc: remove it"
 
     def shape(self, inspection: Inspection) -> Box | None:
         """Return the current rectangle."""

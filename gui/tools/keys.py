@@ -122,10 +122,10 @@ class ToolKeys(QObject):
         if self.crosshair.active and self._views.isAncestorOf(watched):
             self.crosshair.press(event.modifiers())
         else:
-            self._views.set_space(True)
+            self._views.navigation.set_space(True)
 
     def _let_go_of_space(self) -> None:
-        self._views.set_space(False)
+        self._views.navigation.set_space(False)
         self.crosshair.release()
 
     def _applies_to(self, watched: QWidget) -> bool:

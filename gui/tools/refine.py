@@ -7,30 +7,30 @@ from functools import partial
 
 import numpy as np
 
-from ilf.segmentation.editing.painting import Stroke, brush_stroke
+from ilf.segmentation.editing.painting import Stroke
 from ilf.segmentation.editing.patches import LabelPatch
 from ilf.segmentation.editing.refining import refine_borders
 
 from ..views.interaction import PointerEvent, PointerKind, Preview
 from ..views.pixel_items import boundary_path
-from .base import Host, Point, Tool, edges_ready, warn_if_any_locked
-from .brush import Swept, brush_preview
+from .base import Host, Point, edges_ready, warn_if_any_locked
+from .brush import StrokeTool, Swept, brush_preview
 from .line_preview import LinePreview, preview_of_patch
 
 
-class RefineTool(Tool):
+class RefineTool(StrokeTool):
     """The tool Refine edge. A stroke along a border decides the covered pixels by edges, colour and depth, as one undo
     step; a dashed outline shows the pixels that would change their block."""
 
-    options = ("brush",)
     guided = True
 
     def __init__(self) -> None:
-        self._swept: Swept | None = None
-        self._last: Point = 0.0, 0.0
+        super().__init__()
         self._effect: LinePreview | None = None
         self._decide: Callable[[], None] | None = None
         """Decides the band of a stroke that was released, until this is done."""
+        self._at: PointerEvent | None = None
+        """Where the brush was last shown."""
 
     @property
     def hint(self) -> str:
@@ -39,54 +39,36 @@ class RefineTool(Tool):
             return f"Release: {self._effect.text} | Esc: cancel"
         return "Drag along a border: place it anew within the brush | [ ] or Ctrl+wheel: brush size"
 
-    @property
-    def busy(self) -> bool:
-        """Whether a stroke is in progress, or is being decided."""
-        return self._swept is not None
-
-    def pointer(self, event: PointerEvent, host: Host) -> bool:
-        """Cover pixels while the button is down; decide them on release."""
-        self._show(event, host)
-        if event.kind is PointerKind.PRESS:
-            if self._decide is not None:
-                self._decide()
-            if edges_ready(host):
-                self._swept, self._last = Swept(host.document.labels.shape), (event.x, event.y)
-                self._sweep(self._swept, event, host)
-        elif self._swept is not None and self._decide is None:
-            if event.kind is PointerKind.MOVE:
-                self._sweep(self._swept, event, host)
-            elif event.kind is PointerKind.RELEASE:
-                self._end(self._swept, host)
-        return event.kind is not PointerKind.DOUBLE  # the second of two quick clicks is a normal press
+    def begin(self, event: PointerEvent, host: Host) -> bool:
+        """Decide the last stroke, and begin another if the edges are known."""
+        if self._decide is not None:
+            self._decide()
+        self._at = event
+        return edges_ready(host)
 
     def cancel(self, host: Host) -> bool:
         """Cancel the stroke."""
-        pending_work, self._swept, self._effect, self._decide = self.busy, None, None, None
-        host.show_preview(None)
-        return pending_work
+        self._effect = self._decide = None
+        return super().cancel(host)
 
-    def _sweep(self, swept: Swept, event: PointerEvent, host: Host) -> None:
-        point = event.x, event.y
-        stroke = brush_stroke(swept.mask.shape, [self._last, point], host.options.brush_radius)
-        self._last = point
-        if stroke is not None:
-            swept.add(stroke)
-        self._show(event, host)
+    def _sweep(self, swept: Swept, point: Point, host: Host) -> None:
+        super()._sweep(swept, point, host)
         find = self._find(swept, host)
         if find is not None:
-            host.run_in_background(find, partial(self._take_effect, swept, event, host))
+            host.run_in_background(find, partial(self._take_effect, swept, host))
 
-    def _take_effect(self, swept: Swept, event: PointerEvent, host: Host, patch: LabelPatch | None) -> None:
-        if swept is self._swept:
+    def _take_effect(self, swept: Swept, host: Host, patch: LabelPatch | None) -> None:
+        if swept is self._swept and self._at is not None:
             self._effect = preview_of_patch(host.document, patch)
-            self._show(event, host)
+            self.show_brush(self._at, host)
 
-    def _end(self, swept: Swept, host: Host) -> None:
+    def apply(self, swept: Swept, host: Host) -> None:
+        """Decide the stroke in the background; meanwhile it is shown."""
         find = self._find(swept, host)
         if find is None:
             self.cancel(host)
             return
+        self._swept = swept
         self._decide = lambda: self._commit(swept, host, find())
         host.run_in_background(find, partial(self._commit, swept, host))
 
@@ -114,7 +96,8 @@ class RefineTool(Tool):
             refine_borders, edge_data.frame, edge_data.snapper.evidence, document.labels.copy(), band, document.locked
         )
 
-    def _show(self, event: PointerEvent, host: Host) -> None:
+    def show_brush(self, event: PointerEvent, host: Host) -> None:
+        self._at = event
         if event.kind is PointerKind.LEAVE and not self.busy:
             host.show_preview(None)
             return

@@ -40,11 +40,13 @@ class ColourBar(QWidget):
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self._unit = ""
-        self._levels: tuple[float, float] | None = None
+        self.levels: tuple[float, float] | None = None
+        """Values at the left and right end; None if the bar is hidden."""
         self._logarithmic = False
         self._gradient = QImage()
         self._colours: Colours | None = None
-        self._value: float | None = None
+        self.value: float | None = None
+        """The marked value."""
         self._drawn: QPixmap | None = None
         """The bar without the marked value."""
         self.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
@@ -71,27 +73,17 @@ class ColourBar(QWidget):
 
         A logarithmic bar needs positive values.
         """
-        if (levels, logarithmic) != (self._levels, self._logarithmic):
-            self._levels, self._logarithmic = levels, logarithmic
+        if (levels, logarithmic) != (self.levels, self._logarithmic):
+            self.levels, self._logarithmic = levels, logarithmic
             self._redraw()
             self.resized.emit()
 
     def set_value(self, value: float | None) -> None:
         """Mark a value, in the bar's unit; None marks none."""
-        if value != self._value:
-            self._value = value
-            if self._levels is not None:
+        if value != self.value:
+            self.value = value
+            if self.levels is not None:
                 self.update()
-
-    @property
-    def levels(self) -> tuple[float, float] | None:
-        """Values at the left and right end; None if the bar is hidden."""
-        return self._levels
-
-    @property
-    def value(self) -> float | None:
-        """The marked value."""
-        return self._value
 
     def sizeHint(self) -> QSize:
         """Width for as many ticks as are useful."""
@@ -106,17 +98,17 @@ class ColourBar(QWidget):
     @property
     def ticks(self) -> list[tuple[str, float]]:
         """Texts of the ticks, and their positions on the bar, 0-1 from the left."""
-        if self._levels is None:
+        if self.levels is None:
             return []
         for count in range(_MAX_TICKS, _LEAST - 1, -1):
-            ticks = (log_ticks if self._logarithmic else linear_ticks)(*self._levels, count)
+            ticks = (log_ticks if self._logarithmic else linear_ticks)(*self.levels, count)
             if len(ticks) >= _LEAST and self._have_room(ticks):
                 return ticks
         return self._ends()
 
     def _ends(self) -> list[tuple[str, float]]:
         """Ticks at both ends and in the middle."""
-        low, high = self._levels or (-1000.0, 1000.0)
+        low, high = self.levels or (-1000.0, 1000.0)
         middle = math.sqrt(low * high) if self._logarithmic else (low + high) / 2
         return [(self._text(value), share) for value, share in ((low, 0.0), (middle, 0.5), (high, 1.0))]
 
@@ -128,7 +120,7 @@ class ColourBar(QWidget):
         """Text of a value with as many decimals as the bar resolves."""
         if self._logarithmic:
             return tick_text(value, min(10.0 ** (math.floor(math.log10(max(value, 1e-2))) - 1), 1.0))
-        low, high = self._levels or (-1000.0, 1000.0)
+        low, high = self.levels or (-1000.0, 1000.0)
         return tick_text(value, max((high - low) / 100, 1e-3))
 
     def _unit_width(self) -> int:
@@ -150,7 +142,7 @@ class ColourBar(QWidget):
         return QRect(left, 0, width + 1, bar.top() - _TICK)
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        if self._colours is None or self._levels is None:
+        if self._colours is None or self.levels is None:
             return
         size, ratio = self.size(), self.devicePixelRatioF()
         if self._drawn is None or self._drawn.size() != size * ratio:
@@ -160,8 +152,8 @@ class ColourBar(QWidget):
             self._paint_scale(QPainter(self._drawn), self._colours)
         painter = QPainter(self)
         painter.drawPixmap(0, 0, self._drawn)
-        if self._value is not None:
-            self._paint_value(painter, self._colours, self._value, self._levels)
+        if self.value is not None:
+            self._paint_value(painter, self._colours, self.value, self.levels)
 
     def _redraw(self) -> None:
         """Redraw the scale."""

@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
+from functools import reduce
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtGui import QColor
 
-from ilf.data.label_map import Box
+from ilf.data.label_map import Box, union
 from ilf.drawing.colours import sample
+from ilf.segmentation.editing.patches import bounds
 
 from .colour_bar import ColourBar
 from .image_view import ImageView
 from .layers import STRIPE, Layer
-from .pixel_items import box_of, changed_box, union, whole
+from .pixel_items import changed_box, whole
 from .scene_items import hatch_brush
 
 EVERYWHERE: Box = slice(None), slice(None)
@@ -78,9 +80,11 @@ class LayerPicture:
 
     def _draw_changes(self, layer: Layer) -> None:
         arrays = _arrays(layer)
-        box = union(*(_changed(drawn, now) for drawn, now in zip(self.drawn, arrays, strict=True)))
-        if box is None:
+        changed = [_changed(drawn, now) for drawn, now in zip(self.drawn, arrays, strict=True)]
+        boxes = [box for box in changed if box is not None]
+        if not boxes:
             return
+        box = reduce(union, boxes)
         for drawn, now in zip(self.drawn, arrays, strict=True):
             drawn[box] = now[box]
         indices, below = _indices(layer, box)
@@ -138,4 +142,4 @@ def _look_same(former: Layer, layer: Layer) -> bool:
 
 
 def _changed(drawn: NDArray[Any], now: NDArray[Any]) -> Box | None:
-    return box_of(drawn != now) if now.dtype == np.uint8 else changed_box(drawn, now)
+    return bounds(drawn != now) if now.dtype == np.uint8 else changed_box(drawn, now)

@@ -46,7 +46,7 @@ LAYOUT_TEXTS = {
     CORRECT: "One large, three small",
     **{name: title for name, (title, _) in CELLS.items()},
 }
-"""Names for `LinkedViews.set_layout`, and their texts in the window."""
+"""Names for `Sheet.set_layout`, and their texts in the window."""
 
 LAYOUTS = tuple(LAYOUT_TEXTS)
 """The same names, in the order of the menu."""

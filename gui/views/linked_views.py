@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QEvent, QPoint, Qt, QTimer, Signal
+from PySide6.QtCore import QEvent, Qt, QTimer, Signal
 from PySide6.QtGui import QShowEvent
 from PySide6.QtWidgets import QStackedWidget, QVBoxLayout, QWidget
 
@@ -19,7 +19,7 @@ from ..widgets.basics import Themed
 from .cell import Cell
 from .colour_ranges import ColourRanges
 from .image_view import ImageView, ViewTransform
-from .interaction import PointerHandler, Preview
+from .interaction import Preview
 from .layouts import CELLS
 from .navigation import Navigation
 from .scene_items import missing_brush
@@ -39,8 +39,8 @@ class LinkedViews(Themed, QWidget):
     Each view has a named cell and shows the content that the user selects there. A small view beside a large one shows
     the same part of the frame at a smaller scale.
 
-    Left-button events go to the pointer handler first and pan if it rejects them; the middle button and space + left
-    pan; the wheel zooms at the cursor; Alt+arrows, plus and minus pan and zoom by keyboard.
+    Left-button events go to the handler of `navigation` first and pan if it rejects them; the middle button and space +
+    left pan; the wheel zooms at the cursor; Alt+arrows, plus and minus pan and zoom by keyboard.
 
     Attributes
     ----------
@@ -51,16 +51,16 @@ class LinkedViews(Themed, QWidget):
     blocks : ShownBlocks
     ranges : ColourRanges
     sides : SideComparison
+    sheet : Sheet
+        The layout.
+    navigation : Navigation
+        Pointer and keys.
     extraction : StageModel
 
     Signals
     -------
     cursorMoved(object)
         Pixel (x, y) under the pointer, as whole numbers, or None off the image.
-    contextMenuRequested(QPoint, float, float)
-        Place on the screen and image coordinates x, y of a right click or the menu key.
-    layoutChanged(str)
-        The layout now shown, also when a double-click on a title changed it.
     shownChanged()
         The visible contents changed: another layout, another content of a cell, or the views became visible again.
     rangeChanged()
@@ -70,8 +70,6 @@ class LinkedViews(Themed, QWidget):
     """
 
     cursorMoved = Signal(object)
-    contextMenuRequested = Signal(QPoint, float, float)
-    layoutChanged = Signal(str)
     shownChanged = Signal()
     rangeChanged = Signal()
     pressed = Signal()
@@ -79,7 +77,7 @@ class LinkedViews(Themed, QWidget):
     def __init__(self, workspace: Workspace, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self._transform = ViewTransform()
-        self._navigation = Navigation(self._transform, self)
+        self.navigation = Navigation(self._transform, self)
         self.extraction = StageModel(self)
         self.data = ViewData(workspace, self.extraction)
         self.blocks = ShownBlocks(workspace, self.data)
@@ -98,13 +96,12 @@ class LinkedViews(Themed, QWidget):
         self.sides.changed.connect(self._follow_sides)
 
         self._empty = QWidget()
-        self._sheet = Sheet(self.cells)
-        self._sheet.placed.connect(self._update_places)
-        self._sheet.layoutChanged.connect(self.layoutChanged)
-        self._sheet.layoutChanged.connect(self.shownChanged)
+        self.sheet = Sheet(self.cells)
+        self.sheet.placed.connect(self._update_places)
+        self.sheet.layoutChanged.connect(self.shownChanged)
         self._pages = QStackedWidget()
         self._pages.addWidget(self._empty)
-        self._pages.addWidget(self._sheet)
+        self._pages.addWidget(self.sheet)
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
         layout.addWidget(self._pages)
@@ -113,10 +110,9 @@ class LinkedViews(Themed, QWidget):
             cell.view.resized.connect(self._follow_size)
             cell.chosen.connect(lambda content, name=name: self.set_content(name, content))
         self.extraction.changed.connect(lambda: self._draw("stage"))
-        self._navigation.cursorMoved.connect(self._move_cursor)
-        self._navigation.contextMenuRequested.connect(self.contextMenuRequested)
-        self._navigation.transformChanged.connect(self._show_transform)
-        self._navigation.cursorShapeChanged.connect(self._set_cursor_shape)
+        self.navigation.cursorMoved.connect(self._move_cursor)
+        self.navigation.transformChanged.connect(self._show_transform)
+        self.navigation.cursorShapeChanged.connect(self._set_cursor_shape)
         self._old_pictures: list[Cell] = []
         """Cells whose pictures have the colours of the last theme."""
         self._draw_timer = QTimer(self, singleShot=True, interval=0)
@@ -150,18 +146,18 @@ class LinkedViews(Themed, QWidget):
         self.set_preview(None)
         self.extraction.show_message("")
         if measured is None:
-            self._navigation.set_frame(None)
+            self.navigation.set_frame(None)
             self._pages.setCurrentWidget(self._empty)
             return
         height, width = measured.shape
         self._transform.set_frame(width, height)
-        self._navigation.set_frame((width, height))
+        self.navigation.set_frame((width, height))
         for view in self._views:
             view.set_frame_size(width, height)
         self.sides.set_frame(width, height)
         self.ranges.reset_for_frame()
-        self._pages.setCurrentWidget(self._sheet)
-        self._sheet.set_aspect(self._transform.aspect)
+        self._pages.setCurrentWidget(self.sheet)
+        self.sheet.set_aspect(self._transform.aspect)
 
     def show_played(self, frame: RGBDFrame, depth: NDArray[np.float32] | None, text: str, before: Before) -> None:
         """Show the next frame of a sequence that is played: where the views were, in the colours of the first one.
@@ -244,7 +240,7 @@ class LinkedViews(Themed, QWidget):
     def _follow_sides(self, part: str) -> None:
         """Draw the changed sides; they may need data that no view has used before."""
         self._draw(part)
-        used = frozenset().union(*(cell.uses for cell in self._sheet.shown))
+        used = frozenset().union(*(cell.uses for cell in self.sheet.shown))
         if used != self._used_with_sides:
             self._used_with_sides = used
             self.shownChanged.emit()
@@ -267,7 +263,7 @@ class LinkedViews(Themed, QWidget):
             raise ValueError(f"cell must be one of {', '.join(self.cells)}, not {cell!r}")
         if content != self.cells[cell].content:
             self.cells[cell].set_content(content)
-            self.blocks.layers.show([cell.view for cell in self._sheet.shown])
+            self.blocks.layers.show([cell.view for cell in self.sheet.shown])
             self._show_marks()
             self.sides.swipe.show()
             self.shownChanged.emit()
@@ -285,18 +281,18 @@ class LinkedViews(Themed, QWidget):
     @property
     def shown(self) -> tuple[Cell, ...]:
         """The cells of the current layout, even while the views are hidden."""
-        return self._sheet.shown
+        return self.sheet.shown
 
     @property
     def active(self) -> Cell:
         """The cell that was last clicked, or the first one if that is hidden."""
         cell = self.cells[self._active]
-        return cell if cell in self._sheet.shown else self._sheet.shown[0]
+        return cell if cell in self.sheet.shown else self.sheet.shown[0]
 
     @property
     def ranged(self) -> Cell:
         """The cell whose colour range is edited: the active one if it has a range, else the first that has."""
-        return next((cell for cell in (self.active, *self._sheet.shown) if cell.range_kind), self.active)
+        return next((cell for cell in (self.active, *self.sheet.shown) if cell.range_kind), self.active)
 
     def take_focus(self) -> None:
         """Give the keyboard focus to the active view."""
@@ -304,7 +300,7 @@ class LinkedViews(Themed, QWidget):
 
     def choose_content(self) -> None:
         """Open the menu of the cell under the pointer, or of the active one."""
-        under = (cell for cell in self._sheet.shown if cell.underMouse())
+        under = (cell for cell in self.sheet.shown if cell.underMouse())
         next(under, self.active).open_menu()
 
     # blocks, selection, preview
@@ -325,23 +321,10 @@ class LinkedViews(Themed, QWidget):
         for view in self._views:
             view.preview.set_preview(preview)
 
-    def set_pointer_handler(self, handler: PointerHandler | None) -> None:
-        """Send pointer events of all views to a tool; None lets the left button pan."""
-        self._navigation.set_handler(handler)
-
-    def set_space(self, held: bool) -> None:
-        """Set whether the space key is held anywhere: the left button then pans."""
-        self._navigation.set_space(held)
-
     def point_at(self, pixel: tuple[int, int] | None) -> None:
         """Put the crosshair on a pixel (x, y), as if the pointer were there; None hides it."""
-        self._navigation.forget_pointer()
-        self._navigation.point_at(pixel)
-
-    @property
-    def pixel(self) -> tuple[int, int] | None:
-        """The pixel (x, y) with the crosshair; None for none."""
-        return self._navigation.pixel
+        self.navigation.forget_pointer()
+        self.navigation.point_at(pixel)
 
     def _follow_ranges(self) -> None:
         self._draw("levels")
@@ -376,45 +359,27 @@ class LinkedViews(Themed, QWidget):
         self._show_transform()
 
     @property
-    def layout_name(self) -> str:
-        """Name of the layout shown, one of `LAYOUTS`."""
-        return self._sheet.layout_name
-
-    @property
     def pixel_size(self) -> float:
         """Image pixels per screen pixel in a large view."""
         return 1 / self._transform.scale
 
-    @property
-    def lasting_layout(self) -> str:
-        """The layout of `LASTING` that is shown, or that the current one returns to."""
-        return self._sheet.lasting
-
-    def set_layout(self, name: str, lasting: str = "") -> None:
-        """Arrange the views by one of `LAYOUTS`; single views return to `lasting`, or to the last one by default."""
-        self._sheet.set_layout(name, lasting)
-
-    def toggle_layout(self, name: str) -> None:
-        """Show a layout, or return to the last lasting one if it is shown."""
-        self._sheet.toggle_layout(name)
-
     def _update_places(self) -> None:
         """Update cursor and sizes after cells were moved or others are shown."""
         for cell in self.cells.values():
-            if cell not in self._sheet.shown:
+            if cell not in self.sheet.shown:
                 cell.point_at(None)
         self._fit_views()
-        for cell in self._sheet.shown:
-            cell.point_at(self._navigation.pixel)
+        for cell in self.sheet.shown:
+            cell.point_at(self.navigation.pixel)
 
     def _follow_size(self) -> None:
         """Fit the views after one has another size; while the cells are placed, only once at the end."""
-        if not self._sheet.is_placing:
+        if not self.sheet.is_placing:
             self._fit_views()
 
     def _fit_views(self) -> None:
         """Apply the transform to views of their current size."""
-        views = [cell.view for cell in self._sheet.shown]
+        views = [cell.view for cell in self.sheet.shown]
         sizes = [view.viewport().size() for view in views]
         self._transform.set_view(sizes[0].width(), sizes[0].height())
         for view, size in zip(views, sizes, strict=True):
@@ -424,12 +389,12 @@ class LinkedViews(Themed, QWidget):
     def _show_transform(self) -> None:
         for view in self._views:
             view.show_transform(self._transform)
-        shown = [cell.view for cell in self._sheet.shown]
+        shown = [cell.view for cell in self.sheet.shown]
         self.blocks.layers.show(shown)
-        self._navigation.follow(shown)
+        self.navigation.follow(shown)
 
     def _move_cursor(self, pixel: tuple[int, int] | None) -> None:
-        for cell in self._sheet.shown:
+        for cell in self.sheet.shown:
             cell.point_at(pixel)
         self.cursorMoved.emit(pixel)
 
@@ -442,7 +407,7 @@ class LinkedViews(Themed, QWidget):
         if event.type() == QEvent.Type.MouseButtonPress:
             self.activate(view)
             self.pressed.emit()
-        return self.sides.swipe.handle(view, event) or self._navigation.handle(view, event)
+        return self.sides.swipe.handle(view, event) or self.navigation.handle(view, event)
 
     def _name_of(self, view: ImageView) -> str:
         return next(name for name, cell in self.cells.items() if cell.view is view)
@@ -470,7 +435,7 @@ class LinkedViews(Themed, QWidget):
         if self._old_pictures:
             self._draw_timer.start()
         # a style sheet, because the application's replaces palettes of single widgets
-        self._sheet.setStyleSheet(f"#sheet {{ background: {colours.border.name()}; }}")
+        self.sheet.setStyleSheet(f"#sheet {{ background: {colours.border.name()}; }}")
 
     def _draw_next(self) -> None:
         """Draw the picture of one cell with the theme's colours, the next one at the next turn of the event loop."""

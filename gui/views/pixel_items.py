@@ -13,6 +13,7 @@ from PySide6.QtGui import QColor, QImage, QPainter, QPainterPath, QPen, QPolygon
 from PySide6.QtWidgets import QStyleOptionGraphicsItem, QWidget
 
 from ilf.data.label_map import Box
+from ilf.segmentation.editing.patches import bounds
 
 from .scene_items import ViewItem
 
@@ -339,37 +340,7 @@ def changed_box(before: NDArray[Any], after: NDArray[Any]) -> Box | None:
     Both have the same shape and type: bool, or a number of 4 bytes.
     """
     plain = np.bool_ if before.dtype == np.bool_ else np.int32
-    return box_of(before.view(plain) != after.view(plain))
-
-
-def box_of(mask: NDArray[np.bool_]) -> Box | None:
-    """Smallest box (rows, columns) that contains all True values of a mask (H, W); None if there are none."""
-    rows = np.flatnonzero(mask.any(axis=1))
-    if not rows.size:
-        return None
-    top, bottom = int(rows[0]), int(rows[-1]) + 1
-    columns = np.flatnonzero(mask[top:bottom].any(axis=0))
-    return slice(top, bottom), slice(int(columns[0]), int(columns[-1]) + 1)
-
-
-def union(*boxes: Box | None) -> Box | None:
-    """Smallest box that contains all boxes; None if all are None."""
-    given = [box for box in boxes if box is not None]
-    if not given:
-        return None
-    rows, columns = (
-        slice(min(box[axis].start for box in given), max(box[axis].stop for box in given)) for axis in (0, 1)
-    )
-    return rows, columns
-
-
-def grown(box: Box, shape: tuple[int, ...], margin: int) -> Box:
-    """Grow a box by a margin on each side, clipped to an array of this shape."""
-    rows, columns = (
-        slice(max(span.start - margin, 0), min(span.stop + margin, size))
-        for span, size in zip(box, shape, strict=False)
-    )
-    return rows, columns
+    return bounds(before.view(plain) != after.view(plain))
 
 
 def whole(shape: tuple[int, ...]) -> Box:

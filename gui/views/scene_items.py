@@ -62,26 +62,22 @@ class HaloPath(ViewItem):
 
     def __init__(self, width: float, colour: QColor, halo_alpha: int, z: float) -> None:
         super().__init__(z)
-        self._path = QPainterPath()
+        self.path = QPainterPath()
         self._colour = colour
         self._width = width
         self._halo = QColor(0, 0, 0, halo_alpha)
 
-    @property
-    def path(self) -> QPainterPath:
-        return self._path
-
     def set_path(self, path: QPainterPath | None) -> None:
         """Draw another path, None for nothing."""
-        self._path = QPainterPath() if path is None else path
-        self.set_extent(None if self._path.isEmpty() else self._path.controlPointRect(), self._width + 3)
+        self.path = QPainterPath() if path is None else path
+        self.set_extent(None if self.path.isEmpty() else self.path.controlPointRect(), self._width + 3)
 
     def paint(self, painter: QPainter, option: QStyleOptionGraphicsItem, widget: QWidget | None = None) -> None:
         for colour, width in ((self._halo, self._width + 2), (self._colour, self._width)):
             pen = QPen(colour, width, Qt.PenStyle.SolidLine, Qt.PenCapStyle.SquareCap, Qt.PenJoinStyle.MiterJoin)
             pen.setCosmetic(True)
             painter.setPen(pen)
-            painter.drawPath(self._path)
+            painter.drawPath(self.path)
 
 
 class Hatch(ViewItem):

@@ -11,9 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ilf.data.label_map import Box
+from ilf.segmentation.editing.patches import bounds, grown
 
 from .image_view import ImageView
-from .pixel_items import box_of, grown, whole
+from .pixel_items import whole
 from .screen_items import Argb, Rims, Sampling
 
 # Lines around blocks in screen pixels: the same width at every zoom, visible on any picture. No Qt.
@@ -110,8 +111,8 @@ class BlockLines:
         (slice, slice)
             The box that was redrawn, slightly larger.
         """
-        inner = grown(box, here.shape, _REACH * ratio)
-        outer = grown(inner, here.shape, _REACH * ratio)
+        inner = grown(box, _REACH * ratio, here.shape)
+        outer = grown(inner, _REACH * ratio, here.shape)
         rows, columns = (
             slice(own.start - around.start, own.stop - around.start) for own, around in zip(inner, outer, strict=True)
         )
@@ -269,7 +270,7 @@ class ScreenLayers:
     def _redraw_blocks(self, others: Sequence[int]) -> None:
         for sampling, lines in self._lines.items():
             if lines.labels is not None and others:
-                part = box_of(self._blocks.mask_of(lines.labels, others))
+                part = bounds(self._blocks.mask_of(lines.labels, others))
                 if part is not None:
                     self._redraw(sampling, lines.labels, part)
 

@@ -142,7 +142,10 @@ class Swipe(QObject):
         self.show()
 
     def set_on(self, on: bool) -> None:
-        """Show or hide the divider; if it would be out of sight, it moves to the middle of what is visible."""
+        """Show or hide the divider: side A is left of it, side B right of it.
+
+        If it would be out of sight, it moves to the middle of what is visible.
+        """
         if on != self.on:
             self.on, self._dragged = on, None
             for view in (view for view in self._items if self._takes_part(view) and view.isVisible()):
@@ -232,16 +235,6 @@ class SideComparison(QObject):
         self.swipe = Swipe(views, self._is_swiped, lambda view: content_of(view) == "result", self)
         self.swipe.moved.connect(self._follow_handle)
 
-    @property
-    def names(self) -> tuple[str, str]:
-        """Names of the two depths, from `contents.COMPARABLE`."""
-        return self._data.sides
-
-    @property
-    def chosen(self) -> tuple[str, str]:
-        """The two selected depths; "" for automatic."""
-        return self._data.chosen_sides
-
     def choose(self, first: str = "", second: str = "") -> None:
         """Select the two depths to compare by their names; "" for automatic.
 
@@ -257,10 +250,6 @@ class SideComparison(QObject):
         self.changed.emit("runs")
         self._follow_handle()
 
-    def set_swiping(self, on: bool) -> None:
-        """Show or hide the divider in the result: side A left of it, side B right of it."""
-        self.swipe.set_on(on)
-
     def show_a_as_result(self, on: bool) -> None:
         """Show side A in place of the result, or the result again."""
         if on != self._data.shows_a_as_result:
@@ -274,7 +263,7 @@ class SideComparison(QObject):
 
     def update_labels(self) -> None:
         """Write the names of the sides at the divider."""
-        first, second = (self._label(depth) for depth in self.names)
+        first, second = (self._label(depth) for depth in self._data.sides)
         self.swipe.set_labels((first, second))
 
     def _label(self, depth: str) -> Label:
@@ -283,7 +272,7 @@ class SideComparison(QObject):
 
     def _is_swiped(self, view: ImageView) -> bool:
         """Whether a view is divided: the result, and the blocks if the sides have others; none if a side is missing."""
-        if any(self._data.depth(side) is None for side in self.names):
+        if any(self._data.depth(side) is None for side in self._data.sides):
             return False
         shown = {"result", "colour"} if any(self._data.side_blocks) else {"result"}
         return self._content_of(view) in shown

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from PySide6.QtCore import QSize, Qt, Signal
 from PySide6.QtGui import QAction, QActionGroup
-from PySide6.QtWidgets import QComboBox, QHBoxLayout, QMenu, QSlider, QWidget, QWidgetAction
+from PySide6.QtWidgets import QHBoxLayout, QMenu, QSlider, QWidget, QWidgetAction
 
 from ..base.commands import TEMPORARY
-from ..widgets.basics import PlainLabel, menu_button
+from ..widgets.basics import PlainLabel, combo, menu_button
 from .centre import Centre
 from .contents import capital, short_title
 from .layouts import LAYOUT_TEXTS, LAYOUTS
@@ -68,14 +68,11 @@ class ViewBar(QWidget):
         self.opacity = OpacityAction(self)
         self.opacity.turned.connect(lambda value: views.set_overlay_opacity(value / 100))
         self.opacity.set_value(_OPACITY)
-        self.layouts = QComboBox()
-        self.layouts.setAccessibleName("View set")
-        for name, text in LAYOUT_TEXTS.items():
-            self.layouts.addItem(text, name)
-        self.layouts.setToolTip("View set: the views shown; double-click a title to enlarge a view or show it alone")
+        hint = "View set: the views shown; double-click a title to enlarge a view or show it alone"
+        self.layouts = combo(LAYOUT_TEXTS, hint, "View set")
         self.layouts.setMaximumHeight(self.fontMetrics().height() + 6)
-        self.layouts.activated.connect(lambda _: views.set_layout(self.layouts.currentData()))
-        views.layoutChanged.connect(lambda name: self.layouts.setCurrentIndex(LAYOUTS.index(name)))
+        self.layouts.activated.connect(lambda _: views.sheet.set_layout(self.layouts.currentData()))
+        views.sheet.layoutChanged.connect(lambda name: self.layouts.setCurrentIndex(LAYOUTS.index(name)))
         self.shown = menu_button(menu, "Show \u25be", "What is drawn over the views")
         self._menu = menu
         menu.insertAction(menu.actions()[0], self.opacity)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import html
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, TypeVar
 
 from PySide6.QtCore import QEvent, QSize, Qt
@@ -277,6 +277,16 @@ def menu_button(menu: QMenu, text: str, hint: str) -> QToolButton:
     button.setAccessibleName(hint)
     button.setMenu(menu)
     return button
+
+
+def combo(texts: Mapping[Any, str] | Sequence[str], hint: str = "", name: str = "") -> QComboBox:
+    """Return a list of values, shown by their texts; the values of a sequence are its indices."""
+    combo = QComboBox()
+    combo.setToolTip(hint)
+    combo.setAccessibleName(name)
+    for value, text in texts.items() if isinstance(texts, Mapping) else enumerate(texts):
+        combo.addItem(text, value)
+    return combo
 
 
 def typed_list() -> QComboBox:

@@ -135,7 +135,8 @@ class FrameRuns(QObject):
         self._preview_time = 0.0
         self._stopping = False
         self._abandoned = False
-        self._resolving: tuple[int, ...] = ()
+        self.resolving: tuple[int, ...] = ()
+        """The blocks that are being re-solved."""
         self._next: _FollowUp | None = None
         self._patience = QTimer(self, singleShot=True)
         self._patience.timeout.connect(self._worker.cancel)
@@ -147,7 +148,7 @@ class FrameRuns(QObject):
     @property
     def state(self) -> RunState:
         """The state of the work on the frame."""
-        if self._resolving:
+        if self.resolving:
             return RunState.RESOLVING
         if not self._worker.busy:
             return RunState.IDLE
@@ -163,14 +164,9 @@ class FrameRuns(QObject):
         return self.state in (RunState.IDLE, RunState.RESOLVING)
 
     @property
-    def resolving(self) -> tuple[int, ...]:
-        """The blocks that are being re-solved."""
-        return self._resolving
-
-    @property
     def queued(self) -> set[int]:
         """Blocks of the run that have not started yet."""
-        if self._run is None or self._steps is None or self._resolving:
+        if self._run is None or self._steps is None or self.resolving:
             return set()
         return set(self._steps.blocks) - self._begun - self._done
 
@@ -194,7 +190,7 @@ class FrameRuns(QObject):
 
     def start(self, only: set[int] | None = None, stepwise: bool = False) -> None:
         """Run all blocks, or some; with `stepwise`, one block at a time, pausing after each step."""
-        if self._resolving:
+        if self.resolving:
             self._follow_up(lambda: self.start(only, stepwise))
             return
         self._run = self.document.run(self.document.state.common, only)
@@ -229,7 +225,7 @@ class FrameRuns(QObject):
         if self.state is RunState.IDLE:
             self._begin_resolve(blocks)
             return True
-        if not self._resolving or (self._next is not None and self._next.action is not None):
+        if not self.resolving or (self._next is not None and self._next.action is not None):
             return False
         waiting = () if self._next is None else self._next.blocks
         self._next = _FollowUp((*blocks, *(one for one in waiting if one not in blocks)))
@@ -251,12 +247,12 @@ class FrameRuns(QObject):
 
     def _begin_resolve(self, blocks: Sequence[int]) -> None:
         there = self.document.counts()
-        self._resolving = tuple(label for label in blocks if label in there)
-        if not self._resolving:
+        self.resolving = tuple(label for label in blocks if label in there)
+        if not self.resolving:
             self._news.state_changed.emit()
             return
         self._preview_time = max(self._preview_time, time.perf_counter() + _FIRST_PREVIEW_S)
-        self._run = run = self.document.run(self.document.state.common, self._resolving)
+        self._run = run = self.document.run(self.document.state.common, self.resolving)
         watch = self._workspace.watch(self.document, run)
         self._start(lambda: run.steps(1, watch))
 
@@ -276,7 +272,7 @@ class FrameRuns(QObject):
     def extrapolate(self) -> None:
         """Extrapolate what the blocks leave missing."""
         completion = self.document.completion()
-        if self._resolving:
+        if self.resolving:
             self._follow_up(self.extrapolate)
         elif self.free and completion is not None and not self.document.extrapolated:
             self._begin_extrapolation(completion)
@@ -304,19 +300,10 @@ class FrameRuns(QObject):
         self._preview_time = math.inf
         return steps.preview()
 
-    def pause(self) -> None:
-        """Pause after the current iteration."""
-        self._worker.pause()
-        self._news.state_changed.emit()
-
-    def resume(self) -> None:
-        """Resume the run."""
-        self._worker.resume()
-        self._news.state_changed.emit()
-
     def toggle_pause(self) -> None:
-        """Pause the run, or resume it."""
-        (self.resume if self.state is RunState.PAUSED else self.pause)()
+        """Pause the run after the current iteration, or resume it."""
+        (self._worker.resume if self.state is RunState.PAUSED else self._worker.pause)()
+        self._news.state_changed.emit()
 
     def step(self) -> None:
         """Run one iteration, then pause: of the current run, or of a new one over the selected blocks, or all."""
@@ -336,7 +323,7 @@ class FrameRuns(QObject):
 
     def clear_results(self) -> None:
         """Remove all results, also those of a re-solve or an extrapolation in progress."""
-        if self._resolving or self._extrapolating is not None:
+        if self.resolving or self._extrapolating is not None:
             self._abandoned = self._extrapolating is None
             self.cancel()
         self.document.clear_results()
@@ -376,7 +363,7 @@ class FrameRuns(QObject):
         run, self._run = self._run, None
         steps, self._steps = self._steps, None
         done, self._done, self._begun = self._done, set(), set()
-        resolved, self._resolving = self._resolving, ()
+        resolved, self.resolving = self.resolving, ()
         following, self._next = self._next, None
         seconds = time.perf_counter() - self._started
         if run is not None and steps is not None and how != "finished" and not (resolved or self._abandoned):

@@ -53,6 +53,8 @@ class JobThread:
         Items that were yielded and not fetched yet.
     end : tuple of str and object, or None
         "finished" and the generator's return value, "failed" and an exception, or "cancelled".
+    command : Command
+        The last command.
     waiting : bool
         Whether it is paused at this moment.
     """
@@ -71,7 +73,7 @@ class JobThread:
         self.waiting = False
         self._make, self._is_step_end, self._notify, self._silence = make, is_step_end, notify, silence
         self._interruptible = interruptible
-        self._command = command
+        self.command = command
         self._cancel_event = threading.Event()
         self._state = threading.Condition()
         self._notify_lock = threading.Lock()
@@ -79,17 +81,12 @@ class JobThread:
         self._thread = threading.Thread(target=self._drive, name="ilf-worker", daemon=True)
         self._thread.start()
 
-    @property
-    def command(self) -> Command:
-        """The last command."""
-        return self._command
-
     def order(self, command: Command) -> bool:
         """Set the command; False if the job was cancelled before."""
         with self._state:
-            obeyed = self._command is not Command.CANCEL
+            obeyed = self.command is not Command.CANCEL
             if obeyed:
-                self._command = command
+                self.command = command
             self._state.notify_all()
         if command is Command.CANCEL and self._interruptible:
             self._cancel_event.set()
@@ -143,13 +140,13 @@ class JobThread:
     def _wait_for_command(self, step_done: bool) -> bool:
         """Wait while paused, if the last step is complete; False once cancelled."""
         with self._state:
-            while step_done and self._command is Command.PAUSE:
+            while step_done and self.command is Command.PAUSE:
                 self.waiting = True
                 self._state.wait()
             self.waiting = False
-            if self._command is Command.STEP:
-                self._command = Command.PAUSE
-            return self._command is not Command.CANCEL
+            if self.command is Command.STEP:
+                self.command = Command.PAUSE
+            return self.command is not Command.CANCEL
 
 
 DRAIN_INTERVAL_MS = 33
@@ -292,6 +289,12 @@ class Worker(QObject):
         self._timer.stop()
         self._patience.stop()
         self._job = None
+
+
+def stop_workers(owner: QObject) -> bool:
+    """Stop all workers of an object and its children, before it is closed. True if their threads have ended."""
+    ended = [worker.shutdown() for worker in owner.findChildren(Worker)]
+    return all(ended)
 
 
 # Estimate of the remaining time.

@@ -86,11 +86,6 @@ class LatestRequest(QObject, Generic[Request, Answer]):
         self.forget()
         self._worker.cancel()
 
-    def shutdown(self) -> bool:
-        """Stop permanently, before the window closes. True if the thread has ended."""
-        self.forget()
-        return self._worker.shutdown()
-
     def _start(self) -> None:
         if self._worker.busy or not self._waiting:
             return

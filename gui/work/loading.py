@@ -438,11 +438,6 @@ class FrameLoader(QObject):
 
     # both
 
-    def shutdown(self) -> bool:
-        """Stop permanently, before the window closes. True if the threads have ended."""
-        ended = [line.shutdown() for line in self._lines]
-        return all(ended)
-
     def _emit_busy(self) -> None:
         was_busy, self._was_busy = self._was_busy, self.busy
         self.busy_changed.emit()

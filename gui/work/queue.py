@@ -98,11 +98,6 @@ class JobQueue(QObject):
         if self._job is not None and self._job.about is not None and unwanted(self._job.about):
             self._worker.cancel()
 
-    def shutdown(self) -> bool:
-        """Stop permanently, before the window closes. True if the thread has ended."""
-        self._waiting.clear()
-        return self._worker.shutdown()
-
     def _next(self) -> None:
         if self._job is not None:
             return

@@ -75,11 +75,6 @@ class RunRecorder(QObject):
         """Whether re-solved blocks wait to be stored."""
         return bool(self._waiting)
 
-    def shutdown(self) -> bool:
-        """Stop storing runs. Always True: there is no thread."""
-        self._rest.stop()
-        return True
-
     def _take(self, ended: RunOutcome) -> None:
         document = ended.document
         if document not in self._workspace.open:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from weakref import WeakKeyDictionary
 
 from PySide6.QtCore import QObject
@@ -18,7 +17,7 @@ __all__ = ["RunController", "RunOutcome", "RunState"]
 
 
 class RunController(RunNews):
-    """The runs of all frames in parallel; properties and commands refer to the current frame."""
+    """The runs of all frames in parallel; the state is that of the current frame."""
 
     def __init__(self, workspace: Workspace, parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -36,8 +35,9 @@ class RunController(RunNews):
         return self._all[document]
 
     @property
-    def _current(self) -> FrameRuns | None:
-        return self._all.get(self._workspace.current) if self._workspace.has_current else None
+    def current(self) -> FrameRuns:
+        """The runs of the current frame."""
+        return self.of(self._workspace.current)
 
     @property
     def running(self) -> list[Document]:
@@ -47,8 +47,7 @@ class RunController(RunNews):
     @property
     def state(self) -> RunState:
         """The state of the current frame's run."""
-        present = self._current
-        return RunState.IDLE if present is None else present.state
+        return self.current.state if self._workspace.has_current else RunState.IDLE
 
     @property
     def free(self) -> bool:
@@ -59,54 +58,6 @@ class RunController(RunNews):
     def going(self) -> bool:
         """Whether a run of the current frame can be paused or cancelled."""
         return self.state in (RunState.RUNNING, RunState.PAUSED, RunState.EXTRAPOLATING)
-
-    @property
-    def resolving(self) -> tuple[int, ...]:
-        """The blocks of the current frame that are being re-solved."""
-        present = self._current
-        return () if present is None else present.resolving
-
-    @property
-    def queued(self) -> set[int]:
-        """Blocks of the current frame's run that have not started yet."""
-        present = self._current
-        return set() if present is None else present.queued
-
-    def start(self, only: set[int] | None = None, stepwise: bool = False) -> None:
-        """Run all blocks of the current frame, or some; with `stepwise`, one at a time, pausing after each step."""
-        self.of(self._workspace.current).start(only, stepwise)
-
-    def start_changed(self) -> None:
-        """Run the blocks of the current frame without an up-to-date result."""
-        self.of(self._workspace.current).start_changed()
-
-    def start_selected(self) -> None:
-        """Run the selected blocks of the current frame."""
-        self.of(self._workspace.current).start_selected()
-
-    def resolve(self, blocks: Sequence[int], edited: bool = False) -> bool:
-        """Re-solve blocks of the current frame in their current state, in this order; False if a run has priority."""
-        return self.of(self._workspace.current).resolve(blocks, edited)
-
-    def extrapolate(self) -> None:
-        """Extrapolate what the current frame's blocks leave missing."""
-        self.of(self._workspace.current).extrapolate()
-
-    def toggle_pause(self) -> None:
-        """Pause the current frame's run, or resume it."""
-        self.of(self._workspace.current).toggle_pause()
-
-    def step(self) -> None:
-        """Run one iteration of the current frame, then pause: of its run, or of a new one."""
-        self.of(self._workspace.current).step()
-
-    def cancel(self) -> None:
-        """Cancel the current frame's run; completed blocks keep their results."""
-        self.of(self._workspace.current).cancel()
-
-    def clear_results(self) -> None:
-        """Remove all results of the current frame, also those still being computed."""
-        self.of(self._workspace.current).clear_results()
 
     def shutdown(self) -> bool:
         """Stop permanently, before the window closes. True if all threads have ended."""
@@ -181,5 +132,5 @@ class LiveSolver(QObject):
         wanted.sort(key=lambda label: (label != chosen, label))
         if wanted:
             self._requested.update(wanted)  # before the call: it emits state_changed at once
-            if not runs.resolve(wanted, edited=True):
+            if not runs.current.resolve(wanted, edited=True):
                 self._requested.difference_update(wanted)

@@ -49,7 +49,7 @@ def in_window(count: int, size: Size) -> Iterator[None]:
         places = [write_sample(Path(name, f"frame{number}"), size, number) for number in range(10)]
         for number in range(count):
             open_frame(window, places[number % len(places)])
-            window.runs.start()
+            window.runs.current.start()
             wait(lambda: settled(window), _RARELY_MS)
             paint_across(window, max(window.workspace.current.counts()))
             wait(lambda: settled(window), _RARELY_MS)

@@ -108,7 +108,7 @@ def in_window(recorder: Recorder, trip: str) -> None:
     workspace, runs = window.workspace, window.runs
     document = workspace.current
     if trip != "open":
-        runs.start()
+        runs.current.start()
         wait(lambda: settled(window))
         recorder.start()
         news: list[None] = []

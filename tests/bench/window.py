@@ -9,6 +9,7 @@ from PySide6.QtCore import QEventLoop, QTimer
 
 from gui.app.main_window import MainWindow
 from gui.features.expected_error import ErrorFeature
+from gui.work.frame_runs import RunState
 from ilf.segmentation.editing.painting import brush_stroke, paint
 
 _LIMIT_S = 300
@@ -59,7 +60,7 @@ def open_frame(window: MainWindow, folder: Path) -> None:
 
 def settled(window: MainWindow) -> bool:
     """Return whether no run and no expected error is in progress."""
-    return window.runs.free and not window.runs.resolving and not window.feature(ErrorFeature).busy
+    return window.runs.state is RunState.IDLE and not window.feature(ErrorFeature).busy
 
 
 def paint_across(window: MainWindow, label: int) -> None:

@@ -87,7 +87,7 @@ def test_commands_in_any_order(window, qtbot, small_frame, tmp_path):
         lambda: workspace.select(list(workspace.current.counts())[chance.randrange(3) :][:1]),
         lambda: window.feature(FilterPanel).set_values({"smoothness": chance.choice([0.5, 1.0, 3.0])}),
         lambda: workspace.current.compare_runs(workspace.current.state.runs[-chance.randrange(1, 4) :]),
-        lambda: views.set_layout(chance.choice(list(LAYOUTS))),
+        lambda: views.sheet.set_layout(chance.choice(list(LAYOUTS))),
         lambda: views.set_content(chance.choice(list(views.cells)), chance.choice([*TITLES, *DEPTHS, *SIDES])),
         lambda: views.sides.choose(chance.choice(["", *COMPARABLE]), chance.choice(["", *COMPARABLE])),
         lambda: window.feature(CurvesFeature).widget.scrub_bar._slider.setValue(chance.randrange(1, 9)),

@@ -3,26 +3,29 @@
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 
-from gui.base.commands import Command, action_entries, why_not
+from gui.base.commands import action_entries, command, why_not
 from gui.base.needs import Need
+from gui.features.context import Feature
 
 _CTRL_ALT = Qt.KeyboardModifier.ControlModifier | Qt.KeyboardModifier.AltModifier
 
 
-def test_a_new_command_is_one_record(window, opened, qtbot):
-    done: list[int] = []
-    opened.actions_.add(
-        (
-            Command(
-                "count_blocks",
-                "&Count the blocks",
-                "Count the selected blocks",
-                keys="Ctrl+Alt+J",
-                handler=lambda: done.append(len(opened.workspace.current.selected)),
-                needs=Need.UNLOCKED | Need.IDLE,
-            ),
-        )
-    )
+_DONE: list[int] = []
+
+
+class _Counter(Feature):
+    @command("count_blocks", "&Count the blocks", keys="Ctrl+Alt+J", needs=Need.UNLOCKED | Need.IDLE)
+    def count(self) -> None:
+        """Count the selected blocks.
+
+        They are of the current frame.
+        """
+        _DONE.append(len(self.context.workspace.current.selected))
+
+
+def test_a_new_command_is_one_method(window, opened, qtbot):
+    _DONE.clear()
+    _Counter(opened.context)
     opened.actions_.refresh()
     opened.activateWindow()
     qtbot.waitUntil(opened.isActiveWindow)
@@ -39,7 +42,7 @@ def test_a_new_command_is_one_record(window, opened, qtbot):
 
     assert pressed() == "Count the blocks: Select a block first."
     document.select([1])
-    assert (pressed(), done) == ("", [1])
+    assert (pressed(), _DONE) == ("", [1])
     document.set_lock(1, True)
     assert pressed() == "Count the blocks: The selected blocks are locked: unlock them first."
     action = opened.actions_["count_blocks"]
@@ -50,7 +53,7 @@ def test_a_new_command_is_one_record(window, opened, qtbot):
     )
     opened.documents.close_frame()
     assert pressed() == "Count the blocks: Open a frame first."
-    assert done == [1]
+    assert _DONE == [1]
 
 
 def test_the_first_thing_that_is_missing_is_told(opened):

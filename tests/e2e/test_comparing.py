@@ -47,7 +47,7 @@ def run_twice(opened, run_all):
 
 def test_runs_come_to_the_views_and_one_looks_at_the_other_while_a_key_is_held(run_twice, qtbot):
     window, kept = run_twice
-    window.views.set_layout("grid-difference")
+    window.views.sheet.set_layout("grid-difference")
     settle(window, qtbot)
     cell = window.views.cells["difference"]
     assert cell.concrete == "difference:result:earlier"
@@ -77,7 +77,7 @@ def test_runs_come_to_the_views_and_one_looks_at_the_other_while_a_key_is_held(r
     window.actions_["compare_two"].trigger()
     assert not window.actions_["swipe"].isChecked(), "side by side, neither side is parted"
     window.actions_["swipe"].trigger()
-    assert window.views.layout_name == "grid-difference"
+    assert window.views.sheet.layout_name == "grid-difference"
 
 
 def test_what_gives_way_to_the_handle_comes_back_after_it(run_twice):
@@ -85,15 +85,15 @@ def test_what_gives_way_to_the_handle_comes_back_after_it(run_twice):
     views, swipe = window.views, window.actions_["swipe"]
     for layout in ("layout_correct", "layout_tune"):
         window.actions_[layout].trigger()
-        before = views.layout_name
+        before = views.sheet.layout_name
         window.actions_["compare_two"].trigger()
         swipe.trigger()
-        assert (window.actions_[layout].isChecked(), views.layout_name) == (True, before)
+        assert (window.actions_[layout].isChecked(), views.sheet.layout_name) == (True, before)
         swipe.trigger()
-        assert (window.actions_[layout].isChecked(), views.layout_name) == (True, "compare")
+        assert (window.actions_[layout].isChecked(), views.sheet.layout_name) == (True, "compare")
         window.actions_["compare_two"].trigger()
-        assert (window.actions_[layout].isChecked(), views.layout_name) == (True, before)
-    views.set_layout("colour")
+        assert (window.actions_[layout].isChecked(), views.sheet.layout_name) == (True, before)
+    views.sheet.set_layout("colour")
     swipe.trigger()
     assert views.contents()["colour"] == "result", "where else would the handle be"
     swipe.trigger()
@@ -110,35 +110,35 @@ def test_swiping_in_every_layout_leaves_it_as_it_was(run_twice):
 
     contents = views.contents()
     for layout in LAYOUTS:
-        views.set_layout(layout)
-        state = views.layout_name, views.lasting_layout, contents
+        views.sheet.set_layout(layout)
+        state = views.sheet.layout_name, views.sheet.lasting, contents
         swipe.trigger()
         assert is_swiped(), layout
         swipe.trigger()
-        assert (views.layout_name, views.lasting_layout, views.contents()) == state
+        assert (views.sheet.layout_name, views.sheet.lasting, views.contents()) == state
         assert not any(handle.isVisible() for handle in handles.values())
 
         # other views while swiping are swiped, too, and the former contents come back
         swipe.trigger()
-        views.set_layout("extraction")
+        views.sheet.set_layout("extraction")
         assert is_swiped(), layout
-        views.set_layout("row")
+        views.sheet.set_layout("row")
         assert is_swiped(), layout
         swipe.trigger()
-        assert (views.layout_name, views.contents()) == ("row", contents)
+        assert (views.sheet.layout_name, views.contents()) == ("row", contents)
 
 
 def test_another_layout_of_the_window_ends_swiping(run_twice):
     window, _ = run_twice
     views = window.views
-    views.set_layout("colour")
+    views.sheet.set_layout("colour")
     contents = views.contents()
     window.actions_["swipe"].trigger()
     assert views.contents() != contents
     window.actions_["layout_tune"].trigger()
     assert not window.actions_["swipe"].isChecked()
     window.actions_["layout_standard"].trigger()
-    assert (views.layout_name, views.contents()) == ("colour", contents)
+    assert (views.sheet.layout_name, views.contents()) == ("colour", contents)
 
 
 def test_blocks_of_side_a_are_shown_with_it_and_an_edit_brings_the_present_back(run_twice):
@@ -202,7 +202,7 @@ def test_a_truth_is_shown_and_the_readout_says_how_far_off_the_result_is(opened,
     assert "truth 2.000 m" in opened.feature(StatusFeature).bar.readout.text()
     assert "error" in opened.feature(StatusFeature).bar.readout.text()
     opened.actions_["compare_two"].trigger()
-    assert opened.views.layout_name == "grid"
+    assert opened.views.sheet.layout_name == "grid"
 
 
 def test_the_range_is_dragged_typed_and_locked_over_frames(opened, run_all, qtbot, tmp_path, small_frame):
@@ -255,8 +255,8 @@ def test_a_run_that_is_the_result_is_not_compared_with_itself(run_twice):
     workspace.current.compare_runs([window.workspace.current.state.runs[-1]])
     window.actions_["compare_two"].trigger()
     window.refresh.now()
-    assert [views.data.names.get(side, side) for side in views.sides.names] == ["Best", "result"]
+    assert [views.data.names.get(side, side) for side in views.data.sides] == ["Best", "result"]
     workspace.accept_run(best)
     window.refresh.draw_all()
-    assert views.sides.names == ("run-1", "result")
+    assert views.data.sides == ("run-1", "result")
     assert views.data.result_number == best.number

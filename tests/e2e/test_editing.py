@@ -33,7 +33,7 @@ def test_clicking_chooses_control_adds_and_so_does_the_table(editing):
     click(editing, (5, 24), Qt.KeyboardModifier.ControlModifier)
     assert document.selected == [int(document.labels[24, 50])]
     editing.feature(BlocksFeature).table.select([])
-    editing.feature(BlocksFeature).table.view.selectRow(1)
+    editing.feature(BlocksFeature).table.selectRow(1)
     assert document.selected == editing.feature(BlocksFeature).table.selected()
     assert len(document.selected) == 1
 

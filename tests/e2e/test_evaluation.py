@@ -53,7 +53,7 @@ def settle(window):
 
 
 def errors_shown(window) -> list[str]:
-    model = window.feature(BlocksFeature).table.view.model()
+    model = window.feature(BlocksFeature).table.model()
     return [model.index(row, Column.ERROR).data() for row in range(model.rowCount())]
 
 
@@ -133,9 +133,9 @@ def test_errors_against_a_truth_and_on_hidden_depth(window, qtbot, frame_folder,
     assert document.block_errors.rmse == pytest.approx(rms)
     window.refresh.now()
     assert errors_shown(window) == [millimetres(rms[1]), millimetres(rms[2])]
-    window.feature(BlocksFeature).table.view.sortByColumn(Column.ERROR, Qt.SortOrder.AscendingOrder)
+    window.feature(BlocksFeature).table.sortByColumn(Column.ERROR, Qt.SortOrder.AscendingOrder)
     assert errors_shown(window) == [millimetres(error) for error in sorted(rms.values(), reverse=True)], "worst first"
-    window.feature(BlocksFeature).table.view.sortByColumn(-1, Qt.SortOrder.AscendingOrder)
+    window.feature(BlocksFeature).table.sortByColumn(-1, Qt.SortOrder.AscendingOrder)
     assert not actions["remove_ground_truth"].isEnabled()
 
     # on hidden depth: the present values, a kept run and a preset, all on the same pixels

@@ -72,12 +72,12 @@ def test_after_an_edit_the_former_stays_until_there_is_a_newer(opened, qtbot, ru
 
 
 def test_a_view_that_is_not_shown_costs_nothing_until_it_is(opened, qtbot, run_all):
-    opened.views.set_layout("grid-difference")
+    opened.views.sheet.set_layout("grid-difference")
     run_all(opened)
     assert not opened.feature(ErrorFeature).busy
     assert _picture(opened) is None
     opened.centre.show_cloud()
-    opened.views.set_layout("expected-error")
+    opened.views.sheet.set_layout("expected-error")
     assert not opened.feature(ErrorFeature).busy
     opened.centre.show_images()
     qtbot.waitUntil(lambda: _picture(opened) is not None)
@@ -93,8 +93,8 @@ def test_what_cannot_be_found_is_said_once(opened, qtbot, run_all, monkeypatch):
     run_all(opened)
     qtbot.waitUntil(lambda: not opened.feature(ErrorFeature).busy)
     assert said == ["Memory has run out (no room). Close other programs, or use a smaller frame."]
-    opened.views.set_layout("grid-difference")
-    opened.views.set_layout("expected-error")
+    opened.views.sheet.set_layout("grid-difference")
+    opened.views.sheet.set_layout("expected-error")
     opened.refresh.now()
     assert not opened.feature(ErrorFeature).busy
     run_all(opened)

@@ -25,7 +25,7 @@ from .conftest import open_frame, write_frame
 @pytest.fixture
 def staged(opened, qtbot):
     """The window with the small frame and the view of the extraction beside the others."""
-    opened.views.set_layout("grid-extraction")
+    opened.views.sheet.set_layout("grid-extraction")
     _settle(opened, qtbot)
     return opened
 
@@ -141,7 +141,7 @@ def test_extract_takes_what_the_preview_has_found_at_once(staged, qtbot, monkeyp
 
 @pytest.mark.parametrize("layout", ["grid", "grid-extraction"])
 def test_extract_keeps_a_block_made_by_hand_again_and_again(opened, qtbot, layout):
-    opened.views.set_layout(layout)
+    opened.views.sheet.set_layout(layout)
     document, said = opened.workspace.current, _said(opened)
     mine = _cut_off_by_hand(opened)
     before, steps, used = document.labels.copy(), document.undo_stack.count(), document.blocks.extraction
@@ -192,7 +192,7 @@ def test_with_the_preview_off_the_view_follows_extract_alone(staged, qtbot):
     assert len(document.counts()) == 1
     assert "With other parameters" not in _summary(staged)
     staged.workspace.parameters.set_extraction(BlockParameters())
-    staged.views.set_layout("grid")
+    staged.views.sheet.set_layout("grid")
     _click(staged, "Preview")
     assert staged.views.shows("stage"), "switching the preview on shows it"
     _settle(staged, qtbot)
@@ -206,7 +206,7 @@ def test_with_the_preview_off_an_extraction_is_shown_whenever_its_frame_is(opene
     opened.workspace.parameters.set_extraction(BlockParameters(min_size=48.0, use_depth=False))
     opened.actions_["extract"].trigger()
     _settle(opened, qtbot)
-    opened.views.set_layout("extraction")
+    opened.views.sheet.set_layout("extraction")
     _settle(opened, qtbot)
     expected = block_overlay(first.rgb, document.labels)
     np.testing.assert_array_equal(_picture(opened), expected)
@@ -227,7 +227,7 @@ def test_the_first_frame_is_extracted_once_for_blocks_and_view(window, qtbot, fr
 
     monkeypatch.setattr("gui.work.loading.find", after_the_view_has_been_drawn)
     monkeypatch.delattr("gui.features.extraction.find")
-    window.views.set_layout("extraction")
+    window.views.sheet.set_layout("extraction")
     window.loader.open(FrameRef(str(frame_folder)))
     qtbot.waitUntil(lambda: window.workspace.has_current)
     window.refresh.now()
@@ -247,7 +247,7 @@ def test_the_view_says_that_the_first_extraction_failed(window, qtbot, frame_fol
     monkeypatch.setattr("gui.work.loading.find", fail)
     monkeypatch.setattr("gui.features.extraction.find", fail)
     monkeypatch.setattr(window.notes, "report", lambda *_: None)  # which would ask to be read
-    window.views.set_layout("extraction")
+    window.views.sheet.set_layout("extraction")
     open_frame(window, qtbot, FrameRef(str(frame_folder)))
     _settle(window, qtbot)
     assert "The extraction failed: no edges" in _summary(window)
@@ -266,7 +266,7 @@ def test_values_whose_picture_is_not_to_be_seen_lead_to_it(opened, qtbot):
     _settle(opened, qtbot)
     assert opened.feature(ViewsFeature).bar.layouts.currentData() == "grid-extraction"
     assert "Preview: " in _summary(opened)
-    opened.views.set_layout("grid")
+    opened.views.sheet.set_layout("grid")
     _slide(opened, "dilation", 3)
     assert "Preview: " not in _summary(opened), "what other values gave"
     _click(opened, "Preview")
@@ -412,7 +412,7 @@ def test_an_edge_network_that_is_missing_is_said_and_does_not_stop_anything(stag
     assert "elsewhere" in _summary(staged)
     staged.actions_["extract"].trigger()
     assert "elsewhere" in said[-1]
-    staged.views.set_layout("grid")
+    staged.views.sheet.set_layout("grid")
     staged.workspace.parameters.set_extraction(BlockParameters(model="elsewhere", min_size=1.0))
     staged.actions_["extract"].trigger()
     _settle(staged, qtbot)

@@ -172,7 +172,7 @@ def test_a_filter_without_its_network_is_told_of_in_the_log_and_in_the_table(ope
     run_all(opened)
     assert "Canny's edges replace" in said[0]
     assert said[0] in opened.log.text.toPlainText()
-    rows = block_rows(workspace.current, opened.runs)
+    rows = block_rows(workspace.current, opened.runs.current)
     assert [row.detail.splitlines()[-1] for row in rows] == list(workspace.current.completion().notes) * len(rows)
 
 

@@ -82,7 +82,7 @@ def test_a_run_that_guesses_the_rest_has_its_picture_after_that(start, frame_fol
     save = HeadlessRun._take_picture
 
     def look(self: HeadlessRun):
-        extrapolated.append(self._workspace.current.extrapolated)
+        extrapolated.append(self._window.workspace.current.extrapolated)
         save(self)
 
     monkeypatch.setattr(HeadlessRun, "_take_picture", look)

@@ -51,7 +51,7 @@ def test_a_profile_from_drawing_to_file(opened, qtbot, run_all, tmp_path, small_
     run_all(window)
 
     # the result, and its expected error though no view shows it
-    window.views.set_layout("colour")
+    window.views.sheet.set_layout("colour")
     data = part.profile.data
     assert [curve.name for curve in data.curves] == ["result"]
     assert np.isfinite(data.curves[0].depth).all()

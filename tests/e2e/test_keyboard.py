@@ -30,7 +30,7 @@ def typing(opened, qtbot):
 
 def _go(window, x: int, y: int):
     """Move the crosshair to a pixel with the arrow keys, in long steps first."""
-    if window.views.pixel is None:
+    if window.views.navigation.pixel is None:
         key(window, _Key.Key_Right)
     for axis, (back, on) in enumerate(((_Key.Key_Left, _Key.Key_Right), (_Key.Key_Up, _Key.Key_Down))):
         left = (x, y)[axis] - _at(window)[axis]
@@ -38,12 +38,12 @@ def _go(window, x: int, y: int):
             for _ in range(abs(left) // step):
                 key(window, on if left > 0 else back, modifier)
             left = (x, y)[axis] - _at(window)[axis]
-    assert window.views.pixel == (x, y)
+    assert window.views.navigation.pixel == (x, y)
 
 
 def _at(window) -> tuple[int, int]:
-    assert window.views.pixel is not None
-    return window.views.pixel
+    assert window.views.navigation.pixel is not None
+    return window.views.navigation.pixel
 
 
 def _drag(window, *points: tuple[int, int]):
@@ -77,12 +77,12 @@ def test_a_block_is_split_along_a_line_of_keys(typing):
     key(typing, _Key.Key_S)
     _go(typing, 10, 24)
     key(typing, _Key.Key_Left, CTRL)
-    assert typing.views.pixel == (0, 24), "to the end of the frame, for want of a border"
+    assert typing.views.navigation.pixel == (0, 24), "to the end of the frame, for want of a border"
     _drag(typing, (0, 24), (40, 24))
     assert document.undo_stack.undoText().startswith("Split")
     assert document.labels[5, 5] != document.labels[40, 5]
     key(typing, _Key.Key_Up, CTRL)
-    assert typing.views.pixel == (40, 0)
+    assert typing.views.navigation.pixel == (40, 0)
     key(typing, _Key.Key_Left, CTRL)
     assert document.labels[0, _at(typing)[0]] != document.labels[0, 40]
 
@@ -145,10 +145,10 @@ def test_a_letter_takes_a_tool_and_stands_in_its_tooltip(typing):
 
 def test_letters_do_nothing_while_a_name_is_typed(typing, qtbot):
     table = typing.feature(BlocksFeature).table
-    table.view.selectRow(0)
-    table.view.setFocus()
+    table.selectRow(0)
+    table.setFocus()
     key(typing, _Key.Key_F2)
-    field = table.view.findChild(QLineEdit)
+    field = table.findChild(QLineEdit)
     field.setFocus()
     field.selectAll()
     QTest.keyClicks(field, "table z")
@@ -171,7 +171,7 @@ def test_the_view_with_the_focus_has_a_frame_and_tab_leaves_it(typing):
         assert not cell.focus_frame.isVisible()
     while isinstance(_focus(), ImageView):
         key(typing, _Key.Key_Tab)
-    assert _focus() is typing.feature(BlocksFeature).table.view
+    assert _focus() is typing.feature(BlocksFeature).table
 
 
 def test_enter_is_the_default_button_of_a_dialog_wherever_the_focus_is(typing):

@@ -60,7 +60,7 @@ def test_all_frames_are_shown_in_order_with_stored_results_and_edits_stay(listed
     workspace.current.replace_blocks(np.ones(first.frame.shape, np.int32), "One block")
     run_all(window)
     completed = first.completion().depth.copy()
-    views.set_layout("grid-flicker")
+    views.sheet.set_layout("grid-flicker")
     views.set_content("flicker", "flicker-in")
 
     shown = _play(window, qtbot)
@@ -178,7 +178,7 @@ def test_frames_without_a_result_are_completed_while_they_play(listed, qtbot):
 def test_flicker_of_the_current_frame_is_against_the_one_before_it(listed, qtbot, run_all):
     window, workspace, views = listed, listed.workspace, listed.views
     flicker = window.feature(FlickerFeature)
-    views.set_layout("grid-flicker")
+    views.sheet.set_layout("grid-flicker")
     cell = views.cells["flicker"]
     for number in (0, 1):
         if number:

@@ -233,7 +233,7 @@ def test_suspect_depth_and_blocks_at_a_limit_are_marked(window, qtbot, tmp_path,
     outcome = workspace.current.completion().outcomes[1]
     assert outcome.suspect == np.count_nonzero(speck)
     assert np.array_equal(window.views.blocks.layers._masks["suspect"], speck)
-    row = block_rows(workspace.current, window.runs)[0]
+    row = block_rows(workspace.current, window.runs.current)[0]
     assert (row.state, outcome.message in row.detail) == ("iteration limit", True)
     assert "limit of steps" in row.detail
     assert workspace.current.summary().not_converged == 1
@@ -287,7 +287,7 @@ def test_enter_applies_the_remedy_wherever_the_focus_is(window, qtbot, tmp_path,
     opened_with(window, qtbot, tmp_path, walls(WIDTH))
     window.activateWindow()
     qtbot.waitUntil(window.isActiveWindow)
-    document, table = window.workspace.current, window.feature(BlocksFeature).table.view
+    document, table = window.workspace.current, window.feature(BlocksFeature).table
     strip = window.feature(FramesFeature).panel.view
 
     def in_the_views() -> bool:

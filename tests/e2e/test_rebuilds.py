@@ -46,7 +46,7 @@ def test_one_click_rebuilds_the_table_once(opened, monkeypatch):
     assert rows.taken() == 0, "it is chosen already"
     _click(opened, 5, 24)
     assert rows.taken() == 1
-    opened.feature(BlocksFeature).table.view.selectRow(0)
+    opened.feature(BlocksFeature).table.selectRow(0)
     assert rows.taken() == 1
 
 

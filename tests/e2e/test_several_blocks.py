@@ -128,8 +128,8 @@ def test_several_blocks_are_selected_alike_by_every_way(strips):
             drag(strips, [(0.5, 11), (40, 30), (document.labels.shape[1] - 0.5, len(document.labels) - 0.5)], SHIFT)
         else:
             strips.refresh.now()
-            table.view.setFocus()
-            table.view.selectRow(0)
+            table.setFocus()
+            table.selectRow(0)
             for _ in range(6):
                 key(strips, Qt.Key.Key_Down, SHIFT)
             if way == "keys":

@@ -159,7 +159,7 @@ def test_the_options_of_every_tool_have_room_in_a_narrow_window(editing, qtbot):
 
 def test_keys_work_wherever_the_focus_is_but_not_where_numbers_are_typed(editing):
     viewport = editing.views.cells["colour"].view.viewport()
-    views, table = editing.views.cells["depth-in"].view, editing.feature(BlocksFeature).table.view
+    views, table = editing.views.cells["depth-in"].view, editing.feature(BlocksFeature).table
     for widget in (views, table, editing.feature(ToolsFeature).options.amount):
         _take(editing, "select")
         editing.workspace.select([1])

@@ -138,7 +138,7 @@ def test_keys_of_a_command_that_cannot_be_used_say_why(opened, qtbot):
     opened.activateWindow()
     qtbot.waitUntil(opened.isActiveWindow)
     opened.workspace.select([])
-    view, table = opened.views.cells["colour"].view, opened.feature(BlocksFeature).table.view
+    view, table = opened.views.cells["colour"].view, opened.feature(BlocksFeature).table
     for widget, code, modifiers, command in (
         (view, Qt.Key.Key_U, CTRL_SHIFT, "continue_plane"),
         (table, Qt.Key.Key_M, Qt.KeyboardModifier.ControlModifier, "merge_blocks"),
@@ -172,7 +172,7 @@ def test_the_palette_survives_menus_that_are_filled_anew(opened, qtbot):
     for code in (Qt.Key.Key_Down, Qt.Key.Key_Up):
         QTest.keyClick(palette.field, code)
     QTest.keyClick(palette.field, Qt.Key.Key_Return)
-    qtbot.waitUntil(lambda: opened.views.sides.chosen[0] == "depth-in")
+    qtbot.waitUntil(lambda: opened.views.data.chosen_sides[0] == "depth-in")
     palette.toggle()
     menu.fill()
     QTest.keyClicks(palette.field, "side")

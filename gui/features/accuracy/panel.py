@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 from weakref import WeakKeyDictionary
 
@@ -11,11 +10,11 @@ from PySide6.QtWidgets import QComboBox, QHBoxLayout, QTabWidget, QWidget
 
 from ilf.data.frame import RGBDFrame
 
-from ...base.commands import Command
+from ...base.commands import command
 from ...base.needs import Need
 from ...state.document import Document
 from ...state.parts import Part
-from ...widgets.basics import TEXT, Message, PlainLabel, command_button, label_of, lay_out, literal_text, page
+from ...widgets.basics import TEXT, Message, PlainLabel, combo, command_button, label_of, lay_out, literal_text, page
 from ...widgets.docks import PanelGroup
 from ...widgets.number_table import NumberTable
 from ...work.latest_request import LatestRequest
@@ -94,39 +93,10 @@ class AccuracyPanel(Panel):
         self.tabs.setMinimumSize(260, 150)
         return self.tabs
 
-    def _commands(self) -> Sequence[Command]:
-        return (
-            Command(
-                "load_ground_truth",
-                "Load ground &truth…",
-                "Load the true depth of the frame, to evaluate results against it",
-                icon="ph.check-circle",
-                handler=self._ask_ground_truth,
-                needs=Need.FRAME,
-            ),
-            Command(
-                "remove_ground_truth",
-                "Remove ground truth",
-                "Remove the ground truth of the frame",
-                icon="ph.x-circle",
-                handler=self._remove_ground_truth,
-                needs=Need.GROUND_TRUTH,
-            ),
-            Command(
-                "hold_out_test",
-                "&Hold-out test…",
-                "Hide some known depth, complete the frame without it, and compare the result with it",
-                icon="ph.test-tube",
-                handler=self._ask_test,
-                needs=Need.FRAME,
-            ),
-        )
-
     def _ground_truth_page(self) -> QWidget:
         self.source = Message()
-        self.pixels = QComboBox()
-        self.pixels.addItems(["Filled pixels", "All pixels"])
-        self.pixels.setToolTip("Evaluate only filled pixels, or also pixels with known depth")
+        hint = "Evaluate only filled pixels, or also pixels with known depth"
+        self.pixels = combo(["Filled pixels", "All pixels"], hint)
         self.pixels.activated.connect(lambda _: self.redraw())
         self.ground_truth_table = NumberTable("Errors against ground truth", GROUND_TRUTH_COLUMNS)
         buttons = (
@@ -137,9 +107,8 @@ class AccuracyPanel(Panel):
         return page(_row(*buttons), self.source, _row(*choice, unit=True), self.ground_truth_table)
 
     def _hold_out_page(self) -> QWidget:
-        self.part = QComboBox()
-        self.part.addItems(["All blocks", "Selected block"])
-        self.part.setToolTip("Show the errors of all blocks together, or of the selected block")
+        hint = "Show the errors of all blocks together, or of the selected block"
+        self.part = combo(["All blocks", "Selected block"], hint)
         self.part.activated.connect(lambda _: self.redraw())
         self.part.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
         self.part.setMinimumContentsLength(14)
@@ -164,8 +133,9 @@ class AccuracyPanel(Panel):
 
     # ground truth
 
+    @command("load_ground_truth", "Load ground &truth…", icon="ph.check-circle", needs=Need.FRAME)
     def _ask_ground_truth(self) -> None:
-        """Open the dialog that loads ground truth for the current frame."""
+        """Load the true depth of the frame, to evaluate results against it."""
         document = self.context.workspace.current
         dialog = GroundTruthDialog(document.frame, self._reader, self.context.window)
         dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
@@ -182,8 +152,9 @@ class AccuracyPanel(Panel):
         )
         self.reveal()
 
+    @command("remove_ground_truth", "Remove ground truth", icon="ph.x-circle", needs=Need.GROUND_TRUTH)
     def _remove_ground_truth(self) -> None:
-        """Remove the ground truth of the current frame."""
+        """Remove the ground truth of the frame."""
         self.context.workspace.current.set_ground_truth(None)
         self.context.notes.show_message("Ground truth removed.")
 
@@ -239,8 +210,9 @@ class AccuracyPanel(Panel):
 
     # hold-out test
 
+    @command("hold_out_test", "&Hold-out test…", icon="ph.test-tube", needs=Need.FRAME)
     def _ask_test(self) -> None:
-        """Open the dialog of the hold-out test, and the panel for its results."""
+        """Hide some known depth, complete the frame without it, and compare the result with it."""
         self.reveal()
         self.context.refresh.now()  # it turns to the page that fits the frame
         self.tabs.setCurrentIndex(1)

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from PySide6.QtCore import QObject, Signal
+from PySide6.QtCore import QObject
 
 from ilf._runtime.formatting import counted
 from ilf.segmentation.editing.cleaning import clean_up, count_slivers, delete, grow, merge, shrink, smooth
 from ilf.segmentation.editing.cutting import piece_at
 from ilf.segmentation.editing.patches import LabelPatch
 
+from ...base.commands import command
+from ...base.needs import Need
 from ...state.workspace import Workspace
 from ...tools.editor import Editor, sliver_size
 from ...tools.give import give_piece
@@ -19,20 +21,14 @@ from ...tools.split import cut_suggested
 
 
 class BlockCommands(QObject):
-    """Commands on the selected blocks.
-
-    Signals
-    -------
-    message(str)
-    """
-
-    message = Signal(str)
+    """Commands on the selected blocks."""
 
     def __init__(self, workspace: Workspace, editor: Editor) -> None:
         super().__init__(editor)
         self._workspace = workspace
         self._editor = editor
 
+    @command("delete_blocks", "&Delete blocks", icon="ph.trash", keys="Ctrl+Del", needs=Need.UNLOCKED)
     def delete(self) -> None:
         """Delete the selected blocks."""
         document = self._workspace.current
@@ -41,14 +37,25 @@ class BlockCommands(QObject):
         if self._edit(lambda: delete(document.labels, document.selected, document.locked), self._text("Delete")):
             self._workspace.select([])
 
+    @command("merge_blocks", "&Merge blocks", icon="ph.intersect", keys="Ctrl+M", needs=Need.SEVERAL)
     def merge(self) -> None:
-        """Merge the selected blocks into the largest of them."""
+        """Merge the selected blocks into one."""
         chosen = list(self._workspace.current.selected)
         self._editor.cancel()
         merge_blocks(self._editor, chosen)
 
+    def _why_none_selected(self) -> str:
+        """Unlike for other commands, a selected block may have no pixels yet."""
+        return "" if self._workspace.current.selected else "Select a block first."
+
+    @command(
+        "lock_blocks", "&Lock or unlock", icon="ph.lock", keys="Ctrl+L", needs=Need.FRAME, why_off=_why_none_selected
+    )
     def toggle_locks(self) -> None:
-        """Lock the selected blocks, or unlock them if all are locked."""
+        """Protect the selected blocks from edits, or unlock them.
+
+        They are unlocked only if all are locked.
+        """
         document = self._workspace.current
         lock = not all(document.info(label).locked for label in document.selected)
         changed = [label for label in document.selected if document.info(label).locked != lock]
@@ -56,50 +63,73 @@ class BlockCommands(QObject):
             text = self._text("Lock" if lock else "Unlock")
             self._workspace.current.edit_infos({label: {"locked": lock} for label in changed}, text)
 
+    def _why_none_to_check(self) -> str:
+        document = self._workspace.current
+        to_check = document.state.to_check & set(document.selected) & document.counts().keys()
+        return "" if to_check else "The selected blocks need no check."
+
+    @command(
+        "mark_checked",
+        "Ma&rk as checked",
+        icon="ph.check",
+        keys="Ctrl+Shift+F8",
+        needs=Need.SELECTION,
+        why_off=_why_none_to_check,
+    )
     def mark_checked(self) -> None:
         """Mark the selected blocks, which were propagated from another frame, as checked."""
         self._workspace.current.mark_checked(self._workspace.current.selected)
 
+    @command("hide_blocks", "Show or h&ide", icon="ph.eye", keys="Ctrl+H", needs=Need.FRAME, why_off=_why_none_selected)
     def toggle_visibility(self) -> None:
-        """Show the selected blocks in the overlay if any of them is hidden, otherwise hide them."""
+        """Show or hide the selected blocks over the image.
+
+        They are hidden only if all are shown.
+        """
         document = self._workspace.current
         show = not all(document.info(label).visible for label in document.selected)
         for label in list(document.selected):
             if document.info(label).visible != show:
                 self._workspace.current.set_visible(label, show)
 
+    @command("select_all", "Select &all blocks", icon="ph.selection-all", keys="Ctrl+A", needs=Need.FRAME)
     def select_all(self) -> None:
         """Select all blocks."""
         self._workspace.select(list(self._workspace.current.counts()))
 
+    @command("new_block", "&New block", icon="ph.selection-plus", keys="Ctrl+N", needs=Need.FRAME)
     def new(self) -> None:
-        """Start a new block, and take the tool that paints it."""
+        """Start a new block with the brush."""
         label = self._workspace.current.start_block()
         self._editor.set_tool("paint")
-        self.message.emit(f"Paint the pixels of {self._workspace.current.info(label).name}.")
+        self._editor.show_message(f"Paint the pixels of {self._workspace.current.info(label).name}.")
 
+    @command("grow_blocks", "&Grow", icon="ph.arrows-out-simple", keys="Ctrl++", needs=Need.UNLOCKED)
     def grow(self) -> None:
         """Grow the selected blocks."""
         self._change("Grow", grow)
 
+    @command("shrink_blocks", "S&hrink", icon="ph.arrows-in-simple", keys="Ctrl+-", needs=Need.UNLOCKED)
     def shrink(self) -> None:
-        """Shrink the selected blocks in favour of their neighbours."""
+        """Shrink the selected blocks."""
         self._change("Shrink", shrink)
 
+    @command("smooth_blocks", "S&mooth", icon="ph.waves", keys="Ctrl+Alt+S", needs=Need.UNLOCKED)
     def smooth(self) -> None:
         """Smooth the outlines of the selected blocks."""
         self._change("Smooth", smooth)
 
+    @command("clean_up", "&Clean up", icon="ph.sparkle", keys="Ctrl+K", needs=Need.BLOCKS)
     def clean_up(self) -> None:
-        """Assign islands, slivers and holes of the whole frame to the blocks around them."""
+        """Assign islands, slivers and holes of a few pixels to the blocks around them."""
         document = self._workspace.current
         smallest = sliver_size(document.labels.size)
         self._editor.cancel()
         found = count_slivers(document.labels, smallest, locked=document.locked)
         if self._edit(lambda: clean_up(document.labels, smallest, document.locked), "Clean up"):
-            self.message.emit(f"{counted(found, 'sliver')} of less than {smallest} px cleaned up.")
+            self._editor.show_message(f"{counted(found, 'sliver')} of less than {smallest} px cleaned up.")
         else:
-            self.message.emit(f"There are no islands, slivers or holes of less than {smallest} px.")
+            self._editor.show_message(f"There are no islands, slivers or holes of less than {smallest} px.")
 
     def _change(self, verb: str, change: Callable[..., LabelPatch | None]) -> None:
         """Grow, shrink or smooth all selected blocks, as one undo step."""
@@ -108,7 +138,7 @@ class BlockCommands(QObject):
             return
         text = f"{self._text(verb)} by {amount} px"
         if not self._edit_each(lambda label: change(document.labels, label, amount, document.locked), text):
-            self.message.emit(f"{verb}: nothing to change by {amount} px here.")
+            self._editor.show_message(f"{verb}: nothing to change by {amount} px here.")
 
     def _edit_each(self, edit: Callable[[int], LabelPatch | None], text: str) -> bool:
         """Edit the selected blocks one after another, as one undo step."""
@@ -126,7 +156,7 @@ class BlockCommands(QObject):
         document = self._workspace.current
         locked = [label for label in document.selected if label in document.locked]
         if locked:
-            self.message.emit(f"{document.info(locked[0]).name} is locked. Unlock it to {verb} it.")
+            self._editor.show_message(f"{document.info(locked[0]).name} is locked. Unlock it to {verb} it.")
         return bool(locked)
 
     def _text(self, verb: str) -> str:

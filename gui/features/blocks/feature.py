@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import random
-from collections.abc import Sequence
 
 from PySide6.QtCore import QPoint
 from PySide6.QtWidgets import QMenu
@@ -14,14 +13,14 @@ from ilf.data.blocks import block_colour
 from ilf.data.parameters import Parameters
 from ilf.data.results import BlockResult
 
-from ...base.commands import Command
+from ...base.commands import command, commands_of
 from ...base.needs import Need, sentence
 from ...state.block_counts import BlockCounts
 from ...state.document import Document
 from ...state.parameters import parameter_labels
 from ...state.parts import Part
 from ...widgets.docks import PanelGroup
-from ...work.runs import RunController
+from ...work.frame_runs import FrameRuns
 from ..context import Context
 from ..menus import BLOCK_MENU
 from ..panel import Panel
@@ -33,7 +32,7 @@ from .table import BlockTable
 # The rows of the table of blocks.
 
 
-def block_rows(document: Document, runs: RunController) -> list[BlockRow]:
+def block_rows(document: Document, runs: FrameRuns) -> list[BlockRow]:
     """Rows of the current frame: one per block that has pixels, or is selected for painting."""
     results = document.valid_results()
     counts = {label: BlockCounts(0, 0) for label in document.selected} | document.counts()
@@ -120,16 +119,16 @@ class BlocksFeature(Panel):
 
     def __init__(self, context: Context) -> None:
         self.commands = BlockCommands(context.workspace, context.editor)
+        context.actions.add(commands_of(self.commands))
         super().__init__(context)
-        self.commands.message.connect(context.notes.show_message)
-        context.views.contextMenuRequested.connect(self._show_menu_at)
+        context.views.navigation.contextMenuRequested.connect(self._show_menu_at)
         context.loader.busy_changed.connect(self._show_hint)
 
     def make(self) -> BlockTable:
         """Make the table, whose changes by the user are edits."""
         workspace = self.context.workspace
         self.table = table = BlockTable()
-        table.selectionChanged.connect(workspace.select)
+        table.labelsSelected.connect(workspace.select)
         table.renamed.connect(lambda label, name: workspace.current.edit_info(label, "Rename block", name=name))
         table.recoloured.connect(
             lambda label, colour: workspace.current.edit_info(label, "Recolour block", colour=colour.getRgb()[:3])
@@ -137,139 +136,17 @@ class BlocksFeature(Panel):
         table.visibilityChanged.connect(lambda label, on: workspace.current.set_visible(label, on))
         table.lockChanged.connect(lambda label, on: workspace.current.set_lock(label, on))
         menu = self.context.actions.menu
-        table.contextMenuRequested.connect(lambda place, _: self._run(menu("", table, BLOCK_MENU), place))
-        table.activated.connect(lambda _: self.context.feature(ViewsFeature).zoom_to_blocks())
-        return table
-
-    def _commands(self) -> Sequence[Command]:
-        do = self.commands
-        return (
-            Command(
-                "new_block",
-                "&New block",
-                "Start a new block with the brush",
-                icon="ph.selection-plus",
-                keys="Ctrl+N",
-                handler=do.new,
-                needs=Need.FRAME,
-            ),
-            Command(
-                "delete_blocks",
-                "&Delete blocks",
-                "Delete the selected blocks",
-                icon="ph.trash",
-                keys="Ctrl+Del",
-                handler=do.delete,
-                needs=Need.UNLOCKED,
-            ),
-            Command(
-                "merge_blocks",
-                "&Merge blocks",
-                "Merge the selected blocks into one",
-                icon="ph.intersect",
-                keys="Ctrl+M",
-                handler=do.merge,
-                needs=Need.SEVERAL,
-            ),
-            Command(
-                "lock_blocks",
-                "&Lock or unlock",
-                "Protect the selected blocks from edits, or unlock them",
-                icon="ph.lock",
-                keys="Ctrl+L",
-                handler=do.toggle_locks,
-                needs=Need.FRAME,
-                why_off=self._why_none_selected,
-            ),
-            Command(
-                "select_all",
-                "Select &all blocks",
-                "Select all blocks",
-                icon="ph.selection-all",
-                keys="Ctrl+A",
-                handler=do.select_all,
-                needs=Need.FRAME,
-            ),
-            Command(
-                "clean_up",
-                "&Clean up",
-                "Assign islands, slivers and holes of a few pixels to the blocks around them",
-                icon="ph.sparkle",
-                keys="Ctrl+K",
-                handler=do.clean_up,
-                needs=Need.BLOCKS,
-            ),
-            Command(
-                "grow_blocks",
-                "&Grow",
-                "Grow the selected blocks",
-                icon="ph.arrows-out-simple",
-                keys="Ctrl++",
-                handler=do.grow,
-                needs=Need.UNLOCKED,
-            ),
-            Command(
-                "shrink_blocks",
-                "S&hrink",
-                "Shrink the selected blocks",
-                icon="ph.arrows-in-simple",
-                keys="Ctrl+-",
-                handler=do.shrink,
-                needs=Need.UNLOCKED,
-            ),
-            Command(
-                "smooth_blocks",
-                "S&mooth",
-                "Smooth the outlines of the selected blocks",
-                icon="ph.waves",
-                keys="Ctrl+Alt+S",
-                handler=do.smooth,
-                needs=Need.UNLOCKED,
-            ),
-            Command(
-                "hide_blocks",
-                "Show or h&ide",
-                "Show or hide the selected blocks over the image",
-                icon="ph.eye",
-                keys="Ctrl+H",
-                handler=do.toggle_visibility,
-                needs=Need.FRAME,
-                why_off=self._why_none_selected,
-            ),
-            Command(
-                "mark_checked",
-                "Ma&rk as checked",
-                "Mark the selected blocks, which were propagated from another frame, as checked",
-                icon="ph.check",
-                keys="Ctrl+Shift+F8",
-                handler=do.mark_checked,
-                needs=Need.SELECTION,
-                why_off=self._why_none_to_check,
-            ),
-            Command(
-                "shuffle_colours",
-                "&Shuffle colours",
-                "Assign other colours to the blocks, as one undo step",
-                icon="ph.shuffle",
-                handler=self.shuffle_colours,
-                needs=Need.BLOCKS,
-            ),
+        table.customContextMenuRequested.connect(
+            lambda at: self._run(menu("", table, BLOCK_MENU), table.viewport().mapToGlobal(at))
         )
-
-    def _why_none_selected(self) -> str:
-        """Unlike for other commands, a selected block may have no pixels yet."""
-        return "" if self.context.workspace.current.selected else "Select a block first."
-
-    def _why_none_to_check(self) -> str:
-        document = self.context.workspace.current
-        to_check = document.state.to_check & set(document.selected) & document.counts().keys()
-        return "" if to_check else "The selected blocks need no check."
+        table.shown.connect(lambda _: self.context.feature(ViewsFeature).zoom_to_blocks())
+        return table
 
     def _show_hint(self) -> None:
         """Say in the empty table what is under way, or what to do."""
         wanted = sentence(Need.FRAME & self.context.missing()) or "Extract blocks from the frame, or paint one"
-        self.table.view.hint = self.context.loader.present or wanted
-        self.table.view.viewport().update()
+        self.table.hint = self.context.loader.present or wanted
+        self.table.viewport().update()
 
     def refresh(self, parts: Part) -> None:
         """Update the rows and the selection."""
@@ -280,7 +157,7 @@ class BlocksFeature(Panel):
             return
         document = workspace.current
         table.set_error_source(document.block_errors.source)
-        table.set_rows(block_rows(document, self.context.runs))
+        table.set_rows(block_rows(document, self.context.runs.current))
         if table.selected() != [label for label in table.labels() if label in document.selected]:
             table.select(document.selected)
 
@@ -305,8 +182,9 @@ class BlocksFeature(Panel):
         menu.exec(place)
         menu.deleteLater()
 
+    @command("shuffle_colours", "&Shuffle colours", icon="ph.shuffle", needs=Need.BLOCKS)
     def shuffle_colours(self) -> None:
-        """Assign new colours with distinct hues to all blocks, as one undoable step."""
+        """Assign other colours to the blocks, as one undo step."""
         document = self.context.workspace.current
         labels = list(document.counts())
         in_use = {document.info(label).colour for label in labels}

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import IntEnum
 from typing import Any
 
-from PySide6.QtCore import Qt, Signal
+from PySide6.QtCore import QAbstractTableModel, QModelIndex, Qt, Signal
 from PySide6.QtGui import QColor, QIcon, QPalette
 from PySide6.QtWidgets import QWidget
 
@@ -18,7 +18,7 @@ from ilf._runtime.formatting import grouped, millimetres
 from ...base import theme
 from ...state.block_errors import EXPECTED
 from ...widgets.basics import literal_text
-from ...widgets.tables import ICON_SIZE, Index, RowModel
+from ...widgets.tables import ICON_SIZE, Index
 
 SORT_ROLE = Qt.ItemDataRole.UserRole
 
@@ -126,8 +126,8 @@ ICON_COLUMNS = (*TOOL_ICONS, Column.STATE)
 _NUMBERS = (Column.PIXELS, Column.MISSING, Column.ERROR, Column.ITERATIONS, Column.SIGMA)
 
 
-class BlockModel(RowModel[BlockRow]):
-    """Rows of blocks, in the order of their labels.
+class BlockModel(QAbstractTableModel):
+    """Rows of blocks, in the order of their labels; a proxy sorts them.
 
     Signals
     -------
@@ -138,7 +138,8 @@ class BlockModel(RowModel[BlockRow]):
     renamed = Signal(int, str)
 
     def __init__(self, parent: QWidget) -> None:
-        super().__init__(len(Column), parent)
+        super().__init__(parent)
+        self.rows: list[BlockRow] = []
         self.error_source = ""
         """Reference of the errors, in words; "" if there is none."""
         self.set_palette(parent.palette())
@@ -160,15 +161,39 @@ class BlockModel(RowModel[BlockRow]):
             for state, (name, colour) in _STATES.items()
         }
         self.headerDataChanged.emit(Qt.Orientation.Horizontal, 0, len(Column) - 1)
-        self.announce_all()
+        if self.rows:
+            self.dataChanged.emit(self.index(0, 0), self.index(len(self.rows) - 1, len(Column) - 1))
 
-    def key(self, row: BlockRow) -> int:
-        return row.label
+    def set_rows(self, rows: Sequence[BlockRow]) -> None:
+        """Show these rows."""
+        wanted = {row.label for row in rows}
+        for number in reversed(range(len(self.rows))):
+            if self.rows[number].label not in wanted:
+                self.beginRemoveRows(QModelIndex(), number, number)
+                del self.rows[number]
+                self.endRemoveRows()
+        for number, row in enumerate(rows):
+            if number == len(self.rows) or self.rows[number].label != row.label:
+                self.beginInsertRows(QModelIndex(), number, number)
+                self.rows.insert(number, row)
+                self.endInsertRows()
+            else:
+                self._change(number, row)
 
-    def look(self, row: BlockRow, column: int) -> object:
-        cell = Column(column)
-        more = (row.state, row.detail) if cell == Column.STATE else row.colour if cell == Column.COLOUR else None
-        return _sort_key(row, cell), row.visible, row.own, row.look, more
+    def _change(self, number: int, row: BlockRow) -> None:
+        """Announce only the columns that change: other changes must not reset a name that is being edited."""
+        before, self.rows[number] = self.rows[number], row
+        for column in Column if before != row else ():
+            # by repr: NaN is not equal to itself
+            if repr(_appearance(before, column)) != repr(_appearance(row, column)):
+                index = self.index(number, column)
+                self.dataChanged.emit(index, index)
+
+    def rowCount(self, parent: Index = QModelIndex()) -> int:  # noqa: B008
+        return 0 if parent.isValid() else len(self.rows)
+
+    def columnCount(self, parent: Index = QModelIndex()) -> int:  # noqa: B008
+        return 0 if parent.isValid() else len(Column)
 
     def flags(self, index: Index) -> Qt.ItemFlag:
         flags = Qt.ItemFlag.ItemIsEnabled | Qt.ItemFlag.ItemIsSelectable
@@ -195,7 +220,7 @@ class BlockModel(RowModel[BlockRow]):
         if role == Qt.ItemDataRole.EditRole:
             return row.name
         if role == SORT_ROLE:
-            return _sort_key(row, column)
+            return _SORT_KEYS[column](row)
         if role == Qt.ItemDataRole.DecorationRole:
             return self._decoration(row, column)
         if role == Qt.ItemDataRole.TextAlignmentRole:
@@ -245,6 +270,12 @@ class BlockModel(RowModel[BlockRow]):
         return self._colours.accent if row.own and column == Column.NAME else None
 
 
+def _appearance(row: BlockRow, column: Column) -> object:
+    """Return everything that determines a cell's appearance and sort position."""
+    more = {Column.STATE: (row.state, row.detail), Column.COLOUR: row.colour}.get(column)
+    return _SORT_KEYS[column](row), row.visible, row.own, row.look, more
+
+
 def _look(row: BlockRow) -> str:
     return f"Propagated block, needs checking: {row.look}" if row.look else ""
 
@@ -265,15 +296,11 @@ def _text(row: BlockRow, column: Column) -> str:
     return ""
 
 
-def _sort_key(row: BlockRow, column: Column) -> str | float:
-    """Return the key of a cell; the first click on a header sorts ascending, and should show the worst block first."""
-    return _SORT_KEYS[column](row)
-
-
 def _last_if_unknown(value: float) -> float:
     return math.inf if math.isnan(value) else value
 
 
+# the first click on a header sorts ascending, and should show the worst block first
 _SORT_KEYS: dict[Column, Callable[[BlockRow], str | float]] = {
     Column.VISIBLE: lambda row: int(row.visible),
     Column.LOCKED: lambda row: int(row.locked),

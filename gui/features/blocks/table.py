@@ -9,14 +9,13 @@ from PySide6.QtCore import (
     QItemSelection,
     QItemSelectionModel,
     QModelIndex,
-    QPoint,
     QSettings,
     QSortFilterProxyModel,
     Qt,
     Signal,
 )
 from PySide6.QtGui import QColor, QKeyEvent, QMouseEvent, QPaintEvent, QResizeEvent
-from PySide6.QtWidgets import QAbstractItemView, QColorDialog, QHeaderView, QMenu, QTableView, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QAbstractItemView, QColorDialog, QHeaderView, QMenu, QTableView, QWidget
 
 from ...widgets.basics import Themed, paint_hint
 from ...widgets.tables import RowDelegate, set_up_table
@@ -28,57 +27,49 @@ _HIDDEN_KEY = "blocks/hidden_columns"
 _NAME_WIDTH = 58  # minimum; in less width, the table scrolls sideways
 
 
-class BlockTable(Themed, QWidget):
+class BlockTable(Themed, QTableView):
     """Table of blocks. It emits the user's requests; rows change only by `set_rows`.
+
+    Attributes
+    ----------
+    hint : str
+        Text of the empty table.
 
     Signals
     -------
-    selectionChanged(list of int)
+    labelsSelected(list of int)
         Labels in table order, after the user selected.
     renamed(int, str), recoloured(int, QColor), visibilityChanged(int, bool), lockChanged(int, bool)
         Label and the new value.
-    activated(int)
+    shown(int)
         Double-click or Enter: show this block.
-    contextMenuRequested(QPoint, list of int)
-        Global position and the selected labels.
     """
 
-    selectionChanged = Signal(list)
+    labelsSelected = Signal(list)
     renamed = Signal(int, str)
     recoloured = Signal(int, QColor)
     visibilityChanged = Signal(int, bool)
     lockChanged = Signal(int, bool)
-    activated = Signal(int)
-    contextMenuRequested = Signal(QPoint, list)
+    shown = Signal(int)
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
+        self.hint = ""
         self._signals_blocked = False
         self._model = BlockModel(self)
         self._model.renamed.connect(self.renamed)
         self._proxy = QSortFilterProxyModel(self)
         self._proxy.setSourceModel(self._model)
         self._proxy.setSortRole(SORT_ROLE)
-        self.view = _BlockView(self)
-        self.view.setAccessibleName("Blocks")
-        self.view.setModel(self._proxy)
-        self.view.arrange()
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(0, 0, 0, 0)
-        layout.addWidget(self.view)
-        self.setFocusProxy(self.view)
-
-        self.view.icon_clicked.connect(self._click_icon)
-        self.view.shown.connect(lambda index: self.activated.emit(self._row(index).label))
-        self.view.selectionModel().selectionChanged.connect(self._report_selection)
-        self.view.customContextMenuRequested.connect(
-            lambda at: self.contextMenuRequested.emit(self.view.viewport().mapToGlobal(at), self.selected())
-        )
+        self.setAccessibleName("Blocks")
+        self.setModel(self._proxy)
+        self._arrange()
+        self.selectionModel().selectionChanged.connect(self._report_selection)
 
     def set_rows(self, rows: Iterable[BlockRow]) -> None:
         """Show these rows; selection, scroll position and sorting stay, equal rows are not updated.
 
-        `selectionChanged` is not emitted: the caller knows the removed rows.
+        `labelsSelected` is not emitted: the caller knows the removed rows.
         """
         with self._block_selection_signal():
             self._model.set_rows(sorted(rows, key=lambda row: row.label))
@@ -88,7 +79,7 @@ class BlockTable(Themed, QWidget):
         self._model.error_source = source
 
     def select(self, labels: Iterable[int]) -> None:
-        """Select these blocks and no others, and bring the first into view; `selectionChanged` is not emitted."""
+        """Select these blocks and no others, and bring the first into view; `labelsSelected` is not emitted."""
         wanted = set(labels)
         selection = QItemSelection()
         found = [index for index in self._indexes() if self._row(index).label in wanted]
@@ -96,10 +87,10 @@ class BlockTable(Themed, QWidget):
             selection.select(index, index)
         flags = QItemSelectionModel.SelectionFlag
         with self._block_selection_signal():
-            self.view.selectionModel().select(selection, flags.ClearAndSelect | flags.Rows)
+            self.selectionModel().select(selection, flags.ClearAndSelect | flags.Rows)
             if found:
-                self.view.selectionModel().setCurrentIndex(found[0], flags.NoUpdate)
-                self.view.scrollTo(found[0])
+                self.selectionModel().setCurrentIndex(found[0], flags.NoUpdate)
+                self.scrollTo(found[0])
 
     def labels(self) -> list[int]:
         """Labels of all blocks in table order."""
@@ -107,7 +98,7 @@ class BlockTable(Themed, QWidget):
 
     def selected(self) -> list[int]:
         """Labels of the selected blocks in table order."""
-        rows = sorted(index.row() for index in self.view.selectionModel().selectedRows())
+        rows = sorted(index.row() for index in self.selectionModel().selectedRows())
         return [self._row(self._proxy.index(row, 0)).label for row in rows]
 
     def _take_theme(self) -> None:
@@ -129,9 +120,12 @@ class BlockTable(Themed, QWidget):
 
     def _report_selection(self) -> None:
         if not self._signals_blocked:
-            self.selectionChanged.emit(self.selected())
+            self.labelsSelected.emit(self.selected())
 
-    def _click_icon(self, index: QModelIndex) -> None:
+    def _handle_icon_click(self, event: QMouseEvent) -> bool:
+        index = self.indexAt(event.position().toPoint())
+        if event.button() != Qt.MouseButton.LeftButton or index.column() not in TOOL_ICONS:
+            return False
         row = self._row(index)
         if index.column() == Column.VISIBLE:
             self.visibilityChanged.emit(row.label, not row.visible)
@@ -141,18 +135,10 @@ class BlockTable(Themed, QWidget):
             colour = QColorDialog.getColor(QColor(*row.colour), self, f"Colour of {row.name}")
             if colour.isValid():
                 self.recoloured.emit(row.label, colour)
+        return True
 
-
-class _BlockView(QTableView):
-    """Mouse and keyboard of the table."""
-
-    icon_clicked = Signal(QModelIndex)
-    shown = Signal(QModelIndex)
-    hint = ""
-    """Text of the empty table."""
-
-    def arrange(self) -> None:
-        """Set up columns, selection and style; call once, after the model is set."""
+    def _arrange(self) -> None:
+        """Set up columns, selection and style; after the model is set."""
         set_up_table(self, _ICON_WIDTH)
         self.setItemDelegate(RowDelegate(ICON_COLUMNS, self))
         self.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
@@ -207,7 +193,7 @@ class _BlockView(QTableView):
         super().mouseDoubleClickEvent(event)
         index = self.indexAt(event.position().toPoint())
         if index.isValid() and event.button() == Qt.MouseButton.LeftButton:
-            self.shown.emit(index)
+            self.shown.emit(self._row(index).label)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         current = self.currentIndex()
@@ -216,7 +202,7 @@ class _BlockView(QTableView):
         elif event.key() == Qt.Key.Key_F2 and current.isValid():
             self.edit(current.siblingAtColumn(Column.NAME))
         elif event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter) and current.isValid():
-            self.shown.emit(current)
+            self.shown.emit(self._row(current).label)
         else:
             super().keyPressEvent(event)
 
@@ -224,10 +210,3 @@ class _BlockView(QTableView):
         super().paintEvent(event)
         if self.model().rowCount() == 0:
             paint_hint(self, self.hint)
-
-    def _handle_icon_click(self, event: QMouseEvent) -> bool:
-        index = self.indexAt(event.position().toPoint())
-        if event.button() != Qt.MouseButton.LeftButton or index.column() not in TOOL_ICONS:
-            return False
-        self.icon_clicked.emit(index)
-        return True

@@ -22,7 +22,7 @@ from ilf.io.labels import LoadedBlocks
 from ilf.run.run import Run
 from ilf.sources.frame_ref import FrameRef
 
-from ...base.commands import Command
+from ...base.commands import command
 from ...base.needs import Need
 from ...base.paths import sort_paths
 from ...state.document import Document
@@ -64,7 +64,6 @@ class DocumentsFeature(Feature):
         self._workspace = workspace = context.workspace
         self._loader = context.loader
         self._notes = context.notes
-        context.actions.add(self._commands())
         self._looks = LatestRequest[FrameRef, FolderPreview](preview_folder, self)
         self.exporting = False
         """Whether an export is in progress."""
@@ -90,65 +89,16 @@ class DocumentsFeature(Feature):
         loader.failed.connect(notes.report)
         loader.message.connect(notes.show_message)
 
-    def _commands(self) -> Sequence[Command]:
-        return (
-            Command(
-                "open",
-                "&Open…",
-                "Open a pair of images, a folder or data set, a recording, a project or a run",
-                icon="ph.folder-open",
-                keys="Ctrl+O",
-                handler=self.ask_open,
-            ),
-            Command(
-                "open_sample",
-                "Open &sample",
-                "Open the bundled sample frame, a synthetic room",
-                icon="ph.house",
-                keys="Ctrl+Shift+O",
-                handler=self.open_sample,
-            ),
-            Command(
-                "load_blocks",
-                "Load &blocks…",
-                "Replace the blocks with those from a label map, a labelme or COCO file, or a folder of masks",
-                icon="ph.squares-four",
-                handler=self.ask_load_blocks,
-                needs=Need.FRAME | Need.IDLE,
-            ),
-            Command(
-                "save_blocks",
-                "Save b&locks…",
-                "Write the blocks and their names as label map (PNG), COCO or labelme file",
-                handler=self.ask_save_blocks,
-                needs=Need.BLOCKS,
-            ),
-            Command(
-                "save_picture",
-                "Save &picture of the window…",
-                "Save a screenshot of the window as PNG",
-                icon="ph.camera",
-                handler=self.ask_save_picture,
-            ),
-            Command(
-                "close_frame",
-                "&Close frame",
-                "Close the current frame",
-                icon="ph.x",
-                keys="Ctrl+W",
-                handler=self.close_frame,
-                needs=Need.FRAME,
-            ),
-        )
-
     # opening
 
+    @command("open", "&Open…", icon="ph.folder-open", keys="Ctrl+O")
     def ask_open(self) -> None:
-        """Open a frame with the dialog."""
+        """Open a pair of images, a folder or data set, a recording, a project or a run."""
         self._open_dialog(None, None)
 
+    @command("open_sample", "Open &sample", icon="ph.house", keys="Ctrl+Shift+O")
     def open_sample(self) -> None:
-        """Open the bundled sample frame."""
+        """Open the bundled sample frame, a synthetic room."""
         try:
             self.open_source(FrameRef(str(asset_path("samples/room"))))
         except IlfError as error:
@@ -218,8 +168,9 @@ class DocumentsFeature(Feature):
 
         return LatestRequest(blocks_from, self)
 
+    @command("load_blocks", "Load &blocks…", icon="ph.squares-four", needs=Need.FRAME | Need.IDLE)
     def ask_load_blocks(self) -> None:
-        """Replace the blocks by those of a file or folder, with the dialog."""
+        """Replace the blocks with those from a label map, a labelme or COCO file, or a folder of masks."""
         from .load_blocks import LoadBlocksDialog
 
         document, filling = self._workspace.current, self._workspace.parameters.extraction
@@ -246,8 +197,9 @@ class DocumentsFeature(Feature):
         count = len(self._workspace.current.counts())
         self._notes.show_message(f"Loaded: {describe_blocks(count, self._workspace.current.labels)}.")
 
+    @command("save_blocks", "Save b&locks…", needs=Need.BLOCKS)
     def ask_save_blocks(self) -> None:
-        """Write the blocks to a file that the user chooses, in one of the formats."""
+        """Write the blocks and their names as label map (PNG), COCO or labelme file."""
         filters = {f"{text} (*{suffix})": name for name, (text, suffix) in BLOCK_FORMATS.items()}
         proposed = save_folder() / f"{self._workspace.current.name}-blocks.png"
         path, chosen = QFileDialog.getSaveFileName(self._window, "Save blocks", str(proposed), ";;".join(filters))
@@ -276,8 +228,12 @@ class DocumentsFeature(Feature):
 
     # closing
 
+    @command("close_frame", "&Close frame", icon="ph.x", keys="Ctrl+W", needs=Need.FRAME)
     def close_frame(self) -> None:
-        """Close the current frame, after asking about unsaved work; a saved frame stays in the list."""
+        """Close the current frame.
+
+        It asks about unsaved work; a saved frame stays in the list.
+        """
         entry = self._workspace.entries.of(self._workspace.current.id)
         if entry is not None:
             self.leave([entry], lambda: self.close(entry))
@@ -293,8 +249,9 @@ class DocumentsFeature(Feature):
 
     # a picture of the window
 
+    @command("save_picture", "Save &picture of the window…", icon="ph.camera")
     def ask_save_picture(self) -> None:
-        """Save a picture of the window to a file that the user chooses."""
+        """Save a screenshot of the window as PNG."""
         path, _ = QFileDialog.getSaveFileName(self._window, "Save picture", "ilf-studio.png", _IMAGES)
         if path:
             self.save_picture(path)
@@ -335,10 +292,6 @@ class DocumentsFeature(Feature):
             self._notes.warn(f"{document.name}: the result differs from the run record", verdict)
         else:
             self._notes.show_message(f"{document.name}: the result equals the run record.")
-
-    def shutdown(self) -> bool:
-        """Stop reading. True if all threads have ended."""
-        return self._loader.shutdown()
 
 
 def _is_recorded_run(document: Document, recorded: Run, completion: Completion) -> bool:

@@ -45,7 +45,7 @@ from ilf.sources.reading import described_beside, read_depth, read_frame
 from ilf.sources.reading_options import DEPTH_VIEW, ReadingOptions
 
 from ...base.paths import PROJECT_SUFFIX
-from ...widgets.basics import TAKES_FILES, Message, answers, form, label_of, lay_out, row, stack, typed_list
+from ...widgets.basics import TAKES_FILES, Message, answers, combo, form, label_of, lay_out, row, stack, typed_list
 from ...widgets.file_choice import choose_file, choose_folder, remember_folder
 from ...widgets.notices import error_text
 from ...work.latest_request import LatestRequest
@@ -122,13 +122,10 @@ class OpenDialog(QDialog):
         self.depth_path = QLineEdit(placeholderText="Raw depth: 16-bit or float, one channel")
         self.depth_path.setToolTip("One of several datasets of an HDF5 file is named behind it: FILE.h5:/depth.")
         self.guide_path = QLineEdit(placeholderText="Depth or inverse depth from elsewhere (optional)")
-        self.guide_gives = QComboBox()
-        self.guide_gives.setToolTip("What the guide's values are, as which they are fitted; networks by name state it")
-        for text, gives in (
-            ("a value that rises or falls with depth", None),
-            *((text, one) for one, text in GIVES.items()),
-        ):
-            self.guide_gives.addItem(text, gives)
+        self.guide_gives = combo(
+            {None: "a value that rises or falls with depth", **GIVES},
+            "What the guide's values are, as which they are fitted; networks by name state it",
+        )
         self.encoding = typed_list()
         self.encoding.addItems(
             [_AUTOMATIC, *(f"{name} ({meaning})" for name, meaning in ENCODING_DESCRIPTIONS.items())]

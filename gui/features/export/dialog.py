@@ -35,12 +35,12 @@ from ilf.run.options import RECORD_FILE, ExportOptions, as_file_name, output_fol
 from ilf.run.run import Run
 
 from ...base import theme
-from ...widgets.basics import Message, form, give_size, label_of, literal_text, row, row_list, scrolled, stack
+from ...widgets.basics import Message, combo, form, give_size, label_of, literal_text, row, row_list, scrolled, stack
 from ...widgets.file_choice import save_folder
 from ...widgets.hold_out_choice import HoldOutChoice
 from ...widgets.work_row import WorkRow
 from ...work.jobs import spare_cores
-from .files import FilesForm, combo
+from .files import FilesForm
 from .jobs import Pictures
 
 THIS, DONE, WORKED_ON, SELECTED, ALL = "this", "done", "worked on", "selected", "all"

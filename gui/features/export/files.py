@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict
 from typing import Any
 
@@ -12,7 +12,6 @@ from PySide6.QtCore import QSettings, Signal
 from PySide6.QtWidgets import (
     QBoxLayout,
     QCheckBox,
-    QComboBox,
     QGridLayout,
     QHBoxLayout,
     QVBoxLayout,
@@ -29,7 +28,7 @@ from ilf.run.options import WORLD, ExportOptions
 from ilf.run.run import Run
 from ilf.run.writing import filenames
 
-from ...widgets.basics import Message, form, group, literal_text, typed_list
+from ...widgets.basics import Message, combo, form, group, literal_text, typed_list
 
 _OPTIONS_KEY = "export/options"
 _UNITS_KEY = "export/png_units"
@@ -325,13 +324,3 @@ def _check(text: str, hint: str) -> QCheckBox:
     box = QCheckBox(text)
     box.setToolTip(hint)
     return box
-
-
-def combo(texts: Mapping[Any, str], hint: str = "", name: str = "") -> QComboBox:
-    """Return a list of values, shown by their texts."""
-    combo = QComboBox()
-    combo.setToolTip(hint)
-    combo.setAccessibleName(name)
-    for value, text in texts.items():
-        combo.addItem(text, value)
-    return combo

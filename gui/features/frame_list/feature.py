@@ -17,7 +17,7 @@ from ilf.sources.frame_ref import FrameRef
 from ilf.sources.listing import Listing
 
 from ...base import theme
-from ...base.commands import Command
+from ...base.commands import command
 from ...base.needs import Need
 from ...project.store import WorkStore
 from ...state.document import Document
@@ -68,53 +68,15 @@ class FramesFeature(Panel):
         self.place = FramesPlace(self.context, self.panel)
         return self.place.dock
 
-    def _commands(self) -> Sequence[Command]:
-        return (
-            Command(
-                "next_frame",
-                "&Next frame",
-                "Show the next frame in the order of the list",
-                icon="ph.caret-down",
-                keys="Ctrl+PgDown",
-                handler=lambda: self.turn(1),
-                needs=Need.OTHERS,
-            ),
-            Command(
-                "previous_frame",
-                "&Previous frame",
-                "Show the previous frame in the order of the list",
-                icon="ph.caret-up",
-                keys="Ctrl+PgUp",
-                handler=lambda: self.turn(-1),
-                needs=Need.OTHERS,
-            ),
-            Command(
-                "next_untouched",
-                "Next &untouched frame",
-                "Show the next frame that has not been worked on",
-                icon="ph.caret-double-down",
-                keys="Ctrl+Shift+PgDown",
-                handler=self.next_untouched,
-                needs=Need.OTHERS,
-            ),
-            Command(
-                "mark_done",
-                "Mark as &done",
-                "Mark the current frame as done and show the next one that is not; if it is done, remove the mark",
-                icon="ph.check-circle",
-                keys="Ctrl+Return",
-                handler=self.mark_done,
-                needs=Need.FRAME,
-            ),
-            Command(
-                "note_frame",
-                "N&ote on the frame",
-                "Write a note on the current frame",
-                icon="ph.note-pencil",
-                handler=self.write_note,
-                needs=Need.LISTED,
-            ),
-        )
+    @command("next_frame", "&Next frame", icon="ph.caret-down", keys="Ctrl+PgDown", needs=Need.OTHERS)
+    def _next(self) -> None:
+        """Show the next frame in the order of the list."""
+        self.turn(1)
+
+    @command("previous_frame", "&Previous frame", icon="ph.caret-up", keys="Ctrl+PgUp", needs=Need.OTHERS)
+    def _previous(self) -> None:
+        """Show the previous frame in the order of the list."""
+        self.turn(-1)
 
     def _connect_list(self) -> None:
         panel, context = self.panel, self.context
@@ -184,12 +146,20 @@ class FramesFeature(Panel):
         if len(shown) > 1:
             self._go_to(shown[(row + steps) % len(shown)] if row >= 0 else shown[0 if steps > 0 else -1])
 
+    @command(
+        "next_untouched",
+        "Next &untouched frame",
+        icon="ph.caret-double-down",
+        keys="Ctrl+Shift+PgDown",
+        needs=Need.OTHERS,
+    )
     def next_untouched(self) -> None:
         """Show the next frame that has not been worked on."""
         self._go_to_next(_is_untouched, "All frames shown in the list have been worked on.")
 
+    @command("mark_done", "Mark as &done", icon="ph.check-circle", keys="Ctrl+Return", needs=Need.FRAME)
     def mark_done(self) -> None:
-        """Mark the current frame as done, and show the next one that is not; if it is done, remove the mark."""
+        """Mark the current frame as done and show the next one that is not; if it is done, remove the mark."""
         entry = self._present()
         if entry is None:
             return
@@ -222,8 +192,9 @@ class FramesFeature(Panel):
 
     # commands on frames
 
+    @command("note_frame", "N&ote on the frame", icon="ph.note-pencil", needs=Need.LISTED)
     def write_note(self) -> None:
-        """Edit the note on the selected frame."""
+        """Write a note on the current frame."""
         index = self.panel.view.currentIndex()
         entry = self.panel.model.entries[index.row()] if index.isValid() else self._present()
         if entry is not None:
@@ -279,9 +250,9 @@ class FramesFeature(Panel):
             ("ph.x", removal, lambda: self.remove(chosen)),
         ]
 
-    def shutdown(self) -> bool:
-        """Stop permanently before the window closes. True if no thread of the feature is left."""
-        return super().shutdown() and self.panel.shutdown()
+    def shutdown(self) -> None:
+        """Take the note that is being edited."""
+        self.panel.take_note()
 
 
 def _stored_picture(store: WorkStore, id: str) -> bytes | None:

@@ -79,8 +79,6 @@ def _blocks(count: int) -> str:
 Index = QModelIndex | QPersistentModelIndex
 
 ENTRY, PRESENT = (Qt.ItemDataRole.UserRole + number for number in range(2))
-_MAX_RANGES = 40
-"""Maximum number of separate row ranges to insert or remove; beyond, the whole list is reset."""
 
 
 class FrameListModel(QAbstractListModel):
@@ -97,16 +95,12 @@ class FrameListModel(QAbstractListModel):
         self._picture_of = picture_of
         self.entries: list[Entry] = []
         self._rows: dict[str, int] = {}
-        self._present: Entry | None = None
-
-    @property
-    def present(self) -> Entry | None:
+        self.present: Entry | None = None
         """The current frame."""
-        return self._present
 
     def set_present(self, entry: Entry | None) -> None:
         """Set the current frame."""
-        former, self._present = self._present, entry
+        former, self.present = self.present, entry
         for one in (former, entry):
             if one is not None:
                 self.note_changed(one)
@@ -132,32 +126,17 @@ class FrameListModel(QAbstractListModel):
             self.dataChanged.emit(self.index(0, 0), self.index(len(self.entries) - 1, 0))
 
     def set_entries(self, entries: Sequence[Entry]) -> None:
-        """Show these entries. Unchanged rows are kept unless too much has changed."""
+        """Show these entries; those that stay remain current and selected."""
         wanted = list(entries)
         if wanted == self.entries:
             return
-        ids = {entry.id for entry in wanted}
-        going = _row_ranges([row for row, entry in enumerate(self.entries) if entry.id not in ids])
-        coming = _row_ranges([row for row, entry in enumerate(wanted) if entry.id not in self._rows])
-        staying = [entry for entry in self.entries if entry.id in ids]
-        in_order = staying == [entry for entry in wanted if entry.id in self._rows]
-        if not in_order or len(going) + len(coming) > _MAX_RANGES or not self.entries:
-            self.beginResetModel()
-            self._take(wanted)
-            self.endResetModel()
-            return
-        for first, last in reversed(going):
-            self.beginRemoveRows(QModelIndex(), first, last)
-            self._take(self.entries[:first] + self.entries[last + 1 :])
-            self.endRemoveRows()
-        for first, last in coming:
-            self.beginInsertRows(QModelIndex(), first, last)
-            self._take(self.entries[:first] + wanted[first : last + 1] + self.entries[first:])
-            self.endInsertRows()
-
-    def _take(self, entries: list[Entry]) -> None:
-        self.entries = entries
-        self._rows = {entry.id: row for row, entry in enumerate(entries)}
+        self.layoutAboutToBeChanged.emit()
+        former = self.persistentIndexList()
+        kept = [self.entries[index.row()] for index in former]
+        self.entries = wanted
+        self._rows = {entry.id: row for row, entry in enumerate(wanted)}
+        self.changePersistentIndexList(former, [self.index_of(entry) for entry in kept])
+        self.layoutChanged.emit()
 
     def rowCount(self, parent: Index = QModelIndex()) -> int:  # noqa: B008
         return 0 if parent.isValid() else len(self.entries)
@@ -177,18 +156,7 @@ class FrameListModel(QAbstractListModel):
             return self._picture_of(entry)
         if role == ENTRY:
             return entry
-        return entry is self._present if role == PRESENT else None
-
-
-def _row_ranges(rows: Sequence[int]) -> list[tuple[int, int]]:
-    """Group ascending rows into ranges (first, last) of consecutive ones."""
-    found: list[tuple[int, int]] = []
-    for row in rows:
-        if found and found[-1][1] == row - 1:
-            found[-1] = found[-1][0], row
-        else:
-            found.append((row, row))
-    return found
+        return entry is self.present if role == PRESENT else None
 
 
 # Filter and order of the list. No widgets.

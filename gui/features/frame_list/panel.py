@@ -9,7 +9,6 @@ from PySide6.QtGui import QActionGroup, QKeyEvent, QMouseEvent, QPaintEvent, QRe
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QBoxLayout,
-    QComboBox,
     QHBoxLayout,
     QLineEdit,
     QListView,
@@ -21,7 +20,7 @@ from PySide6.QtWidgets import (
 
 from ...base import theme
 from ...state.entries import Entry
-from ...widgets.basics import Themed, lay_out, paint_hint
+from ...widgets.basics import Themed, combo, lay_out, paint_hint
 from .model import ENTRY, ORDERS, STATES, FrameFilter, FrameListModel
 from .painter import FramePainter, close_box
 from .thumbnails import Thumbnails
@@ -196,7 +195,8 @@ class FramesPanel(QWidget):
         self.text = QLineEdit(placeholderText="Name or note", clearButtonEnabled=True)
         self.text.setAccessibleName("Filter frames by name or note")
         self.text.setToolTip("Show only frames whose name or note contains all these words")
-        self.state = _choice(STATES, "Filter frames by state", "Show only frames in this state")
+        self.state = combo(STATES, "Show only frames in this state", "Filter frames by state")
+        self.state.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
         self.order = _OrderButton()
         self.view = FrameView(self)
         self.view.setModel(self.model)
@@ -207,12 +207,11 @@ class FramesPanel(QWidget):
         self._lay_out()
         self.setFocusProxy(self.view)
         self.thumbnails.arrived.connect(self.view.viewport().update)
-        for changed in (self.model.rowsInserted, self.model.rowsRemoved, self.model.modelReset):
-            changed.connect(self._fit)
+        self.model.layoutChanged.connect(self._fit)
         self.text.textChanged.connect(lambda _: self.filter_changed.emit())
         self.state.currentIndexChanged.connect(lambda _: self.filter_changed.emit())
         self.order.changed.connect(self.filter_changed)
-        self.note.editingFinished.connect(self._take_note)
+        self.note.editingFinished.connect(self.take_note)
         self.note.returnPressed.connect(self.view.setFocus)
         self.note.given_up.connect(self._give_up_note)
         self.view.selectionModel().currentChanged.connect(lambda *_: self._switch_note())
@@ -315,7 +314,7 @@ class FramesPanel(QWidget):
         row = self.view.currentIndex().row()
         entry = self.model.entries[row] if 0 <= row < len(self.model.entries) else self.model.present
         if entry is not self._noting:
-            self._take_note()
+            self.take_note()
             self._noting = entry
         self.show_note()
 
@@ -329,7 +328,8 @@ class FramesPanel(QWidget):
         super().resizeEvent(event)
         self._fit()
 
-    def _take_note(self) -> None:
+    def take_note(self) -> None:
+        """Take the note that is being edited."""
         entry, text = self._noting, self.note.text().strip()
         if entry is not None and self.note.isModified():
             self.note.setModified(False)
@@ -340,11 +340,6 @@ class FramesPanel(QWidget):
         self.note.setModified(False)
         self.view.setFocus()
         self.show_note()
-
-    def shutdown(self) -> bool:
-        """Stop permanently before the window closes. True if no thread is left."""
-        self._take_note()
-        return self.thumbnails.shutdown()
 
 
 class _NoteLine(QLineEdit):
@@ -394,13 +389,3 @@ class _OrderButton(Themed, QToolButton):
         own = self.order == next(iter(ORDERS))
         self.setIcon(theme.icon("ph.list-numbers" if own else "ph.sort-ascending", self.palette()))
         self.setToolTip(f"{ORDERS[self.order]}. Next and previous frame follow this order")
-
-
-def _choice(texts: Mapping[str, str], name: str, hint: str) -> QComboBox:
-    box = QComboBox()
-    for value, text in texts.items():
-        box.addItem(text, value)
-    box.setAccessibleName(name)
-    box.setToolTip(hint)
-    box.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
-    return box

@@ -153,11 +153,6 @@ class Thumbnails(QObject):
             self._start()
         return picture
 
-    def shutdown(self) -> bool:
-        """Stop permanently before the window closes. True if the thread has ended."""
-        self._pending.clear()
-        return self._worker.shutdown()
-
     def _start(self) -> None:
         if self._pending and not self._worker.busy:
             self._worker.start(self._make)

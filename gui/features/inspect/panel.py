@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -12,7 +11,6 @@ from PySide6.QtCore import QEvent, QObject, Qt
 from PySide6.QtGui import QKeySequence, QShortcut
 from PySide6.QtWidgets import (
     QApplication,
-    QComboBox,
     QHBoxLayout,
     QSizePolicy,
     QTabWidget,
@@ -25,12 +23,12 @@ from ilf._runtime.writing import write_bytes
 from ilf.evaluation.measuring import NEEDS_INTRINSICS, Line, Measured, measure, measurements_csv
 from ilf.project.frame_state import Point
 
-from ...base.commands import Command, keys_text
+from ...base.commands import command, keys_text
 from ...base.needs import Need
 from ...state.document import Document
 from ...state.parts import NO_PART, Part
 from ...tools.line import REACH, off_line, share_along
-from ...widgets.basics import Message, PlainLabel, command_button, lay_out, literal_text, page
+from ...widgets.basics import Message, PlainLabel, combo, command_button, lay_out, literal_text, page
 from ...widgets.docks import PanelGroup
 from ...widgets.file_choice import ask_path, save
 from ...widgets.number_table import NumberTable, Row
@@ -119,82 +117,12 @@ class InspectPanel(Panel):
         context.refresh.add("profile place", self._follow, NO_PART)
         return self.pages
 
-    def _commands(self) -> Sequence[Command]:
-        needs = Need.FRAME
-        return (
-            Command(
-                "remove_marks",
-                "Remo&ve line and rectangle",
-                "Remove the profile line and the rectangle",
-                icon="ph.x",
-                handler=self._remove_marks,
-                needs=needs,
-            ),
-            Command(
-                "save_profile",
-                "Save profile as &table…",
-                "Write the depth along the profile line as CSV",
-                icon="ph.table",
-                handler=self._save_profile,
-                needs=needs,
-            ),
-            Command(
-                "save_profile_picture",
-                "Save profile as p&icture…",
-                "Write the plot as PNG or SVG",
-                icon="ph.image",
-                handler=self._save_picture,
-                needs=needs,
-            ),
-            Command(
-                "copy_statistics",
-                "Copy &statistics",
-                "Copy the statistics as a tab-separated table",
-                icon="ph.copy",
-                handler=self._copy_statistics,
-                needs=needs,
-            ),
-            Command(
-                "copy_measurements",
-                "&Copy measurements",
-                "Copy the measurements as a tab-separated table",
-                icon="ph.copy",
-                handler=self._copy_measurements,
-                needs=needs,
-            ),
-            Command(
-                "save_measurements",
-                "Save m&easurements…",
-                "Write the measurements as CSV",
-                icon="ph.floppy-disk",
-                handler=self._save_measurements,
-                needs=needs,
-            ),
-            Command(
-                "delete_measurements",
-                "&Delete measurements",
-                "Delete the measurements selected in the list, or all if none is selected",
-                icon="ph.trash",
-                handler=self._delete_measurements,
-                needs=needs,
-            ),
-            Command(
-                "restore_measurements",
-                "Restore measurements",
-                "Restore the measurements that were deleted last",
-                handler=self._restore_measurements,
-                needs=needs,
-            ),
-        )
-
     def _buttons(self, *commands: str) -> list[QToolButton]:
         return [command_button(self.context.actions[command]) for command in commands]
 
     def _statistics_page(self) -> QWidget:
-        self.subject = QComboBox()
-        self.subject.addItems(["Selected block", "Rectangle"])
-        self.subject.setAccessibleName("Region of the statistics")
-        self.subject.setToolTip("Statistics of the selected block, or of the rectangle if there is one")
+        hint = "Statistics of the selected block, or of the rectangle if there is one"
+        self.subject = combo(["Selected block", "Rectangle"], hint, "Region of the statistics")
         self.subject.activated.connect(self._choose_subject)
         self.subject_name = PlainLabel()
         self.subject_name.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
@@ -283,7 +211,9 @@ class InspectPanel(Panel):
         if parts & _DEPTH:
             self.context.refresh.mark_deferred("inspect marks")
 
+    @command("remove_marks", "Remo&ve line and rectangle", icon="ph.x", needs=Need.FRAME)
     def _remove_marks(self) -> None:
+        """Remove the profile line and the rectangle."""
         self.inspection.set_line(None)
         self.inspection.set_region(None)
 
@@ -330,12 +260,16 @@ class InspectPanel(Panel):
             self._place = place
             self.context.refresh.mark("inspect marks")
 
+    @command("save_profile", "Save profile as &table…", icon="ph.table", needs=Need.FRAME)
     def _save_profile(self) -> None:
+        """Write the depth along the profile line as CSV."""
         path, data = self._ask_path("Save profile as table", ".csv", "Table (*.csv)"), self.profile.data
         if path and data is not None:
             save(self.context.notes, path, lambda: write_bytes(path, data.profile.to_csv().encode()))
 
+    @command("save_profile_picture", "Save profile as p&icture…", icon="ph.image", needs=Need.FRAME)
     def _save_picture(self) -> None:
+        """Write the plot as PNG or SVG."""
         path = self._ask_path("Save profile as picture", ".png", "PNG picture (*.png);;SVG picture (*.svg)")
         if path:
             content = self.profile.plot.picture(as_svg=path.lower().endswith(".svg"))
@@ -392,7 +326,9 @@ class InspectPanel(Panel):
         self.statistics.set_rows(answer.rows())
         _tell(self.statistics_note, " ".join(filter(None, (*answer.notes, self._iteration_note()))))
 
+    @command("copy_statistics", "Copy &statistics", icon="ph.copy", needs=Need.FRAME)
     def _copy_statistics(self) -> None:
+        """Copy the statistics as a tab-separated table."""
         if not self.made or not self.statistics.rows:
             self.reveal_page(STATISTICS)
             self.context.notes.show_message(f"There are no statistics. {self._with_key(_NO_SUBJECT, 'rectangle')}")
@@ -432,14 +368,18 @@ class InspectPanel(Panel):
             return ""
         return measurements_csv([line for line, _ in measured], [found for _, found in measured])
 
+    @command("copy_measurements", "&Copy measurements", icon="ph.copy", needs=Need.FRAME)
     def _copy_measurements(self) -> None:
+        """Copy the measurements as a tab-separated table."""
         table = self._table()
         if table:
             QApplication.clipboard().setText(table.replace(",", "\t"))
             count = counted(len(self.inspection.measurements), "measurement")
             self.context.notes.show_message(f"Copied {count}.")
 
+    @command("save_measurements", "Save m&easurements…", icon="ph.floppy-disk", needs=Need.FRAME)
     def _save_measurements(self) -> None:
+        """Write the measurements as CSV."""
         table = self._table()
         if table:
             name = f"{self.context.workspace.current.name}-measurements.csv"
@@ -447,8 +387,12 @@ class InspectPanel(Panel):
             if path:
                 save(self.context.notes, path, lambda: write_bytes(path, table.encode()))
 
+    @command("delete_measurements", "&Delete measurements", icon="ph.trash", needs=Need.FRAME)
     def _delete_measurements(self) -> None:
-        """Delete the measurements selected in the list, or all; they can be restored."""
+        """Delete the measurements selected in the list, or all if none is selected.
+
+        They can be restored.
+        """
         lines, chosen = self.inspection.measurements, self.measurements.chosen() if self.made else []
         if not lines:
             self.context.notes.show_message("There are no measurements to delete.")
@@ -459,6 +403,7 @@ class InspectPanel(Panel):
         text = f"Deleted {counted(len(lines) - len(left), 'measurement')}."
         self.context.notes.offer(text, self.context.actions["restore_measurements"])
 
+    @command("restore_measurements", "Restore measurements", needs=Need.FRAME)
     def _restore_measurements(self) -> None:
         """Restore the measurements that were deleted last."""
         before = self._deleted.pop(self.context.workspace.current, None)

@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QColor, QFont, QResizeEvent
-from PySide6.QtWidgets import QComboBox, QHBoxLayout, QLabel, QSizePolicy, QStackedWidget, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QHBoxLayout, QLabel, QSizePolicy, QStackedWidget, QVBoxLayout, QWidget
 
 from ...base import theme
-from ...widgets.basics import Message, Themed, lay_out
+from ...widgets.basics import Message, Themed, combo, lay_out
 from .profile_plot import ProfileData, ProfilePlot, raw_colour
 
 _LONGEST_NAME = 130
@@ -51,10 +51,8 @@ class ProfilePage(Themed, QWidget):
         self.legend.setTextFormat(Qt.TextFormat.RichText)
         self.legend.setAlignment(Qt.AlignmentFlag.AlignTop)
         self.legend.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Minimum)
-        self.axis = QComboBox()
-        self.axis.addItems(["Pixels", "Metres"])
-        self.axis.setAccessibleName("Unit of the horizontal axis of the profile")
-        self.axis.setToolTip("Distance along the line: in pixels of the image, or in metres along the surface")
+        hint = "Distance along the line: in pixels of the image, or in metres along the surface"
+        self.axis = combo(["Pixels", "Metres"], hint, "Unit of the horizontal axis of the profile")
         self.axis.currentIndexChanged.connect(self._change_axis)
         header = lay_out(QHBoxLayout(), self.legend, margins=(8, 3, 4, 1), spacing=2, stretched=self.legend)
         for widget in (self.axis, *buttons):

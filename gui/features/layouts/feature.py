@@ -3,21 +3,21 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator
 from functools import partial
 
 from PySide6.QtCore import QSettings, Qt
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QInputDialog
 
-from ...base.commands import Actions, Command, describe
+from ...base.commands import Actions, Command, command, describe
 from ...views.layouts import CORRECT as CORRECT_VIEWS
 from ...views.layouts import LAYOUTS
 from ..context import Context, Feature
 from ..menus import insert_menu
 from ..views import ViewsFeature
 from .header import Header, LayoutBar
-from .layout import BUILT_IN, CORRECT, INSPECT, OWN, STANDARD, TUNE, Arrangement, Layout, LayoutStore
+from .layout import BUILT_IN, CORRECT, INSPECT, OWN, OWN_HINT, STANDARD, TUNE, Arrangement, Layout, LayoutStore
 
 _ICONS = {STANDARD: "ph.layout", INSPECT: "ph.eye", CORRECT: "ph.pencil-line", TUNE: "ph.sliders"}
 _KEYS = {INSPECT: "F3", CORRECT: "F4", TUNE: "F12"}
@@ -48,83 +48,29 @@ class LayoutsFeature(Feature):
         super().__init__(context)
         self.store = LayoutStore(context.panels.persistent)
         self._last = STANDARD
-        self._views, self._lasting = context.views.layout_name, context.views.lasting_layout
+        self._views, self._lasting = context.views.sheet.layout_name, context.views.sheet.lasting
         self._turning = False
         self._deleted: Layout | None = None
         names = [*(layout.name for layout in BUILT_IN), *OWN]
-        context.actions.add(self._commands())
+        context.actions.add(self._switches())
         self._actions: dict[str, QAction] = {name: context.actions[f"layout_{name}"] for name in names}
-        context.views.layoutChanged.connect(self._follow_views)
+        context.views.sheet.layoutChanged.connect(self._follow_views)
         self.menu = context.actions.menu("&Layout", context.window)
         self.bar = LayoutBar()
         self.header = Header(context.window.menuBar(), context.feature(ViewsFeature).bar, self.bar)
         context.centre.turned.connect(self.header.fit)
 
-    def _commands(self) -> Sequence[Command]:
-        again = "again to go back"
-        built_in = [
-            Command(
-                f"layout_{layout.name}",
-                f"&{layout.text}",
-                f"{layout.hint}; {again}",
-                icon=_ICONS[layout.name],
-                keys=_KEYS.get(layout.name, ""),
-                checkable=True,
-                handler=partial(self._choose, layout.name),
-            )
-            for layout in BUILT_IN
-        ]
-        own = [
-            Command(
-                f"layout_{name}",
-                name,
-                f"A layout of your own; {again}",
-                keys=f"Ctrl+Alt+{number}",
-                checkable=True,
-                handler=partial(self._choose, name),
-            )
-            for number, name in enumerate(OWN, 1)
-        ]
-        return (
-            *built_in,
-            *own,
-            Command(
-                "save_layout",
-                "&Save layout as…",
-                "Save the views, their contents and the panels under a name, with a shortcut",
-                icon="ph.floppy-disk",
-                handler=self._ask_save,
-            ),
-            Command(
-                "rename_layout",
-                "Re&name layout…",
-                "Rename the current layout, if it is one of your own",
-                handler=self._ask_rename,
-                why_off=self._why_not_own,
-            ),
-            Command(
-                "delete_layout",
-                "&Delete layout",
-                "Delete the current layout, if it is one of your own",
-                icon="ph.trash",
-                handler=self.delete,
-                why_off=self._why_not_own,
-            ),
-            Command(
-                "restore_layout",
-                "Restore layout",
-                "Restore the layout that was deleted last",
-                handler=self.restore,
-                why_off=lambda: "" if self._deleted is not None else "No layout has been deleted.",
-            ),
-            Command(
-                "reset_layout",
-                "&Reset layout",
-                "Reset the current layout to its default or saved state",
-                icon="ph.arrow-counter-clockwise",
-                handler=self.reset,
-            ),
-        )
+    def _switches(self) -> Iterator[Command]:
+        """Return the commands that switch to a layout."""
+        for layout in BUILT_IN:
+            icon, keys = _ICONS[layout.name], _KEYS.get(layout.name, "")
+            yield self._switch(layout.name, f"&{layout.text}", layout.hint, icon, keys)
+        for number, name in enumerate(OWN, 1):
+            yield self._switch(name, name, OWN_HINT, "", f"Ctrl+Alt+{number}")
+
+    def _switch(self, name: str, text: str, hint: str, icon: str, keys: str) -> Command:
+        handler, hint = partial(self._choose, name), f"{hint}; again to go back"
+        return Command(f"layout_{name}", text, hint, icon, keys, checkable=True, handler=handler)
 
     def _choose(self, name: str, on: bool) -> None:
         if on != (name == self.present):
@@ -132,6 +78,9 @@ class LayoutsFeature(Feature):
 
     def _why_not_own(self) -> str:
         return "" if self.store.is_own(self.present) else _NOT_OWN
+
+    def _why_none_deleted(self) -> str:
+        return "" if self._deleted is not None else "No layout has been deleted."
 
     def begin(self) -> None:
         """Insert the menu, and restore the layout of the last program start."""
@@ -160,6 +109,7 @@ class LayoutsFeature(Feature):
             self.context.views.take_focus()
         self._show()
 
+    @command("reset_layout", "&Reset layout", icon="ph.arrow-counter-clockwise")
     def reset(self) -> None:
         """Reset the current layout to its default or saved state."""
         self.store.changed.pop(self.present, None)
@@ -202,8 +152,12 @@ class LayoutsFeature(Feature):
         self._show()
         return True
 
+    @command("delete_layout", "&Delete layout", icon="ph.trash", why_off=_why_not_own)
     def delete(self) -> None:
-        """Delete the current layout, one of the user's own, and switch to the previous one; it can be restored."""
+        """Delete the current layout, if it is one of your own.
+
+        The previous one is switched to; the deleted one can be restored.
+        """
         name = self.present
         if not self.store.is_own(name):
             return
@@ -212,8 +166,9 @@ class LayoutsFeature(Feature):
         self._show()
         self.context.notes.offer(f"Layout {self._deleted.text} deleted.", self.context.actions["restore_layout"])
 
+    @command("restore_layout", "Restore layout", why_off=_why_none_deleted)
     def restore(self) -> None:
-        """Restore the layout that was deleted last, if a place is free."""
+        """Restore the layout that was deleted last."""
         deleted, self._deleted = self._deleted, None
         if deleted is None:
             return
@@ -223,18 +178,21 @@ class LayoutsFeature(Feature):
             self.turn(name)
         self._show()
 
-    def shutdown(self) -> bool:
+    def shutdown(self) -> None:
         """Store the arrangement of the window."""
         self.store.changed[self.present] = self._arrangement()
         self.store.write()
-        return True
 
+    @command("save_layout", "&Save layout as…", icon="ph.floppy-disk")
     def _ask_save(self) -> None:
+        """Save the views, their contents and the panels under a name, with a shortcut."""
         present = self.store.layouts[self.present]
         proposed = present.text if self.store.is_own(self.present) else ""
         self._ask("Save layout as", "Name of the layout:", proposed, self.save)
 
+    @command("rename_layout", "Re&name layout…", why_off=_why_not_own)
     def _ask_rename(self) -> None:
+        """Rename the current layout, if it is one of your own."""
         self._ask("Rename layout", "New name:", self.store.layouts[self.present].text, self.rename)
 
     def _ask(self, title: str, label: str, proposed: str, then: Callable[[str], bool]) -> None:
@@ -265,7 +223,7 @@ class LayoutsFeature(Feature):
             views.contents(),
             tuple(panels.open),
             panels.places(),
-            views.sides.chosen,
+            views.data.chosen_sides,
             self.context.actions["cloud_beside"].isChecked(),
             self.context.actions["contours_only"].isChecked(),
         )
@@ -276,7 +234,7 @@ class LayoutsFeature(Feature):
         self._turning = True
         try:
             if arrangement.views in LAYOUTS:
-                views.set_layout(arrangement.views, self.store.layouts[self.present].arrangement.views)
+                views.sheet.set_layout(arrangement.views, self.store.layouts[self.present].arrangement.views)
             views.reset_contents()
             for cell, content in arrangement.contents.items():
                 with contextlib.suppress(ValueError):  # contents that do not exist any more are skipped
@@ -292,7 +250,7 @@ class LayoutsFeature(Feature):
     def _follow_views(self, name: str) -> None:
         """Switch the panels with the views when the views enter or leave the arrangement for correcting; but not in an
         own layout, which may have any views, nor while a single view or a comparison is shown temporarily."""
-        lasting = self.context.views.lasting_layout
+        lasting = self.context.views.sheet.lasting
         if not self._turning and not self.store.is_own(self.present):
             comes, goes = lasting == CORRECT_VIEWS, self.present == CORRECT
             if comes != goes:

@@ -127,7 +127,7 @@ OWN = tuple(f"own_{number}" for number in range(1, 10))
 # Storage of layouts between program starts.
 
 _PRESENT, _OWN, _CHANGED = "layouts/present", "layouts/own", "layouts/changed"
-_OWN_HINT = "A layout of your own"
+OWN_HINT = "A layout of your own"
 
 
 class LayoutStore:
@@ -168,7 +168,7 @@ class LayoutStore:
 
     def put(self, name: str, text: str, arrangement: Arrangement) -> None:
         """Store an own layout."""
-        self.layouts[name] = Layout(name, text, _OWN_HINT, arrangement)
+        self.layouts[name] = Layout(name, text, OWN_HINT, arrangement)
         self.changed.pop(name, None)
         self.write()
 
@@ -197,7 +197,7 @@ class LayoutStore:
         settings = QSettings()
         try:
             kept: list[Any] = json.loads(str(settings.value(_OWN, "[]")))
-            own = [Layout(str(name), str(text), _OWN_HINT, Arrangement.unpacked(packed)) for name, text, packed in kept]
+            own = [Layout(str(name), str(text), OWN_HINT, Arrangement.unpacked(packed)) for name, text, packed in kept]
             changed = {
                 str(name): Arrangement.unpacked(packed)
                 for name, packed in json.loads(str(settings.value(_CHANGED, "{}"))).items()

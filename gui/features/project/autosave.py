@@ -256,13 +256,6 @@ class Recovery(QObject):
         if self.dialog is None and not self._worker.busy:
             self._worker.start(self._job)
 
-    def shutdown(self) -> bool:
-        """Stop, and keep undecided work for the next start. True if the thread has ended."""
-        ended = self._worker.shutdown()
-        if self.dialog is not None:
-            self.dialog.reject()
-        return ended
-
     def _job(self) -> Generator[None, None, list[tuple[RecoverableWork, UnsavedWorkInfo]]]:
         yield None
         return [(left, _offered(left)) for left in find_recoverable_work(self._folder)]
@@ -371,12 +364,13 @@ class AutosaveFeature(Feature):
             self.context.recorder.start()
             self.recovery.look()
 
-    def shutdown(self) -> bool:
-        """Stop permanently; the remaining work has been saved or is discarded. True if no thread is left."""
-        ended = all([self.recovery.shutdown(), self.context.recorder.shutdown()])
+    def shutdown(self) -> None:
+        """Stop permanently; the remaining work has been saved or is discarded, undecided work is kept."""
+        if self.recovery.dialog is not None:
+            self.recovery.dialog.reject()
+        self.context.recorder.shutdown()
         with contextlib.suppress(OSError):  # a folder that cannot be deleted is offered at the next start
             self.context.recorder.store.discard()
-        return ended
 
     def _tell_failure(self, error: Exception) -> None:
         self._show_failure(str(error))

@@ -19,7 +19,7 @@ from ilf.project.file import OpenedProject
 from ilf.project.state_codec import UnreadableFrame
 
 from ...base import theme
-from ...base.commands import Command
+from ...base.commands import command
 from ...base.needs import Need
 from ...project.current_project import CurrentProject, source_of
 from ...state.document import Document
@@ -47,7 +47,6 @@ class ProjectFeature(Feature):
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)
-        context.actions.add(self._commands())
         workspace = context.workspace
         self.present = CurrentProject(workspace, self)
         self.view = ViewState(workspace, context.views, context.refresh)
@@ -108,42 +107,6 @@ class ProjectFeature(Feature):
 
         return Missing(self.context, self.present)
 
-    def _commands(self) -> Sequence[Command]:
-        return (
-            Command(
-                "new_project",
-                "&New project",
-                "Close all frames, and start an empty project",
-                icon="ph.file-plus",
-                handler=self.new,
-            ),
-            Command(
-                "save_project",
-                "&Save project",
-                "Save all frames with the work on them",
-                icon="ph.floppy-disk",
-                keys="Ctrl+S",
-                handler=self.save,
-                needs=Need.LISTED,
-            ),
-            Command(
-                "save_project_as",
-                "Save project &as…",
-                "Save all frames with the work on them to another file, optionally with the frames' own files",
-                keys="Ctrl+Shift+S",
-                handler=self.save_as,
-                needs=Need.LISTED,
-            ),
-            Command(
-                "show_project",
-                "Show project in &folder",
-                "Show the folder of the project's file",
-                icon="ph.folder-open",
-                handler=self._show_folder,
-                why_off=lambda: "" if self._saved_file() else "The project is not saved yet.",
-            ),
-        )
-
     def begin(self) -> None:
         """Insert the menu of recent projects and the button *Save*."""
         self.context.actions["show_project"].setIconText("Show in folder")
@@ -157,20 +120,23 @@ class ProjectFeature(Feature):
 
     # commands
 
+    @command("new_project", "&New project", icon="ph.file-plus")
     def new(self) -> None:
-        """Start an empty project."""
+        """Close all frames, and start an empty project."""
         self._leave_project("a new project is started", self._begin)
 
     def open(self, path: Path) -> None:
         """Open a project, replacing the current one."""
         self.opening.open(path.absolute(), lambda take: self._leave_project(f"{path.name} is opened", take))
 
+    @command("save_project", "&Save project", icon="ph.floppy-disk", keys="Ctrl+S", needs=Need.LISTED)
     def save(self) -> None:
-        """Save to the project's file, or ask for one; waits for pending saves, which may set the file."""
+        """Save all frames with the work on them."""
         self.saving.when_done(lambda: self._save(None, lambda done: None))
 
+    @command("save_project_as", "Save project &as…", keys="Ctrl+Shift+S", needs=Need.LISTED)
     def save_as(self) -> None:
-        """Save to another file."""
+        """Save all frames with the work on them to another file, optionally with the frames' own files."""
         self._save_as("", None, lambda done: None)
 
     # closing
@@ -189,13 +155,11 @@ class ProjectFeature(Feature):
             asked = True
         return self._leaves
 
-    def shutdown(self) -> bool:
-        """Stop permanently, after pending saves. True if no thread is left."""
-        ended = self.saving.shutdown()
+    def shutdown(self) -> None:
+        """Close the project's file."""
         self.present.release()
         if isinstance(self.context.recorder.store.project, Archive):
             self.context.recorder.store.project.close()
-        return ended
 
     def _close_frame(self, entry: Entry) -> None:
         """Close a frame; if the project file contains it, it stays in the list in that state."""
@@ -255,7 +219,14 @@ class ProjectFeature(Feature):
     def _saved_file(self) -> bool:
         return self.present.path is not None and self.present.path.exists()
 
+    @command(
+        "show_project",
+        "Show project in &folder",
+        icon="ph.folder-open",
+        why_off=lambda self: "" if self._saved_file() else "The project is not saved yet.",
+    )
     def _show_folder(self) -> None:
+        """Show the folder of the project's file."""
         if self.present.path is not None:
             QDesktopServices.openUrl(QUrl.fromLocalFile(str(self.present.path.parent)))
 

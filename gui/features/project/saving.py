@@ -114,13 +114,6 @@ class Saving(QObject):
         else:
             then()
 
-    def shutdown(self) -> bool:
-        """Stop permanently before the window closes. True if the thread has ended."""
-        self._waiting.clear()
-        self._afterwards.clear()
-        self._pace.stop()
-        return self._worker.shutdown()
-
     def _next(self) -> None:
         if self._snapshot is not None or not self._waiting:
             return

@@ -41,13 +41,13 @@ class ViewState(QObject):
     def window_state(self) -> dict[str, Any]:
         """Return layout and contents of the views as values for JSON."""
         views = self._views
-        return {_LAYOUT: views.layout_name, _CONTENTS: views.contents(), _SIDES: list(views.sides.chosen)}
+        return {_LAYOUT: views.sheet.layout_name, _CONTENTS: views.contents(), _SIDES: list(views.data.chosen_sides)}
 
     def take(self, view: Mapping[str, Any]) -> None:
         """Restore the view state of `window_state`; unknown values are ignored."""
         views, contents, sides = self._views, view.get(_CONTENTS), view.get(_SIDES)
         if view.get(_LAYOUT) in LAYOUTS:
-            views.set_layout(str(view[_LAYOUT]))
+            views.sheet.set_layout(str(view[_LAYOUT]))
         for cell, content in contents.items() if isinstance(contents, Mapping) else ():
             with contextlib.suppress(ValueError):  # there is no such content
                 views.set_content(str(cell), str(content))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 
 from PySide6.QtCore import QSettings, Qt
 from PySide6.QtWidgets import (
@@ -17,7 +18,7 @@ from PySide6.QtWidgets import (
 
 from ilf._runtime.formatting import counted
 
-from ...base.commands import Command, hint_of, plain
+from ...base.commands import Command, command, hint_of, plain
 from ...base.needs import Need
 from ...state.entries import Entry
 from ...widgets.basics import Message, PlainLabel, answers, form, lay_out, stack
@@ -26,8 +27,20 @@ from ..context import Context, Feature, PendingWork
 from ..menus import insert_menu
 from .propagator import PropagatedFrame, PropagationRun, Propagator
 
-HOW = "propagate_auto", "propagate_copied", "propagate_flow"
-"""Commands that choose the propagation method; the part after `propagate_` is its name in the library."""
+_WAYS = {
+    "propagate_auto": (
+        "&Automatic",
+        "By the camera poses if known; otherwise copy unchanged pixels and follow optical flow elsewhere",
+    ),
+    "propagate_copied": ("&Copied", "Every pixel keeps its block: for a static camera"),
+    "propagate_flow": (
+        "Optical &flow",
+        "Follow the motion in the image, then snap to the edges of the new frame: for a moving camera",
+    ),
+}
+"""Commands that choose the propagation method, with text and hint; the part after `propagate_` is its name in the
+library."""
+HOW = tuple(_WAYS)
 
 # The dialog: number of frames, method, and whether to replace existing work.
 
@@ -182,6 +195,10 @@ _HOW_KEY = "carrying/how"
 _PREFIX = "propagate_"
 
 
+def _remember(way: str) -> None:
+    QSettings().setValue(_HOW_KEY, way)
+
+
 class PropagationFeature(Feature):
     """Propagates the current frame's blocks to other frames, and those of the previous frame to the current one."""
 
@@ -189,7 +206,10 @@ class PropagationFeature(Feature):
         super().__init__(context)
         workspace, actions = context.workspace, context.actions
         self.propagator = Propagator(workspace, context.loader, self)
-        actions.add(self._commands())
+        actions.add(
+            Command(name, text, hint, group="propagate_how", handler=partial(_remember, name))
+            for name, (text, hint) in _WAYS.items()
+        )
         self.strip = PropagateStrip()
         context.centre.add_strip(self.strip)
         self.strip.work.cancelled.connect(self.propagator.stop)
@@ -199,67 +219,15 @@ class PropagationFeature(Feature):
         remembered = str(QSettings().value(_HOW_KEY, HOW[0]))
         actions[remembered if remembered in HOW else HOW[0]].setChecked(True)
 
-    def _commands(self) -> Sequence[Command]:
-        return (
-            Command(
-                "propagate_next",
-                "Propagate blocks to the next &frame",
-                "Propagate the blocks to the next frame of the list, with names, locks and parameters, and show it",
-                icon="ph.arrow-bend-down-right",
-                keys="Alt+PgDown",
-                handler=self.propagate_next,
-                needs=Need.BLOCKS,
-                why_off=lambda: self._why_busy() or self._why_last(),
-            ),
-            Command(
-                "propagate_previous",
-                "Propaga&te blocks from the previous frame",
-                "Propagate the blocks of the previous frame of the list to this one, with names, locks and parameters",
-                icon="ph.arrow-bend-right-down",
-                keys="Alt+PgUp",
-                handler=self.propagate_previous,
-                needs=Need.FRAME,
-                why_off=lambda: self._why_busy() or self._why_first(),
-            ),
-            Command(
-                "propagate_through",
-                "Propagate t&hrough the next frames…",
-                "Propagate the blocks through a number of following frames",
-                icon="ph.fast-forward",
-                handler=self.ask_propagate_through,
-                needs=Need.BLOCKS,
-                why_off=lambda: self._why_busy() or self._why_last(),
-            ),
-            Command(
-                "stop_propagation",
-                "&Stop",
-                "Stop the propagation; frames that have the blocks keep them",
-                icon="ph.stop",
-                handler=self.propagator.stop,
-                why_off=lambda: "" if self._in_progress else "No propagation is in progress.",
-            ),
-            Command(
-                "propagate_auto",
-                "&Automatic",
-                "By the camera poses if known; otherwise copy unchanged pixels and follow optical flow elsewhere",
-                group="propagate_how",
-                handler=lambda: QSettings().setValue(_HOW_KEY, "propagate_auto"),
-            ),
-            Command(
-                "propagate_copied",
-                "&Copied",
-                "Every pixel keeps its block: for a static camera",
-                group="propagate_how",
-                handler=lambda: QSettings().setValue(_HOW_KEY, "propagate_copied"),
-            ),
-            Command(
-                "propagate_flow",
-                "Optical &flow",
-                "Follow the motion in the image, then snap to the edges of the new frame: for a moving camera",
-                group="propagate_how",
-                handler=lambda: QSettings().setValue(_HOW_KEY, "propagate_flow"),
-            ),
-        )
+    @command(
+        "stop_propagation",
+        "&Stop",
+        icon="ph.stop",
+        why_off=lambda self: "" if self._in_progress else "No propagation is in progress.",
+    )
+    def _stop(self) -> None:
+        """Stop the propagation; frames that have the blocks keep them."""
+        self.propagator.stop()
 
     def begin(self) -> None:
         """Insert the menu of the methods."""
@@ -281,14 +249,30 @@ class PropagationFeature(Feature):
 
     # commands
 
+    @command(
+        "propagate_next",
+        "Propagate blocks to the next &frame",
+        icon="ph.arrow-bend-down-right",
+        keys="Alt+PgDown",
+        needs=Need.BLOCKS,
+        why_off=lambda self: self._why_busy() or self._why_last(),
+    )
     def propagate_next(self) -> None:
-        """Propagate the blocks to the next frame, and show it."""
+        """Propagate the blocks to the next frame of the list, with names, locks and parameters, and show it."""
         present, following = self._present(), self._following(1)
         if present is not None and following:
             self.propagator.start(present, following, self.how, replaces=True, shows=True)
 
+    @command(
+        "propagate_previous",
+        "Propaga&te blocks from the previous frame",
+        icon="ph.arrow-bend-right-down",
+        keys="Alt+PgUp",
+        needs=Need.FRAME,
+        why_off=lambda self: self._why_busy() or self._why_first(),
+    )
     def propagate_previous(self) -> None:
-        """Propagate the blocks of the previous frame to the current one."""
+        """Propagate the blocks of the previous frame of the list to this one, with names, locks and parameters."""
         present, before = self._present(), self._preceding()
         if present is not None and before is not None:
             self.propagator.start(before, [present], self.how, replaces=True)
@@ -299,8 +283,15 @@ class PropagationFeature(Feature):
         if present is not None:
             self.propagator.start(present, self._following(count), self.how, replaces)
 
+    @command(
+        "propagate_through",
+        "Propagate t&hrough the next frames…",
+        icon="ph.fast-forward",
+        needs=Need.BLOCKS,
+        why_off=lambda self: self._why_busy() or self._why_last(),
+    )
     def ask_propagate_through(self) -> None:
-        """Propagate through the next frames, with the dialog."""
+        """Propagate the blocks through a number of following frames."""
         following, actions = self._following(), self.context.actions
         ways = [(name, plain(actions[name].text()), hint_of(actions[name])) for name in HOW]
         how = _PREFIX + self.how

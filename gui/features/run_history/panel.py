@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,7 +14,7 @@ from ilf.data.results import BlockResult
 from ilf.project.run_history import StoredRun
 from ilf.run.run import Run
 
-from ...base.commands import Command
+from ...base.commands import command
 from ...base.needs import Need
 from ...state.document import Document
 from ...state.parts import Part
@@ -94,89 +94,23 @@ class RunsPanel(Panel):
         self.view.customContextMenuRequested.connect(self._show_menu)
         return widget
 
-    def _commands(self) -> Sequence[Command]:
-        return (
-            Command(
-                "show_runs",
-                "Run histor&y",
-                "Open the list of this frame's runs",
-                icon="ph.list-numbers",
-                keys="Ctrl+Shift+R",
-                handler=self.reveal,
-            ),
-            Command(
-                "compare_runs",
-                "Co&mpare with current",
-                "Show the selected runs (max. four) beside the current result, in views and curves; again to stop",
-                icon="ph.columns",
-                keys="Ctrl+Shift+D",
-                handler=self.compare,
-                needs=Need.RUNS,
-                why_off=self._why_none_selected,
-            ),
-            Command(
-                "restore_run",
-                "Restore &parameters",
-                "Set the parameters of the selected run, common and per-block ones; results stay as they are",
-                icon="ph.arrow-u-up-left",
-                handler=self.restore,
-                needs=Need.RUNS,
-                why_off=self._why_not_one,
-            ),
-            Command(
-                "accept_run",
-                "&Accept as the result",
-                "Use the results and parameters of the selected run for all blocks that are unchanged since",
-                icon="ph.check-circle",
-                keys="Ctrl+Shift+A",
-                handler=self.accept,
-                needs=Need.RUNS,
-                why_off=self._why_not_one,
-            ),
-            Command(
-                "rename_run",
-                "Re&name run",
-                "Rename the selected run (F2 in the list)",
-                icon="ph.pencil-simple",
-                handler=lambda: self.edit_cell(Column.NAME),
-                needs=Need.RUNS,
-                why_off=self._why_not_one,
-            ),
-            Command(
-                "note_run",
-                "Edit n&ote",
-                "Edit the note on the selected run",
-                icon="ph.note-pencil",
-                handler=lambda: self.edit_cell(Column.NOTE),
-                needs=Need.RUNS,
-                why_off=self._why_not_one,
-            ),
-            Command(
-                "delete_runs",
-                "&Delete runs",
-                "Delete the selected runs (Del in the list)",
-                icon="ph.trash",
-                handler=self.delete,
-                needs=Need.RUNS,
-                why_off=self._why_none_selected,
-            ),
-            Command(
-                "export_runs",
-                "Export runs as CS&V…",
-                "Write the list of runs, with all parameters, as CSV",
-                icon="ph.export",
-                handler=self.ask_export,
-                needs=Need.RUNS,
-            ),
-            Command(
-                "clear_runs",
-                "Clear ru&ns",
-                "Delete all runs of the frame",
-                icon="ph.backspace",
-                handler=self.clear,
-                needs=Need.RUNS,
-            ),
-        )
+    @command("show_runs", "Run histor&y", icon="ph.list-numbers", keys="Ctrl+Shift+R")
+    def _show_runs(self) -> None:
+        """Open the list of this frame's runs."""
+        self.reveal()
+
+    def _why_not_one(self) -> str:
+        return "" if len(self.selected()) == 1 else "Select one run first."
+
+    @command("rename_run", "Re&name run", icon="ph.pencil-simple", needs=Need.RUNS, why_off=_why_not_one)
+    def _rename(self) -> None:
+        """Rename the selected run (F2 in the list)."""
+        self._edit_cell(Column.NAME)
+
+    @command("note_run", "Edit n&ote", icon="ph.note-pencil", needs=Need.RUNS, why_off=_why_not_one)
+    def _write_note(self) -> None:
+        """Edit the note on the selected run."""
+        self._edit_cell(Column.NOTE)
 
     def refresh(self, parts: Part) -> None:
         """Show a row per run, and measure those without errors."""
@@ -213,15 +147,24 @@ class RunsPanel(Panel):
         self.take(request, RunErrors())
         super().fail(request, error)
 
-    def shutdown(self) -> bool:
-        """Stop permanently. True if no thread is left."""
-        self.keeper.shutdown()
-        return super().shutdown()
-
     # commands
 
+    def _why_none_selected(self) -> str:
+        return "" if self.selected() else "Select a run first."
+
+    @command(
+        "compare_runs",
+        "Co&mpare with current",
+        icon="ph.columns",
+        keys="Ctrl+Shift+D",
+        needs=Need.RUNS,
+        why_off=_why_none_selected,
+    )
     def compare(self) -> None:
-        """Compare exactly the selected runs with the current result; stop if they are compared already."""
+        """Show the selected runs (max. four) beside the current result, in views and curves; again to stop.
+
+        They replace those that are compared; the same ones are compared no more.
+        """
         document = self.context.workspace.current
         chosen = self.selected()[:MAX_COMPARED]
         same = len(chosen) == len(document.compared) and all(run in document.compared for run in chosen)
@@ -232,8 +175,9 @@ class RunsPanel(Panel):
             text = f"{what} compared with the current result: hold V to show it."
             self.context.notes.offer(text, self.context.actions["compare_two"])
 
+    @command("restore_run", "Restore &parameters", icon="ph.arrow-u-up-left", needs=Need.RUNS, why_off=_why_not_one)
     def restore(self) -> None:
-        """Set the parameters of the selected run."""
+        """Set the parameters of the selected run, common and per-block ones; results stay as they are."""
         (stored,) = self.selected()
         if self.context.workspace.parameters.restore(stored):
             left = len(self.context.workspace.current.changed_blocks())
@@ -242,8 +186,16 @@ class RunsPanel(Panel):
         else:
             self.context.notes.show_message(f"The parameters equal those of {stored.name} already.")
 
+    @command(
+        "accept_run",
+        "&Accept as the result",
+        icon="ph.check-circle",
+        keys="Ctrl+Shift+A",
+        needs=Need.RUNS,
+        why_off=_why_not_one,
+    )
     def accept(self) -> None:
-        """Use the results of the selected run as the current ones for unchanged blocks."""
+        """Use the results and parameters of the selected run for all blocks that are unchanged since."""
         (stored,) = self.selected()
         taken, count = len(self.context.workspace.accept_run(stored)), len(stored.results)
         if not taken:
@@ -254,18 +206,21 @@ class RunsPanel(Panel):
             text = f"{stored.name} is the result now."
         self.context.notes.show_message(text)
 
+    @command("delete_runs", "&Delete runs", icon="ph.trash", needs=Need.RUNS, why_off=_why_none_selected)
     def delete(self) -> None:
-        """Delete the selected runs."""
+        """Delete the selected runs (Del in the list)."""
         if chosen := self.selected():
             self.context.workspace.current.delete_runs(chosen)
 
+    @command("clear_runs", "Clear ru&ns", icon="ph.backspace", needs=Need.RUNS)
     def clear(self) -> None:
         """Delete all runs of the frame."""
         document = self.context.workspace.current
         document.delete_runs(list(document.state.runs))
 
+    @command("export_runs", "Export runs as CS&V…", icon="ph.export", needs=Need.RUNS)
     def ask_export(self) -> None:
-        """Write the list to a file that the user chooses."""
+        """Write the list of runs, with all parameters, as CSV."""
         name = f"{self.context.workspace.current.name}-runs.csv"
         if path := ask_path(self.context.window, "Export runs", name, "Table (*.csv)"):
             self.export(path)
@@ -295,7 +250,7 @@ class RunsPanel(Panel):
         chosen = [self.model.runs[self._proxy.mapToSource(index).row()] for index in rows]
         return [stored for stored in chosen if stored in there]
 
-    def edit_cell(self, column: Column) -> None:
+    def _edit_cell(self, column: Column) -> None:
         """Edit the name or the note of the selected run in the table."""
         for index in self.view.selectionModel().selectedRows(column)[:1]:
             self.view.setCurrentIndex(index)
@@ -314,12 +269,6 @@ class RunsPanel(Panel):
             workspace.current.compare_runs([*others, stored] if value else others)
         else:
             workspace.current.change_run(stored, **{what: value})
-
-    def _why_none_selected(self) -> str:
-        return "" if self.selected() else "Select a run first."
-
-    def _why_not_one(self) -> str:
-        return "" if len(self.selected()) == 1 else "Select one run first."
 
     def _show_menu(self, place: QPoint) -> None:
         menu = self.context.actions.menu("", self.view, _MENU)

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import time
 from collections import deque
-from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterator, Mapping
 from contextlib import ExitStack, closing
 from dataclasses import dataclass, replace
+from functools import partial
 
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QHBoxLayout, QToolButton, QWidget
@@ -18,7 +19,7 @@ from ilf.sources.listing import Listing
 from ilf.stream.pacing import USUAL_RATE, latest_of, measured_rate, rate_of
 from ilf.stream.stream import Stream
 
-from ...base.commands import Actions, Command
+from ...base.commands import Actions, Command, command
 from ...base.needs import Need
 from ...state.document import Document
 from ...state.entries import Entry
@@ -149,7 +150,7 @@ class PlayFeature(Feature):
         super().__init__(context)
         self._frames = context.feature(FramesFeature)
         self._status = context.feature(StatusFeature)
-        context.actions.add(self._commands())
+        context.actions.add(self._speeds())
         self._on = context.actions["play_frames"]
         context.actions["speed_normal"].setChecked(True)
         self.worker = Worker(self)
@@ -182,53 +183,40 @@ class PlayFeature(Feature):
         entries = workspace.entries
         context.refresh.add("play bar", lambda: self.bar.setVisible(len(entries) > 1), Part.LIST)
 
-    def _commands(self) -> Sequence[Command]:
-        return (
-            Command(
-                "play_frames",
-                "&Play",
-                "Play the frames of the list from this one on; again, or a click in a view, opens the frame shown",
-                icon="ph.play-circle",
-                keys="K",
-                checkable=True,
-                handler=self._turn,
-                needs=Need.OTHERS,
-                why_off=lambda: "The frame shown is being opened." if self._opening else "",
-            ),
-            Command(
-                "play_loop",
-                "&Loop",
-                "Go on with the first frame after the last one",
-                checkable=True,
-                handler=lambda on: setattr(self.pace, "loop", on),
-            ),
-            Command(
-                "play_completed",
-                "&Complete while playing",
-                "Complete frames without a result as they play, as a stream does; nothing is stored",
-                checkable=True,
-                handler=lambda on: setattr(self.pace, "completes", on),
-            ),
-            *(
-                Command(
-                    name,
-                    text,
-                    group="speed",
-                    hint="Play every frame, as many a second as can be read and shown"
-                    if speed is None
-                    else f"Play at {text} of the sequence's own rate",
-                    handler=lambda speed=speed: self._set_speed(speed),
-                )
-                for name, (text, speed) in _SPEEDS.items()
-            ),
-        )
+    def _speeds(self) -> Iterator[Command]:
+        """Return the commands that set a speed."""
+        for name, (text, speed) in _SPEEDS.items():
+            hint = f"Play at {text} of the sequence's own rate"
+            if speed is None:
+                hint = "Play every frame, as many a second as can be read and shown"
+            yield Command(name, text, hint, group="speed", handler=partial(self._set_speed, speed))
+
+    @command("play_loop", "&Loop", checkable=True)
+    def _set_loop(self, on: bool) -> None:
+        """Go on with the first frame after the last one."""
+        self.pace.loop = on
+
+    @command("play_completed", "&Complete while playing", checkable=True)
+    def _set_completes(self, on: bool) -> None:
+        """Complete frames without a result as they play, as a stream does; nothing is stored."""
+        self.pace.completes = on
 
     @property
     def playing(self) -> bool:
         """Whether frames are played."""
         return self._on.isChecked()
 
+    @command(
+        "play_frames",
+        "&Play",
+        icon="ph.play-circle",
+        keys="K",
+        checkable=True,
+        needs=Need.OTHERS,
+        why_off=lambda self: "The frame shown is being opened." if self._opening else "",
+    )
     def _turn(self, on: bool) -> None:
+        """Play the frames of the list from this one on; again, or a click in a view, opens the frame shown."""
         icon = "ph.pause-circle" if on else "ph.play-circle"
         self.context.actions.adopt("play_frames", self._on, icon)
         if on:

@@ -9,7 +9,6 @@ import numpy as np
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtGui import QColor, QIcon, QPixmap
 from PySide6.QtWidgets import (
-    QComboBox,
     QDialog,
     QHBoxLayout,
     QMenu,
@@ -33,7 +32,7 @@ from ...state.parts import Part
 from ...views.colour_bar import ColourBar
 from ...views.colours import error_table
 from ...views.pixel_items import rgb_image
-from ...widgets.basics import Message, PlainLabel, Themed, give_size, label_of, lay_out, scrolled
+from ...widgets.basics import Message, PlainLabel, Themed, combo, give_size, label_of, lay_out, scrolled
 from ...work.frame_runs import RunState
 from ..context import Context, PendingWork
 from ..filter import FilterPanel
@@ -129,9 +128,8 @@ class SweepFeature(Panel):
         return scrolled(content)
 
     def _right_side(self) -> QWidget:
-        self.content = QComboBox()
-        self.content.setToolTip("Content of the pictures, all in one colour scale; black: missing")
-        self.content.addItems(["Depth", "Difference"])
+        hint = "Content of the pictures, all in one colour scale; black: missing"
+        self.content = combo(["Depth", "Difference"], hint)
         self.content.activated.connect(lambda _: self._show_found())
         self.bar = ColourBar()
         self.bar.setAccessibleName("Colours of the pictures")

@@ -18,7 +18,7 @@ from ilf.data.parameters import Parameters
 from ilf.evaluation.hold_out import HoldOutTest
 from ilf.evaluation.sweep import MAX_STEPS, MIN_STEPS, can_be_swept, spread, suggested_range
 
-from ...widgets.basics import form, label_of
+from ...widgets.basics import combo, form, label_of
 from ...widgets.hold_out_choice import HoldOutChoice
 
 DEFAULT_STEPS, DEFAULT_STEPS_OF_TWO = 7, 4
@@ -51,9 +51,7 @@ class RangeBox(QGroupBox):
             minimum=MIN_STEPS, maximum=MAX_STEPS, value=DEFAULT_STEPS_OF_TWO if optional else DEFAULT_STEPS
         )
         self.steps.setToolTip("Number of values; the current value is added if it lies in the range")
-        self.scale = QComboBox()
-        self.scale.addItems(["linear", "log"])
-        self.scale.setToolTip("linear: equal differences. log: equal ratios.")
+        self.scale = combo(["linear", "log"], "linear: equal differences. log: equal ratios.")
         grid = QGridLayout(self)
         grid.setContentsMargins(8, 6, 8, 8)
         grid.setSpacing(4)
@@ -152,13 +150,11 @@ class CriterionBox(QWidget):
 
     def __init__(self) -> None:
         super().__init__()
-        self.kind = QComboBox()
-        self.kind.addItems(["Ground truth", "Hold-out"])
-        self.kind.setToolTip("Criterion: error against ground truth, or on held-out known depth")
+        hint = "Criterion: error against ground truth, or on held-out known depth"
+        self.kind = combo(["Ground truth", "Hold-out"], hint)
         self.hold_out = HoldOutChoice()
-        self.blocks = QComboBox()
-        self.blocks.addItems(["All blocks", "Selected block"])
-        self.blocks.setToolTip("Blocks to sweep and evaluate; an applied value is set for the same blocks")
+        hint = "Blocks to sweep and evaluate; an applied value is set for the same blocks"
+        self.blocks = combo(["All blocks", "Selected block"], hint)
         self._form = form(("&Criterion", self.kind), ("&Hide", self.hold_out), ("&Blocks", self.blocks), parent=self)
         self._show_criterion(False)
         self.kind.activated.connect(lambda _: self._take())

@@ -246,10 +246,6 @@ class CloudCanvas(QWidget):
             self._lines, self._texts = lines, texts
             self.update()
 
-    def shutdown(self) -> bool:
-        """Stop permanently before the window closes. True if the thread has ended."""
-        return self.drawing.shutdown()
-
     def sizeHint(self) -> QSize:
         return QSize(640, 480)
 

@@ -190,10 +190,6 @@ class CloudView(Themed, QWidget):
             self._choices[choice].setEnabled(not why)
             self._choices[choice].setToolTip(f"{choice.hint}. {why}" if why else choice.hint)
 
-    def shutdown(self) -> bool:
-        """Stop permanently before the window closes. True if the thread has ended."""
-        return self.canvas.shutdown()
-
     def _take_theme(self) -> None:
         self.strip.set_colours(theme.colours(self.palette()))
         self.colours_changed.emit()

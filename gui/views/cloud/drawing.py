@@ -201,11 +201,6 @@ class CloudDrawing(QObject):
         """Whether the full picture is pending."""
         return self._rest.isActive() or self._whole.busy
 
-    def shutdown(self) -> bool:
-        """Stop permanently before the window closes. True if the thread has ended."""
-        self._rest.stop()
-        return self._whole.shutdown()
-
     def _draw_now(self, look: Look) -> None:
         scene, total = self.scene, len(self.scene)
         side, count = self.detail.choose(total, look.width * look.height)

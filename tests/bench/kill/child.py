@@ -168,7 +168,7 @@ class RandomUser:
 
     def _run(self) -> None:
         if self.window.runs.free:
-            self.window.runs.start()
+            self.window.runs.current.start()
 
     def _mark_invalid(self) -> None:
         document = self.workspace.current

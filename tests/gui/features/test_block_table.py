@@ -28,29 +28,29 @@ def table(qtbot):
 
 
 def _centre(table: BlockTable, row: int, column: Column) -> QPoint:
-    return table.view.visualRect(table.view.model().index(row, column)).center()
+    return table.visualRect(table.model().index(row, column)).center()
 
 
 def _names(table: BlockTable) -> list[str]:
-    model = table.view.model()
+    model = table.model()
     return [model.index(row, Column.NAME).data() for row in range(model.rowCount())]
 
 
 def test_only_changed_rows_are_touched(table, qtbot):
     changed = []
-    table.view.model().sourceModel().dataChanged.connect(lambda first, last: changed.append((first.row(), last.row())))
+    table.model().sourceModel().dataChanged.connect(lambda first, last: changed.append((first.row(), last.row())))
     rows = _rows(12)
     rows[4] = replace(rows[4], state="running", iterations=7, sigma_i=0.0123)
     table.set_rows(rows)
     table.set_rows([replace(row, sigma_i=float("nan") if math.isnan(row.sigma_i) else row.sigma_i) for row in rows])
     assert set(changed) == {(4, 4)}
-    assert table.view.model().index(4, Column.SIGMA).data() == "12.300"
+    assert table.model().index(4, Column.SIGMA).data() == "12.300"
 
 
 def test_selection_and_sorting_outlive_new_rows(table, qtbot):
-    table.view.sortByColumn(Column.PIXELS, Qt.SortOrder.DescendingOrder)
+    table.sortByColumn(Column.PIXELS, Qt.SortOrder.DescendingOrder)
     table.select([3, 5])
-    with qtbot.assertNotEmitted(table.selectionChanged):
+    with qtbot.assertNotEmitted(table.labelsSelected):
         table.set_rows([row for row in _rows(14) if row.label != 7])
     assert table.selected() == [5, 3]
     assert _names(table)[0] == "Block 14"
@@ -59,23 +59,23 @@ def test_selection_and_sorting_outlive_new_rows(table, qtbot):
 
 def test_a_selected_block_that_vanishes_is_not_selected_by_the_user(table, qtbot):
     table.select([3, 5])
-    with qtbot.assertNotEmitted(table.selectionChanged):
+    with qtbot.assertNotEmitted(table.labelsSelected):
         table.set_rows([row for row in _rows(12) if row.label != 5])
     assert table.selected() == [3]
 
 
 def test_select_has_no_echo_and_clicks_do(table, qtbot):
-    with qtbot.assertNotEmitted(table.selectionChanged):
+    with qtbot.assertNotEmitted(table.labelsSelected):
         table.select([2, 9, 99])
     assert table.selected() == [2, 9]
-    with qtbot.waitSignal(table.selectionChanged) as blocker:
-        qtbot.mouseClick(table.view.viewport(), Qt.MouseButton.LeftButton, pos=_centre(table, 3, Column.MISSING))
+    with qtbot.waitSignal(table.labelsSelected) as blocker:
+        qtbot.mouseClick(table.viewport(), Qt.MouseButton.LeftButton, pos=_centre(table, 3, Column.MISSING))
     assert blocker.args == [[4]]
 
 
 def test_eye_and_lock_toggle_without_selecting(table, qtbot):
     table.select([2])
-    viewport = table.view.viewport()
+    viewport = table.viewport()
     with qtbot.waitSignal(table.visibilityChanged) as eye:
         qtbot.mouseClick(viewport, Qt.MouseButton.LeftButton, pos=_centre(table, 4, Column.VISIBLE))
     with qtbot.waitSignal(table.lockChanged) as lock:
@@ -87,7 +87,7 @@ def test_eye_and_lock_toggle_without_selecting(table, qtbot):
 def test_swatch_opens_the_colour_dialog(table, qtbot, monkeypatch):
     answers = [QColor(), QColor(1, 2, 3)]
     monkeypatch.setattr(QColorDialog, "getColor", lambda *_: answers.pop(0))
-    viewport, at = table.view.viewport(), _centre(table, 0, Column.COLOUR)
+    viewport, at = table.viewport(), _centre(table, 0, Column.COLOUR)
     with qtbot.assertNotEmitted(table.recoloured):
         qtbot.mouseClick(viewport, Qt.MouseButton.LeftButton, pos=at)
     with qtbot.waitSignal(table.recoloured) as blocker:
@@ -97,41 +97,41 @@ def test_swatch_opens_the_colour_dialog(table, qtbot, monkeypatch):
 
 def test_keyboard_renames_and_shows_and_space_changes_nothing(table, qtbot):
     table.select([2, 3])
-    qtbot.keyClick(table.view, Qt.Key.Key_F2)
-    editor = table.view.viewport().findChild(QLineEdit)
-    assert editor.text() == table.view.model().index(1, Column.NAME).data()
+    qtbot.keyClick(table, Qt.Key.Key_F2)
+    editor = table.viewport().findChild(QLineEdit)
+    assert editor.text() == table.model().index(1, Column.NAME).data()
     qtbot.keyClicks(editor, "Context")
     with qtbot.waitSignal(table.renamed) as renamed:
         qtbot.keyClick(editor, Qt.Key.Key_Return)
     assert renamed.args == [2, "Context"]
     hidden = []
     table.visibilityChanged.connect(lambda *change: hidden.append(change))
-    qtbot.keyClick(table.view, Qt.Key.Key_Space)
+    qtbot.keyClick(table, Qt.Key.Key_Space)
     assert hidden == []
     assert table.selected() == [2, 3]
-    with qtbot.waitSignal(table.activated) as shown:
-        qtbot.keyClick(table.view, Qt.Key.Key_Return)
+    with qtbot.waitSignal(table.shown) as shown:
+        qtbot.keyClick(table, Qt.Key.Key_Return)
     assert shown.args == [2]
 
 
 def test_the_rest_of_the_columns_comes_on_demand_and_is_remembered(table, qtbot):
-    assert [column for column in Column if not table.view.isColumnHidden(column)] == list(Column)[:7]
-    entries = {action.text(): action for action in table.view.column_menu().actions()}
+    assert [column for column in Column if not table.isColumnHidden(column)] == list(Column)[:7]
+    entries = {action.text(): action for action in table.column_menu().actions()}
     entries["Pixels"].setChecked(True)
     entries["Locked"].setChecked(False)
-    assert table.view.columnWidth(Column.NAME) + sum(
-        table.view.columnWidth(column) for column in Column if column != Column.NAME
-    ) == pytest.approx(table.view.viewport().width(), abs=2)
+    assert table.columnWidth(Column.NAME) + sum(
+        table.columnWidth(column) for column in Column if column != Column.NAME
+    ) == pytest.approx(table.viewport().width(), abs=2)
     other = BlockTable()
     qtbot.addWidget(other)
-    assert not other.view.isColumnHidden(Column.PIXELS)
-    assert other.view.isColumnHidden(Column.LOCKED)
+    assert not other.isColumnHidden(Column.PIXELS)
+    assert other.isColumnHidden(Column.LOCKED)
 
 
 def test_names_sort_by_number_and_missing_sigma_comes_last(table):
-    table.view.sortByColumn(Column.NAME, Qt.SortOrder.AscendingOrder)
+    table.sortByColumn(Column.NAME, Qt.SortOrder.AscendingOrder)
     assert _names(table)[1::8] == ["Block 2", "Block 10"]
     rows = _rows(3)
     table.set_rows([rows[0], replace(rows[1], sigma_i=0.2), replace(rows[2], sigma_i=0.1)])
-    table.view.sortByColumn(Column.SIGMA, Qt.SortOrder.AscendingOrder)
+    table.sortByColumn(Column.SIGMA, Qt.SortOrder.AscendingOrder)
     assert _names(table) == ["Block 3", "Block 2", "Block 1"]

@@ -5,8 +5,9 @@ from dataclasses import replace
 import cv2
 import numpy as np
 import pytest
-from PySide6.QtCore import QPoint, Qt
+from PySide6.QtCore import QItemSelectionModel, QPoint, Qt
 from PySide6.QtTest import QAbstractItemModelTester
+from PySide6.QtWidgets import QListView
 
 from gui.app.main_window import MainWindow
 from gui.features.frame_list import thumbnails as thumbnails_module
@@ -17,6 +18,7 @@ from gui.features.frame_list.panel import FramesPanel
 from gui.features.frame_list.thumbnails import Thumbnails
 from gui.state.document import Document
 from gui.state.entries import Entries, Entry
+from gui.work.jobs import stop_workers
 from ilf.data.blocks import Blocks
 from ilf.data.frame import RGBDFrame
 from ilf.project.frame_state import FrameState
@@ -87,23 +89,31 @@ def test_removal_takes_stretches_out_and_tells_of_each():
     assert entries.of_key(all_of_them[4].key) is None
 
 
-def test_model_changes_row_by_row_where_that_is_little(qapp):
-    model = FrameListModel(lambda entry: None)
+def test_frames_that_stay_in_the_list_remain_current_and_selected(qtbot):
+    model, view = FrameListModel(lambda entry: None), QListView()
+    qtbot.addWidget(view)
+    view.setModel(model)
+    view.setSelectionMode(QListView.SelectionMode.ExtendedSelection)
     QAbstractItemModelTester(model, QAbstractItemModelTester.FailureReportingMode.Fatal)
     entries = [Entry.of(FrameRef(f"/nowhere/{number}")) for number in range(300)]
-    resets: list[int] = []
-    model.modelReset.connect(lambda: resets.append(len(model.entries)))
     model.set_entries(entries[:100])
-    assert len(resets) == 1
-    for shown in (entries[5:90], [*entries[:3], *entries[10:50], *entries[80:120]], entries):
+    view.setCurrentIndex(model.index_of(entries[20]))
+    view.selectionModel().select(model.index_of(entries[30]), QItemSelectionModel.SelectionFlag.Select)
+    for shown in (entries[5:90], [*entries[10:50], *entries[80:120]], entries[::-1], entries, entries[::2]):
         model.set_entries(shown)
         assert model.entries == shown
         assert [model.row_of(entry) for entry in shown] == list(range(len(shown)))
-    assert len(resets) == 1, "what stays was not taken anew"
-    for shown in (entries[::-1], entries[::2]):
-        model.set_entries(shown)
-        assert model.entries == shown
+        assert view.currentIndex() == model.index_of(entries[20])
+        assert {index.row() for index in view.selectedIndexes()} == {
+            model.row_of(entries[20]),
+            model.row_of(entries[30]),
+        }
+    model.set_entries(entries[31:])
+    assert not view.currentIndex().isValid()
+    assert view.selectedIndexes() == []
     assert model.row_of(entries[1]) == -1
+    model.set_entries([])
+    assert model.rowCount() == 0
 
 
 def test_row_says_all_in_words(qapp):
@@ -141,7 +151,7 @@ def panel(qtbot):
     panel.show()
     qtbot.waitExposed(panel)
     yield panel
-    panel.shutdown()
+    stop_workers(panel)
 
 
 def _row(panel: FramesPanel, row: int):
@@ -279,7 +289,7 @@ def test_thumbnails_come_from_files_from_the_store_and_fail_quietly(tmp_path, qt
     thumbnails.of(other)
     qtbot.waitUntil(lambda: not thumbnails.busy)
     assert len(thumbnails._made) == 2
-    assert thumbnails.shutdown()
+    assert stop_workers(thumbnails)
 
 
 def test_a_thumbnail_looks_the_same_before_and_after_the_frame_was_opened(tmp_path, qtbot):
@@ -300,7 +310,7 @@ def test_a_thumbnail_looks_the_same_before_and_after_the_frame_was_opened(tmp_pa
     for other in others:
         for one, same in zip(of_file, other, strict=True):
             assert max(abs(a - b) for a, b in zip(one.getRgb(), same.getRgb(), strict=True)) < 12
-    assert thumbnails.shutdown()
+    assert stop_workers(thumbnails)
 
 
 def test_stored_thumbnails_are_those_of_the_windows_store(qtbot):

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from gui.features.accuracy.ground_truth import GroundTruthDialog, frame_with
+from gui.work.jobs import stop_workers
 from gui.work.latest_request import LatestRequest
 
 
@@ -15,7 +16,7 @@ def dialog(small_frame, qtbot):
     qtbot.addWidget(dialog)
     yield dialog
     dialog.reject()
-    assert questions.shutdown()
+    assert stop_workers(questions)
 
 
 def test_the_true_depth_is_seen_and_described_before_it_is_loaded(dialog, small_frame, qtbot, tmp_path):

@@ -39,12 +39,12 @@ def test_each_stays_as_it_was_left_also_for_the_next_window(qtbot):
     qtbot.waitUntil(window.isActiveWindow)
     assert window.panels.open == ["Blocks", "Parameters"]
     _key(window, Qt.Key.Key_F4)
-    assert (layouts.present, window.views.layout_name) == ("correct", "correct")
+    assert (layouts.present, window.views.sheet.layout_name) == ("correct", "correct")
     assert window.panels.open == [], "correcting begins with the largest picture"
     assert window.actions_["contours_only"].isChecked()
     _click(window, "Blocks")
     _key(window, Qt.Key.Key_F4)
-    assert (layouts.present, window.views.layout_name) == ("standard", "grid")
+    assert (layouts.present, window.views.sheet.layout_name) == ("standard", "grid")
     assert window.panels.open == ["Blocks", "Parameters"]
     _click(window, "Parameters")
     window.actions_["cloud_beside"].trigger()
@@ -57,20 +57,20 @@ def test_each_stays_as_it_was_left_also_for_the_next_window(qtbot):
     assert layouts.present == "tune"
     assert set(second.panels.open) >= {"Parameters", "Convergence"}
     assert second.actions_["contours_only"].isChecked()
-    assert (second.actions_["cloud_beside"].isChecked(), second.views.sides.chosen) == (False, ("", ""))
+    assert (second.actions_["cloud_beside"].isChecked(), second.views.data.chosen_sides) == (False, ("", ""))
     layouts.turn("standard")
     assert second.panels.open == ["Blocks"]
-    assert (second.actions_["cloud_beside"].isChecked(), second.views.sides.chosen) == (
+    assert (second.actions_["cloud_beside"].isChecked(), second.views.data.chosen_sides) == (
         True,
         ("depth-in", "ground_truth"),
     )
-    second.views.set_layout("correct")
+    second.views.sheet.set_layout("correct")
     assert (layouts.present, second.panels.open) == ("correct", ["Blocks"]), "the panels follow the views"
-    second.views.set_layout("row")
+    second.views.sheet.set_layout("row")
     assert (layouts.present, second.panels.open) == ("standard", ["Blocks"])
-    assert second.views.layout_name == "row"
+    assert second.views.sheet.layout_name == "row"
     layouts.reset()
-    assert (second.views.layout_name, second.panels.open) == ("grid", ["Blocks", "Parameters"])
+    assert (second.views.sheet.layout_name, second.panels.open) == ("grid", ["Blocks", "Parameters"])
     second.close()
 
 
@@ -91,20 +91,20 @@ def test_looks_aside_leave_the_layout_and_go_back_to_its_views(qtbot):
         layouts.turn(name)
         panels = window.panels.open
         for aside in ("compare", "depth-out"):
-            views.toggle_layout(aside)
-            assert (layouts.present, views.layout_name, window.panels.open) == (name, aside, panels)
-            views.toggle_layout(aside)
-            assert (layouts.present, views.layout_name, window.panels.open) == (name, own, panels)
-        views.toggle_layout("compare")
+            views.sheet.toggle_layout(aside)
+            assert (layouts.present, views.sheet.layout_name, window.panels.open) == (name, aside, panels)
+            views.sheet.toggle_layout(aside)
+            assert (layouts.present, views.sheet.layout_name, window.panels.open) == (name, own, panels)
+        views.sheet.toggle_layout("compare")
     layouts.turn("tune")
-    assert views.layout_name == "compare", "as it was left"
-    views.toggle_layout("compare")
-    assert (layouts.present, views.layout_name) == ("tune", "grid"), "and not the views of the layout before"
+    assert views.sheet.layout_name == "compare", "as it was left"
+    views.sheet.toggle_layout("compare")
+    assert (layouts.present, views.sheet.layout_name) == ("tune", "grid"), "and not the views of the layout before"
     layouts.turn("correct")
-    views.set_layout("row")
+    views.sheet.set_layout("row")
     assert layouts.present == "tune"
     layouts.turn("correct")
-    assert views.layout_name == "correct", "the look aside is over"
+    assert views.sheet.layout_name == "correct", "the look aside is over"
     window.close()
 
 
@@ -145,16 +145,16 @@ def test_own_layouts_have_keys_are_renamed_deleted_and_brought_back(qtbot):
     assert not layouts.save("inspect"), "those that are always there are not replaced"
     _click(window, "History")
     window.addDockWidget(left, window.findChild(QDockWidget, "Blocks"))
-    window.views.set_layout("depth-out")
+    window.views.sheet.set_layout("depth-out")
     window.views.set_content("colour", "depth-in")
     assert layouts.save("Mine & yours")
     _click(window, "History")
     window.actions_["layout_standard"].trigger()
     layouts.reset()
-    assert (_area(window, "Blocks"), window.views.layout_name) == (right, "grid")
+    assert (_area(window, "Blocks"), window.views.sheet.layout_name) == (right, "grid")
     assert window.views.contents()["colour"] == "colour"
     window.actions_["layout_own_1"].trigger()
-    assert (_area(window, "Blocks"), window.views.layout_name) == (left, "depth-out")
+    assert (_area(window, "Blocks"), window.views.sheet.layout_name) == (left, "depth-out")
     assert window.views.contents()["colour"] == "depth-in"
     assert "History" not in window.panels.open, "as it was left"
     layouts.reset()
@@ -188,7 +188,7 @@ def test_places_of_another_version_and_panels_that_are_gone_are_passed_over(qtbo
     store.write()
     window, _ = _shown(qtbot)
     assert window.panels.open == ["Log"]
-    assert window.views.layout_name == "grid"
+    assert window.views.sheet.layout_name == "grid"
     window.close()
 
 

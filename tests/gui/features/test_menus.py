@@ -58,7 +58,7 @@ def test_a_preset_is_written_where_it_is_asked_for(window, tmp_path, monkeypatch
 
 def test_space_pans_only_while_the_window_has_the_keyboard(window):
     view = window.views.cells["colour"].view
-    window.views.set_space(True)
+    window.views.navigation.set_space(True)
     assert view.viewport().cursor().shape() == Qt.CursorShape.OpenHandCursor
     QApplication.sendEvent(window, QEvent(QEvent.Type.WindowDeactivate))  # its release goes to another window
     assert view.viewport().cursor().shape() != Qt.CursorShape.OpenHandCursor

@@ -14,6 +14,7 @@ from PySide6.QtWidgets import QApplication, QDialog
 
 from gui.features.documents.frame_files import matching_colour_file, matching_depth_file
 from gui.features.documents.open_dialog import OpenDialog
+from gui.work.jobs import stop_workers
 from gui.work.latest_request import LatestRequest
 from gui.work.loading import preview_folder
 from ilf.errors import FormatError, InputError
@@ -30,7 +31,7 @@ def dialog(qtbot):
     dialog.show()
     yield dialog
     dialog.reject()
-    assert looks.shutdown()
+    assert stop_workers(looks)
 
 
 @pytest.fixture

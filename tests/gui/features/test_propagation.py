@@ -88,7 +88,7 @@ def test_results_of_the_blocks_before_come_back_with_undo(workspace, document, p
 def test_a_block_needs_no_look_once_it_is_edited_or_looked_at(workspace, document, propagated):
     workspace.take_propagated(document, propagated, "Carry blocks")
     runs = RunController(workspace)
-    assert [row.look for row in block_rows(document, runs)] == ["", REASON]
+    assert [row.look for row in block_rows(document, runs.current)] == ["", REASON]
     workspace.current.mark_checked([1])
     assert document.undo_stack.count() == 1  # it needs none
     workspace.current.mark_checked([1, 2])

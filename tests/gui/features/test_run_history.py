@@ -30,9 +30,7 @@ def keeper(bench, monkeypatch):
     """Keeps what the bench runs; values rest as soon as nothing runs."""
     monkeypatch.setattr("gui.work.run_recorder.REST_MS", 0)
     bench.script.allow()
-    keeper = RunRecorder(bench.workspace, bench.runs)
-    yield keeper
-    keeper.shutdown()
+    return RunRecorder(bench.workspace, bench.runs)
 
 
 def stored_run(document: Document, number: int = 1, parameters: object = None, **more: object) -> StoredRun:
@@ -48,10 +46,10 @@ def names(document: Document) -> list[str]:
 
 
 def test_every_run_is_kept_with_what_it_was_made_of_and_shares_what_is_equal(bench, keeper, until):
-    bench.runs.start()
+    bench.runs.current.start()
     until(lambda: len(bench.document.state.runs) == 1)
     bench.workspace.parameters.set(preset(smoothness=0.6), 2)
-    bench.runs.start_changed()
+    bench.runs.current.start_changed()
     until(lambda: len(bench.document.state.runs) == 2)
     first, second = bench.document.state.runs
     assert names(bench.document) == ["Run 1: best", "Run 2: best; Block 2: smoothness 0.6 x"]
@@ -67,14 +65,13 @@ def test_every_run_is_kept_with_what_it_was_made_of_and_shares_what_is_equal(ben
 
 @pytest.mark.parametrize("done", [0, 1])
 def test_a_cancelled_run_is_kept_if_any_block_was_done(bench, until, done):
-    keeper = RunRecorder(bench.workspace, bench.runs)
-    bench.runs.start()
+    RunRecorder(bench.workspace, bench.runs, bench.runs)
+    bench.runs.current.start()
     bench.script.allow(bench.script.records + 1 if done else 1)
     until(lambda: len(bench.document.valid_results()) == done)
-    bench.runs.cancel()
+    bench.runs.current.cancel()
     bench.script.allow(1)
     until(lambda: bench.runs.state is RunState.IDLE)
-    keeper.shutdown()
     values = [values_of(bench.document, kept) for kept in bench.document.state.runs]
     assert values == ["best · cancelled, 1 of 2 blocks without result"] * done
 
@@ -87,7 +84,7 @@ def test_a_drag_is_one_run_and_undo_makes_none(bench, keeper, until, monkeypatch
 
     def solve(smoothness: float, expected: list[str]) -> None:
         workspace.parameters.set(preset(smoothness=smoothness))
-        bench.runs.resolve([1])
+        bench.runs.current.resolve([1])
         until(lambda: names(document) == expected and not keeper.waits)
 
     solve(2.0, ["Live 1: best, smoothness 2 x"])
@@ -98,14 +95,14 @@ def test_a_drag_is_one_run_and_undo_makes_none(bench, keeper, until, monkeypatch
     now += 2 * DRAG_S
     solve(4.0, ["Live 1: best, smoothness 3 x", "Live 2: best, smoothness 4 x"])
     document.undo_stack.undo()
-    bench.runs.resolve([1])
+    bench.runs.current.resolve([1])
     until(lambda: bench.runs.state is RunState.IDLE and not keeper.waits)
     assert len(document.state.runs) == 2
     assert [kept.is_of(document.valid_results()) for kept in document.state.runs] == [True, False]
     document.change_run(document.state.runs[1], name="mine")
     document.undo_stack.redo()
     edit(workspace, 1, rows=np.s_[0:4], columns=np.s_[30:40])
-    bench.runs.resolve([1], edited=True)
+    bench.runs.current.resolve([1], edited=True)
     until(lambda: len(document.state.runs) == 3)
     assert names(document)[1:] == ["mine", "Live 3: Edit; best, smoothness 4 x"]
     assert document.state.runs[2].run.blocks.labels is not live.run.blocks.labels
@@ -114,7 +111,7 @@ def test_a_drag_is_one_run_and_undo_makes_none(bench, keeper, until, monkeypatch
 def test_a_frame_whose_values_were_dragged_is_freed_when_it_is_closed(bench, keeper, until):
     workspace, document = bench.workspace, bench.document
     workspace.parameters.set(preset(smoothness=2.0))
-    bench.runs.resolve([1])
+    bench.runs.current.resolve([1])
     until(lambda: len(document.state.runs) == 1)
     step = weakref.ref(document.undo_stack.command(0))
     workspace.close(document)
@@ -244,7 +241,7 @@ def test_the_oldest_without_a_note_goes_when_there_are_too_many(bench, keeper, u
     said: list[str] = []
     keeper.message.connect(said.append)
     for count in range(1, 6):
-        bench.runs.start()
+        bench.runs.current.start()
         until(lambda count=count: bench.document.state.runs != () and bench.document.state.runs[-1].number == count)
         if count == 1:
             bench.document.change_run(bench.document.state.runs[0], note="good")
@@ -257,7 +254,7 @@ def test_runs_go_when_they_take_too_much_memory(bench, keeper, until, monkeypatc
     of_one = labels.nbytes + labels.size * (4 + 1)
     monkeypatch.setattr("gui.work.run_recorder.MAX_MEMORY", labels.nbytes + int(2.5 * (of_one - labels.nbytes)))
     for count in range(1, 5):
-        bench.runs.start()
+        bench.runs.current.start()
         until(lambda count=count: bench.document.state.runs != () and bench.document.state.runs[-1].number == count)
     assert [kept.number for kept in bench.document.state.runs] == [3, 4]
     assert memory_of(bench.document.state.runs) < labels.nbytes + 2.5 * (of_one - labels.nbytes)

@@ -15,6 +15,7 @@ from gui.state.parts import Part
 from gui.tools.editor import Editor
 from gui.views.linked_views import LinkedViews
 from gui.work.frame_runs import RunState
+from gui.work.jobs import stop_workers
 from gui.work.runs import LiveSolver
 from ilf.data.frame import RGBDFrame
 from ilf.data.results import Completion
@@ -42,7 +43,7 @@ def effect(bench, views, qtbot):
     presenter = EditSummaryPresenter(bench.workspace, bench.runs, views, line, live)
     presenter.solver = LiveSolver(bench.workspace, bench.runs, live)  # type: ignore[attr-defined]
     yield presenter
-    assert presenter.shutdown()
+    assert stop_workers(presenter)
 
 
 def box_to(bench, label, rows, columns):
@@ -55,12 +56,12 @@ def box_to(bench, label, rows, columns):
 
 def run_all(bench, until):
     bench.script.allow()
-    bench.runs.start()
+    bench.runs.current.start()
     until(lambda: bench.runs.state is RunState.IDLE)
 
 
 def test_results_of_a_run_are_of_the_depth_that_it_was_begun_with(bench, until):
-    bench.runs.start()
+    bench.runs.current.start()
     mask = np.zeros(bench.frame.shape, bool)
     mask[:4, :4] = True
     bench.workspace.current.set_invalid_mask(mask, "Distrust depth")
@@ -181,17 +182,17 @@ def test_edges_of_one_frame_do_not_come_to_the_next(bench, views, until, monkeyp
     found.set()
     until(lambda: not derived.busy)
     assert views.data.edges is None
-    assert derived.shutdown()
+    assert stop_workers(derived)
 
 
 def test_blocks_of_one_frame_are_not_solved_in_another(bench, until):
     bench.script.records = 1000
-    bench.runs.resolve([2, 1])
-    bench.runs.resolve([2])
+    bench.runs.current.resolve([2, 1])
+    bench.runs.current.resolve([2])
     bench.script.allow(1)
     until(lambda: bench.document.results.running == [2])
     second = bench.open("second")
-    bench.runs.resolve([1], edited=True)
+    bench.runs.current.resolve([1], edited=True)
     bench.script.records = 1
     bench.script.allow()
     until(lambda: set(second.valid_results()) == {1} and set(bench.document.valid_results()) == {1, 2})
@@ -201,7 +202,7 @@ def test_blocks_of_one_frame_are_not_solved_in_another(bench, until):
 def test_an_edit_between_a_command_to_run_and_the_run_is_solved_after_it(bench, effect, until):
     run_all(bench, until)
     bench.workspace.current.edit(box_to(bench, 3, np.s_[40:], np.s_[50:]), "Outline")
-    bench.runs.start({3})
+    bench.runs.current.start({3})
     bench.workspace.current.edit(box_to(bench, 2, np.s_[5:20], np.s_[26:30]), "Paint")
     until(lambda: bench.document.changed_blocks() == [])
 
@@ -231,7 +232,7 @@ def test_a_command_during_a_stroke_can_be_undone_exactly(bench, views):
     commands.delete()
     bench.document.undo_stack.undo()
     np.testing.assert_array_equal(bench.document.labels, former)
-    editor.shutdown()
+    stop_workers(editor)
 
 
 def test_an_export_says_what_its_results_lack(bench, until):
@@ -253,7 +254,7 @@ def test_of_a_drag_the_results_are_kept_that_undo_and_redo_lead_to(bench, until,
         return [one.result.parameters.max_iterations for one in document.results.kept[1]]
 
     def solve():
-        bench.runs.resolve([1])
+        bench.runs.current.resolve([1])
         until(lambda: bench.runs.state is RunState.IDLE)
 
     run_all(bench, until)

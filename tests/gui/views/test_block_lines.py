@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gui.views.pixel_items import box_of, changed_box, whole
+from gui.views.pixel_items import changed_box, whole
 from gui.views.screen_items import Sampling
 from gui.views.screen_layers import BlockLines
 
@@ -91,4 +91,3 @@ def test_boxes_of_changes_are_tight_and_missing_equals_missing():
     assert changed_box(before, after) is None
     after[2, 3] = after[4, 6] = 1.0
     assert changed_box(before, after) == (slice(2, 5), slice(3, 7))
-    assert box_of(np.zeros((3, 3), bool)) is None

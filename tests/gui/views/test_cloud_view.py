@@ -16,6 +16,7 @@ from gui.views.cloud.drawing import MOVING_S, DetailLevel
 from gui.views.cloud.scene import Colouring, Scene
 from gui.views.colours import depth_table, error_table
 from gui.views.layers import Layer
+from gui.work.jobs import stop_workers
 from ilf.drawing.colours import to_indices
 
 RED = 200, 30, 30
@@ -39,7 +40,7 @@ def view(qtbot, scene):
     widget.show()
     widget.show_scene(scene)
     yield widget
-    widget.shutdown()
+    stop_workers(widget)
 
 
 def drag(qtbot, canvas, button, by, modifier=Qt.KeyboardModifier.NoModifier):

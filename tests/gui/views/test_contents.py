@@ -121,7 +121,7 @@ def test_blocks_are_the_same_in_every_cell_that_shows_them(views):
 
 
 def test_the_difference_is_of_the_result_and_the_best_that_there_is(views):
-    views.set_layout("grid-difference")
+    views.sheet.set_layout("grid-difference")
     cell = views.cells["difference"]
     views.give(depth=flat(2.1))
     assert cell.concrete == "difference:result:interpolated"
@@ -142,7 +142,7 @@ def test_the_difference_is_of_the_result_and_the_best_that_there_is(views):
 
 
 def test_equal_depths_are_said_to_be_equal(views):
-    views.set_layout("grid-difference")
+    views.sheet.set_layout("grid-difference")
     cell = views.cells["difference"]
     views.give(depth=flat(2.0))
     views.give(runs=[views.run("Same", flat(2.0))])
@@ -157,7 +157,7 @@ def test_equal_depths_are_said_to_be_equal(views):
 
 
 def test_the_judgement_is_the_error_as_soon_as_there_is_a_truth(views):
-    views.set_layout("compare")
+    views.sheet.set_layout("compare")
     cell = views.cells["evaluation"]
     views.give(depth=flat(2.0))
     views.give(expected=flat(0.01))
@@ -173,13 +173,13 @@ def test_the_judgement_is_the_error_as_soon_as_there_is_a_truth(views):
 
 def test_a_handle_parts_two_depths_and_is_dragged_past_the_tool(views):
     heard = []
-    views.set_pointer_handler(lambda event: heard.append(event.kind.name))
+    views.navigation.set_handler(lambda event: heard.append(event.kind.name))
     views.ranges.set("depth", "fixed", (1.0, 3.0))
     views.give(depth=flat(2.9))
     views.give(runs=[views.run("Run 1", flat(1.1))])
     cell = views.cells["depth-out"]
     run_2 = colour_at(cell, 10.5, 30.5)
-    views.sides.set_swiping(True)
+    views.sides.swipe.set_on(True)
     run_1 = colour_at(cell, 10.5, 30.5)
     assert run_1 != run_2 == colour_at(cell, 60.5, 30.5)
     drag(cell.view, (WIDTH / 2, 30), (50, 30))
@@ -202,7 +202,7 @@ def test_a_handle_parts_two_depths_and_is_dragged_past_the_tool(views):
     assert views.data.swipe_column == views.sides.swipe.x == WIDTH / 2, "of another frame, it stands in the middle"
     views.ranges.set("depth", "fixed", (1.0, 3.0))
     views.give(depth=flat(2.9))
-    views.sides.set_swiping(False)
+    views.sides.swipe.set_on(False)
     assert colour_at(cell, 60.5, 40.5) == run_2
 
 
@@ -214,7 +214,7 @@ def test_blocks_of_the_two_sides_are_parted_where_they_differ(views):
     views.give(depth=flat(2.9))
     cell = views.cells["colour"]
     views.give(runs=[views.run("Run 1", flat(1.1), labels=2 * ones)])
-    views.sides.set_swiping(True)
+    views.sides.swipe.set_on(True)
     assert [colour_at(cell, x, 40.5) for x in (10.5, 50.5)] == [(0, 0, 200), (200, 0, 0)]
     beside = 6 / cell.view.transform().m11()
     covered = [colour_at(cell, WIDTH / 2 + side * beside, HEIGHT / 2) for side in (-1, 1)]
@@ -223,7 +223,7 @@ def test_blocks_of_the_two_sides_are_parted_where_they_differ(views):
     assert [colour_at(cell, x, 40.5) for x in (10.5, 30.5)] == [(0, 0, 200), (200, 0, 0)]
     views.sides.choose("depth-in", "run-1")
     assert colour_at(cell, 50.5, 40.5) == (0, 0, 200)
-    views.sides.set_swiping(False)
+    views.sides.swipe.set_on(False)
     assert colour_at(cell, 10.5, 40.5) == (200, 0, 0)
 
 
@@ -234,13 +234,13 @@ def test_sides_that_are_not_there_yet_say_why(views):
         assert cell.concrete == depth
         assert missing_reason(cell.concrete, views.data).startswith(why)
     views.open(views.data.rgb, flat(1.1))
-    views.set_layout("compare")
+    views.sheet.set_layout("compare")
     cell.draw_again()
     assert cell.view._message.startswith("Interpolating")
 
 
 def test_side_a_stands_in_for_the_result_for_a_while(views):
-    views.set_layout("grid-difference")
+    views.sheet.set_layout("grid-difference")
     views.give(depth=flat(2.0))
     views.give(runs=[views.run("Run 1", flat(2.5))])
     cell, difference = views.cells["depth-out"], views.cells["difference"]
@@ -307,7 +307,7 @@ def test_a_title_opens_a_menu_and_a_double_click_still_enlarges(views, qtbot):
     assert cell.strip.title == "Mine & yours"
     QTest.mouseDClick(cell.strip, LEFT, pos=QPoint(10, 5))
     assert not cell._menu.isVisible()
-    assert views.layout_name == "depth-in"
+    assert views.sheet.layout_name == "depth-in"
     QTest.mouseClick(cell.strip, LEFT, pos=QPoint(cell.strip.width() - 20, 5))
     assert not cell._menu.isVisible(), "the legend opens nothing"
 
@@ -329,15 +329,15 @@ def test_a_run_is_never_compared_with_itself(views, chosen, sides):
     mine, other = views.run("Mine", flat(2.0), 4, is_result=True), views.run("Other", flat(2.3), 3)
     views.give(runs=[mine, other])
     views.sides.choose(*chosen)
-    assert views.sides.names == sides
-    views.set_layout("grid-difference")
+    assert views.data.sides == sides
+    views.sheet.set_layout("grid-difference")
     assert views.cells["difference"].concrete == "difference:result:run-2"
 
 
 def test_without_another_run_the_result_is_compared_with_depth_in(views):
     views.give(depth=flat(2.0))
     views.give(runs=[views.run("Mine", flat(2.0), is_result=True)])
-    assert views.sides.names == ("depth-in", "result")
+    assert views.data.sides == ("depth-in", "result")
 
 
 def test_a_new_layer_is_one_function_and_one_line(views, monkeypatch):

@@ -78,7 +78,7 @@ def colour_at(view, position):
 @pytest.mark.parametrize("zoom", [None, (slice(0, 48), slice(0, 64)), (slice(20, 30), slice(30, 42)), "closest"])
 def test_a_press_names_the_pixel_that_is_painted_there(views, zoom):
     heard = []
-    views.set_pointer_handler(heard.append)
+    views.navigation.set_handler(heard.append)
     view = view_of(views)
     if zoom == "closest":
         for _ in range(40):
@@ -96,7 +96,7 @@ def test_a_press_names_the_pixel_that_is_painted_there(views, zoom):
 
 def test_a_drag_goes_to_the_handler_and_does_not_pan(views):
     heard = []
-    views.set_pointer_handler(heard.append)
+    views.navigation.set_handler(heard.append)
     view = view_of(views, "depth-in")
     before = view.viewportTransform()
     QTest.mousePress(view.viewport(), LEFT, pos=place(view, 20, 20))
@@ -110,7 +110,7 @@ def test_a_drag_goes_to_the_handler_and_does_not_pan(views):
 
 @pytest.mark.parametrize("handler", [None, lambda event: False])
 def test_left_drag_pans_all_views_when_nobody_wants_it(views, handler):
-    views.set_pointer_handler(handler)
+    views.navigation.set_handler(handler)
     view = view_of(views)
     QTest.mousePress(view.viewport(), LEFT, pos=QPoint(100, 100))
     QTest.mouseMove(view.viewport(), QPoint(140, 120))
@@ -126,11 +126,11 @@ def test_left_drag_pans_all_views_when_nobody_wants_it(views, handler):
 @pytest.mark.parametrize("button", [Qt.MouseButton.MiddleButton, LEFT])
 def test_middle_and_space_drag_pan_past_the_tool(views, button):
     heard = []
-    views.set_pointer_handler(heard.append)
+    views.navigation.set_handler(heard.append)
     view = view_of(views)
     before = view.to_image(QPointF(0, 0))
     if button == LEFT:
-        views.set_space(True)
+        views.navigation.set_space(True)
     QTest.mousePress(view.viewport(), button, pos=QPoint(100, 100))
     QTest.mouseMove(view.viewport(), QPoint(130, 100))
     QTest.mouseRelease(view.viewport(), button, pos=QPoint(130, 100))
@@ -146,7 +146,7 @@ def test_a_double_click_nobody_takes_is_one_more_press(views, answer, expected):
         kinds.append(event.kind.name)
         return answer
 
-    views.set_pointer_handler(handler)
+    views.navigation.set_handler(handler)
     view = view_of(views)
     QTest.mouseDClick(view.viewport(), LEFT, pos=QPoint(100, 100))
     start = kinds.index("DOUBLE")
@@ -231,9 +231,9 @@ def test_the_crosshair_is_in_all_views_that_are_shown_and_in_no_others(views):
     QTest.mouseMove(view_of(views).viewport(), place(view_of(views), 30.5, 20.5))
     assert views.cells["depth-in"].bar.value == 2.0
     views.set_content("difference", "difference:result:depth-in")
-    views.set_layout("grid-difference")
+    views.sheet.set_layout("grid-difference")
     assert views.cells["difference"].bar.value == pytest.approx(500), "without another move"
-    views.set_layout("compare")
+    views.sheet.set_layout("compare")
     assert views.cells["depth-in"].bar.value is None
 
 
@@ -241,7 +241,7 @@ def test_a_context_menu_names_place_and_pixel(views, qtbot):
     view = view_of(views)
     position = place(view, 20.5, 10.5)
     event = QContextMenuEvent(QContextMenuEvent.Reason.Mouse, position, view.viewport().mapToGlobal(position))
-    with qtbot.waitSignal(views.contextMenuRequested) as caught:
+    with qtbot.waitSignal(views.navigation.contextMenuRequested) as caught:
         QApplication.sendEvent(view.viewport(), event)
     where, x, y = caught.args
     assert where == view.viewport().mapToGlobal(position)
@@ -266,9 +266,9 @@ def test_difference_is_in_millimetres_and_marks_filled_apart_from_missing(views)
     result[10:15, 10:20] = np.nan
     views.give(depth=result)
     views.set_content("difference", "difference:result:depth-in")
-    views.set_layout("grid-difference")
+    views.sheet.set_layout("grid-difference")
     view, table = view_of(views, "difference"), views.cells["difference"].bar
-    assert table._levels == (-5.0, 5.0)
+    assert table.levels == (-5.0, 5.0)
     above, below, zero, filled, missing = (
         colour_at(view, place(view, x, y)) for x, y in ((5, 40), (50, 40), (30, 40), (15, 18), (15, 12))
     )
@@ -287,7 +287,7 @@ def test_the_expected_error_is_logarithmic_in_millimetres_and_tells_measured_fro
     error[10:15, 15:20] = np.repeat(np.float32([[0.001], [0.01], [0.01], [0.1], [0.1]]), 5, axis=1)
     views.give(expected=error)
     view, bar = view_of(views, "expected-error"), views.cells["expected-error"].bar
-    assert (bar._levels, bar._logarithmic) == ((1.0, 100.0), True)
+    assert (bar.levels, bar._logarithmic) == ((1.0, 100.0), True)
     small, middle, large = (colour_at(view, place(view, 17, y)) for y in (10.5, 12, 14))
     assert sum(small) < sum(middle) < sum(large)
     assert middle == tuple(error_table()[128, :3])
@@ -296,7 +296,7 @@ def test_the_expected_error_is_logarithmic_in_millimetres_and_tells_measured_fro
     assert measured != missing
     views.give(expected=None)
     assert view.image.image is None
-    assert bar._levels is None
+    assert bar.levels is None
 
 
 def test_the_expected_error_is_drawn_over_the_mark_of_measured_depth(views):
@@ -488,7 +488,7 @@ def test_names_stand_inside_their_blocks_and_small_views_have_none(views):
         views.document.change_info(label, name=name)
     views.blocks.show_names(True)
     assert view_of(views).names.texts == ["Context", "Wall"]
-    views.set_layout("correct")
+    views.sheet.set_layout("correct")
     assert view_of(views).names.isVisible()
     assert not view_of(views, "depth-in").names.isVisible()
     views.blocks.show_names(False)
@@ -514,7 +514,7 @@ def test_missing_and_distrusted_depth_are_striped(views):
         assert (255, 144, 32) in colours(name, 40, 35)
     assert (255, 144, 32) not in colours("depth-in", 12, 13), "where nothing was measured there is nothing to distrust"
     views.set_content("difference", "difference:result:depth-in")
-    views.set_layout("difference")
+    views.sheet.set_layout("difference")
     view = view_of(views, "difference")
     assert view.image.image[35, 40] == 0, "distrusted depth is not compared with"
     views.give(invalid_mask=None)
@@ -577,8 +577,8 @@ def test_previews_show_in_every_view(views):
 
 def test_layouts_and_the_double_click_on_a_title(views, qtbot):
     shown = []
-    views.layoutChanged.connect(shown.append)
-    views.set_layout("row")
+    views.sheet.layoutChanged.connect(shown.append)
+    views.sheet.set_layout("row")
     assert views.shows("expected")
     assert not views.cells["difference"].isVisible()
     strip = views.cells["depth-out"].strip
@@ -588,10 +588,10 @@ def test_layouts_and_the_double_click_on_a_title(views, qtbot):
     qtbot.waitUntil(lambda: view_of(views, "depth-out").viewport().width() > 700)
     QTest.mouseDClick(strip, LEFT)
     assert shown == ["row", "depth-out", "row"]
-    views.set_layout("grid-difference")
+    views.sheet.set_layout("grid-difference")
     assert [name for name, cell in views.cells.items() if cell.isVisible()] == list(GRIDS["grid-difference"][0])
     with pytest.raises(ValueError, match="grid"):
-        views.set_layout("both")
+        views.sheet.set_layout("both")
 
 
 def test_correct_has_one_large_view_and_any_small_one_takes_its_place(views, qtbot):
@@ -599,7 +599,7 @@ def test_correct_has_one_large_view_and_any_small_one_takes_its_place(views, qtb
         return {name: cell.width() for name, cell in views.cells.items() if cell.isVisible()}
 
     views.zoom_to(slice(10, 20), slice(10, 20))
-    views.set_layout("correct")
+    views.sheet.set_layout("correct")
     assert max(widths(), key=widths().get) == "colour"
     assert widths()["colour"] > 2 * widths()["depth-out"]
     large, small = view_of(views), view_of(views, "depth-out")
@@ -616,7 +616,7 @@ def test_correct_has_one_large_view_and_any_small_one_takes_its_place(views, qtb
     QTest.mouseDClick(views.cells["depth-out"].strip, LEFT)
     assert list(widths()) == ["depth-out"]
     QTest.mouseDClick(views.cells["depth-out"].strip, LEFT)
-    assert (views.layout_name, max(widths(), key=widths().get)) == ("correct", "depth-out")
+    assert (views.sheet.layout_name, max(widths(), key=widths().get)) == ("correct", "depth-out")
 
 
 @pytest.mark.parametrize(("room", "at_the_right"), [((1200, 600), True), ((700, 900), False)])
@@ -708,7 +708,7 @@ def test_handles_have_one_size_on_the_screen_and_never_hide_their_outline(views)
 
 def test_without_a_frame_there_is_a_hint_and_a_deaf_mouse(views):
     heard = []
-    views.set_pointer_handler(heard.append)
+    views.navigation.set_handler(heard.append)
     views.workspace.show(None)
     views.workspace.tell()
     QTest.mouseClick(view_of(views).viewport(), LEFT, pos=QPoint(50, 50))

@@ -80,7 +80,7 @@ def _rings(views):
 
 def _swipe(views):
     views.sides.choose("depth-in", "result")
-    views.sides.set_swiping(True)
+    views.sides.swipe.set_on(True)
     return lambda step: views.sides.swipe.move_to(_place(step)[0])
 
 

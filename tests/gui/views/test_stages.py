@@ -95,7 +95,7 @@ def test_only_strength_has_a_colour_bar(cell, board):
     extraction, rgb = _extraction(), np.full((8, 12, 3), 100, np.uint8)
     for stage in STAGES:
         board.show_picture(stage, stage_picture(stage, rgb, extraction), extraction)
-        assert cell.bar._levels == ((0.0, 1.0) if stage == "strength" else None)
+        assert cell.bar.levels == ((0.0, 1.0) if stage == "strength" else None)
         assert cell.view.image.image is not None
     board.show_message("none")
     assert cell.view.image.image is None

@@ -30,18 +30,18 @@ def endless_extrapolation(monkeypatch):
 def _run_with_a_gap(bench, until):
     """Block 1 is run, so that the hole in block 2 stays missing."""
     bench.script.allow()
-    bench.runs.start({1})
+    bench.runs.current.start({1})
     until(lambda: bench.runs.state is RunState.IDLE)
     bench.said.clear()
     bench.finished.clear()
 
 
 def test_the_rest_is_guessed_and_marked_and_goes_when_results_change(bench, until):
-    bench.runs.extrapolate()
+    bench.runs.current.extrapolate()
     assert bench.states == [], "nothing has been run"
     _run_with_a_gap(bench, until)
     missing = np.isnan(bench.document.completion().depth)
-    bench.runs.extrapolate()
+    bench.runs.current.extrapolate()
     assert bench.runs.state is RunState.EXTRAPOLATING
     assert bench.runs.running == [bench.document]
     until(lambda: bool(bench.said))
@@ -53,9 +53,9 @@ def test_the_rest_is_guessed_and_marked_and_goes_when_results_change(bench, unti
     assert bench.said[0].startswith(f"first: {np.count_nonzero(missing)} pixels extrapolated in ")
     assert bench.finished == [bench.document]
     assert bench.runs.state is RunState.IDLE
-    bench.runs.extrapolate()
+    bench.runs.current.extrapolate()
     assert bench.runs.state is RunState.IDLE, "there is nothing left to guess"
-    bench.runs.resolve([1])
+    bench.runs.current.resolve([1])
     until(lambda: bool(bench.resolved))
     assert not bench.document.extrapolated
     assert not bench.document.completion().extrapolated.any()
@@ -63,8 +63,8 @@ def test_the_rest_is_guessed_and_marked_and_goes_when_results_change(bench, unti
 
 def test_clearing_during_a_guess_leaves_nothing(bench, until, endless_extrapolation):
     _run_with_a_gap(bench, until)
-    bench.runs.extrapolate()
-    bench.runs.clear_results()
+    bench.runs.current.extrapolate()
+    bench.runs.current.clear_results()
     endless_extrapolation.set()
     until(lambda: bench.runs.state is RunState.IDLE)
     assert bench.document.completion() is None
@@ -73,7 +73,7 @@ def test_clearing_during_a_guess_leaves_nothing(bench, until, endless_extrapolat
 
 def test_a_guess_comes_back_with_the_blocks_that_it_is_of(bench, until):
     _run_with_a_gap(bench, until)
-    bench.runs.extrapolate()
+    bench.runs.current.extrapolate()
     until(lambda: bench.document.extrapolated)
     assert bench.workspace.current.edit(merge(bench.document.labels, [1, 2]), "Merge")
     assert not bench.document.extrapolated
@@ -84,8 +84,8 @@ def test_a_guess_comes_back_with_the_blocks_that_it_is_of(bench, until):
 def test_a_guess_can_be_cancelled(bench, until, endless_extrapolation):
     _run_with_a_gap(bench, until)
     before = bench.document.completion()
-    bench.runs.extrapolate()
-    bench.runs.cancel()
+    bench.runs.current.extrapolate()
+    bench.runs.current.cancel()
     assert bench.runs.state is RunState.STOPPING
     endless_extrapolation.set()
     until(lambda: bool(bench.said))
@@ -93,14 +93,14 @@ def test_a_guess_can_be_cancelled(bench, until, endless_extrapolation):
     assert bench.document.completion() is before
     assert bench.finished == []
     assert 0 not in {label for label, _ in bench.records}, "a guess is no block"
-    bench.runs.start({1})
+    bench.runs.current.start({1})
     assert bench.runs.state is RunState.RUNNING, "only the guess was to stop"
     until(lambda: len(bench.said) == 2)
 
 
 def test_a_guess_of_blocks_that_were_edited_meanwhile_is_not_shown(bench, until):
     _run_with_a_gap(bench, until)
-    bench.runs.extrapolate()
+    bench.runs.current.extrapolate()
     bench.workspace.current.edit(merge(bench.document.labels, [1, 2], frozenset()), "Merge")
     until(lambda: bool(bench.said))
     assert "extrapolate again" in bench.said[0]
@@ -111,21 +111,21 @@ def test_a_guess_of_blocks_that_were_edited_meanwhile_is_not_shown(bench, until)
 def test_a_run_that_is_to_be_dense_guesses_the_rest_at_its_end(bench, until):
     bench.document.change(extrapolate=True)
     bench.script.allow()
-    bench.runs.start({1})
+    bench.runs.current.start({1})
     until(lambda: len(bench.said) == 2)
     assert "run finished" in bench.said[0]
     assert "extrapolated" in bench.said[1]
     assert bench.finished == [bench.document], "once, when all is done"
-    bench.runs.start({2})
-    bench.runs.cancel()
+    bench.runs.current.start({2})
+    bench.runs.current.cancel()
     until(lambda: len(bench.said) == 3)
     assert bench.runs.state is RunState.IDLE, "a run that was cancelled does not end with a guess"
 
 
 def test_a_guess_waits_for_the_re_solve_under_way(bench, until):
     _run_with_a_gap(bench, until)
-    bench.runs.resolve([1])
-    bench.runs.extrapolate()
+    bench.runs.current.resolve([1])
+    bench.runs.current.extrapolate()
     until(lambda: bool(bench.said))
     assert bench.document.extrapolated
 
@@ -134,15 +134,15 @@ def test_how_long_it_took_is_said(bench, until, monkeypatch):
     clock = [100.0]
     monkeypatch.setattr(runs_module.time, "perf_counter", lambda: clock[0])
     for begin, word in (
-        (lambda: bench.runs.start({1}), "1 block in 1.5 s."),
-        (bench.runs.extrapolate, "extrapolated in 1.5 s ("),
+        (lambda: bench.runs.current.start({1}), "1 block in 1.5 s."),
+        (bench.runs.current.extrapolate, "extrapolated in 1.5 s ("),
     ):
         begin()
         clock[0] += 1.5
         bench.script.allow()
         until(lambda: bool(bench.said))
         assert word in bench.said.pop()
-    bench.runs.resolve([1])
+    bench.runs.current.resolve([1])
     clock[0] += 0.25
     until(lambda: bool(bench.resolved))
     assert bench.resolved[0].endswith("in 250 ms")
@@ -159,6 +159,6 @@ def test_what_a_guess_did_without_is_said_once(bench, until, monkeypatch):
         )
 
     monkeypatch.setattr(runs_module, "extrapolation_steps", noted)
-    bench.runs.extrapolate()
+    bench.runs.current.extrapolate()
     until(lambda: bool(bench.said))
     assert bench.said[0].endswith(" (unsupported by measurements). Another network is gone.")

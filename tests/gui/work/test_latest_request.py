@@ -4,6 +4,7 @@ import threading
 
 import pytest
 
+from gui.work.jobs import stop_workers
 from gui.work.latest_request import LatestRequest
 
 
@@ -31,7 +32,7 @@ def oracle(qtbot):
     oracle = _Oracle()
     yield oracle
     oracle.gate.set()
-    assert oracle.questions.shutdown()
+    assert stop_workers(oracle.questions)
 
 
 def _settle(oracle: _Oracle, qtbot):
@@ -100,8 +101,7 @@ def test_shutdown_waits_for_the_thread_and_tells_nothing(oracle, qtbot):
     oracle.questions.ask(1)
     oracle.questions.ask(2)
     oracle.gate.set()
-    assert oracle.questions.shutdown()
-    assert not oracle.questions.busy
+    assert stop_workers(oracle.questions)
     qtbot.wait(60)
     assert oracle.told == []
     assert 2 not in oracle.asked

@@ -7,6 +7,7 @@ from PySide6.QtGui import QAction
 from gui.features.edit_summary import EditSummaryLine, EditSummaryPresenter
 from gui.views.linked_views import LinkedViews
 from gui.work.frame_runs import RunState
+from gui.work.jobs import stop_workers
 from gui.work.runs import LiveSolver
 from ilf.data.results import Completion
 from ilf.evaluation.edit_summary import EditSummary
@@ -41,7 +42,7 @@ def line(bench, live, qtbot):
     presenter = EditSummaryPresenter(bench.workspace, bench.runs, views, line, live)
     line.presenter = presenter
     yield line
-    assert presenter.shutdown()
+    assert stop_workers(presenter)
 
 
 def _patch(bench, label: int, column: int = 26) -> LabelPatch:
@@ -54,7 +55,7 @@ def _patch(bench, label: int, column: int = 26) -> LabelPatch:
 
 def _run(bench, until):
     bench.script.allow()
-    bench.runs.start()
+    bench.runs.current.start()
     until(lambda: bench.runs.state is RunState.IDLE)
 
 
@@ -106,8 +107,8 @@ def test_nothing_is_solved_before_a_first_run_or_where_it_is_not_wanted(bench, s
 
 def test_what_is_touched_during_a_run_is_solved_after_it(bench, solver, until):
     _run(bench, until)
-    bench.runs.of(bench.document).pause()
-    bench.runs.start()
+    bench.runs.of(bench.document).toggle_pause()
+    bench.runs.current.start()
     bench.workspace.current.edit(_patch(bench, 2), "Paint")
     until(lambda: len(bench.script.runs) == 3)
     until(lambda: bench.document.changed_blocks() == [])
@@ -134,7 +135,7 @@ def test_what_is_cancelled_is_not_asked_for_again(bench, solver, until):
     _run(bench, until)
     bench.script.__init__()
     bench.workspace.current.edit(_patch(bench, 2), "Paint")
-    bench.runs.cancel()
+    bench.runs.current.cancel()
     bench.script.allow(1)
     until(lambda: bench.runs.state is RunState.IDLE)
     assert bench.document.changed_blocks() == [1, 2]
@@ -154,14 +155,14 @@ def test_other_distrusted_depth_may_have_a_part_in_all_blocks(bench, solver, unt
 
 def test_the_normal_run_is_of_what_has_changed(bench, until):
     bench.script.allow()
-    bench.runs.start_changed()
+    bench.runs.current.start_changed()
     until(lambda: len(bench.said) == 1)
     labels = bench.document.labels.copy()
     labels[40:, 50:] = 3
     bench.workspace.current.edit(patch_between(bench.document.labels, labels), "Outline")
-    bench.runs.start_changed()
+    bench.runs.current.start_changed()
     until(lambda: len(bench.said) == 2)
-    bench.runs.start_changed()
+    bench.runs.current.start_changed()
     assert _asked(bench) == [[1, 2], [2, 3]]
     assert bench.said[-1] == "first: all blocks are up to date. Use Run all blocks to run them again."
 
@@ -210,7 +211,7 @@ def test_without_live_what_an_edit_did_is_said_after_the_next_run(bench, live, s
     live.setChecked(False)
     bench.workspace.current.edit(_patch(bench, 2), "Paint")
     assert not line.presenter.busy
-    bench.runs.start_changed()
+    bench.runs.current.start_changed()
     until(lambda: bench.runs.state is RunState.IDLE and "hold-out" in line.label.text())
 
 

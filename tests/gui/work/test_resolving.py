@@ -10,11 +10,11 @@ from ilf import preset
 
 
 def test_a_re_solve_runs_one_block_and_says_how_fast(bench, until):
-    bench.runs.resolve([2])
+    bench.runs.current.resolve([2])
     assert bench.runs.state is RunState.RESOLVING
     assert bench.runs.free, "a run may take its place"
-    assert bench.runs.resolving == (2,)
-    assert bench.runs.queued == set()
+    assert bench.runs.current.resolving == (2,)
+    assert bench.runs.current.queued == set()
     bench.script.allow()
     until(lambda: bool(bench.resolved))
     assert (bench.run.run.only, bench.run.threads) == ((2,), 1)
@@ -22,12 +22,12 @@ def test_a_re_solve_runs_one_block_and_says_how_fast(bench, until):
     assert bench.said == []
     assert bench.finished == []
     assert set(bench.document.valid_results()) == {2}
-    assert (bench.runs.resolving, bench.runs.state) == ((), RunState.IDLE)
+    assert (bench.runs.current.resolving, bench.runs.state) == ((), RunState.IDLE)
 
 
 def test_nothing_is_solved_anew_during_a_run(bench, until):
-    bench.runs.start()
-    bench.runs.resolve([1])
+    bench.runs.current.start()
+    bench.runs.current.resolve([1])
     assert bench.runs.state is RunState.RUNNING
     bench.script.allow()
     until(lambda: bool(bench.said))
@@ -39,7 +39,7 @@ def test_of_many_values_the_last_is_solved_after_the_one_under_way(bench, until,
     monkeypatch.setattr(runs_module, "_PATIENCE_MS", 60_000)  # however busy the machine is
     for limit in (3, 4, 5, 6):
         bench.workspace.parameters.set(preset("paper", max_iterations=limit))
-        bench.runs.resolve([1])
+        bench.runs.current.resolve([1])
     bench.script.allow()
     until(lambda: len(bench.resolved) == 2)
     assert [steps.run.parameters.max_iterations for steps in bench.script.runs] == [3, 6]
@@ -49,14 +49,14 @@ def test_a_re_solve_that_takes_too_long_gives_way_after_a_while(bench, until, mo
     clock = [0.0]
     monkeypatch.setattr(runs_module.time, "perf_counter", lambda: clock[0])
     bench.script.records = 1000
-    bench.runs.resolve([1])
+    bench.runs.current.resolve([1])
     bench.script.allow(1)
     until(lambda: bench.document.results.running == [1])
     clock[0] = 0.05
-    bench.runs.resolve([1])
+    bench.runs.current.resolve([1])
     assert bench.patience.isActive()
     assert bench.patience.interval() == 100, "150 ms from the beginning of the one under way"
-    bench.runs.resolve([1])
+    bench.runs.current.resolve([1])
     assert bench.patience.interval() == 100, "more values give it no more time"
     until(lambda: not bench.patience.isActive())
     bench.script.allow(1)
@@ -64,7 +64,7 @@ def test_a_re_solve_that_takes_too_long_gives_way_after_a_while(bench, until, mo
     assert bench.resolved == []
     assert not bench.patience.isActive()
     clock[0] = 10.0
-    bench.runs.resolve([1])
+    bench.runs.current.resolve([1])
     assert not bench.patience.isActive(), "one that is old already ends at once"
     bench.script.allow(1)
     until(lambda: len(bench.script.runs) == 3)
@@ -75,16 +75,16 @@ def test_what_a_re_solve_shows_stays_until_the_next_one_of_the_frame_shows_somet
     monkeypatch.setattr(runs_module.time, "perf_counter", lambda: clock[0])
     bench.script.records = 1000
     results = bench.document.results
-    bench.runs.resolve([1])
+    bench.runs.current.resolve([1])
     clock[0] = 1.0
     bench.script.allow(1)
     until(lambda: 1 in results.previews)
-    bench.runs.resolve([1])
+    bench.runs.current.resolve([1])
     bench.script.allow(1)
     until(lambda: len(bench.script.runs) == 2)
     assert 1 in results.previews
     assert results.running == []
-    bench.runs.cancel()
+    bench.runs.current.cancel()
     bench.script.allow(1)
     until(lambda: bench.runs.state is RunState.IDLE)
     assert results.previews == {}
@@ -93,17 +93,17 @@ def test_what_a_re_solve_shows_stays_until_the_next_one_of_the_frame_shows_somet
 @pytest.mark.parametrize("stepwise", [False, True])
 def test_a_run_takes_the_place_of_a_re_solve_and_keeps_it(bench, until, stepwise):
     bench.script.records = 1000
-    bench.runs.resolve([1])
+    bench.runs.current.resolve([1])
     bench.script.allow(1)
     until(lambda: bench.document.results.running == [1])
-    bench.runs.start({2}, stepwise)
+    bench.runs.current.start({2}, stepwise)
     assert not bench.patience.isActive(), "at once"
-    bench.runs.resolve([1])
+    bench.runs.current.resolve([1])
     bench.script.records = 1
     bench.script.allow()
     if stepwise:
         until(lambda: bench.runs.state is RunState.PAUSED)
-        bench.runs.of(bench.document).resume()
+        bench.runs.of(bench.document).toggle_pause()
     until(lambda: bool(bench.said))
     assert [list(steps.run.only) for steps in bench.script.runs] == [[1], [2]], (
         "values that came later do not push it aside"
@@ -112,8 +112,8 @@ def test_a_run_takes_the_place_of_a_re_solve_and_keeps_it(bench, until, stepwise
 
 
 def test_what_is_to_follow_follows_also_when_the_user_turns_to_another_frame(bench, until):
-    bench.runs.resolve([1])
-    bench.runs.resolve([2])
+    bench.runs.current.resolve([1])
+    bench.runs.current.resolve([2])
     second = bench.open("second")
     assert bench.runs.state is RunState.IDLE, "of the second"
     bench.script.allow()
@@ -124,9 +124,9 @@ def test_what_is_to_follow_follows_also_when_the_user_turns_to_another_frame(ben
 
 def test_cancelling_a_re_solve_drops_what_was_to_follow(bench, until):
     bench.script.records = 1000
-    bench.runs.resolve([1])
-    bench.runs.resolve([1])
-    bench.runs.cancel()
+    bench.runs.current.resolve([1])
+    bench.runs.current.resolve([1])
+    bench.runs.current.cancel()
     bench.script.allow(1)
     until(lambda: bench.runs.state is RunState.IDLE)
     assert len(bench.script.runs) == 1
@@ -135,8 +135,8 @@ def test_cancelling_a_re_solve_drops_what_was_to_follow(bench, until):
 
 def test_what_was_to_follow_a_re_solve_that_breaks_is_dropped(bench, until):
     bench.script.error = MemoryError("no room")
-    bench.runs.resolve([1])
-    bench.runs.resolve([1])
+    bench.runs.current.resolve([1])
+    bench.runs.current.resolve([1])
     bench.script.allow()
     until(lambda: bool(bench.failed))
     assert len(bench.script.runs) == 1
@@ -145,33 +145,33 @@ def test_what_was_to_follow_a_re_solve_that_breaks_is_dropped(bench, until):
 
 def test_clearing_drops_the_result_that_a_re_solve_is_about_to_give(bench, until):
     bench.script.allow()
-    bench.runs.start()
+    bench.runs.current.start()
     until(lambda: bool(bench.said))
-    bench.runs.resolve([1])
+    bench.runs.current.resolve([1])
     threads = [thread for thread in threading.enumerate() if thread.name == "ilf-worker"]
     for thread in threads:
         thread.join()  # the result is there, and waits for the window to take it
-    bench.runs.clear_results()
+    bench.runs.current.clear_results()
     until(lambda: bench.runs.state is RunState.IDLE)
     assert bench.document.valid_results() == {}
-    bench.runs.resolve([1])
+    bench.runs.current.resolve([1])
     until(lambda: bool(bench.resolved))
     assert set(bench.document.valid_results()) == {1}, "only that one was given up"
 
 
 def test_clearing_one_frame_leaves_the_re_solve_of_another(bench, until):
-    bench.runs.resolve([1])
+    bench.runs.current.resolve([1])
     bench.open("second")
-    bench.runs.clear_results()
+    bench.runs.current.clear_results()
     bench.script.allow()
     until(lambda: set(bench.document.valid_results()) == {1})
 
 
 def test_clearing_during_a_run_forgets_what_is_done_and_the_run_goes_on(bench, until):
-    bench.runs.start()
+    bench.runs.current.start()
     bench.script.allow(3)
     until(lambda: 1 in bench.document.valid_results())
-    bench.runs.clear_results()
+    bench.runs.current.clear_results()
     assert bench.runs.state is RunState.RUNNING
     bench.script.allow()
     until(lambda: bool(bench.said))
@@ -183,7 +183,7 @@ def test_a_re_solve_shows_its_first_preview_after_a_moment(bench, until, monkeyp
     monkeypatch.setattr(runs_module.time, "perf_counter", lambda: clock[0])
     bench.script.records = 1000
     live = bench.document.results.live
-    bench.runs.resolve([1])
+    bench.runs.current.resolve([1])
     clock[0] += 0.0299
     bench.script.allow(2)
     until(lambda: len(live.get(1, [])) == 2)
@@ -196,10 +196,10 @@ def test_a_re_solve_shows_its_first_preview_after_a_moment(bench, until, monkeyp
 
 def test_shutdown_stops_the_patience(bench, until):
     bench.script.records = 1000
-    bench.runs.resolve([1])
+    bench.runs.current.resolve([1])
     bench.script.allow(1)
     until(lambda: bench.document.results.running == [1])
-    bench.runs.resolve([1])
+    bench.runs.current.resolve([1])
     assert bench.patience.isActive()
     bench.script.allow()
     assert bench.runs.shutdown()
@@ -208,10 +208,10 @@ def test_shutdown_stops_the_patience(bench, until):
 
 def test_edited_blocks_are_solved_in_order_and_what_was_left_comes_after_them(bench, until):
     bench.script.records = 1000
-    bench.runs.resolve([2, 1])
+    bench.runs.current.resolve([2, 1])
     bench.script.allow(1)
     until(lambda: bench.document.results.running == [2])
-    bench.runs.resolve([1], edited=True)
+    bench.runs.current.resolve([1], edited=True)
     assert not bench.patience.isActive(), "at once"
     bench.script.records = 1
     bench.script.allow()
@@ -222,6 +222,6 @@ def test_edited_blocks_are_solved_in_order_and_what_was_left_comes_after_them(be
 
 
 def test_blocks_that_are_gone_are_not_solved(bench, until):
-    bench.runs.resolve([9])
+    bench.runs.current.resolve([9])
     assert bench.runs.state is RunState.IDLE
     assert bench.script.runs == []

@@ -26,7 +26,7 @@ def test_a_run_goes_over_all_blocks_with_their_parameters_and_leaves_one_core(be
     bench.workspace.parameters.set(preset("released-code"))
     bench.workspace.parameters.set(own, 2)
     assert bench.runs.free
-    bench.runs.start()
+    bench.runs.current.start()
     assert bench.runs.state is RunState.RUNNING
     assert not bench.runs.free
     assert bench.runs.running == [bench.document]
@@ -55,7 +55,7 @@ def test_a_run_goes_over_all_blocks_with_their_parameters_and_leaves_one_core(be
 def test_what_a_run_did_without_is_said_once(bench, until):
     bench.script.notes = ("The network is gone.",)
     bench.script.allow()
-    bench.runs.start()
+    bench.runs.current.start()
     until(lambda: bool(bench.said))
     assert bench.said[0].endswith(" s. The network is gone.")
 
@@ -63,7 +63,7 @@ def test_what_a_run_did_without_is_said_once(bench, until):
 def test_chosen_blocks_alone_are_run(bench, until):
     bench.workspace.select([2, 9])
     bench.script.allow()
-    bench.runs.start_selected()
+    bench.runs.current.start_selected()
     until(lambda: bool(bench.said))
     assert bench.run.run.only == {2}
     assert set(bench.document.valid_results()) == {2}
@@ -72,17 +72,17 @@ def test_chosen_blocks_alone_are_run(bench, until):
 
 def test_records_results_and_progress_come_as_they_are_made(bench, until):
     results = bench.document.results
-    bench.runs.start()
-    assert bench.runs.queued == {1, 2}
+    bench.runs.current.start()
+    assert bench.runs.current.queued == {1, 2}
     bench.script.allow(2)
     until(lambda: len(results.live.get(1, [])) == 2)
-    assert (results.running, bench.runs.queued, bench.runs.of(bench.document).share_done) == ([1], {2}, 0.0)
+    assert (results.running, bench.runs.current.queued, bench.runs.of(bench.document).share_done) == ([1], {2}, 0.0)
     bench.script.allow(1)
     until(lambda: 1 in bench.document.valid_results())
-    assert (results.running, bench.runs.queued, bench.runs.of(bench.document).share_done) == ([], {2}, 15 / 32)
+    assert (results.running, bench.runs.current.queued, bench.runs.of(bench.document).share_done) == ([], {2}, 15 / 32)
     bench.script.allow(1)
     until(lambda: results.running == [2])
-    assert bench.runs.queued == set()
+    assert bench.runs.current.queued == set()
     bench.script.allow()
     until(lambda: bool(bench.said))
     numbers = {label: [i for other, batch in bench.records if other == label for i in batch] for label in (1, 2)}
@@ -90,7 +90,7 @@ def test_records_results_and_progress_come_as_they_are_made(bench, until):
 
 
 def test_a_run_that_breaks_keeps_what_is_done_and_tells_why(bench, until):
-    bench.runs.start()
+    bench.runs.current.start()
     bench.script.allow(3)
     until(lambda: 1 in bench.document.valid_results())
     bench.script.error = MemoryError("no room")
@@ -112,16 +112,16 @@ def test_stepping_holds_after_every_step_and_pausing_and_going_on_turn_it(bench,
     results = bench.document.results
     bench.script.allow()
     bench.workspace.select([2])
-    bench.runs.step()
+    bench.runs.current.step()
     until(lambda: bench.runs.state is RunState.PAUSED and len(results.live.get(2, [])) == 1)
     assert bench.run.run.only == {2}
     assert bench.run.threads == 1
     assert not bench.runs.free
-    bench.runs.step()
+    bench.runs.current.step()
     until(lambda: len(results.live[2]) == 2)
     until(lambda: bench.runs.state is RunState.PAUSED)
     assert len(bench.script.runs) == 1, "a step of the run under way is no new run"
-    bench.runs.toggle_pause()
+    bench.runs.current.toggle_pause()
     until(lambda: bool(bench.said))
     assert len(bench.document.valid_results()[2].history) == 50
 
@@ -130,51 +130,51 @@ def test_steps_that_tell_of_no_block_are_part_of_the_one_that_does(bench, until)
     bench.script.records, bench.script.silent = 1, 5
     bench.script.allow()
     bench.workspace.select([2])
-    bench.runs.step()
+    bench.runs.current.step()
     until(lambda: bench.runs.state is RunState.PAUSED and len(bench.document.results.live.get(2, [])) == 1)
-    bench.runs.step()
+    bench.runs.current.step()
     until(lambda: 2 in bench.document.valid_results())
     assert bench.runs.state is RunState.PAUSED
-    bench.runs.cancel()
+    bench.runs.current.cancel()
     until(lambda: bool(bench.said))
 
 
 def test_without_a_choice_stepping_goes_over_all_blocks(bench, until):
     bench.script.allow()
-    bench.runs.step()
+    bench.runs.current.step()
     until(lambda: bench.runs.state is RunState.PAUSED)
     assert bench.run.run.only is None
-    bench.runs.cancel()
+    bench.runs.current.cancel()
     until(lambda: bool(bench.said))
 
 
 def test_a_pause_is_told_at_once_and_holds(bench, until, qtbot):
     bench.script.records = 1000
-    bench.runs.start()
+    bench.runs.current.start()
     bench.script.allow(3)
     until(lambda: len(bench.document.results.live.get(1, [])) == 3)
     bench.states.clear()
-    bench.runs.toggle_pause()
+    bench.runs.current.toggle_pause()
     assert bench.states == [RunState.PAUSED]
     bench.script.allow(500)
     qtbot.wait(200)
     assert len(bench.document.results.live[1]) <= 4, "the step under way, and no more"
     bench.states.clear()
-    bench.runs.toggle_pause()
+    bench.runs.current.toggle_pause()
     assert bench.states == [RunState.RUNNING]
     until(lambda: len(bench.document.results.live[1]) > 100)
-    bench.runs.cancel()
+    bench.runs.current.cancel()
     bench.script.allow()
     until(lambda: bool(bench.said))
 
 
 def test_cancelling_keeps_the_blocks_that_are_done(bench, until):
-    bench.runs.cancel()
+    bench.runs.current.cancel()
     assert bench.states == [], "there is nothing to cancel"
-    bench.runs.start()
+    bench.runs.current.start()
     bench.script.allow(4)
     until(lambda: bench.document.results.running == [2])
-    bench.runs.cancel()
+    bench.runs.current.cancel()
     assert bench.runs.state is RunState.STOPPING
     assert not bench.runs.free
     bench.script.allow()
@@ -184,7 +184,7 @@ def test_cancelling_keeps_the_blocks_that_are_done(bench, until):
     assert bench.document.results.running == []
     assert bench.finished == []
     assert bench.runs.state is RunState.IDLE, "and the next run does not stop"
-    bench.runs.start()
+    bench.runs.current.start()
     until(lambda: len(bench.said) == 2)
     assert "finished" in bench.said[1]
 
@@ -197,7 +197,7 @@ def test_previews_come_now_and_then_and_go_with_the_run(bench, until, qtbot, mon
     monkeypatch.setattr(runs_module.time, "perf_counter", lambda: clock[0])
     bench.script.records = 1000
     results = bench.document.results
-    bench.runs.start()
+    bench.runs.current.start()
     bench.script.allow(1)
     until(lambda: 1 in results.previews)
     assert (bench.document.current_depth()[:, :30] == 1.5).all()
@@ -212,7 +212,7 @@ def test_previews_come_now_and_then_and_go_with_the_run(bench, until, qtbot, mon
     bench.script.allow(1)
     until(lambda: len(results.live[1]) == 8)
     assert bench.run.previews == 2
-    bench.runs.cancel()
+    bench.runs.current.cancel()
     bench.script.allow()
     until(lambda: bool(bench.said))
     assert results.previews == {}
@@ -223,7 +223,7 @@ def test_previews_come_now_and_then_and_go_with_the_run(bench, until, qtbot, mon
 
 
 def test_results_of_blocks_that_were_edited_meanwhile_are_told_as_lost(bench, until):
-    bench.runs.start()
+    bench.runs.current.start()
     bench.script.allow(1)
     until(lambda: bench.document.results.running == [1])
     bench.workspace.current.edit(merge(bench.document.labels, [1, 2], frozenset()), "Merge")
@@ -237,7 +237,7 @@ def test_results_of_blocks_that_were_edited_meanwhile_are_told_as_lost(bench, un
 
 
 def test_results_go_to_the_frame_that_runs_wherever_the_user_has_turned(bench, until):
-    bench.runs.start()
+    bench.runs.current.start()
     second = bench.open("second")
     told = Told(bench.workspace)
     listed: list[int] = []
@@ -252,7 +252,7 @@ def test_results_go_to_the_frame_that_runs_wherever_the_user_has_turned(bench, u
 
 
 def test_results_of_a_frame_that_was_closed_meanwhile_trouble_nobody(bench, until):
-    bench.runs.start()
+    bench.runs.current.start()
     bench.script.allow(1)
     until(lambda: bench.document.results.running == [1])
     bench.workspace.close(bench.document)
@@ -266,18 +266,18 @@ def test_results_of_a_frame_that_was_closed_meanwhile_trouble_nobody(bench, unti
 
 
 def test_frames_run_side_by_side(bench, until):
-    bench.runs.start()
+    bench.runs.current.start()
     bench.script.allow(1)
     until(lambda: bench.document.results.running == [1])
     other = bench.open("second")
     assert bench.runs.free
-    bench.runs.start({2})
+    bench.runs.current.start({2})
     assert bench.runs.running == [bench.document, other]
-    bench.runs.toggle_pause()
+    bench.runs.current.toggle_pause()
     bench.workspace.show(bench.document)
     assert bench.runs.state is RunState.RUNNING, "the other one alone is held"
     bench.workspace.show(other)
-    bench.runs.of(other).resume()
+    bench.runs.of(other).toggle_pause()
     bench.script.allow()
     until(lambda: len(bench.said) == 2)
     assert (set(bench.document.valid_results()), set(other.valid_results())) == ({1, 2}, {2})
@@ -290,7 +290,7 @@ def test_frames_run_side_by_side(bench, until):
 def test_shutdown_ends_the_thread_and_says_nothing(bench, qtbot):
     bench.script.records = 100_000
     bench.script.allow(200_000)
-    bench.runs.start()
+    bench.runs.current.start()
     assert bench.runs.shutdown()
     assert bench.runs.state is RunState.IDLE
     assert bench.run.closed
@@ -300,21 +300,21 @@ def test_shutdown_ends_the_thread_and_says_nothing(bench, qtbot):
 
 def test_blocks_that_wait_for_the_correction_stay_when_a_run_is_cancelled(bench, until):
     """As they are without it, so that they count as changed."""
-    bench.runs.start()
+    bench.runs.current.start()
     bench.script.allow(3)
     until(lambda: 1 in bench.document.valid_results())
     first = bench.document.valid_results()[1]
     waits = replace(first, parameters=first.parameters.replace(correction=False))
     bench.run.uncorrected[2] = replace(waits, block=find_blocks(bench.document.labels)[2], depth=second_depth(bench))
     assert bench.runs.of(bench.document).share_done == 1.0
-    bench.runs.cancel()
+    bench.runs.current.cancel()
     bench.script.allow()
     until(lambda: bool(bench.said))
     assert set(bench.document.valid_results()) == {1, 2}
     assert bench.document.changed_blocks() == [2]
     assert "2 blocks" in bench.said[0]
     assert bench.said[0].endswith(" 1 block without the learned correction: run again (F5).")
-    row = next(row for row in block_rows(bench.document, bench.runs) if row.label == 2)
+    row = next(row for row in block_rows(bench.document, bench.runs.current) if row.label == 2)
     assert row.detail.startswith("The result, completed, waits for the learned correction.")
 
 
@@ -327,10 +327,10 @@ def test_a_block_that_is_done_as_the_run_is_cancelled_stays(bench, until, monkey
         return make(self, label, block)
 
     monkeypatch.setattr(ScriptedSteps, "_result", result_then_cancelled)
-    bench.runs.start()
+    bench.runs.current.start()
     bench.script.allow(3)
     until(lambda: 1 in bench.document.valid_results())
-    bench.runs.cancel()
+    bench.runs.current.cancel()
     bench.script.allow()
     until(lambda: bool(bench.said))
     assert set(bench.document.valid_results()) == {1}
