@@ -46,12 +46,8 @@ def keymap(make_window):
 
 
 @pytest.fixture
-def dialog(keymap, qtbot):
-    dialog = ShortcutsDialog(keymap)
-    qtbot.addWidget(dialog)
-    dialog.show()
-    qtbot.waitExposed(dialog)
-    return dialog
+def dialog(keymap, shown):
+    return shown(ShortcutsDialog(keymap))
 
 
 def _press(dialog: ShortcutsDialog, name: str, key: Qt.Key, modifier: Qt.KeyboardModifier) -> None:

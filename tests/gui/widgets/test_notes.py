@@ -12,15 +12,11 @@ from gui.widgets.toasts import MAX_TOASTS, Toast, Toasts
 
 
 @pytest.fixture
-def window(qtbot):
+def window(shown):
     window = QMainWindow()
     window.setCentralWidget(QLineEdit())
     window.statusBar()
-    qtbot.addWidget(window)
-    window.resize(600, 400)
-    window.show()
-    qtbot.waitExposed(window)
-    return window
+    return shown(window, 600, 400)
 
 
 @pytest.fixture
