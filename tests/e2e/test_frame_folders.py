@@ -59,6 +59,7 @@ def test_folder_is_worked_through_and_left_frames_come_back(listed, qtbot, folde
     part, entries = window.feature(FramesFeature), workspace.entries
     assert [entry.name for entry in entries] == [f"frame-{number}" for number in range(COUNT)]
     assert [entry.document is not None for entry in entries] == [True, False, False, False, False, False]
+    assert [key_of(origin) for origin in window.feature(RecentFeature).frames.origins] == [str(folder)]
     assert _present(window).summary.stage is Stage.EXTRACTED
     part.open_frames.max_open = 2
 
@@ -180,18 +181,6 @@ def test_keys_follow_the_list_as_it_is_shown_and_removal_asks_once(listed, qtbot
     assert workspace.open == [entries[0].document]
 
 
-def test_a_folder_without_frames_says_what_one_holds(window, qtbot, tmp_path, monkeypatch):
-    told = []
-    monkeypatch.setattr(window.notes, "report", lambda what, error: told.append(str(error)))
-    window.loader.failed.disconnect()
-    window.loader.failed.connect(window.notes.report)
-    (tmp_path / "empty").mkdir()
-    with qtbot.waitSignal(window.loader.idle):
-        window.documents.open_paths([tmp_path / "empty"])
-    assert "A folder of frames contains one of these" in told[0]
-    assert len(window.workspace.entries) == 0
-
-
 def _open_folder(window, qtbot, folder):
     window.documents.open_paths([folder])
     qtbot.waitUntil(lambda: window.workspace.has_current and not window.loader.busy)
@@ -238,12 +227,6 @@ def test_work_on_a_folder_is_there_again_the_next_time(another, qtbot, folder, s
     assert told == ["Opening walk.ilf"]
     assert len(last.workspace.entries) == COUNT + 1
     assert last.project.present.path is None, "what is damaged is not written over"
-
-
-def test_of_a_folder_the_folder_is_remembered(listed, qtbot, folder):
-    _go(listed, qtbot)
-    recent = listed.feature(RecentFeature)
-    assert [key_of(origin) for origin in recent.frames.origins] == [str(folder)]
 
 
 @pytest.fixture

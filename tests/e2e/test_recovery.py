@@ -16,7 +16,7 @@ from gui.project.recorder import Recorder
 from gui.project.store import WorkStore
 from gui.state.document import Document
 from gui.state.workspace import Workspace
-from gui.widgets.basics import Message
+from gui.widgets.basics import Message, PlainLabel
 from ilf.errors import ExportError, InputError
 from ilf.project.file import save_project
 from ilf.project.project import Project
@@ -89,6 +89,11 @@ def test_left_work_is_restored_discarded_or_left(window, left, qtbot, monkeypatc
     assert len(dialog.rows) == 3
     attic, hall, other = dialog.rows[0], dialog.rows[1], dialog.rows[2]
     assert not other.restore_button.isEnabled(), "it cannot be read"
+    texts = [" ".join(label.text() for label in row.findChildren(PlainLabel)) for row in (hall, other)]
+    assert "frame-hall" in texts[0]
+    assert "2 frames" in texts[0]
+    assert "Last change " in texts[0]
+    assert "index.json" in texts[1]
     assert not dialog.added.isVisible()
     hall.restore_button.click()
     qtbot.waitUntil(lambda: 1 not in dialog.rows and not window.loader.busy)

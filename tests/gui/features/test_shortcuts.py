@@ -1,7 +1,5 @@
 """Keys can be changed in a list of all commands: at once, without two commands for one key, and for the next time."""
 
-from collections.abc import Callable
-
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QKeySequence
@@ -10,8 +8,6 @@ from PySide6.QtWidgets import QMainWindow
 
 from gui.base.commands import HINT, HOLD_KEY, describe, keys_text
 from gui.features.shortcuts import Keymap, ShortcutsDialog
-
-MakeWindow = Callable[[], QMainWindow]
 
 
 @pytest.fixture
