@@ -88,19 +88,17 @@ def leave_work_unsaved(user: Hand) -> None:
 
 
 def killed_after_edits(user: Hand) -> None:
-    """The program is killed once its edits are autosaved; they are restored, and another time discarded."""
+    """The program is killed once its edits are autosaved; they are discarded, and another time restored."""
     user.keep("killed", _killed(user.folder, "edits"))
     left = shutil.copytree(user.folder / "autosave", user.folder / "left")
-    user.restart(autosaves=True)
-    user.press("Restore", user.dialog("Restore Unsaved Work"))
-    user.keep_undo("restored")
-    user.keep_project("restored")
-    user.restart()
-    shutil.copytree(left, user.folder / "autosave", dirs_exist_ok=True)
     user.restart(autosaves=True)
     user.press("Discard", user.dialog("Restore Unsaved Work"))
     user.press("Discard", user.dialog("Discard"))
     user.keep("discarded", [path.name for path in left.iterdir() if (user.folder / "autosave" / path.name).exists()])
+    user.restart()
+    shutil.copytree(left, user.folder / "autosave", dirs_exist_ok=True)
+    user.restart(autosaves=True)
+    user.press("Restore", user.dialog("Restore Unsaved Work"))
 
 
 def killed_after_a_run_of_a_project(user: Hand) -> None:
