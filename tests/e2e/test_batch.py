@@ -100,20 +100,20 @@ def test_frames_of_the_list_are_completed_and_open(part, window, qtbot, tmp_path
     qtbot.waitUntil(lambda: not window.loader.busy)
 
 
-def test_the_time_left_follows_from_frames_completed_since_the_start(part, window, tmp_path, monkeypatch):
+@pytest.mark.parametrize("before", ["unchanged", "failed", ""])
+def test_the_time_left_follows_from_frames_completed_since_the_start(part, window, tmp_path, monkeypatch, before):
     now = [100.0]
     monkeypatch.setattr("gui.widgets.work_row.Pace", lambda: Pace(lambda: now[0]))
     monkeypatch.setattr(part.worker, "start", lambda job: None)
     window.actions_["batch"].trigger()
     part.dialog.folder_path.setText(str(tmp_path / "done"))
+    part.dialog.export_button.click()
     written, unchanged, failed = (ExportedFrame("a", tmp_path, ExportStatus(one)) for one in _STATUS)
-    for first, later in (([unchanged], [written]), ([failed], [written]), ([], [failed, written])):
-        part.dialog.export_button.click()
-        if first:
-            part.worker.progressed.emit(first)
-        now[0] += 10
-        part.worker.progressed.emit(later)
-        assert part.dialog.work.bar.format() == "67%, 10 s left"
+    if before:
+        part.worker.progressed.emit([unchanged if before == "unchanged" else failed])
+    now[0] += 10
+    part.worker.progressed.emit([written] if before else [failed, written])
+    assert part.dialog.work.bar.format() == "67%, 10 s left"
 
 
 def test_a_frame_has_its_figures_and_a_batch_cancelled_after_its_last_one_its_manifest(tmp_path, monkeypatch):
