@@ -86,14 +86,9 @@ def test_errors_against_a_truth_and_on_hidden_depth(window, qtbot, frame_folder,
     qtbot.waitUntil(lambda: "give 1000" in dialog.message.text())
     assert not dialog.load_button.isEnabled()
     dialog.units.setCurrentIndex(0)
-    assert dialog.preview.picture.pixmap().isNull()
     dialog.choose(str(ground_truth_file))
     qtbot.waitUntil(dialog.load_button.isEnabled)
     assert dialog.focusWidget() is dialog.load_button
-    assert not dialog.preview.picture.pixmap().isNull()
-    assert dialog.message.text().startswith(
-        "Known at 100% of the pixels without depth; median deviation from the known depth: 10.0 mm."
-    )
     dialog.accept()
     settle(window)
     document = workspace.current

@@ -44,7 +44,8 @@ def _type(part, row: int, column: Column, text: str):
     QApplication.processEvents()  # what was typed is taken at the next turn
 
 
-def test_runs_are_kept_compared_and_come_back_to(opened, part, qtbot, run_all):
+def test_runs_are_kept_compared_and_come_back_to(opened, part, qtbot, run_all, monkeypatch):
+    monkeypatch.setattr("gui.state.parameters.DRAG_S", 1000.0)  # however busy the machine is
     workspace, actions = opened.workspace, opened.actions_
     document = workspace.current
     workspace.parameters.set(preset("paper"))

@@ -1,0 +1,35 @@
+"""The dialog that loads ground truth shows what a file is before it is loaded."""
+
+import cv2
+import numpy as np
+import pytest
+
+from gui.features.accuracy.ground_truth import GroundTruthDialog, frame_with
+from gui.work.latest_request import LatestRequest
+
+
+@pytest.fixture
+def dialog(small_frame, qtbot):
+    questions = LatestRequest(frame_with)
+    dialog = GroundTruthDialog(small_frame, questions)
+    qtbot.addWidget(dialog)
+    yield dialog
+    dialog.reject()
+    assert questions.shutdown()
+
+
+def test_the_true_depth_is_seen_and_described_before_it_is_loaded(dialog, small_frame, qtbot, tmp_path):
+    path = tmp_path / "true.png"
+    truth = np.nan_to_num(small_frame.depth, nan=2.0) + 0.1
+    cv2.imwrite(str(path), (1000 * truth).round().astype(np.uint16))
+    assert dialog.preview.picture.pixmap().isNull()
+    dialog.choose(str(path))
+    qtbot.waitUntil(dialog.load_button.isEnabled)
+    assert not dialog.preview.picture.pixmap().isNull()
+    described = "Known at 100% of the pixels without depth; median deviation from the known depth: 100.0 mm."
+    assert dialog.message.text().startswith(described)
+    assert dialog.found().ground_truth == pytest.approx(truth, abs=0.001)
+    dialog.path.clear()
+    dialog.read()
+    assert dialog.preview.picture.pixmap().isNull()
+    assert not dialog.load_button.isEnabled()
