@@ -5,8 +5,9 @@ import os
 import signal
 import tempfile
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 # before numpy: as many processes as cores run tests, and threads of OpenBLAS that wait for each other keep cores busy
@@ -96,6 +97,21 @@ def heard() -> Iterator[object]:
     yield signal.default_int_handler
     for number, handler in before.items():
         signal.signal(number, handler)
+
+
+@pytest.fixture
+def shown(qtbot: QtBot) -> Callable[..., Any]:
+    """Shows a widget, in a size or its own, and returns it; it is deleted in the end."""
+
+    def show(widget: Any, *size: int) -> Any:
+        qtbot.addWidget(widget)
+        if size:
+            widget.resize(*size)
+        widget.show()
+        qtbot.waitExposed(widget)
+        return widget
+
+    return show
 
 
 @pytest.fixture

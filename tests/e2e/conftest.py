@@ -38,16 +38,26 @@ def frame_folder(tmp_path, small_frame):
 
 
 @pytest.fixture
-def window(qtbot):
+def another(shown):
+    """Opens empty main windows that ask for nothing when they are closed in the end."""
+    made = []
+
+    def new(persistent: bool = False) -> MainWindow:
+        window = MainWindow(persistent)
+        window.documents.discard_silently = True
+        made.append(window)
+        return shown(window, 1280, 800)
+
+    yield new
+    for window in made:
+        window.documents.discard_silently = True
+        window.close()
+
+
+@pytest.fixture
+def window(another):
     """An empty main window, shown."""
-    window = MainWindow(persistent=False)
-    window.documents.discard_silently = True
-    qtbot.addWidget(window)
-    window.resize(1280, 800)
-    window.show()
-    qtbot.waitExposed(window)
-    yield window
-    window.close()
+    return another()
 
 
 @pytest.fixture

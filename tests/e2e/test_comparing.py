@@ -80,7 +80,7 @@ def test_runs_come_to_the_views_and_one_looks_at_the_other_while_a_key_is_held(r
     assert window.views.sheet.layout_name == "grid-difference"
 
 
-def test_what_gives_way_to_the_handle_comes_back_after_it(run_twice):
+def test_swiping_leaves_every_layout_as_it_was_and_another_one_of_the_window_ends_it(run_twice):
     window, _ = run_twice
     views, swipe = window.views, window.actions_["swipe"]
     for layout in ("layout_correct", "layout_tune"):
@@ -99,10 +99,7 @@ def test_what_gives_way_to_the_handle_comes_back_after_it(run_twice):
     swipe.trigger()
     assert views.contents()["colour"] == "colour"
 
-
-def test_swiping_in_every_layout_leaves_it_as_it_was(run_twice):
-    window, _ = run_twice
-    views, swipe = window.views, window.actions_["swipe"]
+    window.actions_["layout_standard"].trigger()
     handles = views.sides.swipe._items
 
     def is_swiped():
@@ -127,21 +124,17 @@ def test_swiping_in_every_layout_leaves_it_as_it_was(run_twice):
         swipe.trigger()
         assert (views.sheet.layout_name, views.contents()) == ("row", contents)
 
-
-def test_another_layout_of_the_window_ends_swiping(run_twice):
-    window, _ = run_twice
-    views = window.views
     views.sheet.set_layout("colour")
     contents = views.contents()
-    window.actions_["swipe"].trigger()
+    swipe.trigger()
     assert views.contents() != contents
     window.actions_["layout_tune"].trigger()
-    assert not window.actions_["swipe"].isChecked()
+    assert not swipe.isChecked()
     window.actions_["layout_standard"].trigger()
     assert (views.sheet.layout_name, views.contents()) == ("colour", contents)
 
 
-def test_blocks_of_side_a_are_shown_with_it_and_an_edit_brings_the_present_back(run_twice):
+def test_blocks_of_side_a_are_shown_with_it_an_edit_brings_the_present_back_and_no_run_faces_itself(run_twice):
     window, kept = run_twice
     window.workspace.current.compare_runs([kept])
     document = window.workspace.current
@@ -156,16 +149,15 @@ def test_blocks_of_side_a_are_shown_with_it_and_an_edit_brings_the_present_back(
     np.testing.assert_array_equal(window.views.blocks.overlay.labels, document.labels)
     assert window.views.cells["depth-out"].strip.title == "Depth out"
 
-
-def test_a_side_that_is_to_be_worked_out_is(run_twice, qtbot):
-    window, _ = run_twice
-    material = window.views.data
-    window.actions_["swipe"].setChecked(True)
-    settle(window, qtbot)
-    assert material.interpolated is None
-    window.views.sides.choose("interpolated")
-    qtbot.waitUntil(lambda: material.interpolated is not None)
-    window.actions_["swipe"].setChecked(False)
+    workspace, views = window.workspace, window.views
+    workspace.current.compare_runs([window.workspace.current.state.runs[-1]])
+    window.actions_["compare_two"].trigger()
+    window.refresh.now()
+    assert [views.data.names.get(side, side) for side in views.sides.names] == ["Best", "result"]
+    workspace.accept_run(kept)
+    window.refresh.draw_all()
+    assert views.sides.names == ("run-1", "result")
+    assert views.data.result_number == kept.number
 
 
 def test_what_is_not_looked_at_is_not_worked_out(run_twice, qtbot):
@@ -236,9 +228,12 @@ def test_the_range_is_dragged_typed_and_locked_over_frames(opened, run_all, qtbo
     opened.refresh.now()
     assert views.ranges.depth == pytest.approx(robust, abs=0.01), "the lower end must be below the upper one"
     assert panel.low.value() == pytest.approx(robust[0], abs=0.01)
+    views.sheet.set_layout("colour")
+    opened.refresh.now()
+    assert not any(field.isEnabled() for field in (panel.mode, panel.low, panel.high)), "colour has no range"
 
 
-def test_the_divider_starts_where_it_is_seen(run_twice, qtbot):
+def test_the_divider_starts_where_it_is_seen_and_a_side_that_is_to_be_worked_out_is(run_twice, qtbot):
     window, _ = run_twice
     settle(window, qtbot)
     window.views.zoom_to(slice(0, 12), slice(0, 12))
@@ -248,15 +243,9 @@ def test_the_divider_starts_where_it_is_seen(run_twice, qtbot):
     assert seen.stop < window.workspace.current.frame.shape[1] / 2, "the middle of the frame is out of sight"
     assert seen.start < swipe.x < seen.stop
 
-
-def test_a_run_that_is_the_result_is_not_compared_with_itself(run_twice):
-    window, best = run_twice
-    workspace, views = window.workspace, window.views
-    workspace.current.compare_runs([window.workspace.current.state.runs[-1]])
-    window.actions_["compare_two"].trigger()
-    window.refresh.now()
-    assert [views.data.names.get(side, side) for side in views.data.sides] == ["Best", "result"]
-    workspace.accept_run(best)
-    window.refresh.draw_all()
-    assert views.data.sides == ("run-1", "result")
-    assert views.data.result_number == best.number
+    material = window.views.data
+    settle(window, qtbot)
+    assert material.interpolated is None
+    window.views.sides.choose("interpolated")
+    qtbot.waitUntil(lambda: material.interpolated is not None)
+    window.actions_["swipe"].setChecked(False)

@@ -7,7 +7,7 @@ from gui.features.curves import CurvesFeature
 from ilf import preset
 
 
-def test_shuffled_colours_are_one_step_and_all_others(opened, monkeypatch):
+def test_shuffled_colours_are_one_step_and_all_others_and_names_follow_the_blocks(opened, monkeypatch):
     monkeypatch.setattr("random.randrange", lambda *_: 1)  # blocks 1 and 2 have the first two colours
     document = opened.workspace.current
     before = {label: document.info(label).colour for label in document.counts()}
@@ -21,8 +21,6 @@ def test_shuffled_colours_are_one_step_and_all_others(opened, monkeypatch):
     assert {label: document.info(label).colour for label in before} == before
     assert not document.undo_stack.canUndo()
 
-
-def test_names_follow_the_blocks(opened, qtbot):
     names = opened.views.cells["colour"].view.names
     opened.actions_["block_names"].trigger()
     opened.refresh.now()

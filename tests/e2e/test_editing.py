@@ -22,7 +22,7 @@ def editing(opened):
     return opened
 
 
-def test_clicking_chooses_control_adds_and_so_does_the_table(editing):
+def test_clicking_chooses_control_adds_and_so_does_the_table_which_renames_locks_and_hides(editing):
     document = editing.workspace.current
     click(editing, (50, 24))
     assert document.selected == [int(document.labels[24, 50])]
@@ -37,8 +37,22 @@ def test_clicking_chooses_control_adds_and_so_does_the_table(editing):
     assert document.selected == editing.feature(BlocksFeature).table.selected()
     assert len(document.selected) == 1
 
+    workspace, table, before = editing.workspace, editing.feature(BlocksFeature).table, document.labels.copy()
+    table.renamed.emit(1, "Wall")
+    table.lockChanged.emit(1, True)
+    table.visibilityChanged.emit(1, False)
+    assert (document.info(1).name, document.locked, document.info(1).visible) == ("Wall", {1}, False)
+    assert np.array_equal(document.labels, before)
+    assert document.undo_stack.undoText() == "Lock Wall"
+    table.lockChanged.emit(1, False)
+    assert document.undo_stack.undoText() == "Unlock Wall"
+    for _ in range(3):
+        workspace.undo_group.undo()
+    assert (document.info(1).name, document.locked, document.info(1).visible) == ("Block 1", set(), False)
+    assert document.undo_stack.index() == 0, "looking at less is no step"
 
-def test_a_stroke_paints_what_the_brush_sweeps_and_is_one_undoable_step(editing):
+
+def test_a_stroke_paints_what_the_brush_sweeps_in_one_step_and_escape_gives_it_up(editing):
     document = editing.workspace.current
     before = document.labels.copy()
     right = int(before[24, 50])
@@ -57,6 +71,17 @@ def test_a_stroke_paints_what_the_brush_sweeps_and_is_one_undoable_step(editing)
     editing.workspace.undo_group.redo()
     assert np.array_equal(document.labels, painted)
 
+    editing.workspace.undo_group.undo()
+    drag(editing, [(10, 10), (14, 14)], release=False)
+    assert not np.array_equal(document.labels, before)
+    editing.actions_["cancel_stroke"].trigger()
+    assert np.array_equal(document.labels, before)
+    viewport = editing.views.cells["colour"].view.viewport()
+    QTest.mouseRelease(viewport, Qt.MouseButton.LeftButton, pos=place(editing, (14, 14)))
+    assert document.undo_stack.index() == 0
+    drag(editing, [(12, 12), (14, 14)])
+    assert document.undo_stack.count() == 1
+
 
 def test_erasing_takes_from_the_chosen_block_only_and_ctrl_swaps(editing):
     document = editing.workspace.current
@@ -74,22 +99,6 @@ def test_erasing_takes_from_the_chosen_block_only_and_ctrl_swaps(editing):
     assert document.labels[24, 44] == 0
     drag(editing, [(40, 24), (34, 24)], Qt.KeyboardModifier.ControlModifier)
     assert document.labels[24, 34] == before[24, 50]
-
-
-def test_escape_gives_a_stroke_up(editing, qtbot):
-    document = editing.workspace.current
-    before = document.labels.copy()
-    click(editing, (50, 24))
-    editing.actions_["tool_paint"].trigger()
-    drag(editing, [(10, 10), (14, 14)], release=False)
-    assert not np.array_equal(document.labels, before)
-    editing.actions_["cancel_stroke"].trigger()
-    assert np.array_equal(document.labels, before)
-    viewport = editing.views.cells["colour"].view.viewport()
-    QTest.mouseRelease(viewport, Qt.MouseButton.LeftButton, pos=place(editing, (14, 14)))
-    assert document.undo_stack.count() == 0
-    drag(editing, [(12, 12), (14, 14)])
-    assert document.undo_stack.count() == 1
 
 
 def test_splitting_by_a_line_and_merging_again(editing):
@@ -111,23 +120,6 @@ def test_splitting_by_a_line_and_merging_again(editing):
     drag(editing, [(-3, 10), (-3, 40)])
     assert said == ["The line crosses no block: draw it across one."]
     assert document.undo_stack.count() == steps
-
-
-def test_the_table_renames_locks_and_hides(editing):
-    workspace, document, table = editing.workspace, editing.workspace.current, editing.feature(BlocksFeature).table
-    before = document.labels.copy()
-    table.renamed.emit(1, "Wall")
-    table.lockChanged.emit(1, True)
-    table.visibilityChanged.emit(1, False)
-    assert (document.info(1).name, document.locked, document.info(1).visible) == ("Wall", {1}, False)
-    assert np.array_equal(document.labels, before)
-    assert document.undo_stack.undoText() == "Lock Wall"
-    table.lockChanged.emit(1, False)
-    assert document.undo_stack.undoText() == "Unlock Wall"
-    for _ in range(3):
-        workspace.undo_group.undo()
-    assert (document.info(1).name, document.locked, document.info(1).visible) == ("Block 1", set(), False)
-    assert document.undo_stack.index() == 0, "looking at less is no step"
 
 
 def test_readout_tells_block_and_depths(editing):

@@ -273,7 +273,7 @@ def test_values_whose_picture_is_not_to_be_seen_lead_to_it(opened, qtbot):
     assert _summary(opened) == ""
 
 
-def test_the_summary_says_around_which_blocks_the_new_ones_would_lie(staged, qtbot):
+def test_the_summary_says_around_which_blocks_the_new_ones_would_lie_and_that_a_network_is_missing(staged, qtbot):
     assert "around" not in _summary(staged)
     mine = _cut_off_by_hand(staged)
     assert "around 1 block made by hand" in _summary(staged)
@@ -282,6 +282,19 @@ def test_the_summary_says_around_which_blocks_the_new_ones_would_lie(staged, qtb
     staged.workspace.current.set_lock(mine, False)
     _click(staged, "Keep blocks made by hand")
     assert "around" not in _summary(staged)
+
+    said = _said(staged)
+    staged.workspace.parameters.set_extraction(BlockParameters(model="elsewhere"))
+    _settle(staged, qtbot)
+    assert "Canny" in _summary(staged)
+    assert "elsewhere" in _summary(staged)
+    staged.actions_["extract"].trigger()
+    assert "elsewhere" in said[-1]
+    staged.views.sheet.set_layout("grid")
+    staged.workspace.parameters.set_extraction(BlockParameters(model="elsewhere", min_size=1.0))
+    staged.actions_["extract"].trigger()
+    _settle(staged, qtbot)
+    assert "elsewhere" in said[-1]
 
 
 def test_a_block_that_was_only_locked_goes_once_it_is_unlocked(opened, qtbot):
@@ -402,21 +415,6 @@ def test_a_preview_that_fails_says_why_without_a_dialog(staged, qtbot, monkeypat
     _settle(staged, qtbot)
     assert _picture(staged) is not None
     assert "no memory" not in _summary(staged)
-
-
-def test_an_edge_network_that_is_missing_is_said_and_does_not_stop_anything(staged, qtbot):
-    said = _said(staged)
-    staged.workspace.parameters.set_extraction(BlockParameters(model="elsewhere"))
-    _settle(staged, qtbot)
-    assert "Canny" in _summary(staged)
-    assert "elsewhere" in _summary(staged)
-    staged.actions_["extract"].trigger()
-    assert "elsewhere" in said[-1]
-    staged.views.sheet.set_layout("grid")
-    staged.workspace.parameters.set_extraction(BlockParameters(model="elsewhere", min_size=1.0))
-    staged.actions_["extract"].trigger()
-    _settle(staged, qtbot)
-    assert "elsewhere" in said[-1]
 
 
 @pytest.mark.parametrize("works_meanwhile", [False, True])

@@ -32,7 +32,7 @@ def _dragged(kind: type[QDropEvent], data: QMimeData, actions: Qt.DropAction) ->
     return event
 
 
-def test_a_frame_that_cannot_be_read_leaves_the_open_one_alone(opened, qtbot, reported, tmp_path):
+def test_what_cannot_be_read_or_written_leaves_the_open_frame_alone(opened, qtbot, reported, tmp_path):
     document = opened.workspace.current
     picture = tmp_path / "picture.png"
     cv2.imwrite(str(picture), np.zeros((48, 64, 3), np.uint8))
@@ -44,6 +44,15 @@ def test_a_frame_that_cannot_be_read_leaves_the_open_one_alone(opened, qtbot, re
     assert "picture.png" in opened.log.text.toPlainText()
     opened.loader.open(FrameRef(document.key))
     assert not opened.loader.busy, "it is open already"
+
+    before = document.labels.copy()
+    cv2.imwrite(str(tmp_path / "labels.png"), np.ones((10, 10), np.uint16))
+    opened.documents.load_blocks(str(tmp_path / "labels.png"))
+    assert "10 x 10" in reported[1]
+    assert np.array_equal(document.labels, before)
+
+    assert not opened.documents.save_picture(str(tmp_path / "no" / "such" / "folder.png"))
+    assert "could not be written" in reported[2]
 
 
 def test_a_name_or_a_whole_path_is_typed_over_the_proposed_name(window, qtbot, tmp_path):
@@ -115,18 +124,9 @@ def test_dropping_what_is_no_frame_says_so(window, qtbot, reported, tmp_path):
     assert not window.workspace.has_current
 
 
-def test_a_failing_export_says_why_and_leaves_what_was_there(opened, qtbot, run_all, reported, tmp_path):
-    run_all(opened)
-    target = tmp_path / "taken"
-    target.write_text("a file where the folder should be")
-    opened.feature(ExportFeature).start(Export(target, ExportOptions()))
-    qtbot.waitUntil(lambda: bool(reported))
-    assert "taken is a file, not a folder" in reported[0]
-    assert target.read_text() == "a file where the folder should be"
-    assert opened.workspace.current.unsaved
-
-
-def test_what_a_depth_png_loses_is_told_before_and_after(opened, qtbot, run_all, reported, tmp_path):
+def test_what_a_depth_png_loses_is_told_and_a_failing_export_leaves_what_was_there(
+    opened, qtbot, run_all, reported, tmp_path
+):
     run_all(opened)
     opened.actions_["export"].trigger()
     dialog, feature = opened.feature(ExportFeature).dialog, opened.feature(ExportFeature)
@@ -143,13 +143,14 @@ def test_what_a_depth_png_loses_is_told_before_and_after(opened, qtbot, run_all,
         assert after in opened.log.text.toPlainText()
     assert reported == [], "the dialog has said so"
 
-
-def test_a_label_map_of_another_size_is_refused(opened, reported, tmp_path):
-    before = opened.workspace.current.labels.copy()
-    cv2.imwrite(str(tmp_path / "labels.png"), np.ones((10, 10), np.uint16))
-    opened.documents.load_blocks(str(tmp_path / "labels.png"))
-    assert "10 x 10" in reported[0]
-    assert np.array_equal(opened.workspace.current.labels, before)
+    dialog.reject()
+    target = tmp_path / "taken"
+    target.write_text("a file where the folder should be")
+    feature.start(Export(target, ExportOptions()))
+    qtbot.waitUntil(lambda: bool(reported))
+    assert "taken is a file, not a folder" in reported[0]
+    assert target.read_text() == "a file where the folder should be"
+    assert opened.workspace.current.unsaved
 
 
 def test_an_error_in_the_middle_of_a_run_is_shown_and_the_window_goes_on(opened, qtbot, reported, monkeypatch):
@@ -174,11 +175,6 @@ def test_a_filter_without_its_network_is_told_of_in_the_log_and_in_the_table(ope
     assert said[0] in opened.log.text.toPlainText()
     rows = block_rows(workspace.current, opened.runs.current)
     assert [row.detail.splitlines()[-1] for row in rows] == list(workspace.current.completion().notes) * len(rows)
-
-
-def test_picture_that_cannot_be_written(window, reported, tmp_path):
-    assert not window.documents.save_picture(str(tmp_path / "no" / "such" / "folder.png"))
-    assert "could not be written" in reported[0]
 
 
 def test_without_intrinsics_the_cloud_tab_says_what_to_do(window, qtbot, tmp_path):

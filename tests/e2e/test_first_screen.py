@@ -36,7 +36,7 @@ def _shown(window) -> set[str]:
     return {button.defaultAction().objectName() for button in buttons if window.tool_bar.isAncestorOf(button)}
 
 
-def test_what_needs_a_selected_block_is_there_once_one_is_selected(opened, qtbot):
+def test_what_needs_a_selected_block_is_there_once_one_is_selected_and_panels_are_in_the_menu(opened, qtbot):
     opened.resize(1440, 900)
     opened.workspace.select([])
     of_selection = {"run_selected", "delete_blocks", "grow_blocks", "shrink_blocks", "smooth_blocks"}
@@ -46,6 +46,12 @@ def test_what_needs_a_selected_block_is_there_once_one_is_selected(opened, qtbot
     assert "merge_blocks" not in _shown(opened), "it needs two"
     opened.workspace.select([])
     qtbot.waitUntil(lambda: not _shown(opened) & of_selection)
+
+    view = next(action.menu() for action in opened.menuBar().actions() if action.text() == "&View")
+    assert isinstance(view, QMenu)
+    panels = next(action.menu() for action in view.actions() if plain(action.text()) == "Panels")
+    assert isinstance(panels, QMenu)
+    assert panels.actions() == opened.panels.toggles()
 
 
 def test_tools_have_names_in_a_small_window_too_until_the_user_wants_only_icons(opened):
@@ -59,14 +65,6 @@ def test_tools_have_names_in_a_small_window_too_until_the_user_wants_only_icons(
         assert button.fontMetrics().size(0, button.text()).width() <= button.width()
     opened.actions_["only_icons"].trigger()
     assert column.toolButtonStyle() is opened.tool_bar.toolButtonStyle() is only_icons
-
-
-def test_panels_are_in_the_menu(opened):
-    view = next(action.menu() for action in opened.menuBar().actions() if action.text() == "&View")
-    assert isinstance(view, QMenu)
-    panels = next(action.menu() for action in view.actions() if plain(action.text()) == "Panels")
-    assert isinstance(panels, QMenu)
-    assert panels.actions() == opened.panels.toggles()
 
 
 def test_letters_of_tools_are_different_and_can_be_changed(opened):

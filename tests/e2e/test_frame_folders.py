@@ -10,7 +10,6 @@ from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QMessageBox
 
-from gui.app.main_window import MainWindow
 from gui.features.frame_list.feature import FramesFeature
 from gui.features.frame_list.model import ENTRY
 from gui.features.project.recent import RecentFeature, key_of
@@ -60,6 +59,7 @@ def test_folder_is_worked_through_and_left_frames_come_back(listed, qtbot, folde
     part, entries = window.feature(FramesFeature), workspace.entries
     assert [entry.name for entry in entries] == [f"frame-{number}" for number in range(COUNT)]
     assert [entry.document is not None for entry in entries] == [True, False, False, False, False, False]
+    assert [key_of(origin) for origin in window.feature(RecentFeature).frames.origins] == [str(folder)]
     assert _present(window).summary.stage is Stage.EXTRACTED
     part.open_frames.max_open = 2
 
@@ -181,43 +181,13 @@ def test_keys_follow_the_list_as_it_is_shown_and_removal_asks_once(listed, qtbot
     assert workspace.open == [entries[0].document]
 
 
-def test_a_folder_without_frames_says_what_one_holds(window, qtbot, tmp_path, monkeypatch):
-    told = []
-    monkeypatch.setattr(window.notes, "report", lambda what, error: told.append(str(error)))
-    window.loader.failed.disconnect()
-    window.loader.failed.connect(window.notes.report)
-    (tmp_path / "empty").mkdir()
-    with qtbot.waitSignal(window.loader.idle):
-        window.documents.open_paths([tmp_path / "empty"])
-    assert "A folder of frames contains one of these" in told[0]
-    assert len(window.workspace.entries) == 0
-
-
-@pytest.fixture
-def remembering(qtbot):
-    """Opens windows as a user does, one after the other."""
-    windows = []
-
-    def new():
-        window = MainWindow()
-        windows.append(window)
-        qtbot.addWidget(window)
-        window.show()
-        return window
-
-    yield new
-    for window in windows:
-        window.documents.discard_silently = True
-        window.close()
-
-
 def _open_folder(window, qtbot, folder):
     window.documents.open_paths([folder])
     qtbot.waitUntil(lambda: window.workspace.has_current and not window.loader.busy)
 
 
-def test_work_on_a_folder_is_there_again_the_next_time(remembering, qtbot, folder, small_frame):
-    window = remembering()
+def test_work_on_a_folder_is_there_again_the_next_time(another, qtbot, folder, small_frame):
+    window = another(persistent=True)
     _open_folder(window, qtbot, folder)
     assert not window.project.present.unsaved, "looking is no work"
     _go(window, qtbot)
@@ -234,7 +204,7 @@ def test_work_on_a_folder_is_there_again_the_next_time(remembering, qtbot, folde
     assert window.close()
 
     write_frame(folder / "frame-9", small_frame)
-    again = remembering()
+    again = another(persistent=True)
     _open_folder(again, qtbot, folder)
     qtbot.waitUntil(lambda: len(again.workspace.entries) == COUNT + 1)
     entries = again.workspace.entries
@@ -244,13 +214,13 @@ def test_work_on_a_folder_is_there_again_the_next_time(remembering, qtbot, folde
     assert entries[6].name == "frame-9"
     assert not again.project.present.unsaved, "that a frame has come to the folder is no work"
 
-    other = remembering()
+    other = another(persistent=True)
     _open_folder(other, qtbot, folder)
     assert other.project.present.path == again.project.present.path
     project = again.project.present.path
     project.write_bytes(b"damaged")
     told = []
-    last = remembering()
+    last = another(persistent=True)
     last.loader.failed.connect(lambda what, error: told.append(what))
     last.loader.failed.disconnect(last.notes.report)
     _open_folder(last, qtbot, folder)
@@ -259,17 +229,12 @@ def test_work_on_a_folder_is_there_again_the_next_time(remembering, qtbot, folde
     assert last.project.present.path is None, "what is damaged is not written over"
 
 
-def test_of_a_folder_the_folder_is_remembered(listed, qtbot, folder):
-    _go(listed, qtbot)
-    recent = listed.feature(RecentFeature)
-    assert [key_of(origin) for origin in recent.frames.origins] == [str(folder)]
-
-
 @pytest.fixture
-def in_folder(remembering, qtbot, folder, monkeypatch):
+def in_folder(another, qtbot, folder, monkeypatch):
     """The window with the folder's project, which lies where it does without a setting."""
     monkeypatch.delenv("ILF_FOLDERS")
-    window = remembering()
+    window = another(persistent=True)
+    window.documents.discard_silently = False
     _open_folder(window, qtbot, folder)
     return window
 
@@ -279,7 +244,7 @@ def _save(window, qtbot):
         window.actions_["save_project"].trigger()
 
 
-def test_a_folders_project_lies_beside_it_and_saving_says_where(in_folder, remembering, qtbot, folder):
+def test_a_folders_project_lies_beside_it_and_saving_says_where(in_folder, another, qtbot, folder):
     in_folder.workspace.set_note(in_folder.workspace.entries[1], "mirror")
     _save(in_folder, qtbot)
     project = folder.with_name("walk.ilf")
@@ -287,7 +252,7 @@ def test_a_folders_project_lies_beside_it_and_saving_says_where(in_folder, remem
     toast = in_folder.toasts.shown[-1]
     assert str(project) in toast.message
     assert [button.text() for button in toast.commands] == ["Show in folder", "Save elsewhere"]
-    again = remembering()
+    again = another(persistent=True)
     _open_folder(again, qtbot, folder)
     assert again.workspace.entries[1].note == "mirror"
 

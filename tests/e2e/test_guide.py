@@ -73,8 +73,17 @@ def test_guide_is_loaded_seen_followed_undone_and_kept(window, qtbot, frame_fold
         state = project.state(project.project.frames[0].id).state
         assert state.frame.guide.is_same_as(document.frame.guide)
         assert state.frame.guide.path == str(tmp_path / "inverse.npy")
+
+    # with live update on, both are followed without a run
+    actions["live"].trigger()
     actions["remove_guide"].trigger()
     assert document.frame.guide is None
+    qtbot.waitUntil(lambda: not document.changed_blocks())
+    assert np.array_equal(document.completion().depth, before, equal_nan=True)
+    load(tmp_path / "inverse.npy")
+    qtbot.waitUntil(lambda: not document.changed_blocks())
+    assert np.array_equal(document.completion().depth, guided, equal_nan=True)
+    actions["remove_guide"].trigger()
     assert not actions["remove_guide"].isEnabled()
     window.refresh.now()
     assert section.message.text() == "None in this frame."

@@ -103,11 +103,6 @@ def test_no_other_user_may_read_the_settings(start, frame_folder):
     assert stat.S_IMODE(Path(QSettings().fileName()).stat().st_mode) == 0o600
 
 
-def test_a_frame_that_is_not_there(start, tmp_path, picture):
-    missing = tmp_path / "rgb.png", tmp_path / "depth.png"
-    refused(start(*missing, "--depth-units", 1000, "--run"), picture, "rgb.png")
-
-
 def test_intrinsics_that_are_none(start, frame_folder, picture):
     refused(start(frame_folder, "--run", "--intrinsics", "a,b"), picture, "a,b")
 

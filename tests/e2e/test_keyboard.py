@@ -134,7 +134,7 @@ def test_the_crosshair_stays_in_sight_and_gives_way_to_the_mouse(typing):
     QTest.keyRelease(view, _Key.Key_Space)
 
 
-def test_a_letter_takes_a_tool_and_stands_in_its_tooltip(typing):
+def test_a_letter_takes_a_tool_stands_in_its_tooltip_and_does_nothing_while_a_name_is_typed(typing, qtbot):
     for kind in KINDS:
         typing.editor.set_tool("give" if kind.name == "select" else "select")
         QTest.keyClick(_focus(), kind.key.lower())
@@ -142,8 +142,7 @@ def test_a_letter_takes_a_tool_and_stands_in_its_tooltip(typing):
         tip = typing.actions_[f"tool_{kind.name}"].toolTip()
         assert tip.startswith(f"<b>{plain(kind.text)} ({kind.key})</b>")
 
-
-def test_letters_do_nothing_while_a_name_is_typed(typing, qtbot):
+    typing.editor.set_tool("select")
     table = typing.feature(BlocksFeature).table
     table.selectRow(0)
     table.setFocus()

@@ -34,16 +34,7 @@ def test_stages_of_a_run_are_named(opened, qtbot):
     qtbot.waitUntil(lambda: not progress.isVisible())
 
 
-def test_a_pause_is_told_with_what_is_done(opened, qtbot):
-    progress = opened.feature(StatusFeature).bar.progress
-    opened.workspace.parameters.set(ilf.preset("released-code", max_iterations=100_000))
-    opened.actions_["step"].trigger()
-    qtbot.waitUntil(lambda: progress.format().startswith("Paused"))
-    with qtbot.waitSignal(opened.runs.ended):
-        opened.actions_["cancel"].trigger()
-
-
-def test_a_run_that_is_wanted_while_blocks_are_extracted_follows_them(opened, qtbot):
+def test_a_pause_is_told_with_what_is_done_and_a_run_follows_an_extraction_under_way(opened, qtbot):
     opened.workspace.parameters.set_extraction(BlockParameters(min_size=48.0, use_depth=False))
     with qtbot.waitSignal(opened.runs.ended):
         opened.actions_["extract"].trigger()
@@ -51,6 +42,13 @@ def test_a_run_that_is_wanted_while_blocks_are_extracted_follows_them(opened, qt
         assert "as soon as they are extracted" in opened.toasts.message
         assert not opened.runs.going
     assert not opened.workspace.current.changed_blocks()
+
+    progress = opened.feature(StatusFeature).bar.progress
+    opened.workspace.parameters.set(ilf.preset("released-code", max_iterations=100_000))
+    opened.actions_["step"].trigger()
+    qtbot.waitUntil(lambda: progress.format().startswith("Paused"))
+    with qtbot.waitSignal(opened.runs.ended):
+        opened.actions_["cancel"].trigger()
 
 
 def test_a_frame_can_be_run_while_blocks_of_another_are_extracted(opened, qtbot, tmp_path, small_frame):

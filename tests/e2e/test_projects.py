@@ -13,7 +13,6 @@ import pytest
 from PySide6.QtWidgets import QApplication, QMessageBox
 
 import ilf
-from gui.app.main_window import MainWindow
 from gui.features.export.dialog import Export
 from gui.features.export.feature import ExportFeature
 from gui.features.project.closing import CloseDialog
@@ -31,26 +30,6 @@ from ilf.sources.frame_ref import FrameRef
 
 from ..ilf.project_states import assert_same
 from .conftest import open_frame, write_frame
-
-
-@pytest.fixture
-def another(qtbot):
-    """Opens further windows."""
-    made: list[MainWindow] = []
-
-    def make() -> MainWindow:
-        window = MainWindow(persistent=False)
-        window.documents.discard_silently = True
-        window.resize(1280, 800)
-        window.show()
-        qtbot.addWidget(window)
-        made.append(window)
-        return window
-
-    yield make
-    for window in made:
-        window.documents.discard_silently = True
-        window.close()
 
 
 def save(window, qtbot, path: Path, embed: bool | None = None):

@@ -239,17 +239,6 @@ def test_suspect_depth_and_blocks_at_a_limit_are_marked(window, qtbot, tmp_path,
     assert workspace.current.summary().not_converged == 1
 
 
-def test_the_places_of_another_frame_are_its_own(window, qtbot, tmp_path, frame_folder):
-    opened_with(window, qtbot, tmp_path, walls(WIDTH))
-    press(window, qtbot, "next_check")
-    open_frame(window, qtbot, FrameRef(str(frame_folder)))
-    assert settled(window, qtbot) == "No flagged places."
-    assert window.feature(QualityPanel)._marks[0].path.isEmpty()
-    window.actions_["close_frame"].trigger()
-    window.actions_["close_frame"].trigger()
-    assert settled(window, qtbot) == "Open a frame first."
-
-
 def test_suggested_distrust_is_shown_then_taken_or_left(window, qtbot, tmp_path):
     opened_with(window, qtbot, tmp_path, walls(48, 96, WIDTH))
     panel, document = window.feature(QualityPanel), window.workspace.current
@@ -272,7 +261,7 @@ def test_suggested_distrust_is_shown_then_taken_or_left(window, qtbot, tmp_path)
     assert panel.candidates is None
 
 
-def test_places_and_a_suggestion_are_both_found_when_asked_for_at_once(window, qtbot, tmp_path):
+def test_places_and_a_suggestion_are_found_at_once_and_another_frame_has_its_own(window, qtbot, tmp_path, frame_folder):
     opened_with(window, qtbot, tmp_path, walls(WIDTH))
     window.actions_["next_check"].trigger()
     window.actions_["suggest_invalid"].trigger()
@@ -280,6 +269,13 @@ def test_places_and_a_suggestion_are_both_found_when_asked_for_at_once(window, q
     panel = window.feature(QualityPanel)
     assert panel.remedy is not None
     assert panel.candidates is not None
+
+    open_frame(window, qtbot, FrameRef(str(frame_folder)))
+    assert settled(window, qtbot) == "No flagged places."
+    assert panel._marks[0].path.isEmpty()
+    window.actions_["close_frame"].trigger()
+    window.actions_["close_frame"].trigger()
+    assert settled(window, qtbot) == "Open a frame first."
 
 
 def test_enter_applies_the_remedy_wherever_the_focus_is(window, qtbot, tmp_path, frame_folder):

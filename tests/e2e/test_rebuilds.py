@@ -38,7 +38,7 @@ def _click(window, x, y):
     QTest.mouseClick(view.viewport(), Qt.MouseButton.LeftButton, pos=place)
 
 
-def test_one_click_rebuilds_the_table_once(opened, monkeypatch):
+def test_one_click_an_edit_and_its_undo_rebuild_the_table_once_each(opened, monkeypatch):
     rows = _Count(monkeypatch, opened.feature(BlocksFeature).table, "set_rows")
     _click(opened, 50, 24)
     assert rows.taken() == 1
@@ -49,9 +49,6 @@ def test_one_click_rebuilds_the_table_once(opened, monkeypatch):
     opened.feature(BlocksFeature).table.selectRow(0)
     assert rows.taken() == 1
 
-
-def test_an_edit_and_its_undo_rebuild_the_table_once_each(opened, monkeypatch):
-    rows = _Count(monkeypatch, opened.feature(BlocksFeature).table, "set_rows")
     depth = _Count(monkeypatch, opened.views.ranges, "update_for_result")
     opened.actions_["select_all"].trigger()
     assert (rows.taken(), depth.taken()) == (1, 0)

@@ -12,7 +12,7 @@ from gui.features.project.missing import MissingFilesDialog
 from ilf.sources.opening import close_all
 from tests.ilf.bags import COLOUR, DEPTH, storage_of, write_aligned
 
-from .test_projects import another, open_project, save, show  # noqa: F401 - a fixture among them
+from .test_projects import open_project, save, show
 
 KEYS = ("1600000000.000000000", "1600000000.033000000", "1600000000.066000000")
 
@@ -52,7 +52,7 @@ def test_frames_of_a_recording_are_listed_and_gone_through(window, qtbot, tmp_pa
 
 def test_a_project_brings_frames_of_a_recording_back(
     window,
-    another,  # noqa: F811
+    another,
     qtbot,
     tmp_path,
 ):

@@ -16,7 +16,7 @@ from gui.project.recorder import Recorder
 from gui.project.store import WorkStore
 from gui.state.document import Document
 from gui.state.workspace import Workspace
-from gui.widgets.basics import Message
+from gui.widgets.basics import Message, PlainLabel
 from ilf.errors import ExportError, InputError
 from ilf.project.file import save_project
 from ilf.project.project import Project
@@ -63,15 +63,9 @@ def _leave(qtbot, folder: Path, frames: list[Path], labels: np.ndarray, project:
 
 
 @pytest.fixture
-def window(qtbot, left):
+def window(another, left):
     """A window that looks for what others have left."""
-    window = MainWindow()
-    window.documents.discard_silently = True
-    qtbot.addWidget(window)
-    window.resize(1280, 800)
-    window.show()
-    yield window
-    window.close()
+    return another(persistent=True)
 
 
 def _part(window) -> AutosaveFeature:
@@ -95,6 +89,11 @@ def test_left_work_is_restored_discarded_or_left(window, left, qtbot, monkeypatc
     assert len(dialog.rows) == 3
     attic, hall, other = dialog.rows[0], dialog.rows[1], dialog.rows[2]
     assert not other.restore_button.isEnabled(), "it cannot be read"
+    texts = [" ".join(label.text() for label in row.findChildren(PlainLabel)) for row in (hall, other)]
+    assert "frame-hall" in texts[0]
+    assert "2 frames" in texts[0]
+    assert "Last change " in texts[0]
+    assert "index.json" in texts[1]
     assert not dialog.added.isVisible()
     hall.restore_button.click()
     qtbot.waitUntil(lambda: 1 not in dialog.rows and not window.loader.busy)
@@ -195,21 +194,17 @@ def _frame_parts(path: Path) -> list[str]:
 
 
 def test_a_project_that_was_saved_after_the_work_was_left_is_not_replaced_unasked(
-    qtbot, tmp_path, small_frame, small_labels
+    another, qtbot, tmp_path, small_frame, small_labels
 ):
     folder, path = Path(os.environ["ILF_AUTOSAVE"]), tmp_path / "room.ilf"
     _leave(qtbot, tmp_path / "work", [write_frame(tmp_path / "hall", small_frame)], small_labels, str(path))
     shutil.copytree(tmp_path / "work", folder)
     save_project(path, Project())
-    window = MainWindow()
-    window.documents.discard_silently = True
-    qtbot.addWidget(window)
-    window.show()
+    window = another(persistent=True)
     _dialog(window, qtbot).rows[0].restore_button.click()
     qtbot.waitUntil(lambda: window.workspace.has_current)
     assert window.project.present.path == path
     assert "has been saved after this work" in window.project.present.read_only
-    window.close()
 
 
 def test_a_folder_that_cannot_be_taken_away_does_not_keep_the_window_open(window, left, qtbot, monkeypatch):
@@ -235,12 +230,9 @@ def test_a_folder_that_cannot_be_taken_away_does_not_keep_the_window_open(window
 
 @pytest.mark.parametrize(("file_is_there", "sets_more"), [(True, True), (False, False)])
 def test_frames_that_were_saved_since_are_not_called_changed(
-    qtbot, tmp_path, small_frame, monkeypatch, file_is_there, sets_more
+    another, qtbot, tmp_path, small_frame, monkeypatch, file_is_there, sets_more
 ):
-    former, path, folder = MainWindow(), tmp_path / "house.ilf", tmp_path / "left"
-    former.documents.discard_silently = True
-    qtbot.addWidget(former)
-    former.show()
+    former, path, folder = another(persistent=True), tmp_path / "house.ilf", tmp_path / "left"
     for name in ("hall", "stairs", "attic"):
         open_frame(former, qtbot, FrameRef(str(write_frame(tmp_path / name, small_frame))))
         former.workspace.current.edit_info(1, "Rename", name="wall")
@@ -259,10 +251,7 @@ def test_frames_that_were_saved_since_are_not_called_changed(
         path.unlink()
 
     monkeypatch.setenv("ILF_AUTOSAVE", str(folder))
-    window = MainWindow()
-    window.documents.discard_silently = True
-    qtbot.addWidget(window)
-    window.show()
+    window = another(persistent=True)
     monkeypatch.setattr(window.notes, "warn", lambda *_: None)
     dialog = _dialog(window, qtbot)
     assert any("1 of 3 frames changed" in message.text() for message in dialog.findChildren(Message))
@@ -273,4 +262,3 @@ def test_frames_that_were_saved_since_are_not_called_changed(
     unsaved = [entry.unsaved for entry in window.workspace.entries]
     assert unsaved == ([False, False, True] if file_is_there else [True, True, True])
     assert window.project.present.words() == ("extraction parameters" if sets_more else "")
-    window.close()

@@ -38,7 +38,7 @@ def _hatched(window) -> QPainterPath:
     return preview.area or QPainterPath()
 
 
-def test_a_click_and_enter_make_a_block_in_one_undo_step(selecting, qtbot):
+def test_a_click_and_enter_make_a_block_in_one_undo_step_and_a_box_starts_a_new_object(selecting, qtbot):
     document = selecting.workspace.current
     before = document.labels.copy()
     click(selecting, (50, 20))
@@ -53,15 +53,12 @@ def test_a_click_and_enter_make_a_block_in_one_undo_step(selecting, qtbot):
     key(selecting, _Key.Key_Z, CTRL)
     assert np.array_equal(document.labels, before)
 
-
-def test_after_enter_a_box_starts_a_new_object(selecting, qtbot):
-    document = selecting.workspace.current
-    height, width = document.labels.shape
+    selecting.workspace.select([])
     click(selecting, (5, 20))
     _wait(selecting, qtbot)
     key(selecting, _Key.Key_Return)
     first = document.selected[0]
-    drag(selecting, [(28, 1), (40, 20), (width - 1, height - 1)])
+    drag(selecting, [(28, 1), (40, 20), (before.shape[1] - 1, before.shape[0] - 1)])
     _wait(selecting, qtbot)
     key(selecting, _Key.Key_Return)
     assert document.labels[20, 5] == first
@@ -87,7 +84,7 @@ def test_with_shift_the_selected_block_gets_the_selection_and_the_change_is_hatc
     assert document.undo_stack.count() == 1
 
 
-def test_the_preview_follows_the_pointer_and_the_wheel_steps_to_the_object(selecting, qtbot):
+def test_the_preview_shows_what_pointer_wheel_box_and_the_next_click_would_select(selecting, qtbot):
     hover(selecting, (48, 20))
     hover(selecting, (50, 20))
     _wait(selecting, qtbot)
@@ -102,6 +99,25 @@ def test_the_preview_follows_the_pointer_and_the_wheel_steps_to_the_object(selec
     left, _, right, _ = _shown(selecting)
     assert left <= 0
     assert right >= selecting.workspace.current.labels.shape[1]
+
+    key(selecting, _Key.Key_Escape)
+    click(selecting, (50, 20))
+    _wait(selecting, qtbot)
+    left, *_ = _shown(selecting)
+    hover(selecting, (6, 20))
+    hover(selecting, (5, 20))
+    _wait(selecting, qtbot)
+    assert _shown(selecting)[0] < 5 < left
+
+    key(selecting, _Key.Key_Escape)
+    height, width = selecting.workspace.current.labels.shape
+    drag(selecting, [(28, 1), (40, 20), (width - 1, height - 1)])
+    _wait(selecting, qtbot)
+    click(selecting, (5, 20))
+    _wait(selecting, qtbot)
+    left, _, right, _ = _shown(selecting)
+    assert left < 5
+    assert right > 50
 
 
 def test_ctrl_click_takes_away_backspace_brings_back_and_escape_cancels(selecting, qtbot):
@@ -124,7 +140,7 @@ def test_ctrl_click_takes_away_backspace_brings_back_and_escape_cancels(selectin
     assert document.labels[20, 50] == document.selected[0] != document.labels[20, 5]
 
 
-def test_with_a_block_selected_shift_adds_ctrl_takes_away_and_a_click_in_it_makes_a_new_block(selecting, qtbot):
+def test_with_a_block_selected_shift_adds_ctrl_takes_away_a_click_makes_a_new_one_and_a_lock_holds(selecting, qtbot):
     document = selecting.workspace.current
     before, left = document.labels.copy(), int(document.labels[20, 5])
     selecting.workspace.select([left])
@@ -138,16 +154,12 @@ def test_with_a_block_selected_shift_adds_ctrl_takes_away_and_a_click_in_it_make
     assert document.labels[20, 50] not in {0, *before.flat}
     assert document.undo_stack.count() == 4
 
-
-def test_a_click_after_a_box_adds_to_what_the_box_selects(selecting, qtbot):
-    height, width = selecting.workspace.current.labels.shape
-    drag(selecting, [(28, 1), (40, 20), (width - 1, height - 1)])
+    selecting.actions_["lock_blocks"].trigger()
+    before = document.labels.copy()
+    click(selecting, (50, 20), SHIFT)
     _wait(selecting, qtbot)
-    click(selecting, (5, 20))
-    _wait(selecting, qtbot)
-    left, _, right, _ = _shown(selecting)
-    assert left < 5
-    assert right > 50
+    key(selecting, _Key.Key_Return)
+    assert np.array_equal(document.labels, before)
 
 
 def test_a_stroke_with_shift_acts_like_a_click(selecting, qtbot):
@@ -160,28 +172,6 @@ def test_a_stroke_with_shift_acts_like_a_click(selecting, qtbot):
     new = document.selected[0]
     assert document.labels[8, 36] == document.labels[36, 54] == new
     assert document.labels[8, 4] != new != document.labels[30, 8]
-
-
-def test_after_a_click_the_preview_shows_what_the_next_would_change(selecting, qtbot):
-    click(selecting, (50, 20))
-    _wait(selecting, qtbot)
-    left, *_ = _shown(selecting)
-    hover(selecting, (6, 20))
-    hover(selecting, (5, 20))
-    _wait(selecting, qtbot)
-    assert _shown(selecting)[0] < 5 < left
-
-
-def test_a_locked_block_gets_nothing(selecting, qtbot):
-    document = selecting.workspace.current
-    left = int(document.labels[20, 5])
-    selecting.workspace.select([left])
-    selecting.actions_["lock_blocks"].trigger()
-    before = document.labels.copy()
-    click(selecting, (50, 20), SHIFT)
-    _wait(selecting, qtbot)
-    key(selecting, _Key.Key_Return)
-    assert np.array_equal(document.labels, before)
 
 
 def test_steps_of_a_click_stay_when_another_is_added(selecting, qtbot):

@@ -122,7 +122,7 @@ def test_wheel_with_control_and_keys_change_the_brush_and_zoom_where_there_is_no
     assert view.transform().m11() > scale
 
 
-def test_options_show_for_the_tool_that_has_them_and_stay(editing):
+def test_options_show_for_the_tool_that_has_them_stay_and_have_room_in_a_narrow_window(editing, qtbot):
     row, options = editing.feature(ToolsFeature).options, editing.editor.options
     assert not row.amount.isVisible(), "no block is selected"
     editing.workspace.select([1])
@@ -143,9 +143,6 @@ def test_options_show_for_the_tool_that_has_them_and_stay(editing):
     _take(editing, "border")
     assert row.leash.value() == 11
 
-
-def test_the_options_of_every_tool_have_room_in_a_narrow_window(editing, qtbot):
-    row = editing.feature(ToolsFeature).options
     document = editing.workspace.current
     document.set_by_hand(np.full(document.frame.shape, 2.0, np.float32), document.frame.missing, "Fill")
     editing.resize(1100, 700)
@@ -239,7 +236,7 @@ def test_undo_gives_up_what_is_under_way_only(editing):
         assert (editing.editor.busy, document.undo_stack.index()) == (False, index)
 
 
-def test_slivers_are_said_and_cleaned_up_by_what_is_offered(editing, qtbot):
+def test_slivers_are_said_unless_they_were_there_before_and_cleaned_up_by_what_is_offered(editing, qtbot):
     document = editing.workspace.current
     click(editing, (50, 24))
     _take(editing, "paint")
@@ -252,14 +249,11 @@ def test_slivers_are_said_and_cleaned_up_by_what_is_offered(editing, qtbot):
     assert "1 sliver" in editing.toasts.message
     assert [toast for toast in editing.toasts.shown if toast.commands] == [], "what was offered is done"
 
-
-def test_slivers_that_were_there_before_are_not_said(editing):
-    document = editing.workspace.current
+    editing.toasts.clear()
     labels = document.labels.copy()
     labels[24, 10] = labels[24, 50]
     editing.workspace.current.replace_blocks(labels, "A sliver")
     click(editing, (50, 40))
-    _take(editing, "paint")
     editing.editor.set_option("brush_radius", 3.0)
     drag(editing, [(50, 30), (8, 30), (8, 40)])
     assert document.undo_stack.undoText() == f"Paint {document.info(document.selected[0]).name}"
@@ -267,7 +261,7 @@ def test_slivers_that_were_there_before_are_not_said(editing):
     assert "sliver" not in editing.toasts.message
 
 
-def test_blocks_grow_shrink_and_become_smooth_by_the_amount(editing):
+def test_blocks_grow_shrink_and_become_smooth_by_the_amount_and_merging_says_that_parts_do_not_touch(editing):
     document = editing.workspace.current
     counts = document.counts()
     editing.workspace.select([1])
@@ -280,9 +274,6 @@ def test_blocks_grow_shrink_and_become_smooth_by_the_amount(editing):
     editing.actions_["smooth_blocks"].trigger()
     assert document.counts()[1].pixels == counts[1].pixels
 
-
-def test_merging_says_that_parts_do_not_touch(editing):
-    document = editing.workspace.current
     labels = np.ones_like(document.labels)
     labels[:10, :10], labels[-10:, -10:] = 2, 3
     editing.workspace.current.replace_blocks(labels, "Corners")

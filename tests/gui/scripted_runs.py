@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -19,8 +19,6 @@ from ilf.completion.filter import edge_parameters
 from ilf.data.label_map import Block, drawn_of, find_blocks
 from ilf.data.results import NO_BLOCK, BlockOutcome, BlockResult, IterationRecord, Status, Step
 from ilf.run.run import Run
-
-Until = Callable[[Callable[[], bool]], None]
 
 
 def record(i: int) -> IterationRecord:

@@ -17,11 +17,8 @@ from ilf.errors import InputError
 
 
 @pytest.fixture
-def window(qtbot):
-    window = QWidget()
-    qtbot.addWidget(window)
-    window.show()
-    return window
+def window(shown):
+    return shown(QWidget())
 
 
 def _reported(window, error: Exception) -> ProblemBox:
@@ -74,10 +71,8 @@ def test_the_log_is_copied_and_cleared(qtbot):
     assert log.text.toPlainText() == ""
 
 
-def test_about_copies_all_versions(qtbot):
-    dialog = AboutDialog()
-    qtbot.addWidget(dialog)
-    dialog.show()
+def test_about_copies_all_versions(shown):
+    dialog = shown(AboutDialog())
     copied = dict(line.split(": ", 1) for line in _copied(dialog.copy_button).splitlines())
     assert copied["ILF Studio"] == ilf.__version__
     assert {"Python", "Qt", "PySide6", "numpy", "scipy", "OpenCV", "pyqtgraph", "Open3D", "System"} <= set(copied)

@@ -17,14 +17,10 @@ def _rows(count: int) -> list[BlockRow]:
 
 
 @pytest.fixture
-def table(qtbot):
+def table(shown):
     table = BlockTable()
-    qtbot.addWidget(table)
-    table.resize(700, 300)
     table.set_rows(_rows(12))
-    table.show()
-    qtbot.waitExposed(table)
-    return table
+    return shown(table, 700, 300)
 
 
 def _centre(table: BlockTable, row: int, column: Column) -> QPoint:

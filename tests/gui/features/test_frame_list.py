@@ -140,16 +140,13 @@ def test_frames_with_blocks_that_have_not_converged_are_found(qapp):
 
 
 @pytest.fixture
-def panel(qtbot):
+def panel(shown):
     panel = FramesPanel()
-    qtbot.addWidget(panel)
-    panel.resize(300, 400)
     panel.model.set_entries(_entries())
     panel.show_several(True)
     panel.show_counts(counts(panel.model.entries))
     panel.show_present(panel.model.entries[0])
-    panel.show()
-    qtbot.waitExposed(panel)
+    shown(panel, 300, 400)
     yield panel
     stop_workers(panel)
 

@@ -8,7 +8,6 @@ import shiboken6
 from PySide6.QtCore import QSettings, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QDockWidget, QMainWindow, QToolButton, QWidget
-from pytestqt.qtbot import QtBot
 
 from gui.app.main_window import MainWindow
 from gui.features.layouts.feature import LayoutsFeature
@@ -16,13 +15,15 @@ from gui.features.layouts.layout import Arrangement, LayoutStore
 from gui.widgets.docks import Docks, PanelGroup
 
 
-def _shown(qtbot: QtBot) -> tuple[MainWindow, LayoutsFeature]:
-    window = MainWindow()
-    qtbot.addWidget(window)
-    window.resize(1280, 800)
-    window.show()
-    qtbot.waitExposed(window)
-    return window, window.feature(LayoutsFeature)
+@pytest.fixture
+def opened(shown):
+    """Opens windows that remember their layouts, one after the other."""
+
+    def open_window() -> tuple[MainWindow, LayoutsFeature]:
+        window = shown(MainWindow(), 1280, 800)
+        return window, window.feature(LayoutsFeature)
+
+    return open_window
 
 
 def _key(window: MainWindow, key: Qt.Key, modifier: Qt.KeyboardModifier = Qt.KeyboardModifier.NoModifier) -> None:
@@ -33,8 +34,8 @@ def _click(window: MainWindow, title: str) -> None:
     next(action for action in window.panels.toggles() if action.text() == title).trigger()
 
 
-def test_each_stays_as_it_was_left_also_for_the_next_window(qtbot):
-    window, layouts = _shown(qtbot)
+def test_each_stays_as_it_was_left_also_for_the_next_window(qtbot, opened):
+    window, layouts = opened()
     window.activateWindow()
     qtbot.waitUntil(window.isActiveWindow)
     assert window.panels.open == ["Blocks", "Parameters"]
@@ -53,7 +54,7 @@ def test_each_stays_as_it_was_left_also_for_the_next_window(qtbot):
     assert set(window.panels.open) >= {"Parameters", "Convergence"}
     window.actions_["contours_only"].trigger()
     window.close()
-    second, layouts = _shown(qtbot)
+    second, layouts = opened()
     assert layouts.present == "tune"
     assert set(second.panels.open) >= {"Parameters", "Convergence"}
     assert second.actions_["contours_only"].isChecked()
@@ -74,8 +75,8 @@ def test_each_stays_as_it_was_left_also_for_the_next_window(qtbot):
     second.close()
 
 
-def test_a_click_on_the_present_layout_stays_in_it(qtbot):
-    window, layouts = _shown(qtbot)
+def test_a_click_on_the_present_layout_stays_in_it(opened):
+    window, layouts = opened()
     for name in ("inspect", "inspect", "correct", "correct"):
         button = next(one for one in layouts.bar.findChildren(QToolButton) if one.text() == name.title())
         QTest.mouseClick(button, Qt.MouseButton.LeftButton)
@@ -84,8 +85,8 @@ def test_a_click_on_the_present_layout_stays_in_it(qtbot):
     window.close()
 
 
-def test_looks_aside_leave_the_layout_and_go_back_to_its_views(qtbot):
-    window, layouts = _shown(qtbot)
+def test_looks_aside_leave_the_layout_and_go_back_to_its_views(opened):
+    window, layouts = opened()
     views = window.views
     for name, own in (("tune", "grid"), ("correct", "correct")):
         layouts.turn(name)
@@ -108,8 +109,8 @@ def test_looks_aside_leave_the_layout_and_go_back_to_its_views(qtbot):
     window.close()
 
 
-def test_panels_have_their_width_in_every_layout(qtbot):
-    window, layouts = _shown(qtbot)
+def test_panels_have_their_width_in_every_layout(qtbot, opened):
+    window, layouts = opened()
     parameters = window.findChild(QDockWidget, "Parameters")
     width = round(0.26 * window.width())
 
@@ -139,8 +140,8 @@ def _area(window: MainWindow, title: str) -> Qt.DockWidgetArea:
     return window.dockWidgetArea(window.findChild(QDockWidget, title))
 
 
-def test_own_layouts_have_keys_are_renamed_deleted_and_brought_back(qtbot):
-    window, layouts = _shown(qtbot)
+def test_own_layouts_have_keys_are_renamed_deleted_and_brought_back(opened):
+    window, layouts = opened()
     left, right = Qt.DockWidgetArea.LeftDockWidgetArea, Qt.DockWidgetArea.RightDockWidgetArea
     assert not layouts.save("inspect"), "those that are always there are not replaced"
     _click(window, "History")
@@ -180,13 +181,13 @@ def test_settings_that_are_damaged_give_way_to_what_there_is_from_the_first(qapp
     assert store.left("correct").views == "correct"
 
 
-def test_places_of_another_version_and_panels_that_are_gone_are_passed_over(qtbot):
+def test_places_of_another_version_and_panels_that_are_gone_are_passed_over(qtbot, opened):
     older = QMainWindow()
     qtbot.addWidget(older)
     store = LayoutStore(persistent=True)
     store.changed["standard"] = Arrangement("no such views", {}, ("Log", "Gone"), bytes(older.saveState(0).data()))
     store.write()
-    window, _ = _shown(qtbot)
+    window, _ = opened()
     assert window.panels.open == ["Log"]
     assert window.views.sheet.layout_name == "grid"
     window.close()

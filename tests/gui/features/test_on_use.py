@@ -10,10 +10,8 @@ from gui.features.palette.palette import PaletteFeature
 NOT_AT_START = {f"gui.features.{name}" for name in ("export.feature", "live", "palette.palette", "sweep.feature")}
 
 
-def test_the_first_command_makes_the_feature(qtbot):
-    window = MainWindow(persistent=False)
-    qtbot.addWidget(window)
-    window.show()
+def test_the_first_command_makes_the_feature(shown):
+    window = shown(MainWindow(persistent=False))
 
     def made() -> list[PaletteFeature]:
         return [feature for feature in window.features if isinstance(feature, PaletteFeature)]

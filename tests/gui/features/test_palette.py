@@ -48,7 +48,7 @@ def test_commands_are_remembered_once_each_the_last_one_first():
 
 
 @pytest.fixture
-def window(qtbot):
+def window(shown):
     window = QMainWindow()
     window.given = []
     window.setCentralWidget(QLineEdit())
@@ -63,11 +63,7 @@ def window(qtbot):
     hidden.setEnabled(False)
     hidden.setProperty(WHY_NOT, "Open a frame first.")
     window.addAction(hidden)
-    qtbot.addWidget(window)
-    window.resize(800, 600)
-    window.show()
-    qtbot.waitExposed(window)
-    return window
+    return shown(window, 800, 600)
 
 
 def test_all_actions_are_found_with_their_menus_and_keys(window):

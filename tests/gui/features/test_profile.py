@@ -39,13 +39,8 @@ def data(workspace, results):
 
 
 @pytest.fixture
-def panel(qtbot):
-    panel = ProfilePage([])
-    qtbot.addWidget(panel)
-    panel.resize(700, 200)
-    panel.show()
-    qtbot.waitExposed(panel)
-    return panel
+def panel(shown):
+    return shown(ProfilePage([]), 700, 200)
 
 
 def legend(panel: ProfilePage) -> str:

@@ -1,7 +1,5 @@
 """Keys can be changed in a list of all commands: at once, without two commands for one key, and for the next time."""
 
-from collections.abc import Callable
-
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QKeySequence
@@ -10,8 +8,6 @@ from PySide6.QtWidgets import QMainWindow
 
 from gui.base.commands import HINT, HOLD_KEY, describe, keys_text
 from gui.features.shortcuts import Keymap, ShortcutsDialog
-
-MakeWindow = Callable[[], QMainWindow]
 
 
 @pytest.fixture
@@ -46,12 +42,8 @@ def keymap(make_window):
 
 
 @pytest.fixture
-def dialog(keymap, qtbot):
-    dialog = ShortcutsDialog(keymap)
-    qtbot.addWidget(dialog)
-    dialog.show()
-    qtbot.waitExposed(dialog)
-    return dialog
+def dialog(keymap, shown):
+    return shown(ShortcutsDialog(keymap))
 
 
 def _press(dialog: ShortcutsDialog, name: str, key: Qt.Key, modifier: Qt.KeyboardModifier) -> None:

@@ -54,12 +54,8 @@ def test_the_truth_is_the_criterion_where_there_is_one(qtbot):
     assert not box.for_selected
 
 
-def test_a_click_on_the_curve_takes_the_nearest_value(qtbot):
-    curve = ErrorCurve()
-    qtbot.addWidget(curve)
-    curve.resize(500, 200)
-    curve.show()
-    qtbot.waitExposed(curve)
+def test_a_click_on_the_curve_takes_the_nearest_value(qtbot, shown):
+    curve = shown(ErrorCurve(), 500, 200)
     curve.set_scale("Smoothness", [0.1, 1.0, 10.0], logarithmic=True)
     curve.set_points([2, 0], [0.03, 0.01], best=[0])
     curve.set_present(1.0)
@@ -84,14 +80,11 @@ def _centre(cells, number):
     return cells.visualItemRect(cells.item(*cells.place(number))).center()
 
 
-def test_a_click_on_the_grid_takes_the_pair_whose_second_value_rises_upwards(qtbot):
+def test_a_click_on_the_grid_takes_the_pair_whose_second_value_rises_upwards(qtbot, shown):
     grid = PointCells("Errors")
-    qtbot.addWidget(grid)
-    grid.resize(400, 300)
     grid.arrange((["1", "2", "3"], ["10", "20"]))
     grid.show_cells(_cells(["10", "", "", "", "", "20"], best=[0], present=5, colour=QColor("teal")))
-    grid.show()
-    qtbot.waitExposed(grid)
+    shown(grid, 400, 300)
     first, above, right = (_centre(grid, number) for number in (0, 1, 2))
     assert first.x() == above.x() < right.x()
     assert above.y() < first.y() == right.y()
@@ -109,12 +102,8 @@ def test_a_click_on_the_grid_takes_the_pair_whose_second_value_rises_upwards(qtb
     assert len(rings) > 1, "a ring around the best"
 
 
-def test_pictures_flow_and_a_click_takes_one(qtbot):
-    pictures = PointCells("Pictures")
-    qtbot.addWidget(pictures)
-    pictures.resize(420, 400)
-    pictures.show()
-    qtbot.waitExposed(pictures)
+def test_pictures_flow_and_a_click_takes_one(qtbot, shown):
+    pictures = shown(PointCells("Pictures"), 420, 400)
     pictures.arrange(None, QSize(176, 132))
     pictures.show_cells(_cells(["0.1", "1", "10"]))
     one, two, three = (_centre(pictures, number) for number in range(3))

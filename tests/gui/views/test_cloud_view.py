@@ -32,12 +32,10 @@ def scene():
 
 
 @pytest.fixture
-def view(qtbot, scene):
+def view(shown, scene):
     widget = CloudView()
     widget.add_switches(*(QAction(name, checkable=True) for name in ("raw", "chosen", "beside")))
-    qtbot.addWidget(widget)
-    widget.resize(400, 320)
-    widget.show()
+    shown(widget, 400, 320)
     widget.show_scene(scene)
     yield widget
     stop_workers(widget)

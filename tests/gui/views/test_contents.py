@@ -25,17 +25,13 @@ def flat(depth: float) -> np.ndarray:
 
 
 @pytest.fixture
-def views(qtbot):
+def views(shown):
     widget = GivenViews()
-    qtbot.addWidget(widget)
-    widget.resize(900, 700)
     depth = flat(2.0)
     depth[:, :10] = 1.0
     depth[10:20, 10:20] = np.nan
     widget.open(np.full((HEIGHT, WIDTH, 3), 90, np.uint8), depth)
-    widget.show()
-    qtbot.waitExposed(widget)
-    return widget
+    return shown(widget, 900, 700)
 
 
 def colour_at(cell, x, y):

@@ -14,12 +14,8 @@ QUICK = ilf.preset(max_iterations=5)
 
 
 @pytest.fixture
-def panel(qtbot):
-    panel = CurvesPanel()
-    qtbot.addWidget(panel)
-    panel.resize(700, 400)
-    panel.show()
-    return panel
+def panel(shown):
+    return shown(CurvesPanel(), 700, 400)
 
 
 @pytest.fixture

@@ -50,12 +50,8 @@ def linear(count=40):
 
 
 @pytest.fixture
-def panel(qtbot):
-    widget = CurvesPanel()
-    qtbot.addWidget(widget)
-    widget.resize(700, 500)
-    widget.show()
-    return widget
+def panel(shown):
+    return shown(CurvesPanel(), 700, 500)
 
 
 def curve(records, name="Table", **looks):

@@ -34,17 +34,13 @@ def coded_rgb():
 
 
 @pytest.fixture
-def views(qtbot):
+def views(shown):
     widget = GivenViews()
-    qtbot.addWidget(widget)
-    widget.resize(900, 700)
     depth = np.full((HEIGHT, WIDTH), 2.0, np.float32)
     depth[:, :10] = 1.0
     depth[10:20, 10:20] = np.nan
     widget.open(coded_rgb(), depth)
-    widget.show()
-    qtbot.waitExposed(widget)
-    return widget
+    return shown(widget, 900, 700)
 
 
 def view_of(views, name="colour"):

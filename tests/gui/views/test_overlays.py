@@ -31,11 +31,9 @@ def _place(step):
 
 
 @pytest.fixture
-def views(qtbot):
+def views(shown):
     """Four views of a smooth frame, whose colour bars follow the cursor."""
     views = GivenViews()
-    qtbot.addWidget(views)
-    views.resize(1000, 760)
     rows, columns = np.mgrid[:HEIGHT, :WIDTH]
     rgb = np.dstack((rows // 2, columns // 2, (rows + columns) // 4)).astype(np.uint8)
     depth = (1 + columns / WIDTH + rows / HEIGHT).astype(np.float32)
@@ -44,9 +42,7 @@ def views(qtbot):
     views.give(expected=np.float32(0.01) * depth)
     labels = (1 + columns // (WIDTH // 4)).astype(np.int32)
     views.paint(labels, np.array([[0, 0, 0, 0]] + [[90, 120, 150, 255]] * 4, np.uint8))
-    views.show()
-    qtbot.waitExposed(views)
-    return views
+    return shown(views, 1000, 760)
 
 
 def _cursor(views):

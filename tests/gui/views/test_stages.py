@@ -58,15 +58,11 @@ def board():
 
 
 @pytest.fixture
-def cell(qtbot, board):
+def cell(shown, board):
     widget = Cell("extraction", lambda view, event: False, ViewData(Workspace(), board), BlockOverlay(1))
-    qtbot.addWidget(widget)
     widget.set_colours(theme.colours(widget.palette()), QBrush())
     board.changed.connect(lambda: widget.redraw({"stage"}))
-    widget.resize(900, 300)
-    widget.show()
-    qtbot.waitExposed(widget)
-    return widget
+    return shown(widget, 900, 300)
 
 
 def test_stages_are_buttons_where_there_is_room_and_a_box_where_not(cell, board, qtbot):

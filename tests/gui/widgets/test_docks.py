@@ -19,13 +19,8 @@ from ilf._runtime.installation import asset_path
 
 
 @pytest.fixture
-def shown(qtbot):
-    window = MainWindow()
-    qtbot.addWidget(window)
-    window.resize(1280, 800)
-    window.show()
-    qtbot.waitExposed(window)
-    return window
+def window(shown):
+    return shown(MainWindow(), 1280, 800)
 
 
 @pytest.mark.parametrize(
@@ -54,54 +49,44 @@ def test_damaged_settings_do_not_keep_the_window_from_opening(qtbot):
 
 
 @pytest.mark.parametrize("room", [QSize(1066, 666), QSize(1920, 1080)])
-def test_the_first_window_fits_the_screen(qtbot, monkeypatch, room):
+def test_the_first_window_fits_the_screen(shown, monkeypatch, room):
     monkeypatch.setattr(docks, "available_geometry", lambda _: QRect(0, 0, room.width(), room.height()))
-    window = MainWindow(persistent=False)
-    qtbot.addWidget(window)
-    window.show()
-    qtbot.waitExposed(window)
+    window = shown(MainWindow(persistent=False))
     assert window.size() == docks.DEFAULT_SIZE.boundedTo(room - QSize(0, 40))
     assert window.geometry().bottom() < room.height()
 
 
-def test_each_screen_keeps_its_own_size_of_the_window(qtbot, monkeypatch):
+def test_each_screen_keeps_its_own_size_of_the_window(shown, monkeypatch):
     large, small = QRect(0, 0, 800, 800), QRect(0, 0, 800, 610)
     room = [large]
     monkeypatch.setattr(docks, "available_geometry", lambda _: room[0])
 
-    def opened() -> MainWindow:
-        window = MainWindow()
-        qtbot.addWidget(window)
-        window.show()
-        qtbot.waitExposed(window)
-        return window
-
-    first = opened()
+    first = shown(MainWindow())
     first.setGeometry(5, 45, 790, 720)
     first.close()
     room[0] = small
-    second = opened()
+    second = shown(MainWindow())
     assert small.contains(second.geometry())
     second.setGeometry(0, 45, 780, 560)
     second.close()
     for room[0], size in ((large, QSize(790, 720)), (small, QSize(780, 560))):
-        again = opened()
+        again = shown(MainWindow())
         assert again.size() == size
         again.close()
 
 
-def test_the_panels_let_the_window_become_small(shown, qtbot):
-    shown.feature(StatusFeature).bar.hint.setText("long " * 200)
-    shown.feature(StatusFeature).bar.readout.setText("long " * 200)
-    shown.setWindowTitle("long " * 200)
-    shown.resize(800, 560)
-    qtbot.waitUntil(lambda: shown.size() == QSize(800, 560))
+def test_the_panels_let_the_window_become_small(window, qtbot):
+    window.feature(StatusFeature).bar.hint.setText("long " * 200)
+    window.feature(StatusFeature).bar.readout.setText("long " * 200)
+    window.setWindowTitle("long " * 200)
+    window.resize(800, 560)
+    qtbot.waitUntil(lambda: window.size() == QSize(800, 560))
 
 
-def test_panels_stand_by_group_in_whatever_order_they_were_added(shown, qtbot):
+def test_panels_stand_by_group_in_whatever_order_they_were_added(window, qtbot):
     for title in ("Convergence", "Blocks", "Parameters"):
-        shown.panels.reveal(title)
-    docks_ = {dock.windowTitle(): dock for dock in shown.findChildren(QDockWidget) if dock.isVisible()}
+        window.panels.reveal(title)
+    docks_ = {dock.windowTitle(): dock for dock in window.findChildren(QDockWidget) if dock.isVisible()}
 
     def is_in_order() -> bool:
         tops = [docks_[title].geometry().top() for title in ("Blocks", "Parameters", "Convergence")]
@@ -114,62 +99,62 @@ def _click(window, title: str):
     next(action for action in window.panels.toggles() if action.text() == title).trigger()
 
 
-def test_panels_open_and_close_and_one_key_folds_all_of_them(shown, qtbot):
-    assert shown.panels.open == ["Blocks", "Parameters"]
-    qtbot.waitUntil(lambda: shown.findChild(QDockWidget, "Blocks").width() == round(0.26 * shown.width()))
-    before = shown.views.width()
-    _click(shown, "Parameters")
-    _click(shown, "Log")
-    assert shown.panels.open == ["Blocks", "Log"]
-    shown.activateWindow()
-    qtbot.waitUntil(shown.isActiveWindow)
-    qtbot.keyClick(shown, Qt.Key.Key_F9)
-    assert shown.panels.open == []
-    qtbot.waitUntil(lambda: shown.views.width() > before + 200)
-    qtbot.keyClick(shown, Qt.Key.Key_F9)
-    assert shown.panels.open == ["Blocks", "Log"]
+def test_panels_open_and_close_and_one_key_folds_all_of_them(window, qtbot):
+    assert window.panels.open == ["Blocks", "Parameters"]
+    qtbot.waitUntil(lambda: window.findChild(QDockWidget, "Blocks").width() == round(0.26 * window.width()))
+    before = window.views.width()
+    _click(window, "Parameters")
+    _click(window, "Log")
+    assert window.panels.open == ["Blocks", "Log"]
+    window.activateWindow()
+    qtbot.waitUntil(window.isActiveWindow)
+    qtbot.keyClick(window, Qt.Key.Key_F9)
+    assert window.panels.open == []
+    qtbot.waitUntil(lambda: window.views.width() > before + 200)
+    qtbot.keyClick(window, Qt.Key.Key_F9)
+    assert window.panels.open == ["Blocks", "Log"]
 
 
-def test_panels_of_one_purpose_share_a_place(shown, qtbot):
-    _click(shown, "Accuracy")
-    docks = {title: shown.findChild(QDockWidget, title) for title in ("Accuracy", "Parameters", "Blocks")}
-    neighbours = [tab.objectName() for tab in shown.tabifiedDockWidgets(docks["Accuracy"]) if not tab.isHidden()]
+def test_panels_of_one_purpose_share_a_place(window, qtbot):
+    _click(window, "Accuracy")
+    docks = {title: window.findChild(QDockWidget, title) for title in ("Accuracy", "Parameters", "Blocks")}
+    neighbours = [tab.objectName() for tab in window.tabifiedDockWidgets(docks["Accuracy"]) if not tab.isHidden()]
     assert neighbours == ["Parameters"]
-    assert shown.panels.open == ["Blocks", "Parameters", "Accuracy"]
+    assert window.panels.open == ["Blocks", "Parameters", "Accuracy"]
     qtbot.waitUntil(lambda: not docks["Accuracy"].visibleRegion().isEmpty())
     assert docks["Parameters"].visibleRegion().isEmpty()
     qtbot.waitUntil(lambda: type(docks["Accuracy"].titleBarWidget()) is QWidget)  # its tab has the title
     qtbot.waitUntil(lambda: [title for title, dock in docks.items() if dock.findChildren(PanelTitle)] == ["Blocks"])
-    _click(shown, "Accuracy")
+    _click(window, "Accuracy")
     qtbot.waitUntil(lambda: isinstance(docks["Parameters"].titleBarWidget(), PanelTitle))
     QTest.mouseClick(docks["Parameters"].findChild(QToolButton, "close"), Qt.MouseButton.LeftButton)
-    assert shown.panels.open == ["Blocks"]
+    assert window.panels.open == ["Blocks"]
     docks["Blocks"].setFloating(True)
     qtbot.waitUntil(lambda: docks["Blocks"].titleBarWidget() is None)  # its window has one
 
 
-def test_no_panel_makes_the_window_larger(shown):
-    shown.resize(1280, 720)
+def test_no_panel_makes_the_window_larger(window):
+    window.resize(1280, 720)
     for title in ("Frames", "Convergence", "History", "Accuracy", "Range"):
-        _click(shown, title)
-        assert shown.size() == QSize(1280, 720), title
-    shown.actions_["show_range"].trigger()
-    assert shown.size() == QSize(1280, 720)
+        _click(window, title)
+        assert window.size() == QSize(1280, 720), title
+    window.actions_["show_range"].trigger()
+    assert window.size() == QSize(1280, 720)
 
 
-def test_full_screen_by_f11_and_back_and_escape_does_not_quit(shown, qtbot):
-    shown.activateWindow()
-    qtbot.waitUntil(shown.isActiveWindow)
-    assert not shown.actions_["full_screen"].isChecked()
-    qtbot.keyClick(shown, Qt.Key.Key_F11)
-    assert shown.isFullScreen()
-    assert shown.actions_["full_screen"].isChecked()
-    qtbot.keyClick(shown, Qt.Key.Key_Escape)
-    assert shown.isVisible()
-    qtbot.keyClick(shown, Qt.Key.Key_F11)
-    assert not shown.isFullScreen()
-    shown.showFullScreen()
-    qtbot.waitUntil(shown.actions_["full_screen"].isChecked)
+def test_full_screen_by_f11_and_back_and_escape_does_not_quit(window, qtbot):
+    window.activateWindow()
+    qtbot.waitUntil(window.isActiveWindow)
+    assert not window.actions_["full_screen"].isChecked()
+    qtbot.keyClick(window, Qt.Key.Key_F11)
+    assert window.isFullScreen()
+    assert window.actions_["full_screen"].isChecked()
+    qtbot.keyClick(window, Qt.Key.Key_Escape)
+    assert window.isVisible()
+    qtbot.keyClick(window, Qt.Key.Key_F11)
+    assert not window.isFullScreen()
+    window.showFullScreen()
+    qtbot.waitUntil(window.actions_["full_screen"].isChecked)
 
 
 def test_the_icon_is_what_its_script_draws():

@@ -12,15 +12,11 @@ from gui.widgets.toasts import MAX_TOASTS, Toast, Toasts
 
 
 @pytest.fixture
-def window(qtbot):
+def window(shown):
     window = QMainWindow()
     window.setCentralWidget(QLineEdit())
     window.statusBar()
-    qtbot.addWidget(window)
-    window.resize(600, 400)
-    window.show()
-    qtbot.waitExposed(window)
-    return window
+    return shown(window, 600, 400)
 
 
 @pytest.fixture
@@ -66,15 +62,15 @@ def test_the_newest_is_in_the_status_bar_beside_the_work(window, toasts):
     assert QApplication.focusWidget() is field
 
 
-@pytest.mark.parametrize(("text", "shown"), [("Saved", False), ("Exported 9 files to /home/me/room " * 9, True)])
-def test_what_is_cut_is_a_tool_tip(window, toasts, monkeypatch, text, shown):
+@pytest.mark.parametrize(("text", "is_cut"), [("Saved", False), ("Exported 9 files to /home/me/room " * 9, True)])
+def test_what_is_cut_is_a_tool_tip(window, toasts, monkeypatch, text, is_cut):
     said: list[str] = []
     monkeypatch.setattr("gui.widgets.basics.QToolTip.showText", lambda at, text, widget: said.append(text))
     toasts.show_message(text, 10_000)
     QApplication.processEvents()
     label = toasts.shown[-1].label
     QApplication.sendEvent(label, QHelpEvent(QEvent.Type.ToolTip, QPoint(3, 3), label.mapToGlobal(QPoint(3, 3))))
-    assert said == [text if shown else ""]
+    assert said == [text if is_cut else ""]
 
 
 def _over(toast: Toast, kind: type[QEvent] = QEvent) -> QEvent:

@@ -17,12 +17,8 @@ PAPER = PRESETS["paper"]
 
 
 @pytest.fixture
-def form(qtbot):
-    form = ParameterForm(Parameters)
-    qtbot.addWidget(form)
-    form.resize(280, 400)
-    form.show()
-    qtbot.waitExposed(form)
+def form(shown):
+    form = shown(ParameterForm(Parameters), 280, 400)
     form.set_parameters(PAPER)
     form.all_button.setChecked(True)
     return form
@@ -231,15 +227,11 @@ class _Network(ParameterSet):
 
 
 @pytest.fixture
-def network_form(qtbot, monkeypatch):
+def network_form(shown, monkeypatch):
     monkeypatch.setattr("tests.gui.widgets.test_parameter_form._offered", ["edges", "hed"])
     form = ParameterForm(_Network)
-    qtbot.addWidget(form)
     form.all_button.setChecked(True)
-    form.resize(280, 100)
-    form.show()
-    qtbot.waitExposed(form)
-    return form
+    return shown(form, 280, 100)
 
 
 def _items(form) -> list[str]:

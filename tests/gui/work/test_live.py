@@ -9,6 +9,7 @@ from gui.views.linked_views import LinkedViews
 from gui.work.frame_runs import RunState
 from gui.work.jobs import stop_workers
 from gui.work.runs import LiveSolver
+from ilf.data.guide import Guide
 from ilf.data.results import Completion
 from ilf.evaluation.edit_summary import EditSummary
 from ilf.run.run import Run
@@ -144,11 +145,17 @@ def test_what_is_cancelled_is_not_asked_for_again(bench, solver, until):
     until(lambda: bench.document.changed_blocks() == [])
 
 
-def test_other_distrusted_depth_may_have_a_part_in_all_blocks(bench, solver, until):
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda document: document.set_invalid_mask(np.indices(document.frame.shape)[0] < 4, "Distrust depth"),
+        lambda document: document.set_guide(Guide(1 + np.indices(document.frame.shape)[0]), "Load guide"),
+    ],
+    ids=["invalid depth", "guide"],
+)
+def test_another_layer_of_the_frame_may_have_a_part_in_all_blocks(bench, solver, until, change):
     _run(bench, until)
-    mask = np.zeros(bench.document.frame.shape, bool)
-    mask[:4, :4] = True
-    bench.workspace.current.set_invalid_mask(mask, "Distrust depth")
+    assert change(bench.workspace.current)
     until(lambda: bench.document.changed_blocks() == [])
     assert _asked(bench)[1:] == [[1, 2]]
 

@@ -1,9 +1,13 @@
 """Taking noise off known depth: how noisy it is found to be, and what is left of noise, jumps and thin things."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from numpy.lib.stride_tricks import sliding_window_view
 
 import ilf
+from ilf.completion.edge_aware.iteration import Denoising
 from ilf.completion.edge_aware.noise import Noise, frame_noise
 from ilf.completion.edge_aware.shape import polynomial_trend
 from ilf.completion.edge_aware.view import swapped_pixels
@@ -67,6 +71,43 @@ def test_a_polynomial_is_found_through_noise_and_across_a_gap_but_not_where_ther
     assert _rms(found - surface) < 0.0005
     waves = (depth + 0.02 * np.sin(COLUMNS / 3)).astype(np.float32)
     assert polynomial_trend(waves, everywhere, noise) is None
+
+
+def test_a_polynomial_must_be_certain_in_the_blocks_holes_and_nowhere_else():
+    """Of 24 x 30 pixels a corner is missing: a hole that it would have to be certain in, or where the block ends."""
+    surface = 2 + 0.1 * (COLUMNS[:24, :30] / 15 - 1) ** 2
+    depth = (surface + 0.005 * np.random.default_rng(RNG_SEED).standard_normal(surface.shape)).astype(np.float32)
+    corner = np.zeros(depth.shape, bool)
+    corner[:15, :19] = True
+    assert polynomial_trend(np.where(corner, np.float32(np.nan), depth), np.ones_like(corner), Noise(0.005)) is None
+    found = polynomial_trend(depth, ~corner, Noise(0.005))
+    assert _rms((found - surface)[~corner]) < 0.001
+
+
+@pytest.mark.parametrize("grain", [1.0, 4.0])
+def test_what_a_trend_leaves_stays_as_far_as_its_mean_over_squares_is_beyond_noise(grain):
+    """A share 1 - (5 / z)^2 of it, z being the larger of the means of known pixels over 3 x 3 and 7 x 7, in deviations
+    of such a mean's noise, to which as many pixels contribute independently as there are grains."""
+    rng = np.random.default_rng(RNG_SEED)
+    shape = 20, 24
+    known = rng.random(shape) < 0.7
+    known[:9, :9] = False
+    deviation = rng.uniform(0.004, 0.006, shape).astype(np.float32)
+    raised = np.where(COLUMNS[:20, :24] > 15, 3.0, 0.0)
+    samples = np.where(known, deviation * (rng.standard_normal(shape) + raised), 0).astype(np.float32)
+    u = rng.standard_normal(shape).astype(np.float32)
+    denoising = Denoising(known, samples, deviation, grain, 1.0, 1.0, weakens_at_jumps=True, explained=True)
+    z = np.zeros(shape)
+    for side in (3, 7):
+        total, count = (
+            sliding_window_view(np.pad(values, side // 2, mode="reflect"), (side, side)).sum(axis=(2, 3))
+            for values in (samples / deviation, known.astype(float))
+        )
+        z = np.maximum(z, np.abs(total) / np.sqrt(np.maximum(count * np.minimum(count, grain), 1)))
+    assert 0.1 < np.mean(z > 5) < 0.5
+    kept = np.where(z > 5, 1 - (5 / np.maximum(z, 5)) ** 2, 0)
+    np.testing.assert_allclose(denoising.without_noise(u), u * kept, atol=1e-4)
+    assert replace(denoising, explained=False).without_noise(u) is u
 
 
 def test_jumps_and_thin_things_stay_where_noise_goes():

@@ -317,8 +317,10 @@ class Hand:
                     return
         raise AssertionError(f"there is no tab {title}")
 
-    def dialog(self, title: str) -> QWidget:
-        """The open dialog whose title begins so."""
+    def dialog(self, title: str, command: str = "") -> QWidget:
+        """The dialog whose title begins so: that is open, or that a command opens."""
+        if command:
+            self.start(command)
         self.settle()
         shown = [widget for widget in QApplication.topLevelWidgets() if widget.isVisible() and widget.isWindow()]
         found = [widget for widget in shown if widget.windowTitle().startswith(title)]

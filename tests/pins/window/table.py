@@ -32,6 +32,9 @@ def run(name: str, read: Callable[[object], str] | None = None) -> dict[str, str
         user = Hand(Path(place))
         try:
             SESSIONS[name](user)
+            if user.window.isVisible():
+                user.keep_undo()
+                user.keep_project()
             return {what: (read or digest)(value) for what, value in user.kept.items()}
         except Exception as error:
             error.add_note(f"in the session {name}")

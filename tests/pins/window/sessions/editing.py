@@ -8,11 +8,6 @@ def _open(user: Hand) -> None:
     user.open(room(user.folder))
 
 
-def _end(user: Hand) -> None:
-    user.keep_undo()
-    user.keep_project()
-
-
 def redraw_a_border(user: Hand) -> None:
     """Drawn, adjusted at its middle, taken; a second one given up by Escape; snapped to edges by the leash."""
     _open(user)
@@ -26,7 +21,6 @@ def redraw_a_border(user: Hand) -> None:
     user.key("Return")
     user.drag([(52, 20), (44, 40), (50, 64)])
     user.key("Escape")
-    _end(user)
 
 
 def refine_an_edge(user: Hand) -> None:
@@ -38,7 +32,6 @@ def refine_an_edge(user: Hand) -> None:
     user.tool("refine")
     user.fill("Brush", 6)
     user.drag([(60, 30), (62, 42), (60, 52)])
-    _end(user)
 
 
 def outline_a_block(user: Hand) -> None:
@@ -53,7 +46,6 @@ def outline_a_block(user: Hand) -> None:
     user.key("Return")
     user.do("cancel_stroke")
     user.drag([(100, 70), (130, 70), (130, 95), (105, 100), (100, 71)])
-    _end(user)
 
 
 def smart_select(user: Hand) -> None:
@@ -73,7 +65,6 @@ def smart_select(user: Hand) -> None:
     user.click((110, 62), "Alt")
     user.key("Backspace")
     user.key("Return")
-    _end(user)
 
 
 def split_a_block(user: Hand) -> None:
@@ -87,7 +78,6 @@ def split_a_block(user: Hand) -> None:
     user.tool("split")
     user.click((40, 30))
     user.key("Return")
-    _end(user)
 
 
 def paint_and_erase(user: Hand) -> None:
@@ -109,7 +99,6 @@ def paint_and_erase(user: Hand) -> None:
     user.do("to_no_block")
     user.wheel((30, 30), 1, "Ctrl")
     user.drag([(20, 30), (36, 44)])
-    _end(user)
 
 
 def give_pieces(user: Hand) -> None:
@@ -118,7 +107,6 @@ def give_pieces(user: Hand) -> None:
     user.click((40, 30))
     user.hover((110, 90))
     user.click((110, 90))
-    _end(user)
 
 
 def mark_depth_invalid(user: Hand) -> None:
@@ -132,7 +120,6 @@ def mark_depth_invalid(user: Hand) -> None:
     user.do("undo")
     user.do("undo")
     user.do("redo")
-    _end(user)
 
 
 def depth_by_hand(user: Hand) -> None:
@@ -156,7 +143,6 @@ def depth_by_hand(user: Hand) -> None:
     user.tool("depth_by_hand")
     user.fill("Depth", "1.25")
     user.do("fill_by_hand")
-    _end(user)
 
 
 def select_and_arrange_blocks(user: Hand) -> None:
@@ -188,7 +174,6 @@ def select_and_arrange_blocks(user: Hand) -> None:
     user.do("new_block")
     user.do("shuffle_colours")
     user.do("undo")  # the colours are drawn by chance
-    _end(user)
 
 
 def grow_shrink_and_smooth(user: Hand) -> None:
@@ -203,7 +188,6 @@ def grow_shrink_and_smooth(user: Hand) -> None:
     user.fill("Amount", 2)
     user.do("smooth_blocks")
     user.do("clean_up")
-    _end(user)
 
 
 def undo_and_go_another_way(user: Hand) -> None:
@@ -220,4 +204,3 @@ def undo_and_go_another_way(user: Hand) -> None:
     user.drag([(120, 40), (140, 90)])
     user.drag([(20, 100), (40, 100)], release=False)
     user.do("cancel_stroke")
-    _end(user)

@@ -8,11 +8,6 @@ def _open(user: Hand) -> None:
     user.open(room(user.folder))
 
 
-def _end(user: Hand) -> None:
-    user.keep_undo()
-    user.keep_project()
-
-
 def profile_along_a_line(user: Hand) -> None:
     """The depth along a line as a table and a picture, in pixels and metres; the line removed and drawn again."""
     _open(user)
@@ -29,7 +24,6 @@ def profile_along_a_line(user: Hand) -> None:
     user.keep_project("removed")
     user.tool("profile")
     user.drag([(80, 10), (80, 110)])
-    _end(user)
 
 
 def statistics_of_a_rectangle(user: Hand) -> None:
@@ -44,7 +38,6 @@ def statistics_of_a_rectangle(user: Hand) -> None:
     user.fill("Region of the statistics", "Selected block", user.panel("Inspect", "Statistics"))
     user.do("copy_statistics")
     user.keep("statistics of the block", user.copied())
-    _end(user)
 
 
 def measure_lengths_and_angles(user: Hand) -> None:
@@ -63,7 +56,6 @@ def measure_lengths_and_angles(user: Hand) -> None:
     user.do("delete_measurements")
     user.keep_project("deleted")
     user.do("restore_measurements")
-    _end(user)
 
 
 def quality_checks(user: Hand) -> None:
@@ -77,7 +69,6 @@ def quality_checks(user: Hand) -> None:
     user.do("next_check")
     user.do("ignore_check")
     user.end_checks()
-    _end(user)
 
 
 def suggested_invalid_depth(user: Hand) -> None:
@@ -88,7 +79,6 @@ def suggested_invalid_depth(user: Hand) -> None:
     user.keep_project("rejected")
     user.do("suggest_invalid")
     user.do("mark_suggested")
-    _end(user)
 
 
 def colours_of_depth(user: Hand) -> None:
@@ -107,7 +97,6 @@ def colours_of_depth(user: Hand) -> None:
     limits = [f"{side} limit of the colour range" for side in ("Lower", "Upper")]
     user.keep("range", [user.control(name, panel).text() for name in limits])
     user.choose("View", "Depth colours", "Turbo")
-    _end(user)
 
 
 def arrange_views(user: Hand) -> None:
@@ -143,7 +132,6 @@ def arrange_views(user: Hand) -> None:
     with user.answering(user.folder / "window.png"):
         user.do("save_picture")
     user.keep("picture was written", (user.folder / "window.png").stat().st_size > 0)
-    _end(user)
     if user.has("next_tool"):
         for name in ("only_icons", "next_tool", "previous_tool", "only_icons"):
             user.do(name)
@@ -156,17 +144,14 @@ def find_a_command(user: Hand) -> None:
     user.control("Command").setFocus()
     user.write("select all blocks")
     user.settle()
-    user.start("shortcuts")
-    dialog = user.dialog("Keyboard shortcuts")
+    dialog = user.dialog("Keyboard shortcuts", "shortcuts")
     user.fill("Filter", "Merge", dialog)
     user.click_row("Commands and their keys", 0, within=dialog)
     user.press("None", dialog)
     user.press("Reset all", dialog)
     dialog.close()
-    user.start("about")
-    about = user.dialog("About ILF Studio")
+    about = user.dialog("About ILF Studio", "about")
     user.press("Copy versions", about)
     user.keep("versions were copied", "ILF Studio" in user.copied())
     user.press("Close", about)
     user.keep("log", user.panel("Log").isVisible())
-    _end(user)

@@ -28,11 +28,6 @@ def _work(user: Hand) -> None:
     user.do("run_all")
 
 
-def _end(user: Hand) -> None:
-    user.keep_undo()
-    user.keep_project()
-
-
 def save_close_and_reopen(user: Hand) -> None:
     """Saved, a new project begun, the file opened, worked on and saved again."""
     _work(user)
@@ -48,7 +43,6 @@ def save_close_and_reopen(user: Hand) -> None:
     user.keep("saved", user.title())
     user.restart()
     user.open(path)
-    _end(user)
 
 
 def project_with_its_files(user: Hand) -> None:
@@ -58,7 +52,6 @@ def project_with_its_files(user: Hand) -> None:
     user.do("new_project")
     shutil.rmtree(user.folder / "room")
     user.open(path)
-    _end(user)
 
 
 def locate_missing_files(user: Hand) -> None:
@@ -73,7 +66,6 @@ def locate_missing_files(user: Hand) -> None:
     with user.answering(user.folder / "elsewhere" / "kitchen"):
         user.press("Locate folder", dialog)
     user.settle()
-    _end(user)
 
 
 def leave_work_unsaved(user: Hand) -> None:
@@ -82,36 +74,31 @@ def leave_work_unsaved(user: Hand) -> None:
     user.save()
     user.tool("paint")
     user.drag([(90, 40), (110, 60)])
-    user.start("close_frame")
-    user.press("Cancel", user.dialog("Save the work?"))
+    user.press("Cancel", user.dialog("Save the work?", "close_frame"))
     user.keep("cancelled", user.title())
-    user.start("close_frame")
-    user.press("Save", user.dialog("Save the work?"))
+    user.press("Save", user.dialog("Save the work?", "close_frame"))
     user.keep("saved", user.title())
     frames = user.panel("Frames")
     user.click_row("Frames", 0, within=frames, twice=True)
     user.do("one_to_one")
     user.tool("paint")
     user.drag([(20, 90), (40, 100)])
-    user.start("close_frame")
-    user.press("Discard", user.dialog("Save the work?"))
+    user.press("Discard", user.dialog("Save the work?", "close_frame"))
     user.click_row("Frames", 0, within=frames, twice=True)
-    _end(user)
 
 
 def killed_after_edits(user: Hand) -> None:
-    """The program is killed once its edits are autosaved; they are restored, and another time discarded."""
+    """The program is killed once its edits are autosaved; they are discarded, and another time restored."""
     user.keep("killed", _killed(user.folder, "edits"))
     left = shutil.copytree(user.folder / "autosave", user.folder / "left")
-    user.restart(autosaves=True)
-    user.press("Restore", user.dialog("Restore Unsaved Work"))
-    _end(user)
-    user.restart()
-    shutil.copytree(left, user.folder / "autosave", dirs_exist_ok=True)
     user.restart(autosaves=True)
     user.press("Discard", user.dialog("Restore Unsaved Work"))
     user.press("Discard", user.dialog("Discard"))
     user.keep("discarded", [path.name for path in left.iterdir() if (user.folder / "autosave" / path.name).exists()])
+    user.restart()
+    shutil.copytree(left, user.folder / "autosave", dirs_exist_ok=True)
+    user.restart(autosaves=True)
+    user.press("Restore", user.dialog("Restore Unsaved Work"))
 
 
 def killed_after_a_run_of_a_project(user: Hand) -> None:
@@ -122,19 +109,16 @@ def killed_after_a_run_of_a_project(user: Hand) -> None:
     user.keep("later", user.title())
     user.restart(autosaves=True)
     user.press("Restore", user.dialog("Restore Unsaved Work"))
-    _end(user)
 
 
 def open_with_options(user: Hand) -> None:
     """By the dialog: depth in other units, an invalid value, a camera in numbers."""
     frame = room(user.folder)
-    user.start("open")
-    dialog = user.dialog("Open")
+    dialog = user.dialog("Open", "open")
     user.fill("Path", frame / "rgb.png", dialog)
     user.fill("Raw depth: 16-bit or float, one channel", frame / "depth.png", dialog)
     user.fill("Zero only; 65535 in 7-Scenes", 2000, dialog)
     user.press("Open", dialog)
-    _end(user)
 
 
 def sample_and_recent_frames(user: Hand) -> None:
@@ -146,7 +130,6 @@ def sample_and_recent_frames(user: Hand) -> None:
     user.choose("File", "Open recent", "2  walk")
     user.keep("recent", user.title())
     user.choose("File", "Open recent", "Clear this list")
-    _end(user)
 
 
 def quit(user: Hand) -> None:
@@ -164,7 +147,6 @@ def something_that_cannot_be_opened(user: Hand) -> None:
     bad.write_text(json.dumps({"program": "other"}))
     user.drop(bad)
     user.press("OK", user.dialog("Open"))
-    _end(user)
 
 
 def _killed(folder: Path, what: str) -> int:

@@ -10,11 +10,6 @@ def _open(user: Hand) -> None:
     user.open(room(user.folder))
 
 
-def _end(user: Hand) -> None:
-    user.keep_undo()
-    user.keep_project()
-
-
 def _parameters(user: Hand, preset: str, iterations: int) -> None:
     user.panel("Parameters")
     user.tab("Filter")
@@ -27,8 +22,7 @@ def export_everything(user: Hand) -> None:
     _open(user)
     user.do("run_all")
     for cloud, mesh in (("PLY", "PLY"), ("PCD", "GLB")):
-        user.start("export")
-        dialog = user.dialog("Export room")
+        dialog = user.dialog("Export room", "export")
         user.fill("Folder", user.folder / f"out-{cloud}", dialog)
         for box in ("PNG, 16 bit", "TIFF, float32 metres", "NPY, float32 metres", "Write the point cloud", "Normals"):
             user.fill(box, True, dialog)
@@ -39,7 +33,6 @@ def export_everything(user: Hand) -> None:
         user.press("Export", dialog)
         user.press("Close", dialog)
         user.keep(f"export {cloud}", user.folder / f"out-{cloud}")
-    _end(user)
 
 
 def run_selected_blocks_with_own_parameters(user: Hand) -> None:
@@ -58,15 +51,13 @@ def run_selected_blocks_with_own_parameters(user: Hand) -> None:
     user.click((40, 30))
     user.do("reset_own")
     user.do("run")
-    _end(user)
 
 
 def presets_of_the_user(user: Hand) -> None:
     """Saved with the extraction's parameters, renamed, written, deleted and read again."""
     _open(user)
     _parameters(user, "paper", 25)
-    user.start("save_preset")
-    dialog = user.dialog("Save Preset")
+    dialog = user.dialog("Save Preset", "save_preset")
     user.fill("Name", "Kitchen", dialog)
     user.fill("Include the parameters of the tab Extraction", True, dialog)
     user.press("Save", dialog)
@@ -81,7 +72,6 @@ def presets_of_the_user(user: Hand) -> None:
         user.do("import_preset")
     user.fill("Preset", "best")
     user.fill("Preset", "hall")
-    _end(user)
 
 
 def step_pause_and_cancel(user: Hand) -> None:
@@ -98,7 +88,6 @@ def step_pause_and_cancel(user: Hand) -> None:
     user.start("pause")
     user.wait(lambda: user.action("step").isEnabled())
     user.do("pause")
-    _end(user)
 
 
 def live_follows_every_change(user: Hand) -> None:
@@ -118,7 +107,6 @@ def live_follows_every_change(user: Hand) -> None:
     user.keep_project("tried")
     user.do("live")
     user.drag([(100, 90), (120, 92)])
-    _end(user)
 
 
 def extrapolate_the_rest(user: Hand) -> None:
@@ -128,7 +116,6 @@ def extrapolate_the_rest(user: Hand) -> None:
     user.do("extrapolate")
     user.keep_project("extrapolated")
     user.do("clear_results")
-    _end(user)
 
 
 def keep_and_compare_runs(user: Hand) -> None:
@@ -158,7 +145,6 @@ def keep_and_compare_runs(user: Hand) -> None:
     user.do("delete_runs")
     user.keep_project("deleted")
     user.do("clear_runs")
-    _end(user)
 
 
 def compare_two_depths(user: Hand) -> None:
@@ -174,7 +160,6 @@ def compare_two_depths(user: Hand) -> None:
     user.do("blink")
     user.do("blink")
     user.do("swipe")
-    _end(user)
 
 
 def look_at_convergence(user: Hand) -> None:
@@ -189,7 +174,6 @@ def look_at_convergence(user: Hand) -> None:
     user.press("Go to the last iteration", curves)
     user.press("Curves over time", curves)
     user.press("Curves over time", curves)
-    _end(user)
 
 
 def errors_against_ground_truth(user: Hand) -> None:
@@ -203,33 +187,28 @@ def errors_against_ground_truth(user: Hand) -> None:
     user.keep("errors of all", user.rows("Errors against ground truth", accuracy))
     user.do("remove_ground_truth")
     user.keep_project("none")
-    user.start("load_ground_truth")
-    dialog = user.dialog("Load Ground Truth for room")
+    dialog = user.dialog("Load Ground Truth for room", "load_ground_truth")
     user.fill("The file with the true depth", true_depth(user.folder), dialog)
     user.press("Load", dialog)
     user.keep("errors again", user.rows("Errors against ground truth", accuracy))
-    _end(user)
 
 
 def errors_on_hidden_depth(user: Hand) -> None:
     """A hold-out test of the current parameters and of a preset."""
     _open(user)
     _parameters(user, "paper", 20)
-    user.start("hold_out_test")
-    dialog = user.dialog("Hold-out Test of room")
+    dialog = user.dialog("Hold-out Test of room", "hold_out_test")
     user.fill("Seeds", 2, dialog)
     user.press("Test", dialog)
     accuracy = user.panel("Accuracy")
     user.keep("errors", user.rows("Hold-out errors", accuracy))
-    _end(user)
 
 
 def sweep_a_parameter(user: Hand) -> None:
     """Three values of one parameter, and the best of them taken."""
     _open(user)
     _parameters(user, "paper", 15)
-    user.start("sweep")
-    window = user.dialog("Sweep")
+    window = user.dialog("Sweep", "sweep")
     user.fill("First parameter: parameter", "Padding", window)
     user.fill("First parameter: from", 1.5, window)
     user.fill("First parameter: to", 3, window)
@@ -237,7 +216,6 @@ def sweep_a_parameter(user: Hand) -> None:
     user.press("Sweep", window)
     user.press("Apply best", window)
     window.close()
-    _end(user)
 
 
 def follow_a_guide(user: Hand) -> None:
@@ -250,20 +228,17 @@ def follow_a_guide(user: Hand) -> None:
     user.keep_project("guided")
     user.do("remove_guide")
     user.do("undo")
-    _end(user)
 
 
 def follow_a_network(user: Hand) -> None:
     """A network of one's own is added from a file, and predicts the guide of a run."""
     _open(user)
-    user.start("guide_by_network")
-    dialog = user.dialog("Guide by network")
+    dialog = user.dialog("Guide by network", "guide_by_network")
     with user.answering(guide_network(user.folder)):
         user.press("Add file", dialog)
     user.keep("networks", user.rows("Guide networks", dialog)[-1])
     user.press("Use as guide", dialog)
     user.do("run_all")
-    _end(user)
 
 
 def replay_a_run(user: Hand) -> None:
@@ -273,17 +248,14 @@ def replay_a_run(user: Hand) -> None:
     user.tool("mark_invalid")
     user.drag([(40, 30), (60, 36)])
     user.do("run_all")
-    user.start("export")
-    dialog = user.dialog("Export room")
+    dialog = user.dialog("Export room", "export")
     user.fill("Folder", user.folder / "out", dialog)
     user.press("Export", dialog)
     user.press("Close", dialog)
-    user.start("open")
-    dialog = user.dialog("Open")
+    dialog = user.dialog("Open", "open")
     user.fill("Path", user.folder / "out" / "run.json", dialog)
     user.press("Open", dialog)
     user.do("run_all")
-    _end(user)
 
 
 def extract_by_other_parameters(user: Hand) -> None:
@@ -306,7 +278,6 @@ def extract_by_other_parameters(user: Hand) -> None:
     user.do("extract")
     for stage in ("stage_strength", "stage_binarised", "stage_dilated", "stage_contracted", "stage_blocks"):
         user.do(stage)
-    _end(user)
 
 
 def save_and_load_blocks(user: Hand) -> None:
@@ -319,8 +290,6 @@ def save_and_load_blocks(user: Hand) -> None:
             user.keep(name, user.folder / name)
     user.do("select_all")
     user.do("merge_blocks")
-    user.start("load_blocks")
-    dialog = user.dialog("Load Blocks for room")
+    dialog = user.dialog("Load Blocks for room", "load_blocks")
     user.fill("Blocks", user.folder / "blocks.png", dialog)
     user.press("Load", dialog)
-    _end(user)

@@ -14,11 +14,6 @@ def _open(user: Hand) -> None:
     user.fill("Max. iterations", 15)
 
 
-def _end(user: Hand) -> None:
-    user.keep_undo()
-    user.keep_project()
-
-
 def go_through_frames(user: Hand) -> None:
     """Next, previous, done, noted, filtered; the list says what has been done."""
     user.drop(walk(user.folder))
@@ -37,7 +32,6 @@ def go_through_frames(user: Hand) -> None:
     user.keep("filtered", len(user.rows("Frames", frames)))
     user.fill("Filter frames by name or note", "0", frames)
     user.click_row("Frames", 0, within=frames, twice=True)
-    _end(user)
 
 
 def propagate_blocks(user: Hand) -> None:
@@ -51,14 +45,12 @@ def propagate_blocks(user: Hand) -> None:
     user.do("propagate_copied")
     user.do("propagate_flow")
     user.do("propagate_auto")
-    user.start("propagate_through")
-    dialog = user.dialog("Propagate Blocks of")
+    dialog = user.dialog("Propagate Blocks of", "propagate_through")
     user.fill("Frames", 2, dialog)
     user.fill("Method", "Optical flow", dialog)
     user.press("Propagate", dialog)
     user.do("next_frame")
     user.do("propagate_previous")
-    _end(user)
 
 
 def depth_of_neighbours(user: Hand) -> None:
@@ -71,7 +63,6 @@ def depth_of_neighbours(user: Hand) -> None:
     user.keep_project("used")
     user.do("remove_neighbours")
     user.do("undo")
-    _end(user)
 
 
 def parameters_for_all_frames(user: Hand) -> None:
@@ -88,7 +79,6 @@ def parameters_for_all_frames(user: Hand) -> None:
     user.do("run_all")
     user.keep_project("shared")
     user.do("separate_parameters")
-    _end(user)
 
 
 def play_the_frames(user: Hand) -> None:
@@ -103,26 +93,22 @@ def play_the_frames(user: Hand) -> None:
     user.do("play_completed")
     user.do("play_frames")
     user.keep("shown last", user.title())
-    _end(user)
 
 
 def export_all_frames(user: Hand) -> None:
     _open(user)
     user.do("run_all")
-    user.start("export_all")
-    dialog = user.dialog("Export")
+    dialog = user.dialog("Export", "export_all")
     user.fill("Folder", user.folder / "all", dialog)
     user.press("Export", dialog)
     user.press("Close", dialog)
     user.keep("all", user.folder / "all")
-    _end(user)
 
 
 def batch(user: Hand) -> None:
     """All frames of the list into folders, with a contact sheet."""
     _open(user)
-    user.start("batch")
-    dialog = user.dialog("Export")
+    dialog = user.dialog("Export", "batch")
     user.fill("Folder", user.folder / "done", dialog)
     user.fill("Contact sheet", True, dialog)
     user.press("Export", dialog)
@@ -133,15 +119,13 @@ def batch(user: Hand) -> None:
     for path in depth:
         user.keep(f"batch {path.relative_to(user.folder / 'done')}", path)
     user.press("Close", dialog)
-    _end(user)
 
 
 def report(user: Hand) -> None:
     """A page of the frame; its figures are hashed where they are files of their own elsewhere."""
     _open(user)
     user.do("run_all")
-    user.start("report")
-    dialog = user.dialog("Export")
+    dialog = user.dialog("Export", "report")
     user.fill("Format", "HTML", dialog)
     user.fill("Open when done", False, dialog)
     user.fill("Folder", user.folder / "page", dialog)
@@ -149,14 +133,12 @@ def report(user: Hand) -> None:
     (page,) = [path.read_text() for path in (user.folder / "page").glob("*.html")]
     user.keep("headings and tables", [page.count(tag) for tag in ("<h1", "<h2", "<table", "<tr", "<img")])
     user.press("Close", dialog)
-    _end(user)
 
 
 def frames_of_a_recording(user: Hand) -> None:
     user.drop(write_aligned(user.folder, "ros1"))
     user.do("next_frame")
     user.do("run_all")
-    _end(user)
 
 
 def play_a_recording_live(user: Hand) -> None:
@@ -167,4 +149,3 @@ def play_a_recording_live(user: Hand) -> None:
         window = user.dialog("Play live")
     user.press("Freeze", window)
     window.close()
-    _end(user)
