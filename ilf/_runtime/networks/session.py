@@ -68,8 +68,7 @@ class Session:
         options.intra_op_num_threads = _THREADS
         options.inter_op_num_threads = 1
         options.add_session_config_entry("session.intra_op.allow_spinning", "0")
-        # otherwise the memory of the largest run so far would be kept
-        options.enable_cpu_mem_arena = options.enable_mem_pattern = False
+        options.enable_mem_pattern = False  # it would make room for the largest run so far
         # its own format may refer to other files, too
         options.add_session_config_entry("session.load_model_format", "ONNX")
         options.log_severity_level = _FATAL
@@ -101,6 +100,8 @@ class Session:
         """
         options = _runtime().RunOptions()
         options.log_severity_level = _FATAL
+        # within a run, operations take over each other's memory; at its end it is given back
+        options.add_run_config_entry("memory.enable_memory_arena_shrinkage", "cpu:0")
 
         def run() -> list[NDArray[np.float32]]:
             try:
