@@ -30,7 +30,7 @@ _MAX_THREADS = 64
 
 _DEFAULT_GB = 8.0
 
-_MIN_PIXELS_TO_RELEASE = 1 << 20
+MIN_PIXELS_TO_RELEASE = 1 << 20
 """Number of pixels below which releasing memory is not worth its time."""
 
 
@@ -109,7 +109,7 @@ def release_memory(pixels: int) -> None:
     3840 x 2160 px, this is more than the work itself needs at a time.
     """
     trim = _trim()
-    if pixels >= _MIN_PIXELS_TO_RELEASE and trim is not None:
+    if pixels >= MIN_PIXELS_TO_RELEASE and trim is not None:
         trim(0)
 
 

@@ -206,7 +206,8 @@ def smoothed(change: Array) -> Array:
 def _weights_of(logits: Array) -> Array:
     """The weights of the cells around every pair of pixels, of any sum, (9, 4, H/2, W/2)."""
     of_cells = logits.reshape(_AROUND, _PAIR**2, *logits.shape[1:])
-    return np.exp(of_cells - of_cells.max(axis=0))
+    weights = of_cells - of_cells.max(axis=0)
+    return np.exp(weights, out=weights)
 
 
 def _weighted(cells: Array, weights: Array) -> Array:

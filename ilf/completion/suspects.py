@@ -55,7 +55,7 @@ def suspect_islands(frame: RGBDFrame) -> Mask:
     """
     known, depth = frame.known, frame.depth
     suspect = np.zeros(frame.shape, bool)
-    _, parts, boxes, _ = cv2.connectedComponentsWithStats(known.astype(np.uint8), connectivity=8)
+    _, parts, boxes, _ = cv2.connectedComponentsWithStats(known.view(np.uint8), connectivity=8)
     sizes = boxes[:, cv2.CC_STAT_AREA]
     largest = max(_LARGEST, _LARGEST_SHARE * depth.size)
     small = sizes <= largest
@@ -94,7 +94,7 @@ def _alike(depth: NDArray[np.float32], level: float) -> int:
 
 
 def _distance_to(pixels: Mask) -> NDArray[np.float32]:
-    return np.asarray(cv2.distanceTransform((~pixels).astype(np.uint8), cv2.DIST_L2, 5), np.float32)
+    return np.asarray(cv2.distanceTransform((~pixels).view(np.uint8), cv2.DIST_L2, 5), np.float32)
 
 
 def _squares(known: Mask) -> Mask:
@@ -115,6 +115,8 @@ def frame_for(frame: RGBDFrame, block: Block, parameters: Parameters) -> RGBDFra
     if parameters.filter != "edge-aware" or not parameters.jump_share:
         return frame
     trusted = without_suspects(frame)
+    if trusted is frame:
+        return frame
     there = frame.depth[block.box][block.mask]
     alone = np.isnan(trusted.depth[block.box][block.mask]).all() and np.isfinite(there).any()
     return frame if alone else trusted
@@ -123,4 +125,6 @@ def frame_for(frame: RGBDFrame, block: Block, parameters: Parameters) -> RGBDFra
 def suspects_in(frame: RGBDFrame, block: Block, parameters: Parameters) -> Mask:
     """Pixels of a block whose known depth is left out of its fill, in the order of `block.mask`'s True values."""
     trusted = frame_for(frame, block, parameters)
+    if trusted is frame:
+        return np.zeros(np.count_nonzero(block.mask), bool)
     return frame.known[block.box][block.mask] & ~trusted.known[block.box][block.mask]

@@ -209,7 +209,8 @@ class OnnxNetwork:
             told.cancel()
 
     def _results(self, inputs: dict[str, NDArray[np.float32]]) -> list[NDArray[np.float32]]:
-        return self._session.run({name or self._session.first_input: values for name, values in inputs.items()})
+        named = {name or self._session.first_input: values for name, values in inputs.items()}
+        return self._session.run(named, keep_memory=self._untried is None)  # those of users may need gigabytes
 
     def _tell_that_it_runs(self) -> None:
         logging.getLogger(__name__).warning(

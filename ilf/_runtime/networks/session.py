@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import io
+import math
 import os
 import threading
 from collections.abc import Iterator
@@ -16,6 +17,7 @@ from numpy.typing import NDArray
 
 from ...errors import FormatError, InputError, InstallationError, told_as
 from ..cancellation import run_aside
+from ..memory import MIN_PIXELS_TO_RELEASE
 
 _THREADS = 4
 """Threads of every session, whatever the machine and the program's other threads: operations are divided among them,
@@ -68,8 +70,7 @@ class Session:
         options.intra_op_num_threads = _THREADS
         options.inter_op_num_threads = 1
         options.add_session_config_entry("session.intra_op.allow_spinning", "0")
-        # otherwise the memory of the largest run so far would be kept
-        options.enable_cpu_mem_arena = options.enable_mem_pattern = False
+        options.enable_mem_pattern = False  # it would make room for the largest run so far
         # its own format may refer to other files, too
         options.add_session_config_entry("session.load_model_format", "ONNX")
         options.log_severity_level = _FATAL
@@ -89,8 +90,15 @@ class Session:
         self.outputs = tuple(str(one.name) for one in self._session.get_outputs())
         """Names of the outputs."""
 
-    def run(self, inputs: dict[str, NDArray[np.float32]]) -> list[NDArray[np.float32]]:
+    def run(self, inputs: dict[str, NDArray[np.float32]], keep_memory: bool = False) -> list[NDArray[np.float32]]:
         """Return all outputs for named inputs.
+
+        Parameters
+        ----------
+        inputs : dict of str to ndarray of float32, shape (..., H, W)
+        keep_memory : bool
+            Whether the memory that operations take over from each other is kept for the next run if the inputs are
+            small; else it is given back at the end.
 
         Raises
         ------
@@ -101,6 +109,9 @@ class Session:
         """
         options = _runtime().RunOptions()
         options.log_severity_level = _FATAL
+        pixels = max(math.prod(one.shape[-2:]) for one in inputs.values())
+        if not keep_memory or pixels >= MIN_PIXELS_TO_RELEASE:
+            options.add_run_config_entry("memory.enable_memory_arena_shrinkage", "cpu:0")
 
         def run() -> list[NDArray[np.float32]]:
             try:

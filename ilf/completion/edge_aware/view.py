@@ -55,8 +55,9 @@ def edge_fade_distance(distance: Array, inside: Mask) -> Array:
     """
     if not (distance >= WIDE).any():
         return distance
-    own = cv2.distanceTransform((~(inside & (distance == 0))).view(np.uint8), cv2.DIST_L2, 5)
-    return np.where(inside & around_wide_gaps(distance), own, distance).astype(np.float32, copy=False)
+    own = np.asarray(cv2.distanceTransform((~(inside & (distance == 0))).view(np.uint8), cv2.DIST_L2, 5), np.float32)
+    np.copyto(own, distance, where=~(inside & around_wide_gaps(distance)))
+    return own
 
 
 # Sensor range: holes whose rims lie at the end of the range are farther than all known depth around.
@@ -131,7 +132,7 @@ def beyond_sensor_range(frame: RGBDFrame, block: Block) -> BeyondRange | None:
     depth, known = frame.depth[rows, columns], frame.known[rows, columns]
     inside = np.zeros(depth.shape, bool)
     inside[within(block.box, (rows, columns))] = block.mask
-    own_missing = (inside & missing[rows, columns]).astype(np.uint8)
+    own_missing = (inside & missing[rows, columns]).view(np.uint8)
     count, holes, boxes, _ = cv2.connectedComponentsWithStats(own_missing, connectivity=4)
     pixels, in_front, limits = np.zeros(frame.shape, bool), np.zeros(frame.shape, bool), []
     at_end = inside & (depth >= at_reach)
@@ -143,7 +144,7 @@ def beyond_sensor_range(frame: RGBDFrame, block: Block) -> BeyondRange | None:
         part = widened(box, _BACK[1])
         hole, there = holes[part] == number, depth[part]
         own = inside[part] & known[part]
-        off = cv2.distanceTransform((~hole).astype(np.uint8), cv2.DIST_L2, 5)
+        off = cv2.distanceTransform((~hole).view(np.uint8), cv2.DIST_L2, 5)
         rim, back = there[own & (off <= _RIM)], there[own & (off > _BACK[0]) & (off <= _BACK[1])]
         if rim.size < _LEAST_RIM or back.size == 0 or known[part][(off <= _RIM) & ~hole].mean() < _DENSE:
             continue
@@ -348,7 +349,7 @@ class View:
             stated[self.mask] = by_hand.depth
             self._by_hand = stated, by_hand.weight
         unknown = np.isnan(self.depth[self.place])
-        self._distance = cv2.distanceTransform(unknown.astype(np.uint8), cv2.DIST_L2, 5).astype(np.float32, copy=False)
+        self._distance = cv2.distanceTransform(unknown.view(np.uint8), cv2.DIST_L2, 5).astype(np.float32, copy=False)
         self.gap = float(self._distance[self._mask].max())
         """Largest distance [px] of the block's pixels in the window from known depth."""
         self.is_carried = False
@@ -412,7 +413,7 @@ class View:
         wide = self._distance >= WIDE
         if not wide.any():
             return trend
-        away = cv2.distanceTransform((~wide).astype(np.uint8), cv2.DIST_L2, 5)
+        away = cv2.distanceTransform((~wide).view(np.uint8), cv2.DIST_L2, 5)
         share = guide.shares(self._block, self.window) * np.clip(2 - away / np.float32(_AROUND), 0, 1)
         return np.where(share > 0, trend + share * (guide.depth[self.window] - trend), trend)
 
