@@ -6,6 +6,7 @@ import os
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -25,7 +26,7 @@ from ..data.frame import InputFile, RGBDFrame
 from ..data.neighbours import Neighbour, NeighbourDepth
 from ..data.results import Completion
 from ..errors import IlfError, InputError
-from ..io.depth import depth_in_metres, read_depth_values
+from ..io.depth import read_depth_values
 from ..io.frame_additions import ground_truth_of, load_guide
 from ..io.labels import read_labels, read_mask
 from ..segmentation.extraction import found_blocks
@@ -41,6 +42,7 @@ from .record import (
     requested_networks,
 )
 from .record_file import read_record
+from .recorded_results import recorded_completion, recorded_depth
 from .run import Run
 
 T = TypeVar("T")
@@ -157,7 +159,14 @@ class Replay:
     options: ExportOptions
     record: RunRecord
     differences: tuple[str, ...]
+    _folder: Path
     _depth: NDArray[np.float32] | None
+
+    @cached_property
+    def completion(self) -> Completion | None:
+        """The recorded completion, from the files beside the record; None if it is not there in full: without lossless
+        depth (`depth.npy` or `depth.tiff`), or with files that have changed."""
+        return recorded_completion(self.run, self.record, self._folder, self._depth)
 
     def verdict(self, completion: Completion) -> tuple[str, ...]:
         """Compare the results of the run with the recorded ones; empty if they are equal bit for bit.
@@ -263,7 +272,7 @@ def replay(
     if another := processor_difference(record):
         differences.append(f"The run was made on {another}: results may differ in the last digits.")
     run = Run(frame, blocks, record.parameters, frozenset(record.own_parameters), record.extrapolate)
-    return Replay(run, record.export, record, tuple(differences), _recorded_depth(record, folder))
+    return Replay(run, record.export, record, tuple(differences), folder, recorded_depth(record, folder))
 
 
 def _recorded_frame(
@@ -509,12 +518,3 @@ def _saved_labels(record: RunRecord, folder: Path) -> NDArray[np.int32] | None:
     labels = read_labels(folder / record.blocks.file)
     matches = labels.shape == record.blocks.shape and array_sha256(labels) == record.blocks.sha256
     return labels if matches else None
-
-
-def _recorded_depth(record: RunRecord, folder: Path) -> NDArray[np.float32] | None:
-    """The recorded depth, from a lossless file beside the record; None if there is none."""
-    for name in (DEPTH_FILES["npy"], DEPTH_FILES["tiff"]):
-        path = folder / name
-        if name in record.outputs and os.path.isfile(path) and file_sha256(path) == record.outputs[name]:
-            return depth_in_metres(read_depth_values(path), 1.0)
-    return None
