@@ -40,7 +40,7 @@ from ..state.workspace import Workspace
 from .found_blocks import FoundBlocks, describe_blocks, find
 from .queue import Job, JobQueue
 
-_RECORDED = "A recorded run: the frame that was completed, and the blocks and parameters of the run."
+_RECORDED = "They are those of a recorded run, which is shown with its result."
 
 # Folders of frames and recordings: their frames, and a preview of the first. Without Qt.
 
@@ -228,7 +228,9 @@ class FrameLoader(QObject):
             self.open_entry(entry)
         elif not self._shown_already(record, str(record)):
             self.read(
-                f"Opening {record.name}", lambda: _opened_run(replay(record), record, str(record)), self._take_opened
+                f"Opening {record.name}",
+                lambda: _opened_run(replay(record, extract=False), record, str(record)),
+                self._take_opened,
             )
 
     def open_folder(self, how: FrameRef, show: bool = True) -> None:

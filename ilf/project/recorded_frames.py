@@ -46,11 +46,12 @@ def recorded_run(ref: FrameRef, places: Places | None = None) -> Replay | None:
     record = folder / RECORD_FILE
     inputs = read_record(record).inputs
     if inputs is None or is_address(inputs.rgb.path) or is_address(inputs.depth.path):
-        return replay(record)
+        return replay(record, extract=False)
     known = replace(places or Places(), folders=(*(places or Places()).folders, folder), stated_in=str(folder))
     if inputs.frame is not None:
-        return replay(record, _present(InputFile(inputs.rgb.path, ""), known, folder))
-    return replay(record, *(_present(wanted, known, folder) for wanted in (inputs.rgb, inputs.depth)))
+        return replay(record, _present(InputFile(inputs.rgb.path, ""), known, folder), extract=False)
+    rgb, depth = (_present(wanted, known, folder) for wanted in (inputs.rgb, inputs.depth))
+    return replay(record, rgb, depth, extract=False)
 
 
 def measured_frame(ref: FrameRef, places: Places | None = None) -> RGBDFrame:

@@ -212,6 +212,8 @@ def replay(
     path: str | os.PathLike[str],
     rgb: str | os.PathLike[str] | None = None,
     depth: str | os.PathLike[str] | None = None,
+    *,
+    extract: bool = True,
 ) -> Replay:
     """Load and check all inputs of a recorded run.
 
@@ -222,6 +224,9 @@ def replay(
         files, also of neighbours, that have been moved are searched beside it.
     rgb, depth : path-like, optional
         New paths of the input files; for a frame of a recording, `rgb` is that of the recording.
+    extract : bool
+        Whether extracted blocks are extracted again, and compared. False takes the recorded ones from the label map
+        beside the record if it is there, which is faster.
 
     Returns
     -------
@@ -261,7 +266,7 @@ def replay(
         *network_differences(record),
         *networks_now_available(record),
     ]
-    blocks = _recorded_blocks(record, frame, folder)
+    blocks = _recorded_blocks(record, frame, folder, extract)
     gone = sorted(set(record.own_parameters) - set(np.unique(blocks.labels).tolist()))
     if gone:
         raise InputError(
@@ -472,12 +477,12 @@ def _recorded_mask(
     return _beside(recorded, f"the mask of {what}", folder, lambda path: read_mask(path, shape), lambda mask: mask)
 
 
-def _recorded_blocks(record: RunRecord, frame: RGBDFrame, folder: Path) -> Blocks:
+def _recorded_blocks(record: RunRecord, frame: RGBDFrame, folder: Path, extract: bool) -> Blocks:
     """The recorded blocks: extracted again, or with the label map from the file beside the record."""
     by_hand, drawn = record.by_hand, _recorded_mask(record.drawn, "drawn borders", folder, frame.shape)
     weight = 0.0 if by_hand is None else by_hand.weight
     return replace(
-        _found_again(record, frame, folder).with_parameters(record.own_parameters, record.parameters),
+        _found_again(record, frame, folder, extract).with_parameters(record.own_parameters, record.parameters),
         drawn=drawn,
         by_hand=_beside(
             by_hand,
@@ -489,7 +494,7 @@ def _recorded_blocks(record: RunRecord, frame: RGBDFrame, folder: Path) -> Block
     )
 
 
-def _found_again(record: RunRecord, frame: RGBDFrame, folder: Path) -> Blocks:
+def _found_again(record: RunRecord, frame: RGBDFrame, folder: Path, extract: bool) -> Blocks:
     network, saved = next(iter(record.networks.extraction.values()), None), _saved_labels(record, folder)
     if record.extraction is None or record.blocks.edited:
         if saved is None:
@@ -498,6 +503,8 @@ def _found_again(record: RunRecord, frame: RGBDFrame, folder: Path) -> Blocks:
                 f"({record.blocks.file or LABELS_FILE}) is not beside the record or has changed. Restore it there."
             )
         return Blocks(saved, extraction=record.extraction, network=network)
+    if saved is not None and not extract:
+        return Blocks(saved, extraction=record.extraction, network=network, extracted=saved)
     again = found_blocks(frame, record.extraction)
     if array_sha256(again.labels) == record.blocks.sha256:
         return again
