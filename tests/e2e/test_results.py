@@ -10,20 +10,23 @@ from gui.features.documents.feature import DocumentsFeature
 from gui.features.documents.open_dialog import OpenDialog
 from gui.features.export.dialog import Export
 from gui.features.export.feature import ExportFeature
+from gui.views.curves.panel import CurvesPanel
 from ilf.cli import main as command_line
 from ilf.io.labels import read_labels
 from ilf.run.options import ExportOptions
 from ilf.run.record_file import read_record
 from ilf.sources.frame_ref import FrameRef
 
+from ..ilf.batch_frames import work_in_this_process
 from .conftest import export, write_frame
 
 NAMES = "far", "near"
 
 
 @pytest.fixture
-def results(small_frame, tmp_path):
+def results(small_frame, tmp_path, monkeypatch):
     """The folder of a batch over two frames, in `tmp_path`/frames."""
+    work_in_this_process(monkeypatch)
     (tmp_path / "frames").mkdir()
     for number, name in enumerate(NAMES):
         frame = ilf.RGBDFrame(small_frame.rgb, small_frame.depth + np.float32(number), small_frame.intrinsics)
@@ -81,6 +84,22 @@ def test_a_result_is_corrected_and_run_again(window, qtbot, results, tmp_path):
         window.actions_["run"].trigger()
     assert not document.changed_blocks()
     assert not np.array_equal(document.completion().depth, before)
+
+
+def test_curves_of_a_result_have_iterations_but_no_times(window, qtbot, results, run_all):
+    open_path(window, qtbot, results / "far")
+    window.panels.reveal("Convergence")
+    window.refresh.now()
+    panel = window.findChild(CurvesPanel)
+    drawn = [line for line in panel.sigma_plot.lines if line.isVisible()]
+    assert drawn
+    panel.set_by_time(True)
+    assert "no times" in panel.hint
+    assert not panel.sigma_plot.isVisible()
+    run_all(window)
+    window.refresh.now()
+    assert panel.sigma_plot.isVisible()
+    panel.set_by_time(False)
 
 
 def test_the_dialog_says_what_a_result_is_and_asks_for_no_options(window, qtbot, results):
