@@ -42,7 +42,17 @@ _DARK = {
 colour-blind people, too."""
 
 _LINE = "#7f8792"
-"""Axes, ticks and frames of check boxes and input fields: a contrast of 3 at least in both themes."""
+"""Axes, ticks and frames of boxes to tick, sliders and input fields: a contrast of 3 at least in both themes."""
+
+_FRAMED = {
+    "QLineEdit": 140,
+    "QAbstractSpinBox": 140,
+    "QComboBox": 140,
+    "QSlider": 140,
+    "QRadioButton": 140,
+    "QCheckBox": 126,
+}
+"""Widgets on the window's ground, of which Qt draws frames alone in the window's colour -> how many per cent darker."""
 
 _SERIES = {False: ("#1060e8", "#a04000", "#0a6058", "#700a80"), True: ("#4a90f2", "#fb7a35", "#1fb888", "#f3b8f4")}
 """Whether dark -> the colours of lines in one plot."""
@@ -103,10 +113,10 @@ def apply_theme(app: QApplication, name: str = "system") -> None:
     QToolTip.setPalette(palette)
     palette.setColor(QPalette.ColorRole.ButtonText, QColor(tones["muted"]))
     app.setPalette(palette, "QHeaderView")  # type: ignore[arg-type]
-    fields = QPalette()  # without a window of their own: its colour is used for the frame only, darker by 140 %
-    fields.setColor(QPalette.ColorRole.Window, QColor(_LINE).lighter(140))
-    for kind in ("QLineEdit", "QAbstractSpinBox", "QComboBox"):
-        app.setPalette(fields, kind)  # type: ignore[arg-type]
+    for kind, darker in _FRAMED.items():
+        framed = QPalette()
+        framed.setColor(QPalette.ColorRole.Window, QColor(_LINE).lighter(darker))
+        app.setPalette(framed, kind)  # type: ignore[arg-type]
 
 
 def follow_system(app: QApplication) -> None:

@@ -24,6 +24,7 @@ from ilf.io.guide_models import add_guide, fetch_guide
 from ilf.run.run import Run
 from ilf.sources.frame_ref import FrameRef
 from ilf.sources.neighbours import around, neighbour_steps
+from ilf.sources.own_results import is_result_folder
 
 from ..base.commands import command
 from ..base.needs import Need
@@ -313,6 +314,8 @@ class AdditionalDepthPanel(Panel):
         others = (one for one in self.context.workspace.entries if one is not entry)
         if place is None or all(place_of(one) != place for one in others):
             return "The list has no other frame of this sequence: open its folder or recording."
+        if entry.source is not None and is_result_folder(entry.source):
+            return "Depth of the frames beside this one was completed, not measured: open the folder of the frames."
         if self._frame.intrinsics is None:
             return "The camera's intrinsics of this frame are not known: open it with intrinsics."
         return ""

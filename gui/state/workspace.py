@@ -11,9 +11,9 @@ from PySide6.QtGui import QUndoCommand
 
 from ilf.completion.block import Watch
 from ilf.data.blocks import OwnValues, own_values
-from ilf.data.results import BlockResult
+from ilf.data.results import BlockResult, Completion
 from ilf.project.frame_state import FrameState
-from ilf.project.run_history import StoredRun
+from ilf.project.run_history import Extrapolation, StoredRun
 from ilf.run.run import Run
 from ilf.segmentation.editing.patches import patch_between
 
@@ -53,17 +53,25 @@ class Workspace(Frames):
             super().show(document)
 
     def open_document(
-        self, document: Document, recorded: Run | None = None, restored: bool = False, show: bool = True
+        self,
+        document: Document,
+        recorded: Run | None = None,
+        restored: bool = False,
+        show: bool = True,
+        completion: Completion | None = None,
     ) -> None:
         """Open a frame and, with `show`, make it the current one.
 
         It starts with the parameters of the current frame, or the shared ones, unless it is `restored`. With
         `recorded`, it takes the parameters and the extraction parameters of that run, and the blocks that were run are
-        selected if they are not all.
+        selected if they are not all; with its `completion`, also the results.
         """
         self.parameters.start(document, recorded, restored)
         if recorded is not None and recorded.only is not None and set(recorded.only) != set(document.counts()):
             document.change(selected=tuple(sorted(set(recorded.only))))
+        if completion is not None:
+            extrapolation = Extrapolation.of(completion) if completion.run.extrapolate else None
+            document.restore_results(list(completion.results.values()), extrapolation)
         self.add(document, show)
 
     def watch(self, document: Document, run: Run) -> Watch:

@@ -251,12 +251,15 @@ class Docks(QObject):
         self._park_stray_tabs()
 
     def _park_stray_tabs(self) -> None:
-        """Move tabs that Qt has left over the centre out of sight, as it does with others that it does not use."""
+        """Move tabs that Qt has left over the centre out of sight, as it does with others that it does not use; the Tab
+        key passes over those that are out of sight."""
         centre = self._window.centralWidget()
         if centre is not None:
             for tabs in self._window.findChildren(QTabBar, options=Qt.FindChildOption.FindDirectChildrenOnly):
                 if tabs.geometry().intersects(centre.geometry()):
                     tabs.move(-tabs.width(), -tabs.height())
+                is_in_sight = self._window.rect().intersects(tabs.geometry())
+                tabs.setFocusPolicy(Qt.FocusPolicy.TabFocus if is_in_sight else Qt.FocusPolicy.NoFocus)
 
     def _show(self, titles: Iterable[str]) -> None:
         wanted = set(titles)

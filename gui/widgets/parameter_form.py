@@ -160,6 +160,7 @@ class ParameterForm(Themed, QScrollArea):
 
     def __init__(self, set_class: type[ParameterSet], parent: QWidget | None = None) -> None:
         super().__init__(parent)
+        self.setFocusPolicy(Qt.FocusPolicy.NoFocus)  # its fields have it
         self._parameters = set_class()
         self._base = set_class()
         self._source = "the preset"

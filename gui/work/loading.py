@@ -21,6 +21,8 @@ from ilf.data.parameters import BlockParameters
 from ilf.data.presets import preset
 from ilf.errors import IlfError
 from ilf.io.depth_reading import PlausibilityWarning
+from ilf.project.recorded_frames import measured_frame, recorded_run
+from ilf.project.sources import Places
 from ilf.project.state_codec import Decoded
 from ilf.run.replaying import Replay, replay
 from ilf.run.run import Run
@@ -28,6 +30,7 @@ from ilf.sources.frame_folder import is_frame_folder
 from ilf.sources.frame_ref import FrameRef
 from ilf.sources.listing import Listing, list_frames
 from ilf.sources.opening import is_recording
+from ilf.sources.own_results import is_result_folder
 from ilf.sources.reading import described_beside, read_depth, read_frame
 
 from ..state.document import Document
@@ -36,6 +39,8 @@ from ..state.parts import Part
 from ..state.workspace import Workspace
 from .found_blocks import FoundBlocks, describe_blocks, find
 from .queue import Job, JobQueue
+
+_RECORDED = "They are those of a recorded run, which is shown with its result."
 
 # Folders of frames and recordings: their frames, and a preview of the first. Without Qt.
 
@@ -72,6 +77,8 @@ def preview_folder(how: FrameRef) -> FolderPreview:
     listing = list_frames(how.rgb, how.options)
     first = listing.sources[0]
     try:
+        if is_result_folder(first):
+            return FolderPreview(listing, measured_frame(first))
         frame = read_frame(first)
         return FolderPreview(
             listing, frame, plausibility_warnings=read_depth(first).plausibility_warnings if frame.notes else ()
@@ -82,6 +89,9 @@ def preview_folder(how: FrameRef) -> FolderPreview:
 
 class StoredFrames(Protocol):
     """Storage of the states of frames that are not open."""
+
+    places: Places
+    """Possible locations of frames' files."""
 
     def has(self, id: str) -> bool:
         """Whether it contains the state of a frame."""
@@ -181,11 +191,13 @@ class FrameLoader(QObject):
         """Read a frame, unless `frame` is what was read, show it, and extract its blocks.
 
         A frame that is already open is only shown; if it is open with other units or intrinsics, it is read again and
-        replaced.
+        replaced. Of a folder with a result, the recorded run is opened, with the frame that was completed.
         """
         entry, parameters = self._workspace.entries.of_key(source.key), self._workspace.parameters.extraction
         if entry is not None and entry.document is None and entry.source == source:
             self.open_entry(entry)
+        elif entry is None and is_result_folder(source):
+            self.open_new(source, source.name)
         elif not self._shown_already(source, source.key):
             self.read(f"Opening {Path(source.key).name}", lambda: _open(source, parameters, frame), self._take_opened)
 
@@ -206,16 +218,20 @@ class FrameLoader(QObject):
             camera = "no intrinsics" if frame.intrinsics is None else "other intrinsics"
             self.message.emit(f"{entry.name} has {camera} now; its blocks, edits and their results stay.")
 
-        self.read(f"Opening {entry.name}", lambda: read_frame(source), take)
+        self.read(f"Opening {entry.name}", lambda: measured_frame(source), take)
 
     def open_run(self, record: Path) -> None:
-        """Open a run.json: its frame, blocks and parameters. Run the frame to get its completed depth."""
+        """Open a run.json: its frame, blocks, parameters and result."""
         record = Path(os.path.abspath(record))  # one key for all spellings of the path
         entry = self._workspace.entries.of_key(str(record))
         if entry is not None and entry.document is None:
             self.open_entry(entry)
         elif not self._shown_already(record, str(record)):
-            self.read(f"Opening {record.name}", lambda: _open_run(record), self._take_opened)
+            self.read(
+                f"Opening {record.name}",
+                lambda: _opened_run(replay(record, extract=False), record, str(record)),
+                self._take_opened,
+            )
 
     def open_folder(self, how: FrameRef, show: bool = True) -> None:
         """Add the frames of a folder to the list, with the reading options of `how`; with `show`, open the first, and
@@ -237,7 +253,9 @@ class FrameLoader(QObject):
             take: Callable[[Any], None] = lambda decoded: self._take_restored(entry, decoded)  # noqa: E731
         else:
             source, parameters = entry.source or FrameRef(entry.key), self._workspace.parameters.extraction
-            do, take = lambda: _open(source, parameters), lambda opened: self._take_entry(entry, opened)
+            places = None if stored is None else stored.places
+            do = lambda: _open(source, parameters, places=places)  # noqa: E731
+            take = lambda opened: self._take_entry(entry, opened)  # noqa: E731
 
         def wanted() -> bool:
             return entry.document is None and self._workspace.entries.of(entry.id) is entry
@@ -287,10 +305,9 @@ class FrameLoader(QObject):
 
     def _take_entry(self, entry: Entry, opened: _Opened) -> None:
         """Show a frame of the list that was read; other frames of the same files are not affected."""
-        document = Document.of(opened.run, opened.origin, opened.key)
+        document = Document.of(opened.run, opened.origin, opened.key, opened.record_replay)
         document.change(id=entry.id)
-        self._workspace.open_document(document)
-        self._extract_first(document, transient=True)
+        self._show_opened(document, opened, transient=True)
 
     def _take_opened(self, opened: _Opened) -> None:
         if self._shown_already(opened.origin, opened.key):
@@ -299,13 +316,18 @@ class FrameLoader(QObject):
         replaced = self._workspace.entries.of_key(opened.key)
         if replaced is not None:
             self._workspace.remove_entries([replaced])
-        if opened.record_replay is None:
+        self._show_opened(document, opened)
+
+    def _show_opened(self, document: Document, opened: _Opened, transient: bool = False) -> None:
+        """Show what was opened: a frame, whose blocks are extracted then (`transient` as there), or a recorded run."""
+        again = opened.record_replay
+        if again is None:
             self._workspace.open_document(document)
-            self._extract_first(document)
-        else:
-            self._workspace.open_document(document, opened.run)
-            self._report_blocks(document, *opened.run.blocks.notes)
-            self.replayed.emit(document)
+            self._extract_first(document, transient)
+            return
+        self._workspace.open_document(document, again.run, completion=again.completion)
+        self._report_blocks(document, _RECORDED, *again.run.blocks.notes)
+        self.replayed.emit(document)
 
     def _take_restored(self, entry: Entry, decoded: Decoded) -> None:
         document = Document.of_state(decoded.state, entry.source or Path(entry.key), entry.key)
@@ -466,15 +488,20 @@ def _is_read_otherwise(present: Entry, found: Entry) -> bool:
     return present.source is not None and found.source is not None and present.source.options != found.source.options
 
 
-def _open(source: FrameRef, parameters: BlockParameters, frame: RGBDFrame | None = None) -> _Opened:
+def _open(
+    source: FrameRef, parameters: BlockParameters, frame: RGBDFrame | None = None, places: Places | None = None
+) -> _Opened:
+    again = recorded_run(source, places) if frame is None else None
+    if again is not None:
+        return _opened_run(again, source, source.key)
     frame = read_frame(source) if frame is None else frame
     no_blocks = np.zeros(frame.shape, np.int32)
     return _Opened(Run(frame, Blocks(no_blocks, extraction=parameters, extracted=no_blocks)), source, source.key)
 
 
-def _open_run(path: Path) -> _Opened:
-    record_replay = replay(path)
-    return _Opened(record_replay.run, path, str(path), record_replay)
+def _opened_run(again: Replay, origin: FrameRef | Path, key: str) -> _Opened:
+    again.completion  # noqa: B018 - read here, in the background
+    return _Opened(again.run, origin, key, again)
 
 
 def _extract_first(frame: RGBDFrame, parameters: BlockParameters) -> FoundBlocks:

@@ -33,7 +33,7 @@ from ..sources.frame_folder import FrameFiles
 from ..sources.frame_ref import FrameRef
 from ..sources.image_pair import depth_of_files, is_registered, read_files, unlike_companions
 from ..sources.naming import META_NAME
-from ..sources.own_results import COMPLETED_DEPTH, is_result
+from ..sources.own_results import COMPLETED_DEPTH, RECORD_FILE, is_result, is_result_folder
 from ..sources.reading import files_of, read_frame
 from ..sources.reading_options import DEPTH_VIEW, ReadingOptions
 from ..sources.recorded import read_recorded
@@ -54,6 +54,8 @@ def facts_of_frame(ref: FrameRef, given: ReadingOptions) -> Facts:
         files = files_of(here)
         files = replace(files, options=here.options.or_else(files.options))
         facts.add("name", files.name, name=files.name)
+        if is_result_folder(here):
+            facts.add("result", f"completed depth, not measured; its run is in {RECORD_FILE}", result=RECORD_FILE)
         depth = depth_of_files(files, given)
         frame = _add_pair(facts, files, depth, given)
         _add_ground_truth(facts, files, depth, frame)

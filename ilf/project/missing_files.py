@@ -79,13 +79,14 @@ def _lost(
     for wanted in _wanted(frame, parts, names):
         if wanted.sha256 and source_part(wanted.sha256, wanted.path) in names:
             continue
-        same, other = _located(wanted, places, since)
+        same, other = located(wanted, places, since)
         if same is None and (other is not None or _is_allowed(places, wanted)):
             yield wanted, other
 
 
-def _located(wanted: InputFile, places: Places, since: float | None = None) -> tuple[Path | None, Path | None]:
-    """Return the file at its possible places, and the first one with another content; None for none."""
+def located(wanted: InputFile, places: Places, since: float | None = None) -> tuple[Path | None, Path | None]:
+    """Return the file at its possible places, and the first one with another content; None for none. Files without a
+    known SHA-256 may be folders; those not modified since a time [s since 1970] are not read."""
     other: Path | None = None
     for path in places.candidates(wanted):
         if _is_there(path, folder=not wanted.sha256):
@@ -137,7 +138,7 @@ def locate(wanted: Collection[InputFile], places: Places) -> Generator[float, No
     found: dict[InputFile, Path] = {}
     for number, file in enumerate(wanted):
         yield number / len(wanted)
-        path, _ = _located(file, places)
+        path, _ = located(file, places)
         if path is not None:
             found[file] = path
     return found

@@ -6,6 +6,7 @@ import os
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -25,7 +26,7 @@ from ..data.frame import InputFile, RGBDFrame
 from ..data.neighbours import Neighbour, NeighbourDepth
 from ..data.results import Completion
 from ..errors import IlfError, InputError
-from ..io.depth import depth_in_metres, read_depth_values
+from ..io.depth import read_depth_values
 from ..io.frame_additions import ground_truth_of, load_guide
 from ..io.labels import read_labels, read_mask
 from ..segmentation.extraction import found_blocks
@@ -41,6 +42,7 @@ from .record import (
     requested_networks,
 )
 from .record_file import read_record
+from .recorded_results import recorded_completion, recorded_depth
 from .run import Run
 
 T = TypeVar("T")
@@ -157,7 +159,14 @@ class Replay:
     options: ExportOptions
     record: RunRecord
     differences: tuple[str, ...]
+    _folder: Path
     _depth: NDArray[np.float32] | None
+
+    @cached_property
+    def completion(self) -> Completion | None:
+        """The recorded completion, from the files beside the record; None if it is not there in full: without lossless
+        depth (`depth.npy` or `depth.tiff`), or with files that have changed."""
+        return recorded_completion(self.run, self.record, self._folder, self._depth)
 
     def verdict(self, completion: Completion) -> tuple[str, ...]:
         """Compare the results of the run with the recorded ones; empty if they are equal bit for bit.
@@ -203,6 +212,8 @@ def replay(
     path: str | os.PathLike[str],
     rgb: str | os.PathLike[str] | None = None,
     depth: str | os.PathLike[str] | None = None,
+    *,
+    extract: bool = True,
 ) -> Replay:
     """Load and check all inputs of a recorded run.
 
@@ -213,6 +224,9 @@ def replay(
         files, also of neighbours, that have been moved are searched beside it.
     rgb, depth : path-like, optional
         New paths of the input files; for a frame of a recording, `rgb` is that of the recording.
+    extract : bool
+        Whether extracted blocks are extracted again, and compared. False takes the recorded ones from the label map
+        beside the record if it is there, which is faster.
 
     Returns
     -------
@@ -252,7 +266,7 @@ def replay(
         *network_differences(record),
         *networks_now_available(record),
     ]
-    blocks = _recorded_blocks(record, frame, folder)
+    blocks = _recorded_blocks(record, frame, folder, extract)
     gone = sorted(set(record.own_parameters) - set(np.unique(blocks.labels).tolist()))
     if gone:
         raise InputError(
@@ -263,7 +277,7 @@ def replay(
     if another := processor_difference(record):
         differences.append(f"The run was made on {another}: results may differ in the last digits.")
     run = Run(frame, blocks, record.parameters, frozenset(record.own_parameters), record.extrapolate)
-    return Replay(run, record.export, record, tuple(differences), _recorded_depth(record, folder))
+    return Replay(run, record.export, record, tuple(differences), folder, recorded_depth(record, folder))
 
 
 def _recorded_frame(
@@ -452,12 +466,12 @@ def _recorded_mask(
     return _beside(recorded, f"the mask of {what}", folder, lambda path: read_mask(path, shape), lambda mask: mask)
 
 
-def _recorded_blocks(record: RunRecord, frame: RGBDFrame, folder: Path) -> Blocks:
+def _recorded_blocks(record: RunRecord, frame: RGBDFrame, folder: Path, extract: bool) -> Blocks:
     """The recorded blocks: extracted again, or with the label map from the file beside the record."""
     by_hand, drawn = record.by_hand, _recorded_mask(record.drawn, "drawn borders", folder, frame.shape)
     weight = 0.0 if by_hand is None else by_hand.weight
     return replace(
-        _found_again(record, frame, folder).with_parameters(record.own_parameters, record.parameters),
+        _found_again(record, frame, folder, extract).with_parameters(record.own_parameters, record.parameters),
         drawn=drawn,
         by_hand=_beside(
             by_hand,
@@ -469,7 +483,7 @@ def _recorded_blocks(record: RunRecord, frame: RGBDFrame, folder: Path) -> Block
     )
 
 
-def _found_again(record: RunRecord, frame: RGBDFrame, folder: Path) -> Blocks:
+def _found_again(record: RunRecord, frame: RGBDFrame, folder: Path, extract: bool) -> Blocks:
     network, saved = next(iter(record.networks.extraction.values()), None), _saved_labels(record, folder)
     if record.extraction is None or record.blocks.edited:
         if saved is None:
@@ -478,6 +492,8 @@ def _found_again(record: RunRecord, frame: RGBDFrame, folder: Path) -> Blocks:
                 f"({record.blocks.file or LABELS_FILE}) is not beside the record or has changed. Restore it there."
             )
         return Blocks(saved, extraction=record.extraction, network=network)
+    if saved is not None and not extract:
+        return Blocks(saved, extraction=record.extraction, network=network, extracted=saved)
     again = found_blocks(frame, record.extraction)
     if array_sha256(again.labels) == record.blocks.sha256:
         return again
@@ -498,12 +514,3 @@ def _saved_labels(record: RunRecord, folder: Path) -> NDArray[np.int32] | None:
     labels = read_labels(folder / record.blocks.file)
     matches = labels.shape == record.blocks.shape and array_sha256(labels) == record.blocks.sha256
     return labels if matches else None
-
-
-def _recorded_depth(record: RunRecord, folder: Path) -> NDArray[np.float32] | None:
-    """The recorded depth, from a lossless file beside the record; None if there is none."""
-    for name in (DEPTH_FILES["npy"], DEPTH_FILES["tiff"]):
-        path = folder / name
-        if name in record.outputs and os.path.isfile(path) and file_sha256(path) == record.outputs[name]:
-            return depth_in_metres(read_depth_values(path), 1.0)
-    return None

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import dataclasses
 import json
-import math
 import os
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -24,7 +23,7 @@ from ..data.declarations import check_names
 from ..data.flying_points import flying_points
 from ..data.frame import FrameInputs, RGBDFrame
 from ..data.points import in_world, point_cloud
-from ..data.results import Completion, EdgeAwareRecord, IterationRecord, PassBandRecord
+from ..data.results import Completion
 from ..data.surface import surface_mesh, surface_normals
 from ..errors import ExportError, IlfError, InputError
 from ..io.clouds import write_cloud
@@ -33,9 +32,9 @@ from ..io.frame_additions import write_array
 from ..io.images import encode_image
 from ..io.labels import write_labels, write_mask
 from ..io.meshes import write_mesh
-from ..io.tables import write_csv
 from ..sources.naming import META_NAME
 from ..sources.registration import aligned
+from .curves import write_curves
 from .exporters import Export
 from .formats import FORMATS, check_format, colour_seen_from
 from .options import (
@@ -63,58 +62,6 @@ from .options import (
 )
 from .record import PROGRAM, make_record, to_json
 from .run import Run
-
-# Convergence curves as CSV.
-
-CURVE_COLUMNS = (
-    "label", "i", "stage", "r_y", "r_x", "sigma_i_m", "l1_m", "residual_m", "held_out_m", "weighted",
-    "cell_px", "round", "error_m",
-)  # fmt: skip
-"""r_y, r_x and weighted belong to the filter "ideal", cell_px and round to "edge-aware"; empty for the other filter."""
-
-
-def write_curves(path: str | os.PathLike[str], history: Mapping[int, Sequence[IterationRecord]]) -> None:
-    """Write the record of every iteration, block after block, atomically.
-
-    Floats are written with all digits, and seconds are left out: the same run gives the same file. An error without any
-    pixels is an empty cell.
-
-    Parameters
-    ----------
-    path : path-like
-    history : mapping
-        Label -> records, as in `Completion.history`.
-
-    Raises
-    ------
-    ExportError
-        If the file cannot be written.
-    """
-    lines = ({"label": label, **_cells(record)} for label in sorted(history) for record in history[label])
-    write_csv(path, [CURVE_COLUMNS, *([line.get(name) for name in CURVE_COLUMNS] for line in lines)])
-
-
-def _cells(record: IterationRecord) -> dict[str, object]:
-    """Column -> its value."""
-    cells: dict[str, object] = {
-        "i": record.i,
-        "stage": record.stage,
-        "sigma_i_m": _digits(record.sigma_i),
-        "l1_m": _digits(record.l1),
-    }
-    errors = {"residual_m": record.residual, "held_out_m": record.held_out, "error_m": record.error}
-    cells |= {name: _digits(error) for name, error in errors.items() if not math.isnan(error)}
-    if isinstance(record, PassBandRecord):
-        r_y, r_x = record.radii
-        cells |= {"r_y": _digits(r_y), "r_x": _digits(r_x), "weighted": int(record.weighted)}
-    elif isinstance(record, EdgeAwareRecord):
-        cells |= {"cell_px": record.cell, "round": record.round}
-    return cells
-
-
-def _digits(value: float) -> str:
-    return repr(float(value))
-
 
 # Point cloud and mesh of a run's result, with values per point.
 

@@ -25,6 +25,11 @@ def is_shards(path: str | os.PathLike[str]) -> bool:
     return folder_at(path).exists(SHARDS_FILE)
 
 
+def is_result_folder(ref: FrameRef) -> bool:
+    """Whether a frame is a folder with the result and the record of a run."""
+    return ref.depth is None and ref.frame is None and is_result(ref)
+
+
 def is_result(ref: FrameRef) -> bool:
     """Whether the depth of a frame was completed by this program, so that not all of it was measured. False at
     addresses."""

@@ -34,8 +34,8 @@ from tests.pins.window.hand import isolated
 from .samples import write_sample
 from .window import new_window, open_frame, pause
 
-_LEFT = {"quit", "full_screen", "about", "show_project"}
-"""Commands that are not given: they end the program or leave it."""
+_LEFT = {"quit", "full_screen", "about", "show_project", "open_sample"}
+"""Commands that are not given: they end the program or leave it, or work beside its own files."""
 
 _Key, _Modifier = Qt.Key, Qt.KeyboardModifier
 _KEYS = [

@@ -93,8 +93,9 @@ def test_a_dense_export_is_that_of_the_command_line_and_comes_back_dense(margin,
         assert path.read_bytes() == (tmp_path / "window" / path.name).read_bytes(), path.name
     _open_run(margin, qtbot, tmp_path / "window" / "run.json")
     assert not reported, "all is as it was recorded"
+    assert margin.workspace.current.extrapolated
     with qtbot.waitSignal(margin.runs.finished):
-        margin.actions_["run"].trigger()
+        margin.actions_["run_all"].trigger()
     assert margin.workspace.current.extrapolated
     assert "the result equals the run record" in margin.log.text.toPlainText()
     assert not reported

@@ -201,6 +201,7 @@ def test_work_on_a_folder_is_there_again_the_next_time(another, qtbot, folder, s
         window.actions_["save_project"].trigger()
     assert not window.project.present.unsaved
     assert os.name != "posix" or stat.S_IMODE(folder_projects_dir().stat().st_mode) == 0o700, "it is the user's own"
+    assert not window.project.recent.origins, "its folder is among the recent frames"
     assert window.close()
 
     write_frame(folder / "frame-9", small_frame)

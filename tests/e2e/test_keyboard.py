@@ -173,6 +173,16 @@ def test_the_view_with_the_focus_has_a_frame_and_tab_leaves_it(typing):
     assert _focus() is typing.feature(BlocksFeature).table
 
 
+def test_every_stop_of_the_tab_key_is_in_sight(typing):
+    first, stops = _focus(), list[QWidget]()
+    while not stops or stops[-1] is not first:
+        key(typing, _Key.Key_Tab)
+        stops.append(_focus())
+        assert len(stops) < 100
+    assert all(typing.rect().contains(stop.mapTo(typing, stop.rect().center())) for stop in stops)
+    assert len(stops) == len(set(stops)) > 10
+
+
 def test_enter_is_the_default_button_of_a_dialog_wherever_the_focus_is(typing):
     for command in ("open", "export", "hold_out_test", "report", "save_preset", "load_ground_truth"):
         typing.actions_[command].trigger()

@@ -1,5 +1,6 @@
 """The program's own results are no measured frames: they are left out, named, and not scored."""
 
+import json
 import shutil
 
 import numpy as np
@@ -54,6 +55,8 @@ def test_completed_depth_is_doubted_and_not_scored_as_known(measured, capsys):
         assert "completed by ILF Studio" in capsys.readouterr().err
         assert main(["info", *given]) == 0
         assert "completed by ILF Studio" in capsys.readouterr().out
+    assert main(["info", "--json", "frames/one-done"]) == 0
+    assert json.loads(capsys.readouterr().out)["frame"]["result"] == "run.json"
     frame = ilf.load_frame("frames/one-done", warn=False)
     assert any("completed by ILF Studio" in note for note in frame.notes)
     with pytest.raises(ilf.IlfError, match="completed by ILF Studio"):

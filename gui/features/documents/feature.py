@@ -38,6 +38,10 @@ if TYPE_CHECKING:
     from .load_blocks import BlockSource
 
 _IMAGES = "PNG image (*.png)"
+_NO_RESULT = (
+    "The result is not shown: its depth is not beside the record as it was computed, in depth.npy or depth.tiff. Run "
+    "the frame to get it."
+)
 _TOO_MANY = "Only one colour file and its depth file can be opened at a time. For several frames, drop their folder."
 
 
@@ -274,9 +278,12 @@ class DocumentsFeature(Feature):
     # runs opened from a record
 
     def _tell_differences(self, document: Document) -> None:
-        """Report which input, network, version or output of a document opened from a record differs, if any."""
-        if document.record_replay is not None:
-            self._notes.warn(f"{document.name}: differences to the run record", document.record_replay.differences)
+        """Report which input, network, version or output of a document opened from a record differs, if any, and
+        whether its result cannot be shown."""
+        again = document.record_replay
+        if again is not None:
+            unshown = () if again.completion is not None else (_NO_RESULT,)
+            self._notes.warn(f"{document.name}: differences to the run record", (*again.differences, *unshown))
 
     def _tell_verdict(self, document: Document) -> None:
         """If the run that has ended is the recorded one, report whether its result equals the record."""

@@ -41,6 +41,7 @@ from ilf.sources.frame_folder import frame_folder
 from ilf.sources.frame_ref import FrameRef
 from ilf.sources.naming import COLOUR_SUFFIXES, DEPTH_FILE_SUFFIXES
 from ilf.sources.opening import recording_suffixes
+from ilf.sources.own_results import RECORD_FILE, is_result_folder
 from ilf.sources.reading import described_beside, read_depth, read_frame
 from ilf.sources.reading_options import DEPTH_VIEW, ReadingOptions
 
@@ -81,7 +82,8 @@ class Kind(Enum):
 
 
 def kind_of(path: str) -> Kind:
-    """Recognise a path: of a pair of images, the folder of a frame, of frames or a recording, a project, or a run."""
+    """Recognise a path: of a pair of images, the folder of a frame, of frames or a recording, a project, or a run or
+    the folder with its result."""
     if not path:
         return Kind.NOTHING
     if Path(path).suffix.lower() == PROJECT_SUFFIX:
@@ -89,7 +91,7 @@ def kind_of(path: str) -> Kind:
     if contains_frames(path):
         return Kind.FRAMES
     if Path(path).is_dir():
-        return Kind.FRAME
+        return Kind.RUN if is_result_folder(FrameRef(path)) else Kind.FRAME
     return Kind.RUN if Path(path).suffix.lower() == ".json" else Kind.PAIR
 
 
@@ -277,9 +279,9 @@ class OpenDialog(QDialog):
     def _describe_file(self, path: Path, kind: Kind) -> None:
         """Describe a project or the record of a run."""
         if kind is Kind.RUN:
-            record = read_record(path)
-            text = f"A run of {record.name} with {counted(len(record.blocks_outcome), 'block')}: its frame, blocks and "
-            text += "parameters are opened."
+            record = read_record(path / RECORD_FILE if path.is_dir() else path)
+            text = f"A run of {record.name} with {counted(len(record.blocks_outcome), 'block')}: the frame that was "
+            text += "completed is opened, with blocks, parameters and result."
         else:
             with open_project(path) as opened:
                 names = [frame.name for frame in opened.project.frames]
@@ -337,7 +339,8 @@ class OpenDialog(QDialog):
     def _show_first(self, source: FrameRef, look: FolderPreview) -> None:
         if source != self._wanted:
             return
-        frames = f"{counted(len(look.listing.sources), 'frame')} found."
+        count, is_of_results = len(look.listing.sources), is_result_folder(look.listing.sources[0])
+        frames = f"{counted(count, 'result' if is_of_results else 'frame')} found."
         text = " ".join((frames, *look.listing.notes))
         if look.frame is None:
             self._tell(f"{text}\nThe first frame cannot be read: {look.problem}", "warning")

@@ -19,6 +19,7 @@ from ilf.data.results import Completion, compose
 from ilf.errors import IlfError, InputError
 from ilf.evaluation.evaluation import Progress, scaled_progress
 from ilf.project.exporting import ExportedFrame, ExportStatus, FrameToExport, folder_names, run_and_completion
+from ilf.project.recorded_frames import recorded_run
 from ilf.report.report import ReportOptions, report_steps, write_report
 from ilf.report.subject import Subject, Unreadable
 from ilf.run.run import Run
@@ -77,7 +78,7 @@ def _reader(entry: Entry, store: WorkStore, make_run: MakeRun, for_all: Paramete
         return lambda: present
     if entry.document is None and entry.has_state and store.has(entry.id):
         return partial(_of_store, entry, store, for_all)
-    return partial(_of_files, entry, make_run)
+    return partial(_of_files, entry, store, make_run)
 
 
 def _of_document(document: Document) -> tuple[Run, Completion | None]:
@@ -92,10 +93,11 @@ def _of_store(entry: Entry, store: WorkStore, for_all: Parameters | None) -> tup
     return run_and_completion(state.with_current_settings(entry.note, for_all))
 
 
-def _of_files(entry: Entry, make_run: MakeRun) -> tuple[Run, Completion | None]:
+def _of_files(entry: Entry, store: WorkStore, make_run: MakeRun) -> tuple[Run, Completion | None]:
     if entry.source is None:
         raise InputError("It has not been read, and where from is not known. Open it first.")
-    return make_run(read_frame(entry.source)), None
+    again = recorded_run(entry.source, store.places)
+    return (make_run(read_frame(entry.source)), None) if again is None else (again.run, again.completion)
 
 
 # Frames completed anew from their files, as a batch.

@@ -16,6 +16,7 @@ from ilf._runtime.formatting import counted
 from ilf._runtime.named_places import note_opened
 from ilf.project.archive import Archive
 from ilf.project.file import OpenedProject
+from ilf.project.missing_files import folder_projects_dir
 from ilf.project.state_codec import UnreadableFrame
 
 from ...base import theme
@@ -280,8 +281,13 @@ class ProjectFeature(Feature):
         if isinstance(origin, Path):
             self.open(origin)
 
+    def _note_recent(self, path: Path) -> None:
+        """List a project as recent, unless it is in the data folder: there, the folder of its frames opens it."""
+        if not path.is_relative_to(folder_projects_dir()):
+            self.recent.note(path)
+
     def _tell_opened(self, opened: OpenedProject) -> None:
-        self.recent.note(opened.path)
+        self._note_recent(opened.path)
         count = len(opened.project.frames)
         self.context.notes.show_message(f"Opened {opened.path.name}: {counted(count, 'frame')}.")
         self.context.notes.warn(
@@ -299,7 +305,7 @@ class ProjectFeature(Feature):
             ask_to_open_anew(self.context.window, entry.name, error, again)
 
     def _tell_saved(self, path: Path, problems: Sequence[str]) -> None:
-        self.recent.note(path)
+        self._note_recent(path)
         count, size = len(self.context.workspace.entries), path.stat().st_size / 1e6
         actions = self.context.actions
         self.context.actions.refresh()

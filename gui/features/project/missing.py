@@ -189,6 +189,8 @@ class Missing(QObject):
         self._lost: list[MissingFile] = []
         self._requested = ""
         """Id of the frame that the user tried to show."""
+        self._searched: tuple[Path, ...] = ()
+        """Folders of the last search: frames that are opened later are looked for in them, too."""
         self.dialog: MissingFilesDialog | None = None
         self._checker = Worker(self)
         self._checker.finished.connect(self._take_checked)
@@ -307,6 +309,7 @@ class Missing(QObject):
 
     def _look(self, places: Places) -> None:
         if not self._searcher.busy:
+            self._searched = places.folders
             wanted = list(dict.fromkeys(lost.wanted for lost in self._lost))
             self._searcher.start(lambda: locate(wanted, places))
             self._show_search([0.0])
@@ -323,7 +326,8 @@ class Missing(QObject):
         store, dialog = self._context.recorder.store, self.dialog
         note_opened(*found.values())
         given = {wanted.sha256 or wanted.path: path for wanted, path in found.items()}
-        store.places = replace(store.places, given={**store.places.given, **given})
+        folders = dict.fromkeys((*store.places.folders, *(self._searched if found else ())))
+        store.places = replace(store.places, given={**store.places.given, **given}, folders=tuple(folders))
         self._context.recorder.note_project()
         affected = {lost.frame for lost in self._lost if lost.wanted in found}
         self._lost = [lost for lost in self._lost if lost.wanted not in found]

@@ -15,9 +15,9 @@ from ilf.data.blocks import Blocks
 from ilf.project.frame_state import FrameState
 from ilf.project.project import Stage
 from ilf.project.propagation import Propagated, propagate_state
+from ilf.project.recorded_frames import measured_frame
 from ilf.project.state_codec import Decoded
 from ilf.sources.frame_ref import FrameRef
-from ilf.sources.reading import read_frame
 
 from ...state.document import Document
 from ...state.entries import Entry
@@ -40,7 +40,7 @@ def state_reader(entry: Entry, stored: StoredFrames | None) -> Callable[[], Deco
         return lambda: stored.read(id)
 
     def load() -> Decoded:
-        frame = read_frame(_origin(entry))
+        frame = measured_frame(_origin(entry), None if stored is None else stored.places)
         return Decoded(FrameState(id, frame, Blocks(np.zeros(frame.shape, np.int32))))
 
     return load

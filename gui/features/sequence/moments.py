@@ -12,6 +12,7 @@ from ilf._runtime.formatting import counted
 from ilf.data.frame import RGBDFrame
 from ilf.evaluation.flicker import flicker
 from ilf.project.facts import present_completion
+from ilf.project.recorded_frames import recorded_run
 from ilf.sources.frame_ref import FrameRef
 from ilf.sources.reading import read_frame
 
@@ -66,7 +67,11 @@ class Moment:
             state = store.read(entry.id, to_edit=False).state
             depth = present_completion(state).depth if state.results else None
             return cls(entry.name, place, state.frame, depth)
-        return cls(entry.name, place, read_frame(entry.source or FrameRef(entry.key)), None)
+        source = entry.source or FrameRef(entry.key)
+        again = recorded_run(source, store.places)
+        if again is None:
+            return cls(entry.name, place, read_frame(source), None)
+        return cls(entry.name, place, again.run.frame, None if again.completion is None else again.completion.depth)
 
     def or_of_batch(self, result: BatchResult | None) -> Self:
         """The same frame with the depth that a batch has written, if it has no result of its own."""

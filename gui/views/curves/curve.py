@@ -128,6 +128,11 @@ class Columns:
                 self._weighted.append(place)
         self.count = count
 
+    @property
+    def has_times(self) -> bool:
+        """Whether the time of the iterations is known: not of those that a run record has kept."""
+        return not np.isnan(self._table[: self.count, 1]).any()
+
     def along(self, by_time: bool) -> Values:
         """Positions of the iterations: their numbers, or seconds since the start of the block."""
         return self._table[: self.count, int(by_time)]
@@ -197,7 +202,7 @@ def readout_texts(records: Sequence[IterationRecord], has: Mapping[str, bool], b
 
 
 def _numbers(record: IterationRecord, has: Mapping[str, bool], by_time: bool, alone: bool) -> Numbers:
-    time = Column("", "000.00 s"), f"{record.seconds:.2f} s"
+    time = Column("", "000.00 s"), "–" if math.isnan(record.seconds) else f"{record.seconds:.2f} s"
     yield Column("i", "0000"), f"{record.i}"
     if by_time:
         yield time

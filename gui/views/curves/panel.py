@@ -23,6 +23,7 @@ from .readout import Readout, Row
 from .scrub_bar import ScrubBar
 
 EMPTY_TEXT = "Run the filter to see how each block converges"
+_NO_TIMES = "The record of this run has no times: draw the curves over iterations, or run all blocks again"
 
 _SIDE_BY_SIDE = 1.7  # width over height from which the plots are side by side
 _MIN_PLOT_HEIGHT, _MIN_PLOT_WIDTH = 56, 180  # minimum size of a plot [px]; without room, the last plots are omitted
@@ -182,8 +183,15 @@ class CurvesPanel(Themed, QWidget):
             plot.follows = False
             plot.setXRange(low, high, padding=0)
 
+    def _pairs(self) -> list[tuple[Curve, Columns]]:
+        """The curves that have iterations and, over time, their times."""
+        pairs = zip(self._curves, self._columns, strict=True)
+        return [pair for pair in pairs if pair[1].count and (pair[1].has_times or not self._by_time)]
+
     def _draw(self) -> None:
-        pairs = [pair for pair in zip(self._curves, self._columns, strict=True) if pair[1].count]
+        pairs = self._pairs()
+        if not pairs and any(columns.count for columns in self._columns):
+            self._hint.setText(_NO_TIMES)
         self._pages.setCurrentIndex(1 if pairs else 0)
         if not self._plots:
             if not pairs:
@@ -216,10 +224,9 @@ class CurvesPanel(Themed, QWidget):
     def _draw_errors(self, colour: QColor) -> None:
         """Draw the errors after the iterations, and as last points those after the correction."""
         lines = self._lines("error", colour)
-        curves = [curve for curve, columns in zip(self._curves, self._columns, strict=True) if columns.count]
         ends = [
             line._replace(along=line.along[-1:], values=np.log10(np.maximum([curve.corrected], FLOOR)))
-            for line, curve in zip(lines, curves, strict=True)
+            for line, (curve, _) in zip(lines, self._pairs(), strict=True)
             if math.isfinite(curve.corrected)
         ]
         self.error_plot.show_lines([*lines, *ends])
@@ -229,7 +236,7 @@ class CurvesPanel(Themed, QWidget):
 
     def _lines(self, quantity: str, colour: QColor) -> list[Line]:
         """A line for every curve; a single one in the colour of the quantity."""
-        pairs = [pair for pair in zip(self._curves, self._columns, strict=True) if pair[1].count]
+        pairs = self._pairs()
         return [
             Line(
                 columns.along(self._by_time),
@@ -297,7 +304,7 @@ class CurvesPanel(Themed, QWidget):
 
     def _update_readout(self) -> None:
         """Show the numbers of the iterations under the cursor, or of the last ones."""
-        pairs = [pair for pair in zip(self._curves, self._columns, strict=True) if pair[1].count]
+        pairs = self._pairs()
         pointing = bool(pairs) and (self._hovered is not None or self._viewed_iteration is not None)
         cursor = None
         if pointing:

@@ -6,6 +6,7 @@ from itertools import combinations
 
 import numpy as np
 import pytest
+from PySide6.QtCore import Qt
 from PySide6.QtGui import QColor, QImage
 from PySide6.QtWidgets import (
     QCheckBox,
@@ -18,9 +19,12 @@ from PySide6.QtWidgets import (
     QMenu,
     QProgressBar,
     QPushButton,
+    QRadioButton,
+    QSlider,
     QTabWidget,
     QToolButton,
     QTreeWidget,
+    QVBoxLayout,
     QWidget,
 )
 
@@ -107,6 +111,25 @@ def test_input_fields_have_a_frame(palette, kind, qtbot):
     assert contrast(frame, palette.color(palette.ColorRole.Window)) >= LINE
 
 
+def test_the_handle_and_the_groove_of_a_slider_are_seen(palette, qtbot):
+    slider = QSlider(Qt.Orientation.Horizontal)
+    slider.setFixedWidth(200)
+    image, window = _drawn(_inside(slider), qtbot), palette.window().color()
+    for columns in (range(20), range(150, 160)):  # the handle, and the groove beside it
+        found = [image.pixelColor(x, y) for x in columns for y in range(image.height())]
+        assert max(theme.contrast(colour, window) for colour in found) >= LINE
+
+
+@pytest.mark.parametrize("kind", [QCheckBox, QRadioButton])
+@pytest.mark.parametrize("is_on", [False, True])
+def test_what_is_ticked_has_a_frame(palette, kind, is_on, qtbot):
+    box = kind("on")
+    box.setChecked(is_on)
+    image = _drawn(_inside(box), qtbot)
+    left = [image.pixelColor(x, image.height() // 2) for x in range(2)]
+    assert max(theme.contrast(colour, palette.window().color()) for colour in left) >= LINE
+
+
 @pytest.mark.parametrize("eye", SEEN_BY)
 def test_good_and_worse_and_the_lines_of_a_plot_are_told_apart(palette, eye):
     colours = theme.colours(palette)
@@ -164,6 +187,15 @@ def _combo() -> QComboBox:
     return combo
 
 
+def _inside(widget: QWidget) -> QWidget:
+    """A widget on the ground of a window."""
+    window = QWidget()
+    column = QVBoxLayout(window)
+    column.setContentsMargins(0, 0, 0, 0)
+    column.addWidget(widget)
+    return window
+
+
 def _menu() -> QMenu:
     menu = QMenu()
     menu.addAction("Open")
@@ -172,7 +204,7 @@ def _menu() -> QMenu:
 
 WIDGETS: dict[str, Callable[[], QWidget]] = {
     "label": lambda: QLabel("Smoothness"),
-    "check box": lambda: QCheckBox("Learned correction"),
+    "check box": lambda: _inside(QCheckBox("Learned correction")),
     "button": lambda: QPushButton("Export"),
     "tool button": _tool_button,
     "list of choices": _combo,

@@ -62,6 +62,28 @@ def test_replay_gives_the_same_bytes(tmp_path, how):
     assert again.differences == ()
     assert again.verdict(again.run.complete()) == ()
     assert contents(tmp_path / "again") == contents(tmp_path / "out")
+    write(tmp_path / "restored", again.run, again.completion, again.options)
+    assert contents(tmp_path / "restored") == contents(tmp_path / "out")
+
+
+@pytest.mark.parametrize("name", ["depth.npy", "extrapolated.png"])
+def test_a_recorded_completion_needs_all_that_it_consists_of(tmp_path, name):
+    path = written(replace(small_run(tmp_path), extrapolate=True, only=frozenset({2})), tmp_path / "out")
+    (tmp_path / "out" / name).write_bytes(b"")
+    assert replay(path).completion is None
+
+
+def test_a_recorded_completion_without_curves_has_no_history(tmp_path):
+    path = written(small_run(tmp_path), tmp_path / "out")
+    (tmp_path / "out" / "curves.csv").unlink()
+    completion = replay(path).completion
+    assert array_sha256(completion.depth) == read_record(path).depth_sha256
+    assert not any(completion.history.values())
+
+
+def test_depth_in_whole_millimetres_is_not_the_recorded_completion(tmp_path):
+    path = written(small_run(tmp_path), tmp_path / "out", replace(OPTIONS, depth_formats=("png",)))
+    assert replay(path).completion is None
 
 
 def test_replay_refuses_changed_inputs(tmp_path):

@@ -69,6 +69,7 @@ _LONGEST_S = 120.0
 _PATIENCE_MS = 600
 """Timers that wait longer are no work in progress, but for example messages that disappear."""
 _FOLDERS = {
+    "HOME": "home",
     "XDG_STATE_HOME": "state",
     "XDG_CONFIG_HOME": "config",
     "ILF_MODELS": "models",
@@ -104,7 +105,8 @@ _REPLACED: dict[tuple[Any, str], Any] = {
 
 @contextmanager
 def isolated(folder: Path) -> Iterator[QApplication]:
-    """The application with settings, presets, models and autosave in a folder of the session's own."""
+    """The application with home folder, settings, presets, models and autosave in a folder of the session's own."""
+    (folder / "home").mkdir(exist_ok=True)
     QCoreApplication.setOrganizationName("ILF Studio")
     QCoreApplication.setApplicationName("ilf-studio-pins")
     QSettings.setDefaultFormat(QSettings.Format.IniFormat)
