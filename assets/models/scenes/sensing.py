@@ -21,6 +21,9 @@ CAMERAS = {
 MISREGISTERED = 0.4
 """Share of the pictures whose depth does not lie exactly on the colour."""
 
+FARTHER = 1.05
+"""Depth beyond the farthest that is there, times this, is no measurement."""
+
 DESPECKLED = 0.75
 """Share of the pictures whose gaps of single pixels are closed, and whose single pixels are removed."""
 
@@ -70,7 +73,9 @@ def sense(
     missing = gaps.together([lost, *causes], rng)
     if rng.random() < DESPECKLED:
         missing = cv2.medianBlur(missing.astype(np.uint8), 3) > 0
-    missing |= met >= SKY
+    there = met < SKY
+    # at the rim of the sky, matching mixes its depth in; no camera measures beyond its range
+    missing |= ~there | (depth > FARTHER * met.max(initial=0, where=there))
     measured = np.where(missing, np.nan, depth).astype(np.float32)
     return misregistered(measured, rng) if rng.random() < MISREGISTERED else measured
 
