@@ -153,10 +153,10 @@ def test_blocks_of_side_a_are_shown_with_it_an_edit_brings_the_present_back_and_
     workspace.current.compare_runs([window.workspace.current.state.runs[-1]])
     window.actions_["compare_two"].trigger()
     window.refresh.now()
-    assert [views.data.names.get(side, side) for side in views.sides.names] == ["Best", "result"]
+    assert [views.data.names.get(side, side) for side in views.data.sides] == ["Best", "result"]
     workspace.accept_run(kept)
     window.refresh.draw_all()
-    assert views.sides.names == ("run-1", "result")
+    assert views.data.sides == ("run-1", "result")
     assert views.data.result_number == kept.number
 
 

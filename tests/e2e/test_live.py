@@ -38,7 +38,7 @@ def _results(window) -> dict[int, BlockResult]:
 
 def _states(window) -> dict[int, str]:
     workspace = window.workspace
-    return {row.label: row.state for row in block_rows(workspace.current, window.runs)}
+    return {row.label: row.state for row in block_rows(workspace.current, window.runs.current)}
 
 
 @pytest.mark.parametrize("own", [False, True], ids=["values of all blocks", "values of the chosen block"])

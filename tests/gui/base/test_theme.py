@@ -117,7 +117,7 @@ def test_the_handle_and_the_groove_of_a_slider_are_seen(palette, qtbot):
     image, window = _drawn(_inside(slider), qtbot), palette.window().color()
     for columns in (range(20), range(150, 160)):  # the handle, and the groove beside it
         found = [image.pixelColor(x, y) for x in columns for y in range(image.height())]
-        assert max(theme.contrast(colour, window) for colour in found) >= LINE
+        assert max(contrast(colour, window) for colour in found) >= LINE
 
 
 @pytest.mark.parametrize("kind", [QCheckBox, QRadioButton])
@@ -127,7 +127,7 @@ def test_what_is_ticked_has_a_frame(palette, kind, is_on, qtbot):
     box.setChecked(is_on)
     image = _drawn(_inside(box), qtbot)
     left = [image.pixelColor(x, image.height() // 2) for x in range(2)]
-    assert max(theme.contrast(colour, palette.window().color()) for colour in left) >= LINE
+    assert max(contrast(colour, palette.window().color()) for colour in left) >= LINE
 
 
 @pytest.mark.parametrize("eye", SEEN_BY)
