@@ -1,7 +1,7 @@
 """What comes out stays what it was, whatever is changed inside: blocks, depth and outcomes over many parameters.
 
 `held_results.json` holds blocks on a coarse grid and depth at some pixels, as they were when it was written. Other
-processors and library versions may differ in the last digits, which `DEPTH_M` and `BLOCKS` allow for. Where nothing
+processors and library versions may differ in the last digits, which all tolerances allow for. Where nothing
 else is said, edges are contours: depth edges change with their network's weights. After a change that means to alter
 results:
 
@@ -207,9 +207,9 @@ def test_depth_is_what_it_was(frame, name):
         assert np.mean(at_jumps) <= (AT_JUMPS if "denoise" in name else 0), f"{kind}: {off[at_jumps]}"
         assert not (off > AT_JUMPS_M).any(), f"{kind}: {off[at_jumps]}"
     curves = (np.array(table["curves"], float) for table in (now, before))
-    rtol, atol = (1e-2, 1e-4) if "denoise" in name else (1e-3, 5e-6)
+    rtol, atol = (1e-2, 1e-4) if "denoise" in name else (1e-3, 2e-5)
     np.testing.assert_allclose(*curves, rtol=rtol, atol=atol)
-    np.testing.assert_allclose(now["l1"], before["l1"], rtol=1e-5)
+    np.testing.assert_allclose(now["l1"], before["l1"], rtol=5e-5)
 
 
 def main() -> None:

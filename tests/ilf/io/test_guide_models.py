@@ -388,9 +388,9 @@ def test_size_aspect_normalisation_and_output_are_those_of_the_card(hub, tmp_pat
     shapes: list[tuple[int, ...]] = []
     run = Session.run
 
-    def noted(session: Session, inputs: dict[str, np.ndarray]) -> list[np.ndarray]:
+    def noted(session: Session, inputs: dict[str, np.ndarray], **how: bool) -> list[np.ndarray]:
         shapes.extend(values.shape for values in inputs.values())
-        return run(session, inputs)
+        return run(session, inputs, **how)
 
     monkeypatch.setattr(Session, "run", noted)
     rgb, _ = scene()
