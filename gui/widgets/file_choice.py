@@ -9,6 +9,7 @@ from pathlib import Path
 from PySide6.QtCore import QSettings
 from PySide6.QtWidgets import QFileDialog, QMessageBox, QWidget
 
+from ilf._runtime.installation import is_asset
 from ilf.errors import IlfError
 
 from .basics import literal_text
@@ -47,9 +48,10 @@ def _remembered(kind: str, path: str) -> str:
 
 
 def save_folder(beside: str = "") -> Path:
-    """Return the default folder for files: that of the last export, of the file `beside`, or the working folder."""
+    """Return the default folder for files: that of the last export, of the file `beside` unless it is the program's
+    own, or the working folder."""
     last = QSettings().value(EXPORTS)
-    folder = Path(str(last)) if last else Path(beside).parent if beside else Path.cwd()
+    folder = Path(str(last)) if last else Path(beside).parent if beside and not is_asset(beside) else Path.cwd()
     return folder if os.path.isdir(folder) and os.access(folder, os.W_OK) else Path.home()
 
 

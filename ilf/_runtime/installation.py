@@ -198,6 +198,11 @@ def asset_path(name: str) -> Path:
     raise InputError(f"The bundled {name} is not part of this installation. Reinstall ilf-studio.")
 
 
+def is_asset(path: str | os.PathLike[str]) -> bool:
+    """Whether a path lies among the program's own assets."""
+    return any(root in Path(path).parents for root in _ROOTS)
+
+
 # Folders of the user.
 
 

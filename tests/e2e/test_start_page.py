@@ -6,6 +6,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QToolButton
 
 from gui.features.edit_summary import EditSummaryFeature
+from gui.features.export.feature import ExportFeature
 from gui.features.project.start_page import StartPageFeature, _pictures
 from ilf.sources.frame_ref import FrameRef
 
@@ -49,3 +50,13 @@ def test_a_folder_of_frames_has_the_thumbnail_of_its_first_frame(tmp_path, small
     write_frame(tmp_path / "frame-0", small_frame)
     ((_, image),) = _pictures([FrameRef(str(tmp_path))])
     assert not image.isNull()
+
+
+def test_results_of_the_sample_are_not_proposed_among_the_programs_own_files(window, qtbot, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with qtbot.waitSignal(window.loader.idle):
+        window.actions_["open_sample"].trigger()
+    window.actions_["export"].trigger()
+    dialog = window.feature(ExportFeature).dialog
+    assert dialog.folder_path.text() == str(tmp_path / "room-ilf")
+    dialog.close()
