@@ -10,7 +10,16 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import find_objects
 
-from ...data.pixel_grids import Pairs, connected_regions, different_labels, long_lines, mark, sides
+from ...data.pixel_grids import (
+    Pairs,
+    connected_regions,
+    different_labels,
+    long_lines,
+    mark,
+    mark_both,
+    nearest_values,
+    sides,
+)
 from ...segmentation.edges.relief import JUMP_LENGTH
 from .places import CheckInput, Group, Place, largest_groups, number_groups
 
@@ -60,13 +69,8 @@ def find_steps(inputs: CheckInput, strength: NDArray[np.float32]) -> tuple[NDArr
 
 def _harm(inputs: CheckInput, numbers: NDArray[np.int32], step: NDArray[np.float64]) -> NDArray[np.float64]:
     """For every group, the pixels to be filled around it, weighted by the step [m] at the nearest of its pixels."""
-    away, nearest = cv2.distanceTransformWithLabels(
-        (numbers == 0).astype(np.uint8), cv2.DIST_L2, 5, labelType=cv2.DIST_LABEL_PIXEL
-    )
-    at = np.zeros(int(nearest.max()) + 1, np.int64)
-    on = numbers > 0
-    at[nearest[on]] = np.flatnonzero(on)
-    reached = at[nearest[away < _REACH]]
+    away, nearest = nearest_values(np.arange(numbers.size).reshape(numbers.shape), numbers > 0)
+    reached = nearest[away < _REACH]
     labels = inputs.labels
     counts = (labels[away < _REACH] == labels.ravel()[reached]) * np.where(
         inputs.missing[away < _REACH], 1.0, _KNOWN_WEIGHT
@@ -296,10 +300,7 @@ def _find_parts(inputs: CheckInput) -> _Parts:
     count = int(numbers.max()) + 1
     label = np.zeros(count, np.int64)
     label[numbers] = inputs.labels
-    borders = mark(different_labels(numbers))
-    borders[:, 1:] |= different_labels(numbers)[0]
-    borders[1:] |= different_labels(numbers)[1]
-    depth = cv2.distanceTransform((~borders).astype(np.uint8), cv2.DIST_L2, 3)
+    depth = cv2.distanceTransform((~mark_both(different_labels(numbers))).astype(np.uint8), cv2.DIST_L2, 3)
     width = np.zeros(count)
     np.maximum.at(width, numbers.ravel(), depth.ravel())
     return _Parts(numbers, label, np.bincount(numbers.ravel(), minlength=count), width + 1)

@@ -17,7 +17,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components, dijkstra
 from scipy.spatial import cKDTree
 
-from ...data.pixel_grids import connected_regions
+from ...data.pixel_grids import connected_regions, sides
 from .painting import odd_even_fill
 from .patches import LabelPatch, Labels, Mask, Points, bounds, grown, patch_within
 
@@ -89,13 +89,8 @@ def have_border(areas: NDArray[np.int32], other: Mask) -> Mask:
     """
     sizes = np.bincount(areas.ravel())
     lengths = np.zeros(sizes.size)
-    for beside, pixels in (
-        (areas[1:], other[:-1]),
-        (areas[:-1], other[1:]),
-        (areas[:, 1:], other[:, :-1]),
-        (areas[:, :-1], other[:, 1:]),
-    ):
-        lengths += np.bincount(beside[pixels], minlength=sizes.size)
+    for (one, beyond), (here, there) in zip(sides(areas), sides(other), strict=True):
+        lengths += np.bincount(one[there], minlength=sizes.size) + np.bincount(beyond[here], minlength=sizes.size)
     found = (lengths > 0) & (lengths >= np.minimum(_CONTACT, _CONTACT_SHARE * np.sqrt(sizes)))
     found[0] = False
     return np.asarray(found, bool)
