@@ -180,19 +180,15 @@ class Similar:
     """
 
     def __init__(self, frame: RGBDFrame, strength: NDArray[np.float32], x: float, y: float) -> None:
-        self._mask = np.ones(frame.shape, bool)
+        self.mask: NDArray[np.bool_] = np.ones(frame.shape, bool)
+        """All similar pixels, (H, W)."""
         row, column = int(np.floor(y)), int(np.floor(x))
         if 0 <= row < frame.shape[0] and 0 <= column < frame.shape[1]:
-            self._mask = _reached(_like(frame, row, column), strength < _EDGE, default_relief(frame).edges, row, column)
-
-    @property
-    def mask(self) -> NDArray[np.bool_]:
-        """All similar pixels, bool (H, W)."""
-        return self._mask
+            self.mask = _reached(_like(frame, row, column), strength < _EDGE, default_relief(frame).edges, row, column)
 
     def limit(self, stroke: Stroke) -> Stroke | None:
         """The part of a stroke that is similar; None if there is none."""
-        kept = stroke.mask & self._mask[stroke.box]
+        kept = stroke.mask & self.mask[stroke.box]
         return Stroke(stroke.box, kept) if kept.any() else None
 
 
