@@ -19,7 +19,7 @@ from scipy.spatial import cKDTree
 
 from ...data.pixel_grids import connected_regions, sides
 from .painting import odd_even_fill
-from .patches import LabelPatch, Labels, Mask, Points, bounds, grown, patch_within
+from .patches import LabelPatch, Labels, Mask, Points, bounds, grown, patch_within, values_at
 
 # Cracks between pixels of different labels, which form the borders of blocks.
 #
@@ -311,7 +311,7 @@ def _redrawn(labels: Labels, line: NDArray[np.float64], length: float, locked: C
     """The labels after a line, between the pair of blocks where it changes least."""
     cracks = find_cracks(labels)
     cracks = cracks[(cracks.sides[:, 0] != _BEYOND_CROP) & ((cracks.sides >= 0).any(axis=1))]
-    under = _labels_under(labels, line)
+    under = values_at(labels, line, OFF_FRAME)
     best, least, chosen = None, np.inf, (0, 0)
     for pair, off_pair in _pairs(cracks, line, under, length):
         after = _redrawn_between(labels, cracks, pair, line, under)
@@ -352,12 +352,6 @@ def _change(before: Labels, after: Labels) -> float:
         for one, other in ((np.s_[1:], np.s_[:-1]), (np.s_[:, 1:], np.s_[:, :-1]))
     )
     return np.count_nonzero(before != after) - _REPLACED * gone
-
-
-def _labels_under(labels: Labels, line: NDArray[np.float64]) -> NDArray[np.int32]:
-    column, row = np.floor(line).astype(np.intp).T
-    held = (row >= 0) & (row < labels.shape[0]) & (column >= 0) & (column < labels.shape[1])
-    return np.where(held, labels[np.where(held, row, 0), np.where(held, column, 0)], OFF_FRAME)
 
 
 def _pairs(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -86,6 +87,13 @@ def box_of(labels: Labels, label: int, rim: int = 0) -> Box | None:
     """The bounding box of a block, enlarged by a rim; None if there is no such block."""
     box = bounds(labels == label)
     return None if box is None else grown(box, rim, labels.shape)
+
+
+def values_at(values: NDArray[Any], points: NDArray[np.float64], beyond: int) -> NDArray[Any]:
+    """The values of the pixels under points (x, y); `beyond` for points outside."""
+    column, row = np.floor(points).astype(np.intp).T
+    held = (row >= 0) & (row < values.shape[0]) & (column >= 0) & (column < values.shape[1])
+    return np.where(held, values[np.where(held, row, 0), np.where(held, column, 0)], beyond)
 
 
 def unlocked_pixels(labels: Labels, locked: Collection[int]) -> Mask:
