@@ -163,6 +163,13 @@ def connected_regions(values: NDArray[np.integer], *, background: int = 0, diago
     return (np.cumsum(counted, dtype=np.int32) * counted)[region_of][run_at]
 
 
+def drawn_from(mask: NDArray[np.bool_], rng: np.random.Generator, chosen: slice) -> NDArray[np.bool_]:
+    """Some pixels of a mask: those at these places of a random order."""
+    found = np.zeros(mask.shape, bool)
+    found.flat[rng.permutation(np.flatnonzero(mask))[chosen]] = True
+    return found
+
+
 # Strips of an image.
 
 _STRIP = 64

@@ -24,6 +24,7 @@ from .label_map import Block
 from .open3d_images import image_of
 from .parameters import BlockParameters, Parameters
 from .pictures import html_row, plot_curves, plot_error, plot_row
+from .pixel_grids import drawn_from
 
 if TYPE_CHECKING:
     from ..run.options import ExportOptions
@@ -107,13 +108,9 @@ def hold_out_mask(known: NDArray[np.bool_], share: float) -> NDArray[np.bool_]:
     -------
     ndarray of bool, shape (h, w)
     """
-    held = np.zeros(known.shape, bool)
     if share == 0:
-        return held
-    places = np.flatnonzero(known)
-    chosen = np.random.default_rng(_SEED).permutation(places)[: int(share * places.size)]
-    held.flat[chosen] = True
-    return held
+        return np.zeros(known.shape, bool)
+    return drawn_from(known, np.random.default_rng(_SEED), slice(int(share * np.count_nonzero(known))))
 
 
 def deviation(current: NDArray[np.float64], previous: NDArray[np.float64]) -> float:
