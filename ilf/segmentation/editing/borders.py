@@ -294,17 +294,8 @@ def _resampled(line: NDArray[np.float64]) -> NDArray[np.float64]:
 
 def _padded(labels: Labels, box: tuple[slice, slice]) -> Labels:
     """The labels in a box with a rim of one pixel that marks where the frame ends and where the map continues."""
-    padded = np.pad(labels[box], 1, constant_values=_BEYOND_CROP)
-    rows, columns = box
-    if rows.start == 0:
-        padded[0] = OFF_FRAME
-    if rows.stop == labels.shape[0]:
-        padded[-1] = OFF_FRAME
-    if columns.start == 0:
-        padded[:, 0] = OFF_FRAME
-    if columns.stop == labels.shape[1]:
-        padded[:, -1] = OFF_FRAME
-    return padded
+    ends_at_frame = [(side.start == 0, side.stop == size) for side, size in zip(box, labels.shape, strict=True)]
+    return np.pad(labels[box], 1, constant_values=np.where(ends_at_frame, OFF_FRAME, _BEYOND_CROP).tolist())
 
 
 def _redrawn(labels: Labels, line: NDArray[np.float64], length: float, locked: Collection[int]) -> Labels | None:
