@@ -9,7 +9,7 @@ from typing import NamedTuple
 from PySide6.QtGui import QStandardItemModel
 from PySide6.QtWidgets import QHBoxLayout, QVBoxLayout, QWidget
 
-from ilf.data.blocks import OwnValues, own_values
+from ilf.data.blocks import OwnValues
 from ilf.data.parameters import DEFAULT_PRESET, Parameters
 from ilf.data.results import BlockResult
 from ilf.run.run import Run
@@ -174,7 +174,7 @@ class FilterPanel(Panel):
     def edit(self, parameters: Parameters) -> None:
         """Apply edited parameters to all blocks or to the selected ones, and complete these again if that is on."""
         workspace = self.context.workspace
-        names = own_values(parameters, self.shown)
+        names = parameters.differences_from(self.shown)
         before = _up_to_date(workspace.current) if workspace.has_current else {}
         if self._applies_to_selected:
             workspace.parameters.set_own(names, workspace.current.selected)

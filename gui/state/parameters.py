@@ -15,7 +15,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 from PySide6.QtGui import QUndoCommand
 
-from ilf.data.blocks import OwnValues, own_values
+from ilf.data.blocks import OwnValues
 from ilf.data.parameters import DEFAULT_PRESET, BlockParameters, Parameters
 from ilf.data.presets import preset
 from ilf.project.run_history import StoredRun
@@ -99,7 +99,7 @@ class DocumentParameters:
         if recorded.blocks.extraction is not None:
             self.set_extraction(recorded.blocks.extraction)
         labels = document.counts() if recorded.only is None else recorded.only
-        own = {label: own_values(recorded.parameters_of(label), recorded.parameters) for label in labels}
+        own = {label: recorded.parameters_of(label).differences_from(recorded.parameters) for label in labels}
         document.change_blocks(
             own={**document.blocks.own, **{label: values for label, values in own.items() if values}}
         )
@@ -111,10 +111,10 @@ class DocumentParameters:
         belong to the same step.
         """
         if blocks is None:
-            self._edit((self.current, parameters), {}, own_values(parameters, self.current).keys())
+            self._edit((self.current, parameters), {}, parameters.differences_from(self.current).keys())
             return
         labels = [blocks] if isinstance(blocks, int) else blocks
-        self._edit_own(dict.fromkeys(labels, own_values(parameters, self.current)))
+        self._edit_own(dict.fromkeys(labels, parameters.differences_from(self.current)))
 
     def set_own(self, values: OwnValues, blocks: Collection[int]) -> None:
         """Add own parameters to blocks; values equal to the common ones are removed."""
@@ -261,9 +261,9 @@ class DocumentParameters:
         the current ones."""
         document, run = self._frames.current, kept.run
         there = set(document.counts()).intersection(np.unique(run.blocks.labels).tolist())
-        own = {label: own_values(run.parameters_of(label), run.parameters) for label in there}
+        own = {label: run.parameters_of(label).differences_from(run.parameters) for label in there}
         changes = self._own_changes(own)
-        names = names_in(changes).union(own_values(run.parameters, document.state.common))
+        names = names_in(changes).union(run.parameters.differences_from(document.state.common))
         if not names:
             return False
         common = document.state.common, run.parameters

@@ -9,7 +9,7 @@ from zlib import crc32
 
 import numpy as np
 
-from ilf.data.blocks import Colour, own_values
+from ilf.data.blocks import Colour
 from ilf.data.parameters import Parameters, nearest_preset, to_text
 from ilf.project.run_history import StoredRun
 from ilf.run.run import Run
@@ -111,4 +111,4 @@ def _likeness_text(parameters: Parameters, max_values: int | None) -> str:
 
 @lru_cache(maxsize=2048)
 def _own_words(parameters: Parameters, common: Parameters, max_values: int | None) -> str:
-    return ", ".join(to_text(own_values(parameters, common), max_values))
+    return ", ".join(to_text(parameters.differences_from(common), max_values))

@@ -10,7 +10,7 @@ from PySide6.QtCore import QObject
 from PySide6.QtGui import QUndoCommand
 
 from ilf.completion.block import Watch
-from ilf.data.blocks import OwnValues, own_values
+from ilf.data.blocks import OwnValues
 from ilf.data.results import BlockResult, Completion
 from ilf.project.frame_state import FrameState
 from ilf.project.run_history import Extrapolation, StoredRun
@@ -146,7 +146,9 @@ class AcceptRun(QUndoCommand):
         self._common = document.state.common.to_dict(), common.to_dict()
         own = document.blocks.own
         after = {
-            result.block.label: None if result.parameters.same_effect(common) else own_values(result.parameters, common)
+            result.block.label: None
+            if result.parameters.same_effect(common)
+            else result.parameters.differences_from(common)
             for result in results
         }
         self._own = {label: (own.get(label), values) for label, values in after.items()}

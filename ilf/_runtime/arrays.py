@@ -45,6 +45,16 @@ def check_shape(
         raise InputError(f"{what} is {size_text(found)}, but {whole} is {size_text(wanted)}. {remedy}")
 
 
+def real_image(values: ArrayLike, name: str) -> NDArray[Any]:
+    """Return values as a plain array; raise InputError if they are not one real number per pixel."""
+    array = plain_array(values)
+    if array.ndim != 2 or array.size == 0 or array.dtype.kind not in "iuf":
+        raise InputError(
+            f"{name} must be one real number per pixel with shape (H, W), not {array.dtype} with shape {array.shape}."
+        )
+    return array
+
+
 def without_mask(colour: ArrayLike) -> NDArray[Any]:
     """Return colour as a plain array; raise InputError if some of it is masked."""
     if np.ma.is_masked(colour):

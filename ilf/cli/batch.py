@@ -201,7 +201,8 @@ def _settings(arguments: argparse.Namespace) -> BatchSettings:
         arguments.extrapolate,
         export_options(arguments),
         hidden,
-        _absolute(arguments.invalid_mask),
+        # absolute, since workers may have another working directory
+        None if arguments.invalid_mask is None else str(Path(arguments.invalid_mask).absolute()),
         steady=arguments.static_camera,
         neighbours=neighbours,
         neighbour_step=step,
@@ -268,8 +269,3 @@ def _shard(text: str) -> tuple[int, int]:
     if match is None or not 1 <= int(match[1]) <= int(match[2]):
         raise argparse.ArgumentTypeError(f"{text!r} is not a part K/N, such as 3/40")
     return int(match[1]), int(match[2])
-
-
-def _absolute(path: str | None) -> str | None:
-    """Make a path absolute, since workers may have another working directory."""
-    return None if path is None else str(Path(path).absolute())

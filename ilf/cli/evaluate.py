@@ -41,12 +41,8 @@ _Named = tuple[str, RunEvaluation]
 """The errors of a preset or value, and its name."""
 
 
-def _rmse(evaluation: Evaluation) -> float:
-    return 1000 * evaluation.rmse
-
-
 _COLUMNS = (
-    Column("RMSE [mm]", lambda item: _rmse(item[1].whole), ".2f", min),
+    Column("RMSE [mm]", lambda item: 1000 * item[1].whole.rmse, ".2f", min),
     Column("MAE [mm]", lambda item: 1000 * item[1].whole.mae, ".2f", min),
     Column("median [mm]", lambda item: 1000 * item[1].whole.median, ".2f", min),
     Column("bias [mm]", lambda item: 1000 * item[1].whole.bias, "+.2f"),
@@ -184,7 +180,7 @@ def _block_table(named: Sequence[_Named]) -> list[str]:
         Column("pixels", lambda label: max(one.pixels for one in errors[label])),
     ]
     for number, (name, _) in enumerate(named):
-        rmse = {label: _rmse(of_label[number]) for label, of_label in errors.items()}
+        rmse = {label: 1000 * of_label[number].rmse for label, of_label in errors.items()}
         columns.append(Column(f"RMSE [mm], {name}", rmse.get, ".2f"))
     return table(columns, labels)
 

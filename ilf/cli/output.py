@@ -65,9 +65,8 @@ _NAMES_WIDTH = 13
 """Minimum width of the names of facts [characters]."""
 
 
-def fact_lines(facts: Iterable[tuple[str, str]]) -> list[str]:
+def fact_lines(facts: Sequence[tuple[str, str]]) -> list[str]:
     """Format facts, each a name and a text, one below the other."""
-    facts = list(facts)
     width = max([_NAMES_WIDTH, *(len(name) + 1 for name, _ in facts)])
     return [f"{name + ':':{width}} {text}" for name, text in facts]
 

@@ -57,7 +57,7 @@ def print_facts(opened: OpenedProject, facts: Sequence[FrameFacts]) -> None:
         ("project", f"{path}, {path.stat().st_size / 1e6:.1f} MB in {counted(len(opened.parts.names()), 'part')}"),
         ("frames", f"{len(facts)}" + (f": {to_text}" if to_text else "")),
         ("parameters", f"{scope} {parameters_text(project.common)}"),
-        ("files", "embedded" if opened.read.embedded else "not embedded"),
+        ("files", "embedded" if opened.embedded else "not embedded"),
     ]
     problems = [*opened.problems]
     for fact in facts:
@@ -120,7 +120,7 @@ def facts_as_json(opened: OpenedProject, facts: Sequence[FrameFacts]) -> Any:
         "path": str(opened.path),
         "bytes": opened.path.stat().st_size,
         "parts": len(opened.parts.names()),
-        "embedded": opened.read.embedded,
+        "embedded": opened.embedded,
         "problems": opened.problems,
         "present": opened.project.present,
         "for_all": opened.project.for_all,
@@ -333,8 +333,7 @@ def _sources(arguments: argparse.Namespace) -> Iterator[FrameRef]:
 
 def _opened(arguments: argparse.Namespace) -> OpenedProject:
     opened = open_project(arguments.file)
-    places = replace(opened.places, folders=tuple(map(Path, arguments.look_in)))
-    return replace(opened, read=replace(opened.read, places=places))
+    return replace(opened, places=replace(opened.places, folders=tuple(map(Path, arguments.look_in))))
 
 
 def _with_results(opened: OpenedProject, chosen: Sequence[str]) -> Iterator[tuple[ProjectFrame, FrameState]]:

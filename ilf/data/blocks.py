@@ -141,7 +141,7 @@ class Blocks:
 
     def with_parameters(self, own: Mapping[int, Parameters], common: Parameters) -> Self:
         """Return the blocks with these parameters of their own, as far as they differ from the common ones."""
-        values = {label: own_values(parameters, common) for label, parameters in own.items()}
+        values = {label: parameters.differences_from(common) for label, parameters in own.items()}
         return replace(self, own={label: differing for label, differing in values.items() if differing})
 
     def without_absent(self) -> Self:
@@ -176,9 +176,3 @@ def as_blocks(given: ArrayLike | Blocks, shape: tuple[int, int]) -> Blocks:
         drawn=checked_drawn(blocks.drawn, shape),
         by_hand=as_by_hand(blocks.by_hand, shape),
     )
-
-
-def own_values(parameters: Parameters, common: Parameters) -> OwnValues:
-    """Return the values in which a block's parameters differ from the common ones."""
-    ours, values = parameters.to_dict(), common.to_dict()
-    return {name: value for name, value in ours.items() if value != values[name]}

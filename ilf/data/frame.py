@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .._runtime.arrays import Array, check_shape, frozen, plain_array, without_mask
+from .._runtime.arrays import Array, check_shape, frozen, plain_array, real_image, without_mask
 from .._runtime.files import is_address
 from .._runtime.formatting import size_text
 from ..errors import InputError, told_as, warn_of_reading
@@ -135,11 +135,6 @@ class FrameInputs:
         return self.frame is None and not is_changed and not is_address(self.rgb.path)
 
     @property
-    def view_to_ask_for(self) -> str | None:
-        """The view with which the files are read as they were: without one, images of the same size are registered."""
-        return "colour" if self.view is None and self.depth_intrinsics is not None else self.view
-
-    @property
     def cameras_to_ask_for(self) -> tuple[Any, Any]:
         """Intrinsics of colour and of depth with which `ilf.load_frame` reads the files as they were, ready for
         JSON."""
@@ -162,7 +157,7 @@ class FrameInputs:
             "dataset": self.dataset,
             "depth_intrinsics": stated[1],
             "undistort": self.lenses is not None or None,
-            "view": self.view_to_ask_for,
+            "view": "colour" if self.view is None and self.depth_intrinsics is not None else self.view,
             "ground_truth": None if truth is None else truth.named,
             "ground_truth_units": None if truth is None else truth.units,
         }
@@ -650,13 +645,8 @@ def checked_colour(rgb: ArrayLike) -> NDArray[np.uint8]:
 
 def checked_depth(depth: ArrayLike) -> NDArray[np.float32]:
     """Return read-only depth [m], NaN = missing; raise InputError if it is not an image of real numbers."""
-    array = plain_array(depth)
-    if array.ndim != 2 or array.size == 0 or array.dtype.kind not in "iuf":
-        raise InputError(
-            f"Depth must be one real number per pixel with shape (H, W), not {array.dtype} with shape {array.shape}."
-        )
     with np.errstate(over="ignore"):
-        metres = array.astype(np.float32)
+        metres = real_image(depth, "Depth").astype(np.float32)
     metres[~(np.isfinite(metres) & (metres > 0))] = np.nan
     return frozen(metres)
 

@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .._runtime.arrays import check_shape, frozen, plain_array
+from .._runtime.arrays import check_shape, frozen, real_image
 from .._runtime.formatting import size_text
 from ..errors import InputError
 
@@ -140,7 +140,7 @@ class Guide:
             object.__setattr__(self, "gives", self.network.gives)
         if self.gives is not None:
             _check_gives(self.gives)
-        real = _real(self.values, "A guide")
+        real = real_image(self.values, "A guide")
         with np.errstate(over="ignore"):
             values = real.astype(np.float32)
         values[~(np.abs(values) < _LARGEST) | (values == 0)] = np.nan
@@ -154,7 +154,7 @@ class Guide:
             )
         object.__setattr__(self, "values", frozen(values))
         if self.confidence is not None:
-            confidence = np.nan_to_num(_real(self.confidence, "A guide's confidence").astype(np.float32))
+            confidence = np.nan_to_num(real_image(self.confidence, "A guide's confidence").astype(np.float32))
             check_shape("The guide's confidence", confidence.shape, values.shape, "the guide")
             if not 0 <= confidence.min() <= confidence.max() <= 1:
                 raise InputError(
@@ -205,15 +205,6 @@ class Guide:
 def as_guide(guide: ArrayLike | Guide) -> Guide:
     """Return a guide unchanged, or make one from an array of values."""
     return guide if isinstance(guide, Guide) else Guide(guide)
-
-
-def _real(values: ArrayLike, name: str) -> NDArray[np.generic]:
-    array = plain_array(values)
-    if array.ndim != 2 or array.size == 0 or array.dtype.kind not in "iuf":
-        raise InputError(
-            f"{name} must be one real number per pixel with shape (H, W), not {array.dtype} with shape {array.shape}."
-        )
-    return array
 
 
 def _resized(values: NDArray[np.float32], shape: tuple[int, int]) -> NDArray[np.float32]:

@@ -84,6 +84,13 @@ def drawn_of(block: Block, drawn: NDArray[np.bool_] | None) -> NDArray[np.bool_]
     return own if own is not None and own.any() else None
 
 
+def labels_in(labels: NDArray[np.int32]) -> frozenset[int]:
+    """The labels of blocks that a label map has."""
+    dense = labels.size == 0 or labels.max() < _DENSE
+    numbers = np.flatnonzero(np.bincount(labels.ravel())) if dense else np.unique(labels)
+    return frozenset(numbers.tolist()) - {0}
+
+
 SPARSE = 0.05
 """A frame of which a smaller fraction is known is sparse."""
 

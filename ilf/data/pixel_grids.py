@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
+from typing import Any, TypeVar
 
 import cv2
 import numpy as np
@@ -15,14 +15,17 @@ from scipy.sparse.csgraph import connected_components
 from .._runtime.compiling import compiled
 
 Array = NDArray[np.float32]
+Scalar = TypeVar("Scalar", bound=np.number)
 
 
-def nearest_values(values: Array, there: NDArray[np.bool_], mask_size: int = 5) -> tuple[Array, Array]:
+def nearest_values(
+    values: NDArray[Scalar], there: NDArray[np.bool_], mask_size: int = 5
+) -> tuple[Array, NDArray[Scalar]]:
     """Find for every pixel the nearest pixel of a mask: its distance and its value.
 
     Parameters
     ----------
-    values : (H, W) float32
+    values : (H, W)
         Read where `there` is True.
     there : (H, W) bool
     mask_size : {3, 5}
@@ -30,13 +33,13 @@ def nearest_values(values: Array, there: NDArray[np.bool_], mask_size: int = 5) 
 
     Returns
     -------
-    (H, W) float32, (H, W) float32
+    (H, W) float32, (H, W)
         Distance [px], 0 inside the mask; and the value of the nearest pixel, 0 if the mask is empty.
     """
     distance, places = cv2.distanceTransformWithLabels(
         (~there).astype(np.uint8), cv2.DIST_L2, mask_size, labelType=cv2.DIST_LABEL_PIXEL
     )
-    of_place = np.zeros(int(places.max()) + 1, np.float32)
+    of_place = np.zeros(int(places.max()) + 1, values.dtype)
     of_place[places[there]] = values[there]
     return np.asarray(distance, np.float32), of_place[places]
 
@@ -160,6 +163,13 @@ def connected_regions(values: NDArray[np.integer], *, background: int = 0, diago
     return (np.cumsum(counted, dtype=np.int32) * counted)[region_of][run_at]
 
 
+def drawn_from(mask: NDArray[np.bool_], rng: np.random.Generator, chosen: slice) -> NDArray[np.bool_]:
+    """Some pixels of a mask: those at these places of a random order."""
+    found = np.zeros(mask.shape, bool)
+    found.flat[rng.permutation(np.flatnonzero(mask))[chosen]] = True
+    return found
+
+
 # Strips of an image.
 
 _STRIP = 64
@@ -209,6 +219,14 @@ def mark(pairs: Pairs) -> NDArray[np.bool_]:
     marked = np.zeros((right.shape[0], below.shape[1]), bool)
     marked[:, :-1] |= right
     marked[:-1] |= below
+    return marked
+
+
+def mark_both(pairs: Pairs) -> NDArray[np.bool_]:
+    """Draw pairs as a mask of shape (H, W), 2 px wide: both pixels of every pair are set."""
+    marked = mark(pairs)
+    marked[:, 1:] |= pairs[0]
+    marked[1:] |= pairs[1]
     return marked
 
 

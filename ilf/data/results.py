@@ -24,6 +24,7 @@ from .label_map import Block
 from .open3d_images import image_of
 from .parameters import BlockParameters, Parameters
 from .pictures import html_row, plot_curves, plot_error, plot_row
+from .pixel_grids import drawn_from
 
 if TYPE_CHECKING:
     from ..run.options import ExportOptions
@@ -107,13 +108,9 @@ def hold_out_mask(known: NDArray[np.bool_], share: float) -> NDArray[np.bool_]:
     -------
     ndarray of bool, shape (h, w)
     """
-    held = np.zeros(known.shape, bool)
     if share == 0:
-        return held
-    places = np.flatnonzero(known)
-    chosen = np.random.default_rng(_SEED).permutation(places)[: int(share * places.size)]
-    held.flat[chosen] = True
-    return held
+        return np.zeros(known.shape, bool)
+    return drawn_from(known, np.random.default_rng(_SEED), slice(int(share * np.count_nonzero(known))))
 
 
 def deviation(current: NDArray[np.float64], previous: NDArray[np.float64]) -> float:
@@ -595,7 +592,8 @@ class CompactHistory(Sequence[IterationRecord]):
         self._first = records[0]
         names = [field.name for field in fields(self._first)]
         columns = zip(*map(attrgetter(*names), records), strict=True)
-        self._columns: dict[str, NDArray[Any]] = dict(zip(names, map(np.array, columns), strict=True))
+        self.columns: Mapping[str, NDArray[Any]] = dict(zip(names, map(np.array, columns), strict=True))
+        """Name of a value -> values of all records, shape (N,), or (N, 2) for pairs; int64, float64 or bool."""
 
     @classmethod
     def from_columns(cls, kind: type[IterationRecord], columns: Mapping[str, NDArray[Any]]) -> Self:
@@ -609,8 +607,8 @@ class CompactHistory(Sequence[IterationRecord]):
         True
         """
         made = cls.__new__(cls)
-        made._columns = dict(columns)
-        made._first = kind(**dict(zip(columns, next(_rows(made._columns)), strict=True)))
+        made.columns = dict(columns)
+        made._first = kind(**dict(zip(columns, next(_rows(made.columns)), strict=True)))
         return made
 
     @property
@@ -618,32 +616,23 @@ class CompactHistory(Sequence[IterationRecord]):
         """Type of its records."""
         return type(self._first)
 
-    @property
-    def columns(self) -> Mapping[str, NDArray[Any]]:
-        """Name of a value -> values of all records, shape (N,), or (N, 2) for pairs; int64, float64 or bool."""
-        return self._columns
-
     def __len__(self) -> int:
-        return len(self._columns["i"])
+        return len(self.columns["i"])
 
     @overload
     def __getitem__(self, place: int) -> IterationRecord: ...
     @overload
     def __getitem__(self, place: slice) -> tuple[IterationRecord, ...]: ...
     def __getitem__(self, place: int | slice) -> IterationRecord | tuple[IterationRecord, ...]:
-        return self._first if place == 0 else self.records()[place]
+        return self._first if place == 0 else _records(self)[place]
 
     def __repr__(self) -> str:
-        return repr(self.records())
-
-    def records(self) -> tuple[IterationRecord, ...]:
-        """Return all records."""
-        return _records(self)
+        return repr(_records(self))
 
 
 @lru_cache(maxsize=_CACHED_HISTORIES)
 def _records(history: CompactHistory) -> tuple[IterationRecord, ...]:
-    first, columns = history._first, history._columns
+    first, columns = history._first, history.columns
     others = itertools.islice(_rows(columns), 1, None)
     return first, *(type(first)(**dict(zip(columns, row, strict=True))) for row in others)
 

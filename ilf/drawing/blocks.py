@@ -8,7 +8,8 @@ from numpy.typing import NDArray
 
 from .._runtime.formatting import counted
 from ..data.blocks import block_colour
-from ..segmentation.extraction import Extraction, outlines
+from ..data.pixel_grids import different_labels, mark
+from ..segmentation.extraction import Extraction
 from .colours import to_indices
 
 _OPACITY = 0.5
@@ -31,7 +32,7 @@ def block_overlay(rgb: NDArray[np.uint8], labels: NDArray[np.int32]) -> NDArray[
     table = np.array([block_colour(int(label)) for label in numbers], np.uint8)
     tinted = cv2.addWeighted(table[places.reshape(labels.shape)], _OPACITY, rgb, 1 - _OPACITY, 0)
     picture = np.where((labels > 0)[..., None], tinted, rgb)
-    picture[outlines(labels)] = 255
+    picture[mark(different_labels(labels))] = 255
     return picture
 
 

@@ -16,6 +16,7 @@ from .._runtime.stepping import run_to_end
 from ..completion.confidence.expected_error import expected_error
 from ..data.frame import RGBDFrame
 from ..data.frame_cache import once_per_frame
+from ..data.pixel_grids import drawn_from
 from ..data.results import Completion
 from ..errors import InputError, ParameterError, check_kind
 from ..run.run import Run
@@ -122,7 +123,9 @@ def frame_without(frame: RGBDFrame, pattern: str, seed: int = 0) -> RGBDFrame:
 def _hidden_pixels(frame: RGBDFrame, pattern: str, seed: int) -> NDArray[np.bool_]:
     measured = np.isfinite(frame.measured)
     rng = generator(frame.name, pattern, seed)
-    return _random(measured, rng) if pattern == "random" else _areas(measured, rng)
+    if pattern == "random":
+        return drawn_from(measured, rng, slice(round(RANDOM_KEPT * int(np.count_nonzero(measured))), None))
+    return _areas(measured, rng)
 
 
 def untrusted_note(frame: RGBDFrame) -> str:
@@ -141,13 +144,6 @@ def generator(name: str, pattern: str, seed: int) -> np.random.Generator:
     """The random numbers of a pattern for a frame of this name."""
     digest = hashlib.sha256(f"{pattern}:{name}".encode()).digest()
     return np.random.default_rng([seed, *np.frombuffer(digest, "<u4").tolist()])
-
-
-def _random(known: NDArray[np.bool_], rng: np.random.Generator) -> NDArray[np.bool_]:
-    places = np.flatnonzero(known)
-    hidden = np.zeros(known.size, bool)
-    hidden[rng.permutation(places)[round(RANDOM_KEPT * places.size) :]] = True
-    return hidden.reshape(known.shape)
 
 
 def _areas(known: NDArray[np.bool_], rng: np.random.Generator) -> NDArray[np.bool_]:

@@ -77,46 +77,6 @@ class QuadricFit:
     outliers: float
 
 
-def fit_plane(points: Array, pixels: Array) -> PlaneFit:
-    """Fit a plane to points in camera space.
-
-    Parameters
-    ----------
-    points : ndarray, shape (N, 3)
-        Points [m].
-    pixels : ndarray, shape (N, 2)
-        Their image coordinates [px].
-
-    Raises
-    ------
-    InputError
-        If there are too few of them, or if they form too narrow a strip.
-    """
-    check_support(pixels, 3, _MIN_WIDTH[0], "plane")
-    return _plane(points)[0]
-
-
-def fit_quadric(points: Array, pixels: Array) -> QuadricFit:
-    """Fit a quadric to points in camera space; parameters and errors as for `fit_plane`."""
-    check_support(pixels, 6, _MIN_WIDTH[1], "quadric")
-    _, axes, centre = _plane(points)
-    local = (points - centre) @ axes.T
-    return _height_fit(local[:, 2], local[:, :2], _quadratic, np.abs(points[:, 2]).max())
-
-
-def fit_depth_plane(depth: Array, pixels: Array) -> PlaneFit:
-    """Fit depth [m], shape (N,), as a linear function of pixel coordinates, without intrinsics; as `fit_plane`."""
-    check_support(pixels, 3, _MIN_WIDTH[0], "plane")
-    fit = _height_fit(depth, pixels, _linear, np.abs(depth).max())
-    return PlaneFit(fit.rms, fit.outliers, None, float("nan"))
-
-
-def fit_depth_quadric(depth: Array, pixels: Array) -> QuadricFit:
-    """Fit depth [m], shape (N,), as a quadratic function of pixel coordinates; as `fit_plane`."""
-    check_support(pixels, 6, _MIN_WIDTH[1], "quadric")
-    return _height_fit(depth, pixels, _quadratic, np.abs(depth).max())
-
-
 def check_support(pixels: Array, coefficients: int, width: float, what: str) -> None:
     """Raise InputError if these pixels (N, 2) do not determine a surface of so many coefficients."""
     least = _PER_COEFFICIENT * coefficients
@@ -316,12 +276,19 @@ def _surfaces(
     """Plane, quadric, and the reason if one is missing."""
     pixels = np.column_stack([columns, rows]).astype(np.float64)
     plane: PlaneFit | None = None
+    farthest = np.abs(z).max()
     try:
+        check_support(pixels, 3, _MIN_WIDTH[0], "plane")
         if intrinsics is None:
-            plane = fit_depth_plane(z, pixels)
-            return plane, fit_depth_quadric(z, pixels), ""
-        points = intrinsics.points(columns, rows, z)
-        plane = fit_plane(points, pixels)
-        return plane, fit_quadric(points, pixels), ""
+            heights, places = z, pixels
+            fit = _height_fit(heights, places, _linear, farthest)
+            plane = PlaneFit(fit.rms, fit.outliers, None, math.nan)
+        else:
+            points = intrinsics.points(columns, rows, z)
+            plane, axes, centre = _plane(points)
+            local = (points - centre) @ axes.T
+            heights, places = local[:, 2], local[:, :2]
+        check_support(pixels, 6, _MIN_WIDTH[1], "quadric")
+        return plane, _height_fit(heights, places, _quadratic, farthest), ""
     except InputError as error:
         return plane, None, str(error)

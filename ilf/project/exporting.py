@@ -7,9 +7,8 @@ from dataclasses import dataclass, replace
 from enum import StrEnum
 from pathlib import Path
 
-import numpy as np
-
 from .._runtime.cancellation import check_cancelled
+from ..data.label_map import labels_in
 from ..data.parameters import Parameters
 from ..data.results import Completion, compose
 from ..errors import Cancelled, IlfError
@@ -81,9 +80,9 @@ def run_and_completion(state: FrameState) -> tuple[Run, Completion | None]:
     return present_run(state), present_completion(state)
 
 
-def _labels(run: Run) -> set[int]:
+def _labels(run: Run) -> frozenset[int]:
     """The blocks that a run completes."""
-    return set(np.unique(run.blocks.labels).tolist()) - {0} if run.only is None else set(run.only)
+    return labels_in(run.blocks.labels) if run.only is None else frozenset(run.only)
 
 
 def export_frames(

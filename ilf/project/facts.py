@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from .._runtime.named_places import NotAllowed
 from ..data.frame import InputFile
@@ -75,7 +74,8 @@ def frame_facts(opened: OpenedProject, frame: ProjectFrame) -> FrameFacts:
     try:
         content = opened.parts.read(frame_part(frame.id))
         head = read_head(content)
-        runs = tuple(map(_run_facts, head.state["runs"]))
+        told = ({name: run[name] for name in stored_fields(RunFacts)} for run in head.state["runs"])
+        runs: tuple[RunFacts, ...] = from_plain(list(told), tuple[RunFacts, ...], {})
         size = len(content) + sum(_checked_size(opened, name) for name in head.parts)
     except UNREADABLE as error:
         problem = f"The work on this frame cannot be read: {error}"
@@ -108,11 +108,6 @@ def _places(source: FrameRef) -> dict[str, str]:
     except InputError:
         return dict.fromkeys(source.paths, "not allowed")
     return {path: "present" if Path(path).exists() else "missing" for path in paths}
-
-
-def _run_facts(run: dict[str, Any]) -> RunFacts:
-    facts: RunFacts = from_plain({name: run[name] for name in stored_fields(RunFacts)}, RunFacts, {})
-    return facts
 
 
 def _checked_size(opened: OpenedProject, name: str) -> int:

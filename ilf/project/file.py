@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from .._runtime.closing import Closeable, closed_on_error
@@ -25,38 +25,20 @@ SUFFIX = ".ilf"
 
 
 @dataclass(frozen=True)
-class OpenedProject(Closeable):
-    """An open project file.
+class OpenedProject(ReadProject, Closeable):
+    """An open project file: the content of project.json, and where the rest is.
 
     Attributes
     ----------
     parts : Archive
-    read : ReadProject
-        Content of project.json.
     """
 
-    parts: Archive
-    read: ReadProject
+    parts: Archive = field(kw_only=True)
 
     @property
     def path(self) -> Path:
         """Absolute path of the project file."""
         return self.parts.path
-
-    @property
-    def project(self) -> Project:
-        """The frames and the common settings."""
-        return self.read.project
-
-    @property
-    def problems(self) -> tuple[str, ...]:
-        """What could not be read of the file and the list of frames, with the consequence; one sentence each."""
-        return self.parts.problems + self.read.problems
-
-    @property
-    def places(self) -> Places:
-        """Locations of the frames' files."""
-        return self.read.places
 
     def frame(self, frame_id: str) -> ProjectFrame:
         """Return a frame of the list; raises InputError if there is none."""
@@ -113,7 +95,8 @@ def open_project(path: str | os.PathLike[str]) -> OpenedProject:
     """
     archive = Archive(path)
     with closed_on_error(archive):
-        return OpenedProject(archive, decode_project(archive, archive.path, stated_in=str(archive.path.parent)))
+        read = decode_project(archive, archive.path, stated_in=str(archive.path.parent))
+        return OpenedProject(**vars(replace(read, problems=archive.problems + read.problems)), parts=archive)
 
 
 def save_project(

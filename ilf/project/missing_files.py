@@ -18,7 +18,7 @@ from .archive import Parts
 from .codec import UNREADABLE
 from .file import SUFFIX
 from .project import ProjectFrame
-from .sources import Places, source_part
+from .sources import Places, is_there, source_part
 from .state_codec import frame_part, read_head
 
 
@@ -89,7 +89,7 @@ def located(wanted: InputFile, places: Places, since: float | None = None) -> tu
     known SHA-256 may be folders; those not modified since a time [s since 1970] are not read."""
     other: Path | None = None
     for path in places.candidates(wanted):
-        if _is_there(path, folder=not wanted.sha256):
+        if is_there(path, wanted):
             if not wanted.sha256 or _is_same(path, wanted.sha256, since):
                 return path, None
             other = other or path
@@ -163,13 +163,6 @@ def _relocated(path: str, found: Mapping[str, Path]) -> str:
         if former.startswith(path) and not before and list(now.parts[-len(inside) :]) == inside:
             return str(now.parents[len(inside) - 1])
     return path
-
-
-def _is_there(path: Path, folder: bool) -> bool:
-    try:
-        return path.is_file() or (folder and path.is_dir())
-    except (OSError, ValueError):
-        return False
 
 
 def _is_same(path: Path, sha256: str, since: float | None) -> bool:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from .._runtime.arrays import frozen
 from ..data.blocks import Blocks
+from ..data.label_map import labels_in
 from ..segmentation.propagation.propagate import Followed, follow
 from ..segmentation.reextraction import made_by_hand
 from ..sources.poses import motion_between
@@ -69,7 +70,7 @@ def propagate_state(before: FrameState, after: FrameState, how: str = "auto") ->
     numbers = _numbers(followed.labels, stays, {*notes.infos, *notes.own})
     here = np.isin(after.blocks.labels, list(stays))
     labels = np.where(here, after.blocks.labels, numbers[followed.labels]).astype(np.int32)
-    there = frozenset(np.flatnonzero(np.bincount(labels.ravel())).tolist()) - {0}
+    there = labels_in(labels)
 
     def now(label: int) -> int:
         return int(numbers[label]) if label < numbers.size else label
@@ -110,8 +111,7 @@ def propagate_state(before: FrameState, after: FrameState, how: str = "auto") ->
 
 def _staying(after: FrameState) -> frozenset[int]:
     """Return the locked blocks of the target frame that the propagation must not change."""
-    there = frozenset(np.flatnonzero(np.bincount(after.blocks.labels.ravel())).tolist()) - {0}
-    locked = there & {label for label, info in after.blocks.infos.items() if info.locked}
+    locked = labels_in(after.blocks.labels) & after.blocks.locked
     return (
         locked & made_by_hand(after.blocks.labels, after.blocks.extracted) if after.blocks.propagated_from else locked
     )

@@ -110,15 +110,11 @@ class StoredRun:
         """The composed results, including extrapolated depth; cached by a weak reference."""
         found = None if self._composed is None else self._composed()
         if found is None:
-            found = self.blocks_completion()
+            found = compose(self.run, self.results)
             if self.extrapolation is not None:
                 found = self.extrapolation.added_to(found)
             self._composed = weakref.ref(found)
         return found
-
-    def blocks_completion(self) -> Completion:
-        """Compose the results without extrapolated depth."""
-        return compose(self.run, self.results)
 
     def hold(self, on: bool) -> None:
         """Keep the completion in memory while the run is viewed, or release it."""

@@ -127,13 +127,15 @@ class Places:
 
     def present(self, wanted: InputFile) -> Path | None:
         """Return the first candidate that is a file (of any content), or a folder if no hash is known; else None."""
-        for path in self.candidates(wanted):
-            try:
-                if path.is_file() or (not wanted.sha256 and path.is_dir()):
-                    return path
-            except (OSError, ValueError):
-                continue
-        return None
+        return next((path for path in self.candidates(wanted) if is_there(path, wanted)), None)
+
+
+def is_there(path: Path, wanted: InputFile) -> bool:
+    """Whether a path is a file (of any content), or, without a known SHA-256, a folder."""
+    try:
+        return path.is_file() or (not wanted.sha256 and path.is_dir())
+    except (OSError, ValueError):
+        return False
 
 
 def _in(folders: Iterable[Path], wanted: InputFile) -> Iterator[Path]:

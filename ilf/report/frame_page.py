@@ -8,7 +8,6 @@ from numpy.typing import NDArray
 from .._runtime.cancellation import cancellable_items
 from .._runtime.formatting import millimetres
 from ..completion.confidence.expected_error import RMS_NAME, ErrorSummary, error_summary, expected_error, summarised
-from ..data.blocks import own_values
 from ..data.parameters import BlockParameters
 from ..data.results import BlockResult, Status, blocks_by_message
 from ..evaluation.evaluation import Evaluated
@@ -134,5 +133,5 @@ class FramePage:
     def own(self) -> dict[int, object]:
         """Label -> the block's own parameters."""
         run = self.subject.run
-        own = {label: own_values(run.parameters_of(label), run.parameters) for label in sorted(run.blocks.own)}
+        own = {label: run.parameters_of(label).differences_from(run.parameters) for label in sorted(run.blocks.own)}
         return {label: values for label, values in own.items() if values}

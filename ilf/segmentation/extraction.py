@@ -307,11 +307,6 @@ def cut_at_jumps(regions: NDArray[np.int32], guide: NDArray[np.float32], relief:
     return connected_regions(grown)
 
 
-def outlines(labels: NDArray[np.int32]) -> NDArray[np.bool_]:
-    """Pixels whose right or lower neighbour has another label, as a picture of a label map's boundaries."""
-    return mark(different_labels(labels))
-
-
 # The extraction: all stages, each cached with the frame.
 
 _MEDIUM_MERGE_COST = 0.2

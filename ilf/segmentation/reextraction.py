@@ -9,6 +9,7 @@ from collections.abc import Collection
 import numpy as np
 from numpy.typing import NDArray
 
+from ..data.label_map import labels_in
 from ..data.parameters import BlockParameters
 from ..data.pixel_grids import connected_regions
 
@@ -28,14 +29,10 @@ def made_by_hand(present: Labels, extracted: Labels | None) -> frozenset[int]:
         The label map of that extraction; None if there was none, so all blocks are made by hand.
     """
     if extracted is None:
-        return _labels_in(present)
+        return labels_in(present)
     changed = present != extracted
-    gained, erased = _labels_in(present[changed]), _labels_in(extracted[changed & (present == 0)])
-    return gained | (erased & _labels_in(present))
-
-
-def _labels_in(labels: Labels) -> frozenset[int]:
-    return frozenset(np.flatnonzero(np.bincount(labels.ravel())).tolist()) - {0}
+    gained, erased = labels_in(present[changed]), labels_in(extracted[changed & (present == 0)])
+    return gained | (erased & labels_in(present))
 
 
 def overlay_kept(present: Labels, kept: Collection[int], labels: Labels) -> Labels:
@@ -152,5 +149,4 @@ def with_gaps_filled(
     -------
     ndarray of int32, shape (H, W)
     """
-    kept = frozenset(np.unique(labels).tolist()) - {0}
-    return fill_around(labels, kept, extracted, parameters.smallest_block(labels.size))
+    return fill_around(labels, labels_in(labels), extracted, parameters.smallest_block(labels.size))

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from numbers import Real
 from typing import Any
 
@@ -34,27 +33,20 @@ def _several(points: Any) -> Any:
     return [points] if is_one else points
 
 
-@dataclass(frozen=True, eq=False)
-class _Stroke:
+def _stroke(tree: RegionTree, given: tuple[float, float] | Points) -> tuple[Array, list[int]]:
     """A point or stroke: its points, float64 (N, 2), and the pieces under them."""
-
-    points: Array
-    pieces: list[int]
-
-    @staticmethod
-    def of(tree: RegionTree, given: tuple[float, float] | Points) -> _Stroke:
-        with told_as(
-            InputError, f"A point or stroke is (x, y), or several of these, not {given!r:.60}.", (TypeError, ValueError)
-        ):
-            points = np.asarray(plain_array(given), np.float64).reshape(-1, 2)
-        height, width = tree.pieces.shape
-        if not len(points):
-            raise InputError("A stroke needs at least one point.")
-        for x, y in points:
-            if not (0 <= x < width and 0 <= y < height):
-                raise InputError(f"The point ({x:g}, {y:g}) lies outside the frame of {width} x {height} pixels.")
-        columns, rows = points.astype(int).T
-        return _Stroke(points, np.unique(tree.pieces[rows, columns]).tolist())
+    with told_as(
+        InputError, f"A point or stroke is (x, y), or several of these, not {given!r:.60}.", (TypeError, ValueError)
+    ):
+        points = np.asarray(plain_array(given), np.float64).reshape(-1, 2)
+    height, width = tree.pieces.shape
+    if not len(points):
+        raise InputError("A stroke needs at least one point.")
+    for x, y in points:
+        if not (0 <= x < width and 0 <= y < height):
+            raise InputError(f"The point ({x:g}, {y:g}) lies outside the frame of {width} x {height} pixels.")
+    columns, rows = points.astype(int).T
+    return points, np.unique(tree.pieces[rows, columns]).tolist()
 
 
 # The selection: every point changes it by the likeliest of some parts.
@@ -137,8 +129,8 @@ def select_region(
         raise InputError(f"Give one number of steps for each of the {len(inside)} points inside.")
     shown = None if box is None else _inside_box(frame.shape, box)
     tree = region_tree(frame)
-    added, removed = ([_Stroke.of(tree, points) for points in side] for side in (inside, outside))
-    wanted, unwanted = (sorted({piece for stroke in side for piece in stroke.pieces}) for side in (added, removed))
+    added, removed = ([_stroke(tree, points) for points in side] for side in (inside, outside))
+    wanted, unwanted = (sorted({piece for _, pieces in side for piece in pieces}) for side in (added, removed))
     pixels = tree.pixels[: tree.order.size]
     before = np.zeros(pixels.size, bool)
     if start is not None:
@@ -147,20 +139,20 @@ def select_region(
     if shown is not None and not wanted:
         chosen |= _largest(tree, shown, steps if isinstance(steps, int) else 0)
         changed |= chosen & ~before
-    for stroke, stepped in zip(added, each[: len(added)], strict=True):
-        parts = regions_around(tree, stroke.pieces, [], shown)
-        known = chosen[stroke.pieces].all()
-        scores = part_scores(tree, np.zeros_like(chosen) if known else chosen, parts, stroke.points, adds=True)
+    for (points, pieces), stepped in zip(added, each[: len(added)], strict=True):
+        parts = regions_around(tree, pieces, [], shown)
+        known = chosen[pieces].all()
+        scores = part_scores(tree, np.zeros_like(chosen) if known else chosen, parts, points, adds=True)
         found = int(np.argmax(scores))
         if known:  # the largest region that is selected already
             found = max(int(np.flatnonzero((chosen | ~parts).all(axis=1)).max(initial=0)), 0)
         part = parts[_stepped(parts @ pixels, parts, found, stepped, scores)]
         chosen, changed = chosen | part, changed | part
-    for stroke in removed:
-        pieces = [piece for piece in stroke.pieces if chosen[piece] and piece not in wanted]
+    for points, under in removed:
+        pieces = [piece for piece in under if chosen[piece] and piece not in wanted]
         if pieces:
             parts = removable_parts(tree, chosen, pieces, wanted, unwanted)
-            part = parts[np.argmax(part_scores(tree, chosen, parts, stroke.points, adds=False))]
+            part = parts[np.argmax(part_scores(tree, chosen, parts, points, adds=False))]
             chosen, changed = chosen & ~part, changed | part
     chosen[wanted] = changed[wanted] = True
     mask = np.asarray(chosen[tree.pieces])

@@ -7,13 +7,12 @@ import numpy as np
 from gui.state.document import Document
 from gui.state.parts import NO_PART, Part
 from gui.state.workspace import Workspace
-from ilf.data.blocks import own_values
 from ilf.data.presets import preset
 from ilf.segmentation.editing.patches import patch_between
 from ilf.segmentation.extraction import Extraction, extract
 
 QUICK = preset("paper", max_iterations=2)
-QUICK_OWN = own_values(QUICK, preset())
+QUICK_OWN = QUICK.differences_from(preset())
 
 
 class Told:

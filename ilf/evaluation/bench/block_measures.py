@@ -16,7 +16,7 @@ from scipy.ndimage import distance_transform_edt
 from ...completion.block import required_known_pixels
 from ...data.frame import RGBDFrame
 from ...data.label_map import Box
-from ...data.pixel_grids import Pairs, both, connected_regions, different_labels, mark
+from ...data.pixel_grids import Pairs, both, connected_regions, different_labels, mark, sides
 from ...data.presets import preset
 from ...segmentation.edges.relief import JUMP_LENGTH, find_relief
 from ...segmentation.extraction import find_margins
@@ -199,9 +199,7 @@ def boundary_score(labels: Labels, evidence: Evidence) -> tuple[float | None, fl
 
 def _perimeters(labels: Labels) -> NDArray[np.int64]:
     """Perimeter of each label: pixel sides that border on another label or on the rim of the map."""
-    perimeters = np.bincount(np.concatenate([labels[0], labels[-1], labels[:, 0], labels[:, -1]]))
-    perimeters = np.pad(perimeters, (0, int(labels.max()) + 1 - perimeters.size))
-    right, below = different_labels(labels)
-    for side in (labels[:, :-1][right], labels[:, 1:][right], labels[:-1][below], labels[1:][below]):
-        perimeters += np.bincount(side, minlength=perimeters.size)
-    return perimeters
+    pixels = [labels[0], labels[-1], labels[:, 0], labels[:, -1]]
+    for ends, parted in zip(sides(labels), different_labels(labels), strict=True):
+        pixels += [end[parted] for end in ends]
+    return np.bincount(np.concatenate(pixels), minlength=int(labels.max()) + 1)

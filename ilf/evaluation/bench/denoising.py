@@ -17,6 +17,7 @@ from ...completion.completion import prepare
 from ...completion.interpolation import nearest
 from ...data.frame import RGBDFrame
 from ...data.parameters import PRESETS
+from ...data.pixel_grids import mark_both, sides
 from ...run.run import complete
 from ...segmentation.extraction import extract_blocks
 from ..metrics import measure_errors
@@ -221,13 +222,10 @@ SCENES: dict[str, Callable[[int], Scene]] = {
 
 
 def _beside_jumps(ground_truth: Depth, distance: int) -> Mask:
-    jumps = np.zeros(ground_truth.shape, np.uint8)
-    for depth, marks in ((ground_truth, jumps), (ground_truth.T, jumps.T)):
-        one, other = depth[:, 1:], depth[:, :-1]
-        apart = np.abs(one - other) > _JUMP * np.maximum(1, np.minimum(one, other))
-        marks[:, 1:] |= apart
-        marks[:, :-1] |= apart
-    return cv2.dilate(jumps, np.ones((2 * distance - 1,) * 2, np.uint8)) > 0
+    right, below = (
+        np.abs(one - other) > _JUMP * np.maximum(1, np.minimum(one, other)) for one, other in sides(ground_truth)
+    )
+    return cv2.dilate(mark_both((right, below)).view(np.uint8), np.ones((2 * distance - 1,) * 2, np.uint8)) > 0
 
 
 def _shaded(ground_truth: Depth) -> NDArray[np.uint8]:

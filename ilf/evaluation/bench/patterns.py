@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...data.frame import RGBDFrame
+from ...data.pixel_grids import drawn_from
 from ...errors import InputError
 from ..hold_out import HOLD_OUT_PATTERNS, frame_without, generator, hidden_pixels
 from .frames import BenchFrame
@@ -78,7 +79,8 @@ def make_task(source: BenchFrame, pattern: str, seed: int = 0) -> Task:
         hidden = hidden_pixels(frame, pattern, seed)
         task = Task(frame_without(frame, pattern, seed), frame.depth, hidden & frame.known)
     else:
-        kept = _points(frame, seed) if pattern == "points" else _lines(frame.known)
+        rng = generator(frame.name, pattern, seed)
+        kept = drawn_from(frame.known, rng, slice(POINTS)) if pattern == "points" else _lines(frame.known)
         if not kept.any():
             raise InputError(f"The pattern {pattern!r} leaves no known depth.")
         depth = np.where(kept, frame.depth, np.float32(np.nan))
@@ -87,13 +89,6 @@ def make_task(source: BenchFrame, pattern: str, seed: int = 0) -> Task:
     if not task.scored.any():
         raise InputError("There is no held-out pixel to score.")
     return task
-
-
-def _points(frame: RGBDFrame, seed: int) -> NDArray[np.bool_]:
-    places = np.flatnonzero(frame.known)
-    kept = np.zeros(frame.known.size, bool)
-    kept[generator(frame.name, "points", seed).permutation(places)[:POINTS]] = True
-    return kept.reshape(frame.shape)
 
 
 def _lines(known: NDArray[np.bool_]) -> NDArray[np.bool_]:

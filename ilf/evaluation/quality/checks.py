@@ -3,14 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import find_objects
 
-from ...data.pixel_grids import Pairs, connected_regions, different_labels, long_lines, mark, sides
+from ...data.pixel_grids import (
+    Pairs,
+    connected_regions,
+    different_labels,
+    long_lines,
+    mark,
+    mark_both,
+    nearest_values,
+    sides,
+)
 from ...segmentation.edges.relief import JUMP_LENGTH
 from .places import CheckInput, Group, Place, largest_groups, number_groups
 
@@ -60,13 +69,8 @@ def find_steps(inputs: CheckInput, strength: NDArray[np.float32]) -> tuple[NDArr
 
 def _harm(inputs: CheckInput, numbers: NDArray[np.int32], step: NDArray[np.float64]) -> NDArray[np.float64]:
     """For every group, the pixels to be filled around it, weighted by the step [m] at the nearest of its pixels."""
-    away, nearest = cv2.distanceTransformWithLabels(
-        (numbers == 0).astype(np.uint8), cv2.DIST_L2, 5, labelType=cv2.DIST_LABEL_PIXEL
-    )
-    at = np.zeros(int(nearest.max()) + 1, np.int64)
-    on = numbers > 0
-    at[nearest[on]] = np.flatnonzero(on)
-    reached = at[nearest[away < _REACH]]
+    away, nearest = nearest_values(np.arange(numbers.size).reshape(numbers.shape), numbers > 0)
+    reached = nearest[away < _REACH]
     labels = inputs.labels
     counts = (labels[away < _REACH] == labels.ravel()[reached]) * np.where(
         inputs.missing[away < _REACH], 1.0, _KNOWN_WEIGHT
@@ -232,27 +236,15 @@ class _Parts(NamedTuple):
     """Largest distance to a border [px]."""
 
 
-class _PartBorders(NamedTuple):
-    """Borders between parts, listed from both sides."""
-
-    part: NDArray[np.int64]
-    beyond: NDArray[np.int64]
-    """Label on the other side."""
-    edge: NDArray[np.float64]
-    """Edge strength, 1 where depth jumps."""
-    apart: NDArray[np.float64]
-    """Distance between the depths of both sides [m]."""
-
-
 def find_islands(inputs: CheckInput, strength: NDArray[np.float32]) -> Iterator[Place]:
     """Find islands, holes and slivers."""
     parts = _find_parts(inputs)
-    part_borders = _find_part_borders(inputs, parts, strength)
+    part, beyond, edges, apart = _find_part_borders(inputs, parts, strength)
     count = parts.label.size
-    length = np.maximum(np.bincount(part_borders.part, minlength=count), 1)
-    edge = np.bincount(part_borders.part, part_borders.edge, minlength=count) / length
-    step = np.bincount(part_borders.part, part_borders.apart, minlength=count) / length
-    main_beyond, beyond_share = _main_neighbour(part_borders, count)
+    length = np.maximum(np.bincount(part, minlength=count), 1)
+    edge = np.bincount(part, edges, minlength=count) / length
+    step = np.bincount(part, apart, minlength=count) / length
+    main_beyond, beyond_share = _main_neighbour(part, beyond, count)
     missing = np.bincount(parts.numbers[inputs.missing], minlength=count)
     total = np.bincount(parts.label, parts.pixels)
     largest = np.zeros(total.size, np.int64)
@@ -296,16 +288,15 @@ def _find_parts(inputs: CheckInput) -> _Parts:
     count = int(numbers.max()) + 1
     label = np.zeros(count, np.int64)
     label[numbers] = inputs.labels
-    borders = mark(different_labels(numbers))
-    borders[:, 1:] |= different_labels(numbers)[0]
-    borders[1:] |= different_labels(numbers)[1]
-    depth = cv2.distanceTransform((~borders).astype(np.uint8), cv2.DIST_L2, 3)
+    depth = cv2.distanceTransform((~mark_both(different_labels(numbers))).astype(np.uint8), cv2.DIST_L2, 3)
     width = np.zeros(count)
     np.maximum.at(width, numbers.ravel(), depth.ravel())
     return _Parts(numbers, label, np.bincount(numbers.ravel(), minlength=count), width + 1)
 
 
-def _find_part_borders(inputs: CheckInput, parts: _Parts, strength: NDArray[np.float32]) -> _PartBorders:
+def _find_part_borders(inputs: CheckInput, parts: _Parts, strength: NDArray[np.float32]) -> list[NDArray[Any]]:
+    """Borders between parts, from both sides: the part, the label on the other side, the strength of the edge (1 where
+    depth jumps), and the distance between the depths of both sides [m]."""
     columns = []
     jumps = np.maximum(cv2.dilate(strength, np.ones((3, 3), np.uint8)), mark(inputs.relief.jumps))
     for numbers, labels, sources, edges in zip(
@@ -316,21 +307,22 @@ def _find_part_borders(inputs: CheckInput, parts: _Parts, strength: NDArray[np.f
         edge = np.maximum(edges[0][parted], edges[1][parted])
         for this, that in ((0, 1), (1, 0)):
             columns.append((numbers[this][parted], labels[that][parted], edge, by))
-    part, beyond, edge, by = (np.concatenate(column) for column in zip(*columns, strict=True))
-    return _PartBorders(part, beyond, edge, by)
+    return [np.concatenate(column) for column in zip(*columns, strict=True)]
 
 
-def _main_neighbour(part_borders: _PartBorders, count: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+def _main_neighbour(
+    part: NDArray[np.int64], beyond: NDArray[np.int64], count: int
+) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
     """The label along most of every part's border, and its share of the border."""
     main, share = np.zeros(count, np.int64), np.zeros(count)
-    if part_borders.part.size == 0:
+    if part.size == 0:
         return main, share
-    top = int(part_borders.beyond.max()) + 1
-    keys, lengths = np.unique(part_borders.part.astype(np.int64) * top + part_borders.beyond, return_counts=True)
+    top = int(beyond.max()) + 1
+    keys, lengths = np.unique(part.astype(np.int64) * top + beyond, return_counts=True)
     order = np.argsort(lengths, kind="stable")
     main[keys[order] // top] = keys[order] % top
     share[keys[order] // top] = lengths[order]
-    return main, share / np.maximum(np.bincount(part_borders.part, minlength=count), 1)
+    return main, share / np.maximum(np.bincount(part, minlength=count), 1)
 
 
 def _at_rim(parts: _Parts) -> NDArray[np.bool_]:

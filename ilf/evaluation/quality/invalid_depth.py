@@ -16,7 +16,7 @@ from ...completion.edge_aware.view import flying_pixels
 from ...completion.suspects import suspect_islands
 from ...data.frame import RGBDFrame
 from ...data.label_map import Box
-from ...data.pixel_grids import both, sides
+from ...data.pixel_grids import both, nearest_values, sides
 
 Mask = NDArray[np.bool_]
 
@@ -109,12 +109,7 @@ def _speckles(frame: RGBDFrame) -> Mask:
     large = known & ~small
     if not (small.any() and large.any()):
         return np.zeros(depth.shape, bool)
-    away, nearest = cv2.distanceTransformWithLabels(
-        (~large).astype(np.uint8), cv2.DIST_L2, 5, labelType=cv2.DIST_LABEL_PIXEL
-    )
-    at = np.zeros(int(nearest.max()) + 1, np.int64)
-    at[nearest[large]] = index[large]
-    surface = depth.ravel()[at[nearest]]
+    away, surface = nearest_values(depth, large)
     return np.asarray(small & (away <= _BESIDE) & (np.abs(depth - surface) > _STANDS_OUT * near_by))
 
 

@@ -14,7 +14,7 @@ from scipy.ndimage import find_objects
 from ..._runtime.cancellation import check_cancelled
 from ...data.frame import RGBDFrame
 from ...data.label_map import Box, find_blocks
-from ...data.pixel_grids import connected_regions, different_labels, mark
+from ...data.pixel_grids import connected_regions, different_labels, mark, nearest_values
 from ...segmentation.edges.relief import Relief, find_relief
 
 JUMP, JUMP_SHARE = 0.04, 0.04
@@ -135,12 +135,7 @@ def _sources(labels: NDArray[np.int32], sure: NDArray[np.bool_]) -> NDArray[np.i
         known = sure[block.box] & block.mask
         if not known.any():
             continue
-        _, nearest = cv2.distanceTransformWithLabels(
-            (~known).astype(np.uint8), cv2.DIST_L2, 3, labelType=cv2.DIST_LABEL_PIXEL
-        )
-        of_number = np.zeros(int(nearest.max()) + 1, np.int64)
-        of_number[nearest[known]] = index[block.box][known]
-        source[block.box][block.mask] = of_number[nearest[block.mask]]
+        source[block.box][block.mask] = nearest_values(index[block.box], known, 3)[1][block.mask]
     return source
 
 

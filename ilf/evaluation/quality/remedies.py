@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any
 
 import cv2
 import numpy as np
@@ -292,29 +292,22 @@ _BORDER_SHARE, _WIDTH = 0.5, 25.0
 what a wrong border adds to a block is a band along it."""
 
 
-class _Beside(NamedTuple):
-    """Pairs of a pixel of a part and its neighbour in another block: that block, whether the surfaces continue each
-    other, and the contrast of the edge between them."""
-
-    label: NDArray[np.int32]
-    same: Mask
-    contrast: NDArray[np.float32]
-
-
 def _continued(inputs: CheckInput, strength: NDArray[np.float32], part: Mask, label: int) -> int:
     """The block beside a part of block `label` that the part belongs to; 0 for none."""
-    beside = _find_beside(inputs, strength, part, label)
-    if not beside.same.any():
+    others, same, contrast = _find_beside(inputs, strength, part, label)
+    if not same.any():
         return 0
-    taker = int(np.argmax(np.bincount(beside.label[beside.same])))
-    its = beside.label == taker
+    taker = int(np.argmax(np.bincount(others[same])))
+    its = others == taker
     length = np.count_nonzero(its)
     band = length >= _BORDER_SHARE * its.size and np.count_nonzero(part) <= _WIDTH * length
-    alike = beside.same[its].mean() >= _SAME_SHARE and beside.contrast[its].mean() <= _CONTRAST
+    alike = same[its].mean() >= _SAME_SHARE and contrast[its].mean() <= _CONTRAST
     return taker if band and alike else 0
 
 
-def _find_beside(inputs: CheckInput, strength: NDArray[np.float32], part: Mask, label: int) -> _Beside:
+def _find_beside(inputs: CheckInput, strength: NDArray[np.float32], part: Mask, label: int) -> list[NDArray[Any]]:
+    """Pairs of a pixel of a part and its neighbour in another block: that block, whether the surfaces continue each
+    other, and the contrast of the edge between them."""
     at, around = (cv2.dilate(strength, np.ones((side, side), np.uint8)) for side in (_AT, _AROUND))
     contrast = at / (around + np.float32(0.02))
     found = []
@@ -325,4 +318,4 @@ def _find_beside(inputs: CheckInput, strength: NDArray[np.float32], part: Mask, 
             pairs = parts[this] & (labels[that] > 0) & (labels[that] != label)
             apart = inputs.separation(sources[this][pairs], sources[that][pairs])
             found.append((labels[that][pairs], apart == 0, np.maximum(*contrasts)[pairs]))
-    return _Beside(*(np.concatenate(column) for column in zip(*found, strict=True)))
+    return [np.concatenate(column) for column in zip(*found, strict=True)]

@@ -86,15 +86,8 @@ def _check(layers: Mapping[str, Layer], name: str, shape: tuple[int | None, ...]
 _ALIASES = {"upscore-fuse": FUSION}
 
 
-class _Fields(NamedTuple):
-    """Field numbers in a layer's message."""
-
-    layers: int
-    name: int
-    blobs: int
-
-
-_VERSIONS = (_Fields(layers=100, name=1, blobs=7), _Fields(layers=2, name=4, blobs=6))
+_VERSIONS = ((100, 1, 7), (2, 4, 6))
+"""Field numbers: of layers, and of name and blobs in a layer's message."""
 _OLD_SHAPE, _DATA, _SHAPE, _DOUBLES = (1, 2, 3, 4), 5, 7, 8
 
 
@@ -118,11 +111,11 @@ def read_caffemodel(content: NDArray[np.uint8], file: str) -> dict[str, Layer]:
         FormatError, f"{file} is not an intact Caffe model ({{error}}). Download or copy it again.", ValueError
     ):
         for number, value in wire.fields(content.data):
-            for version in _VERSIONS:
-                if number == version.layers and isinstance(value, memoryview):
-                    blobs = [_blob(blob) for blob in wire.messages(value, version.blobs)]
+            for layer, name_in_layer, blobs_in_layer in _VERSIONS:
+                if number == layer and isinstance(value, memoryview):
+                    blobs = [_blob(blob) for blob in wire.messages(value, blobs_in_layer)]
                     if blobs:
-                        name = wire.text(value, version.name)
+                        name = wire.text(value, name_in_layer)
                         layers[_ALIASES.get(name, name)] = _layer(blobs)
     return layers
 

@@ -6,7 +6,7 @@ import os
 from collections.abc import Callable
 from contextlib import AbstractContextManager
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,22 +31,8 @@ _OUTPUTS = 12
 _INPUTS, _NAME, _TYPE, _TENSOR, _SHAPE, _DIMENSION, _SIZE = 11, 1, 2, 1, 2, 1, 1
 
 
-class Input(NamedTuple):
-    """An input declared by a network."""
-
-    name: str
-    shape: tuple[int | None, ...]
-    """None where the size is free."""
-
-    @property
-    def fixed_size(self) -> str:
-        """Image size that the network requires; "" if it is free."""
-        height, width = self.shape[2:] if len(self.shape) == 4 else (None, None)
-        return f"{width} x {height}" if height and width else ""
-
-
-def image_input(content: NDArray[np.uint8], file: str) -> Input:
-    """The only input of an ONNX network; does not need the package onnx.
+def _fixed_size(content: NDArray[np.uint8], file: str) -> str:
+    """The image size that an ONNX network requires, "" if it is free; does not need the package onnx.
 
     Parameters
     ----------
@@ -62,17 +48,18 @@ def image_input(content: NDArray[np.uint8], file: str) -> Input:
     """
     with _intact(file, ValueError):
         graphs = wire.messages(content.data, _GRAPH)
-        inputs = [found for graph in graphs for found in _inputs(graph)]
+        inputs = {name: shape for graph in graphs for name, shape in _inputs(graph).items()}
         outputs = [found for graph in graphs for found in wire.messages(graph, _OUTPUTS)]
     if not inputs or not outputs:
         raise FormatError(f"{file} is not an ONNX network: it has no input or no output. Export or copy it again.")
     if len(inputs) > 1:
-        names = ", ".join(one.name for one in inputs)
         raise FormatError(
-            f"{file} is not a supported edge network: it has {len(inputs)} inputs ({names}), not one image. "
-            "Export it with the image as its only input."
+            f"{file} is not a supported edge network: it has {len(inputs)} inputs ({', '.join(inputs)}), not one "
+            "image. Export it with the image as its only input."
         )
-    return inputs[0]
+    (shape,) = inputs.values()
+    height, width = shape[2:] if len(shape) == 4 else (None, None)
+    return f"{width} x {height}" if height and width else ""
 
 
 def _edited(content: NDArray[np.uint8], file: str, edit: Callable[..., None], *how: str) -> NDArray[np.uint8]:
@@ -132,11 +119,12 @@ def _intact(file: str, problem: type[Exception]) -> AbstractContextManager[None]
     return told_as(FormatError, f"{file} is not an intact ONNX file ({{error}}). Export or copy it again.", problem)
 
 
-def _inputs(graph: memoryview) -> list[Input]:
-    """The inputs of a graph, without initialisers, which old files list as inputs."""
+def _inputs(graph: memoryview) -> dict[str, tuple[int | None, ...]]:
+    """The inputs of a graph with their shapes (None where a size is free), without initialisers, which old files list
+    as inputs."""
     constants = {wire.text(tensor, _INITIALISER_NAME) for tensor in wire.messages(graph, _INITIALISERS)}
-    found = [Input(wire.text(item, _NAME), _shape(item)) for item in wire.messages(graph, _INPUTS)]
-    return [one for one in found if one.name not in constants]
+    found = {wire.text(item, _NAME): _shape(item) for item in wire.messages(graph, _INPUTS)}
+    return {name: shape for name, shape in found.items() if name not in constants}
 
 
 def _shape(item: memoryview) -> tuple[int | None, ...]:
@@ -227,10 +215,10 @@ def _from_hed(content: NDArray[np.uint8], source: Path, caffe: bool) -> NDArray[
 
 
 def _from_onnx(content: NDArray[np.uint8], source: Path, inputs: str, logits: bool) -> NDArray[np.uint8]:
-    image = image_input(content, source.name)
-    if inputs != _PLAIN_RGB or logits or image.fixed_size:
+    fixed_size = _fixed_size(content, source.name)
+    if inputs != _PLAIN_RGB or logits or fixed_size:
         _need_onnx()
-    if image.fixed_size:
+    if fixed_size:
         content = _edited(content, source.name, _free_size)
     if inputs != _PLAIN_RGB:
         content = _edited(content, source.name, _add_normalisation, inputs)
@@ -242,9 +230,9 @@ def _from_onnx(content: NDArray[np.uint8], source: Path, inputs: str, logits: bo
     except OutputRangeError:
         raise
     except FormatError as error:
-        if image.fixed_size:
+        if fixed_size:
             raise FormatError(
-                f"{source.name} accepts only images of {image.fixed_size}, but edges are needed for images of any "
+                f"{source.name} accepts only images of {fixed_size}, but edges are needed for images of any "
                 "size. Export it with free height and width."
             ) from error
         raise

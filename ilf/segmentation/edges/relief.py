@@ -95,7 +95,10 @@ def find_relief(depth: NDArray[np.float32], jump: float, share: float) -> Relief
             here = trusted[rows]
             one, other = one[: len(here)], other[: len(here)]
             here &= np.abs(one - other) > np.maximum(jump, share * np.minimum(one, other))
-    evaluated = _surrounded_by(near & ~mark(jumps))
+    # pixels whose whole neighbourhood inside the image is surface
+    square = np.ones((2 * _BEND_RADIUS + 1,) * 2, np.uint8)
+    surface = (near & ~mark(jumps)).view(np.uint8)
+    evaluated = cv2.erode(surface, square, borderType=cv2.BORDER_CONSTANT, borderValue=1) > 0
     return Relief(near, jumps, long_lines(jumps, JUMP_LENGTH), evaluated, _bend(filled, evaluated), filled)
 
 
@@ -113,12 +116,6 @@ def filled_depth(depth: NDArray[np.float32]) -> NDArray[np.float32]:
         Depth [m] everywhere.
     """
     return np.asarray(cv2.medianBlur(filled_from_nearest(depth), 5), np.float32)
-
-
-def _surrounded_by(surface: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Pixels whose whole neighbourhood inside the image is surface."""
-    square = np.ones((2 * _BEND_RADIUS + 1,) * 2, np.uint8)
-    return cv2.erode(surface.view(np.uint8), square, borderType=cv2.BORDER_CONSTANT, borderValue=1) > 0
 
 
 def _bend(filled: NDArray[np.float32], evaluated: NDArray[np.bool_]) -> NDArray[np.float32]:

@@ -17,9 +17,9 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components, dijkstra
 from scipy.spatial import cKDTree
 
-from ...data.pixel_grids import connected_regions
+from ...data.pixel_grids import connected_regions, sides
 from .painting import odd_even_fill
-from .patches import LabelPatch, Labels, Mask, Points, bounds, grown, patch_within
+from .patches import LabelPatch, Labels, Mask, Points, bounds, grown, patch_within, values_at
 
 # Cracks between pixels of different labels, which form the borders of blocks.
 #
@@ -89,13 +89,8 @@ def have_border(areas: NDArray[np.int32], other: Mask) -> Mask:
     """
     sizes = np.bincount(areas.ravel())
     lengths = np.zeros(sizes.size)
-    for beside, pixels in (
-        (areas[1:], other[:-1]),
-        (areas[:-1], other[1:]),
-        (areas[:, 1:], other[:, :-1]),
-        (areas[:, :-1], other[:, 1:]),
-    ):
-        lengths += np.bincount(beside[pixels], minlength=sizes.size)
+    for (one, beyond), (here, there) in zip(sides(areas), sides(other), strict=True):
+        lengths += np.bincount(one[there], minlength=sizes.size) + np.bincount(beyond[here], minlength=sizes.size)
     found = (lengths > 0) & (lengths >= np.minimum(_CONTACT, _CONTACT_SHARE * np.sqrt(sizes)))
     found[0] = False
     return np.asarray(found, bool)
@@ -299,24 +294,15 @@ def _resampled(line: NDArray[np.float64]) -> NDArray[np.float64]:
 
 def _padded(labels: Labels, box: tuple[slice, slice]) -> Labels:
     """The labels in a box with a rim of one pixel that marks where the frame ends and where the map continues."""
-    padded = np.pad(labels[box], 1, constant_values=_BEYOND_CROP)
-    rows, columns = box
-    if rows.start == 0:
-        padded[0] = OFF_FRAME
-    if rows.stop == labels.shape[0]:
-        padded[-1] = OFF_FRAME
-    if columns.start == 0:
-        padded[:, 0] = OFF_FRAME
-    if columns.stop == labels.shape[1]:
-        padded[:, -1] = OFF_FRAME
-    return padded
+    ends_at_frame = [(side.start == 0, side.stop == size) for side, size in zip(box, labels.shape, strict=True)]
+    return np.pad(labels[box], 1, constant_values=np.where(ends_at_frame, OFF_FRAME, _BEYOND_CROP).tolist())
 
 
 def _redrawn(labels: Labels, line: NDArray[np.float64], length: float, locked: Collection[int]) -> Labels | None:
     """The labels after a line, between the pair of blocks where it changes least."""
     cracks = find_cracks(labels)
     cracks = cracks[(cracks.sides[:, 0] != _BEYOND_CROP) & ((cracks.sides >= 0).any(axis=1))]
-    under = _labels_under(labels, line)
+    under = values_at(labels, line, OFF_FRAME)
     best, least, chosen = None, np.inf, (0, 0)
     for pair, off_pair in _pairs(cracks, line, under, length):
         after = _redrawn_between(labels, cracks, pair, line, under)
@@ -357,12 +343,6 @@ def _change(before: Labels, after: Labels) -> float:
         for one, other in ((np.s_[1:], np.s_[:-1]), (np.s_[:, 1:], np.s_[:, :-1]))
     )
     return np.count_nonzero(before != after) - _REPLACED * gone
-
-
-def _labels_under(labels: Labels, line: NDArray[np.float64]) -> NDArray[np.int32]:
-    column, row = np.floor(line).astype(np.intp).T
-    held = (row >= 0) & (row < labels.shape[0]) & (column >= 0) & (column < labels.shape[1])
-    return np.where(held, labels[np.where(held, row, 0), np.where(held, column, 0)], OFF_FRAME)
 
 
 def _pairs(

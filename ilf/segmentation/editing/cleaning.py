@@ -72,7 +72,7 @@ def _cropped(labels: Labels, smallest: int, box: Box | None) -> tuple[Box, Label
 
 def _areas_to_clean(labels: Labels, smallest: int, box: Box, shape: tuple[int, ...]) -> tuple[NDArray[np.int32], Mask]:
     """Connected areas (whole parts of blocks, or their thin parts), and which of them are to be cleaned up."""
-    parts = _regions(labels)
+    parts = connected_regions(labels, background=-1)
     sizes = np.bincount(parts.ravel())
     open_ended = np.zeros(sizes.size, bool)
     for at_frame, line in zip(_at_frame(box, shape), _rim(parts), strict=True):
@@ -84,7 +84,7 @@ def _areas_to_clean(labels: Labels, smallest: int, box: Box, shape: tuple[int, .
         small[line[none == 0]] = False
 
     thick = _thick(labels)
-    bits = _regions(np.where(thick, 0, parts), background=0)
+    bits = connected_regions(np.where(thick, 0, parts))
     thin = np.bincount(bits.ravel())
     slivers = (thin < smallest) & (thin > _ROUGHNESS)
     slivers[0] = False
@@ -95,16 +95,12 @@ def _areas_to_clean(labels: Labels, smallest: int, box: Box, shape: tuple[int, .
     slivers[bits[labels == 0]] = False
     slivers[bits[small[parts]]] = False
     if slivers.any():
-        bodies = _regions(np.where(thick, parts, 0), background=0)
+        bodies = connected_regions(np.where(thick, parts, 0))
         slivers &= _bodies_beside(np.where(slivers[bits], bits, 0), bodies, parts, slivers.size) == 1
 
     areas = np.where(slivers[bits], bits + sizes.size, parts).astype(np.int32)
     to_clean = np.concatenate([small, slivers])
     return areas, to_clean
-
-
-def _regions(values: NDArray[np.int32], background: int = -1) -> NDArray[np.int32]:
-    return connected_regions(values, background=background)
 
 
 def _thick(labels: Labels) -> Mask:
@@ -223,7 +219,7 @@ def _join_rest(before: Labels, after: Labels, label: int) -> None:
         return
     taker = int(np.argmax(np.bincount(after[block & ~rest])))
     if taker:
-        pieces = _regions(rest.astype(np.int32), background=0)
+        pieces = connected_regions(rest.astype(np.int32))
         after[have_border(pieces, after == taker)[pieces]] = taker
 
 

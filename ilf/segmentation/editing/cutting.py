@@ -21,7 +21,7 @@ from ..extraction import contract, cut_at_jumps, regions_between, snap_to_jumps
 from ..flooding import flood
 from ..merging import RegionGraph
 from .borders import CrackPaths, find_cracks, have_border
-from .patches import LabelPatch, Labels, Mask, Points, box_of, patch_within
+from .patches import LabelPatch, Labels, Mask, Points, box_of, patch_within, values_at
 
 _NEAR = 3.0
 """Maximum distance [px] of a line's end from the block's boundary to be extended to it; twice that straight on."""
@@ -214,30 +214,23 @@ def _extension_point(block: Mask, line: NDArray[np.float64], near: float, far: f
     on within `far`.
     """
     end, nowhere = line[-1], np.empty((0, 2))
-    if not _contains(block, end[None])[0]:
+    if not values_at(block, end[None], False)[0]:
         return nowhere
     distance = np.hypot(*(line - end).T)
     direction = end - line[distance >= min(2 * near, distance.max())][-1]
     length = math.hypot(*direction)
     steps = np.arange(0.5, min(far, math.hypot(*block.shape)) + 0.5, 0.5) if length > 0 else np.empty(0)
     straight = end + steps[:, None] / max(length, 1e-9) * direction
-    off = np.flatnonzero(~_contains(block, straight))[:1]
+    off = np.flatnonzero(~values_at(block, straight, False))[:1]
     if off.size and steps[off[0]] <= 2 * near:
         return straight[off]
     reach = math.ceil(near)
     down, right = np.mgrid[-reach : reach + 1, -reach : reach + 1]
     around = np.stack([np.floor(end[0]) + right + 0.5, np.floor(end[1]) + down + 0.5], axis=-1).reshape(-1, 2)
     distance = np.hypot(*(around - end).T)
-    distance[_contains(block, around)] = np.inf
+    distance[values_at(block, around, False)] = np.inf
     nearest = int(np.argmin(distance))
     return around[nearest : nearest + 1] if distance[nearest] <= near else straight[off]
-
-
-def _contains(block: Mask, points: NDArray[np.float64]) -> Mask:
-    """Whether points (x, y), float (n, 2), lie in a block."""
-    column, row = np.floor(points).astype(np.intp).T
-    held = (row >= 0) & (row < block.shape[0]) & (column >= 0) & (column < block.shape[1])
-    return held & block[np.where(held, row, 0), np.where(held, column, 0)]
 
 
 def _assign_line_pixels(parts: NDArray[np.int32], cut: Mask) -> NDArray[np.int32]:
@@ -373,7 +366,7 @@ def _two_surfaces(depth: NDArray[np.float32]) -> NDArray[np.int32] | None:
     typical = float(np.median(inverse))
     plane = np.stack([np.ones(x.size), x, y], axis=1)
     curved = np.concatenate([plane, np.stack([x * x, x * y, y * y], axis=1)], axis=1)
-    one = _deviation(_residual(curved, inverse, np.ones(x.size, bool))) / typical
+    one = math.sqrt(float(np.mean(_residual(curved, inverse, np.ones(x.size, bool)) ** 2))) / typical
     if one <= max(_NOISE_SHARE, _NOISE_PER_METRE / typical):
         return None
     best, least = None, _MAX_DEVIATION_RATIO * one
@@ -416,10 +409,6 @@ def _residual(
         off = values - terms @ fit
         chosen = members & (np.abs(off) <= np.quantile(np.abs(off[members]), 0.9))
     return off
-
-
-def _deviation(residual: NDArray[np.float64]) -> float:
-    return math.sqrt(float(np.mean(residual**2)))
 
 
 def _smoothed(known: NDArray[np.bool_], values: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...data.frame import RGBDFrame
-from ...data.label_map import Box
+from ...data.label_map import Box, within
 from ..edges.detectors import colour_gradient
 from ..edges.relief import filled_depth
 from ..flooding import flood
@@ -177,8 +177,7 @@ def erase(
     box = grown(stroke.box, _AROUND if frame is not None else 0, labels.shape)
     before = labels[box]
     taken = np.zeros(before.shape, bool)
-    rows, columns = (slice(s.start - b.start, s.stop - b.start) for s, b in zip(stroke.box, box, strict=True))
-    taken[rows, columns] = stroke.mask
+    taken[within(stroke.box, box)] = stroke.mask
     taken &= before == label
     if not taken.any():
         return None

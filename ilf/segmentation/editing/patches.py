@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...data.label_map import Box, within
+from ...data.pixel_grids import different_labels, mark_both
 
 Labels = NDArray[np.int32]
 Mask = NDArray[np.bool_]
@@ -87,6 +89,13 @@ def box_of(labels: Labels, label: int, rim: int = 0) -> Box | None:
     return None if box is None else grown(box, rim, labels.shape)
 
 
+def values_at(values: NDArray[Any], points: NDArray[np.float64], beyond: int) -> NDArray[Any]:
+    """The values of the pixels under points (x, y); `beyond` for points outside."""
+    column, row = np.floor(points).astype(np.intp).T
+    held = (row >= 0) & (row < values.shape[0]) & (column >= 0) & (column < values.shape[1])
+    return np.where(held, values[np.where(held, row, 0), np.where(held, column, 0)], beyond)
+
+
 def unlocked_pixels(labels: Labels, locked: Collection[int]) -> Mask:
     """Pixels that belong to no locked block."""
     closed = list(locked)
@@ -123,7 +132,7 @@ def border_pixels(labels: Labels, box: Box | None = None) -> Mask:
         box = slice(0, labels.shape[0]), slice(0, labels.shape[1])
     around = grown(box, 1, labels.shape)
     seen = labels[around]
-    return (_ends(*_border_links(seen)) & (seen > 0))[within(box, around)]
+    return (mark_both(different_labels(seen)) & (seen > 0))[within(box, around)]
 
 
 def redrawn(drawn: Mask | None, labels: Labels, patch: LabelPatch) -> tuple[Box, Mask]:
@@ -162,23 +171,8 @@ def redrawn(drawn: Mask | None, labels: Labels, patch: LabelPatch) -> tuple[Box,
     after = before.copy()
     inside = within(patch.box, around)
     before[inside], after[inside] = patch.before, patch.after
-    was, now = _border_links(before), _border_links(after)
-    marked = _ends(now[0] & ~was[0], now[1] & ~was[1])
+    was, now = different_labels(before), different_labels(after)
+    marked = mark_both((now[0] & ~was[0], now[1] & ~was[1]))
     if drawn is not None:
-        marked |= drawn[around] & _ends(*now)
+        marked |= drawn[around] & mark_both(now)
     return box, (marked & (after > 0))[within(box, around)]
-
-
-def _border_links(labels: Labels) -> tuple[Mask, Mask]:
-    """Whether neighbours along rows, and along columns, have different labels."""
-    return labels[:, 1:] != labels[:, :-1], labels[1:] != labels[:-1]
-
-
-def _ends(along_rows: Mask, along_columns: Mask) -> Mask:
-    """The pixels that such links connect."""
-    found = np.zeros((along_rows.shape[0], along_columns.shape[1]), bool)
-    found[:, 1:] |= along_rows
-    found[:, :-1] |= along_rows
-    found[1:] |= along_columns
-    found[:-1] |= along_columns
-    return found

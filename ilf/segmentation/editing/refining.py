@@ -16,6 +16,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.linalg import splu
 
 from ...data.frame import RGBDFrame
+from ...data.label_map import within
 from ...data.pixel_grids import connected_regions
 from ..edges.relief import filled_depth
 from ..flooding import flood
@@ -70,8 +71,7 @@ def refine_borders(
     box = grown(band.box, round(2 * _AROUND), labels.shape)
     before = labels[box]
     free = np.zeros(before.shape, bool)
-    rows, columns = (slice(s.start - b.start, s.stop - b.start) for s, b in zip(band.box, box, strict=True))
-    free[rows, columns] = band.mask
+    free[within(band.box, box)] = band.mask
     free &= unlocked_pixels(before, locked)
     blocks = [int(block) for block in np.unique(before[free])]
     if len(blocks) < 2:

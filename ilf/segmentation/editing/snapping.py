@@ -12,7 +12,7 @@ from scipy.ndimage import gaussian_filter1d, map_coordinates
 from ...data.frame import RGBDFrame
 from ...data.frame_cache import once_per_image
 from ...data.parameters import BlockParameters
-from ...data.pixel_grids import Pairs
+from ...data.pixel_grids import mark_both
 from ..edges.detectors import colour_gradient, gradient_strength
 from ..edges.frame_edges import relief_of
 from ..edges.relief import Relief
@@ -137,23 +137,12 @@ def _cheapest(cost: NDArray[np.float64]) -> NDArray[np.intp]:
 
 def _evidence(relief: Relief, gradient: NDArray[np.float32], strength: NDArray[np.float32]) -> NDArray[np.float32]:
     """Evidence for a border at every pixel."""
-    jumps = _at_both_sides(relief.jumps)
+    jumps = mark_both(relief.jumps)
     ridge = cv2.GaussianBlur(jumps.astype(np.float32), (0, 0), _WIDTH)
     colour = np.float32(_NETWORK) * np.where(relief.edges, 0, strength) + np.float32(_GRADIENT) * gradient
     beside = cv2.dilate(jumps.astype(np.uint8), np.ones((9, 9), np.uint8)) > 0
     goes_on = relief.near & ~beside
     return np.asarray(ridge + np.where(goes_on, np.float32(_ON_SURFACE), np.float32(1)) * colour, np.float32)
-
-
-def _at_both_sides(pairs: Pairs) -> NDArray[np.bool_]:
-    """The pixels of all pairs: a line 2 px wide with the crack between them in the middle."""
-    right, below = pairs
-    marked = np.zeros((right.shape[0], below.shape[1]), bool)
-    for one in (marked[:, :-1], marked[:, 1:]):
-        one |= right
-    for one in (marked[:-1], marked[1:]):
-        one |= below
-    return marked
 
 
 @once_per_image
@@ -191,19 +180,15 @@ class Similar:
     """
 
     def __init__(self, frame: RGBDFrame, strength: NDArray[np.float32], x: float, y: float) -> None:
-        self._mask = np.ones(frame.shape, bool)
+        self.mask: NDArray[np.bool_] = np.ones(frame.shape, bool)
+        """All similar pixels, (H, W)."""
         row, column = int(np.floor(y)), int(np.floor(x))
         if 0 <= row < frame.shape[0] and 0 <= column < frame.shape[1]:
-            self._mask = _reached(_like(frame, row, column), strength < _EDGE, default_relief(frame).edges, row, column)
-
-    @property
-    def mask(self) -> NDArray[np.bool_]:
-        """All similar pixels, bool (H, W)."""
-        return self._mask
+            self.mask = _reached(_like(frame, row, column), strength < _EDGE, default_relief(frame).edges, row, column)
 
     def limit(self, stroke: Stroke) -> Stroke | None:
         """The part of a stroke that is similar; None if there is none."""
-        kept = stroke.mask & self._mask[stroke.box]
+        kept = stroke.mask & self.mask[stroke.box]
         return Stroke(stroke.box, kept) if kept.any() else None
 
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ..._runtime.cancellation import check_cancelled
 from ...data.frame import RGBDFrame
 from ...data.label_map import find_blocks
-from ...data.pixel_grids import connected_regions
+from ...data.pixel_grids import connected_regions, nearest_values
 from .static_pixels import in_cells
 
 Pose = NDArray[np.float64]
@@ -101,7 +101,7 @@ def sources_of(motion: Motion, after: RGBDFrame, still: Mask | None = None) -> S
     seen = pixel >= 0
     if seen.any() and not seen.all():
         around = cv2.blur(seen.astype(np.float32), (3, 3), borderType=cv2.BORDER_CONSTANT)
-        pixel = _nearest_valid(pixel, seen)
+        pixel = nearest_values(pixel, seen)[1]
         seen = seen | (around > _CRACK)
     pixel = np.maximum(pixel, 0)
     seen &= ~_other_surface(motion.depth.ravel()[pixel], np.where(seen, after.depth, np.float32(np.nan)))
@@ -110,16 +110,6 @@ def sources_of(motion: Motion, after: RGBDFrame, still: Mask | None = None) -> S
         return Sources(pixel, seen, sure, np.zeros(after.shape, bool))
     own = np.arange(height * width).reshape(height, width)
     return Sources(np.where(still, own, pixel), seen | still, sure | still, still)
-
-
-def _nearest_valid(values: NDArray[np.intp], there: Mask) -> NDArray[np.intp]:
-    """Values where valid, elsewhere those of the nearest valid pixel."""
-    _, which = cv2.distanceTransformWithLabels(
-        (~there).astype(np.uint8), cv2.DIST_L2, 5, labelType=cv2.DIST_LABEL_PIXEL
-    )
-    value_of = np.zeros(int(which.max()) + 1, np.intp)
-    value_of[which[there]] = values[there]
-    return value_of[which]
 
 
 def _other_surface(expected: Field, depth: Field) -> Mask:
@@ -245,12 +235,7 @@ def nearest_in_part(parts: Labels, good: Mask) -> NDArray[np.intp]:
         here = part.mask & good[part.box]
         if not here.any() or not (part.mask & ~here).any():
             continue
-        _, which = cv2.distanceTransformWithLabels(
-            (~here).astype(np.uint8), cv2.DIST_L2, 5, labelType=cv2.DIST_LABEL_PIXEL
-        )
-        index_of = np.zeros(int(which.max()) + 1, np.intp)
-        index_of[which[here]] = own[part.box][here]
-        nearest[part.box][part.mask] = index_of[which[part.mask]]
+        nearest[part.box][part.mask] = nearest_values(own[part.box], here)[1][part.mask]
     return nearest
 
 

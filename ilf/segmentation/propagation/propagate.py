@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..._runtime.arrays import check_shape
 from ..._runtime.cancellation import check_cancelled
 from ...data.frame import RGBDFrame
-from ...data.label_map import checked_drawn, checked_labels
+from ...data.label_map import checked_drawn, checked_labels, labels_in
 from ...data.parameters import BlockParameters
 from ...errors import InputError
 from ..edges.frame_edges import find_edges
@@ -29,7 +29,7 @@ from .motion import (
     parts_of,
     sources_of,
 )
-from .refining import Refined, extract_again, labels_in, refine
+from .refining import Refined, extract_again, refine
 from .static_pixels import MAX_STATIC_CHANGE, around, camera_is_static, changed, detailed
 
 # Propagated blocks that should be checked, and why.

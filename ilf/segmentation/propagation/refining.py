@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...data.frame import RGBDFrame
+from ...data.label_map import labels_in
 from ...data.parameters import BlockParameters
 from ...data.pixel_grids import connected_regions, mark
 from ..edges.detectors import colour_gradient, gradient_strength
@@ -161,11 +162,6 @@ def extract_again(
     propagated = np.where(sources.seen, parts.label[parts.map.ravel()[sources.pixel]], np.int32(-1))
     labels, new = named_by_overlap(found_blocks(after, chosen).labels, propagated, {*parts.label.tolist(), *taken})
     return Refined(labels, propagated, np.ones(labels.shape, bool), new)
-
-
-def labels_in(labels: Labels) -> frozenset[int]:
-    """The blocks of a label map."""
-    return frozenset(np.unique(labels).tolist()) - {0}
 
 
 def _newly_visible(fine: Labels, parts: Parts, propagated: Labels, sure: Mask, seen: Mask, smallest: float) -> Labels:

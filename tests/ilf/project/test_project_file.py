@@ -162,7 +162,7 @@ def test_embedded_files_need_nothing_else(work, tmp_path):
         save_project(tmp_path / "all.ilf", project, base=[opened.parts], places=opened.places, embed=True)
     shutil.rmtree(folder)
     with open_project(tmp_path / "all.ilf") as opened:
-        assert opened.read.embedded
+        assert opened.embedded
         assert_same(filed, opened.state("a1").state)
         assert opened.state("c3").state.frame.shape == (60, 80)
         save_project(tmp_path / "all.ilf", opened.project, base=[opened.parts], places=opened.places, embed=False)
@@ -297,7 +297,7 @@ def test_a_damaged_list_is_made_of_the_frames_that_are_there(work):
     rewritten(path, lambda parts: parts | {"project.json": parts["project.json"][:200]})
     with open_project(path) as opened:
         assert "list of frames and the common settings are lost" in opened.problems[0]
-        assert not opened.read.embedded, "a project embeds no files unless it is asked to"
+        assert not opened.embedded, "a project embeds no files unless it is asked to"
         assert [frame.name for frame in opened.project.frames] == [filed.frame.name, "made"]
         assert_same(filed.blocks.labels, opened.state("a1").state.blocks.labels)
 
