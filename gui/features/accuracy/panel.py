@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from weakref import WeakKeyDictionary
 
-from PySide6.QtCore import QSignalBlocker, Qt, Signal
+from PySide6.QtCore import QSignalBlocker, Signal
 from PySide6.QtWidgets import QComboBox, QHBoxLayout, QTabWidget, QWidget
 
 from ilf.data.frame import RGBDFrame
@@ -14,7 +14,18 @@ from ...base.commands import command
 from ...base.needs import Need
 from ...state.document import Document
 from ...state.parts import Part
-from ...widgets.basics import TEXT, Message, PlainLabel, combo, command_button, label_of, lay_out, literal_text, page
+from ...widgets.basics import (
+    TEXT,
+    Message,
+    PlainLabel,
+    combo,
+    command_button,
+    label_of,
+    lay_out,
+    literal_text,
+    open_once,
+    page,
+)
 from ...widgets.docks import PanelGroup
 from ...widgets.number_table import NumberTable
 from ...work.latest_request import LatestRequest
@@ -138,9 +149,7 @@ class AccuracyPanel(Panel):
         """Load the true depth of the frame, to evaluate results against it."""
         document = self.context.workspace.current
         dialog = GroundTruthDialog(document.frame, self._reader, self.context.window)
-        dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        dialog.accepted.connect(lambda: self._take_ground_truth(document, dialog.found()))
-        dialog.open()
+        open_once(dialog, lambda: self._take_ground_truth(document, dialog.found()))
 
     def _take_ground_truth(self, document: Document, frame: RGBDFrame) -> None:
         workspace = self.context.workspace
@@ -222,11 +231,9 @@ class AccuracyPanel(Panel):
         document = self.context.workspace.current
         present = document.run(document.state.common)
         dialog = HoldOutDialog(document.name, candidates(document, present), self.context.window)
-        dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        dialog.accepted.connect(
-            lambda: self._test(HoldOutRequest(document, dialog.chosen(), present, dialog.hold_out.test()))
+        open_once(
+            dialog, lambda: self._test(HoldOutRequest(document, dialog.chosen(), present, dialog.hold_out.test()))
         )
-        dialog.open()
 
     def _test(self, request: HoldOutRequest) -> None:
         self._testing = request.document

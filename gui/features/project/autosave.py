@@ -20,7 +20,6 @@ from PySide6.QtWidgets import (
     QFrame,
     QGridLayout,
     QHBoxLayout,
-    QMessageBox,
     QPushButton,
     QVBoxLayout,
     QWidget,
@@ -30,8 +29,8 @@ from ilf._runtime.formatting import counted
 from ilf.project.project import Stage
 from ilf.project.recovery import RecoverableWork, autosave_folder, find_recoverable_work
 
-from ...widgets.basics import Message, PlainLabel, lay_out, scrolled
-from ...widgets.notices import error_details, error_text, question
+from ...widgets.basics import Message, PlainLabel, lay_out, scrolled, stack
+from ...widgets.notices import DESTROY, ask, error_details, error_text
 from ...work.jobs import Worker
 from ..context import Context, Feature
 from .feature import ProjectFeature
@@ -93,17 +92,13 @@ class RecoveryDialog(QDialog):
         about.show_message(_ABOUT, "text")
         self.added = Message()
         self.rows = {number: _Row(work) for number, work in enumerate(works)}
-        inside = QWidget()
-        column = QVBoxLayout(inside)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(8)
         for number, row in self.rows.items():
             row.restore_button.clicked.connect(lambda _=False, number=number: self._restore(number))
             row.discard_button.clicked.connect(lambda _=False, number=number: self.discard_requested.emit(number))
             row.later_button.clicked.connect(lambda _=False, number=number: self.remove(number))
             row.later_button.setVisible(len(works) > 1)  # with a single row, the dialog's own button does the same
-            column.addWidget(row)
-        column.addStretch(1)
+        inside = QWidget()
+        lay_out(QVBoxLayout(inside), *self.rows.values(), None, spacing=8)
         area = scrolled(inside)
         shown = list(self.rows.values())[:_MAX_ROWS_SHOWN]
         area.setMinimumHeight(sum(row.sizeHint().height() + 8 for row in shown))
@@ -111,9 +106,7 @@ class RecoveryDialog(QDialog):
         later = buttons.addButton("Decide &later", QDialogButtonBox.ButtonRole.RejectRole)
         later.setToolTip("Close this dialog, and offer the remaining work again at the next start")
         buttons.rejected.connect(self.reject)
-        lay_out(
-            QVBoxLayout(self), about, self.added, area, buttons, margins=(14, 14, 14, 14), spacing=10, stretched=area
-        )
+        stack(self, about, self.added, area, buttons, stretched=area)
         self.setMinimumWidth(600)
         self.show_added(False)
 
@@ -161,7 +154,6 @@ class _Row(QFrame):
             picture.setText("No picture")
             picture.setEnabled(False)
         name = PlainLabel(work.name)
-        name.setTextFormat(Qt.TextFormat.PlainText)
         name.setWordWrap(True)
         bold = name.font()
         bold.setBold(True)
@@ -175,11 +167,9 @@ class _Row(QFrame):
         self.discard_button.setToolTip("Delete this work permanently")
         self.later_button = QPushButton("Later", autoDefault=False)
         self.later_button.setToolTip("Keep the work, and offer it again at the next start")
-        buttons = QHBoxLayout()
-        buttons.addStretch(1)
-        for button in (self.restore_button, self.discard_button, self.later_button):
+        self._buttons = self.restore_button, self.discard_button, self.later_button
+        for button in self._buttons:
             button.setAccessibleName(f"{button.text().rstrip('…')} {work.name}")
-            buttons.addWidget(button)
         grid = QGridLayout(self)
         grid.setColumnStretch(1, 1)
         grid.setHorizontalSpacing(12)
@@ -187,12 +177,12 @@ class _Row(QFrame):
         for line, widget in enumerate((name, when, what)):
             grid.addWidget(widget, line, 1)
         grid.setRowStretch(2, 1)
-        grid.addLayout(buttons, 3, 1)
+        grid.addLayout(lay_out(QHBoxLayout(), None, *self._buttons), 3, 1)
         self.go_on()
 
     def wait(self, is_this: bool) -> None:
         """Disable the row while some work is being restored."""
-        for button in (self.restore_button, self.discard_button, self.later_button):
+        for button in self._buttons:
             button.setEnabled(False)
         if is_this:
             self.restore_button.setText("Restoring…")
@@ -293,11 +283,8 @@ class Recovery(QObject):
     def _discard(self, number: int) -> None:
         left = self._found[number]
         text = f"The unsaved work on {name_of(left) or left.path.name} is deleted permanently."
-        box = question(self.dialog or self._context.window, "Discard unsaved work?", text)
-        discard = box.addButton("&Discard", QMessageBox.ButtonRole.DestructiveRole)
-        box.setDefaultButton(box.addButton(QMessageBox.StandardButton.Cancel))
-        box.finished.connect(lambda _: self._delete(number) if box.clickedButton() is discard else None)
-        box.open()
+        answers = (("&Discard", DESTROY, lambda: self._delete(number)),)
+        ask(self.dialog or self._context.window, "Discard unsaved work?", text, "", answers)
 
     def _delete(self, number: int) -> None:
         left = self._found[number]

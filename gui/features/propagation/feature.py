@@ -21,7 +21,7 @@ from ilf._runtime.formatting import counted
 from ...base.commands import Command, command, hint_of, plain
 from ...base.needs import Need
 from ...state.entries import Entry
-from ...widgets.basics import Message, PlainLabel, answers, form, lay_out, stack
+from ...widgets.basics import Message, PlainLabel, answers, form, lay_out, open_once, stack
 from ...widgets.work_row import WorkRow
 from ..context import Context, Feature, PendingWork
 from ..menus import insert_menu
@@ -297,14 +297,12 @@ class PropagationFeature(Feature):
         how = _PREFIX + self.how
         name = self.context.workspace.current.name
         dialog = PropagateDialog(name, [entry.name for entry in following], ways, how, self.context.window)
-        dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
 
         def take() -> None:
             actions[dialog.chosen_way].trigger()
             self.propagate_through(dialog.count.value(), dialog.replaces.isChecked())
 
-        dialog.accepted.connect(take)
-        dialog.open()
+        open_once(dialog, take)
 
     # frames of the list
 
