@@ -34,7 +34,7 @@ from ilf.errors import IlfError
 
 from ..base import theme
 from ..base.commands import command, commands_of
-from ..widgets.basics import PlainLabel, Themed, answers, lay_out, literal_text, menu_button, open_once
+from ..widgets.basics import Themed, answers, label_of, lay_out, literal_text, menu_button, open_once
 from ..widgets.file_choice import ask_path, choose_file, last_folder, remember_folder
 from .context import Context
 
@@ -52,8 +52,7 @@ class SavePresetDialog(QDialog):
         self.name.selectAll()
         self.with_extraction = QCheckBox("Include the parameters of the tab &Extraction")
         self.with_extraction.setToolTip("The preset then also sets the parameters of the extraction")
-        label = PlainLabel("&Name")
-        label.setBuddy(self.name)
+        label = label_of("&Name", self.name)
         buttons, self.save_button = answers(self, QDialogButtonBox.StandardButton.Save)
         self.name.textChanged.connect(self._allow)
         lay_out(QVBoxLayout(self), label, self.name, self.with_extraction, buttons, margins=(14, 14, 14, 14), spacing=8)

@@ -7,6 +7,7 @@ from PySide6.QtWidgets import QVBoxLayout, QWidget
 
 from ...base.commands import Command
 from ...state.parts import Part
+from ...widgets.basics import lay_out
 from ..context import Context
 from ..edit_summary import EditSummaryFeature
 from .panel import FramesPanel
@@ -40,10 +41,7 @@ class FramesPlace(QObject):
         super().__init__(context.window)
         self._context, self._panel = context, panel
         self.dock, self.bar = QWidget(), QWidget()
-        self._in_dock, self._in_bar = QVBoxLayout(self.dock), QVBoxLayout(self.bar)
-        for layout in (self._in_dock, self._in_bar):
-            layout.setContentsMargins(0, 0, 0, 0)
-        self._in_bar.addWidget(panel)
+        self._in_dock, self._in_bar = lay_out(QVBoxLayout(self.dock)), lay_out(QVBoxLayout(self.bar), panel)
         self.bar.hide()
         context.centre.add_before(context.feature(EditSummaryFeature).line, self.bar)
         context.actions.add((_COMMAND,))

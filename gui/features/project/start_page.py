@@ -17,7 +17,6 @@ from PySide6.QtWidgets import (
     QListWidget,
     QListWidgetItem,
     QSizePolicy,
-    QToolButton,
     QVBoxLayout,
     QWidget,
 )
@@ -30,7 +29,7 @@ from ilf.sources.listing import list_frames
 
 from ...base import theme
 from ...views.pixel_items import rgb_image
-from ...widgets.basics import Message, PlainLabel, Themed, lay_out, literal_text
+from ...widgets.basics import TEXT_BESIDE_ICON, Message, PlainLabel, Themed, command_button, lay_out, literal_text
 from ...work.jobs import Worker
 from ...work.loading import contains_frames
 from ..context import Context, Feature
@@ -69,9 +68,7 @@ class StartPage(Themed, QWidget):
         buttons = QGridLayout()
         buttons.setSpacing(8)
         for number, action in enumerate(actions):
-            button = QToolButton()
-            button.setDefaultAction(action)
-            button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
+            button = command_button(action, TEXT_BESIDE_ICON)
             button.setIconSize(QSize(20, 20))
             button.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
             button.setMinimumHeight(36)

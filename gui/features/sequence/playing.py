@@ -25,6 +25,7 @@ from ...state.document import Document
 from ...state.entries import Entry
 from ...state.parts import Part
 from ...views.view_data import Before
+from ...widgets.basics import command_button, lay_out
 from ...work.jobs import Worker
 from ..context import Context, Feature
 from ..export.result import BatchResult
@@ -349,18 +350,13 @@ class _PlayBar(QWidget):
 
     def __init__(self, actions: Actions) -> None:
         super().__init__()
-        play, self._speed = QToolButton(), QToolButton()
-        play.setDefaultAction(actions["play_frames"])
+        self._speed = QToolButton(autoRaise=True)
         self._speed.setMenu(actions.menu("", self, f"{' '.join(_SPEEDS)} | play_loop play_completed"))
         self._speed.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
         self._speed.setAccessibleName("Speed of playing")
         self._speed.setToolTip("Speed, loop, and completion while playing")
-        layout = QHBoxLayout(self)
-        layout.setContentsMargins(4, 0, 4, 0)
-        layout.setSpacing(0)
-        for button in (play, self._speed):
-            button.setAutoRaise(True)
-            layout.addWidget(button)
+        play = command_button(actions["play_frames"])
+        lay_out(QHBoxLayout(self), play, self._speed, margins=(4, 0, 4, 0), spacing=0)
         for name, (text, speed) in _SPEEDS.items():
             short = "max" if speed is None else text
             actions[name].toggled.connect(lambda on, short=short: self._speed.setText(short) if on else None)
