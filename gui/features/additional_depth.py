@@ -292,13 +292,12 @@ class AdditionalDepthPanel(Panel):
     @command("guide_by_network", "Guide by net&work…", icon="ph.brain")
     def choose_network(self) -> None:
         """Fetch a network that predicts depth from colour, or choose one that is here, and use it as guide."""
-        dialog = GuideNetworksDialog(self.context.window, self.context.workspace.has_current)
+        dialog = GuideNetworksDialog(self.context.window, self.context.workspace.has_current, self._requests)
         dialog.fetch_requested.connect(lambda name: self.ask(_Fetch(name, self._requests.progressed.emit)))
         dialog.add_requested.connect(lambda path, gives: self.ask(_Add(path, gives)))
         dialog.use_requested.connect(lambda name: self.ask(_Load(self._document, self._frame, name)))
         dialog.use_requested.connect(lambda _: self.reveal())
         dialog.finished.connect(lambda _: setattr(self, "_networks", None))
-        dialog.follow(self._requests)
         self._networks = dialog
         open_once(dialog)
 
@@ -384,7 +383,7 @@ class AdditionalDepthPanel(Panel):
         if isinstance(request, _Compare):
             self._sections[request.kind].effect.show_message(error_text(error), "error")
         elif isinstance(request, _Fetch | _Add) and self._networks is not None:
-            self._networks.tell(error_text(error), "error")
+            self._networks.message.show_message(error_text(error), "error")
         else:
             self.context.notes.report(_DOING[type(request)], error)
 

@@ -135,8 +135,7 @@ class PresetBox(Themed, QWidget):
         return shown
 
     def _take_theme(self) -> None:
-        if hasattr(self, "_menu_button"):
-            self._menu_button.setIcon(theme.icon("ph.dots-three-vertical", self.palette()))
+        self._menu_button.setIcon(theme.icon("ph.dots-three-vertical", self.palette()))
 
     def read(self) -> None:
         """Read all presets of the user, and list them below the built-in ones."""

@@ -20,7 +20,6 @@ from ...base import theme
 from ...base.commands import command
 from ...base.needs import Need
 from ...project.store import WorkStore
-from ...state.document import Document
 from ...state.entries import Entry
 from ...state.parts import Part
 from ...widgets.docks import PanelGroup
@@ -52,9 +51,7 @@ class FramesFeature(Panel):
         store, loader, workspace = context.recorder.store, context.loader, context.workspace
         loader.stored = store
         self.panel.thumbnails.stored = partial(_stored_picture, store)
-        self.open_frames = OpenFrameLimiter(
-            workspace, self._is_busy, loader.is_postponed, store.has, context.recorder.flush, self
-        )
+        self.open_frames = OpenFrameLimiter(context)
         workspace.on(Part.FRAME, self._forget_wanted)
         self._connect_list()
 
@@ -87,15 +84,6 @@ class FramesFeature(Panel):
         panel.view.removal_requested.connect(self.remove)
         panel.view.customContextMenuRequested.connect(self._show_menu)
         context.loader.listed.connect(self._tell_listed)
-
-    def _is_busy(self, document: Document) -> bool:
-        """Whether work on a frame is in progress."""
-        context = self.context
-        return (
-            document in context.runs.running
-            or context.loader.is_extracting(document)
-            or any(way.document is document for way in context.pending_work())
-        )
 
     # display
 

@@ -110,7 +110,7 @@ class StartPage(Themed, QWidget):
         row.addStretch(1)
         row.addWidget(middle, 100)
         row.addStretch(1)
-        self._paint()
+        self._take_theme()
 
     def show_recent(self, origins: Iterable[Origin]) -> None:
         """List what can be opened again; the pictures follow by `show_picture`."""
@@ -120,7 +120,7 @@ class StartPage(Themed, QWidget):
             item.setToolTip(literal_text(key_of(origin)))
             item.setData(_ORIGIN, origin)
             item.setSizeHint(self._cell)
-        self._paint()
+        self._take_theme()
         for widget in (self.title, self.recent):
             widget.setVisible(self.recent.count() > 0)
         self._limit_height()
@@ -144,16 +144,12 @@ class StartPage(Themed, QWidget):
         columns = max((self.recent.width() - self._bar_width) // self._cell.width(), 1)
         self.recent.setMaximumHeight(-(-self.recent.count() // columns) * self._cell.height() + _SLACK)
 
-    def _paint(self) -> None:
+    def _take_theme(self) -> None:
         """Draw the icons of what has no thumbnail."""
         icon = _centred(theme.icon("ph.image", self.palette()).pixmap(_NO_PICTURE, QIcon.Mode.Disabled))
         for row in range(self.recent.count()):
             if not self.has_picture(row):
                 self.recent.item(row).setIcon(icon)
-
-    def _take_theme(self) -> None:
-        if hasattr(self, "_message"):
-            self._paint()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)

@@ -267,13 +267,10 @@ class PlayFeature(Feature):
         if self.context.workspace.has_current:
             return
         self._opening, self._place = True, self.context.views.place
-        if self.shown is not None and self._is_listed(entry := self._entries[self.shown.row]):
+        if self.shown is not None and (entry := self._entries[self.shown.row]) in self.context.workspace.entries:
             self._frames.open(entry)
         self.context.refresh.mark("played")
         self.context.actions.refresh()
-
-    def _is_listed(self, entry: Entry) -> bool:
-        return self.context.workspace.entries.of(entry.id) is entry
 
     def _follow(self) -> None:
         """End playing once a frame is open: the one that was shown, or another one that was chosen."""
@@ -289,7 +286,7 @@ class PlayFeature(Feature):
         """End playing if a frame was removed. Once a frame is open, show the place that was shown by playing; if the
         one shown could not be opened, show the former one."""
         workspace, place = self.context.workspace, self._place
-        if self.playing and not all(map(self._is_listed, self._entries)):
+        if self.playing and not all(entry in workspace.entries for entry in self._entries):
             self._on.setChecked(False)
         elif place is not None and workspace.has_current:
             self._place = None
