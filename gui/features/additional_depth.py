@@ -352,9 +352,6 @@ class AdditionalDepthPanel(Panel):
 
     # answers
 
-    def compute(self, request: Request) -> object:
-        return request.answer()
-
     def take(self, request: Request, answer: object) -> None:
         workspace = self.context.workspace
         if isinstance(request, _Fetch | _Add):
@@ -405,6 +402,6 @@ class AdditionalDepthPanel(Panel):
         return self._document.frame
 
     def _entry(self) -> Entry:
-        entry = self.context.workspace.entries.of(self._document.id)
+        entry = self.context.workspace.current_entry
         assert entry is not None  # every open frame is in the list
         return entry

@@ -70,14 +70,14 @@ class Histogram(Themed, pg.PlotWidget):
         low, high = self._region.getRegion()
         return (10.0**low, 10.0**high) if self._logarithmic else (float(low), float(high))
 
-    def set_scale(self, logarithmic: bool, symmetric: bool) -> None:
-        """Set whether the axis is logarithmic, and whether the levels are symmetric around 0."""
-        self._logarithmic, self._symmetric = logarithmic, symmetric
-        axis = self.getAxis("bottom")
-        axis.setLogMode(logarithmic)
+    def show_values(self, values: NDArray[np.floating] | None, levels: Levels, kind: str, locked: bool) -> None:
+        """Draw the histogram of values (NaN is ignored) of a kind, and place the two lines; not while they are dragged.
 
-    def show_values(self, values: NDArray[np.floating] | None, levels: Levels) -> None:
-        """Draw the histogram of values (NaN is ignored) and place the two lines; do nothing while they are dragged."""
+        The axis of errors is logarithmic; levels of differences are symmetric around 0.
+        """
+        self._logarithmic, self._symmetric = kind == "expected", kind == "signed"
+        self.getAxis("bottom").setLogMode(self._logarithmic)
+        self._region.setMovable(not locked)
         if self._drag_timer.isActive() or any(line.moving for line in self._region.lines):
             return
         ends = self._on_axis(np.array(levels, float))
@@ -94,10 +94,6 @@ class Histogram(Themed, pg.PlotWidget):
         self.setYRange(0, float(np.sqrt(counts.max(initial=1))), padding=0.05)
         with QSignalBlocker(self._region):
             self._region.setRegion(tuple(ends))
-
-    def set_movable(self, movable: bool) -> None:
-        """Set whether the lines can be dragged."""
-        self._region.setMovable(movable)
 
     def _take_theme(self) -> None:
         colours, font = theme.colours(self.palette()), self.font()
@@ -235,9 +231,7 @@ class ColourRange(Panel):
 
     def _show_range(self, one: Range, levels: Levels) -> None:
         """Show the range of the present kind over the values of the view."""
-        self.histogram.set_scale(self.kind == "expected", self.kind == "signed")
-        self.histogram.show_values(self.context.views.ranged.picture.values(), levels)
-        self.histogram.set_movable(not one.locked)
+        self.histogram.show_values(self.context.views.ranged.picture.values(), levels, self.kind, one.locked)
         self.mode.setCurrentIndex(self.mode.findData(one.mode))
         for number, level in zip((self.low, self.high), levels, strict=True):
             with QSignalBlocker(number):

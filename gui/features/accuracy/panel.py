@@ -85,7 +85,8 @@ class AccuracyPanel(Panel):
         super().__init__(context)
         self._evaluations = LatestRequest[EvaluationRequest, dict[str, AreaErrors]](Evaluator(), self)
         self._evaluations.answered.connect(self._show_errors)
-        self._evaluations.failed.connect(self._fail_to_evaluate)
+        about = "Evaluation against ground truth"
+        self._evaluations.failed.connect(lambda _, error: context.notes.report(about, error))
         self._reader = LatestRequest[GroundTruthSource, RGBDFrame](frame_with, self)
         self._requests.progressed.connect(self._cancel_closed)
         self._requests.ended.connect(self._end_test)
@@ -213,9 +214,6 @@ class AccuracyPanel(Panel):
         self._evaluations.forget()
         self.ground_truth_table.set_rows([], empty)
         self.pixels.setEnabled(False)
-
-    def _fail_to_evaluate(self, _: EvaluationRequest, error: Exception) -> None:
-        self.context.notes.report("Evaluation against ground truth", error)
 
     # hold-out test
 

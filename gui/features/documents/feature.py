@@ -233,7 +233,7 @@ class DocumentsFeature(Feature):
 
         It asks about unsaved work; a saved frame stays in the list.
         """
-        entry = self._workspace.entries.of(self._workspace.current.id)
+        entry = self._workspace.current_entry
         if entry is not None:
             self.leave([entry], lambda: self.close(entry))
 

@@ -90,7 +90,7 @@ class FramesFeature(Panel):
     def refresh(self, parts: Part) -> None:
         """Show the frames, their states and which is the current one."""
         self.panel.show_several(len(self.context.workspace.entries) > 1)
-        if self.panel.shows_filter:
+        if self.panel.filter_row.isVisible():
             self.panel.show_counts(counts(self.context.workspace.entries))
         self._show_list()
 
@@ -112,10 +112,7 @@ class FramesFeature(Panel):
         self._show_list()
 
     def _present(self) -> Entry | None:
-        if self._played is not None:
-            return self._played
-        workspace = self.context.workspace
-        return workspace.entries.of(workspace.current.id) if workspace.has_current else None
+        return self._played or self.context.workspace.current_entry
 
     def _forget_wanted(self) -> None:
         self._wanted = None

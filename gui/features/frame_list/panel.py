@@ -263,11 +263,6 @@ class FramesPanel(QWidget):
         for row, (state, text) in enumerate(STATES.items()):
             self.state.setItemText(row, f"{text} ({counts.get(state, 0)})")
 
-    @property
-    def shows_filter(self) -> bool:
-        """Whether the filter is visible, with the number of frames in each state."""
-        return self.filter_row.isVisible()
-
     def show_several(self, several: bool) -> None:
         """Show the filter if the list has several frames."""
         self._several = several

@@ -259,7 +259,7 @@ class PropagationFeature(Feature):
     )
     def propagate_next(self) -> None:
         """Propagate the blocks to the next frame of the list, with names, locks and parameters, and show it."""
-        present, following = self._present(), self._following(1)
+        present, following = self.context.workspace.current_entry, self._following(1)
         if present is not None and following:
             self.propagator.start(present, following, self.how, replaces=True, shows=True)
 
@@ -273,13 +273,13 @@ class PropagationFeature(Feature):
     )
     def propagate_previous(self) -> None:
         """Propagate the blocks of the previous frame of the list to this one, with names, locks and parameters."""
-        present, before = self._present(), self._preceding()
+        present, before = self.context.workspace.current_entry, self._preceding()
         if present is not None and before is not None:
             self.propagator.start(before, [present], self.how, replaces=True)
 
     def propagate_through(self, count: int, replaces: bool = False) -> None:
         """Propagate the blocks through the next `count` frames."""
-        present = self._present()
+        present = self.context.workspace.current_entry
         if present is not None:
             self.propagator.start(present, self._following(count), self.how, replaces)
 
@@ -306,14 +306,10 @@ class PropagationFeature(Feature):
 
     # frames of the list
 
-    def _present(self) -> Entry | None:
-        workspace = self.context.workspace
-        return workspace.entries.of(workspace.current.id) if workspace.has_current else None
-
     def _row(self) -> int:
         """Return the row of the current frame in the list."""
-        present = self._present()
-        return 0 if present is None else self.context.workspace.entries.row_of(present)
+        workspace = self.context.workspace
+        return 0 if workspace.current_entry is None else workspace.entries.row_of(workspace.current_entry)
 
     def _following(self, most: int | None = None) -> list[Entry]:
         """Return the frames after the current one in the list, at most `most` of them."""
