@@ -178,19 +178,6 @@ class DocumentsFeature(Feature):
         dialog = LoadBlocksDialog(document.frame, filling, self._block_questions, self._window)
         open_once(dialog, lambda: self._take_blocks(dialog.found()))
 
-    def load_blocks(self, path: str, fill_gaps: bool = False) -> None:
-        """Replace the blocks by those of a file or folder, as one undoable step; locked blocks stay."""
-        from .load_blocks import BlockSource, blocks_from
-
-        filling = self._workspace.parameters.extraction if fill_gaps else None
-        try:
-            blocks = blocks_from(BlockSource(self._workspace.current.frame, path, filling))
-        except IlfError as error:
-            self._notes.report("Load blocks", error)
-        else:
-            self._take_blocks(blocks)
-            self._notes.warn("Blocks loaded", blocks.notes)
-
     def _take_blocks(self, blocks: LoadedBlocks) -> None:
         self._workspace.current.replace_blocks(blocks.labels, "Load blocks", blocks.names)
         count = len(self._workspace.current.counts())

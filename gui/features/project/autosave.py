@@ -7,12 +7,11 @@ import contextlib
 import html
 import socket
 from collections import Counter
-from collections.abc import Generator, Sequence
+from collections.abc import Callable, Generator, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
-from pathlib import Path
 
-from PySide6.QtCore import QObject, Qt, Signal
+from PySide6.QtCore import QObject, Qt
 from PySide6.QtGui import QPixmap
 from PySide6.QtWidgets import (
     QDialog,
@@ -33,9 +32,7 @@ from ...widgets.basics import Message, PlainLabel, lay_out, scrolled, stack
 from ...widgets.notices import DESTROY, ask, error_details, error_text
 from ...work.jobs import Worker
 from ..context import Context, Feature
-from .feature import ProjectFeature
-from .opening import Opening
-from .restoring import Restoring, name_of
+from .restoring import Restoring, has_no_project, name_of
 
 # The dialog that offers unsaved work of a window that closed unexpectedly.
 
@@ -73,20 +70,23 @@ class UnsavedWorkInfo:
     problem: str = ""
 
 
+_Do = Callable[[int], None]
+
+
 class RecoveryDialog(QDialog):
     """Dialog with a row per unsaved work, to restore it, discard it, or decide later.
 
-    Signals
-    -------
-    restore_requested(int), discard_requested(int)
-        The number of the work.
+    Parameters
+    ----------
+    works : sequence of UnsavedWorkInfo
+    restore, discard : callable
+        Called with the number of the work.
+    parent : QWidget
     """
 
-    restore_requested = Signal(int)
-    discard_requested = Signal(int)
-
-    def __init__(self, works: Sequence[UnsavedWorkInfo], parent: QWidget) -> None:
+    def __init__(self, works: Sequence[UnsavedWorkInfo], restore: _Do, discard: _Do, parent: QWidget) -> None:
         super().__init__(parent)
+        self._restore_work = restore
         self.setWindowTitle("Restore Unsaved Work")
         about = Message(lines=2)
         about.show_message(_ABOUT, "text")
@@ -94,7 +94,7 @@ class RecoveryDialog(QDialog):
         self.rows = {number: _Row(work) for number, work in enumerate(works)}
         for number, row in self.rows.items():
             row.restore_button.clicked.connect(lambda _=False, number=number: self._restore(number))
-            row.discard_button.clicked.connect(lambda _=False, number=number: self.discard_requested.emit(number))
+            row.discard_button.clicked.connect(lambda _=False, number=number: discard(number))
             row.later_button.clicked.connect(lambda _=False, number=number: self.remove(number))
             row.later_button.setVisible(len(works) > 1)  # with a single row, the dialog's own button does the same
         inside = QWidget()
@@ -127,7 +127,7 @@ class RecoveryDialog(QDialog):
     def _restore(self, number: int) -> None:
         for row in self.rows.values():
             row.wait(row is self.rows[number])
-        self.restore_requested.emit(number)
+        self._restore_work(number)
 
     def go_on(self) -> None:
         """Enable the remaining rows after a restore."""
@@ -229,11 +229,9 @@ _STAGES = {
 class Recovery(QObject):
     """Looks for unsaved work in the background, and asks whether to restore it."""
 
-    def __init__(self, context: Context, opening: Opening, folder: Path) -> None:
+    def __init__(self, context: Context) -> None:
         super().__init__(context.window)
         self._context = context
-        self._folder = folder
-        self._restoring = Restoring(context, opening)
         self._found: list[RecoverableWork] = []
         self._handled: set[int] = set()
         self.dialog: RecoveryDialog | None = None
@@ -244,26 +242,23 @@ class Recovery(QObject):
     def look(self) -> None:
         """Look for unsaved work, and offer what is found."""
         if self.dialog is None and not self._worker.busy:
-            self._worker.start(self._job)
-
-    def _job(self) -> Generator[None, None, list[tuple[RecoverableWork, UnsavedWorkInfo]]]:
-        yield None
-        return [(left, _offered(left)) for left in find_recoverable_work(self._folder)]
+            self._worker.start(_found_work)
 
     def _offer(self, found: list[tuple[RecoverableWork, UnsavedWorkInfo]]) -> None:
         if not found:
             return
         self._found, self._handled = [left for left, _ in found], set()
-        self.dialog = RecoveryDialog([offered for _, offered in found], self._context.window)
-        self.dialog.restore_requested.connect(self._restore)
-        self.dialog.discard_requested.connect(self._discard)
+        works = [offered for _, offered in found]
+        self.dialog = RecoveryDialog(works, self._restore, self._discard, self._context.window)
         self.dialog.finished.connect(self._close)
-        self.dialog.show_added(not self._restoring.has_no_project())
+        self.dialog.show_added(not has_no_project(self._context))
         self.dialog.open()
 
     def _restore(self, number: int) -> None:
         self._handled.add(number)  # `Restoring` releases it
-        self._restoring.restore(self._found[number], lambda: self._restored(number), lambda: self._failed(number))
+        Restoring(self._context, self._found[number]).restore(
+            lambda: self._restored(number), lambda: self._failed(number)
+        )
 
     def _failed(self, number: int) -> None:
         """Keep the work for the next start."""
@@ -306,6 +301,11 @@ class Recovery(QObject):
             dialog.deleteLater()
 
 
+def _found_work() -> Generator[None, None, list[tuple[RecoverableWork, UnsavedWorkInfo]]]:
+    yield None
+    return [(left, _offered(left)) for left in find_recoverable_work(autosave_folder())]
+
+
 def _offered(left: RecoverableWork) -> UnsavedWorkInfo:
     """Describe unsaved work; called in a worker thread."""
     if left.header is None or left.problem:
@@ -334,7 +334,7 @@ class AutosaveFeature(Feature):
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)
-        self.recovery = Recovery(context, context.feature(ProjectFeature).opening, autosave_folder())
+        self.recovery = Recovery(context)
         self.label = Message()
         self.label.setWordWrap(False)
         self.label.setAlignment(Qt.AlignmentFlag.AlignVCenter)

@@ -8,7 +8,6 @@ from functools import partial
 from PySide6.QtCore import QSettings, Qt
 from PySide6.QtWidgets import (
     QCheckBox,
-    QComboBox,
     QDialog,
     QDialogButtonBox,
     QHBoxLayout,
@@ -21,7 +20,7 @@ from ilf._runtime.formatting import counted
 from ...base.commands import Command, command, hint_of, plain
 from ...base.needs import Need
 from ...state.entries import Entry
-from ...widgets.basics import Message, PlainLabel, answers, form, lay_out, open_once, stack
+from ...widgets.basics import Message, PlainLabel, answers, combo, form, lay_out, open_once, stack
 from ...widgets.work_row import WorkRow
 from ..context import Context, Feature, PendingWork
 from ..menus import insert_menu
@@ -75,10 +74,9 @@ class PropagateDialog(QDialog):
         )
         self.count = QSpinBox(minimum=1, maximum=len(names), value=min(_USUAL, len(names)))
         self.count.setToolTip("Number of following frames in the list")
-        self.how = QComboBox()
-        self.how.setToolTip("Method that transfers the blocks to the next frame")
-        for number, (name, text, hint) in enumerate(ways):
-            self.how.addItem(text, name)
+        texts = {name: text for name, text, _ in ways}
+        self.how = combo(texts, "Method that transfers the blocks to the next frame")
+        for number, (_, _, hint) in enumerate(ways):
             self.how.setItemData(number, hint, Qt.ItemDataRole.ToolTipRole)
         self.how.setCurrentIndex(max(self.how.findData(how), 0))
         self.replaces = QCheckBox("&Replace blocks that have been edited or run")
