@@ -18,7 +18,7 @@ from PySide6.QtWidgets import (
 
 from ..base.commands import command
 from ..base.versions import versions, versions_text
-from ..widgets.basics import lay_out
+from ..widgets.basics import lay_out, open_once
 from .context import Feature
 
 _ICON = 64
@@ -36,7 +36,6 @@ class AboutDialog(QDialog):
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self.setWindowTitle("About ILF Studio")
-        self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         known = versions()
         icon = QLabel()
         icon.setPixmap(QApplication.windowIcon().pixmap(_ICON))
@@ -47,20 +46,17 @@ class AboutDialog(QDialog):
         numbers = QFormLayout()
         numbers.setHorizontalSpacing(14)
         numbers.setVerticalSpacing(3)
-        selectable = Qt.TextInteractionFlag.TextSelectableByMouse
         for name, number in list(known.items())[1:]:
             value = QLabel(number)
             value.setWordWrap(True)
-            value.setTextInteractionFlags(selectable)
+            value.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
             numbers.addRow(name, value)
         column = QVBoxLayout()
         column.addWidget(about)
         column.addSpacing(6)
         column.addLayout(numbers)
-        row = QHBoxLayout()
-        row.setSpacing(16)
-        row.addWidget(icon, 0, Qt.AlignmentFlag.AlignTop)
-        row.addLayout(column, 1)
+        icon.setAlignment(Qt.AlignmentFlag.AlignTop)
+        row = lay_out(QHBoxLayout(), icon, column, spacing=16, stretched=column)
         buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
         buttons.rejected.connect(self.reject)
         self.copy_button = QPushButton("&Copy versions")
@@ -85,7 +81,7 @@ class WindowFeature(Feature):
 
     @command("about", "&About ILF Studio", icon="ph.info")
     def _show_about(self) -> None:
-        AboutDialog(self.context.window).open()
+        open_once(AboutDialog(self.context.window))
 
     @command("full_screen", "F&ull screen", icon="ph.corners-out", keys="F11", checkable=True)
     def _show_full_screen(self, on: bool) -> None:

@@ -11,9 +11,10 @@ from weakref import WeakSet
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QSettings, Qt
-from PySide6.QtWidgets import QFormLayout, QPushButton, QSpinBox, QToolButton, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QFormLayout, QPushButton, QSpinBox, QVBoxLayout, QWidget
 
 from ilf._runtime.formatting import counted, millimetres
+from ilf._runtime.stepping import mapped_steps
 from ilf.completion.completion import guide_text
 from ilf.completion.edge_aware.fitted_guide import fit_guide
 from ilf.data.frame import RGBDFrame
@@ -31,7 +32,7 @@ from ..base.needs import Need
 from ..state.document import Document
 from ..state.entries import Entry
 from ..state.parts import Part
-from ..widgets.basics import Message, form, group, row, scrolled
+from ..widgets.basics import TEXT, Message, command_button, form, group, open_once, row, scrolled
 from ..widgets.docks import PanelGroup
 from ..widgets.file_choice import choose_file
 from ..widgets.notices import error_text
@@ -136,12 +137,8 @@ class _Compare:
         if used is None:
             used = yield from _completed(self.used, 0.25)
         hidden = comparison_steps([self.without, self.used], threads=spare_cores())
-        while True:
-            try:
-                yield 0.5 + 0.5 * next(hidden).share
-            except StopIteration as end:
-                alone, together = (result.whole for result in end.value)
-                break
+        results = yield from mapped_steps(hidden, lambda step: 0.5 + 0.5 * step.share)
+        alone, together = (result.whole for result in results)
         was, now = (f"{millimetres(one.mae)} mm (RMSE {millimetres(one.rmse)})" for one in (alone, together))
         return (
             f"{_difference(bare, used)} Mean error of hidden depth, at {together.pixels:,} pixels: {was} without it, "
@@ -218,14 +215,13 @@ class AdditionalDepthPanel(Panel):
             "Use every so many frames: a camera that moves slowly shows more from frames farther away"
         )
         numbers = form(("Frames &before and after", self._count), ("Every so &many frames", self._step))
-        column = QVBoxLayout()
+        inner = QWidget()
+        column = QVBoxLayout(inner)
         column.addWidget(self._section(GUIDE, "guide", ("load_guide", "guide_by_network", "remove_guide")))
         column.addWidget(self._section(NEIGHBOURS, "from_neighbours", ("use_neighbours", "remove_neighbours"), numbers))
         column.addWidget(self._section(BY_HAND, "result", ("tool_depth_by_hand", "remove_by_hand")))
         column.addWidget(self.work)
         column.addStretch(1)
-        inner = QWidget()
-        inner.setLayout(column)
         return scrolled(inner)
 
     def _section(self, kind: str, content: str, commands: Sequence[str], numbers: QFormLayout | None = None) -> QWidget:
@@ -241,10 +237,8 @@ class AdditionalDepthPanel(Panel):
         column.addWidget(section.message)
         if numbers is not None:
             column.addLayout(numbers)
-        buttons = [QToolButton() for _ in commands]
-        for button, name in zip(buttons, commands, strict=True):
-            button.setDefaultAction(self.context.actions[name])
-            button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextOnly)
+        buttons = [command_button(self.context.actions[name], TEXT) for name in commands]
+        for button in buttons:
             button.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         column.addLayout(row(*buttons))
         column.addLayout(row(section.show, section.compare))
@@ -298,16 +292,14 @@ class AdditionalDepthPanel(Panel):
     @command("guide_by_network", "Guide by net&work…", icon="ph.brain")
     def choose_network(self) -> None:
         """Fetch a network that predicts depth from colour, or choose one that is here, and use it as guide."""
-        dialog = GuideNetworksDialog(self.context.window, self.context.workspace.has_current)
-        dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        dialog = GuideNetworksDialog(self.context.window, self.context.workspace.has_current, self._requests)
         dialog.fetch_requested.connect(lambda name: self.ask(_Fetch(name, self._requests.progressed.emit)))
         dialog.add_requested.connect(lambda path, gives: self.ask(_Add(path, gives)))
         dialog.use_requested.connect(lambda name: self.ask(_Load(self._document, self._frame, name)))
         dialog.use_requested.connect(lambda _: self.reveal())
         dialog.finished.connect(lambda _: setattr(self, "_networks", None))
-        dialog.follow(self._requests)
         self._networks = dialog
-        dialog.open()
+        open_once(dialog)
 
     def _why_no_neighbours(self) -> str:
         entry, place = self._entry(), place_of(self._entry())
@@ -360,9 +352,6 @@ class AdditionalDepthPanel(Panel):
 
     # answers
 
-    def compute(self, request: Request) -> object:
-        return request.answer()
-
     def take(self, request: Request, answer: object) -> None:
         workspace = self.context.workspace
         if isinstance(request, _Fetch | _Add):
@@ -391,7 +380,7 @@ class AdditionalDepthPanel(Panel):
         if isinstance(request, _Compare):
             self._sections[request.kind].effect.show_message(error_text(error), "error")
         elif isinstance(request, _Fetch | _Add) and self._networks is not None:
-            self._networks.tell(error_text(error), "error")
+            self._networks.message.show_message(error_text(error), "error")
         else:
             self.context.notes.report(_DOING[type(request)], error)
 
@@ -413,6 +402,6 @@ class AdditionalDepthPanel(Panel):
         return self._document.frame
 
     def _entry(self) -> Entry:
-        entry = self.context.workspace.entries.of(self._document.id)
+        entry = self.context.workspace.current_entry
         assert entry is not None  # every open frame is in the list
         return entry

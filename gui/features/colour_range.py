@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 import pyqtgraph as pg
 from numpy.typing import NDArray
 from PySide6.QtCore import QSignalBlocker, Qt, QTimer, Signal
-from PySide6.QtGui import QAction, QColor, QFont
+from PySide6.QtGui import QColor
 from PySide6.QtWidgets import QDoubleSpinBox, QHBoxLayout, QStackedWidget, QVBoxLayout, QWidget
 
 from ..base import theme
@@ -31,7 +29,7 @@ _AXIS_HEIGHT = 20
 _MIN_LOG_VALUE = 1e-3
 
 
-class Histogram(pg.PlotWidget):
+class Histogram(Themed, pg.PlotWidget):
     """Counts of values on a linear or a logarithmic axis.
 
     Signals
@@ -64,6 +62,7 @@ class Histogram(pg.PlotWidget):
         self._drag_timer.timeout.connect(lambda: self.levelsDragged.emit(*self.levels))
         self._region.sigRegionChanged.connect(self._drag)
         self._region.sigRegionChangeFinished.connect(self._drag)
+        self._take_theme()
 
     @property
     def levels(self) -> Levels:
@@ -71,14 +70,14 @@ class Histogram(pg.PlotWidget):
         low, high = self._region.getRegion()
         return (10.0**low, 10.0**high) if self._logarithmic else (float(low), float(high))
 
-    def set_scale(self, logarithmic: bool, symmetric: bool) -> None:
-        """Set whether the axis is logarithmic, and whether the levels are symmetric around 0."""
-        self._logarithmic, self._symmetric = logarithmic, symmetric
-        axis = self.getAxis("bottom")
-        axis.setLogMode(logarithmic)
+    def show_values(self, values: NDArray[np.floating] | None, levels: Levels, kind: str, locked: bool) -> None:
+        """Draw the histogram of values (NaN is ignored) of a kind, and place the two lines; not while they are dragged.
 
-    def show_values(self, values: NDArray[np.floating] | None, levels: Levels) -> None:
-        """Draw the histogram of values (NaN is ignored) and place the two lines; do nothing while they are dragged."""
+        The axis of errors is logarithmic; levels of differences are symmetric around 0.
+        """
+        self._logarithmic, self._symmetric = kind == "expected", kind == "signed"
+        self.getAxis("bottom").setLogMode(self._logarithmic)
+        self._region.setMovable(not locked)
         if self._drag_timer.isActive() or any(line.moving for line in self._region.lines):
             return
         ends = self._on_axis(np.array(levels, float))
@@ -96,12 +95,9 @@ class Histogram(pg.PlotWidget):
         with QSignalBlocker(self._region):
             self._region.setRegion(tuple(ends))
 
-    def set_movable(self, movable: bool) -> None:
-        """Set whether the lines can be dragged."""
-        self._region.setMovable(movable)
-
-    def set_colours(self, colours: theme.Colours, font: QFont) -> None:
-        """Apply the colours of the theme."""
+    def _take_theme(self) -> None:
+        colours, font = theme.colours(self.palette()), self.font()
+        font.setPointSizeF(font.pointSizeF() * 0.85)
         self.setBackground(colours.background)
         self._curve.setPen(pg.mkPen(colours.muted))
         tint = QColor(colours.muted)
@@ -133,118 +129,9 @@ class Histogram(pg.PlotWidget):
             self._drag_timer.start()
 
 
-# The panel: histogram with draggable levels, range mode, numbers, lock, colour map.
-
 _DECIMALS = {"depth": 3, "signed": 2, "expected": 2}
 _LARGEST = 1e6
-
-
-class RangePanel(Themed, QWidget):
-    """Panel that shows one colour range and reports changes by the user.
-
-    Signals
-    -------
-    modeChosen(str)
-        One of `ranges.MODES`.
-    levelsSet(float, float)
-        The user typed a number or dragged a level.
-    mapChosen(str)
-        One of `colour_maps.DEPTH_MAPS`.
-    """
-
-    modeChosen = Signal(str)
-    levelsSet = Signal(float, float)
-    mapChosen = Signal(str)
-
-    def __init__(self, actions: Sequence[QAction]) -> None:
-        super().__init__()
-        self._kind = ""
-        self.histogram = Histogram()
-        self.histogram.levelsDragged.connect(self.levelsSet)
-        self.title = PlainLabel()
-        self.mode = combo(MODES, "How the range is computed: robust leaves out 1 % of the values at each end")
-        self.mode.setAccessibleName("Range mode")
-        self.mode.activated.connect(lambda _: self.modeChosen.emit(self.mode.currentData()))
-        self.low, self.high = (
-            self._number("Lower limit of the colour range"),
-            self._number("Upper limit of the colour range"),
-        )
-        self.map = combo({name: name.capitalize() for name in DEPTH_MAPS}, "Colour map of depth")
-        self.map.setAccessibleName("Colour map of depth")
-        self.map.activated.connect(lambda _: self.mapChosen.emit(self.map.currentData()))
-        self._nothing = PlainLabel(alignment=Qt.AlignmentFlag.AlignCenter, wordWrap=True)
-        self._pages = QStackedWidget()
-        self._pages.addWidget(self.histogram)
-        self._pages.addWidget(self._nothing)
-        buttons = map(command_button, actions)
-        top = lay_out(QHBoxLayout(), self.title, self.map, *buttons, stretched=self.title)
-        bottom = lay_out(QHBoxLayout(), self.mode, self.low, PlainLabel("\N{EN DASH}"), self.high, None)
-        lay_out(QVBoxLayout(self), top, self._pages, bottom, margins=(6, 4, 6, 4), spacing=4, stretched=self._pages)
-        self._take_theme()
-
-    def show_range(
-        self,
-        title: str,
-        kind: str,
-        values: NDArray[np.floating] | None,
-        levels: Levels,
-        one: Range,
-    ) -> None:
-        """Show the range of a kind (`ranges.KINDS`) over the values of a view."""
-        self._kind = kind
-        self._pages.setCurrentWidget(self.histogram)
-        self.title.setText(f"{title} [{KINDS[kind]}]")
-        self.histogram.set_scale(kind == "expected", kind == "signed")
-        self.histogram.show_values(values, levels)
-        self.histogram.set_movable(not one.locked)
-        self.mode.setCurrentIndex(self.mode.findData(one.mode))
-        for number, level in zip((self.low, self.high), levels, strict=True):
-            with QSignalBlocker(number):
-                number.setDecimals(_DECIMALS[kind])
-                number.setSuffix(f" {KINDS[kind]}")
-                number.setValue(level)
-        self._allow(True, one.locked)
-
-    def show_placeholder(self, title: str, reason: str) -> None:
-        """Show why there is no range."""
-        self._kind = ""
-        self.title.setText(title)
-        self._nothing.setText(reason)
-        self._pages.setCurrentWidget(self._nothing)
-        self._allow(False, False)
-
-    def show_map(self, name: str) -> None:
-        """Show the colour map of depth in use."""
-        self.map.setCurrentIndex(self.map.findData(name))
-
-    def _allow(self, there: bool, locked: bool) -> None:
-        for widget in (self.mode, self.low, self.high):
-            widget.setEnabled(there and not locked)
-        self.map.setVisible(self._kind in ("", "depth"))
-
-    def _type(self) -> None:
-        """Apply a typed number; in a range symmetric around 0, adapt the other one."""
-        low, high = self.low.value(), self.high.value()
-        if self._kind == "signed":
-            far = abs(low) if self.sender() is self.low else abs(high)
-            low, high = -far, far
-        if self._kind:
-            self.mode.setCurrentIndex(self.mode.findData(FIXED))
-            self.levelsSet.emit(low, high)
-
-    def _number(self, hint: str) -> QDoubleSpinBox:
-        number = QDoubleSpinBox(minimum=-_LARGEST, maximum=_LARGEST)
-        number.setKeyboardTracking(False)
-        number.setButtonSymbols(QDoubleSpinBox.ButtonSymbols.NoButtons)
-        number.setToolTip(hint)
-        number.setAccessibleName(hint)
-        number.valueChanged.connect(self._type)
-        return number
-
-    def _take_theme(self) -> None:
-        font = self.font()
-        font.setPointSizeF(font.pointSizeF() * 0.85)
-        self.histogram.set_colours(theme.colours(self.palette()), font)
+_NO_RANGE = "Click a view of depth, a difference or an error"
 
 
 _ROBUST = 1, 99
@@ -287,31 +174,80 @@ class ColourRange(Panel):
         context.refresh.add("range_lock", self._show_lock, Part.FRAME, also=(views.rangeChanged, views.shownChanged))
 
     @command("show_range", "Colour &range", icon="ph.chart-bar", keys="Ctrl+Shift+G")
-    def _show_range(self) -> None:
+    def _open(self) -> None:
         """Open the histogram of the shown values with the limits of the colour range."""
         self.reveal()
 
-    def make(self) -> RangePanel:
+    def make(self) -> QWidget:
         actions, views = self.context.actions, self.context.views
         for signal in (views.rangeChanged, views.shownChanged):
             signal.connect(self.redraw)
-        panel = RangePanel([actions["fit_range"], actions["lock_range"]])
-        panel.modeChosen.connect(self._set_mode)
-        panel.levelsSet.connect(self._set_levels)
-        panel.mapChosen.connect(self.context.views.ranges.set_depth_map)
-        self.panel = panel
+        self.kind = ""
+        """Kind of the range shown; "" for none."""
+        self.histogram = Histogram()
+        self.histogram.levelsDragged.connect(self._set_levels)
+        self.heading = PlainLabel()
+        self.mode = combo(MODES, "How the range is computed: robust leaves out 1 % of the values at each end")
+        self.mode.setAccessibleName("Range mode")
+        self.mode.activated.connect(lambda _: self._set_mode(self.mode.currentData()))
+        self.low, self.high = (self._number(f"{end} limit of the colour range") for end in ("Lower", "Upper"))
+        self.map = combo({name: name.capitalize() for name in DEPTH_MAPS}, "Colour map of depth")
+        self.map.setAccessibleName("Colour map of depth")
+        self.map.activated.connect(lambda _: views.ranges.set_depth_map(self.map.currentData()))
+        nothing = PlainLabel(_NO_RANGE, alignment=Qt.AlignmentFlag.AlignCenter, wordWrap=True)
+        self._pages = QStackedWidget()
+        self._pages.addWidget(self.histogram)
+        self._pages.addWidget(nothing)
+        buttons = (command_button(actions[name]) for name in ("fit_range", "lock_range"))
+        top = lay_out(QHBoxLayout(), self.heading, self.map, *buttons, stretched=self.heading)
+        bottom = lay_out(QHBoxLayout(), self.mode, self.low, PlainLabel("\N{EN DASH}"), self.high, None)
+        panel = QWidget()
+        lay_out(QVBoxLayout(panel), top, self._pages, bottom, margins=(6, 4, 6, 4), spacing=4, stretched=self._pages)
         return panel
 
+    def _number(self, hint: str) -> QDoubleSpinBox:
+        number = QDoubleSpinBox(minimum=-_LARGEST, maximum=_LARGEST)
+        number.setKeyboardTracking(False)
+        number.setButtonSymbols(QDoubleSpinBox.ButtonSymbols.NoButtons)
+        number.setToolTip(hint)
+        number.setAccessibleName(hint)
+        number.valueChanged.connect(lambda _: self._type(number))
+        return number
+
     def refresh(self, parts: Part) -> None:
-        """Show the range of the active view."""
-        ranges, cell = self.context.views.ranges, self.context.views.ranged
-        self.panel.show_map(ranges.depth_map)
-        if self._is_there() and cell.bar.levels is not None:
-            kind = cell.range_kind
-            values = cell.picture.values()
-            self.panel.show_range(cell.strip.title, kind, values, cell.bar.levels, ranges.of(kind))
-        else:
-            self.panel.show_placeholder(cell.strip.title, "Click a view of depth, a difference or an error")
+        """Show the range of the active view, or why there is none."""
+        ranges, cell, levels = self.context.views.ranges, self.context.views.ranged, None
+        self.map.setCurrentIndex(self.map.findData(ranges.depth_map))
+        if self._is_there():
+            levels = cell.bar.levels
+        self.kind = kind = "" if levels is None else cell.range_kind
+        self.heading.setText(f"{cell.strip.title} [{KINDS[kind]}]" if kind else cell.strip.title)
+        self._pages.setCurrentIndex(int(levels is None))
+        if levels is not None:
+            self._show_range(ranges.of(kind), levels)
+        for widget in (self.mode, self.low, self.high):
+            widget.setEnabled(bool(kind) and not ranges.of(kind).locked)
+        self.map.setVisible(kind in ("", "depth"))
+
+    def _show_range(self, one: Range, levels: Levels) -> None:
+        """Show the range of the present kind over the values of the view."""
+        self.histogram.show_values(self.context.views.ranged.picture.values(), levels, self.kind, one.locked)
+        self.mode.setCurrentIndex(self.mode.findData(one.mode))
+        for number, level in zip((self.low, self.high), levels, strict=True):
+            with QSignalBlocker(number):
+                number.setDecimals(_DECIMALS[self.kind])
+                number.setSuffix(f" {KINDS[self.kind]}")
+                number.setValue(level)
+
+    def _type(self, field: QDoubleSpinBox) -> None:
+        """Apply a typed number; in a range symmetric around 0, adapt the other one."""
+        low, high = self.low.value(), self.high.value()
+        if self.kind == "signed":
+            far = abs(field.value())
+            low, high = -far, far
+        if self.kind:
+            self.mode.setCurrentIndex(self.mode.findData(FIXED))
+            self._set_levels(low, high)
 
     def _is_there(self) -> bool:
         """Whether the active view has a range now."""

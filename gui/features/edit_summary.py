@@ -27,7 +27,7 @@ from ..state.parts import Part
 from ..state.workspace import Workspace
 from ..views.linked_views import LinkedViews
 from ..views.view_data import FormerState
-from ..widgets.basics import Themed
+from ..widgets.basics import Themed, lay_out
 from ..work.frame_runs import RunState
 from ..work.latest_request import LatestRequest
 from ..work.runs import RunController
@@ -81,9 +81,7 @@ class EditSummaryLine(Themed, QWidget):
             "absolute error, equal where the difference is smaller than its uncertainty (95 %). Expected error: an "
             "estimate. Hold Z to see the state before the edit."
         )
-        self.row = QHBoxLayout(self)
-        self.row.setContentsMargins(_MARGIN, 2, _MARGIN, 2)
-        self.row.addWidget(self.label, 1)
+        self.row = lay_out(QHBoxLayout(self), self.label, margins=(_MARGIN, 2, _MARGIN, 2), stretched=self.label)
         self._content: tuple[str, EditSummary | None, str] | None = None
         self._looks = False
         self._empty = ""

@@ -45,11 +45,11 @@ class GuideNetworksDialog(QDialog):
     use_requested = Signal(str)
     add_requested = Signal(str, str)
 
-    def __init__(self, parent: QWidget, has_frame: bool) -> None:
+    def __init__(self, parent: QWidget, has_frame: bool, requests: LatestRequest[Any, Any]) -> None:
         super().__init__(parent)
         self.setWindowTitle("Guide by network")
         self._has_frame = has_frame
-        self._requests: LatestRequest[Any, Any] | None = None
+        self._requests = requests
         self._cards: dict[str, GuideCard] = {}
         about = Message(lines=2)
         about.show_message(
@@ -62,6 +62,9 @@ class GuideNetworksDialog(QDialog):
         self.networks.currentItemChanged.connect(lambda *_: self._show_chosen())
         self.message = Message(lines=3)
         self.work = WorkRow("download", "what has come is kept, and Fetch continues")
+        self.work.follow(requests)
+        requests.begun.connect(self._allow)
+        requests.ended.connect(self._allow)
         self.fetch_button = QPushButton("&Fetch", autoDefault=False)
         self.use_button = QPushButton("&Use as guide", autoDefault=False)
         self.use_button.setToolTip("Predict a guide of the current frame by the selected network")
@@ -78,14 +81,6 @@ class GuideNetworksDialog(QDialog):
         stack(self, about, self.networks, self.message, chosen, self.work, ours, buttons, stretched=self.networks)
         give_size(self, 860, 460)
         self.show_networks()
-
-    def follow(self, requests: LatestRequest[Any, Any]) -> None:
-        """Show the progress of requests, cancel them by *Cancel*, and fetch nothing else meanwhile."""
-        self._requests = requests
-        self.work.follow(requests)
-        requests.begun.connect(self._allow)
-        requests.ended.connect(self._allow)
-        self._allow()
 
     def chosen(self) -> str:
         """The name of the selected network; "" for none."""
@@ -106,16 +101,12 @@ class GuideNetworksDialog(QDialog):
             if name == chosen or self.networks.currentItem() is None:
                 self.networks.setCurrentItem(item)
         for error in damaged_cards().values():
-            self.tell(error_text(error), "error")
-
-    def tell(self, text: str, tone: str = "text") -> None:
-        """Show a sentence about the selected network."""
-        self.message.show_message(text, tone)
+            self.message.show_message(error_text(error), "error")
 
     def _allow(self) -> None:
         card = self._cards.get(self.chosen())
         there = card is not None and guide_file(card.name) is not None
-        busy = self._requests is not None and self._requests.question is not None
+        busy = self._requests.question is not None
         self.fetch_button.setEnabled(card is not None and not there and bool(card.address) and not busy)
         self.use_button.setEnabled(there and self._has_frame)
         self.add_button.setEnabled(not busy)
@@ -130,7 +121,7 @@ class GuideNetworksDialog(QDialog):
         source = f" Fetch gets it from {urlsplit(card.address).hostname}." if card.address and not there else ""
         frame = " Open a frame to use it." if there and not self._has_frame else ""
         licence = f" of {card.maker}: licence {licence_text(card)}" if card.licence else ": a network of your own"
-        self.tell(f"{card.name}{licence}.{source}{frame}")
+        self.message.show_message(f"{card.name}{licence}.{source}{frame}", "text")
 
     def _use(self) -> None:
         self.use_requested.emit(self.chosen())

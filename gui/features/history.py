@@ -4,23 +4,12 @@ from __future__ import annotations
 
 from functools import partial
 
-from PySide6.QtGui import QKeySequence, QUndoGroup
-from PySide6.QtWidgets import QUndoView, QWidget
+from PySide6.QtGui import QKeySequence
+from PySide6.QtWidgets import QUndoView
 
 from ..base.commands import WHY_NOT, describe
 from ..widgets.docks import PanelGroup
 from .context import Context, Feature
-
-
-class HistoryView(QUndoView):
-    """The list of the frame's undo steps, oldest first, with the current state marked."""
-
-    def __init__(self, history: QUndoGroup, parent: QWidget | None = None) -> None:
-        super().__init__(history, parent)
-        self.setEmptyLabel("As opened")
-        self.setAccessibleName("History")
-        self.setToolTip("Click a step to go to the state after it")
-        self.setUniformItemSizes(True)
 
 
 class HistoryFeature(Feature):
@@ -40,5 +29,9 @@ class HistoryFeature(Feature):
             context.actions.adopt(name, action, icon)
             action.changed.connect(partial(describe, action))
             describe(action)
-        self.panel = HistoryView(history)
+        self.panel = QUndoView(history)  # the steps, oldest first, with the current state marked
+        self.panel.setEmptyLabel("As opened")
+        self.panel.setAccessibleName("History")
+        self.panel.setToolTip("Click a step to go to the state after it")
+        self.panel.setUniformItemSizes(True)
         context.panels.add("History", self.panel, PanelGroup.WORK, "ph.clock-counter-clockwise")

@@ -212,33 +212,25 @@ class LiveWindow(QDialog):
 
         names = ("Colour", "Depth, measured", "Depth, completed")
         self.pictures = {name: LivePicture(name) for name in names}
-        row = QHBoxLayout()
-        row.setSpacing(8)
-        for name, picture in self.pictures.items():
-            column = QVBoxLayout()
-            column.addWidget(picture, 1)
-            column.addWidget(PlainLabel(name))
-            row.addLayout(column, 1)
+        columns = tuple(
+            lay_out(QVBoxLayout(), picture, PlainLabel(name), stretched=picture)
+            for name, picture in self.pictures.items()
+        )
+        row = lay_out(QHBoxLayout(), *columns, spacing=8, stretched=columns)
         self.state = Message(lines=2)
         self.saver = Worker(self, must_finish=True)
         self.saver.finished.connect(self.frozen)
         self.saver.failed.connect(lambda error: self.state.show_message(error_text(error), "warning"))
-        self.freeze_button = QPushButton("&Freeze")
+        self.freeze_button = QPushButton("&Freeze", autoDefault=False)
         self.freeze_button.setToolTip("Open the frame shown here in the main window, to correct it")
-        self.record_button = QPushButton("&Record…")
+        self.record_button = QPushButton("&Record…", autoDefault=False)
         self.record_button.setToolTip("Record completed frames: a file *.mcap of ROS 2, or a folder")
-        self.play_button = QPushButton("&Stop")
+        self.play_button = QPushButton("&Stop", autoDefault=False)
         self.play_button.setToolTip("Stop playing, or play again from the start")
-        buttons = QHBoxLayout()
-        for button, handler in (
-            (self.freeze_button, self.freeze),
-            (self.record_button, self.toggle_recording),
-            (self.play_button, self.toggle),
-        ):
-            button.setAutoDefault(False)
-            button.clicked.connect(handler)
-            buttons.addWidget(button)
-        buttons.addStretch(1)
+        self.freeze_button.clicked.connect(self.freeze)
+        self.record_button.clicked.connect(self.toggle_recording)
+        self.play_button.clicked.connect(self.toggle)
+        buttons = lay_out(QHBoxLayout(), self.freeze_button, self.record_button, self.play_button, None)
         lay_out(QVBoxLayout(self), row, self.state, buttons, margins=(14, 14, 14, 14), spacing=10, stretched=row)
         give_size(self, 1100, 420)
 

@@ -81,7 +81,7 @@ class OnUseFeature(Feature):
         """Find a command by part of its name."""
         from .palette.palette import PaletteFeature
 
-        self.context.feature(PaletteFeature).toggle()
+        self.context.feature(PaletteFeature).palette.toggle()
 
     def _sweep(self) -> SweepFeature:
         from .sweep.feature import SweepFeature

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
-from PySide6.QtCore import QSignalBlocker, Qt, Signal
+from PySide6.QtCore import QSignalBlocker, Signal
 from PySide6.QtWidgets import (
     QCheckBox,
     QComboBox,
@@ -34,7 +34,7 @@ from ilf.errors import IlfError
 
 from ..base import theme
 from ..base.commands import command, commands_of
-from ..widgets.basics import PlainLabel, Themed, answers, lay_out, literal_text, menu_button
+from ..widgets.basics import Themed, answers, label_of, lay_out, literal_text, menu_button, open_once
 from ..widgets.file_choice import ask_path, choose_file, last_folder, remember_folder
 from .context import Context
 
@@ -52,8 +52,7 @@ class SavePresetDialog(QDialog):
         self.name.selectAll()
         self.with_extraction = QCheckBox("Include the parameters of the tab &Extraction")
         self.with_extraction.setToolTip("The preset then also sets the parameters of the extraction")
-        label = PlainLabel("&Name")
-        label.setBuddy(self.name)
+        label = label_of("&Name", self.name)
         buttons, self.save_button = answers(self, QDialogButtonBox.StandardButton.Save)
         self.name.textChanged.connect(self._allow)
         lay_out(QVBoxLayout(self), label, self.name, self.with_extraction, buttons, margins=(14, 14, 14, 14), spacing=8)
@@ -136,8 +135,7 @@ class PresetBox(Themed, QWidget):
         return shown
 
     def _take_theme(self) -> None:
-        if hasattr(self, "_menu_button"):
-            self._menu_button.setIcon(theme.icon("ph.dots-three-vertical", self.palette()))
+        self._menu_button.setIcon(theme.icon("ph.dots-three-vertical", self.palette()))
 
     def read(self) -> None:
         """Read all presets of the user, and list them below the built-in ones."""
@@ -196,7 +194,6 @@ class PresetBox(Themed, QWidget):
         """Save the parameters of the filter as a preset of your own."""
         present = self.present
         dialog = SavePresetDialog(present if present in self._own else "", self._context.window)
-        dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
 
         def take() -> None:
             name = dialog.name.text().strip().removesuffix(PRESET_SUFFIX)
@@ -204,8 +201,7 @@ class PresetBox(Themed, QWidget):
             if not there or self._may(f"A preset {name} exists already. Replace it?", "Save preset"):
                 self.save(name, dialog.with_extraction.isChecked(), replace=there)
 
-        dialog.accepted.connect(take)
-        dialog.open()
+        open_once(dialog, take)
 
     def _why_not_own(self) -> str:
         return "" if self.present in self._own else "Select a preset of your own first."

@@ -253,10 +253,6 @@ class QualityPanel(Panel):
         elif remedy is not None and remedy.locked != document.locked:
             self._ask_remedy(remedy.place, search)
 
-    def compute(self, request: _Search | _RemedySearch | _InvalidSearch) -> object:
-        """Answer a request."""
-        return request.answer()
-
     def take(self, request: _Search | _RemedySearch | _InvalidSearch, answer: object) -> None:
         """Show the places, the remedy or the suggestion."""
         if isinstance(request, _InvalidSearch):

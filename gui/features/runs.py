@@ -9,7 +9,7 @@ from PySide6.QtWidgets import QToolButton
 
 from ilf._runtime.formatting import counted
 
-from ..base.commands import Command, command, keys_text
+from ..base.commands import command, keys_text
 from ..base.needs import Need, sentence
 from ..state.document import Document
 from ..state.parts import Part
@@ -19,14 +19,6 @@ from .context import Context, Feature
 from .edit_summary import EditSummaryFeature
 
 _LIVE_KEY = "live"
-_LIVE = Command(
-    "live",
-    "&Live",
-    "Complete blocks again after each edit, and the selected block after each change of a filter parameter",
-    icon="ph.lightning",
-    keys="Ctrl+Shift+L",
-    checkable=True,
-)
 
 
 class RunsFeature(Feature):
@@ -39,10 +31,8 @@ class RunsFeature(Feature):
         self._waiting = WeakSet[Document]()
         """Frames that run once their blocks are extracted."""
         context.loader.busy_changed.connect(self._run_waiting)
-        context.actions.add((_LIVE,))
         self._pause, live = context.actions["pause"], context.actions["live"]
         live.setChecked(bool(QSettings().value(_LIVE_KEY, True, type=bool)))
-        live.toggled.connect(lambda on: QSettings().setValue(_LIVE_KEY, on))
         self.live = LiveSolver(workspace, runs, live)
         self._rest = QToolButton()
         self._rest.setFocusPolicy(Qt.FocusPolicy.NoFocus)
@@ -78,6 +68,11 @@ class RunsFeature(Feature):
     def shutdown(self) -> None:
         """Cancel all runs."""
         self._runs.shutdown()
+
+    @command("live", "&Live", icon="ph.lightning", keys="Ctrl+Shift+L", checkable=True)
+    def _remember_live(self, on: bool) -> None:
+        """Complete blocks again after each edit, and the selected block after each change of a filter parameter."""
+        QSettings().setValue(_LIVE_KEY, on)
 
     @command("run_all", "Run &all blocks", keys="Ctrl+F5", needs=Need.BLOCKS | Need.IDLE)
     def _run_all(self) -> None:

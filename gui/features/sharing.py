@@ -6,13 +6,13 @@ from enum import StrEnum
 
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QStandardItemModel
-from PySide6.QtWidgets import QComboBox, QHBoxLayout, QWidget
+from PySide6.QtWidgets import QHBoxLayout, QWidget
 
 from ilf._runtime.formatting import counted
 
 from ..base.commands import command, commands_of
 from ..base.needs import Need
-from ..widgets.basics import command_button, lay_out
+from ..widgets.basics import combo, command_button, lay_out
 from .context import Context
 
 
@@ -38,10 +38,9 @@ class SharingRow(QWidget):
     def __init__(self, context: Context) -> None:
         super().__init__()
         self._workspace, self._notes = context.workspace, context.notes
-        self.box = QComboBox()
-        self.box.setAccessibleName("Frames that the parameters apply to")
+        texts = {sharing: sharing.value for sharing in Sharing}
+        self.box = combo(texts, name="Frames that the parameters apply to")
         for number, sharing in enumerate(Sharing):
-            self.box.addItem(sharing.value, sharing)
             self.box.setItemData(number, _HINTS[sharing], Qt.ItemDataRole.ToolTipRole)
         self.box.activated.connect(lambda _: self.choose(Sharing(self.box.currentData())))
         row = lay_out(QHBoxLayout(self), self.box, spacing=2, stretched=self.box)

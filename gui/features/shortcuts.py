@@ -28,7 +28,7 @@ from ..base.commands import (
     plain,
     why_not,
 )
-from ..widgets.basics import Message, give_size, label_of, lay_out, row_list, stack
+from ..widgets.basics import Message, give_size, label_of, lay_out, open_once, row_list, stack
 from .context import Context, Feature
 from .palette.matching import match
 
@@ -219,7 +219,6 @@ class ShortcutsDialog(QDialog):
     def __init__(self, keymap: Keymap, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self.setWindowTitle("Keyboard shortcuts")
-        self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         give_size(self, 620, 560)
         self._keymap = keymap
         self._items: dict[str, QTreeWidgetItem] = {}
@@ -400,4 +399,4 @@ class ShortcutsFeature(Feature):
     def _ask(self) -> None:
         """Show the keyboard shortcuts and change them."""
         if self.keymap is not None:
-            ShortcutsDialog(self.keymap, self.context.window).open()
+            open_once(ShortcutsDialog(self.keymap, self.context.window))

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from ilf.segmentation.editing.patches import bounds
+
 from ..base.commands import command
 from ..base.needs import Need
 from ..views.shown_blocks import BLOCK_PARTS
@@ -56,8 +58,6 @@ class ViewsFeature(Feature):
     def zoom_to_blocks(self) -> None:
         """Zoom to the selected block."""
         document = self._workspace.current
-        rows, columns = np.nonzero(np.isin(document.labels, document.selected))
-        if rows.size:
-            self._views.zoom_to(
-                slice(int(rows.min()), int(rows.max()) + 1), slice(int(columns.min()), int(columns.max()) + 1)
-            )
+        box = bounds(np.isin(document.labels, document.selected))
+        if box is not None:
+            self._views.zoom_to(*box)

@@ -13,7 +13,7 @@ from datetime import datetime
 from pathlib import Path
 
 from ilf.errors import IlfError, InputError
-from ilf.project.archive import Parts
+from ilf.project.archive import Archive, Parts
 from ilf.project.frame_state import FrameState
 from ilf.project.project import Project
 from ilf.project.project_json import PROJECT, encode_project
@@ -67,6 +67,12 @@ class WorkStore:
         self.parts: Parts = _View(self.all_names, self.part)
         self.project: Parts | None = None
         self.places = Places()
+
+    def set_project(self, parts: Parts | None, places: Places) -> None:
+        """Take the parts of another project file, and the places of its frames' files; close the former one."""
+        former, self.project, self.places = self.project, parts, places
+        if isinstance(former, Archive):
+            former.close()
 
     # for readers
 

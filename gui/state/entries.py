@@ -124,6 +124,9 @@ class Entries(QObject):
     def __getitem__(self, row: int) -> Entry:
         return self._entries[row]
 
+    def __contains__(self, entry: Entry) -> bool:
+        return self._by_id.get(entry.id) is entry
+
     def __iter__(self) -> Iterator[Entry]:
         return iter(self._entries)
 

@@ -26,7 +26,7 @@ from ilf.segmentation.reextraction import made_by_hand
 
 from .block_counts import BlockCounts, BlockTally
 from .block_errors import BlockErrors
-from .results import FrameResults, Preview, Results, StoredBlockResult
+from .results import FrameResults, Preview, Results, StoredBlockResult, same_depth, same_layers, same_mask
 from .shown_depth import ShownDepth
 
 LARGEST_LABEL = 65535
@@ -162,6 +162,15 @@ class FrameData:
         """The runs of the history that are compared with the current result."""
         runs = {kept.number: kept for kept in self.state.runs}
         return [runs[number] for number in self.state.compared if number in runs]
+
+    def has_inputs_of(self, run: Run) -> bool:
+        """Whether blocks, drawn borders, known depth and additional depth are those of a run."""
+        return (
+            np.array_equal(self.labels, run.blocks.labels)
+            and same_mask(self.blocks.drawn, run.blocks.drawn)
+            and same_depth(self.blocks.by_hand, run.blocks.by_hand)
+            and same_layers(self.frame, run.frame)
+        )
 
     def run(self, common: Parameters, only: Collection[int] | None = None, extrapolate: bool = False) -> Run:
         """Return the run of the frame in its current state.

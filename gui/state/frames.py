@@ -56,6 +56,11 @@ class Frames(Changes):
         return self._shown is not None
 
     @property
+    def current_entry(self) -> Entry | None:
+        """The entry of the current document; None if no frame is open."""
+        return None if self._shown is None else self.entries.of(self._shown.id)
+
+    @property
     def chosen(self) -> int:
         """The first selected block of the current document; 0 for none."""
         return self.current.chosen if self.has_current else 0

@@ -257,6 +257,13 @@ def answers(
     return box, button
 
 
+def open_once(dialog: QDialog, accepted: Callable[[], object] = lambda: None) -> None:
+    """Open a dialog, which is deleted when it is closed; call `accepted` if the user accepts it."""
+    dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+    dialog.accepted.connect(accepted)
+    dialog.open()
+
+
 TEXT, TEXT_BESIDE_ICON = Qt.ToolButtonStyle.ToolButtonTextOnly, Qt.ToolButtonStyle.ToolButtonTextBesideIcon
 
 

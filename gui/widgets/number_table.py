@@ -85,7 +85,7 @@ class NumberTable(Themed, QTreeWidget):
         wanted = tuple(rows)
         if (wanted, empty) != (self.rows, self._empty):
             self.rows, self._empty = wanted, empty
-            self._fill()
+            self._take_theme()
 
     def chosen(self) -> list[int]:
         """Return the numbers of the selected rows."""
@@ -109,10 +109,6 @@ class NumberTable(Themed, QTreeWidget):
             paint_hint(self, self._empty)
 
     def _take_theme(self) -> None:
-        if hasattr(self, "rows"):
-            self._fill()
-
-    def _fill(self) -> None:
         selected = self.chosen()
         self.clear()
         for number, row in enumerate(self.rows):

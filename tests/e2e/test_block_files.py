@@ -34,6 +34,10 @@ def test_blocks_of_another_program_come_in_as_one_step_and_go_out_to_a_third(ope
 
     dialog = _dialog(opened)
     assert not dialog.load_button.isEnabled()
+    cv2.imwrite(str(tmp_path / "labels.png"), np.ones((10, 10), np.uint16))
+    _read(dialog, qtbot, tmp_path / "labels.png")
+    assert "10 x 10" in dialog.message.text()
+    assert not dialog.load_button.isEnabled()
     _read(dialog, qtbot, tmp_path / "drawn.json")
     assert dialog.message.text().startswith("2 blocks cover 12.2%")
     dialog.fill_gaps.setChecked(True)

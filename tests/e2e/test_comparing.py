@@ -202,10 +202,10 @@ def test_the_range_is_dragged_typed_and_locked_over_frames(opened, run_all, qtbo
     ranges = part(opened, ColourRange)
     assert isinstance(ranges, ColourRange)
     opened.actions_["show_range"].trigger()
-    panel, views = ranges.panel, opened.views
+    panel, views = ranges, opened.views
     opened.refresh.now()
-    assert panel.isVisible()
-    assert "Depth in [m]" in panel.title.text(), "the first view that has a range"
+    assert panel.visible
+    assert "Depth in [m]" in panel.heading.text(), "the first view that has a range"
     robust = views.ranges.depth
     assert panel.histogram.levels == pytest.approx(robust)
     panel.histogram._region.setRegion((1.2, 1.9))

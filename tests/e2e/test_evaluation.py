@@ -257,7 +257,7 @@ def test_a_sweep_shows_what_comes_and_a_click_takes_a_value(window, qtbot, frame
     qtbot.waitUntil(lambda: not shown.busy)
     cells = shown.pictures.rowCount() * shown.pictures.columnCount()
     assert len(shown.found.errors) == cells == 9  # with the present value among the second's
-    wanted = shown.found.values(0)
+    wanted = shown.found.points[0]
     shown.grid.taken.emit(0)
     assert document.blocks.own[label] == wanted
     assert set(wanted) == {"smoothness", "slope_weight"}

@@ -16,6 +16,7 @@ from gui.work.found_blocks import FoundBlocks, find
 from ilf import BlockParameters, RGBDFrame
 from ilf.drawing.blocks import block_overlay
 from ilf.errors import IlfError
+from ilf.io.block_files import read_blocks
 from ilf.segmentation.extraction import Extraction, extract
 from ilf.sources.frame_ref import FrameRef
 
@@ -171,7 +172,7 @@ def test_extract_keeps_a_block_made_by_hand_again_and_again(opened, qtbot, layou
 def test_a_loaded_map_is_all_by_hand_and_the_message_says_what_to_do(opened, qtbot, tmp_path):
     document, said = opened.workspace.current, _said(opened)
     cv2.imwrite(str(tmp_path / "labels.png"), np.full(document.frame.shape, 5, np.uint16))
-    opened.documents.load_blocks(str(tmp_path / "labels.png"))
+    document.replace_blocks(read_blocks(tmp_path / "labels.png", document.frame.shape).labels, "Load blocks")
     opened.actions_["extract"].trigger()
     _settle(opened, qtbot)
     assert (document.labels == 5).all()

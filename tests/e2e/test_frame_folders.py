@@ -132,21 +132,21 @@ def test_what_is_not_stored_or_runs_stays_open(listed, qtbot, monkeypatch):
     part = window.feature(FramesFeature)
     part.open_frames.max_open = 1
     told = []
-    monkeypatch.setattr(part.open_frames, "_settle", told.append)
+    monkeypatch.setattr(window.recorder, "flush", told.append)
     _go(window, qtbot)
     assert len(told) == 1
     told[0](OSError("disk full"))
     assert len(window.workspace.open) == 2, "it could not be stored"
-    monkeypatch.setattr(part.open_frames, "_is_stored", lambda id: False)
+    monkeypatch.setattr(window.recorder.store, "has", lambda id: False)
     told[0](None)
     assert len(window.workspace.open) == 2, "nothing is stored of it"
-    monkeypatch.setattr(part.open_frames, "_is_stored", lambda id: True)
+    monkeypatch.setattr(window.recorder.store, "has", lambda id: True)
     document = entries[0].document
     assert document is not None
     window.workspace.set_note(entries[0], "changed since")
     told[0](None)
     assert entries[0].document is document, "it has changed since"
-    monkeypatch.setattr(part.open_frames, "_is_busy", lambda one: True)
+    monkeypatch.setattr(part.open_frames, "is_busy", lambda one: True)
     part.open_frames.close_surplus()
     assert len(told) == 1, "what is at work is not even asked for"
 

@@ -206,7 +206,7 @@ def test_a_frame_stays_open_while_blocks_are_carried_to_it(listed, part, qtbot):
     workspace.show(first)
     window.feature(FramesFeature).open_frames.max_open = 1
     busy: list[bool] = []
-    part.propagator.changed.connect(lambda: busy.append(window.feature(FramesFeature).open_frames._is_busy(second)))
+    part.propagator.changed.connect(lambda: busy.append(window.feature(FramesFeature).open_frames.is_busy(second)))
     with qtbot.waitSignal(part.propagator.ended):
         part.propagate_through(1, replaces=True)
     assert busy == [False, True, False]

@@ -7,19 +7,17 @@ from dataclasses import dataclass, replace
 from datetime import datetime
 from typing import Self
 
-import numpy as np
-
 from ilf._runtime.formatting import counted
+from ilf._runtime.stepping import mapped_steps
 from ilf.data.parameters import PRESETS
 from ilf.data.presets import list_presets
-from ilf.evaluation.evaluation import Evaluated, Evaluation, Progress
-from ilf.evaluation.hold_out import HoldOutResult, HoldOutTest, comparison_steps, untrusted_note
+from ilf.evaluation.evaluation import Evaluated, Evaluation
+from ilf.evaluation.hold_out import HoldOutTest, comparison_steps, untrusted_note
 from ilf.evaluation.ties import Ties, find_ties
 from ilf.project.run_history import StoredRun
 from ilf.run.run import Run
 
 from ...state.document import Document
-from ...state.results import same_depth, same_mask
 from ...work.jobs import spare_cores
 
 CURRENT = "Current values"
@@ -85,15 +83,7 @@ class HoldOutOutcome:
 
     def is_valid_for(self, document: Document) -> bool:
         """Whether blocks and depth are unchanged since the test."""
-        run = self.present
-        return (
-            np.array_equal(document.labels, run.blocks.labels)
-            and same_mask(document.frame.invalid_mask, run.frame.invalid_mask)
-            and same_depth(document.frame.guide, run.frame.guide)
-            and same_depth(document.frame.neighbours, run.frame.neighbours)
-            and same_mask(document.blocks.drawn, run.blocks.drawn)
-            and same_depth(document.blocks.by_hand, run.blocks.by_hand)
-        )
+        return document.has_inputs_of(self.present)
 
     @property
     def current_result(self) -> CandidateResult | None:
@@ -155,7 +145,7 @@ def candidates(document: Document, present: Run) -> list[tuple[Candidate, bool]]
 def outcome_steps(request: HoldOutRequest) -> Generator[float, None, HoldOutOutcome]:
     """Test all candidates on the same hold-out; yields shares done. Called in a worker thread."""
     steps = comparison_steps([one.run for one in request.candidates], request.test, threads=spare_cores())
-    results = yield from _shares(steps)
+    results = yield from mapped_steps(steps, lambda step: step.share)
     # by the current blocks, also for a run with other blocks
     evaluated = [replace(found.evaluated, labels=request.present.blocks.labels) for found in results]
     tested = tuple(
@@ -166,15 +156,6 @@ def outcome_steps(request: HoldOutRequest) -> Generator[float, None, HoldOutOutc
     if len(evaluated) > 1:
         best |= {label: find_best([one.of_block(label) for one in evaluated]) for label in evaluated[0].blocks}
     return HoldOutOutcome(request.test, request.present, tested, best, datetime.now())
-
-
-def _shares(steps: Generator[Progress, None, list[HoldOutResult]]) -> Generator[float, None, list[HoldOutResult]]:
-    while True:
-        try:
-            yield next(steps).share
-        except StopIteration as end:
-            results: list[HoldOutResult] = end.value
-            return results
 
 
 def find_best(several: Sequence[Evaluated]) -> Ties | None:

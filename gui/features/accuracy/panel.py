@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from weakref import WeakKeyDictionary
 
-from PySide6.QtCore import QSignalBlocker, Qt, Signal
+from PySide6.QtCore import QSignalBlocker, Signal
 from PySide6.QtWidgets import QComboBox, QHBoxLayout, QTabWidget, QWidget
 
 from ilf.data.frame import RGBDFrame
@@ -14,7 +14,18 @@ from ...base.commands import command
 from ...base.needs import Need
 from ...state.document import Document
 from ...state.parts import Part
-from ...widgets.basics import TEXT, Message, PlainLabel, combo, command_button, label_of, lay_out, literal_text, page
+from ...widgets.basics import (
+    TEXT,
+    Message,
+    PlainLabel,
+    combo,
+    command_button,
+    label_of,
+    lay_out,
+    literal_text,
+    open_once,
+    page,
+)
 from ...widgets.docks import PanelGroup
 from ...widgets.number_table import NumberTable
 from ...work.latest_request import LatestRequest
@@ -74,7 +85,8 @@ class AccuracyPanel(Panel):
         super().__init__(context)
         self._evaluations = LatestRequest[EvaluationRequest, dict[str, AreaErrors]](Evaluator(), self)
         self._evaluations.answered.connect(self._show_errors)
-        self._evaluations.failed.connect(self._fail_to_evaluate)
+        about = "Evaluation against ground truth"
+        self._evaluations.failed.connect(lambda _, error: context.notes.report(about, error))
         self._reader = LatestRequest[GroundTruthSource, RGBDFrame](frame_with, self)
         self._requests.progressed.connect(self._cancel_closed)
         self._requests.ended.connect(self._end_test)
@@ -138,9 +150,7 @@ class AccuracyPanel(Panel):
         """Load the true depth of the frame, to evaluate results against it."""
         document = self.context.workspace.current
         dialog = GroundTruthDialog(document.frame, self._reader, self.context.window)
-        dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        dialog.accepted.connect(lambda: self._take_ground_truth(document, dialog.found()))
-        dialog.open()
+        open_once(dialog, lambda: self._take_ground_truth(document, dialog.found()))
 
     def _take_ground_truth(self, document: Document, frame: RGBDFrame) -> None:
         workspace = self.context.workspace
@@ -205,9 +215,6 @@ class AccuracyPanel(Panel):
         self.ground_truth_table.set_rows([], empty)
         self.pixels.setEnabled(False)
 
-    def _fail_to_evaluate(self, _: EvaluationRequest, error: Exception) -> None:
-        self.context.notes.report("Evaluation against ground truth", error)
-
     # hold-out test
 
     @command("hold_out_test", "&Hold-out test…", icon="ph.test-tube", needs=Need.FRAME)
@@ -222,11 +229,9 @@ class AccuracyPanel(Panel):
         document = self.context.workspace.current
         present = document.run(document.state.common)
         dialog = HoldOutDialog(document.name, candidates(document, present), self.context.window)
-        dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        dialog.accepted.connect(
-            lambda: self._test(HoldOutRequest(document, dialog.chosen(), present, dialog.hold_out.test()))
+        open_once(
+            dialog, lambda: self._test(HoldOutRequest(document, dialog.chosen(), present, dialog.hold_out.test()))
         )
-        dialog.open()
 
     def _test(self, request: HoldOutRequest) -> None:
         self._testing = request.document

@@ -156,7 +156,7 @@ class BlocksFeature(Panel):
             table.set_rows([])
             return
         document = workspace.current
-        table.set_error_source(document.block_errors.source)
+        table.blocks.error_source = document.block_errors.source
         table.set_rows(block_rows(document, self.context.runs.current))
         if table.selected() != [label for label in table.labels() if label in document.selected]:
             table.select(document.selected)

@@ -56,10 +56,10 @@ class BlockTable(Themed, QTableView):
         super().__init__(parent)
         self.hint = ""
         self._signals_blocked = False
-        self._model = BlockModel(self)
-        self._model.renamed.connect(self.renamed)
+        self.blocks = BlockModel(self)
+        self.blocks.renamed.connect(self.renamed)
         self._proxy = QSortFilterProxyModel(self)
-        self._proxy.setSourceModel(self._model)
+        self._proxy.setSourceModel(self.blocks)
         self._proxy.setSortRole(SORT_ROLE)
         self.setAccessibleName("Blocks")
         self.setModel(self._proxy)
@@ -72,11 +72,7 @@ class BlockTable(Themed, QTableView):
         `labelsSelected` is not emitted: the caller knows the removed rows.
         """
         with self._block_selection_signal():
-            self._model.set_rows(sorted(rows, key=lambda row: row.label))
-
-    def set_error_source(self, source: str) -> None:
-        """Set the reference of the errors ("the truth"); "" if there is none."""
-        self._model.error_source = source
+            self.blocks.set_rows(sorted(rows, key=lambda row: row.label))
 
     def select(self, labels: Iterable[int]) -> None:
         """Select these blocks and no others, and bring the first into view; `labelsSelected` is not emitted."""
@@ -102,13 +98,13 @@ class BlockTable(Themed, QTableView):
         return [self._row(self._proxy.index(row, 0)).label for row in rows]
 
     def _take_theme(self) -> None:
-        self._model.set_palette(self.palette())
+        self.blocks.set_palette(self.palette())
 
     def _indexes(self) -> list[QModelIndex]:
         return [self._proxy.index(row, Column.NAME) for row in range(self._proxy.rowCount())]
 
     def _row(self, index: QModelIndex) -> BlockRow:
-        return self._model.rows[self._proxy.mapToSource(index).row()]
+        return self.blocks.rows[self._proxy.mapToSource(index).row()]
 
     @contextmanager
     def _block_selection_signal(self) -> Iterator[None]:

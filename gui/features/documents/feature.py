@@ -7,8 +7,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import numpy as np
-from PySide6.QtCore import Qt, Signal
+from PySide6.QtCore import Signal
 from PySide6.QtGui import QPixmap
 from PySide6.QtWidgets import QFileDialog
 
@@ -27,7 +26,7 @@ from ...base.needs import Need
 from ...base.paths import sort_paths
 from ...state.document import Document
 from ...state.entries import Entry
-from ...state.results import same_depth, same_mask
+from ...widgets.basics import open_once
 from ...widgets.file_choice import save_folder
 from ...work.found_blocks import describe_blocks
 from ...work.latest_request import LatestRequest
@@ -153,7 +152,6 @@ class DocumentsFeature(Feature):
         dialog = OpenDialog(self._looks, self._window)
         if rgb is not None:
             dialog.set_files(rgb, depth)
-        dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
 
         def take() -> None:
             if dialog.kind in (Kind.PROJECT, Kind.RUN):
@@ -161,8 +159,7 @@ class DocumentsFeature(Feature):
             else:
                 self.open_source(dialog.request())
 
-        dialog.accepted.connect(take)
-        dialog.open()
+        open_once(dialog, take)
 
     # blocks
 
@@ -179,22 +176,7 @@ class DocumentsFeature(Feature):
 
         document, filling = self._workspace.current, self._workspace.parameters.extraction
         dialog = LoadBlocksDialog(document.frame, filling, self._block_questions, self._window)
-        dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        dialog.accepted.connect(lambda: self._take_blocks(dialog.found()))
-        dialog.open()
-
-    def load_blocks(self, path: str, fill_gaps: bool = False) -> None:
-        """Replace the blocks by those of a file or folder, as one undoable step; locked blocks stay."""
-        from .load_blocks import BlockSource, blocks_from
-
-        filling = self._workspace.parameters.extraction if fill_gaps else None
-        try:
-            blocks = blocks_from(BlockSource(self._workspace.current.frame, path, filling))
-        except IlfError as error:
-            self._notes.report("Load blocks", error)
-        else:
-            self._take_blocks(blocks)
-            self._notes.warn("Blocks loaded", blocks.notes)
+        open_once(dialog, lambda: self._take_blocks(dialog.found()))
 
     def _take_blocks(self, blocks: LoadedBlocks) -> None:
         self._workspace.current.replace_blocks(blocks.labels, "Load blocks", blocks.names)
@@ -238,7 +220,7 @@ class DocumentsFeature(Feature):
 
         It asks about unsaved work; a saved frame stays in the list.
         """
-        entry = self._workspace.entries.of(self._workspace.current.id)
+        entry = self._workspace.current_entry
         if entry is not None:
             self.leave([entry], lambda: self.close(entry))
 
@@ -304,16 +286,7 @@ class DocumentsFeature(Feature):
 def _is_recorded_run(document: Document, recorded: Run, completion: Completion) -> bool:
     """Whether the completion is of the recorded run: the same blocks with drawn borders, depth by hand, invalid mask,
     guide, depth of neighbours and parameters."""
-    if document.extrapolated != recorded.extrapolate or not np.array_equal(document.labels, recorded.blocks.labels):
-        return False
-    drawn, invalid_mask = document.blocks.drawn, document.frame.invalid_mask
-    if not (same_mask(drawn, recorded.blocks.drawn) and same_mask(invalid_mask, recorded.frame.invalid_mask)):
-        return False
-    if not same_depth(document.frame.neighbours, recorded.frame.neighbours):
-        return False
-    if not same_depth(document.frame.guide, recorded.frame.guide):
-        return False
-    if not same_depth(document.blocks.by_hand, recorded.blocks.by_hand):
+    if document.extrapolated != recorded.extrapolate or not document.has_inputs_of(recorded):
         return False
     return set(completion.results) == (recorded.only or frozenset()) and all(
         result.parameters == recorded.parameters_of(label) for label, result in completion.results.items()

@@ -129,13 +129,8 @@ class PreviewDialog(QDialog, Generic[Source, Found]):
         self.preview = Preview(shown)
         self.message = Message(lines=5)
         buttons, self.load_button = answers(self, QDialogButtonBox.StandardButton.Open, "Load")
-        self._column = QVBoxLayout(self)
-        self._column.setContentsMargins(14, 14, 14, 14)
-        self._column.setSpacing(12)
         seen = lay_out(QHBoxLayout(), self.preview, self.message, spacing=12, stretched=self.message)
-        self._column.addLayout(seen)
-        self._column.addStretch(1)
-        self._column.addWidget(buttons)
+        self._column = lay_out(QVBoxLayout(self), seen, None, buttons, margins=(14, 14, 14, 14), spacing=12)
 
     def source(self, path: str) -> Source:
         """Return the source of a path; InputError if another input of the dialog is wrong."""

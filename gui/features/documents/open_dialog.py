@@ -160,11 +160,10 @@ class OpenDialog(QDialog):
             "Correct the lens distortion that the file states, of colour and depth: the camera of the frame and of all "
             "results is that of the corrected images."
         )
-        self.view = QComboBox()
-        self.view.addItems([*_VIEWS])
-        self.view.setToolTip(
+        self.view = combo(
+            [*_VIEWS],
             "The camera in whose pixels images that are not registered are completed. In the depth camera's, colour is "
-            "brought to depth, and is black where it sees nothing; depth is aligned to colour after completion."
+            "brought to depth, and is black where it sees nothing; depth is aligned to colour after completion.",
         )
         self.message = Message(lines=5)
         self.apply_button = QPushButton("Apply suggestion", autoDefault=False)

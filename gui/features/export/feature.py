@@ -139,8 +139,7 @@ class ExportFeature(Feature):
         workspace = self.context.workspace
         entries = list(workspace.entries)
         if scope == THIS:
-            present = workspace.entries.of(workspace.current.id) if workspace.has_current else None
-            return [] if present is None else [present]
+            return [] if workspace.current_entry is None else [workspace.current_entry]
         if scope == SELECTED:
             chosen = {entry.id for entry in self.context.feature(FramesFeature).panel.view.chosen()}
             return [entry for entry in entries if entry.id in chosen]

@@ -28,7 +28,7 @@ from ilf.run.options import WORLD, ExportOptions
 from ilf.run.run import Run
 from ilf.run.writing import filenames
 
-from ...widgets.basics import Message, combo, form, group, literal_text, typed_list
+from ...widgets.basics import Message, combo, form, group, lay_out, literal_text, typed_list
 
 _OPTIONS_KEY = "export/options"
 _UNITS_KEY = "export/png_units"
@@ -201,10 +201,7 @@ class FilesForm(QWidget):
 
     def _lay_out(self) -> None:
         depth_box, depth = group("Completed depth")
-        png = QHBoxLayout()
-        png.addWidget(self.depth_png)
-        png.addWidget(self.png_units, 1)
-        depth.addLayout(png)
+        depth.addLayout(lay_out(QHBoxLayout(), self.depth_png, self.png_units, stretched=self.png_units))
         of_group = {
             group: [box for name, box in self.exports.items() if FORMATS[name].group == group]
             for group in (DEPTH, BLOCKS, CAMERA)
@@ -227,16 +224,9 @@ class FilesForm(QWidget):
             others.addWidget(box)
         camera_box, camera = group("Camera")
         _add_in_pairs(camera, of_group[CAMERA])
-        columns = QHBoxLayout(self)
-        columns.setContentsMargins(10, 10, 10, 10)
-        columns.setSpacing(12)
-        for boxes in ((depth_box, others_box), (cloud_box, camera_box)):
-            column = QVBoxLayout()
-            column.setSpacing(12)
-            for titled in boxes:
-                column.addWidget(titled)
-            column.addStretch(1)
-            columns.addLayout(column, 1)
+        left = lay_out(QVBoxLayout(), depth_box, others_box, None, spacing=12)
+        right = lay_out(QVBoxLayout(), cloud_box, camera_box, None, spacing=12)
+        lay_out(QHBoxLayout(self), left, right, margins=(10, 10, 10, 10), spacing=12, stretched=(left, right))
 
     def _update(self) -> None:
         """Update what depends on the choice."""

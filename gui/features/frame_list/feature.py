@@ -20,7 +20,6 @@ from ...base import theme
 from ...base.commands import command
 from ...base.needs import Need
 from ...project.store import WorkStore
-from ...state.document import Document
 from ...state.entries import Entry
 from ...state.parts import Part
 from ...widgets.docks import PanelGroup
@@ -52,9 +51,7 @@ class FramesFeature(Panel):
         store, loader, workspace = context.recorder.store, context.loader, context.workspace
         loader.stored = store
         self.panel.thumbnails.stored = partial(_stored_picture, store)
-        self.open_frames = OpenFrameLimiter(
-            workspace, self._is_busy, loader.is_postponed, store.has, context.recorder.flush, self
-        )
+        self.open_frames = OpenFrameLimiter(context)
         workspace.on(Part.FRAME, self._forget_wanted)
         self._connect_list()
 
@@ -88,21 +85,12 @@ class FramesFeature(Panel):
         panel.view.customContextMenuRequested.connect(self._show_menu)
         context.loader.listed.connect(self._tell_listed)
 
-    def _is_busy(self, document: Document) -> bool:
-        """Whether work on a frame is in progress."""
-        context = self.context
-        return (
-            document in context.runs.running
-            or context.loader.is_extracting(document)
-            or any(way.document is document for way in context.pending_work())
-        )
-
     # display
 
     def refresh(self, parts: Part) -> None:
         """Show the frames, their states and which is the current one."""
         self.panel.show_several(len(self.context.workspace.entries) > 1)
-        if self.panel.shows_filter:
+        if self.panel.filter_row.isVisible():
             self.panel.show_counts(counts(self.context.workspace.entries))
         self._show_list()
 
@@ -124,10 +112,7 @@ class FramesFeature(Panel):
         self._show_list()
 
     def _present(self) -> Entry | None:
-        if self._played is not None:
-            return self._played
-        workspace = self.context.workspace
-        return workspace.entries.of(workspace.current.id) if workspace.has_current else None
+        return self._played or self.context.workspace.current_entry
 
     def _forget_wanted(self) -> None:
         self._wanted = None

@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 from PySide6.QtCore import QObject, QSettings
 
 from ...state.document import Document
 from ...state.parts import Part
-from ...state.workspace import Workspace
+from ..context import Context
 
 MAX_OPEN_FRAMES = 8
 _KEY = "frames/most_open"
-
-Then = Callable[[Exception | None], None]
 
 
 class OpenFrameLimiter(QObject):
@@ -21,39 +19,15 @@ class OpenFrameLimiter(QObject):
 
     A frame is closed only if its current state is stored, or if nothing has been done to it; never while it is shown
     or running.
-
-    Parameters
-    ----------
-    workspace : Workspace
-    is_busy : callable
-        Returns whether work on a document is in progress.
-    is_left : callable
-        Returns whether another frame was shown before a document had blocks, so that there is nothing to store.
-    is_stored : callable
-        Returns whether a state of the frame with an id is stored.
-    flush : callable
-        Stores all changes, then calls its argument: with None on success, or with the exception.
     """
 
-    def __init__(
-        self,
-        workspace: Workspace,
-        is_busy: Callable[[Document], bool],
-        is_left: Callable[[Document], bool],
-        is_stored: Callable[[str], bool],
-        flush: Callable[[Then], None],
-        parent: QObject | None = None,
-    ) -> None:
-        super().__init__(parent)
+    def __init__(self, context: Context) -> None:
+        super().__init__(context.window)
         self.max_open = max(int(str(QSettings().value(_KEY, MAX_OPEN_FRAMES, int))), 0) or MAX_OPEN_FRAMES
-        self._workspace = workspace
-        self._is_busy = is_busy
-        self._is_left = is_left
-        self._is_stored = is_stored
-        self._settle = flush
+        self._context, self._workspace = context, context.workspace
         self._recently_shown: list[Document] = []
         """In the order in which they were shown; the current one is the last."""
-        workspace.on(Part.FRAME | Part.LIST, self._tidy)
+        context.workspace.on(Part.FRAME | Part.LIST, self._tidy)
 
     def _tidy(self) -> None:
         """Note which frame is shown, and forget closed ones. Close surplus frames after another one is shown, and after
@@ -67,11 +41,20 @@ class OpenFrameLimiter(QObject):
     def close_surplus(self) -> None:
         """Close surplus frames as far as possible."""
         for document in self._surplus():
-            if self._is_left(document) and not document.unsaved and not document.counts():
+            if self._context.loader.is_postponed(document) and not document.unsaved and not document.counts():
                 self._workspace.unload(document, stored=False)
         going = [(document, document.stamp) for document in self._surplus()]
         if going:
-            self._settle(lambda error: self._put_away(going) if error is None else None)
+            self._context.recorder.flush(lambda error: self._put_away(going) if error is None else None)
+
+    def is_busy(self, document: Document) -> bool:
+        """Whether work on a frame is in progress."""
+        context = self._context
+        return (
+            document in context.runs.running
+            or context.loader.is_extracting(document)
+            or any(way.document is document for way in context.pending_work())
+        )
 
     def _surplus(self) -> list[Document]:
         """Return the frames beyond the maximum number, the least recently shown first."""
@@ -80,7 +63,7 @@ class OpenFrameLimiter(QObject):
         idle = [
             document
             for document in (*never, *self._recently_shown)
-            if document in documents and not self._workspace.is_shown(document) and not self._is_busy(document)
+            if document in documents and not self._workspace.is_shown(document) and not self.is_busy(document)
         ]
         return idle[: max(len(documents) - self.max_open, 0)]
 
@@ -88,5 +71,5 @@ class OpenFrameLimiter(QObject):
         """Close the stored frames that have not changed since."""
         still = self._surplus()
         for document, stamp in going:
-            if document in still and document.stamp == stamp and self._is_stored(document.id):
+            if document in still and document.stamp == stamp and self._context.recorder.store.has(document.id):
                 self._workspace.unload(document)

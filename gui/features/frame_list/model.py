@@ -34,9 +34,9 @@ def state_line(entry: Entry) -> str:
     summary = entry.summary
     parts = [STAGE_WORDS[summary.stage]]
     if summary.completed:
-        parts.append(f"{summary.completed} of {_blocks(summary.blocks)}")
+        parts.append(f"{summary.completed} of {counted(summary.blocks, 'block')}")
     elif summary.blocks:
-        parts.append(_blocks(summary.blocks))
+        parts.append(counted(summary.blocks, "block"))
     parts += [f"{summary.to_check} to check"] * bool(summary.to_check) + ["done"] * summary.done
     return ", ".join(parts)
 
@@ -70,10 +70,6 @@ def tooltip_text(entry: Entry) -> str:
         entry.key,
     )
     return "\n".join(filter(None, lines))
-
-
-def _blocks(count: int) -> str:
-    return counted(count, "block")
 
 
 Index = QModelIndex | QPersistentModelIndex

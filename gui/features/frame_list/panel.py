@@ -227,12 +227,9 @@ class FramesPanel(QWidget):
             spacing=6,
             stretched=(self.text, self.state),
         )
-        self._parts = layout = QBoxLayout(QBoxLayout.Direction.TopToBottom, self)
-        layout.setContentsMargins(0, 0, 0, 0)
-        layout.setSpacing(0)
-        layout.addWidget(self.filter_row)
-        layout.addWidget(self.view, 2)
-        layout.addWidget(self.note)
+        self._parts = QBoxLayout(QBoxLayout.Direction.TopToBottom, self)
+        lay_out(self._parts, self.filter_row, self.view, self.note, spacing=0)
+        self._parts.setStretchFactor(self.view, 2)
 
     def set_bar(self, height: int) -> None:
         """Show only a strip of this height [px], no wider than its thumbnails; 0 for the whole panel."""
@@ -265,11 +262,6 @@ class FramesPanel(QWidget):
         """Show the number of frames in each state."""
         for row, (state, text) in enumerate(STATES.items()):
             self.state.setItemText(row, f"{text} ({counts.get(state, 0)})")
-
-    @property
-    def shows_filter(self) -> bool:
-        """Whether the filter is visible, with the number of frames in each state."""
-        return self.filter_row.isVisible()
 
     def show_several(self, several: bool) -> None:
         """Show the filter if the list has several frames."""

@@ -5,8 +5,9 @@ from __future__ import annotations
 from PySide6.QtCore import QEvent, QObject, QSettings
 from PySide6.QtWidgets import QVBoxLayout, QWidget
 
-from ...base.commands import Command
+from ...base.commands import command, commands_of
 from ...state.parts import Part
+from ...widgets.basics import lay_out
 from ..context import Context
 from ..edit_summary import EditSummaryFeature
 from .panel import FramesPanel
@@ -15,14 +16,6 @@ _HEIGHT_SHARE = 0.0375
 _HEIGHTS = 30, 60
 """Height of the strip: share of the window's height, minimum and maximum [px]."""
 _KEY = "frames/film_strip"
-_COMMAND = Command(
-    "film_strip",
-    "Film &strip",
-    "Show the frames under the images while there are several and their panel is closed; the bar has the colour of the "
-    "state",
-    icon="ph.film-strip",
-    checkable=True,
-)
 
 
 class FramesPlace(QObject):
@@ -40,17 +33,13 @@ class FramesPlace(QObject):
         super().__init__(context.window)
         self._context, self._panel = context, panel
         self.dock, self.bar = QWidget(), QWidget()
-        self._in_dock, self._in_bar = QVBoxLayout(self.dock), QVBoxLayout(self.bar)
-        for layout in (self._in_dock, self._in_bar):
-            layout.setContentsMargins(0, 0, 0, 0)
-        self._in_bar.addWidget(panel)
+        self._in_dock, self._in_bar = lay_out(QVBoxLayout(self.dock)), lay_out(QVBoxLayout(self.bar), panel)
         self.bar.hide()
         context.centre.add_before(context.feature(EditSummaryFeature).line, self.bar)
-        context.actions.add((_COMMAND,))
+        context.actions.add(commands_of(self))
         self._on = context.actions["film_strip"]
         stored = QSettings().value(_KEY, True, bool) if context.panels.persistent else True
         self._on.setChecked(stored is True)
-        self._on.toggled.connect(self._keep)
         context.refresh.add("film strip", self.update, Part.LIST, also=(self._on.toggled,))
         self.dock.installEventFilter(self)
 
@@ -76,6 +65,9 @@ class FramesPlace(QObject):
             self.update()
         return False
 
+    @command("film_strip", "Film &strip", icon="ph.film-strip", checkable=True)
     def _keep(self, on: bool) -> None:
+        """Show the frames under the images while there are several and their panel is closed; the bar has the colour of
+        the state."""
         if self._context.panels.persistent:
             QSettings().setValue(_KEY, on)

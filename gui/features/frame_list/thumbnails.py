@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections import OrderedDict
 from collections.abc import Callable, Generator
 from contextlib import suppress
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -96,15 +95,6 @@ _MAX_PENDING = 60
 """Maximum number of pending requests; older ones have been scrolled out of view."""
 
 
-@dataclass(frozen=True, eq=False)
-class _Request:
-    """Request for a thumbnail: of an open frame's colour image, or of its files."""
-
-    id: str
-    rgb: NDArray[np.uint8] | None
-    source: FrameRef | None
-
-
 class Thumbnails(QObject):
     """Thumbnails by entry.
 
@@ -126,7 +116,8 @@ class Thumbnails(QObject):
         super().__init__(parent)
         self.stored: Callable[[str], bytes | None] | None = None
         self._made: OrderedDict[str, QPixmap] = OrderedDict()
-        self._pending: OrderedDict[str, _Request] = OrderedDict()
+        self._pending: OrderedDict[str, tuple[NDArray[np.uint8] | None, FrameRef | None]] = OrderedDict()
+        """Id of a frame -> its colour image if it is open, and its files."""
         self._asked: set[str] = set()
         """Ids of pending thumbnails and of those being made."""
         self._worker = Worker(self)
@@ -147,7 +138,7 @@ class Thumbnails(QObject):
         elif entry.id not in self._asked:
             self._asked.add(entry.id)
             rgb = None if entry.document is None else entry.document.frame.rgb
-            self._pending[entry.id] = _Request(entry.id, rgb, entry.source)
+            self._pending[entry.id] = rgb, entry.source
             if len(self._pending) > _MAX_PENDING:
                 self._asked.discard(self._pending.popitem(last=False)[0])
             self._start()
@@ -161,20 +152,20 @@ class Thumbnails(QObject):
         """Make the requested thumbnails, the latest request first: its row is visible."""
         while True:
             try:
-                _, request = self._pending.popitem()
+                id, (rgb, source) = self._pending.popitem()
             except KeyError:
                 return
-            yield request.id, self._picture(request)
+            yield id, self._picture(id, rgb, source)
 
-    def _picture(self, request: _Request) -> QImage:
+    def _picture(self, id: str, rgb: NDArray[np.uint8] | None, source: FrameRef | None) -> QImage:
         try:
-            if request.rgb is not None:
-                return rgb_image(thumbnail_of(request.rgb))
-            stored = self.stored(request.id) if self.stored is not None else None
+            if rgb is not None:
+                return rgb_image(thumbnail_of(rgb))
+            stored = self.stored(id) if self.stored is not None else None
             if stored is not None:
                 with suppress(FormatError):
                     return rgb_image(stored_thumbnail(stored))
-            return QImage() if request.source is None else rgb_image(read_thumbnail(request.source))
+            return QImage() if source is None else rgb_image(read_thumbnail(source))
         except (IlfError, OSError, cv2.error):
             return QImage()
 

@@ -137,8 +137,6 @@ class ProfilePage(Themed, QWidget):
         return entries
 
     def _take_theme(self) -> None:
-        if not hasattr(self, "_pages"):
-            return
         small = QFont(self.font())
         small.setPointSizeF(small.pointSizeF() * 0.85)
         tabular = QFont(self.font())

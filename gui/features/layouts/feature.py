@@ -6,13 +6,14 @@ import contextlib
 from collections.abc import Callable, Iterator
 from functools import partial
 
-from PySide6.QtCore import QSettings, Qt
+from PySide6.QtCore import QSettings
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QInputDialog
 
 from ...base.commands import Actions, Command, command, describe
 from ...views.layouts import CORRECT as CORRECT_VIEWS
 from ...views.layouts import LAYOUTS
+from ...widgets.basics import open_once
 from ..context import Context, Feature
 from ..menus import insert_menu
 from ..views import ViewsFeature
@@ -197,12 +198,11 @@ class LayoutsFeature(Feature):
 
     def _ask(self, title: str, label: str, proposed: str, then: Callable[[str], bool]) -> None:
         dialog = QInputDialog(self.context.window)
-        dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         dialog.setWindowTitle(title)
         dialog.setLabelText(label)
         dialog.setTextValue(proposed)
         dialog.textValueSelected.connect(then)
-        dialog.open()
+        open_once(dialog)
 
     # implementation
 

@@ -30,9 +30,7 @@ class LayoutBar(Themed, QWidget):
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
-        self._row = QHBoxLayout(self)
-        self._row.setContentsMargins(0, 0, 0, 0)
-        self._row.setSpacing(_SPACING)
+        self._row = lay_out(QHBoxLayout(self), spacing=_SPACING)
         self._buttons: dict[QAction, QToolButton] = {}
         self._take_theme()
 

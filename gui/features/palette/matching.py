@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable
+from dataclasses import dataclass
 from typing import NamedTuple
 
 from PySide6.QtCore import QSettings
@@ -114,7 +115,8 @@ _DISABLED = -8.0
 """Penalty for a disabled command."""
 
 
-class Offer(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class Offer:
     """A command, and the positions of the matched letters in its text."""
 
     entry: ActionEntry

@@ -5,10 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from html import escape
 from itertools import groupby
-from typing import Any
 
 from PySide6.QtCore import (
-    QAbstractListModel,
     QEvent,
     QModelIndex,
     QObject,
@@ -24,7 +22,8 @@ from PySide6.QtWidgets import (
     QApplication,
     QFrame,
     QLineEdit,
-    QListView,
+    QListWidget,
+    QListWidgetItem,
     QMainWindow,
     QStyle,
     QStyledItemDelegate,
@@ -118,22 +117,20 @@ class CommandPalette(Themed, QFrame):
         self._recent = RecentCommands(persistent)
         self._entries: list[ActionEntry] = []
         self._before: QWidget | None = None
-        self.field = _Field(self)
-        self.field.setPlaceholderText("Type a command")
+        self.field = QLineEdit(placeholderText="Type a command", clearButtonEnabled=True)
+        self.field.installEventFilter(self)
         self.field.setAccessibleName("Command")
         self.field.setToolTip("Letters of a command; Up and Down select, Enter runs it")
         self.field.textChanged.connect(self._offer)
-        self._model = _Offers(self)
-        self.list = QListView()
-        self.list.setModel(self._model)
+        self.list = QListWidget()
         self.list.setItemDelegate(OfferDelegate(self.list))
         self.list.setUniformItemSizes(True)
-        self.list.setFrameShape(QListView.Shape.NoFrame)
+        self.list.setFrameShape(QListWidget.Shape.NoFrame)
         self.list.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         self.list.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.list.setAccessibleName("Commands")
-        self.list.clicked.connect(self._run_command)
-        self.list.selectionModel().currentChanged.connect(self._explain)
+        self.list.itemClicked.connect(lambda _: self._run_command())
+        self.list.currentItemChanged.connect(lambda *_: self._explain())
         self.hint = PlainLabel()
         self.hint.setWordWrap(True)
         self.hint.setMargin(4)
@@ -166,45 +163,58 @@ class CommandPalette(Themed, QFrame):
 
     def offered(self) -> list[Offer]:
         """Return the listed commands."""
-        return self._model.offers
+        return [self.list.item(row).data(OFFER_ROLE) for row in range(self.list.count())]
 
-    def key(self, event: QKeyEvent) -> None:
-        """Handle a key that selects or runs a command, or closes the palette."""
-        if event.key() == Qt.Key.Key_Escape:
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        """Take the keys of the list from the field, before shortcuts of the window; close when the focus leaves it."""
+        if isinstance(event, QKeyEvent) and event.key() in _KEYS:
+            event.accept()
+            if event.type() == QEvent.Type.KeyPress:
+                self._take_key(Qt.Key(event.key()))
+            return True
+        by_window = Qt.FocusReason.ActiveWindowFocusReason
+        if isinstance(event, QFocusEvent) and event.lostFocus() and event.reason() != by_window:
             self.leave()
-        elif event.key() in _MOVES:
-            self._move(Qt.Key(event.key()))
+        return False
+
+    def _take_key(self, key: Qt.Key) -> None:
+        if key == Qt.Key.Key_Escape:
+            self.leave()
+        elif key in _MOVES:
+            self._move(key)
         else:
-            self._run_command(self.list.currentIndex())
+            self._run_command()
 
     def _offer(self) -> None:
-        self._model.set_offers(offers(self._entries, self.field.text(), self._recent))
-        first = self._model.index(0)
-        self.list.setCurrentIndex(first)
-        self.list.scrollToTop()
-        self._explain(first)
+        self.list.clear()
+        for offer in offers(self._entries, self.field.text(), self._recent):
+            item = QListWidgetItem(offer.entry.text, self.list)
+            item.setData(OFFER_ROLE, offer)
+            item.setData(Qt.ItemDataRole.AccessibleDescriptionRole, offer.entry.why_not or offer.entry.keys)
+        self.list.setCurrentRow(0)
+        self._explain()
 
     def _move(self, key: Qt.Key) -> None:
-        count = self._model.rowCount()
+        count, row = self.list.count(), self.list.currentRow()
         if not count:
             return
-        row = self.list.currentIndex().row()
         step = {Qt.Key.Key_Up: -1, Qt.Key.Key_Down: 1, Qt.Key.Key_PageUp: -_ROWS, Qt.Key.Key_PageDown: _ROWS}[key]
         row = (row + step) % count if abs(step) == 1 else min(max(row + step, 0), count - 1)
-        self.list.setCurrentIndex(self._model.index(row))
+        self.list.setCurrentRow(row)
 
-    def _explain(self, index: QModelIndex) -> None:
-        offer = index.data(OFFER_ROLE)
-        if offer is None:
+    def _explain(self) -> None:
+        item = self.list.currentItem()
+        if item is None:
             self.hint.setText("No command matches.")
             return
-        entry = offer.entry
+        entry = item.data(OFFER_ROLE).entry
         self.hint.setText(" ".join(filter(None, (entry.why_not, entry.hint))))
 
-    def _run_command(self, index: QModelIndex) -> None:
-        if not index.isValid():
+    def _run_command(self) -> None:
+        item = self.list.currentItem()
+        if item is None:
             return
-        key = self._model.offers[index.row()].entry.key
+        key = item.data(OFFER_ROLE).entry.key
         entry = next((entry for entry in action_entries(self._window) if entry.key == key), None)
         if entry is None or entry.why_not:
             return
@@ -214,7 +224,7 @@ class CommandPalette(Themed, QFrame):
 
     def _place(self) -> None:
         width = min(_WIDTH, self._window.width() - 40)
-        row = self.list.sizeHintForRow(0) if self._model.rowCount() else 28
+        row = self.list.sizeHintForRow(0) if self.list.count() else 28
         self.list.setFixedHeight(min(_ROWS * row, self._window.height() - 2 * _TOP - 100))
         self.hint.setFixedHeight(2 * self.fontMetrics().lineSpacing() + 2 * self.hint.margin())
         self.setFixedWidth(width)
@@ -231,56 +241,6 @@ class CommandPalette(Themed, QFrame):
             self.setStyleSheet(sheet)
 
 
-class _Field(QLineEdit):
-    """Field that passes the keys of the list to the palette, before shortcuts of the window."""
-
-    def __init__(self, palette: CommandPalette) -> None:
-        super().__init__(palette)
-        self._owner = palette
-        self.setClearButtonEnabled(True)
-
-    def event(self, event: QEvent) -> bool:
-        if event.type() == QEvent.Type.ShortcutOverride and isinstance(event, QKeyEvent) and event.key() in _KEYS:
-            event.accept()
-            return True
-        return super().event(event)
-
-    def keyPressEvent(self, event: QKeyEvent) -> None:
-        if event.key() in _KEYS:
-            self._owner.key(event)
-        else:
-            super().keyPressEvent(event)
-
-    def focusOutEvent(self, event: QFocusEvent) -> None:
-        super().focusOutEvent(event)
-        if event.reason() != Qt.FocusReason.ActiveWindowFocusReason:
-            self._owner.leave()
-
-
-class _Offers(QAbstractListModel):
-    def __init__(self, parent: QObject) -> None:
-        super().__init__(parent)
-        self.offers: list[Offer] = []
-
-    def set_offers(self, found: list[Offer]) -> None:
-        self.beginResetModel()
-        self.offers = found
-        self.endResetModel()
-
-    def rowCount(self, parent: QModelIndex | QPersistentModelIndex | None = None) -> int:
-        return len(self.offers)
-
-    def data(self, index: QModelIndex | QPersistentModelIndex, role: int = Qt.ItemDataRole.DisplayRole) -> Any:
-        if not index.isValid():
-            return None
-        offer = self.offers[index.row()]
-        if role == Qt.ItemDataRole.DisplayRole:
-            return offer.entry.text
-        if role == Qt.ItemDataRole.AccessibleDescriptionRole:
-            return offer.entry.why_not or offer.entry.keys
-        return offer if role == OFFER_ROLE else None
-
-
 # The feature of the window.
 
 
@@ -290,7 +250,3 @@ class PaletteFeature(Feature):
     def __init__(self, context: Context) -> None:
         super().__init__(context)
         self.palette = CommandPalette(context.window, context.panels.persistent)
-
-    def toggle(self) -> None:
-        """Open or close the palette."""
-        self.palette.toggle()

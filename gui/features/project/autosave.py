@@ -7,12 +7,11 @@ import contextlib
 import html
 import socket
 from collections import Counter
-from collections.abc import Generator, Sequence
+from collections.abc import Callable, Generator, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
-from pathlib import Path
 
-from PySide6.QtCore import QObject, Qt, Signal
+from PySide6.QtCore import QObject, Qt
 from PySide6.QtGui import QPixmap
 from PySide6.QtWidgets import (
     QDialog,
@@ -20,7 +19,6 @@ from PySide6.QtWidgets import (
     QFrame,
     QGridLayout,
     QHBoxLayout,
-    QMessageBox,
     QPushButton,
     QVBoxLayout,
     QWidget,
@@ -30,13 +28,11 @@ from ilf._runtime.formatting import counted
 from ilf.project.project import Stage
 from ilf.project.recovery import RecoverableWork, autosave_folder, find_recoverable_work
 
-from ...widgets.basics import Message, PlainLabel, lay_out, scrolled
-from ...widgets.notices import error_details, error_text, question
+from ...widgets.basics import Message, PlainLabel, lay_out, scrolled, stack
+from ...widgets.notices import DESTROY, ask, error_details, error_text
 from ...work.jobs import Worker
 from ..context import Context, Feature
-from .feature import ProjectFeature
-from .opening import Opening
-from .restoring import Restoring, name_of
+from .restoring import Restoring, has_no_project, name_of
 
 # The dialog that offers unsaved work of a window that closed unexpectedly.
 
@@ -74,36 +70,35 @@ class UnsavedWorkInfo:
     problem: str = ""
 
 
+_Do = Callable[[int], None]
+
+
 class RecoveryDialog(QDialog):
     """Dialog with a row per unsaved work, to restore it, discard it, or decide later.
 
-    Signals
-    -------
-    restore_requested(int), discard_requested(int)
-        The number of the work.
+    Parameters
+    ----------
+    works : sequence of UnsavedWorkInfo
+    restore, discard : callable
+        Called with the number of the work.
+    parent : QWidget
     """
 
-    restore_requested = Signal(int)
-    discard_requested = Signal(int)
-
-    def __init__(self, works: Sequence[UnsavedWorkInfo], parent: QWidget) -> None:
+    def __init__(self, works: Sequence[UnsavedWorkInfo], restore: _Do, discard: _Do, parent: QWidget) -> None:
         super().__init__(parent)
+        self._restore_work = restore
         self.setWindowTitle("Restore Unsaved Work")
         about = Message(lines=2)
         about.show_message(_ABOUT, "text")
         self.added = Message()
         self.rows = {number: _Row(work) for number, work in enumerate(works)}
-        inside = QWidget()
-        column = QVBoxLayout(inside)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(8)
         for number, row in self.rows.items():
             row.restore_button.clicked.connect(lambda _=False, number=number: self._restore(number))
-            row.discard_button.clicked.connect(lambda _=False, number=number: self.discard_requested.emit(number))
+            row.discard_button.clicked.connect(lambda _=False, number=number: discard(number))
             row.later_button.clicked.connect(lambda _=False, number=number: self.remove(number))
             row.later_button.setVisible(len(works) > 1)  # with a single row, the dialog's own button does the same
-            column.addWidget(row)
-        column.addStretch(1)
+        inside = QWidget()
+        lay_out(QVBoxLayout(inside), *self.rows.values(), None, spacing=8)
         area = scrolled(inside)
         shown = list(self.rows.values())[:_MAX_ROWS_SHOWN]
         area.setMinimumHeight(sum(row.sizeHint().height() + 8 for row in shown))
@@ -111,9 +106,7 @@ class RecoveryDialog(QDialog):
         later = buttons.addButton("Decide &later", QDialogButtonBox.ButtonRole.RejectRole)
         later.setToolTip("Close this dialog, and offer the remaining work again at the next start")
         buttons.rejected.connect(self.reject)
-        lay_out(
-            QVBoxLayout(self), about, self.added, area, buttons, margins=(14, 14, 14, 14), spacing=10, stretched=area
-        )
+        stack(self, about, self.added, area, buttons, stretched=area)
         self.setMinimumWidth(600)
         self.show_added(False)
 
@@ -134,7 +127,7 @@ class RecoveryDialog(QDialog):
     def _restore(self, number: int) -> None:
         for row in self.rows.values():
             row.wait(row is self.rows[number])
-        self.restore_requested.emit(number)
+        self._restore_work(number)
 
     def go_on(self) -> None:
         """Enable the remaining rows after a restore."""
@@ -161,7 +154,6 @@ class _Row(QFrame):
             picture.setText("No picture")
             picture.setEnabled(False)
         name = PlainLabel(work.name)
-        name.setTextFormat(Qt.TextFormat.PlainText)
         name.setWordWrap(True)
         bold = name.font()
         bold.setBold(True)
@@ -175,11 +167,9 @@ class _Row(QFrame):
         self.discard_button.setToolTip("Delete this work permanently")
         self.later_button = QPushButton("Later", autoDefault=False)
         self.later_button.setToolTip("Keep the work, and offer it again at the next start")
-        buttons = QHBoxLayout()
-        buttons.addStretch(1)
-        for button in (self.restore_button, self.discard_button, self.later_button):
+        self._buttons = self.restore_button, self.discard_button, self.later_button
+        for button in self._buttons:
             button.setAccessibleName(f"{button.text().rstrip('…')} {work.name}")
-            buttons.addWidget(button)
         grid = QGridLayout(self)
         grid.setColumnStretch(1, 1)
         grid.setHorizontalSpacing(12)
@@ -187,12 +177,12 @@ class _Row(QFrame):
         for line, widget in enumerate((name, when, what)):
             grid.addWidget(widget, line, 1)
         grid.setRowStretch(2, 1)
-        grid.addLayout(buttons, 3, 1)
+        grid.addLayout(lay_out(QHBoxLayout(), None, *self._buttons), 3, 1)
         self.go_on()
 
     def wait(self, is_this: bool) -> None:
         """Disable the row while some work is being restored."""
-        for button in (self.restore_button, self.discard_button, self.later_button):
+        for button in self._buttons:
             button.setEnabled(False)
         if is_this:
             self.restore_button.setText("Restoring…")
@@ -239,11 +229,9 @@ _STAGES = {
 class Recovery(QObject):
     """Looks for unsaved work in the background, and asks whether to restore it."""
 
-    def __init__(self, context: Context, opening: Opening, folder: Path) -> None:
+    def __init__(self, context: Context) -> None:
         super().__init__(context.window)
         self._context = context
-        self._folder = folder
-        self._restoring = Restoring(context, opening)
         self._found: list[RecoverableWork] = []
         self._handled: set[int] = set()
         self.dialog: RecoveryDialog | None = None
@@ -254,26 +242,23 @@ class Recovery(QObject):
     def look(self) -> None:
         """Look for unsaved work, and offer what is found."""
         if self.dialog is None and not self._worker.busy:
-            self._worker.start(self._job)
-
-    def _job(self) -> Generator[None, None, list[tuple[RecoverableWork, UnsavedWorkInfo]]]:
-        yield None
-        return [(left, _offered(left)) for left in find_recoverable_work(self._folder)]
+            self._worker.start(_found_work)
 
     def _offer(self, found: list[tuple[RecoverableWork, UnsavedWorkInfo]]) -> None:
         if not found:
             return
         self._found, self._handled = [left for left, _ in found], set()
-        self.dialog = RecoveryDialog([offered for _, offered in found], self._context.window)
-        self.dialog.restore_requested.connect(self._restore)
-        self.dialog.discard_requested.connect(self._discard)
+        works = [offered for _, offered in found]
+        self.dialog = RecoveryDialog(works, self._restore, self._discard, self._context.window)
         self.dialog.finished.connect(self._close)
-        self.dialog.show_added(not self._restoring.has_no_project())
+        self.dialog.show_added(not has_no_project(self._context))
         self.dialog.open()
 
     def _restore(self, number: int) -> None:
         self._handled.add(number)  # `Restoring` releases it
-        self._restoring.restore(self._found[number], lambda: self._restored(number), lambda: self._failed(number))
+        Restoring(self._context, self._found[number]).restore(
+            lambda: self._restored(number), lambda: self._failed(number)
+        )
 
     def _failed(self, number: int) -> None:
         """Keep the work for the next start."""
@@ -293,11 +278,8 @@ class Recovery(QObject):
     def _discard(self, number: int) -> None:
         left = self._found[number]
         text = f"The unsaved work on {name_of(left) or left.path.name} is deleted permanently."
-        box = question(self.dialog or self._context.window, "Discard unsaved work?", text)
-        discard = box.addButton("&Discard", QMessageBox.ButtonRole.DestructiveRole)
-        box.setDefaultButton(box.addButton(QMessageBox.StandardButton.Cancel))
-        box.finished.connect(lambda _: self._delete(number) if box.clickedButton() is discard else None)
-        box.open()
+        answers = (("&Discard", DESTROY, lambda: self._delete(number)),)
+        ask(self.dialog or self._context.window, "Discard unsaved work?", text, "", answers)
 
     def _delete(self, number: int) -> None:
         left = self._found[number]
@@ -317,6 +299,11 @@ class Recovery(QObject):
         dialog, self.dialog = self.dialog, None
         if dialog is not None:
             dialog.deleteLater()
+
+
+def _found_work() -> Generator[None, None, list[tuple[RecoverableWork, UnsavedWorkInfo]]]:
+    yield None
+    return [(left, _offered(left)) for left in find_recoverable_work(autosave_folder())]
 
 
 def _offered(left: RecoverableWork) -> UnsavedWorkInfo:
@@ -347,7 +334,7 @@ class AutosaveFeature(Feature):
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)
-        self.recovery = Recovery(context, context.feature(ProjectFeature).opening, autosave_folder())
+        self.recovery = Recovery(context)
         self.label = Message()
         self.label.setWordWrap(False)
         self.label.setAlignment(Qt.AlignmentFlag.AlignVCenter)

@@ -23,7 +23,7 @@ from ilf.project.state_codec import frame_part
 from ...project.current_project import CurrentProject
 from ...state.document import Document
 from ...state.entries import Entry
-from ...widgets.basics import Message, group, literal_text, row_list, stack
+from ...widgets.basics import Message, group, literal_text, open_once, row_list, stack
 from ...widgets.notices import DESTROY, ask
 from ...work.runs import RunController
 from ..context import Context
@@ -320,13 +320,8 @@ class Closing(QObject):
             self.dialog.raise_()
             return
         self.dialog = dialog = CloseDialog(what, rows, others, running, runs, self._save, self._context.window)
-        dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        dialog.finished.connect(self._forget)
-        dialog.accepted.connect(then)
-        dialog.open()
-
-    def _forget(self) -> None:
-        self.dialog = None
+        dialog.finished.connect(lambda _: setattr(self, "dialog", None))
+        open_once(dialog, then)
 
     def _work(self, entries: Sequence[Entry]) -> Iterator[tuple[Entry, str]]:
         """Describe the unsaved work and the runs of the frames that have any."""

@@ -8,7 +8,7 @@ from functools import cached_property, partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from PySide6.QtCore import Qt, QUrl
+from PySide6.QtCore import QUrl
 from PySide6.QtGui import QDesktopServices
 from PySide6.QtWidgets import QMessageBox, QToolBar
 
@@ -26,6 +26,7 @@ from ...project.current_project import CurrentProject, source_of
 from ...state.document import Document
 from ...state.entries import Entry
 from ...state.parts import Part
+from ...widgets.basics import open_once
 from ...widgets.notices import ACCEPT, DESTROY, ask
 from ..context import Context, Feature
 from ..documents.feature import DocumentsFeature
@@ -251,12 +252,8 @@ class ProjectFeature(Feature):
         sources = [source for source in map(source_of, context.workspace.entries) if source is not None]
         embedded = any(name.startswith("sources/") for name in context.recorder.store.all_names())
         dialog = SaveAsDialog(proposed, embedded, sources, why, context.window)
-        dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        dialog.accepted.connect(
-            lambda: self.saving.save(SaveRequest(dialog.chosen(), dialog.embed.isChecked(), only, then))
-        )
         dialog.rejected.connect(lambda: then(False))
-        dialog.open()
+        open_once(dialog, lambda: self.saving.save(SaveRequest(dialog.chosen(), dialog.embed.isChecked(), only, then)))
 
     def _ask_replace(self, path: Path, only: frozenset[str] | None, then: Callable[[bool], None]) -> None:
         """Ask whether to replace a file that was changed since it was opened."""

@@ -26,7 +26,7 @@ from ilf.project.sources import ChangedSource, MissingSource, Places
 
 from ...project.current_project import CurrentProject, source_of
 from ...state.entries import Entry
-from ...widgets.basics import Message, give_size, literal_text, row, row_list, stack
+from ...widgets.basics import Message, give_size, literal_text, open_once, row, row_list, stack
 from ...widgets.work_row import WorkRow
 from ...work.jobs import Worker
 from ..context import Context
@@ -284,9 +284,8 @@ class Missing(QObject):
             return
         if self.dialog is None:
             self.dialog = dialog = MissingFilesDialog(self._present.name, self, self._context.window)
-            dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
             dialog.finished.connect(self._leave_dialog)
-            dialog.open()
+            open_once(dialog)
         self.dialog.show_files(self._named())
         self.dialog.choose(self._requested)
 

@@ -8,7 +8,6 @@ from pathlib import Path
 
 from PySide6.QtCore import QObject, QSettings, Signal
 
-from ilf.project.archive import Archive
 from ilf.project.file import OpenedProject, open_project
 from ilf.project.missing_files import folder_project_path, folder_projects_dir
 from ilf.project.project import Project, ProjectFrame
@@ -72,13 +71,7 @@ class Opening(QObject):
 
         def leave() -> None:
             context.workspace.remove_entries(list(context.workspace.entries))
-            former, context.recorder.store.project, context.recorder.store.places = (
-                context.recorder.store.project,
-                None,
-                Places(),
-            )
-            if isinstance(former, Archive):
-                former.close()
+            context.recorder.store.set_project(None, Places())
             then()
 
         context.recorder.revert([entry.id for entry in context.workspace.entries], leave)
@@ -105,8 +98,8 @@ class Opening(QObject):
         read_only : str
             Why the file must not be replaced; "" if it may be.
         """
-        store, present = self._context.recorder.store, self._present
-        store.project, store.places = None if opened is None else opened.parts, places
+        present = self._present
+        self._context.recorder.store.set_project(None if opened is None else opened.parts, places)
         self._fill(project, unsaved)
         if opened is None:
             present.take(None)
@@ -126,8 +119,7 @@ class Opening(QObject):
         self._context.loader.read(f"Opening {opened.path.name}", lambda: open_project(opened.path), self._take)
 
     def _take(self, opened: OpenedProject) -> None:
-        store = self._context.recorder.store
-        store.project, store.places = opened.parts, opened.places
+        self._context.recorder.store.set_project(opened.parts, opened.places)
         self._fill(opened.project)
         self._present.take(opened.path, opened.project, _why_not_written(opened.path))
         self._show(opened.project)

@@ -6,9 +6,8 @@ import contextlib
 import uuid
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
-
-from PySide6.QtCore import QObject
 
 from ilf._runtime.formatting import counted
 from ilf._runtime.named_places import may_look_at, named_in
@@ -19,19 +18,8 @@ from ilf.project.project import ProjectFrame
 from ilf.project.recovery import RecoverableWork, copy_frames
 
 from ..context import Context
-from .opening import Opening, entry_of
-
-
-@dataclass(frozen=True, eq=False)
-class _Plan:
-    """What to restore, and how."""
-
-    left: RecoverableWork
-    alone: bool
-    """Whether it becomes the project of a window without a project."""
-    frames: tuple[ProjectFrame, ...]
-    ids: dict[str, str]
-    """Id of a frame in the unsaved work -> its id in this window."""
+from .feature import ProjectFeature
+from .opening import entry_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,62 +34,50 @@ class _RestoredWork:
     """Id of a frame in this window whose work cannot be read -> why."""
 
 
-class Restoring(QObject):
+class Restoring:
     """Restores unsaved work in a window: as its project if it has none, else by adding the frames to its list."""
 
-    def __init__(self, context: Context, opening: Opening) -> None:
-        super().__init__(context.window)
-        self._context = context
-        self._opening = opening
+    def __init__(self, context: Context, left: RecoverableWork) -> None:
+        self._context, self._left, self._alone = context, left, has_no_project(context)
+        is_of_this = bool(left.project) and left.project == context.recorder.project
+        self._frames = left.frames if is_of_this else left.read.project.frames
+        entries = context.workspace.entries
+        self._ids = {one.id: one.id if entries.of(one.id) is None else uuid.uuid4().hex for one in self._frames}
+        """Id of a frame in the unsaved work -> its id in this window."""
 
-    def has_no_project(self) -> bool:
-        """Whether the window has no project that the restored work would be added to."""
-        return not len(self._context.workspace.entries) and self._context.recorder.store.project is None
+    def restore(self, then: Callable[[], None], fail: Callable[[], None]) -> None:
+        """Restore the work; call `then` on success, `fail` otherwise. The folder is deleted only after this window has
+        stored the work."""
+        take = partial(self._take, then=then)
+        self._context.loader.read(f"Restore {name_of(self._left)}", self._read_work, take, fail)
 
-    def restore(self, left: RecoverableWork, then: Callable[[], None], fail: Callable[[], None]) -> None:
-        """Restore unsaved work; call `then` on success, `fail` otherwise. The folder is deleted only after this window
-        has stored the work."""
-        plan = self._plan(left)
-        self._context.loader.read(
-            f"Restore {name_of(left)}",
-            lambda: self._read_work(plan),
-            lambda brought: self._take(plan, brought, then),
-            fail,
-        )
-
-    def _plan(self, left: RecoverableWork) -> _Plan:
-        entries, alone = self._context.workspace.entries, self.has_no_project()
-        is_of_this = bool(left.project) and left.project == self._context.recorder.project
-        frames = left.frames if is_of_this else left.read.project.frames
-        ids = {frame.id: frame.id if entries.of(frame.id) is None else uuid.uuid4().hex for frame in frames}
-        return _Plan(left, alone, frames, ids)
-
-    def _read_work(self, plan: _Plan) -> _RestoredWork:
+    def _read_work(self) -> _RestoredWork:
         """Read the work; called in a worker thread."""
-        left = plan.left
+        left = self._left
         opened, problems = _project_of(left)
         newer = "" if opened is None else _why_newer(opened.path, left)
         stores: list[Parts] = [left.parts]
-        wanted = {former: frame_id for former, frame_id in plan.ids.items() if former in left.stored}
+        wanted = {former: frame_id for former, frame_id in self._ids.items() if former in left.stored}
         if opened is not None:
             stores.append(opened.parts)
-        if opened is not None and not plan.alone:
-            wanted |= {frame.id: plan.ids[frame.id] for frame in plan.frames if frame.has_state}
+        if opened is not None and not self._alone:
+            wanted |= {frame.id: self._ids[frame.id] for frame in self._frames if frame.has_state}
         copied = copy_frames(stores, wanted)
         self._context.recorder.store.adopt(copied)
-        if opened is not None and not plan.alone:
+        if opened is not None and not self._alone:
             opened.close()
         return _RestoredWork(opened, newer, (*left.read.problems, *problems), copied.problems)
 
-    def _take(self, plan: _Plan, brought: _RestoredWork, then: Callable[[], None]) -> None:
-        context, left, ids = self._context, plan.left, plan.ids
+    def _take(self, brought: _RestoredWork, then: Callable[[], None]) -> None:
+        context, left, ids = self._context, self._left, self._ids
         given = left.read.places.given  # located files take precedence over the paths in the project file
-        if plan.alone:
+        if self._alone:
             places = left.read.places if brought.opened is None else replace(brought.opened.places, given=given)
             # a file that is unreadable or newer may contain none of the work
             unsaved = left.stored if brought.opened is None or brought.newer else left.changed
             unsaved -= brought.left_aside.keys()
-            self._opening.restore_project(left.read.project, places, brought.opened, unsaved, brought.newer)
+            opening = context.feature(ProjectFeature).opening
+            opening.restore_project(left.read.project, places, brought.opened, unsaved, brought.newer)
             context.notes.warn(f"Restored {name_of(left)}", [brought.newer] * bool(brought.newer))
         else:
             places = context.recorder.store.places
@@ -109,7 +85,7 @@ class Restoring(QObject):
                 places, given={**given, **places.given}, stated_in=places.stated_in or ""
             )
             aside = brought.left_aside
-            new = [entry_of(_with_id(frame, ids[frame.id]), ids[frame.id] not in aside) for frame in plan.frames]
+            new = [entry_of(_with_id(frame, ids[frame.id]), ids[frame.id] not in aside) for frame in self._frames]
             context.workspace.add_entries(new)
             if new:
                 present = ids.get(left.read.project.present)
@@ -121,18 +97,22 @@ class Restoring(QObject):
                 context.workspace.note_problem(entry, problem)
                 problems.append(f"{entry.name}: {problem} It stays in {left.path}, which is offered again.")
         context.notes.warn("Restored with errors", problems)
-        context.recorder.flush(lambda _: self._discard(plan, whole=not brought.left_aside))
+        context.recorder.flush(lambda _: self._discard(whole=not brought.left_aside))
         then()
 
-    def _discard(self, plan: _Plan, whole: bool) -> None:
+    def _discard(self, whole: bool) -> None:
         """Delete the folder of the restored work if all of its frames are in this window's own; else keep it, so that
         it is offered again at the next start."""
-        left = plan.left
         if whole and self._context.recorder.store.is_written:
             with contextlib.suppress(OSError):
-                left.discard()
+                self._left.discard()
         else:
-            left.release()
+            self._left.release()
+
+
+def has_no_project(context: Context) -> bool:
+    """Return whether a window has no project that restored work would be added to."""
+    return not len(context.workspace.entries) and context.recorder.store.project is None
 
 
 def _with_id(frame: ProjectFrame, frame_id: str) -> ProjectFrame:

@@ -186,14 +186,11 @@ class Saving(QObject):
             return
         opened, problems = outcome
         workspace, store = self._context.workspace, self._context.recorder.store
-        former = store.project
-        if isinstance(former, Archive) and former.path == opened.path:
+        if isinstance(store.project, Archive) and store.project.path == opened.path:
             opened.close()  # the former one reads the same file
+            store.places = opened.places
         else:
-            store.project = opened.parts
-            if isinstance(former, Archive):
-                former.close()
-        store.places = opened.places
+            store.set_project(opened.parts, opened.places)
         there = {frame.id for frame in opened.project.frames if frame.has_state}
         for entry in workspace.entries:
             if entry.id in there:

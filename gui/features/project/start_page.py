@@ -17,7 +17,6 @@ from PySide6.QtWidgets import (
     QListWidget,
     QListWidgetItem,
     QSizePolicy,
-    QToolButton,
     QVBoxLayout,
     QWidget,
 )
@@ -30,7 +29,7 @@ from ilf.sources.listing import list_frames
 
 from ...base import theme
 from ...views.pixel_items import rgb_image
-from ...widgets.basics import Message, PlainLabel, Themed, lay_out, literal_text
+from ...widgets.basics import TEXT_BESIDE_ICON, Message, PlainLabel, Themed, command_button, lay_out, literal_text
 from ...work.jobs import Worker
 from ...work.loading import contains_frames
 from ..context import Context, Feature
@@ -69,9 +68,7 @@ class StartPage(Themed, QWidget):
         buttons = QGridLayout()
         buttons.setSpacing(8)
         for number, action in enumerate(actions):
-            button = QToolButton()
-            button.setDefaultAction(action)
-            button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
+            button = command_button(action, TEXT_BESIDE_ICON)
             button.setIconSize(QSize(20, 20))
             button.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
             button.setMinimumHeight(36)
@@ -113,7 +110,7 @@ class StartPage(Themed, QWidget):
         row.addStretch(1)
         row.addWidget(middle, 100)
         row.addStretch(1)
-        self._paint()
+        self._take_theme()
 
     def show_recent(self, origins: Iterable[Origin]) -> None:
         """List what can be opened again; the pictures follow by `show_picture`."""
@@ -123,7 +120,7 @@ class StartPage(Themed, QWidget):
             item.setToolTip(literal_text(key_of(origin)))
             item.setData(_ORIGIN, origin)
             item.setSizeHint(self._cell)
-        self._paint()
+        self._take_theme()
         for widget in (self.title, self.recent):
             widget.setVisible(self.recent.count() > 0)
         self._limit_height()
@@ -147,16 +144,12 @@ class StartPage(Themed, QWidget):
         columns = max((self.recent.width() - self._bar_width) // self._cell.width(), 1)
         self.recent.setMaximumHeight(-(-self.recent.count() // columns) * self._cell.height() + _SLACK)
 
-    def _paint(self) -> None:
+    def _take_theme(self) -> None:
         """Draw the icons of what has no thumbnail."""
         icon = _centred(theme.icon("ph.image", self.palette()).pixmap(_NO_PICTURE, QIcon.Mode.Disabled))
         for row in range(self.recent.count()):
             if not self.has_picture(row):
                 self.recent.item(row).setIcon(icon)
-
-    def _take_theme(self) -> None:
-        if hasattr(self, "_message"):
-            self._paint()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)

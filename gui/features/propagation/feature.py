@@ -8,7 +8,6 @@ from functools import partial
 from PySide6.QtCore import QSettings, Qt
 from PySide6.QtWidgets import (
     QCheckBox,
-    QComboBox,
     QDialog,
     QDialogButtonBox,
     QHBoxLayout,
@@ -21,7 +20,7 @@ from ilf._runtime.formatting import counted
 from ...base.commands import Command, command, hint_of, plain
 from ...base.needs import Need
 from ...state.entries import Entry
-from ...widgets.basics import Message, PlainLabel, answers, form, lay_out, stack
+from ...widgets.basics import Message, PlainLabel, answers, combo, form, lay_out, open_once, stack
 from ...widgets.work_row import WorkRow
 from ..context import Context, Feature, PendingWork
 from ..menus import insert_menu
@@ -75,10 +74,9 @@ class PropagateDialog(QDialog):
         )
         self.count = QSpinBox(minimum=1, maximum=len(names), value=min(_USUAL, len(names)))
         self.count.setToolTip("Number of following frames in the list")
-        self.how = QComboBox()
-        self.how.setToolTip("Method that transfers the blocks to the next frame")
-        for number, (name, text, hint) in enumerate(ways):
-            self.how.addItem(text, name)
+        texts = {name: text for name, text, _ in ways}
+        self.how = combo(texts, "Method that transfers the blocks to the next frame")
+        for number, (_, _, hint) in enumerate(ways):
             self.how.setItemData(number, hint, Qt.ItemDataRole.ToolTipRole)
         self.how.setCurrentIndex(max(self.how.findData(how), 0))
         self.replaces = QCheckBox("&Replace blocks that have been edited or run")
@@ -259,7 +257,7 @@ class PropagationFeature(Feature):
     )
     def propagate_next(self) -> None:
         """Propagate the blocks to the next frame of the list, with names, locks and parameters, and show it."""
-        present, following = self._present(), self._following(1)
+        present, following = self.context.workspace.current_entry, self._following(1)
         if present is not None and following:
             self.propagator.start(present, following, self.how, replaces=True, shows=True)
 
@@ -273,13 +271,13 @@ class PropagationFeature(Feature):
     )
     def propagate_previous(self) -> None:
         """Propagate the blocks of the previous frame of the list to this one, with names, locks and parameters."""
-        present, before = self._present(), self._preceding()
+        present, before = self.context.workspace.current_entry, self._preceding()
         if present is not None and before is not None:
             self.propagator.start(before, [present], self.how, replaces=True)
 
     def propagate_through(self, count: int, replaces: bool = False) -> None:
         """Propagate the blocks through the next `count` frames."""
-        present = self._present()
+        present = self.context.workspace.current_entry
         if present is not None:
             self.propagator.start(present, self._following(count), self.how, replaces)
 
@@ -297,25 +295,19 @@ class PropagationFeature(Feature):
         how = _PREFIX + self.how
         name = self.context.workspace.current.name
         dialog = PropagateDialog(name, [entry.name for entry in following], ways, how, self.context.window)
-        dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
 
         def take() -> None:
             actions[dialog.chosen_way].trigger()
             self.propagate_through(dialog.count.value(), dialog.replaces.isChecked())
 
-        dialog.accepted.connect(take)
-        dialog.open()
+        open_once(dialog, take)
 
     # frames of the list
 
-    def _present(self) -> Entry | None:
-        workspace = self.context.workspace
-        return workspace.entries.of(workspace.current.id) if workspace.has_current else None
-
     def _row(self) -> int:
         """Return the row of the current frame in the list."""
-        present = self._present()
-        return 0 if present is None else self.context.workspace.entries.row_of(present)
+        workspace = self.context.workspace
+        return 0 if workspace.current_entry is None else workspace.entries.row_of(workspace.current_entry)
 
     def _following(self, most: int | None = None) -> list[Entry]:
         """Return the frames after the current one in the list, at most `most` of them."""

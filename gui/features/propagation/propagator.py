@@ -169,7 +169,7 @@ class Propagator(QObject):
 
     def _next(self) -> None:
         propagation_run = self.propagation_run
-        while propagation_run is not None and self._waiting and not self._is_listed(self._waiting[0]):
+        while propagation_run is not None and self._waiting and self._waiting[0] not in self._workspace.entries:
             self._waiting.popleft()
             propagation_run.total -= 1
         if propagation_run is None or not self._waiting:
@@ -189,10 +189,6 @@ class Propagator(QObject):
         self._worker.start(job)
         self.changed.emit()
 
-    def _is_listed(self, entry: Entry) -> bool:
-        """Whether a frame is still in the list."""
-        return self._workspace.entries.of(entry.id) is entry
-
     @staticmethod
     def _keeps(entry: Entry, propagation_run: PropagationRun) -> bool:
         summary = entry.summary
@@ -202,14 +198,14 @@ class Propagator(QObject):
         """Show a frame that has been read while blocks are propagated to it."""
         entry, self._read, propagation_run = self._present, found[-1], self.propagation_run
         shows = propagation_run is not None and propagation_run.shows and entry is not propagation_run.source
-        if shows and entry is not None and self._is_listed(entry):
+        if shows and entry is not None and entry in self._workspace.entries:
             self._workspace.show(self._open(entry, self._read))
 
     def _take(self, outcome: Propagated | FrameState) -> None:
         propagation_run, entry = self.propagation_run, self._present
         if propagation_run is None or entry is None:
             return
-        if not self._is_listed(entry):  # it has been removed from the list meanwhile
+        if entry not in self._workspace.entries:  # it has been removed from the list meanwhile
             propagation_run.total -= 1
             if entry is propagation_run.source:
                 self._waiting.clear()

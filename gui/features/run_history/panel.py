@@ -74,9 +74,7 @@ class RunsPanel(Panel):
         self.model = RunModel(self.context.window)
         self.view = RunView(self.model)
         widget = QWidget()
-        row = QHBoxLayout()
-        row.setContentsMargins(4, 2, 4, 2)
-        row.setSpacing(2)
+        row = lay_out(QHBoxLayout(), margins=(4, 2, 4, 2), spacing=2)
         for name in _BUTTONS.split():
             if name == "|":
                 row.addSpacing(10)

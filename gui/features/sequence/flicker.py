@@ -29,7 +29,7 @@ class FlickerFeature(Feature):
         super().__init__(context)
         self._frames = context.feature(FramesFeature)
         self._questions = LatestRequest[_Question, Before](_find, self)
-        self._questions.answered.connect(self._take)
+        self._questions.answered.connect(lambda _, before: context.views.show_found(before=before))
         self._questions.failed.connect(lambda _, error: context.views.show_found(before=Before(text=str(error))))
         context.workspace.on(Part.FRAME, self._questions.forget)
         context.refresh.add(
@@ -51,7 +51,7 @@ class FlickerFeature(Feature):
         workspace, views = self.context.workspace, self.context.views
         if not workspace.has_current:
             return
-        entry, (shown, _) = workspace.entries.of(workspace.current.id), self._frames.shown()
+        entry, (shown, _) = workspace.current_entry, self._frames.shown()
         row = shown.index(entry) if entry in shown else 0
         now = None if entry is None else Moment.of_open(entry)
         if now is None or row == 0:
@@ -59,9 +59,6 @@ class FlickerFeature(Feature):
             return
         before = shown[row - 1]
         self._questions.ask(_Question(now, Moment.of_open(before) or before, self.context.recorder.store))
-
-    def _take(self, _: _Question, before: Before) -> None:
-        self.context.views.show_found(before=before)
 
 
 def _find(question: _Question) -> Before:

@@ -25,6 +25,7 @@ from ...state.document import Document
 from ...state.entries import Entry
 from ...state.parts import Part
 from ...views.view_data import Before
+from ...widgets.basics import command_button, lay_out
 from ...work.jobs import Worker
 from ..context import Context, Feature
 from ..export.result import BatchResult
@@ -266,13 +267,10 @@ class PlayFeature(Feature):
         if self.context.workspace.has_current:
             return
         self._opening, self._place = True, self.context.views.place
-        if self.shown is not None and self._is_listed(entry := self._entries[self.shown.row]):
+        if self.shown is not None and (entry := self._entries[self.shown.row]) in self.context.workspace.entries:
             self._frames.open(entry)
         self.context.refresh.mark("played")
         self.context.actions.refresh()
-
-    def _is_listed(self, entry: Entry) -> bool:
-        return self.context.workspace.entries.of(entry.id) is entry
 
     def _follow(self) -> None:
         """End playing once a frame is open: the one that was shown, or another one that was chosen."""
@@ -288,7 +286,7 @@ class PlayFeature(Feature):
         """End playing if a frame was removed. Once a frame is open, show the place that was shown by playing; if the
         one shown could not be opened, show the former one."""
         workspace, place = self.context.workspace, self._place
-        if self.playing and not all(map(self._is_listed, self._entries)):
+        if self.playing and not all(entry in workspace.entries for entry in self._entries):
             self._on.setChecked(False)
         elif place is not None and workspace.has_current:
             self._place = None
@@ -349,18 +347,13 @@ class _PlayBar(QWidget):
 
     def __init__(self, actions: Actions) -> None:
         super().__init__()
-        play, self._speed = QToolButton(), QToolButton()
-        play.setDefaultAction(actions["play_frames"])
+        self._speed = QToolButton(autoRaise=True)
         self._speed.setMenu(actions.menu("", self, f"{' '.join(_SPEEDS)} | play_loop play_completed"))
         self._speed.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
         self._speed.setAccessibleName("Speed of playing")
         self._speed.setToolTip("Speed, loop, and completion while playing")
-        layout = QHBoxLayout(self)
-        layout.setContentsMargins(4, 0, 4, 0)
-        layout.setSpacing(0)
-        for button in (play, self._speed):
-            button.setAutoRaise(True)
-            layout.addWidget(button)
+        play = command_button(actions["play_frames"])
+        lay_out(QHBoxLayout(self), play, self._speed, margins=(4, 0, 4, 0), spacing=0)
         for name, (text, speed) in _SPEEDS.items():
             short = "max" if speed is None else text
             actions[name].toggled.connect(lambda on, short=short: self._speed.setText(short) if on else None)

@@ -57,7 +57,7 @@ class ErrorCurve(Themed, pg.PlotWidget):
         self.setToolTip("Error of every tested value. Click a point to apply its value.")
         self.viewport().setCursor(Qt.CursorShape.PointingHandCursor)
         self.set_points([], [], ())
-        self._style()
+        self._take_theme()
 
     def set_scale(self, name: str, values: Sequence[float], logarithmic: bool) -> None:
         """Set the parameter's name, its values in rising order, and whether the axis is logarithmic."""
@@ -66,7 +66,7 @@ class ErrorCurve(Themed, pg.PlotWidget):
         self._places = [self._place(value) for value in values]
         self._values.set_ticks(self._places, [f"{value:g}" for value in values])
         self.getViewBox().setXRange(self._places[0], self._places[-1], padding=0.05)
-        self._style()
+        self._take_theme()
 
     def set_present(self, value: float) -> None:
         """Mark the current value of the parameter, if it is in the range."""
@@ -100,10 +100,6 @@ class ErrorCurve(Themed, pg.PlotWidget):
             if distances[nearest] <= _CLICK_DISTANCE:
                 self.taken.emit(nearest)
 
-    def _take_theme(self) -> None:
-        if hasattr(self, "_name"):
-            self._style()
-
     def point(self, number: int) -> QPointF:
         """Widget position of a value, at half height."""
         return QPointF(self._screen(self._places[number]), self.height() / 2)
@@ -114,7 +110,7 @@ class ErrorCurve(Themed, pg.PlotWidget):
     def _place(self, value: float) -> float:
         return math.log10(value) if self._logarithmic else value
 
-    def _style(self) -> None:
+    def _take_theme(self) -> None:
         colours = theme.colours(self.palette())
         self.setBackground(colours.background)
         accent, good = colours.accent, colours.good

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Generator, Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from PySide6.QtCore import QPoint, Qt
@@ -263,7 +263,7 @@ class SweepFeature(Panel):
         if found.label and found.label not in found.document.counts():
             self.state.show_message("The swept block no longer exists.", "warning")
             return
-        self._filter.set_values(found.values(number), found.label)
+        self._filter.set_values(found.points[number], found.label)
         where = found.document.info(found.label).name if found.label else "all blocks"
         text = f"{found.text_of(number)} applied to {where}."
         if found.document.changed_blocks() and self.context.runs.state is RunState.IDLE:
@@ -279,9 +279,6 @@ class SweepFeature(Panel):
         if self.found is not None and self.found.take_arrived():
             self._show_found()
             self.state.show_message(self._outcome())
-
-    def compute(self, request: SweepState) -> Generator[float, None, SweepResult]:
-        return request.compute()
 
     def take(self, request: SweepState, answer: SweepResult) -> None:
         request.take_arrived()

@@ -84,7 +84,7 @@ class SweepState:
         )
         self._reference = None if reference is None else small(reference[self._box])
 
-    def compute(self) -> Generator[float, None, SweepResult]:
+    def answer(self) -> Generator[float, None, SweepResult]:
         """Run the sweep; yields shares done. Called in a worker thread."""
         steps, share = sweep_steps(self.sweep, threads=spare_cores()), 0.0
         while True:
@@ -142,25 +142,21 @@ class SweepState:
             return self.ties.equal
         return frozenset() if self.best is None else frozenset({self.best})
 
-    def values(self, number: int) -> dict[str, Value]:
-        """Name -> value of a point."""
-        return self.points[number]
-
     def text_of(self, number: int) -> str:
         """Text of the values of a point with their names."""
         labels = {name: declaration.label for name, declaration in Parameters.declarations().items()}
-        return ", ".join(f"{labels[name]} {value:g}" for name, value in self.values(number).items())
+        return ", ".join(f"{labels[name]} {value:g}" for name, value in self.points[number].items())
 
     def caption_of(self, number: int) -> str:
         """Short text of the values of a point."""
-        return " · ".join(f"{value:g}" for value in self.values(number).values())
+        return " · ".join(f"{value:g}" for value in self.points[number].values())
 
     def text_of_several(self, numbers: Collection[int]) -> str:
         """Text of the values of several points: all of one parameter up to a few, otherwise their number."""
         if len(numbers) > _LISTED or len(self.sweep.values) > 1:
             return f"{len(numbers)} of {counted(len(self.points), 'point')}"
         (name,) = self.sweep.values
-        texts = [f"{self.values(number)[name]:g}" for number in sorted(numbers)]
+        texts = [f"{self.points[number][name]:g}" for number in sorted(numbers)]
         return f"{Parameters.declarations()[name].label} {', '.join(texts[:-1])} and {texts[-1]}"
 
     @property
