@@ -190,7 +190,7 @@ def run_tour(tour: Tour) -> None:
     # which block
     window.panels.reveal("Accuracy")
     workspace.select([BLOCK])
-    window.feature(BlocksFeature).table.view.sortByColumn(_column(window, "Error"), Qt.SortOrder.DescendingOrder)
+    window.feature(BlocksFeature).table.sortByColumn(_column(window, "Error"), Qt.SortOrder.DescendingOrder)
     tour.settle()
     tour.save(PICTURES / "1-which.jpg")
 
@@ -260,7 +260,7 @@ def run_tour(tour: Tour) -> None:
 
 
 def _column(window: MainWindow, title: str) -> int:
-    model = window.feature(BlocksFeature).table.view.model()
+    model = window.feature(BlocksFeature).table.model()
     titles = [
         str(model.headerData(column, Qt.Orientation.Horizontal, Qt.ItemDataRole.DisplayRole))
         for column in range(model.columnCount())
