@@ -20,6 +20,7 @@ from ilf.data.label_map import Box
 from ilf.data.neighbours import NeighbourDepth
 from ilf.data.parameters import BlockParameters
 from ilf.data.results import BlockResult, Completion, IterationRecord
+from ilf.evaluation.measuring import Line
 from ilf.evaluation.quality.ignored import ignore
 from ilf.evaluation.quality.places import Place
 from ilf.project.frame_state import FrameState
@@ -37,7 +38,6 @@ from .frame_data import FrameData
 from .parts import Part
 from .results import ErrorEstimate, Preview, same_layers
 from .run_history import COLOURS, MAX_COMPARED
-from .stroke import StrokeInProgress
 
 Depth = NDArray[np.float32]
 
@@ -64,7 +64,8 @@ class Document(FrameData):
         super().__init__(state, origin, key)
         self.undo_stack = QUndoStack()
         self.changes: Changes | None = None
-        self._stroke: StrokeInProgress | None = None
+        self._before_stroke: NDArray[np.int32] | None = None
+        """The label map before the stroke in progress."""
         self._edits = 0
         self._others = 0
         """Number of changes that are not undo steps."""
@@ -167,21 +168,20 @@ class Document(FrameData):
         """Change the label map as part of a stroke; `end_stroke` makes it an undo step, `drop_stroke` cancels it."""
         if patch is None:
             return
-        if self._stroke is None:
-            self._stroke = StrokeInProgress(self.labels)
-        self._stroke.reach(patch.box)
+        if self._before_stroke is None:
+            self._before_stroke = self.labels.copy()
         self.apply(patch)
         self._note_labels(patch.box, Part.STROKE)
 
     @property
     def stroke_in_progress(self) -> bool:
         """Whether a stroke is in progress."""
-        return self._stroke is not None
+        return self._before_stroke is not None
 
     @property
     def stroke_so_far(self) -> LabelPatch | None:
         """What the stroke in progress has changed; None for nothing."""
-        return None if self._stroke is None else self._stroke.patch(self.labels)
+        return None if self._before_stroke is None else patch_between(self._before_stroke, self.labels)
 
     def end_stroke(self, text: str) -> LabelPatch | None:
         """Make the stroke one undo step and return what it changed; None for nothing."""
@@ -200,7 +200,7 @@ class Document(FrameData):
         return True
 
     def _take_stroke(self) -> LabelPatch | None:
-        patch, self._stroke = self.stroke_so_far, None
+        patch, self._before_stroke = self.stroke_so_far, None
         return patch
 
     def prepare_change(self) -> None:
@@ -456,6 +456,10 @@ class Document(FrameData):
     def set_region(self, box: Box | None) -> None:
         """Set or remove the rectangle (rows, columns)."""
         self.look(Part.REGION, region=box)
+
+    def set_measurements(self, lines: Sequence[Line]) -> None:
+        """Set all measurements."""
+        self.look(Part.MARKS, viewing=False, measurements=tuple(lines))
 
     def look(self, part: Part, viewing: bool = True, **fields: Any) -> None:
         """Set what is looked at: rectangle, profile line, measurements; not undoable."""

@@ -119,7 +119,7 @@ class DepthByHandTool(StrokeTool):
         """Cancel the stroke and drop the proposal."""
         pending_work, self._surface, self._kept = self.busy, None, None
         super().cancel(host)
-        host.propose_depth(None)
+        host.document.propose(None)
         return pending_work
 
     def finish(self, host: Host) -> bool:
@@ -182,7 +182,7 @@ class DepthByHandTool(StrokeTool):
     def _show(self, host: Host) -> None:
         """Show the proposal, and the outline of its larger parts: those of thousands of single pixels are slow."""
         proposal = self._proposal
-        host.propose_depth(proposal)
+        host.document.propose(proposal)
         large = cv2.morphologyEx(np.isfinite(proposal).astype(np.uint8), cv2.MORPH_OPEN, np.ones((3, 3), np.uint8)) > 0
         box = bounds(large)
         self._outline = QPainterPath() if box is None else boundary_path(large[box], box[1].start, box[0].start)

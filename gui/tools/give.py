@@ -79,7 +79,7 @@ class GiveTool(LineTool):
         document = host.document
         label = document.label_at(event.x, event.y)
         if event.shift or not document.selected:
-            host.select([label] if label else [])
+            host.document.select([label] if label else [])
             if label:
                 host.show_message(f"{document.info(label).name} is selected: it gets the pieces that you click.")
             return
