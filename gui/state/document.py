@@ -33,10 +33,10 @@ from ilf.segmentation.reextraction import fill_around, overlay_kept
 
 from .block_errors import BlockErrors
 from .changes import Changes
-from .edits import ClearResults, DeleteRuns, Edit, EditLabels, Swap
+from .edits import Edit, EditLabels, Swap
 from .frame_data import FrameData
 from .parts import Part
-from .results import ErrorEstimate, Preview, same_layers
+from .results import ErrorEstimate, FrameResults, Preview, same_layers
 from .run_history import COLOURS, MAX_COMPARED
 
 Depth = NDArray[np.float32]
@@ -505,7 +505,7 @@ class Document(FrameData):
 
     def add_records(self, label: int, records: Sequence[IterationRecord]) -> None:
         """Add records of a running block."""
-        self.results.add_records(label, records)
+        self.results.live.setdefault(label, []).extend(records)
         self.note(Part.RECORDS)
 
     def add_previews(self, previews: Sequence[Preview]) -> None:
@@ -528,7 +528,7 @@ class Document(FrameData):
     def store_error_estimate(self, completion: Completion, error_estimate: ErrorEstimate) -> None:
         """Store the error estimate of a completion; ignored if the completion is outdated."""
         if completion is self.completion():
-            self.results.note_error_estimate(completion, error_estimate)
+            self.results.error_estimate = completion, error_estimate
             self.note(Part.EXPECTED_ERROR)
 
     def end_run(self, keep_previews: bool = False) -> None:
@@ -537,9 +537,17 @@ class Document(FrameData):
         self.note(Part.RESULTS)
 
     def clear_results(self) -> None:
-        """Remove all results, as one undo step."""
+        """Remove all results, as one undo step; results of later runs stay when it is undone."""
+
+        def exchange(cleared: FrameResults | None) -> FrameResults | None:
+            present = self.swap_results(FrameResults({}))
+            if cleared is not None:
+                self.swap_results(cleared.with_newer(present))
+            self.note(Part.RESULTS)
+            return present if cleared is None else None
+
         if self.results.kept:
-            self.undo_stack.push(ClearResults(self))
+            self.undo_stack.push(Swap("Clear results", None, exchange))
 
     # run history
 
@@ -566,10 +574,24 @@ class Document(FrameData):
         self.note(Part.HISTORY)
 
     def delete_runs(self, runs: Collection[StoredRun]) -> None:
-        """Delete runs from the history, as one undo step."""
+        """Delete runs from the history, as one undo step; later runs stay when it is undone."""
         there = [kept for kept in self.state.runs if kept in runs]
+        compared = [kept for kept in self.compared if kept in there]
+
+        def exchange(deletes: bool) -> bool:
+            if deletes:
+                self._take_history(
+                    [kept for kept in self.state.runs if kept not in there],
+                    [kept for kept in self.compared if kept not in there],
+                )
+            else:
+                restored = sorted([*self.state.runs, *there], key=lambda kept: kept.number)
+                self._take_history(restored, [*self.compared, *compared])
+            return not deletes
+
         if there:
-            self.undo_stack.push(DeleteRuns(self, there))
+            text = f"Delete {there[0].name}" if len(there) == 1 else f"Delete {len(there)} runs"
+            self.undo_stack.push(Swap(text, True, exchange))
 
     def drop_run(self, kept: StoredRun) -> None:
         """Delete a run from the history; not undoable."""
@@ -577,8 +599,8 @@ class Document(FrameData):
         self.touch()
         self.note(Part.HISTORY)
 
-    def take_history(self, runs: list[StoredRun], compared: list[StoredRun]) -> None:
-        """Replace the run history and the compared runs. Called by undo steps."""
+    def _take_history(self, runs: list[StoredRun], compared: list[StoredRun]) -> None:
+        """Replace the run history and the compared runs."""
         for kept in runs:
             if kept not in self.state.runs:
                 kept.ground_truth_error = None  # the ground truth may have changed meanwhile
