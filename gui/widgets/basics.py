@@ -145,10 +145,7 @@ class Message(PlainLabel):
 def group(title: str) -> tuple[QGroupBox, QVBoxLayout]:
     """Return a titled box and the column layout in it."""
     box = QGroupBox(title)
-    column = QVBoxLayout(box)
-    column.setContentsMargins(12, 10, 12, 12)
-    column.setSpacing(8)
-    return box, column
+    return box, lay_out(QVBoxLayout(box), margins=(12, 10, 12, 12), spacing=8)
 
 
 Box = TypeVar("Box", bound=QBoxLayout)

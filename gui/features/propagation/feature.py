@@ -133,7 +133,7 @@ class PropagateStrip(QWidget):
 
     def end(self) -> None:
         """Hide the line after the propagation."""
-        self.work.end()
+        self.work.hide()
         self.hide()
 
 
@@ -315,7 +315,7 @@ class PropagationFeature(Feature):
     def _row(self) -> int:
         """Return the row of the current frame in the list."""
         present = self._present()
-        return 0 if present is None else self.context.workspace.entries.row_of(present)
+        return 0 if present is None else list(self.context.workspace.entries).index(present)
 
     def _following(self, most: int | None = None) -> list[Entry]:
         """Return the frames after the current one in the list, at most `most` of them."""

@@ -49,9 +49,7 @@ class DepthClip(QWidget):
         everything.setAccessibleName("Draw all depths")
         everything.setToolTip("Draw all depths again")
         everything.clicked.connect(self.clear)
-        layout = QHBoxLayout(self)
-        layout.setContentsMargins(8, 0, 8, 2)
-        layout.addWidget(PlainLabel("Depth"))
+        layout = lay_out(QHBoxLayout(self), PlainLabel("Depth"), margins=(8, 0, 8, 2))
         for slider, label in zip((self.near, self.far), self._labels, strict=True):
             label.setFixedWidth(self.fontMetrics().horizontalAdvance("00.00 m"))
             label.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)

@@ -75,13 +75,10 @@ class CurvesPanel(Themed, QWidget):
         self._time_button.toggled.connect(self.set_by_time)
 
         plots = QWidget()
-        self._plots_layout = QBoxLayout(QBoxLayout.Direction.TopToBottom, plots)
-        self._plots_layout.setContentsMargins(0, 0, 6, 0)
-        self._plots_layout.setSpacing(0)
+        down = QBoxLayout.Direction.TopToBottom
+        self._plots_layout = lay_out(QBoxLayout(down, plots), margins=(0, 0, 6, 0), spacing=0)
         body = QWidget()
-        self._body_layout = QBoxLayout(QBoxLayout.Direction.TopToBottom, body)
-        self._body_layout.setContentsMargins(0, 0, 0, 0)
-        self._body_layout.setSpacing(0)
+        self._body_layout = lay_out(QBoxLayout(down, body), spacing=0)
         self._body_layout.addWidget(self.readout, 0, Qt.AlignmentFlag.AlignTop)
         self._body_layout.addWidget(plots, 1)
         self._hint = PlainLabel(EMPTY_TEXT)
