@@ -305,7 +305,7 @@ class ColourRange(Panel):
     def refresh(self, parts: Part) -> None:
         """Show the range of the active view."""
         ranges, cell = self.context.views.ranges, self.context.views.ranged
-        self.panel.show_map(ranges.depth_map)
+        self.panel.show_map(self.context.views.data.depth_map)
         if self._is_there() and cell.bar.levels is not None:
             kind = cell.range_kind
             values = cell.picture.values()

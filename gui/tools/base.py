@@ -9,7 +9,6 @@ from typing import Protocol, TypeVar
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 from PySide6.QtCore import QRectF
 from PySide6.QtGui import QPainterPath
 
@@ -93,17 +92,12 @@ class Host(Protocol):
         """Make the document's stroke one undo step, as `commit`; False if it changed nothing."""
         ...
 
-    def mark_invalid(self, mask: NDArray[np.bool_] | None, text: str) -> bool:
-        """Set the invalid mask, bool (H, W), as one undo step."""
+    def attempt(self, change: Callable[[], bool]) -> bool:
+        """Change the document by a function that returns whether it did; False, with a message, on an InputError."""
         ...
 
     def undo(self) -> None:
         """Undo the last step."""
-        ...
-
-    def state_depth(self, depth: NDArray[np.float32], where: NDArray[np.bool_], text: str) -> bool:
-        """State depth by hand [m], float32 (H, W), NaN for none, at the pixels in `where` as one undo step; False if
-        nothing changes."""
         ...
 
     def set_option(self, name: str, value: float | bool) -> None:

@@ -226,7 +226,7 @@ class MarkInvalidTool(StrokeTool):
         after = before & ~measured if self._marks_valid else before | measured
         text = "Mark depth valid" if self._marks_valid else "Mark depth invalid"
         if not np.array_equal(after, before):
-            host.mark_invalid(after, text)
+            host.attempt(lambda: host.document.set_invalid_mask(after, text))
         elif self._marks_valid:
             host.show_message("There is no invalid depth here.")
         else:

@@ -209,12 +209,13 @@ class DepthByHandTool(StrokeTool):
         if not free.any():
             warn_if_any_locked(host, np.unique(host.document.labels[where]).tolist())
         else:
-            host.state_depth(depth, free, text)
+            host.attempt(lambda: host.document.set_by_hand(depth, free, text))
 
     def _remove(self, host: Host, where: Mask) -> None:
         """Remove depth by hand, except in locked blocks."""
         free = where & ~np.isin(host.document.labels, list(host.document.locked))
-        if not host.state_depth(np.full(where.shape, np.nan, np.float32), free, "Remove depth by hand"):
+        nothing = np.full(where.shape, np.nan, np.float32)
+        if not host.attempt(lambda: host.document.set_by_hand(nothing, free, "Remove depth by hand")):
             host.show_message("There is no depth by hand here that can be removed.")
 
 

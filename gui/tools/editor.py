@@ -67,7 +67,8 @@ class Editor(QObject):
         self._jobs.failed.connect(lambda _, error: self.failed.emit(error))
         self.tools = Tools()
         self.options = ToolOptions()
-        self._active = "select"
+        self.tool_name = "select"
+        """The name of the active tool; `set_tool` sets it."""
         self._hint = ""
         self._pointer: PointerEvent | None = None
         workspace.about_to_change.connect(self.cancel)
@@ -78,17 +79,12 @@ class Editor(QObject):
     @property
     def tool(self) -> Tool:
         """The active tool."""
-        return self.tools[self._active]
-
-    @property
-    def tool_name(self) -> str:
-        """The name of the active tool."""
-        return self._active
+        return self.tools[self.tool_name]
 
     def set_tool(self, name: str) -> None:
         """Make a tool the active one."""
         self.cancel()
-        self._active = name
+        self.tool_name = name
         self._views.set_preview(None)
         self._look_ahead()
         self._hover_again()
@@ -97,8 +93,8 @@ class Editor(QObject):
     def cycle_tool(self, steps: int) -> None:
         """Move on by a number of tools, among those that correct or those that inspect."""
         inspects = {kind.name: kind.inspects for kind in KINDS}
-        names = [name for name in inspects if inspects[name] == inspects[self._active]]
-        self.set_tool(names[(names.index(self._active) + steps) % len(names)])
+        names = [name for name in inspects if inspects[name] == inspects[self.tool_name]]
+        self.set_tool(names[(names.index(self.tool_name) + steps) % len(names)])
 
     @property
     def ready(self) -> bool:
@@ -236,18 +232,10 @@ class Editor(QObject):
         self._tell_of_rests(patch, whole)
         return True
 
-    def mark_invalid(self, mask: NDArray[np.bool_] | None, text: str) -> bool:
-        """Set the invalid mask, as one undo step."""
+    def attempt(self, change: Callable[[], bool]) -> bool:
+        """Change the document; show a message if the change is refused."""
         try:
-            return self._workspace.current.set_invalid_mask(mask, text)
-        except InputError as error:
-            self.show_message(str(error))
-            return False
-
-    def state_depth(self, depth: NDArray[np.float32], where: NDArray[np.bool_], text: str) -> bool:
-        """State depth by hand, as one undo step."""
-        try:
-            return self.document.set_by_hand(depth, where, text)
+            return change()
         except InputError as error:
             self.show_message(str(error))
             return False

@@ -54,11 +54,8 @@ class ToolHost:
     def end_stroke(self, text: str, label: int = 0) -> bool:
         return self.workspace.current.end_stroke(text) is not None
 
-    def mark_invalid(self, mask: NDArray[np.bool_] | None, text: str) -> bool:
-        return self.workspace.current.set_invalid_mask(mask, text)
-
-    def state_depth(self, depth: NDArray[np.float32], where: NDArray[np.bool_], text: str) -> bool:
-        return self.workspace.current.set_by_hand(depth, where, text)
+    def attempt(self, change: Callable[[], bool]) -> bool:
+        return change()
 
     def set_option(self, name: str, value: float | bool) -> None:
         setattr(self.options, name, value)
