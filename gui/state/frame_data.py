@@ -303,10 +303,6 @@ class FrameData:
             self._forget_result(label)
         return blocks
 
-    def propose(self, depth: NDArray[np.float32] | None) -> None:
-        """Set the proposal, which is shown in place of the completed depth; None for none."""
-        self.proposal = depth
-
     def with_proposal(self, depth: NDArray[np.float32]) -> NDArray[np.float32]:
         """Return depth [m], float32 (H, W), with the proposal in its place, if there is one."""
         if self.proposal is None:

@@ -74,8 +74,8 @@ class LinkedViews(Themed, QWidget):
     rangeChanged = Signal()
     pressed = Signal()
 
-    def __init__(self, workspace: Workspace, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, workspace: Workspace) -> None:
+        super().__init__()
         self._transform = ViewTransform()
         self.navigation = Navigation(self._transform, self)
         self.extraction = StageModel(self)

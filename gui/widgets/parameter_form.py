@@ -158,8 +158,8 @@ class ParameterForm(Themed, QScrollArea):
     changed = Signal(object)
     menu_requested = Signal(str, QPoint)
 
-    def __init__(self, set_class: type[ParameterSet], parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, set_class: type[ParameterSet]) -> None:
+        super().__init__()
         self.setFocusPolicy(Qt.FocusPolicy.NoFocus)  # its fields have it
         self._parameters = set_class()
         self._base = set_class()

@@ -37,8 +37,8 @@ class DepthClip(QWidget):
 
     changed = Signal(float, float)
 
-    def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self) -> None:
+        super().__init__()
         self._bounds = 0.0, 1.0
         self.depths = -math.inf, math.inf
         """Depth range [m] that is drawn."""
@@ -122,8 +122,8 @@ class CloudView(Themed, QWidget):
 
     colours_changed = Signal()
 
-    def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self) -> None:
+        super().__init__()
         self.colour_by = ColourBy.COLOUR
         self.canvas = CloudCanvas(self)
         self.setFocusProxy(self.canvas)
