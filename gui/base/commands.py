@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import html
 import inspect
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator
 from dataclasses import dataclass
 from functools import cached_property, partial
 from typing import Any, TypeVar
@@ -208,7 +208,7 @@ class Actions:
         action.setObjectName(name)
         self._actions[name] = action
         self._icons[name] = icon
-        self._draw_icons({name: icon})
+        self.draw_icons((name,))
 
     def menu(self, title: str, parent: QWidget, names: str = "") -> QMenu:
         """Make a menu of actions, which are on or off as it opens; `names` as of `fill`."""
@@ -249,15 +249,12 @@ class Actions:
             if isinstance(action, CommandAction):
                 action.enable(missing)
 
-    def draw_icons(self) -> None:
-        """Redraw the icons in the colours of the window's palette."""
-        self._draw_icons(self._icons)
-
-    def _draw_icons(self, icons: Mapping[str, str]) -> None:
+    def draw_icons(self, names: Collection[str] = ()) -> None:
+        """Redraw the icons of some actions, or of all, in the colours of the window's palette."""
         palette = self._window.palette()
-        for name, icon in icons.items():
-            if icon:
-                self[name].setIcon(theme.icon(icon, palette))
+        for name in names or self._icons:
+            if self._icons[name]:
+                self[name].setIcon(theme.icon(self._icons[name], palette))
 
 
 def _ask(menu: QMenu) -> None:

@@ -107,7 +107,8 @@ def apply_theme(app: QApplication, name: str = "system") -> None:
         app.setStyle("Fusion")
         app.setStyleSheet(_STYLE_SHEET)
     app.setProperty(_CHOICE, name)
-    tones = _DARK if name == "dark" or (name == "system" and _system_is_dark(app)) else _LIGHT
+    of_system = app.styleHints().colorScheme() == Qt.ColorScheme.Dark
+    tones = _DARK if name == "dark" or (name == "system" and of_system) else _LIGHT
     palette = _palette(tones)
     app.setPalette(palette)
     QToolTip.setPalette(palette)
@@ -128,11 +129,7 @@ def follow_system(app: QApplication) -> None:
 
 def is_dark(palette: QPalette) -> bool:
     """Return whether a palette is dark."""
-    return _is_dark(palette.window().color())
-
-
-def _is_dark(ground: QColor) -> bool:
-    return ground.lightness() < 128
+    return colours(palette).is_dark
 
 
 def colours(palette: QPalette) -> Colours:
@@ -143,7 +140,7 @@ def colours(palette: QPalette) -> Colours:
 
 @cache
 def _colours(base: int, window: int, text: int, accent: int) -> Colours:
-    dark = _is_dark(QColor(window))
+    dark = QColor(window).lightness() < 128
     tones = _DARK if dark else _LIGHT
     return Colours(
         background=QColor(base),
@@ -160,6 +157,12 @@ def _colours(base: int, window: int, text: int, accent: int) -> Colours:
     )
 
 
+def blend(first: QColor, second: QColor, share: float) -> QColor:
+    """Blend two colours; `share` is the weight of the second."""
+    pairs = (first.redF(), second.redF()), (first.greenF(), second.greenF()), (first.blueF(), second.blueF())
+    return QColor.fromRgbF(*(a + (b - a) * share for a, b in pairs))
+
+
 def icon(name: str, palette: QPalette, tone: str = "text") -> QIcon:
     """Return an icon of the Phosphor set ("ph.play") in a colour of `Colours`, by its name."""
     used = colours(palette)
@@ -173,10 +176,6 @@ def _icon(name: str, colour: int, active: int, muted: int) -> QIcon:
     faint = QColor(muted)
     faint.setAlpha(110)
     return qtawesome.icon(name, color=QColor(colour), color_active=QColor(active), color_disabled=faint)
-
-
-def _system_is_dark(app: QApplication) -> bool:
-    return app.styleHints().colorScheme() == Qt.ColorScheme.Dark
 
 
 def _palette(tones: dict[str, str]) -> QPalette:

@@ -217,7 +217,7 @@ class ColourRange(Panel):
     def refresh(self, parts: Part) -> None:
         """Show the range of the active view, or why there is none."""
         ranges, cell, levels = self.context.views.ranges, self.context.views.ranged, None
-        self.map.setCurrentIndex(self.map.findData(ranges.depth_map))
+        self.map.setCurrentIndex(self.map.findData(self.context.views.data.depth_map))
         if self._is_there():
             levels = cell.bar.levels
         self.kind = kind = "" if levels is None else cell.range_kind

@@ -255,7 +255,7 @@ class CompareFeature(Feature):
     def _show_result(self) -> None:
         """Show the result in the active view if no view does."""
         views = self.context.views
-        if not any(cell.concrete == "result" for cell in views.shown):
+        if not any(cell.concrete == "result" for cell in views.sheet.shown):
             name = next(name for name, cell in views.cells.items() if cell is views.active)
             self._replaced = {name: views.cells[name].content}
             views.set_content(name, "result")

@@ -23,13 +23,13 @@ class DepthColoursFeature(Feature):
         chosen = str(QSettings().value(_CHOSEN, DEPTH_MAP))
         if chosen in DEPTH_MAPS:
             self._ranges.set_depth_map(chosen)
-        self._chosen = self._ranges.depth_map
+        self._chosen = context.views.data.depth_map
         self._ranges.changed.connect(self._remember)
         context.refresh.add("depth colours", self._tell, Part.FRAME)
 
     def _remember(self) -> None:
-        if self._ranges.depth_map != self._chosen:
-            self._chosen = self._ranges.depth_map
+        if self.context.views.data.depth_map != self._chosen:
+            self._chosen = self.context.views.data.depth_map
             QSettings().setValue(_CHOSEN, self._chosen)
 
     def _tell(self) -> None:

@@ -202,7 +202,7 @@ def _depth_map_menu(views: LinkedViews, parent: QMenu) -> QMenu:
     actions = _choices(menu, texts, DEPTH_MAP)
     for name, action in actions.items():
         action.triggered.connect(lambda _=False, name=name: views.ranges.set_depth_map(name))
-    views.rangeChanged.connect(lambda: actions[views.ranges.depth_map].setChecked(True))
+    views.rangeChanged.connect(lambda: actions[views.data.depth_map].setChecked(True))
     return menu
 
 

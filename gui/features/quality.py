@@ -286,7 +286,7 @@ class QualityPanel(Panel):
         if not self.visible and self.review.present is not None:
             by = 0
         self.reveal()
-        self.context.views.take_focus()
+        self.context.views.active.view.setFocus()
         self.context.refresh.now()
         if self._fresh:
             self._show(self.review.step(by))

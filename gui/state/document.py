@@ -20,6 +20,7 @@ from ilf.data.label_map import Box
 from ilf.data.neighbours import NeighbourDepth
 from ilf.data.parameters import BlockParameters
 from ilf.data.results import BlockResult, Completion, IterationRecord
+from ilf.evaluation.measuring import Line
 from ilf.evaluation.quality.ignored import ignore
 from ilf.evaluation.quality.places import Place
 from ilf.project.frame_state import FrameState
@@ -32,12 +33,11 @@ from ilf.segmentation.reextraction import fill_around, overlay_kept
 
 from .block_errors import BlockErrors
 from .changes import Changes
-from .edits import ClearResults, DeleteRuns, Edit, EditLabels, Swap
+from .edits import Edit, EditLabels, Swap
 from .frame_data import FrameData
 from .parts import Part
-from .results import ErrorEstimate, Preview, same_layers
+from .results import ErrorEstimate, FrameResults, Preview, same_layers
 from .run_history import COLOURS, MAX_COMPARED
-from .stroke import StrokeInProgress
 
 Depth = NDArray[np.float32]
 
@@ -64,7 +64,8 @@ class Document(FrameData):
         super().__init__(state, origin, key)
         self.undo_stack = QUndoStack()
         self.changes: Changes | None = None
-        self._stroke: StrokeInProgress | None = None
+        self._before_stroke: NDArray[np.int32] | None = None
+        """The label map before the stroke in progress."""
         self._edits = 0
         self._others = 0
         """Number of changes that are not undo steps."""
@@ -167,21 +168,20 @@ class Document(FrameData):
         """Change the label map as part of a stroke; `end_stroke` makes it an undo step, `drop_stroke` cancels it."""
         if patch is None:
             return
-        if self._stroke is None:
-            self._stroke = StrokeInProgress(self.labels)
-        self._stroke.reach(patch.box)
+        if self._before_stroke is None:
+            self._before_stroke = self.labels.copy()
         self.apply(patch)
         self._note_labels(patch.box, Part.STROKE)
 
     @property
     def stroke_in_progress(self) -> bool:
         """Whether a stroke is in progress."""
-        return self._stroke is not None
+        return self._before_stroke is not None
 
     @property
     def stroke_so_far(self) -> LabelPatch | None:
         """What the stroke in progress has changed; None for nothing."""
-        return None if self._stroke is None else self._stroke.patch(self.labels)
+        return None if self._before_stroke is None else patch_between(self._before_stroke, self.labels)
 
     def end_stroke(self, text: str) -> LabelPatch | None:
         """Make the stroke one undo step and return what it changed; None for nothing."""
@@ -200,7 +200,7 @@ class Document(FrameData):
         return True
 
     def _take_stroke(self) -> LabelPatch | None:
-        patch, self._stroke = self.stroke_so_far, None
+        patch, self._before_stroke = self.stroke_so_far, None
         return patch
 
     def prepare_change(self) -> None:
@@ -457,6 +457,10 @@ class Document(FrameData):
         """Set or remove the rectangle (rows, columns)."""
         self.look(Part.REGION, region=box)
 
+    def set_measurements(self, lines: Sequence[Line]) -> None:
+        """Set all measurements."""
+        self.look(Part.MARKS, viewing=False, measurements=tuple(lines))
+
     def look(self, part: Part, viewing: bool = True, **fields: Any) -> None:
         """Set what is looked at: rectangle, profile line, measurements; not undoable."""
         looked = replace(self.state.looked, **fields)
@@ -501,7 +505,7 @@ class Document(FrameData):
 
     def add_records(self, label: int, records: Sequence[IterationRecord]) -> None:
         """Add records of a running block."""
-        self.results.add_records(label, records)
+        self.results.live.setdefault(label, []).extend(records)
         self.note(Part.RECORDS)
 
     def add_previews(self, previews: Sequence[Preview]) -> None:
@@ -524,7 +528,7 @@ class Document(FrameData):
     def store_error_estimate(self, completion: Completion, error_estimate: ErrorEstimate) -> None:
         """Store the error estimate of a completion; ignored if the completion is outdated."""
         if completion is self.completion():
-            self.results.note_error_estimate(completion, error_estimate)
+            self.results.error_estimate = completion, error_estimate
             self.note(Part.EXPECTED_ERROR)
 
     def end_run(self, keep_previews: bool = False) -> None:
@@ -533,9 +537,17 @@ class Document(FrameData):
         self.note(Part.RESULTS)
 
     def clear_results(self) -> None:
-        """Remove all results, as one undo step."""
+        """Remove all results, as one undo step; results of later runs stay when it is undone."""
+
+        def exchange(cleared: FrameResults | None) -> FrameResults | None:
+            present = self.swap_results(FrameResults({}))
+            if cleared is not None:
+                self.swap_results(cleared.with_newer(present))
+            self.note(Part.RESULTS)
+            return present if cleared is None else None
+
         if self.results.kept:
-            self.undo_stack.push(ClearResults(self))
+            self.undo_stack.push(Swap("Clear results", None, exchange))
 
     # run history
 
@@ -562,10 +574,24 @@ class Document(FrameData):
         self.note(Part.HISTORY)
 
     def delete_runs(self, runs: Collection[StoredRun]) -> None:
-        """Delete runs from the history, as one undo step."""
+        """Delete runs from the history, as one undo step; later runs stay when it is undone."""
         there = [kept for kept in self.state.runs if kept in runs]
+        compared = [kept for kept in self.compared if kept in there]
+
+        def exchange(deletes: bool) -> bool:
+            if deletes:
+                self._take_history(
+                    [kept for kept in self.state.runs if kept not in there],
+                    [kept for kept in self.compared if kept not in there],
+                )
+            else:
+                restored = sorted([*self.state.runs, *there], key=lambda kept: kept.number)
+                self._take_history(restored, [*self.compared, *compared])
+            return not deletes
+
         if there:
-            self.undo_stack.push(DeleteRuns(self, there))
+            text = f"Delete {there[0].name}" if len(there) == 1 else f"Delete {len(there)} runs"
+            self.undo_stack.push(Swap(text, True, exchange))
 
     def drop_run(self, kept: StoredRun) -> None:
         """Delete a run from the history; not undoable."""
@@ -573,8 +599,8 @@ class Document(FrameData):
         self.touch()
         self.note(Part.HISTORY)
 
-    def take_history(self, runs: list[StoredRun], compared: list[StoredRun]) -> None:
-        """Replace the run history and the compared runs. Called by undo steps."""
+    def _take_history(self, runs: list[StoredRun], compared: list[StoredRun]) -> None:
+        """Replace the run history and the compared runs."""
         for kept in runs:
             if kept not in self.state.runs:
                 kept.ground_truth_error = None  # the ground truth may have changed meanwhile

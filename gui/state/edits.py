@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Generic, NamedTuple, TypeVar
 
 import numpy as np
@@ -11,12 +11,10 @@ from PySide6.QtGui import QUndoCommand
 
 from ilf.data.blocks import Blocks
 from ilf.data.label_map import Box
-from ilf.project.run_history import StoredRun
 from ilf.segmentation.editing.patches import LabelPatch, redrawn
 
 from .frame_data import touched_by
 from .parts import Part
-from .results import FrameResults
 
 if TYPE_CHECKING:
     from .document import Document
@@ -133,47 +131,3 @@ class EditLabels(QUndoCommand):
             edit = Edit(document, blocks, self.text(), Part.LABELS, self._patch, forward, self._drawn)
             document.draw(box, after if forward else before, blocks)
         document.note_labels_changed(self._patch, edit)
-
-
-class ClearResults(QUndoCommand):
-    """Removal of all results of a frame. Undo restores them; results of later runs stay."""
-
-    def __init__(self, document: Document) -> None:
-        super().__init__("Clear results")
-        self._document = document
-        self._cleared = FrameResults({})
-
-    def redo(self) -> None:
-        """Apply the change."""
-        self._cleared = self._document.swap_results(FrameResults({}))
-        self._document.note(Part.RESULTS)
-
-    def undo(self) -> None:
-        """Undo the change."""
-        newer = self._document.swap_results(FrameResults({}))
-        self._document.swap_results(self._cleared.with_newer(newer))
-        self._document.note(Part.RESULTS)
-
-
-class DeleteRuns(QUndoCommand):
-    """Deletion of runs from the history. Undo restores them; later runs stay."""
-
-    def __init__(self, document: Document, runs: Collection[StoredRun]) -> None:
-        super().__init__(f"Delete {next(iter(runs)).name}" if len(runs) == 1 else f"Delete {len(runs)} runs")
-        self._document = document
-        self._runs = list(runs)
-        self._compared = [kept for kept in document.compared if kept in runs]
-
-    def redo(self) -> None:
-        """Apply the change."""
-        document, runs = self._document, self._runs
-        document.take_history(
-            [kept for kept in document.state.runs if kept not in runs],
-            [kept for kept in document.compared if kept not in runs],
-        )
-
-    def undo(self) -> None:
-        """Undo the change."""
-        document = self._document
-        runs = sorted([*document.state.runs, *self._runs], key=lambda kept: kept.number)
-        document.take_history(runs, [*document.compared, *self._compared])

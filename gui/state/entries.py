@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import uuid
 from collections.abc import Collection, Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Self
 
 from PySide6.QtCore import QObject, Signal
 
-from ilf.project.project import FrameSummary, Stage
+from ilf.project.project import FrameSummary
 from ilf.sources.frame_ref import FrameRef
 
 from .document import Document
@@ -138,10 +138,6 @@ class Entries(QObject):
         """Return the entry with a path."""
         return self._by_key.get(key)
 
-    def row_of(self, entry: Entry) -> int:
-        """Return the row of an entry."""
-        return self._entries.index(entry)
-
     def add(self, entries: Sequence[Entry]) -> None:
         """Add entries with new ids at the end."""
         if not entries:
@@ -191,18 +187,7 @@ class Entries(QObject):
         entry.document, entry.has_state = None, stored
         self.changed.emit(entry)
 
-    def mark(self, entry: Entry, note: str, done: bool) -> None:
-        """Set the user's note on a frame that is not open, and whether it is done."""
-        entry.set_summary(replace(entry.summary, note=note, done=done))
-        entry.set_unsaved(True)
-        self.changed.emit(entry)
-
     def set_summary(self, entry: Entry, summary: FrameSummary) -> None:
         """Set the summary of a frame that is not open."""
         entry.set_summary(summary)
-        self.changed.emit(entry)
-
-    def note_problem(self, entry: Entry, problem: str) -> None:
-        """Store why a frame could not be opened."""
-        entry.set_summary(replace(entry.summary, stage=Stage.FAILED, problem=problem))
         self.changed.emit(entry)

@@ -226,7 +226,7 @@ class FrameData:
         self.state = replace(self.state, blocks=replace(blocks, labels=former.labels, by_hand=former.by_hand))
         self._copies.pop("drawn", None)
         if former.extraction != blocks.extraction:
-            self.results.forget_extrapolation()  # it used the edges of the former extraction
+            self.results.extrapolation = None  # it used the edges of the former extraction
         self._forget_results()
         return former
 
@@ -254,7 +254,7 @@ class FrameData:
             inputs = replace(read.inputs, ground_truth=inputs.ground_truth)
         camera = {name: getattr(read, name) for name in ("intrinsics", "notes", "plausibility_warnings")}
         self.change(frame=replace(self.frame, depth=self.frame.measured, inputs=inputs, **camera))
-        self.results.forget_extrapolation()
+        self.results.extrapolation = None
         self._completion = None
 
     def take_ground_truth(self, ground_truth: NDArray[np.float32] | None, file: GroundTruthFile | None = None) -> None:
@@ -312,10 +312,6 @@ class FrameData:
             self._forget_result(label)
         return blocks
 
-    def propose(self, depth: NDArray[np.float32] | None) -> None:
-        """Set the proposal, which is shown in place of the completed depth; None for none."""
-        self.proposal = depth
-
     def with_proposal(self, depth: NDArray[np.float32]) -> NDArray[np.float32]:
         """Return depth [m], float32 (H, W), with the proposal in its place, if there is one."""
         if self.proposal is None:
@@ -324,7 +320,7 @@ class FrameData:
 
     def add_extrapolation(self, base: Completion, extrapolation: Completion) -> None:
         """Store the extrapolation of a completion; valid while that completion is the current one."""
-        self.results.note_extrapolation(base, extrapolation)
+        self.results.extrapolation = base, extrapolation
         self._shown.note_all()
 
     def add_previews(self, previews: Sequence[Preview]) -> None:
@@ -455,7 +451,8 @@ class FrameData:
 
     def _blocks_completion(self) -> Completion | None:
         results = self.valid_results()
-        for known in (self._completion, self.results.extrapolation_base):
+        extrapolated = self.results.extrapolation
+        for known in (self._completion, extrapolated and extrapolated[0]):
             if known is not None and _same(known.results, results):
                 self._completion = known
                 return known

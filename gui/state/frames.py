@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
+from dataclasses import replace
 from weakref import ref
 
 from PySide6.QtCore import QObject, Signal
 from PySide6.QtGui import QUndoGroup, QUndoStack
+
+from ilf.project.project import Stage
 
 from .changes import Changes
 from .document import Document
@@ -143,7 +146,7 @@ class Frames(Changes):
 
     def note_problem(self, entry: Entry, problem: str) -> None:
         """Store why a frame of the list could not be opened."""
-        self.entries.note_problem(entry, problem)
+        self.entries.set_summary(entry, replace(entry.summary, stage=Stage.FAILED, problem=problem))
         self.project_touched.emit()
 
     def _close(self, document: Document) -> None:
@@ -174,7 +177,8 @@ class Frames(Changes):
         if (note, done) == (entry.note, entry.summary.done):
             return
         if entry.document is None:
-            self.entries.mark(entry, note, done)
+            entry.set_unsaved(True)
+            self.entries.set_summary(entry, replace(entry.summary, note=note, done=done))
         else:
             entry.document.change(note=note, done=done)
             entry.document.touch()

@@ -22,6 +22,7 @@ from ilf.project.run_history import StoredRun
 from ilf.run.run import Run
 
 from .document import Document
+from .edits import Swap
 from .frames import Frames
 from .parts import Part
 
@@ -55,6 +56,16 @@ class SharedParameters(NamedTuple):
                 if not transient:
                     document.remember_parameters()
                 document.change(common=self.values)
+
+
+class _Sharing(NamedTuple):
+    """Whether parameters are shared, those of a frame, and whether they are its own; to undo a change, also those of
+    all frames before it."""
+
+    shared: SharedParameters
+    common: Parameters
+    own: bool
+    others: WeakKeyDictionary[Document, Parameters] | None = None
 
 
 class DocumentParameters:
@@ -243,15 +254,32 @@ class DocumentParameters:
         self._push_sharing(SharedParameters(False, self.current), own=False, text="Separate parameters for each frame")
 
     def _push_sharing(self, shared: SharedParameters, own: bool, text: str) -> None:
-        document = self._frames.current
-        document.undo_stack.push(ShareParameters(self, self._frames, document, shared, own, text))
+        """Change whether parameters are shared, as one undo step; undo restores the parameters of the other frames."""
+        frames, document = self._frames, self._frames.current
 
-    def take_shared(self, shared: SharedParameters, document: Document, common: Parameters, own: bool) -> None:
-        """Set whether parameters are shared, the shared ones, and those of one frame. Called by commands."""
+        def exchange(to: _Sharing) -> _Sharing:
+            before = self.shared, document.state.common, document.state.own_parameters
+            others = WeakKeyDictionary({one: one.state.common for one in frames.open})
+            self._take_sharing(document, to)
+            if to.others is not None and not self.shared.on:
+                for one, common in to.others.items():
+                    if one in frames.open and one.state.common != common:
+                        one.remember_parameters()
+                        one.change(common=common)
+            for one in frames.open if before[0].on and not self.shared.on else ():
+                # its parameters are now stored with it; restoring an earlier state is no unsaved change
+                if one is not document and not one.state.own_parameters:
+                    one.touch(viewing=to.others is not None)
+            return _Sharing(*before, others if to.others is None else None)
+
+        common = document.state.common if own or not shared.on else shared.values
+        document.undo_stack.push(Swap(text, _Sharing(shared, common, own), exchange))
+
+    def _take_sharing(self, document: Document, to: _Sharing) -> None:
         before = document.valid_results()
         document.remember_parameters()
-        document.change(common=common, own_parameters=own)
-        self.set_shared(shared)
+        document.change(common=to.common, own_parameters=to.own)
+        self.set_shared(to.shared)
         self._frames.note(Part.LIST)
         if document.valid_results() != before:
             document.note(Part.RESULTS)
@@ -351,57 +379,6 @@ class EditParameters(QUndoCommand):
             {label: values[which] for label, values in self._own.items()},
             transient,
         )
-
-
-class ShareParameters(QUndoCommand):
-    """A change of sharing: for all frames, or for one only. Undo restores the parameters of the other frames."""
-
-    def __init__(
-        self,
-        host: DocumentParameters,
-        frames: Frames,
-        document: Document,
-        shared: SharedParameters,
-        own: bool,
-        text: str,
-    ) -> None:
-        super().__init__(text)
-        self._host = host
-        self._frames = frames
-        self._document = document
-        self._shared = shared
-        self._common, self._own = document.state.common if own or not shared.on else shared.values, own
-        self._former: WeakKeyDictionary[Document, Parameters] = WeakKeyDictionary()
-
-    def redo(self) -> None:
-        """Apply the change."""
-        self._former = WeakKeyDictionary({document: document.state.common for document in self._frames.open})
-        self._swap()
-        self._mark_separated()
-
-    def undo(self) -> None:
-        """Undo the change."""
-        self._swap()
-        if not self._host.shared.on:
-            there = self._frames.open
-            for document, common in self._former.items():
-                if document in there and document.state.common != common:
-                    document.remember_parameters()
-                    document.change(common=common)
-        self._mark_separated(viewing=True)  # restoring an earlier state is no unsaved change
-
-    def _mark_separated(self, viewing: bool = False) -> None:
-        """Mark frames that no longer share parameters as changed: their parameters are now stored with them."""
-        host, was_shared = self._host, self._shared.on
-        for document in self._frames.open if was_shared and not host.shared.on else ():
-            if document is not self._document and not document.state.own_parameters:
-                document.touch(viewing)
-
-    def _swap(self) -> None:
-        host, document = self._host, self._document
-        before = host.shared, document.state.common, document.state.own_parameters
-        host.take_shared(self._shared, document, self._common, self._own)
-        self._shared, self._common, self._own = before
 
 
 def _differing_names(one: OwnValues, other: OwnValues) -> set[str]:

@@ -110,6 +110,8 @@ class Results:
         Label -> Preview of running blocks.
     remembered : set of Parameters
         Parameters of blocks at the start or the end of an undo step.
+    error_estimate, extrapolation : tuple or None
+        A completion, and its error estimate or the extrapolation of what it leaves missing.
     """
 
     def __init__(self) -> None:
@@ -117,8 +119,8 @@ class Results:
         self.live: dict[int, list[IterationRecord]] = {}
         self.previews: dict[int, Preview] = {}
         self.remembered: set[Parameters] = set()
-        self._error_estimate: tuple[Completion, ErrorEstimate] | None = None
-        self._extrapolation: tuple[Completion, Completion] | None = None
+        self.error_estimate: tuple[Completion, ErrorEstimate] | None = None
+        self.extrapolation: tuple[Completion, Completion] | None = None
 
     @property
     def running(self) -> list[int]:
@@ -127,38 +129,13 @@ class Results:
 
     def error_estimate_of(self, completion: Completion | None) -> ErrorEstimate | None:
         """Return the error estimate of this completion object; None if it is not computed yet."""
-        return (
-            self._error_estimate[1]
-            if self._error_estimate is not None and self._error_estimate[0] is completion
-            else None
-        )
-
-    def note_error_estimate(self, completion: Completion, error_estimate: ErrorEstimate) -> None:
-        """Store the error estimate of a completion; it replaces that of any other."""
-        self._error_estimate = completion, error_estimate
+        known, error_estimate = self.error_estimate or (None, None)
+        return error_estimate if known is completion else None
 
     def extrapolation_of(self, completion: Completion | None) -> Completion | None:
         """Return the extrapolated version of this completion object; None if there is none."""
-        return (
-            self._extrapolation[1] if self._extrapolation is not None and self._extrapolation[0] is completion else None
-        )
-
-    @property
-    def extrapolation_base(self) -> Completion | None:
-        """The completion that was extrapolated last."""
-        return None if self._extrapolation is None else self._extrapolation[0]
-
-    def forget_extrapolation(self) -> None:
-        """Drop the stored extrapolation."""
-        self._extrapolation = None
-
-    def note_extrapolation(self, completion: Completion, extrapolation: Completion) -> None:
-        """Store the extrapolation of what a completion leaves missing."""
-        self._extrapolation = completion, extrapolation
-
-    def add_records(self, label: int, records: Iterable[IterationRecord]) -> None:
-        """Add records of a running block."""
-        self.live.setdefault(label, []).extend(records)
+        known, extrapolation = self.extrapolation or (None, None)
+        return extrapolation if known is completion else None
 
     def add_previews(self, previews: Iterable[Preview]) -> None:
         """Store the present depth of running blocks; blocks that have finished are skipped."""
@@ -188,13 +165,13 @@ class Results:
     def snapshot(self) -> FrameResults:
         """Return a copy of the results, which later changes do not affect."""
         return FrameResults(
-            {label: list(kept) for label, kept in self.kept.items()}, self._error_estimate, self._extrapolation
+            {label: list(kept) for label, kept in self.kept.items()}, self.error_estimate, self.extrapolation
         )
 
     def swap(self, other: FrameResults) -> FrameResults:
         """Replace the results and return the former ones."""
-        former = FrameResults(self.kept, self._error_estimate, self._extrapolation)
-        self.kept, self._error_estimate, self._extrapolation = other
+        former = FrameResults(self.kept, self.error_estimate, self.extrapolation)
+        self.kept, self.error_estimate, self.extrapolation = other
         return former
 
 

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
 from dataclasses import replace
 from weakref import WeakKeyDictionary
 
 from PySide6.QtCore import QObject
-from PySide6.QtGui import QUndoCommand
 
 from ilf.completion.block import Watch
 from ilf.data.blocks import OwnValues
-from ilf.data.results import BlockResult, Completion
+from ilf.data.results import Completion
 from ilf.project.frame_state import FrameState
 from ilf.project.run_history import Extrapolation, StoredRun
 from ilf.run.run import Run
@@ -116,57 +114,30 @@ class Workspace(Frames):
 
         Only blocks that have not changed since are replaced. Returns these blocks.
         """
-        document = self.current
+        document, parameters, common = self.current, self.parameters, kept.run.parameters
         results = document.fitting_results(kept)
-        if results:
-            same = kept.run.parameters == document.state.common
-            where = "" if same else self.parameters.all_frames_text(document)
-            document.undo_stack.push(AcceptRun(self.parameters, document, kept, results, f"Accept {kept.name}{where}"))
-        return [result.block.label for result in results]
-
-
-class AcceptRun(QUndoCommand):
-    """Replacement of the current results by those of a stored run, with its parameters."""
-
-    def __init__(
-        self,
-        parameters: DocumentParameters,
-        document: Document,
-        kept: StoredRun,
-        results: Collection[BlockResult],
-        text: str,
-    ) -> None:
-        super().__init__(text)
-        self._parameters = parameters
-        self._document = document
-        self._kept = kept
-        self._results = list(results)
-        self._before, self._accepted = FrameResults({}), FrameResults({})
-        common = kept.run.parameters
-        self._common = document.state.common.to_dict(), common.to_dict()
-        own = document.blocks.own
-        after = {
+        former, former_own = document.state.common, document.blocks.own
+        own: dict[int, OwnValues | None] = {
             result.block.label: None
             if result.parameters.same_effect(common)
             else result.parameters.differences_from(common)
             for result in results
         }
-        self._own = {label: (own.get(label), values) for label, values in after.items()}
 
-    def redo(self) -> None:
-        """Apply the change."""
-        self._take(1)
-        self._before = self._document.restore_results(self._results, self._kept.extrapolation)
-        self._accepted = self._document.results.snapshot()
-        self._document.note(Part.RESULTS)
+        def exchange(accepted: tuple[FrameResults, FrameResults] | None) -> tuple[FrameResults, FrameResults] | None:
+            """Accept the results and return those before and after; given these, undo it: later results stay."""
+            if accepted is None:
+                parameters.take(document, common.to_dict(), own)
+                former_results = document.restore_results(results, kept.extrapolation)
+                document.note(Part.RESULTS)
+                return former_results, document.results.snapshot()
+            parameters.take(document, former.to_dict(), {label: former_own.get(label) for label in own})
+            newer = document.swap_results(FrameResults({})).without(accepted[1])
+            document.swap_results(accepted[0].with_newer(newer))
+            document.note(Part.RESULTS)
+            return None
 
-    def undo(self) -> None:
-        """Undo the change; later results stay."""
-        self._take(0)
-        newer = self._document.swap_results(FrameResults({})).without(self._accepted)
-        self._document.swap_results(self._before.with_newer(newer))
-        self._document.note(Part.RESULTS)
-
-    def _take(self, which: int) -> None:
-        own: Mapping[int, OwnValues | None] = {label: values[which] for label, values in self._own.items()}
-        self._parameters.take(self._document, self._common[which], own)
+        if results:
+            where = "" if common == former else parameters.all_frames_text(document)
+            document.undo_stack.push(Swap(f"Accept {kept.name}{where}", None, exchange))
+        return list(own)

@@ -249,7 +249,7 @@ class AdjustableTool(LineTool):
                 self.explain(line.points, host)
             return False
         self.after_change(before, done, host)
-        self._keep(_Applied(line, host.document, before, text, host.undo_index), host)
+        self._keep(_Applied(line, host.document, before, text, host.document.undo_stack.index()), host)
         return True
 
     def _adjust(self, event: PointerEvent, host: Host) -> bool:
@@ -303,14 +303,14 @@ class AdjustableTool(LineTool):
         done = host.commit(patch, applied.text, self.label)
         if done is not None:
             self.after_change(applied.before, done, host)
-            step = host.undo_index
+            step = host.document.undo_stack.index()
         elif patch is None:
             self.explain(line.points, host)
         self._keep(replace(applied, line=line, step=step), host)
 
     def _is_last(self, applied: _Applied, host: Host) -> bool:
         """Return whether nothing else was done since the line was applied."""
-        return applied.document is host.document and applied.step in (None, host.undo_index)
+        return applied.document is host.document and applied.step in (None, host.document.undo_stack.index())
 
     def _keep(self, applied: _Applied, host: Host) -> None:
         self._applied = applied

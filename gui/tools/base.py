@@ -9,14 +9,12 @@ from typing import Protocol, TypeVar
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 from PySide6.QtCore import QRectF
 from PySide6.QtGui import QPainterPath
 
 from ilf.segmentation.editing.patches import LabelPatch, Labels
 
 from ..state.document import Document
-from ..state.inspection import Inspection
 from ..views.interaction import PointerEvent, PointerKind, Preview
 from .edge_data import EdgeData
 
@@ -76,11 +74,6 @@ class Host(Protocol):
     options: ToolOptions
 
     @property
-    def inspection(self) -> Inspection:
-        """Inspection marks of the current frame."""
-        ...
-
-    @property
     def document(self) -> Document:
         """The current frame's document."""
         ...
@@ -90,47 +83,21 @@ class Host(Protocol):
         """Edges and regions of the frame; None while they are being computed."""
         ...
 
-    def select(self, labels: list[int]) -> None:
-        """Select blocks."""
-        ...
-
     def commit(self, patch: LabelPatch | None, text: str, label: int = 0) -> LabelPatch | None:
         """Make a change of the label map one undo step, with the slivers and rests that it would leave; return the
         whole change, None for none. `label` is the block that is painted or drawn, 0 for none."""
         ...
 
-    def stroke(self, patch: LabelPatch | None) -> None:
-        """Change the label map as part of a stroke."""
-        ...
-
     def end_stroke(self, text: str, label: int = 0) -> bool:
-        """Make the stroke one undo step, as `commit`; False if it changed nothing."""
+        """Make the document's stroke one undo step, as `commit`; False if it changed nothing."""
         ...
 
-    def drop_stroke(self) -> bool:
-        """Cancel the stroke; False if there was none."""
-        ...
-
-    def mark_invalid(self, mask: NDArray[np.bool_] | None, text: str) -> bool:
-        """Set the invalid mask, bool (H, W), as one undo step."""
-        ...
-
-    @property
-    def undo_index(self) -> int:
-        """The number of undo steps of the current frame that are done."""
+    def attempt(self, change: Callable[[], bool]) -> bool:
+        """Change the document by a function that returns whether it did; False, with a message, on an InputError."""
         ...
 
     def undo(self) -> None:
         """Undo the last step."""
-        ...
-
-    def state_depth(self, depth: NDArray[np.float32], where: NDArray[np.bool_], text: str) -> bool:
-        """State depth by hand [m], float32 (H, W), NaN for none, at the pixels in `where` as one undo step; False if
-        nothing changes."""
-        ...
-
-    def propose_depth(self, depth: NDArray[np.float32] | None) -> None:
-        """Show depth [m], float32 (H, W), NaN for none, in place of the completed depth; None ends it."""
         ...
 
     def set_option(self, name: str, value: float | bool) -> None:

@@ -120,7 +120,7 @@ class OutlineTool(AdjustableTool):
 
     def after_change(self, before: Labels, patch: LabelPatch, host: Host) -> None:
         """Select the block; show a message if pixels are disconnected from the rest of it."""
-        host.select([self.label])
+        host.document.select([self.label])
         apart = pixels_apart(before, patch, self.label)
         if apart:
             name = host.document.info(self.label).name

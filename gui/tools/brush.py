@@ -141,7 +141,7 @@ class PaintTool(StrokeTool):
     def cancel(self, host: Host) -> bool:
         """Restore the stroke's pixels."""
         pending_work, self._swept = self.busy, None
-        host.drop_stroke()
+        host.document.drop_stroke()
         return pending_work
 
     def begin(self, event: PointerEvent, host: Host) -> bool:
@@ -156,7 +156,7 @@ class PaintTool(StrokeTool):
         if warn_if_locked(host, self._label) or not self._look_around(event, host):
             return False
         if chosen != [self._label]:
-            host.select([self._label])
+            host.document.select([self._label])
         return True
 
     def _look_around(self, event: PointerEvent, host: Host) -> bool:
@@ -175,7 +175,7 @@ class PaintTool(StrokeTool):
         covered = stroke if self._similar is None else self._similar.limit(stroke)
         if covered is not None:
             change = erase if self._erasing else paint
-            host.stroke(change(host.document.labels, covered, self._label, host.document.locked))
+            host.document.stroke(change(host.document.labels, covered, self._label, host.document.locked))
         return covered
 
     def apply(self, swept: Swept, host: Host) -> None:
@@ -190,7 +190,7 @@ class PaintTool(StrokeTool):
         if host.options.to_no_block:
             host.end_stroke(text, self._label)
             return
-        host.drop_stroke()  # the best neighbour can only be found for all pixels together
+        host.document.drop_stroke()  # the best neighbour can only be found for all pixels together
         if swept.stroke is not None:
             patch = erase(document.labels, swept.stroke, self._label, document.locked, frame=document.frame)
             host.commit(patch, text, self._label)
@@ -226,7 +226,7 @@ class MarkInvalidTool(StrokeTool):
         after = before & ~measured if self._marks_valid else before | measured
         text = "Mark depth valid" if self._marks_valid else "Mark depth invalid"
         if not np.array_equal(after, before):
-            host.mark_invalid(after, text)
+            host.attempt(lambda: host.document.set_invalid_mask(after, text))
         elif self._marks_valid:
             host.show_message("There is no invalid depth here.")
         else:

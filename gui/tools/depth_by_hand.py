@@ -119,7 +119,7 @@ class DepthByHandTool(StrokeTool):
         """Cancel the stroke and drop the proposal."""
         pending_work, self._surface, self._kept = self.busy, None, None
         super().cancel(host)
-        host.propose_depth(None)
+        host.document.propose(None)
         return pending_work
 
     def finish(self, host: Host) -> bool:
@@ -182,7 +182,7 @@ class DepthByHandTool(StrokeTool):
     def _show(self, host: Host) -> None:
         """Show the proposal, and the outline of its larger parts: those of thousands of single pixels are slow."""
         proposal = self._proposal
-        host.propose_depth(proposal)
+        host.document.propose(proposal)
         large = cv2.morphologyEx(np.isfinite(proposal).astype(np.uint8), cv2.MORPH_OPEN, np.ones((3, 3), np.uint8)) > 0
         box = bounds(large)
         self._outline = QPainterPath() if box is None else boundary_path(large[box], box[1].start, box[0].start)
@@ -209,12 +209,13 @@ class DepthByHandTool(StrokeTool):
         if not free.any():
             warn_if_any_locked(host, np.unique(host.document.labels[where]).tolist())
         else:
-            host.state_depth(depth, free, text)
+            host.attempt(lambda: host.document.set_by_hand(depth, free, text))
 
     def _remove(self, host: Host, where: Mask) -> None:
         """Remove depth by hand, except in locked blocks."""
         free = where & ~np.isin(host.document.labels, list(host.document.locked))
-        if not host.state_depth(np.full(where.shape, np.nan, np.float32), free, "Remove depth by hand"):
+        nothing = np.full(where.shape, np.nan, np.float32)
+        if not host.attempt(lambda: host.document.set_by_hand(nothing, free, "Remove depth by hand")):
             host.show_message("There is no depth by hand here that can be removed.")
 
 

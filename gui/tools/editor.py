@@ -17,7 +17,6 @@ from ilf.segmentation.editing.cleaning import count_slivers, tidied
 from ilf.segmentation.editing.patches import LabelPatch, patch_between
 
 from ..state.document import Document
-from ..state.inspection import Inspection
 from ..state.parts import Part
 from ..state.workspace import Workspace
 from ..views.interaction import PointerEvent, PointerKind, Preview
@@ -66,11 +65,10 @@ class Editor(QObject):
         self._jobs = LatestRequest[_Job, Any](lambda job: job.find(), self)
         self._jobs.answered.connect(self._take_answer)
         self._jobs.failed.connect(lambda _, error: self.failed.emit(error))
-        self.inspection = Inspection(workspace, self)
-        self.inspection.refused.connect(self.message)
         self.tools = Tools()
         self.options = ToolOptions()
-        self._active = "select"
+        self.tool_name = "select"
+        """The name of the active tool; `set_tool` sets it."""
         self._hint = ""
         self._pointer: PointerEvent | None = None
         workspace.about_to_change.connect(self.cancel)
@@ -81,17 +79,12 @@ class Editor(QObject):
     @property
     def tool(self) -> Tool:
         """The active tool."""
-        return self.tools[self._active]
-
-    @property
-    def tool_name(self) -> str:
-        """The name of the active tool."""
-        return self._active
+        return self.tools[self.tool_name]
 
     def set_tool(self, name: str) -> None:
         """Make a tool the active one."""
         self.cancel()
-        self._active = name
+        self.tool_name = name
         self._views.set_preview(None)
         self._look_ahead()
         self._hover_again()
@@ -100,8 +93,8 @@ class Editor(QObject):
     def cycle_tool(self, steps: int) -> None:
         """Move on by a number of tools, among those that correct or those that inspect."""
         inspects = {kind.name: kind.inspects for kind in KINDS}
-        names = [name for name in inspects if inspects[name] == inspects[self._active]]
-        self.set_tool(names[(names.index(self._active) + steps) % len(names)])
+        names = [name for name in inspects if inspects[name] == inspects[self.tool_name]]
+        self.set_tool(names[(names.index(self.tool_name) + steps) % len(names)])
 
     @property
     def ready(self) -> bool:
@@ -124,7 +117,7 @@ class Editor(QObject):
             self.cancel()
         elif not self._update_hint(self._workspace.has_current and self.tool.remove(self)):
             self.cancel()
-            self.select([])
+            self._workspace.select([])
 
     def undo(self) -> None:
         """Cancel the tool's action in progress, or else undo the last step."""
@@ -211,10 +204,6 @@ class Editor(QObject):
         parameters = self.document.blocks.extraction or self._workspace.parameters.extraction
         return self.edge_data_source.of(self.document, parameters)
 
-    def select(self, labels: list[int]) -> None:
-        """Select blocks."""
-        self._workspace.select(labels)
-
     def commit(self, patch: LabelPatch | None, text: str, label: int = 0) -> LabelPatch | None:
         """Make a change of the label map, with what it would leave behind, one undo step."""
         if patch is None:
@@ -223,10 +212,6 @@ class Editor(QObject):
         if whole is not None and self._workspace.current.edit(whole, text):
             self._tell_of_rests(patch, whole)
         return whole
-
-    def stroke(self, patch: LabelPatch | None) -> None:
-        """Change the label map as part of a stroke."""
-        self._workspace.current.stroke(patch)
 
     def end_stroke(self, text: str, label: int = 0) -> bool:
         """Make the stroke, with what it would leave behind, one undo step."""
@@ -247,35 +232,13 @@ class Editor(QObject):
         self._tell_of_rests(patch, whole)
         return True
 
-    def drop_stroke(self) -> bool:
-        """Cancel the stroke."""
-        return self._workspace.current.drop_stroke()
-
-    @property
-    def undo_index(self) -> int:
-        """The number of undo steps of the current frame that are done."""
-        return self.document.undo_stack.index()
-
-    def mark_invalid(self, mask: NDArray[np.bool_] | None, text: str) -> bool:
-        """Set the invalid mask, as one undo step."""
+    def attempt(self, change: Callable[[], bool]) -> bool:
+        """Change the document; show a message if the change is refused."""
         try:
-            return self._workspace.current.set_invalid_mask(mask, text)
+            return change()
         except InputError as error:
             self.show_message(str(error))
             return False
-
-    def state_depth(self, depth: NDArray[np.float32], where: NDArray[np.bool_], text: str) -> bool:
-        """State depth by hand, as one undo step."""
-        try:
-            return self.document.set_by_hand(depth, where, text)
-        except InputError as error:
-            self.show_message(str(error))
-            return False
-
-    def propose_depth(self, depth: NDArray[np.float32] | None) -> None:
-        """Show depth in place of the completed depth."""
-        if self._workspace.has_current:
-            self._workspace.current.propose(depth)
 
     def run_in_background(self, find: Callable[[], Result], take: Callable[[Result], None]) -> None:
         """Call `find` in the background, then `take` with its result, unless the tool is cancelled before."""

@@ -14,7 +14,7 @@ from ilf.segmentation.editing.cutting import cut_off, piece_at
 from ilf.segmentation.editing.painting import give
 from ilf.segmentation.editing.patches import LabelPatch, Labels
 
-from ..views.interaction import PointerEvent, PointerKind, Preview
+from ..views.interaction import PointerEvent, Preview
 from ..views.pixel_items import boundary_path
 from .base import Host, Point, Press, around, crossed, is_thick, warn_if_locked
 from .line import LineTool
@@ -40,25 +40,18 @@ class GiveTool(LineTool):
             return f"Release: {self._line_preview.text} | Shift: straight | Esc: cancel"
         return "Click: give this piece to the selected block | Ctrl: this region | Shift: select | drag: cut off a part"
 
-    def pointer(self, event: PointerEvent, host: Host) -> bool:
-        """Show the piece, or give it; draw while the button is down, and cut on release."""
-        match event.kind:
-            case PointerKind.PRESS:
-                self._press = Press(event)
-            case PointerKind.MOVE if self._press is not None:
-                self._drag(self._press, event, host)
-            case PointerKind.RELEASE if self._press is not None:
-                press, line = self._press, self._pen.line
-                self.cancel(host)
-                if press.drags:
-                    _cut_off(press.point, line, self._near, host)
-                else:
-                    self._give(event, host)
-            case PointerKind.LEAVE if self._press is None:
-                self.cancel(host)
-            case PointerKind.HOVER:
-                self._show_piece(event, host)
-        return event.kind is not PointerKind.DOUBLE
+    def _release(self, press: Press, event: PointerEvent, host: Host) -> None:
+        """Cut a part off after a drag; give the piece after a click."""
+        line = self._pen.line
+        self.cancel(host)
+        if press.drags:
+            _cut_off(press.point, line, self._near, host)
+        else:
+            self._give(event, host)
+
+    def _leave(self, host: Host) -> None:
+        if self._press is None:
+            self.cancel(host)
 
     def cancel(self, host: Host) -> bool:
         """Cancel the line, and drop the shown piece, because the label map may have changed."""
@@ -79,7 +72,7 @@ class GiveTool(LineTool):
         document = host.document
         label = document.label_at(event.x, event.y)
         if event.shift or not document.selected:
-            host.select([label] if label else [])
+            host.document.select([label] if label else [])
             if label:
                 host.show_message(f"{document.info(label).name} is selected: it gets the pieces that you click.")
             return
@@ -87,7 +80,8 @@ class GiveTool(LineTool):
         if piece is not None:
             give_piece(host, piece, label)
 
-    def _show_piece(self, event: PointerEvent, host: Host) -> None:
+    def _hover(self, event: PointerEvent, host: Host) -> None:
+        """Show the piece under the pointer."""
         shown = self._piece
         row, column = int(event.y // 1), int(event.x // 1)
         inside = shown is not None and 0 <= row < shown.shape[0] and 0 <= column < shown.shape[1]
@@ -166,10 +160,8 @@ def give_piece(host: Host, piece: NDArray[np.bool_], source: int) -> None:
     """Give a piece of a block to the selected one, if neither is locked."""
     document = host.document
     label = document.selected[0]
-    for one in (label, source):
-        if one in document.locked:
-            host.show_message(f"{document.info(one).name} is locked. Unlock it in the table of blocks.")
-            return
+    if warn_if_locked(host, label) or warn_if_locked(host, source):
+        return
     name = document.info(label).name
     if not host.commit(give(document.labels, piece, label, document.locked), f"Give a piece to {name}", label):
         host.show_message(f"This piece already belongs to {name}. Shift+click selects another block.")

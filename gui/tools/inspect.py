@@ -7,9 +7,11 @@ from collections.abc import Mapping, Sequence
 from typing import Generic, TypeVar
 
 from ilf.data.label_map import Box
-from ilf.evaluation.measuring import Line
+from ilf.errors import InputError
+from ilf.evaluation.measuring import Line, point_in_space
 
-from ..state.inspection import Inspection
+from ..state.document import Document
+from ..state.parts import Part
 from ..views.interaction import PointerEvent, PointerKind, Preview
 from .base import Host, Point, Press, Tool, line_path
 from .line import REACH, clamped, nearest, straightened, touches
@@ -41,11 +43,11 @@ class MeasureTool(Tool):
         """Measure by two clicks, move an end by a drag, preview the line to the second point."""
         at = clamped((event.x, event.y), host.document.frame.shape)
         if event.kind is PointerKind.PRESS:
-            self._press, self._before = Press(event), host.inspection.measurements
+            self._press, self._before = Press(event), host.document.state.looked.measurements
             self._held = _held(self._before, event) if self._start is None else None
         elif event.kind is PointerKind.MOVE and self._press is not None:
             if self._press.follow(event) and self._held is not None:
-                host.inspection.set_measurements(_with_end(host.inspection.measurements, self._held, at))
+                host.document.set_measurements(_with_end(self._before, self._held, at))
         elif event.kind is PointerKind.RELEASE and self._press is not None:
             press, self._press = self._press, None
             if self._held is None or not press.drags:
@@ -62,7 +64,7 @@ class MeasureTool(Tool):
         self._press = self._start = None
         host.show_preview(None)
         if press is not None and press.drags and self._held is not None:
-            host.inspection.set_measurements(self._before)
+            host.document.set_measurements(self._before)
         return was_busy
 
     def undo_last(self, host: Host) -> bool:
@@ -70,13 +72,24 @@ class MeasureTool(Tool):
         return self.cancel(host)
 
     def _click(self, at: Point, host: Host) -> None:
-        if not host.inspection.has_depth(at):
+        if not _has_place(at, host):
             return
         if self._start is None:
             self._start = at
         else:
-            host.inspection.set_measurements([*host.inspection.measurements, (self._start, at)])
+            host.document.set_measurements([*host.document.state.looked.measurements, (self._start, at)])
             self._start = None
+
+
+def _has_place(point: Point, host: Host) -> bool:
+    """Return whether the pixel at image coordinates has a position in space; if not, show a message why."""
+    frame, depth = host.document.frame, host.document.current_depth()
+    try:
+        point_in_space(frame.depth if depth is None else depth, point, frame.intrinsics)
+    except InputError as error:
+        host.show_message(str(error))
+        return False
+    return True
 
 
 def _held(lines: Sequence[Line], event: PointerEvent) -> tuple[int, int] | None:
@@ -99,20 +112,30 @@ Grip = TypeVar("Grip")
 
 
 class ShapeTool(Tool, Generic[Shape, Grip]):
-    """A tool whose drag draws a new shape, or changes the existing one at the pressed handle; one shape per frame."""
+    """A tool whose drag draws a new shape, or changes the existing one at the pressed handle; one shape per frame.
+
+    Attributes
+    ----------
+    name : str
+        Its name in the frame's `looked`.
+    part : Part
+        What changes with it.
+    """
+
+    name: str
+    part: Part
 
     def __init__(self) -> None:
         self._before: Shape | None = None
         self._grip: Grip | None = None
         """The handle under the press; None to draw a new shape."""
 
-    def shape(self, inspection: Inspection) -> Shape | None:
-        """Return the current shape."""
-        raise NotImplementedError
+    def _shape(self, document: Document) -> Shape | None:
+        shape: Shape | None = getattr(document.state.looked, self.name)
+        return shape
 
-    def put(self, inspection: Inspection, shape: Shape | None) -> None:
-        """Set or remove the shape."""
-        raise NotImplementedError
+    def _put(self, document: Document, shape: Shape | None) -> None:
+        document.look(self.part, True, **{self.name: shape})
 
     def grip(self, shape: Shape, event: PointerEvent) -> Grip | None:
         """Return the handle under a press; None for none."""
@@ -125,11 +148,11 @@ class ShapeTool(Tool, Generic[Shape, Grip]):
     def pointer(self, event: PointerEvent, host: Host) -> bool:
         """Draw or change the shape while the button is down."""
         if event.kind is PointerKind.PRESS:
-            self._press, self._before = Press(event), self.shape(host.inspection)
+            self._press, self._before = Press(event), self._shape(host.document)
             self._grip = None if self._before is None else self.grip(self._before, event)
         elif event.kind in (PointerKind.MOVE, PointerKind.RELEASE) and self._press is not None:
             if self._press.follow(event):
-                self.put(host.inspection, self.dragged(self._press, event, host.document.frame.shape))
+                self._put(host.document, self.dragged(self._press, event, host.document.frame.shape))
             if event.kind is PointerKind.RELEASE:
                 self._press = None
         return event.kind is not PointerKind.DOUBLE  # the second of two quick clicks is a normal press
@@ -138,13 +161,13 @@ class ShapeTool(Tool, Generic[Shape, Grip]):
         """Restore the former shape."""
         pending_work, self._press = self.busy, None
         if pending_work:
-            self.put(host.inspection, self._before)
+            self._put(host.document, self._before)
         return pending_work
 
     def remove(self, host: Host) -> bool:
         """Remove the shape."""
-        there = self.shape(host.inspection) is not None
-        self.put(host.inspection, None)
+        there = self._shape(host.document) is not None
+        self._put(host.document, None)
         return there
 
 
@@ -154,15 +177,8 @@ class ShapeTool(Tool, Generic[Shape, Grip]):
 class ProfileTool(ShapeTool[Line, str]):
     """The tool Profile line. A drag draws the line, or moves an end or all of it. Its ends are pixel centres."""
 
+    name, part = "line", Part.MARKS
     hint = "Drag: line to plot depth along | drag an end or the line: move it | Shift: straight | Esc: remove it"
-
-    def shape(self, inspection: Inspection) -> Line | None:
-        """Return the current line."""
-        return inspection.line
-
-    def put(self, inspection: Inspection, shape: Line | None) -> None:
-        """Set or remove the line."""
-        inspection.set_line(shape)
 
     def grip(self, shape: Line, event: PointerEvent) -> str | None:
         """Return the part under a press: "start", "end" or "whole"; None for none."""
@@ -205,15 +221,8 @@ def _shifted(line: Line, by: Point, shape: tuple[int, int]) -> Line:
 class RectangleTool(ShapeTool[Box, frozenset[str]]):
     """The tool Rectangle. A drag draws it; dragging a side or a corner resizes it, dragging its inside moves it."""
 
+    name, part = "region", Part.REGION
     hint = "Drag: rectangle for statistics | drag its sides or inside: change it | Esc: remove it"
-
-    def shape(self, inspection: Inspection) -> Box | None:
-        """Return the current rectangle."""
-        return inspection.region
-
-    def put(self, inspection: Inspection, shape: Box | None) -> None:
-        """Set or remove the rectangle."""
-        inspection.set_region(shape)
 
     def grip(self, shape: Box, event: PointerEvent) -> frozenset[str] | None:
         """Return the sides under a press: all of them from inside, none from outside."""

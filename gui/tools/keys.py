@@ -71,7 +71,7 @@ class ToolKeys(QObject):
                 self.crosshair.show()
             self._keyboard_focus = False
         elif self._was_hidden(old) and self._views.isVisible() and self._belongs(new):
-            self._views.take_focus()
+            self._views.active.view.setFocus()
 
     def _was_hidden(self, old: QWidget | None) -> bool:
         """Whether a part of the window lost the focus because it was hidden."""

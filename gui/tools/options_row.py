@@ -44,9 +44,8 @@ class OptionsRow(QWidget):
         new_block: QAction,
         by_amount: Sequence[QAction],
         by_hand: Sequence[QAction],
-        parent: QWidget | None = None,
     ) -> None:
-        super().__init__(parent)
+        super().__init__()
         self._brush_text, self._leash_text = PlainLabel(), PlainLabel()
         self.brush = _slider("Brush", 1, round(BRUSH_RADII[-1]))
         self.leash = _slider("Snap", 0, LARGEST_LEASH)

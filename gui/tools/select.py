@@ -135,16 +135,16 @@ def select_at(point: Point, event: PointerEvent, host: Host) -> None:
     label = host.document.label_at(*point)
     chosen = list(host.document.selected)
     if not (event.ctrl or event.shift):
-        host.select([label] if label else [])
+        host.document.select([label] if label else [])
     elif event.ctrl and label in chosen:
-        host.select([other for other in chosen if other != label])
+        host.document.select([other for other in chosen if other != label])
     else:
         add([label], host)
 
 
 def add(labels: list[int], host: Host) -> None:
     """Add blocks to the selection; 0 is no block."""
-    host.select(list(dict.fromkeys([*host.document.selected, *(label for label in labels if label)])))
+    host.document.select(list(dict.fromkeys([*host.document.selected, *(label for label in labels if label)])))
 
 
 def merge_blocks(host: Host, labels: Sequence[int]) -> None:
@@ -160,7 +160,7 @@ def merge_blocks(host: Host, labels: Sequence[int]) -> None:
         return
     apart = not parts_touch(document.labels, free)
     if host.commit(merge(document.labels, free, document.locked), f"Merge {len(free)} blocks", free[0]):
-        host.select(free[:1])
+        host.document.select(free[:1])
         if left_out:
             host.show_message(f"{left_out}.")
         if apart:

@@ -181,7 +181,7 @@ class SmartSelectTool(Tool):
         if done is None:
             host.show_message(f"The selection changes no pixels of {name}: it is equal, or they are in locked blocks.")
             return True
-        host.select([label])
+        host.document.select([label])
         apart = pixels_apart(before, done, label)
         if apart:
             host.show_message(f"{disconnected_text(name, apart)} Click without Shift to make a new block.")

@@ -184,6 +184,6 @@ def _cut(label: int, line: list[Point], host: Host) -> None:
         return
     patch = split(document.labels, label, line, document.locked, document.next_label())
     if host.commit(patch, f"Split {name}"):
-        host.select([label])
+        host.document.select([label])
     elif patch is None:
         host.show_message(f"The line does not divide {name}: draw it from boundary to boundary.")

@@ -31,11 +31,6 @@ class ColourRanges(QObject):
         """Depth [m] at the ends of the depth colours."""
         return self.of("depth").levels or (0.0, 1.0)
 
-    @property
-    def depth_map(self) -> str:
-        """Name of the depth colour map, one of `colours.DEPTH_MAPS`."""
-        return self._data.depth_map
-
     def of(self, kind: str) -> Range:
         """Colour range of a kind."""
         return self._data.ranges[kind]

@@ -66,7 +66,7 @@ class ViewTransform:
     def fit(self) -> None:
         """Show the whole frame."""
         self.x, self.y = self._frame[0] / 2, self._frame[1] / 2
-        self.scale = self._fit_scale()
+        self.scale = self._fitting(*self._view)
         self.fitted = True
 
     def show(self, left: float, top: float, right: float, bottom: float, margin: float = 0.15) -> None:
@@ -98,12 +98,9 @@ class ViewTransform:
 
     def set_scale(self, scale: float) -> None:
         """Show `scale` screen pixels per image pixel around the current centre, within the limits."""
-        lowest = self._fit_scale() * MIN_ZOOM_SHARE
+        lowest = self._fitting(*self._view) * MIN_ZOOM_SHARE
         self.scale = max(min(scale, max(self._view[0] / MIN_PIXELS_ACROSS, lowest)), lowest)
         self.fitted = False
-
-    def _fit_scale(self) -> float:
-        return self._fitting(*self._view)
 
     def _fitting(self, width: int, height: int) -> float:
         room = (max(size - 2 * FIT_MARGIN, 1) for size in (width, height))
@@ -251,12 +248,6 @@ class ImageView(pg.GraphicsView):
         """Add a picture to the scene."""
         self.addItem(item)
         return item
-
-    def remove(self, item: PixelItem | Hatch) -> None:
-        """Remove a picture or stripes from the scene."""
-        self.removeItem(item)
-        if isinstance(item, Hatch):
-            self._hatches.remove(item)
 
     def set_frame_size(self, width: int, height: int) -> None:
         """Set the frame's size in image pixels."""

@@ -9,8 +9,9 @@ from enum import Enum, auto
 from itertools import pairwise
 from statistics import median
 
+import pyqtgraph as pg
 from PySide6.QtCore import QPointF, QRectF, Qt
-from PySide6.QtGui import QBrush, QColor, QPainter, QPainterPath, QPen
+from PySide6.QtGui import QBrush, QColor, QPainter, QPainterPath
 from PySide6.QtWidgets import QStyleOptionGraphicsItem, QWidget
 
 from .scene_items import ViewItem
@@ -139,9 +140,7 @@ class PreviewItem(ViewItem):
 
     def _draw_corners(self, painter: QPainter, preview: Preview) -> None:
         half = self._half_handle(preview.corners) * self._pixel_size
-        pen = QPen(_HALO, 1.5)
-        pen.setCosmetic(True)
-        painter.setPen(pen)
+        painter.setPen(pg.mkPen(_HALO, width=1.5))
         painter.setBrush(_LINE)
         for x, y in preview.corners:
             painter.drawRect(QRectF(QPointF(x - half, y - half), QPointF(x + half, y + half)))
@@ -158,10 +157,7 @@ class PreviewItem(ViewItem):
 
 def _draw(painter: QPainter, path: QPainterPath, dashed: bool) -> None:
     for colour, width in ((_HALO, _WIDTH + 2), (_LINE, _WIDTH)):
-        pen = QPen(colour, width)
-        pen.setCosmetic(True)
-        if dashed and colour is _LINE:
-            pen.setDashPattern([4, 3])
+        pen = pg.mkPen(colour, width=width, dash=[4, 3] if dashed and colour is _LINE else None)
         pen.setJoinStyle(Qt.PenJoinStyle.RoundJoin)
         painter.setPen(pen)
         painter.drawPath(path)

@@ -13,7 +13,7 @@ from PySide6.QtGui import QBrush, QColor
 from ilf.drawing.blocks import marked_picture
 from ilf.drawing.colours import robust_difference_level, robust_error_levels, sample, to_indices
 
-from ..base.theme import Colours
+from ..base.theme import Colours, blend
 from .colours import Levels, difference_table, error_table, full_levels, mark_table, strength_table
 from .contents import (
     BEFORE_IN,
@@ -31,7 +31,7 @@ from .contents import (
     operands_of,
     short_title,
 )
-from .scene_items import blend, hatch_brush
+from .scene_items import hatch_brush
 from .view_data import Depth, Mask, ShownDepth, ViewData
 
 Legend = list[tuple[QBrush, str]]

@@ -15,7 +15,7 @@ from ilf.data.frame import RGBDFrame
 from ..base import theme
 from ..state.parts import EVERY_PART, Part
 from ..state.workspace import Workspace
-from ..widgets.basics import Themed
+from ..widgets.basics import Themed, lay_out
 from .cell import Cell
 from .colour_ranges import ColourRanges
 from .image_view import ImageView, ViewTransform
@@ -74,8 +74,8 @@ class LinkedViews(Themed, QWidget):
     rangeChanged = Signal()
     pressed = Signal()
 
-    def __init__(self, workspace: Workspace, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, workspace: Workspace) -> None:
+        super().__init__()
         self._transform = ViewTransform()
         self.navigation = Navigation(self._transform, self)
         self.extraction = StageModel(self)
@@ -102,9 +102,7 @@ class LinkedViews(Themed, QWidget):
         self._pages = QStackedWidget()
         self._pages.addWidget(self._empty)
         self._pages.addWidget(self.sheet)
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(0, 0, 0, 0)
-        layout.addWidget(self._pages)
+        lay_out(QVBoxLayout(self), self._pages)
 
         for name, cell in self.cells.items():
             cell.view.resized.connect(self._follow_size)
@@ -279,11 +277,6 @@ class LinkedViews(Themed, QWidget):
         return any(cell.isVisible() and part in cell.uses for cell in self.cells.values())
 
     @property
-    def shown(self) -> tuple[Cell, ...]:
-        """The cells of the current layout, even while the views are hidden."""
-        return self.sheet.shown
-
-    @property
     def active(self) -> Cell:
         """The cell that was last clicked, or the first one if that is hidden."""
         cell = self.cells[self._active]
@@ -293,10 +286,6 @@ class LinkedViews(Themed, QWidget):
     def ranged(self) -> Cell:
         """The cell whose colour range is edited: the active one if it has a range, else the first that has."""
         return next((cell for cell in (self.active, *self.sheet.shown) if cell.range_kind), self.active)
-
-    def take_focus(self) -> None:
-        """Give the keyboard focus to the active view."""
-        self.active.view.setFocus()
 
     def choose_content(self) -> None:
         """Open the menu of the cell under the pointer, or of the active one."""
@@ -409,11 +398,8 @@ class LinkedViews(Themed, QWidget):
             self.pressed.emit()
         return self.sides.swipe.handle(view, event) or self.navigation.handle(view, event)
 
-    def _name_of(self, view: ImageView) -> str:
-        return next(name for name, cell in self.cells.items() if cell.view is view)
-
     def _content_of(self, view: ImageView) -> str:
-        return self.cells[self._name_of(view)].concrete
+        return next(cell.concrete for cell in self.cells.values() if cell.view is view)
 
     def activate(self, view: ImageView) -> None:
         """Make a view the active one, if it is one of these."""

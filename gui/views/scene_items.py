@@ -6,7 +6,7 @@ from PySide6.QtCore import QRectF, Qt
 from PySide6.QtGui import QBrush, QColor, QPainter, QPainterPath, QPen, QPixmap
 from PySide6.QtWidgets import QGraphicsItem, QStyleOptionGraphicsItem, QWidget
 
-from ..base.theme import Colours
+from ..base.theme import Colours, blend
 
 _TILE = 8
 
@@ -115,13 +115,3 @@ def hatch_brush(ground: QColor, stripe: QColor) -> QBrush:
 def missing_brush(colours: Colours) -> QBrush:
     """Brush of the stripes that are visible where depth is missing."""
     return hatch_brush(blend(colours.background, colours.text, 0.12), blend(colours.background, colours.text, 0.3))
-
-
-def blend(first: QColor, second: QColor, share: float) -> QColor:
-    """Blend two colours; `share` is the weight of the second."""
-    pairs = zip(_rgb(first), _rgb(second), strict=True)
-    return QColor.fromRgbF(*(a + (b - a) * share for a, b in pairs))
-
-
-def _rgb(colour: QColor) -> tuple[float, float, float]:
-    return colour.redF(), colour.greenF(), colour.blueF()

@@ -52,7 +52,7 @@ class Sheet(QWidget):
 
     @property
     def shown(self) -> tuple[Cell, ...]:
-        """Cells of the current layout; the first sets the scale of the others."""
+        """Cells of the current layout, even while the views are hidden; the first sets the scale of the others."""
         return tuple(self._cells[name] for name in self._names())
 
     def set_aspect(self, aspect: float) -> None:

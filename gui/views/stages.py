@@ -7,10 +7,12 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QObject, QSignalBlocker, Qt, Signal
-from PySide6.QtWidgets import QButtonGroup, QComboBox, QHBoxLayout, QToolButton, QWidget
+from PySide6.QtWidgets import QButtonGroup, QHBoxLayout, QToolButton, QWidget
 
 from ilf.drawing.blocks import STAGES, stage_count, stage_legend
 from ilf.segmentation.extraction import Extraction
+
+from ..widgets.basics import combo, lay_out
 
 
 class StagePicker(QWidget):
@@ -26,13 +28,10 @@ class StagePicker(QWidget):
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
-        layout = QHBoxLayout(self)
-        layout.setContentsMargins(0, 0, 0, 0)
-        layout.setSpacing(1)
+        layout = lay_out(QHBoxLayout(self), spacing=1)
         self._buttons: dict[str, QToolButton] = {}
         group = QButtonGroup(self)
-        self._box = QComboBox()
-        self._box.setAccessibleName("Stage of the extraction")
+        self._box = combo(STAGES, "Stage of the extraction", "Stage of the extraction")
         for name, text in STAGES.items():
             button = QToolButton()
             button.setText(text)
@@ -42,11 +41,8 @@ class StagePicker(QWidget):
             group.addButton(button)
             layout.addWidget(button)
             self._buttons[name] = button
-            self._box.addItem(text, name)
         layout.addWidget(self._box)
         self._box.currentIndexChanged.connect(lambda _: self.chosen.emit(self._box.currentData()))
-        self._box.setToolTip("Stage of the extraction")
-        self._box.setAccessibleName("Stage of the extraction")
         self.set_available_width(0)
 
     def show_stage(self, name: str) -> None:

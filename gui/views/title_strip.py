@@ -41,8 +41,8 @@ class TitleStrip(QWidget):
     doubleClicked = Signal()
     menuRequested = Signal(QPoint)
 
-    def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self) -> None:
+        super().__init__()
         self.title = ""
         self._swatch: QColor | None = None
         self._legend: list[tuple[QBrush, str]] = []

@@ -286,18 +286,16 @@ class ViewData:
         """Depth by its name; None if it is not available."""
         if depth == "result":
             return self.result
-        if depth == "depth-in":
-            return _plain(self.depth_in)
-        if depth == "ground_truth":
-            return _plain(self.ground_truth)
-        if depth == "guide":
-            return _plain(self.guide)
-        if depth == INTERPOLATED:
-            return _plain(self.interpolated)
-        if depth == BEFORE_IN:
-            return _plain(self.before.depth_in)
-        if depth == BEFORE_OUT:
-            return _plain(self.before.depth_out)
+        plain = {
+            "depth-in": self.depth_in,
+            "ground_truth": self.ground_truth,
+            "guide": self.guide,
+            INTERPOLATED: self.interpolated,
+            BEFORE_IN: self.before.depth_in,
+            BEFORE_OUT: self.before.depth_out,
+        }
+        if depth in plain:
+            return _plain(plain[depth])
         run = self.run(depth)
         return None if run is None else ShownDepth(run.completion.depth, _any(run.completion.extrapolated))
 

@@ -7,7 +7,7 @@ from PySide6.QtGui import QAction, QActionGroup
 from PySide6.QtWidgets import QHBoxLayout, QMenu, QSlider, QWidget, QWidgetAction
 
 from ..base.commands import TEMPORARY
-from ..widgets.basics import PlainLabel, combo, menu_button
+from ..widgets.basics import PlainLabel, combo, lay_out, menu_button
 from .centre import Centre
 from .contents import capital, short_title
 from .layouts import LAYOUT_TEXTS, LAYOUTS
@@ -76,12 +76,8 @@ class ViewBar(QWidget):
         self.shown = menu_button(menu, "Show \u25be", "What is drawn over the views")
         self._menu = menu
         menu.insertAction(menu.actions()[0], self.opacity)
-        layout = QHBoxLayout(self)
-        layout.setContentsMargins(0, 0, 0, 0)
-        layout.setSpacing(_SPACE)
         self._parts = (centre.tabs, self.layouts, self.shown)
-        for part in self._parts:
-            layout.addWidget(part)
+        lay_out(QHBoxLayout(self), *self._parts, spacing=_SPACE)
         for part in self._parts[1:]:
             centre.turned.connect(lambda part=part: part.setEnabled(not centre.shows_cloud_alone))
 

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any, TypeVar
 
 from PySide6.QtCore import QEvent, QSize, Qt
-from PySide6.QtGui import QAction, QHelpEvent, QPainter, QPaintEvent, QPalette, QShowEvent
+from PySide6.QtGui import QAction, QFont, QHelpEvent, QPainter, QPaintEvent, QPalette, QShowEvent
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QBoxLayout,
@@ -80,8 +80,8 @@ class PlainLabel(QLabel):
 class ElidedLabel(PlainLabel):
     """A label of one line that takes no more than the room left: a longer text has "…", and is its tool tip."""
 
-    def __init__(self, mode: Qt.TextElideMode = Qt.TextElideMode.ElideRight, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, mode: Qt.TextElideMode = Qt.TextElideMode.ElideRight) -> None:
+        super().__init__()
         self._mode = mode
         self.setMinimumWidth(1)
 
@@ -111,8 +111,8 @@ def literal_text(text: str) -> str:
 class Message(PlainLabel):
     """A label with wrapped text in one of the theme's colours."""
 
-    def __init__(self, lines: int = 1, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, lines: int = 1) -> None:
+        super().__init__()
         self._tone = "muted"
         self.setWordWrap(True)
         self.setAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignTop)
@@ -145,10 +145,7 @@ class Message(PlainLabel):
 def group(title: str) -> tuple[QGroupBox, QVBoxLayout]:
     """Return a titled box and the column layout in it."""
     box = QGroupBox(title)
-    column = QVBoxLayout(box)
-    column.setContentsMargins(12, 10, 12, 12)
-    column.setSpacing(8)
-    return box, column
+    return box, lay_out(QVBoxLayout(box), margins=(12, 10, 12, 12), spacing=8)
 
 
 Box = TypeVar("Box", bound=QBoxLayout)
@@ -302,6 +299,13 @@ def typed_list() -> QComboBox:
     box.setInsertPolicy(QComboBox.InsertPolicy.NoInsert)
     box.setCompleter(None)  # type: ignore[arg-type]  # it would swallow Enter
     return box
+
+
+def use_even_digits(widget: QWidget) -> None:
+    """Give digits one width in a widget, so that changing numbers stay in their place."""
+    font = QFont(widget.font())
+    font.setFeature(QFont.Tag("tnum"), 1)
+    widget.setFont(font)
 
 
 def label_of(text: str, field: QWidget) -> PlainLabel:

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from PySide6.QtCore import QEvent, QSettings, QSignalBlocker, Qt, Signal
-from PySide6.QtWidgets import QComboBox, QHBoxLayout, QSpinBox, QWidget
+from PySide6.QtWidgets import QHBoxLayout, QSpinBox, QWidget
 
 from ilf.evaluation.hold_out import AREAS_HIDDEN, HOLD_OUT_PATTERNS, RANDOM_KEPT, HoldOutTest
 
-from .basics import label_of, lay_out
+from .basics import combo, label_of, lay_out
 
 _PATTERN_KEY, _SEEDS_KEY = "hold_out/pattern", "hold_out/seeds"
 _SEEDS, _MAX_SEEDS = 3, 20
@@ -30,12 +30,9 @@ class HoldOutChoice(QWidget):
 
     def __init__(self) -> None:
         super().__init__()
-        self.pattern = QComboBox()
-        self.pattern.setAccessibleName("Pattern of the hold-out")
-        self.pattern.setToolTip("Which known depth is hidden")
-        for name in sorted(HOLD_OUT_PATTERNS):
-            self.pattern.addItem(_TEXTS[name], name)
-            self.pattern.setItemData(self.pattern.count() - 1, HOLD_OUT_PATTERNS[name], Qt.ItemDataRole.ToolTipRole)
+        self.pattern = combo(_TEXTS, "Which known depth is hidden", "Pattern of the hold-out")
+        for row, name in enumerate(_TEXTS):
+            self.pattern.setItemData(row, HOLD_OUT_PATTERNS[name], Qt.ItemDataRole.ToolTipRole)
         self.seeds = QSpinBox(minimum=1, maximum=_MAX_SEEDS, value=_SEEDS)
         self.seeds.setToolTip(
             "Number of random hold-outs, whose errors are pooled; more are slower but more reliable. The same number "

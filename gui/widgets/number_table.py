@@ -10,7 +10,7 @@ from PySide6.QtGui import QBrush, QColor, QFont, QGuiApplication, QIcon, QKeyEve
 from PySide6.QtWidgets import QAbstractItemView, QHeaderView, QTreeWidget, QTreeWidgetItem
 
 from ..base import theme
-from .basics import Themed, literal_text, paint_hint
+from .basics import Themed, literal_text, paint_hint, use_even_digits
 
 _SWATCH = 10
 _ROW_PAD = 6
@@ -76,9 +76,7 @@ class NumberTable(Themed, QTreeWidget):
         self.setSelectionMode(QAbstractItemView.SelectionMode.ExtendedSelection)
         self.setHorizontalScrollMode(QAbstractItemView.ScrollMode.ScrollPerPixel)
         self.setFrameShape(QTreeWidget.Shape.NoFrame)
-        figures = QFont(self.font())
-        figures.setFeature(QFont.Tag("tnum"), 1)
-        self.setFont(figures)
+        use_even_digits(self)
 
     def set_rows(self, rows: Iterable[Row], empty: str = "") -> None:
         """Show other rows; `empty` is the text shown without rows."""

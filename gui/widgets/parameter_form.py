@@ -32,7 +32,7 @@ from PySide6.QtWidgets import (
 from ilf.data.declarations import Declaration, ParameterSet, Value
 
 from ..base import theme
-from .basics import Message, PlainLabel, Themed, literal_text
+from .basics import Message, PlainLabel, Themed, lay_out, literal_text
 
 # Sliders of parameters: which parameters have one, and the mapping of positions to values.
 
@@ -158,8 +158,8 @@ class ParameterForm(Themed, QScrollArea):
     changed = Signal(object)
     menu_requested = Signal(str, QPoint)
 
-    def __init__(self, set_class: type[ParameterSet], parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, set_class: type[ParameterSet]) -> None:
+        super().__init__()
         self.setFocusPolicy(Qt.FocusPolicy.NoFocus)  # its fields have it
         self._parameters = set_class()
         self._base = set_class()
@@ -174,9 +174,7 @@ class ParameterForm(Themed, QScrollArea):
         """Parameters that determine whether others have an effect."""
 
         content = QWidget()
-        column = QVBoxLayout(content)
-        column.setContentsMargins(8, 6, 4, 10)
-        column.setSpacing(2)
+        column = lay_out(QVBoxLayout(content), margins=(8, 6, 4, 10), spacing=2)
         groups: dict[str, list[Declaration]] = {_FIRST: []}
         for declaration in declarations.values():
             groups.setdefault(declaration.group, []).append(declaration)
@@ -251,9 +249,7 @@ class ParameterForm(Themed, QScrollArea):
 
     def _section(self, group: str, members: list[Declaration]) -> QWidget:
         section = QWidget()
-        column = QVBoxLayout(section)
-        column.setContentsMargins(0, 0, 0, 6)
-        column.setSpacing(2)
+        column = lay_out(QVBoxLayout(section), margins=(0, 0, 0, 6), spacing=2)
         header = QToolButton()
         header.setText(group)
         header.setCheckable(True)
@@ -267,9 +263,7 @@ class ParameterForm(Themed, QScrollArea):
         font.setBold(True)
         header.setFont(font)
         body = QWidget()
-        rows = QVBoxLayout(body)
-        rows.setContentsMargins(2, 2, 0, 2)
-        rows.setSpacing(5)
+        rows = lay_out(QVBoxLayout(body), margins=(2, 2, 0, 2), spacing=5)
         self._rows_of[group] = rows
         for declaration in members:
             self._places[declaration.name] = place = QWidget()

@@ -9,6 +9,8 @@ from PySide6.QtCore import QModelIndex, QObject, QPersistentModelIndex, QRect, Q
 from PySide6.QtGui import QColor, QIcon, QPainter, QPalette
 from PySide6.QtWidgets import QAbstractItemView, QStyle, QStyledItemDelegate, QStyleOptionViewItem, QTableView, QWidget
 
+from ..base.theme import blend
+
 Index = QModelIndex | QPersistentModelIndex
 
 ICON_SIZE = 16
@@ -91,10 +93,4 @@ class RowDelegate(QStyledItemDelegate):
 @lru_cache(maxsize=8)
 def _selection_colour(accent: int, base: int) -> QColor:
     """Return the background of selected rows; colours as numbers so that the cache works, used for every cell."""
-    colour, other = QColor(accent), QColor(base)
-    pairs = (
-        (colour.redF(), other.redF()),
-        (colour.greenF(), other.greenF()),
-        (colour.blueF(), other.blueF()),
-    )
-    return QColor.fromRgbF(*(0.28 * a + 0.72 * b for a, b in pairs))
+    return blend(QColor(base), QColor(accent), 0.28)

@@ -50,7 +50,7 @@ class WorkRow(QWidget):
         requests.begun.connect(soon.start)
         requests.progressed.connect(self._take_share)
         requests.ended.connect(soon.stop)
-        requests.ended.connect(self.end)
+        requests.ended.connect(self.hide)
 
     def _take_share(self, share: float) -> None:
         """Show a share."""
@@ -72,10 +72,6 @@ class WorkRow(QWidget):
         self._pace.note(share if worked is None else worked)
         left = self._pace.text()
         self.bar.setFormat(f"{share:.0%}, {left}" if left else f"{share:.0%}")
-
-    def end(self) -> None:
-        """Hide the row at the end of work."""
-        self.hide()
 
     def _cancel(self) -> None:
         self.cancel_button.setEnabled(False)

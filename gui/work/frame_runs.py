@@ -21,7 +21,7 @@ from ilf.run.run import EXTRAPOLATED, Execution, Run
 from ..state.document import Document
 from ..state.results import Preview
 from ..state.workspace import Workspace
-from .jobs import Worker, spare_cores
+from .jobs import Order, Worker, spare_cores
 
 _WithPreviews = tuple[Step, list[Preview] | None]
 
@@ -302,7 +302,7 @@ class FrameRuns(QObject):
 
     def toggle_pause(self) -> None:
         """Pause the run after the current iteration, or resume it."""
-        (self._worker.resume if self.state is RunState.PAUSED else self._worker.pause)()
+        self._worker.order(Order.RUN if self.state is RunState.PAUSED else Order.PAUSE)
         self._news.state_changed.emit()
 
     def step(self) -> None:
@@ -310,7 +310,7 @@ class FrameRuns(QObject):
         if self.free:
             self.start(self._chosen() or None, stepwise=True)
         else:
-            self._worker.step()
+            self._worker.order(Order.STEP)
             self._news.state_changed.emit()
 
     def cancel(self) -> None:

@@ -20,8 +20,8 @@ from ilf._runtime.threads import available_cores
 Make = Callable[[], Generator[Any, None, Any]]
 
 
-class Command(Enum):
-    """A command to a job."""
+class Order(Enum):
+    """An order to a job."""
 
     RUN = "run"
     PAUSE = "pause"
@@ -36,7 +36,7 @@ class JobThread:
     ----------
     make : callable
         Returns the generator; called in the thread.
-    command : Command
+    command : Order
         The first command.
     is_step_end : callable
         Given a yielded item, returns whether the job may pause after it.
@@ -53,7 +53,7 @@ class JobThread:
         Items that were yielded and not fetched yet.
     end : tuple of str and object, or None
         "finished" and the generator's return value, "failed" and an exception, or "cancelled".
-    command : Command
+    command : Order
         The last command.
     waiting : bool
         Whether it is paused at this moment.
@@ -62,7 +62,7 @@ class JobThread:
     def __init__(
         self,
         make: Make,
-        command: Command,
+        command: Order,
         is_step_end: Callable[[Any], bool],
         notify: Callable[[], None],
         silence: float,
@@ -81,14 +81,14 @@ class JobThread:
         self._thread = threading.Thread(target=self._drive, name="ilf-worker", daemon=True)
         self._thread.start()
 
-    def order(self, command: Command) -> bool:
+    def order(self, command: Order) -> bool:
         """Set the command; False if the job was cancelled before."""
         with self._state:
-            obeyed = self.command is not Command.CANCEL
+            obeyed = self.command is not Order.CANCEL
             if obeyed:
                 self.command = command
             self._state.notify_all()
-        if command is Command.CANCEL and self._interruptible:
+        if command is Order.CANCEL and self._interruptible:
             self._cancel_event.set()
         return obeyed
 
@@ -140,13 +140,13 @@ class JobThread:
     def _wait_for_command(self, step_done: bool) -> bool:
         """Wait while paused, if the last step is complete; False once cancelled."""
         with self._state:
-            while step_done and self.command is Command.PAUSE:
+            while step_done and self.command is Order.PAUSE:
                 self.waiting = True
                 self._state.wait()
             self.waiting = False
-            if self.command is Command.STEP:
-                self.command = Command.PAUSE
-            return self.command is not Command.CANCEL
+            if self.command is Order.STEP:
+                self.command = Order.PAUSE
+            return self.command is not Order.CANCEL
 
 
 DRAIN_INTERVAL_MS = 33
@@ -197,8 +197,8 @@ class Worker(QObject):
 
     @property
     def is_paused(self) -> bool:
-        """Whether the job waits for `resume` or `step`."""
-        return self._job is not None and self._job.command is Command.PAUSE
+        """Whether the job waits for another command."""
+        return self._job is not None and self._job.command is Order.PAUSE
 
     def start(self, job: Make, paused: bool = False, is_step_end: Callable[[Any], bool] = lambda _: True) -> None:
         """Start a job; RuntimeError if one is in progress. With `paused`, it pauses after one step.
@@ -208,26 +208,19 @@ class Worker(QObject):
         if self.busy:
             raise RuntimeError("a job is already in progress")
         self._announced_pause = False
-        command = Command.STEP if paused else Command.RUN
+        command = Order.STEP if paused else Order.RUN
         silence = DRAIN_INTERVAL_MS / 1000
         self._job = JobThread(job, command, is_step_end, self._wake.emit, silence, interruptible=not self._must_finish)
         self._timer.start()
 
-    def pause(self) -> None:
-        """Pause after the current step."""
-        self._order(Command.PAUSE)
-
-    def resume(self) -> None:
-        """Resume after a pause."""
-        self._order(Command.RUN)
-
-    def step(self) -> None:
-        """Run one more step, then pause."""
-        self._order(Command.STEP)
+    def order(self, command: Order) -> None:
+        """Pause the job after the current step, run it on, or run one more step and pause."""
+        if self._job is not None and self._job.order(command):
+            self._announced_pause = False
 
     def cancel(self) -> None:
         """Cancel the job; `cancelled` follows."""
-        self._order(Command.CANCEL)
+        self.order(Order.CANCEL)
         if self.busy and not self._must_finish and not self._patience.isActive():
             self._patience.start()
 
@@ -238,15 +231,11 @@ class Worker(QObject):
         if self._job is None:
             return True
         self._job.detach()
-        self._job.order(Command.CANCEL)
+        self._job.order(Order.CANCEL)
         ended = self._job.join(FINISH_LIMIT_S if self._must_finish else SHUTDOWN_LIMIT_S)
         if ended:
             self._job = None
         return ended
-
-    def _order(self, command: Command) -> None:
-        if self._job is not None and self._job.order(command):
-            self._announced_pause = False
 
     def _drain(self) -> None:
         job = self._job
@@ -262,7 +251,7 @@ class Worker(QObject):
             job.join()
             self._forget()
             kind, value = end
-            if kind == "cancelled" or job.command is Command.CANCEL:
+            if kind == "cancelled" or job.command is Order.CANCEL:
                 self.cancelled.emit()
             elif kind == "finished":
                 self.finished.emit(value)

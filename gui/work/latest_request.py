@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Generator
 from typing import Generic, TypeVar
 
-from PySide6.QtCore import QObject, Signal
+from PySide6.QtCore import QObject, Signal, SignalInstance
 
 from .jobs import Worker
 
@@ -51,8 +51,8 @@ class LatestRequest(QObject, Generic[Request, Answer]):
         super().__init__(parent)
         self._answer = answer
         self._worker = Worker(self)
-        self._worker.finished.connect(self._take)
-        self._worker.failed.connect(self._fail)
+        self._worker.finished.connect(lambda answer: self._end(self.answered, answer))
+        self._worker.failed.connect(lambda error: self._end(self.failed, error))
         self._worker.cancelled.connect(self._go_on)
         self._worker.progressed.connect(self._show_share)
         self._waiting: list[Request] = []
@@ -106,16 +106,10 @@ class LatestRequest(QObject, Generic[Request, Answer]):
         if shares[-1] is not None:
             self.progressed.emit(shares[-1])
 
-    def _take(self, answer: Answer) -> None:
+    def _end(self, signal: SignalInstance, found: Answer | Exception) -> None:
         asked, self._current = self._current, []
         for question in asked:
-            self.answered.emit(question, answer)
-        self._go_on()
-
-    def _fail(self, error: Exception) -> None:
-        asked, self._current = self._current, []
-        for question in asked:
-            self.failed.emit(question, error)
+            signal.emit(question, found)
         self._go_on()
 
     def _go_on(self) -> None:

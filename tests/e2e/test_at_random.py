@@ -11,6 +11,7 @@ from PySide6.QtCore import QCoreApplication, QEvent
 
 from gui.features.curves import CurvesFeature
 from gui.features.filter import FilterPanel
+from gui.state.parts import Part
 from gui.views.contents import COMPARABLE, DEPTHS, SIDES, TITLES
 from gui.views.layouts import LAYOUTS
 from ilf.data.frame import RGBDFrame
@@ -77,11 +78,11 @@ def test_commands_in_any_order(window, qtbot, small_frame, tmp_path):
         workspace.current.set_ground_truth(chance.choice([None, np.where(frame.known, frame.depth, np.float32(2))]))
 
     def inspect():
-        inspection, (height, width) = window.editor.inspection, workspace.current.frame.shape
+        document, (height, width) = workspace.current, workspace.current.frame.shape
         ends = [(chance.random() * width, chance.random() * height) for _ in range(2)]
-        inspection.set_line(chance.choice([None, (ends[0], ends[1])]))
-        inspection.set_region(chance.choice([None, (slice(3, 30), slice(5, 40))]))
-        inspection.set_measurements([*inspection.measurements[-2:], (ends[0], ends[1])])
+        document.look(Part.MARKS, line=chance.choice([None, (ends[0], ends[1])]))
+        document.set_region(chance.choice([None, (slice(3, 30), slice(5, 40))]))
+        document.set_measurements([*document.state.looked.measurements[-2:], (ends[0], ends[1])])
 
     others: list[Callable[[], object]] = [
         lambda: workspace.select(list(workspace.current.counts())[chance.randrange(3) :][:1]),

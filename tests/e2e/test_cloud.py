@@ -118,7 +118,7 @@ def test_points_and_pixels_are_linked(opened, qtbot):
 
 
 def test_distances_are_measured_between_points_of_the_cloud(opened, qtbot):
-    canvas, inspection = opened.cloud.canvas, opened.editor.inspection
+    canvas = opened.cloud.canvas
     opened.centre.show_cloud()
     shown(opened, qtbot)
     opened.actions_["tool_measure"].trigger()
@@ -127,7 +127,7 @@ def test_distances_are_measured_between_points_of_the_cloud(opened, qtbot):
     ends = (50, 5), (10, 44)
     for pixel in ends:
         QTest.mouseClick(canvas, Qt.MouseButton.LeftButton, pos=place_of(opened, pixel))
-    (line,) = inspection.measurements
+    (line,) = opened.workspace.current.state.looked.measurements
     assert np.abs(np.subtract(np.floor(line), ends)).max() <= 1
     assert opened.workspace.current.selected == chosen
     opened.refresh.now()

@@ -103,7 +103,7 @@ def test_swiping_leaves_every_layout_as_it_was_and_another_one_of_the_window_end
     handles = views.sides.swipe._items
 
     def is_swiped():
-        return any(cell.concrete == "result" and handles[cell.view].isVisible() for cell in views.shown)
+        return any(cell.concrete == "result" and handles[cell.view].isVisible() for cell in views.sheet.shown)
 
     contents = views.contents()
     for layout in LAYOUTS:

@@ -11,6 +11,6 @@ def test_the_map_is_said_once_and_another_choice_comes_back(another, qtbot, fram
         window = another(persistent=True)
         open_frame(window, qtbot, FrameRef(str(frame_folder)))
         assert window.log.text.toPlainText().count(DEPTH_MAP) == said
-        assert window.views.ranges.depth_map == chosen
+        assert window.views.data.depth_map == chosen
         window.views.ranges.set_depth_map("turbo")
         window.close()

@@ -78,7 +78,7 @@ def test_a_profile_from_drawing_to_file(opened, qtbot, run_all, tmp_path, small_
     assert path.with_suffix(".svg").read_bytes().startswith(b"<?xml")
 
     # it stays with its frame, and goes by Escape
-    line = part.inspection.line
+    line = window.workspace.current.state.looked.line
     folder = write_frame(tmp_path / "another", small_frame)
     open_frame(window, qtbot, FrameRef(str(folder)))
     assert part.profile.data is None
@@ -128,7 +128,7 @@ def test_measurements_are_listed_copied_deleted_and_taken_back(opened, qtbot, ru
     qtbot.waitUntil(lambda: part.measurements.isVisible())
     click(window, (12.5, 15.5))
     assert "no depth" in window.toasts.message
-    assert part.inspection.measurements == ()
+    assert window.workspace.current.state.looked.measurements == ()
     run_all(window)
     for point in ((5.5, 5.5), (12.5, 15.5), (40.5, 5.5), (60.5, 5.5)):
         click(window, point)
@@ -137,7 +137,7 @@ def test_measurements_are_listed_copied_deleted_and_taken_back(opened, qtbot, ru
     assert [(row.name, "filled depth" in row.hint) for row in rows] == [("1", True), ("2", False)]
     document, depth = window.workspace.current, window.workspace.current.current_depth()
     assert depth is not None
-    wanted = measure(depth, part.inspection.measurements[1], document.frame.intrinsics)
+    wanted = measure(depth, window.workspace.current.state.looked.measurements[1], document.frame.intrinsics)
     assert rows[1].cells == (f"{wanted.distance:.3f} m", f"{wanted.height:+.3f} m")
     assert len(shown(window)) == 2
 
@@ -149,9 +149,9 @@ def test_measurements_are_listed_copied_deleted_and_taken_back(opened, qtbot, ru
     part.measurements.setFocus()
     part.measurements.topLevelItem(0).setSelected(True)
     QTest.keyClick(part.measurements, Qt.Key.Key_Delete)
-    assert len(part.inspection.measurements) == 1
+    assert len(window.workspace.current.state.looked.measurements) == 1
     window.actions_["restore_measurements"].trigger()
-    assert len(part.inspection.measurements) == 2
+    assert len(window.workspace.current.state.looked.measurements) == 2
 
     # with the panel closed, they follow the depth as long as their tool is selected
     window.actions_["tool_measure"].trigger()

@@ -366,7 +366,7 @@ def test_closing_saves_discards_or_stays_frame_by_frame(opened, another, qtbot, 
     open_project(window, qtbot, path)
     names = []
     for entry in window.workspace.entries:
-        names.append(show(window, qtbot, window.workspace.entries.row_of(entry)).info(1).name)
+        names.append(show(window, qtbot, list(window.workspace.entries).index(entry)).info(1).name)
     assert names == ["Wall", "Block 1"], "what was not ticked is as it was before"
     window.documents.discard_silently = False
     window.close()

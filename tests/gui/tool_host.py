@@ -6,7 +6,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gui.state.document import Document
-from gui.state.inspection import Inspection
 from gui.state.workspace import Workspace
 from gui.tools.base import Point, Result, Tool, ToolOptions
 from gui.tools.edge_data import EdgeData, edge_data_of
@@ -22,7 +21,6 @@ class ToolHost:
     def __init__(self, frame: RGBDFrame, labels: NDArray[np.int32], leash: int = 0) -> None:
         self.options = ToolOptions(brush_radius=3.0, leash=leash)
         self.workspace = Workspace()
-        self.inspection = Inspection(self.workspace)
         self.workspace.open_document(Document.of(Run(frame, labels), "origin", "key"))
         strength = np.zeros(frame.shape, np.float32)
         strength[:, 29:31] = 1.0
@@ -47,36 +45,17 @@ class ToolHost:
         stack = self.document.undo_stack
         return [stack.text(index) for index in range(stack.index())]
 
-    @property
-    def undo_index(self) -> int:
-        return self.document.undo_stack.index()
-
     def undo(self) -> None:
         self.document.undo_stack.undo()
-
-    def select(self, labels: list[int]) -> None:
-        self.workspace.select(labels)
 
     def commit(self, patch: LabelPatch | None, text: str, label: int = 0) -> LabelPatch | None:
         return patch if self.workspace.current.edit(patch, text) else None
 
-    def stroke(self, patch: LabelPatch | None) -> None:
-        self.workspace.current.stroke(patch)
-
     def end_stroke(self, text: str, label: int = 0) -> bool:
         return self.workspace.current.end_stroke(text) is not None
 
-    def drop_stroke(self) -> bool:
-        return self.workspace.current.drop_stroke()
-
-    def mark_invalid(self, mask: NDArray[np.bool_] | None, text: str) -> bool:
-        return self.workspace.current.set_invalid_mask(mask, text)
-
-    def state_depth(self, depth: NDArray[np.float32], where: NDArray[np.bool_], text: str) -> bool:
-        return self.workspace.current.set_by_hand(depth, where, text)
-
-    def propose_depth(self, depth: NDArray[np.float32] | None) -> None:
-        self.workspace.current.propose(depth)
+    def attempt(self, change: Callable[[], bool]) -> bool:
+        return change()
 
     def set_option(self, name: str, value: float | bool) -> None:
         setattr(self.options, name, value)

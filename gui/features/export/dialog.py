@@ -269,7 +269,7 @@ class ExportDialog(QDialog):
     def end(self, text: str, tone: str) -> None:
         """Show that the export has ended, with a summary."""
         self._busy = False
-        self.work.end()
+        self.work.hide()
         self._allow()
         self.message.show_message(text, tone)
         self.warning.show_message("")

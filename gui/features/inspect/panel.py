@@ -21,7 +21,7 @@ from PySide6.QtWidgets import (
 from ilf._runtime.formatting import UNKNOWN, counted
 from ilf._runtime.writing import write_bytes
 from ilf.evaluation.measuring import NEEDS_INTRINSICS, Line, Measured, measure, measurements_csv
-from ilf.project.frame_state import Point
+from ilf.project.frame_state import InspectionState, Point
 
 from ...base.commands import command, keys_text
 from ...base.needs import Need
@@ -84,7 +84,6 @@ class InspectPanel(Panel):
     what = "computation of statistics"
 
     def __init__(self, context: Context) -> None:
-        self.inspection = context.editor.inspection
         self._page = -1
         """The page that was drawn last."""
         self._of_region = False
@@ -187,17 +186,22 @@ class InspectPanel(Panel):
         viewed_iteration = self.context.workspace.viewed_iteration
         return "" if viewed_iteration is None else f"The result is {viewed_iteration.text}."
 
+    @property
+    def _looked(self) -> InspectionState:
+        workspace = self.context.workspace
+        return workspace.current.state.looked if workspace.has_current else InspectionState()
+
     # marks over the views, while the panel is open or their tool is selected
 
     def _show_marks(self) -> None:
-        tool, inspection = self.context.editor.tool_name, self.inspection
+        tool, looked = self.context.editor.tool_name, self._looked
         measured = self._measured() if self.visible or tool == "measure" else []
         lines, texts = [line for line, _ in measured], [_distance(found) for _, found in measured]
         if len(lines) > 1:
             texts = [f"{number}: {text}" for number, text in enumerate(texts, 1)]
-        marks = [*region_marks(inspection.region)]
+        marks = [*region_marks(looked.region)]
         if self.visible or tool == "profile":
-            marks += profile_marks(inspection.line, self._place)
+            marks += profile_marks(looked.line, self._place)
         for line, text in zip(lines, texts, strict=True):
             marks += measurement_marks(line, text)
         self._marks.show(tuple(marks))
@@ -214,13 +218,14 @@ class InspectPanel(Panel):
     @command("remove_marks", "Remo&ve line and rectangle", icon="ph.x", needs=Need.FRAME)
     def _remove_marks(self) -> None:
         """Remove the profile line and the rectangle."""
-        self.inspection.set_line(None)
-        self.inspection.set_region(None)
+        document = self.context.workspace.current
+        document.look(Part.MARKS, line=None)
+        document.set_region(None)
 
     # profile
 
     def _plot(self, document: Document | None) -> None:
-        line = self.inspection.line
+        line = self._looked.line
         if document is None or line is None:
             self.profile.show_hint(self._with_key(_NO_LINE, "profile"))
         else:
@@ -241,7 +246,7 @@ class InspectPanel(Panel):
 
     def _follow(self) -> None:
         """Mark the sample under the mouse while it is on the line in a view."""
-        line, data = self.inspection.line, self.profile.data
+        line, data = self._looked.line, self.profile.data
         if line is None or data is None:
             return
         sample = None
@@ -340,7 +345,7 @@ class InspectPanel(Panel):
 
     def _measured(self) -> list[tuple[Line, Measured]]:
         """Return all measurements with their points, in the depth that the views show; none without intrinsics."""
-        lines = self.inspection.measurements
+        lines = self._looked.measurements
         if not lines or self.context.workspace.current.frame.intrinsics is None:
             return []
         document = self.context.workspace.current
@@ -374,7 +379,7 @@ class InspectPanel(Panel):
         table = self._table()
         if table:
             QApplication.clipboard().setText(table.replace(",", "\t"))
-            count = counted(len(self.inspection.measurements), "measurement")
+            count = counted(len(self._looked.measurements), "measurement")
             self.context.notes.show_message(f"Copied {count}.")
 
     @command("save_measurements", "Save m&easurements…", icon="ph.floppy-disk", needs=Need.FRAME)
@@ -393,13 +398,13 @@ class InspectPanel(Panel):
 
         They can be restored.
         """
-        lines, chosen = self.inspection.measurements, self.measurements.chosen() if self.made else []
+        lines, chosen = self._looked.measurements, self.measurements.chosen() if self.made else []
         if not lines:
             self.context.notes.show_message("There are no measurements to delete.")
             return
         self._deleted[self.context.workspace.current] = lines
         left = [line for number, line in enumerate(lines) if chosen and number not in chosen]
-        self.inspection.set_measurements(left)
+        self.context.workspace.current.set_measurements(left)
         text = f"Deleted {counted(len(lines) - len(left), 'measurement')}."
         self.context.notes.offer(text, self.context.actions["restore_measurements"])
 
@@ -410,8 +415,8 @@ class InspectPanel(Panel):
         if before is None:
             self.context.notes.show_message("No measurements of this frame have been deleted.")
             return
-        later = (one for one in self.inspection.measurements if one not in before)
-        self.inspection.set_measurements([*before, *later])
+        later = (one for one in self._looked.measurements if one not in before)
+        self.context.workspace.current.set_measurements([*before, *later])
 
 
 def _distance(measured: Measured) -> str:

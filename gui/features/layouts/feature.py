@@ -107,7 +107,7 @@ class LayoutsFeature(Feature):
             self._leave(name)
             self._apply(self.store.left(name))
             self.context.centre.show_images()
-            self.context.views.take_focus()
+            self.context.views.active.view.setFocus()
         self._show()
 
     @command("reset_layout", "&Reset layout", icon="ph.arrow-counter-clockwise")
@@ -115,7 +115,7 @@ class LayoutsFeature(Feature):
         """Reset the current layout to its default or saved state."""
         self.store.changed.pop(self.present, None)
         self._apply(self.store.layouts[self.present].arrangement)
-        self.context.views.take_focus()
+        self.context.views.active.view.setFocus()
 
     def save(self, text: str) -> bool:
         """Save the state of the window under a name, replacing an own layout of that name; return False if that is not

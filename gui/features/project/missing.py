@@ -112,7 +112,7 @@ class MissingFilesDialog(QDialog):
     def show_search(self, share: float | None) -> None:
         """Show the progress of the search; None if none is in progress."""
         if share is None:
-            self.work.end()
+            self.work.hide()
         elif self.work.isHidden():
             self.work.begin()
             self.message.show_message("")

@@ -131,7 +131,7 @@ class PropagateStrip(QWidget):
 
     def end(self) -> None:
         """Hide the line after the propagation."""
-        self.work.end()
+        self.work.hide()
         self.hide()
 
 
@@ -306,8 +306,8 @@ class PropagationFeature(Feature):
 
     def _row(self) -> int:
         """Return the row of the current frame in the list."""
-        workspace = self.context.workspace
-        return 0 if workspace.current_entry is None else workspace.entries.row_of(workspace.current_entry)
+        present = self.context.workspace.current_entry
+        return 0 if present is None else list(self.context.workspace.entries).index(present)
 
     def _following(self, most: int | None = None) -> list[Entry]:
         """Return the frames after the current one in the list, at most `most` of them."""

@@ -26,7 +26,7 @@ from ...state.entries import Entry
 from ...state.parts import Part
 from ...views.view_data import Before
 from ...widgets.basics import command_button, lay_out
-from ...work.jobs import Worker
+from ...work.jobs import Order, Worker
 from ..context import Context, Feature
 from ..export.result import BatchResult
 from ..frame_list.feature import FramesFeature
@@ -304,7 +304,7 @@ class PlayFeature(Feature):
         if not self.playing:
             return
         self.pace.flickers = self.context.views.shows("before")
-        self.worker.step()
+        self.worker.order(Order.STEP)
         self.shown = shown = played[-1]
         moment = shown.moment
         self.context.views.show_played(moment.frame, moment.depth, moment.text, shown.before)

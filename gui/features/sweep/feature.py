@@ -338,7 +338,7 @@ class SweepFeature(Panel):
             return
         numbers = range(len(found.points))
         differences = self.content.currentIndex() == _DIFFERENCE
-        colour_map = self.context.views.ranges.depth_map
+        colour_map = self.context.views.data.depth_map
         pictures, scale = found.pictures(differences, colour_map, theme.is_dark(self.widget.palette()))
         self._show_scale(scale, "mm" if differences else "m")
         self.pictures.show_cells([self._picture_cell(found, number, pictures.get(number), scale) for number in numbers])

@@ -37,8 +37,8 @@ class DepthClip(QWidget):
 
     changed = Signal(float, float)
 
-    def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self) -> None:
+        super().__init__()
         self._bounds = 0.0, 1.0
         self.depths = -math.inf, math.inf
         """Depth range [m] that is drawn."""
@@ -49,9 +49,7 @@ class DepthClip(QWidget):
         everything.setAccessibleName("Draw all depths")
         everything.setToolTip("Draw all depths again")
         everything.clicked.connect(self.clear)
-        layout = QHBoxLayout(self)
-        layout.setContentsMargins(8, 0, 8, 2)
-        layout.addWidget(PlainLabel("Depth"))
+        layout = lay_out(QHBoxLayout(self), PlainLabel("Depth"), margins=(8, 0, 8, 2))
         for slider, label in zip((self.near, self.far), self._labels, strict=True):
             label.setFixedWidth(self.fontMetrics().horizontalAdvance("00.00 m"))
             label.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
@@ -124,8 +122,8 @@ class CloudView(Themed, QWidget):
 
     colours_changed = Signal()
 
-    def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self) -> None:
+        super().__init__()
         self.colour_by = ColourBy.COLOUR
         self.canvas = CloudCanvas(self)
         self.setFocusProxy(self.canvas)

@@ -181,8 +181,10 @@ _LENGTH = "0.000 mm"
 Numbers = Iterator[tuple[Column, str]]
 
 
-def readout_columns(records: Sequence[IterationRecord], has: Mapping[str, bool], by_time: bool) -> list[Column]:
-    """Columns of the readout for one iteration of each curve, the most important first.
+def readout(
+    records: Sequence[IterationRecord], has: Mapping[str, bool], by_time: bool
+) -> tuple[list[Column], list[tuple[str, ...]]]:
+    """Columns of the readout for one iteration of each curve, the most important first, and the texts in them.
 
     Parameters
     ----------
@@ -193,12 +195,9 @@ def readout_columns(records: Sequence[IterationRecord], has: Mapping[str, bool],
     by_time : bool
         Whether the time comes first.
     """
-    return [column for column, _ in _numbers(records[0], has, by_time, len(records) == 1)] if records else []
-
-
-def readout_texts(records: Sequence[IterationRecord], has: Mapping[str, bool], by_time: bool) -> list[tuple[str, ...]]:
-    """Texts in those columns, row by row."""
-    return [tuple(text for _, text in _numbers(record, has, by_time, len(records) == 1)) for record in records]
+    rows = [list(_numbers(record, has, by_time, len(records) == 1)) for record in records]
+    columns = [column for column, _ in rows[0]] if rows else []
+    return columns, [tuple(text for _, text in row) for row in rows]
 
 
 def _numbers(record: IterationRecord, has: Mapping[str, bool], by_time: bool, alone: bool) -> Numbers:

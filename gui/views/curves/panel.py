@@ -17,7 +17,7 @@ from ...base import theme
 from ...widgets.basics import PlainLabel, Themed, lay_out
 from .axes import LengthAxis, SumAxis
 from .criterion import CriterionLines
-from .curve import FLOOR, Columns, Curve, legible, readout_columns, readout_texts
+from .curve import FLOOR, Columns, Curve, legible, readout
 from .plot import AXIS, NAMED_AXIS, ConvergencePlot, HoldOutPlot, Line
 from .readout import Readout, Row
 from .scrub_bar import ScrubBar
@@ -53,8 +53,8 @@ class CurvesPanel(Themed, QWidget):
         Whether the axis (iterations or time) is saved in the settings and restored.
     """
 
-    def __init__(self, persistent: bool = False, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, persistent: bool = False) -> None:
+        super().__init__()
         self._persistent = persistent
         self._curves: list[Curve] = []
         self._columns: list[Columns] = []
@@ -75,13 +75,10 @@ class CurvesPanel(Themed, QWidget):
         self._time_button.toggled.connect(self.set_by_time)
 
         plots = QWidget()
-        self._plots_layout = QBoxLayout(QBoxLayout.Direction.TopToBottom, plots)
-        self._plots_layout.setContentsMargins(0, 0, 6, 0)
-        self._plots_layout.setSpacing(0)
+        down = QBoxLayout.Direction.TopToBottom
+        self._plots_layout = lay_out(QBoxLayout(down, plots), margins=(0, 0, 6, 0), spacing=0)
         body = QWidget()
-        self._body_layout = QBoxLayout(QBoxLayout.Direction.TopToBottom, body)
-        self._body_layout.setContentsMargins(0, 0, 0, 0)
-        self._body_layout.setSpacing(0)
+        self._body_layout = lay_out(QBoxLayout(down, body), spacing=0)
         self._body_layout.addWidget(self.readout, 0, Qt.AlignmentFlag.AlignTop)
         self._body_layout.addWidget(plots, 1)
         self._hint = PlainLabel(EMPTY_TEXT)
@@ -319,10 +316,9 @@ class CurvesPanel(Themed, QWidget):
                 for record, (curve, _) in zip(records, pairs, strict=True)
             ]
         has = {quantity: self._has(quantity) for quantity in ("error", "held_out")}
-        table = readout_columns(records, has, self._by_time)
-        texts = readout_texts(records, has, self._by_time)
+        columns, texts = readout(records, has, self._by_time)
         self.readout.show_rows(
-            table,
+            columns,
             [
                 Row(curve.name, self._line_colour(curve), curve.dashed, row, curve.limit)
                 for (curve, _), row in zip(pairs, texts, strict=True)

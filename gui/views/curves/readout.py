@@ -6,11 +6,11 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from PySide6.QtCore import QRect, QSize, Qt
-from PySide6.QtGui import QColor, QFont, QPainter, QPaintEvent, QPen
+from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPen
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from ...base import theme
-from ...widgets.basics import literal_text
+from ...widgets.basics import literal_text, use_even_digits
 
 _PAD = 6
 _KEY = 14
@@ -45,12 +45,10 @@ class Row(NamedTuple):
 class Readout(QWidget):
     """Rows of numbers. The last columns and rows are omitted if they do not fit."""
 
-    def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self) -> None:
+        super().__init__()
         self.setAccessibleName("Numbers of the curves")
-        font = QFont(self.font())
-        font.setFeature(QFont.Tag("tnum"), 1)  # digits of one width, so that the readout stays steady
-        self.setFont(font)
+        use_even_digits(self)
         self._columns: list[Column] = []
         self._rows: list[Row] = []
         self._max_rows = 1

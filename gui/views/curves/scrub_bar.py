@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from PySide6.QtCore import QEvent, QSignalBlocker, Qt, Signal
-from PySide6.QtGui import QFont, QKeyEvent
+from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import QHBoxLayout, QSlider, QToolButton, QWidget
 
 from ...base import theme
-from ...widgets.basics import PlainLabel, Themed, lay_out
+from ...widgets.basics import PlainLabel, Themed, lay_out, use_even_digits
 
 
 class ScrubBar(Themed, QWidget):
@@ -21,15 +21,13 @@ class ScrubBar(Themed, QWidget):
 
     moved = Signal(int)
 
-    def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self) -> None:
+        super().__init__()
         self._slider = _Slider(Qt.Orientation.Horizontal)
         self._slider.setAccessibleName("Iteration shown")
         self._slider.valueChanged.connect(self._report_position)
         self._text = PlainLabel()
-        font = QFont(self.font())
-        font.setFeature(QFont.Tag("tnum"), 1)
-        self._text.setFont(font)
+        use_even_digits(self._text)
         self._end = QToolButton(autoRaise=True)
         self._end.setAccessibleName("Go to the last iteration")
         self._end.setToolTip("Go to the last iteration, the current depth (Esc or End)")

@@ -30,7 +30,7 @@ def test_the_menu_marks_the_depth_colours_however_they_were_chosen(window):
         window.views.ranges.set_depth_map(name)
         assert [other for other, entry in entries.items() if entry.isChecked()] == [name]
     entries["grey"].trigger()
-    assert window.views.ranges.depth_map == "grey"
+    assert window.views.data.depth_map == "grey"
     assert [other for other, entry in entries.items() if entry.isChecked()] == ["grey"]
 
 

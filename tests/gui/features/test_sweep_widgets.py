@@ -138,7 +138,7 @@ def test_progress_tells_share_and_time_and_is_ended_once(qtbot):
     with qtbot.waitSignal(row.cancelled):
         row.cancel_button.click()
     assert not row.cancel_button.isEnabled()
-    row.end()
+    row.hide()
     assert row.isHidden()
 
 

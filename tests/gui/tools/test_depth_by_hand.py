@@ -51,10 +51,10 @@ def test_a_picked_depth_is_painted_where_depth_is_missing(hand):
 def test_strokes_stay_in_the_selected_blocks_and_out_of_locked_ones(hand):
     host = hand.host
     host.options.hand_depth = 2.0
-    host.select([2])
+    host.document.select([2])
     hand.drag([(10, 16), (18, 16)])
     assert "The selected blocks have no missing depth here" in host.said[-1]
-    host.select([])
+    host.document.select([])
     host.document.change_info(1, locked=True)
     hand.drag([(10, 16), (18, 16)])
     assert "is locked" in host.said[-1]
@@ -63,7 +63,7 @@ def test_strokes_stay_in_the_selected_blocks_and_out_of_locked_ones(hand):
     _tool(hand).fill(host)
     assert host.said[-1] == "Select the block with the hole first."
     assert host.steps == []
-    host.select([2])
+    host.document.select([2])
     _tool(hand).fill(host)
     assert np.array_equal(np.isfinite(_depth(hand)), host.document.frame.missing & (host.labels == 2))
     _tool(hand).erase(host)
@@ -80,7 +80,7 @@ def test_depth_beyond_sensors_is_refused(hand):
 
 def test_a_plane_is_proposed_limited_and_taken(hand):
     host, rows = hand.host, np.mgrid[:48, :64][0]
-    host.select([1])
+    host.document.select([1])
     _tool(hand).propose_plane(host)
     proposal = host.document.proposal
     assert proposal is not None
@@ -106,7 +106,7 @@ def test_a_plane_is_proposed_limited_and_taken(hand):
 
 def test_the_rectangle_says_which_plane(hand):
     host = hand.host
-    host.select([1])
+    host.document.select([1])
     host.workspace.current.set_region((slice(2, 9), slice(34, 60)))
     _tool(hand).propose_plane(host)
     assert host.document.proposal is not None
@@ -122,7 +122,7 @@ def test_a_hole_between_two_surfaces_goes_to_either(small_frame, qapp):
     depth[12:36, 20:40] = np.nan
     host = ToolHost(RGBDFrame(small_frame.rgb, depth), np.ones((48, 64), np.int32))
     tool = DepthByHandTool()
-    host.select([1])
+    host.document.select([1])
     for nearer in (True, False):
         tool.propose_surface(host, nearer)
         assert host.document.proposal is not None

@@ -129,7 +129,7 @@ def test_a_line_far_from_any_border_says_so(host):
 
 
 def test_what_is_drawn_around_with_control_goes_to_the_chosen_block(host):
-    host.select([1])
+    host.document.select([1])
     outline = hand(host, "outline")
     outline.drag([(40, 10), (50, 10), (50, 20), (40, 20), (40, 11)], "c")
     assert (host.labels[11:19, 41:49] == 1).all()
@@ -138,7 +138,7 @@ def test_what_is_drawn_around_with_control_goes_to_the_chosen_block(host):
 
 
 def test_what_is_drawn_around_is_a_new_block_also_with_another_chosen(host):
-    host.select([1])
+    host.document.select([1])
     hand(host, "outline").drag([(40, 10), (50, 10), (50, 20), (40, 20), (40, 11)])
     assert (host.labels[11:19, 41:49] == 3).all()
     assert host.document.selected == [3]
@@ -307,7 +307,7 @@ def test_open_ends_of_a_cut_run_on_to_the_boundary_and_are_shown(host):
 
 
 def test_the_block_under_the_stroke_is_cut_whatever_is_chosen(host):
-    host.select([1])
+    host.document.select([1])
     split = hand(host, "split")
     split.drag([(26, 20), (31, 20), (45, 20), (64, 20)])
     assert host.steps == ["Split Block 2"]
@@ -346,7 +346,7 @@ def test_edges_that_are_still_looked_for_are_said(host):
 
 
 def test_erased_pixels_go_to_the_neighbour_unless_they_shall_not(host):
-    host.select([1])
+    host.document.select([1])
     erase = hand(host, "erase")
     erase.drag([(29, 10), (29, 40)], release=False)
     assert host.labels[20, 28] == 0, "under way, they are seen to go"
@@ -361,9 +361,9 @@ def test_erased_pixels_go_to_the_neighbour_unless_they_shall_not(host):
 
 def test_similar_only_keeps_a_stroke_from_going_over_an_edge(host):
     host.workspace.current.edit(_all_to(host, 1), "All")
-    host.select([1])
+    host.document.select([1])
     host.document.info(2)
-    host.select([2])
+    host.document.select([2])
     host.options.similar_only = True
     paint = hand(host, "paint")
     paint.drag([(40, 24), (20, 24)])
@@ -382,7 +382,7 @@ def test_a_click_gives_a_part_or_with_control_a_region(host):
     host.workspace.current.edit(_all_to(host, 1), "All")
     host.workspace.current.edit(_box_to(host, 5, np.s_[5:15, 20:40]), "Box")
     host.document.info(7)
-    host.select([7])
+    host.document.select([7])
     give = hand(host, "give")
     give.hover((25, 10), "c")
     assert host.preview is not None
@@ -411,7 +411,7 @@ def test_a_line_cuts_a_part_off_for_the_block_that_it_begins_in(host):
     host.document.undo_stack.undo()
     give.drag([(25, 20.5), (40, 20.5)])
     assert "cuts nothing off" in host.said[-1]
-    host.select([1])
+    host.document.select([1])
     give.drag([(50.5, 46), (50.5, 30), (50.5, 10), (50.5, -2)])
     assert (host.labels[:, :50] == 1).all(), "begun in the block itself, it is for the chosen one: what is beside that"
     assert (host.labels[:, 51:] == 2).all()
@@ -443,7 +443,7 @@ def test_a_line_begun_beside_the_chosen_block_is_for_that(host):
     hand(host, "give").drag(line)
     assert host.labels[40, 35] == 3, "without a chosen block it is for the one that it begins in"
     host.document.undo_stack.undo()
-    host.select([1])
+    host.document.select([1])
     give = hand(host, "give")
     give.drag(line, release=False)
     assert "from Block 2 to Block 1" in give.tool.hint
@@ -467,7 +467,7 @@ def test_a_line_begun_in_the_block_that_gives_is_for_the_one_beside(host):
 def test_what_would_lie_apart_from_its_block_is_said(host):
     _three_blocks(host)
     host.workspace.current.edit(_box_to(host, 5, np.s_[:10, :10]), "Corner")
-    host.select([5])
+    host.document.select([5])
     give = hand(host, "give")
     give.drag([(50.5, 46), (50.5, 30), (50.5, -2)], release=False)
     assert "to Block 5" in give.tool.hint
@@ -549,7 +549,7 @@ def test_shift_adds_and_a_band_chooses_what_lies_in_it(host):
     assert select.press((50, 10), "s")
     select.send(*_release((50, 10), "s"))
     assert host.document.selected == [1, 2]
-    host.select([])
+    host.document.select([])
     select.drag([(63, 47), (40, 20), (20, -2)], "s", release=False)
     assert host.preview is not None
     assert host.preview.line.boundingRect().getRect() == (20, -2, 43, 49)
@@ -560,7 +560,7 @@ def test_shift_adds_and_a_band_chooses_what_lies_in_it(host):
 
 def test_locked_blocks_are_left_alone_by_every_tool(host):
     host.workspace.current.set_lock(2, True)
-    host.select([2])
+    host.document.select([2])
     before = host.labels.copy()
     for name in ("border", "split", "paint", "erase", "outline"):
         user = hand(host, name)
@@ -625,7 +625,7 @@ def test_every_tool_says_what_it_does():
 )
 def test_a_line_that_only_a_lock_holds_back_names_the_locked_block(host, name, line):
     before = host.labels.copy()
-    host.select([1])
+    host.document.select([1])
     host.workspace.current.set_lock(2, True)
     hand(host, name).drag(line)
     assert np.array_equal(host.labels, before)

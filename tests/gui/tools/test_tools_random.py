@@ -33,7 +33,7 @@ def _make_gesture(host, tool, gesture):
     host.options.leash = gesture["leash"]
     host.options.hand_depth = gesture["hand_depth"]
     host.options.similar_only, host.options.to_no_block = gesture["switches"]
-    host.select([gesture["chosen"]] if gesture["chosen"] in host.document.counts() else [])
+    host.document.select([gesture["chosen"]] if gesture["chosen"] in host.document.counts() else [])
     hand, points, keys, how = Hand(tool, host), gesture["points"], gesture["keys"], gesture["how"]
     hand.hover(points[0], keys)
     if how in ("drag", "adjusted", "given up", "left"):

@@ -5,8 +5,9 @@ import pytest
 from PySide6.QtGui import QColor
 
 from gui.base import theme
+from gui.base.theme import blend
 from gui.views.colours import DEPTH_MAP, DEPTH_MAPS, depth_table, difference_table, error_table, strength_table
-from gui.views.scene_items import blend, hatch_brush
+from gui.views.scene_items import hatch_brush
 from ilf.data.colour_maps import depth_colours
 
 from ..base.test_theme import APART, SEEN_BY, lab

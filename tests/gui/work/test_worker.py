@@ -6,7 +6,7 @@ import weakref
 
 import pytest
 
-from gui.work.jobs import Worker
+from gui.work.jobs import Order, Worker
 from ilf._runtime.cancellation import check_cancelled
 
 
@@ -88,7 +88,7 @@ def test_what_was_yielded_before_a_cancel_still_comes(worker, said, until):
     job.gate.release()
     until(lambda: said == [0])
     worker.cancel()
-    worker.resume()
+    worker.order(Order.RUN)
     assert not worker.is_paused
     job.gate.release()
     until(lambda: not worker.busy)
@@ -112,11 +112,11 @@ def test_pausing_stepping_and_going_on(worker, said, until):
     until(lambda: said == [0, "paused"])
     assert worker.busy
     assert worker.is_paused
-    worker.step()
+    worker.order(Order.STEP)
     until(lambda: said == [0, "paused", 1, "paused"])
-    worker.step()
+    worker.order(Order.STEP)
     until(lambda: said[-2:] == [2, "paused"])
-    worker.resume()
+    worker.order(Order.RUN)
     until(lambda: not worker.busy)
     assert [item for item in said if item != "paused"] == [0, 1, 2, 3, 4, ("finished", "done")]
     assert said.count("paused") == 3
@@ -136,11 +136,11 @@ def test_a_paused_job_can_be_cancelled(worker, said, until):
 def test_a_pause_takes_hold_after_the_present_step(worker, said, until):
     job = Job()
     worker.start(job)
-    worker.pause()
+    worker.order(Order.PAUSE)
     job.gate.release(3)
     until(lambda: "paused" in said)
     assert said == [0, "paused"]
-    worker.resume()
+    worker.order(Order.RUN)
     until(lambda: not worker.busy)
     assert said == [0, "paused", 1, 2, ("finished", "done")]
 
