@@ -285,12 +285,12 @@ def menu_button(menu: QMenu, text: str, hint: str) -> QToolButton:
 
 def combo(texts: Mapping[Any, str] | Sequence[str], hint: str = "", name: str = "") -> QComboBox:
     """Return a list of values, shown by their texts; the values of a sequence are its indices."""
-    combo = QComboBox()
-    combo.setToolTip(hint)
-    combo.setAccessibleName(name)
+    box = QComboBox()
+    box.setToolTip(hint)
+    box.setAccessibleName(name)
     for value, text in texts.items() if isinstance(texts, Mapping) else enumerate(texts):
-        combo.addItem(text, value)
-    return combo
+        box.addItem(text, value)
+    return box
 
 
 def typed_list() -> QComboBox:
