@@ -39,6 +39,13 @@ def memory_in_use() -> float:
 
 def held() -> dict[str, int]:
     """Return the numbers of threads, open files and child processes; on Linux."""
-    tasks = Path("/proc/self/task").iterdir()
-    children = sum(len((task / "children").read_text().split()) for task in tasks)
+    children = sum(_children(task) for task in Path("/proc/self/task").iterdir())
     return {"threads": threading.active_count(), "files": len(os.listdir("/proc/self/fd")), "children": children}
+
+
+def _children(task: Path) -> int:
+    """Return the number of processes that a thread has started; a thread that has just ended has none."""
+    try:
+        return len((task / "children").read_text().split())
+    except (FileNotFoundError, ProcessLookupError):
+        return 0
