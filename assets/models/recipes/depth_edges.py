@@ -132,6 +132,7 @@ class DepthEdgeRecipe(Recipe):
     file_name = "depth-edges.onnx"
     inputs: ClassVar = {"image": 3, "depth": len(CHANNELS)}
     outputs = ("jump", "crease", "coarse")
+    half_weights = True
 
     def __init__(self, folder: PictureFolder) -> None:
         self.folder = folder

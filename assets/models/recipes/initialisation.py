@@ -29,7 +29,9 @@ def initialise_from(model: nn.Module, path: Path, *inputs: NDArray[np.float32]) 
         A batch: the arguments of the model.
     """
     graph = onnx.load(str(path)).graph
-    arrays = {one.name: torch.from_numpy(numpy_helper.to_array(one).copy()) for one in graph.initializer}
+    arrays = {one.name: torch.from_numpy(numpy_helper.to_array(one).astype(np.float32)) for one in graph.initializer}
+    stored = [node for node in graph.node if node.op_type == "Cast" and node.input[0] in arrays]  # in half precision
+    arrays |= {node.output[0]: arrays[node.input[0]] for node in stored}
     own = {name: module for name, module in model.named_modules() if isinstance(module, nn.Conv2d)}
     biases: dict[str, Tensor] = {}
     for node in graph.node:

@@ -19,6 +19,8 @@ from torch import Tensor, nn
 
 from ilf.io.tables import csv_text
 
+from .half_precision import halve_weights
+
 Arrays = tuple[NDArray[np.float32], ...]
 
 WARM_UP = 0.01
@@ -40,6 +42,8 @@ class Recipe(ABC):
     """Inputs of the exported network: name -> channels, in the order of the model's arguments."""
     outputs: ClassVar[tuple[str, ...]]
     """Names of its outputs."""
+    half_weights: ClassVar[bool] = False
+    """Whether its weights are stored in half precision."""
 
     @abstractmethod
     def new_model(self) -> nn.Module:
@@ -214,3 +218,5 @@ def write_onnx(recipe: Recipe, model: nn.Module, path: Path) -> None:
         opset_version=17,
         dynamo=False,
     )
+    if recipe.half_weights:
+        halve_weights(path)
