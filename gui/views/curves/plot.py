@@ -149,11 +149,12 @@ class ConvergencePlot(pg.PlotWidget):
             self.show_values(float(min(*extremes, *self.marked)), float(max(*extremes, *self.marked)))
 
     def show_values(self, low: float, high: float) -> None:
-        """Bring values into view, with room for a line of text above and below."""
+        """Bring values into view, with room for a line of text above and below, and below what is marked."""
         missing = max(self._least_span - (high - low), 0.0) / 2
         room = 0.12 * (high - low) + missing or 0.5
-        below = max(room, self._text_share * (high + room - low)) if low in self.marked else room
-        self._show_range(1, *_widened(low - below, high + room))
+        top = high + room
+        bottoms = [low - room, *(mark - self._text_share * (top - mark) for mark in self.marked)]
+        self._show_range(1, *_widened(min(bottoms), top))
 
     @property
     def _text_share(self) -> float:

@@ -220,6 +220,16 @@ def test_a_curve_that_dips_below_the_criterion_leaves_its_label_readable(panel):
     assert line.zValue() > max(shown.zValue() for shown in panel.sigma_plot.lines)
 
 
+@pytest.mark.parametrize("below", [0.0005, 0.002, 0.0095])
+def test_a_curve_that_ends_a_little_below_the_criterion_leaves_room_for_its_label(panel, below):
+    panel.resize(360, 260)
+    panel.show_curves([curve(linear(10), s_criteria=0.09 + below)])
+    QApplication.processEvents()
+    (line,) = panel._criteria._lines
+    view = panel.sigma_plot.getViewBox().sceneBoundingRect()
+    assert view.contains(line.label.mapRectToScene(line.label.boundingRect()))
+
+
 def test_readout_follows_the_cursor_and_returns_to_the_last(panel):
     panel.show_curves([curve(staged())])
     last = panel.readout.text
