@@ -383,7 +383,7 @@ class EdgeAwareIteration(Stepper):
         else:
             yield from self._denoise(self._finest, self._denoising)
         self.settled = True
-        if self._sigma >= self._least:
+        if not self._sigma < self._least:
             self.remark = _NOT_STEADY
 
     def _fill(self) -> Generator[_Step, None, Array]:
