@@ -436,7 +436,7 @@ def lens_of(data: Mapping[str, Any], shape: tuple[int, int] | None = None) -> Ca
     camera, stated = camera_of(data, shape), data.get("distortion", ())
     if isinstance(stated, Mapping):
         if camera.model != FISHEYE and stated.get("k4") and not {"k5", "k6"} & stated.keys():  # r^8 of nerfstudio
-            raise InputError(f"The lens has k4, but neither k5 nor k6, which is not supported. {_UNDISTORT}")
+            raise InputError(f"The lens has k4, but neither k5 nor k6: four terms are not supported. {_UNDISTORT}")
         names = "k1 k2 k3 k4" if camera.model == FISHEYE else "k1 k2 p1 p2 k3 k4 k5 k6"
         stated = [stated.get(name, 0.0) for name in names.split()]
     if camera.model == FISHEYE and not any(stated[4:]):  # DepthAI and librealsense fill up with zeros
