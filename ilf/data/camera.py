@@ -96,9 +96,9 @@ class Camera:
         object.__setattr__(self, "distortion", tuple(map(float, self.distortion)))
         if self.model not in _COEFFICIENTS:
             raise InputError(f"A camera's model must be {' or '.join(_COEFFICIENTS)}, not {self.model!r:.40}.")
-        counts = _COEFFICIENTS[self.model]
-        if len(self.distortion) not in counts:
-            wanted = f"{' or '.join(map(str, counts))} coefficients, {ORDERS[self.model]}"
+        *counts, most = _COEFFICIENTS[self.model]
+        if len(self.distortion) not in {*counts, most}:
+            wanted = f"{', '.join(map(str, counts))} or {most} coefficients, {ORDERS[self.model]}"
             raise InputError(f"A camera's distortion must have {wanted}, not {len(self.distortion)}.")
         if not np.all(np.abs(self.distortion) <= _MAX_COEFFICIENT):
             raise InputError(f"A camera's distortion must be finite numbers, not {self.distortion}.")
