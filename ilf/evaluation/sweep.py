@@ -323,7 +323,7 @@ def spread(
     if not MIN_STEPS <= steps <= MAX_STEPS:
         raise ParameterError(f"A range has {MIN_STEPS} to {MAX_STEPS} values, not {steps}.")
     if logarithmic and low <= 0:
-        raise ParameterError(f"{declaration.label}: equal ratios start above 0, not at {low:g}. Use equal differences.")
+        raise ParameterError(f"{declaration.label}: no ratios from {low:g}. Start above 0, or use differences.")
     if logarithmic:
         digits = _DIGITS + max(-math.floor(math.log10(high / low - 1)), 0)  # more where neighbours are closer
         between = [float(f"{value:.{digits}g}") for value in np.geomspace(low, high, steps)[1:-1]]
