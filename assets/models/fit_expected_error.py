@@ -315,7 +315,7 @@ def _sample_of(task: Task, sensor: str, pattern: str, method: str, seed: int) ->
     return Sample(
         sensor,
         pattern,
-        error_features(task.frame, depth, default_edges(task.frame))[scored],
+        error_features(task.frame, depth, default_edges(task.frame).strength)[scored],
         completed,
         np.abs(completed - ground_truth) / completed,
         distance[filled][scored],

@@ -19,7 +19,7 @@ from ilf.completion.completion import guide_text
 from ilf.completion.edge_aware.fitted_guide import fit_guide
 from ilf.data.frame import RGBDFrame
 from ilf.data.guide import Gives
-from ilf.evaluation.hold_out import comparison_steps
+from ilf.evaluation.hold_out import compared_steps, hold_out_steps
 from ilf.io.frame_additions import load_guide
 from ilf.io.guide_models import add_guide, fetch_guide
 from ilf.run.run import Run
@@ -136,7 +136,7 @@ class _Compare:
         used = self.depth
         if used is None:
             used = yield from _completed(self.used, 0.25)
-        hidden = comparison_steps([self.without, self.used], threads=spare_cores())
+        hidden = compared_steps([hold_out_steps(run, threads=spare_cores()) for run in (self.without, self.used)])
         results = yield from mapped_steps(hidden, lambda step: 0.5 + 0.5 * step.share)
         alone, together = (result.whole for result in results)
         was, now = (f"{millimetres(one.mae)} mm (RMSE {millimetres(one.rmse)})" for one in (alone, together))

@@ -14,7 +14,7 @@ import numpy as np
 from PySide6.QtCore import QObject, Signal
 
 from ilf._runtime.named_places import NotAllowed
-from ilf.completion.completion import prepare
+from ilf.completion.filter import edges_for
 from ilf.data.blocks import Blocks
 from ilf.data.frame import RGBDFrame
 from ilf.data.parameters import BlockParameters
@@ -506,5 +506,5 @@ def _opened_run(again: Replay, origin: FrameRef | Path, key: str) -> _Opened:
 
 def _extract_first(frame: RGBDFrame, parameters: BlockParameters) -> FoundBlocks:
     found = find(frame, parameters)
-    prepare(frame, preset(), parameters)  # in advance, so that the first slider move is fast
+    edges_for(frame, preset(), parameters)  # in advance, so that the first slider move is fast
     return found

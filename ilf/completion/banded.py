@@ -47,9 +47,8 @@ def solve_grid(diagonal: Values, along_x: tuple[Values, ...], along_y: tuple[Val
     """
     height, width = diagonal.shape
     if height < width:  # the band is narrower along the shorter side
-        turned = solve_grid(
-            diagonal.T, _transposed(along_y), _transposed(along_x), np.ascontiguousarray(wanted.transpose(0, 2, 1))
-        )
+        turned_x, turned_y = (tuple(entries.T for entries in along) for along in (along_y, along_x))
+        turned = solve_grid(diagonal.T, turned_x, turned_y, np.ascontiguousarray(wanted.transpose(0, 2, 1)))
         return np.ascontiguousarray(turned.transpose(0, 2, 1))
     cells = diagonal.size
     reach = max(len(along_x), len(along_y) * width)
@@ -86,10 +85,6 @@ def solve_linked(along_x: NDArray[np.floating], along_y: NDArray[np.floating], h
     diagonal[:, 1:] += right[:, :-1]
     diagonal[1:] += below[:-1]
     return solve_grid(diagonal, (-right,), (-below,), wanted)
-
-
-def _transposed(entries: tuple[Values, ...]) -> tuple[Values, ...]:
-    return tuple(values.T for values in entries)
 
 
 def _cholesky(band: Values, found: Values) -> Values:

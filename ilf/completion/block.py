@@ -164,21 +164,19 @@ class BlockTask:
         beyond = int(np.count_nonzero(outside))
         missing = np.isnan(raw) & ~outside
         left = int(np.count_nonzero(missing & np.isnan(completed)))
-        message = stepper.remark if stepper.settled else f"Not steady after {len(history)} iterations."
-        if left:
-            missed = f"{counted(left, 'pixel')} left missing: the filter gave no positive depth there."
-            message = f"{message} {missed}".strip()
         by_hand = 0 if self.by_hand is None else int(np.count_nonzero(self.by_hand.pixels))
-        if by_hand:
-            message = f"{message} {counted(by_hand, 'pixel')} by hand.".strip()
         suspect = int(np.count_nonzero(suspects_in(self.frame, self.block, self.parameters)))
-        if suspect:
-            message = f"{message} {counted(suspect, 'suspect pixel')} left out of the fill.".strip()
-        message = f"{message} {self._outside_note(beyond)}".strip()
+        sentences = (
+            stepper.remark if stepper.settled else f"Not steady after {len(history)} iterations.",
+            f"{counted(left, 'pixel')} left missing: the filter gave no positive depth there." if left else "",
+            f"{counted(by_hand, 'pixel')} by hand." if by_hand else "",
+            f"{counted(suspect, 'suspect pixel')} left out of the fill." if suspect else "",
+            self._outside_note(beyond),
+        )
         return BlockOutcome(
             label=self.block.label,
             status=Status.COMPLETED if stepper.settled and not stepper.remark else Status.ITERATION_LIMIT,
-            message=message,
+            message=" ".join(filter(None, sentences)),
             pixels=raw.size,
             known=int(np.count_nonzero(np.isfinite(raw))),
             recovered=int(np.count_nonzero(missing)) - left,

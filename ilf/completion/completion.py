@@ -27,7 +27,7 @@ from ..segmentation.extraction import found_blocks
 from .block import BlockTask, Watch, filter_steps
 from .correction import BaseCompletion, Correction, correction_networks, find_base_completion, needs_correction
 from .edge_aware.fitted_guide import fit_guide
-from .filter import edges_for, is_guided
+from .filter import is_guided
 from .guide_hold_out import GuideHoldOut, HeldOut, decided, held_out_frames, ranges_of_all
 from .stepper import Stepper
 
@@ -99,11 +99,6 @@ def iterate(
         followed = is_guided(task.frame) and (test is None or test.everywhere)
         task = task if followed else replace(task, frame=_without_guide(task.frame))
     return task.stepper()
-
-
-def prepare(frame: RGBDFrame, parameters: Parameters, extraction: BlockParameters | None = None) -> None:
-    """Compute in advance what all runs of a frame with these parameters share: the frame's edges."""
-    edges_for(frame, parameters, extraction)
 
 
 def completed_blocks(

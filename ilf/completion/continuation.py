@@ -10,7 +10,6 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from .._runtime.formatting import counted
 from ..data.frame import FARTHEST_DEPTH
 from ..errors import InputError
 
@@ -89,19 +88,14 @@ def fit_plane_in_depth(depth: Array, pixels: Mask) -> PlaneInDepth:
     """
     y, x = np.nonzero(pixels & np.isfinite(depth))
     if y.size < _FEWEST:
-        raise InputError(
-            f"A plane needs at least {_FEWEST} pixels with known depth, and there {'is' if y.size == 1 else 'are'} "
-            f"{counted(y.size, 'pixel')}. Select more, or draw a rectangle around known depth."
-        )
+        raise InputError(f"A plane needs at least {_FEWEST} pixels with known depth, not {y.size}. Select more.")
     places = np.random.default_rng(0).permutation(y.size)[:_SAMPLES]
     y, x = y[places], x[places]
     inverse = 1 / depth[y, x].astype(np.float64)
     centre = float(x.mean()), float(y.mean())
     basis = np.stack([x - centre[0], y - centre[1], np.ones(x.size)], axis=1)
     if np.linalg.svd(basis[:, :2], compute_uv=False)[1] < _NARROW * math.sqrt(x.size):
-        raise InputError(
-            "The known depth lies on a line, which leaves the plane's tilt open. Select more, or draw a rectangle."
-        )
+        raise InputError("The known depth lies on a line, which leaves the plane's tilt open. Select more.")
     off = np.abs(inverse - _through_most(basis, inverse))
     for _ in range(3):
         limit = max(_INLIER * float(np.median(off)) / _NORMAL_MAD, _LEAST_INLIER * float(np.median(inverse)))
@@ -208,10 +202,7 @@ def nearer_or_farther(depth: Array, labels: NDArray[np.int32], hole: Mask, neare
         if surface is not None:
             found[around][part] = _continued(there, surface, part)[part]
     if not np.isfinite(found).any():
-        raise InputError(
-            "The hole does not lie between two surfaces: the known depth around it has no jump, and no two blocks "
-            "there differ in depth. Continue a plane instead, or paint depth."
-        )
+        raise InputError("The hole does not lie between two surfaces. Continue a plane instead, or paint depth.")
     return found
 
 

@@ -99,11 +99,6 @@ def applied_change(change: Array, known: NDArray[np.bool_]) -> Array:
     return fading(known) * change
 
 
-def changes_anywhere(known: NDArray[np.bool_]) -> bool:
-    """Whether any missing pixel is far enough from known depth to be changed."""
-    return bool(fading(known).any())
-
-
 def fading(known: NDArray[np.bool_]) -> Array:
     """Factor on the changes, from 0 near known depth to 1; float32 (H, W)."""
     faded = np.asarray(cv2.distanceTransform((~known).view(np.uint8), cv2.DIST_L2, 5), np.float32)
@@ -216,7 +211,7 @@ def find_base_completion(tasks: Sequence[BlockTask]) -> BaseCompletion | Correct
         return None
     frame, extraction = tasks[0].frame, tasks[0].extraction
     known = corrections.find(frame, extraction)
-    if known is not None or is_guided(frame) or not changes_anywhere(frame.known):
+    if known is not None or is_guided(frame) or not fading(frame.known).any():
         return known
     edges = edges_for(frame, UNCORRECTED, extraction)
     assert edges is not None  # of the edge-aware filter

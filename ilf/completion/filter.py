@@ -48,6 +48,10 @@ def edges_for(frame: RGBDFrame, parameters: Parameters, extraction: BlockParamet
     return None if wanted is None else find_edges(frame, wanted)
 
 
+_SHARED = ("canny_sigma", "canny_high", "canny_low_ratio", "use_depth", "depth_jump", "depth_jump_share")
+"""Parameters of edges that the filter has in common with the extraction."""
+
+
 @lru_cache(maxsize=64)
 def edge_parameters(parameters: Parameters, extraction: BlockParameters | None = None) -> BlockParameters | None:
     """The parameters with which `edges_for` finds edges, everything irrelevant set to its default; None for the pass
@@ -59,10 +63,5 @@ def edge_parameters(parameters: Parameters, extraction: BlockParameters | None =
         detector="hed" if parameters.edges == "combined" else parameters.edges,
         model=parameters.model,
         multiscale=parameters.multiscale,
-        canny_sigma=shared.canny_sigma,
-        canny_high=shared.canny_high,
-        canny_low_ratio=shared.canny_low_ratio,
-        use_depth=shared.use_depth,
-        depth_jump=shared.depth_jump,
-        depth_jump_share=shared.depth_jump_share,
+        **{name: getattr(shared, name) for name in _SHARED},
     )

@@ -1,37 +1,49 @@
-"""The interface of all filters."""
+"""The base of all filters."""
 
 from __future__ import annotations
 
+import math
+from abc import abstractmethod
 from collections.abc import Callable, Iterator
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..data.results import IterationRecord
+from ..data.results import IterationRecord, deviation
 
 
-class Stepper(Iterator[IterationRecord], Protocol):
-    """ILF on one block: an iterator; every `next()` runs one iteration and returns its record.
+class Stepper(Iterator[IterationRecord]):
+    """ILF on one block: an iterator; every `next()` runs one iteration and returns its record: `i` is one more than the
+    last, and `stage` never decreases.
 
     It ends when the filter has reached its last stage and the iteration is steady, or after `max_iterations`. Call
     `next()` from one thread at a time; `surface` may be read from any thread meanwhile. The results depend only on
     frame, block, its drawn pixels and depth by hand, and parameters, not on threads or other blocks.
     """
 
-    def __next__(self) -> IterationRecord:
-        """Run one iteration and return its record: `i` is one more than the last, and `stage` never decreases."""
-        ...
+    settled: bool = False
+    """Whether the last stage has ended, rather than the iteration at `max_iterations`."""
+    remark: str = ""
+    """A remark on how a settled iteration has ended; "" for none."""
+    explained: bool = False
+    """Whether a smooth surface explains all of the known depth up to its noise; False if none is fitted."""
+    network: str | None = None
+    """SHA-256 of the edge network used; None for none."""
+    notes: tuple[str, ...] = ()
+    """Notes for the user, for example on replaced networks; empty if all is as requested."""
+    _evaluated: tuple[NDArray[np.bool_], NDArray[np.float64]] | None = None
+    """Pixels whose ground truth is known, and that [m]."""
 
     @property
+    @abstractmethod
     def surface(self) -> NDArray[np.float64]:
         """P_i at the block's pixels [m], in the order of `block.mask`'s True values; before i = 1 the initial surface.
         Finite everywhere, but may be 0 or negative, which is not depth. A copy."""
-        ...
 
+    @abstractmethod
     def snapshot(self) -> Snapshot:
         """The current surface, to be computed later: P_i where it may become depth, elsewhere P_i or raw depth."""
-        ...
 
     def evaluate(self, pixels: NDArray[np.bool_], ground_truth: NDArray[np.float64]) -> None:
         """Add the error against ground truth to the records of all later iterations; nothing else changes.
@@ -43,32 +55,14 @@ class Stepper(Iterator[IterationRecord], Protocol):
         ground_truth : ndarray of float64
             Their ground-truth depth [m].
         """
-        ...
+        self._evaluated = pixels, ground_truth
 
-    @property
-    def settled(self) -> bool:
-        """Whether the last stage has ended, rather than the iteration at `max_iterations`."""
-        ...
-
-    @property
-    def remark(self) -> str:
-        """A remark on how a settled iteration has ended; "" for none."""
-        ...
-
-    @property
-    def explained(self) -> bool:
-        """Whether a smooth surface explains all of the known depth up to its noise; False if none is fitted."""
-        ...
-
-    @property
-    def network(self) -> str | None:
-        """SHA-256 of the edge network used; None for none."""
-        ...
-
-    @property
-    def notes(self) -> tuple[str, ...]:
-        """Notes for the user, for example on replaced networks; empty if all is as requested."""
-        ...
+    def _error(self) -> float:
+        """Root mean square of P_i - ground truth over the evaluated pixels; NaN if there are none."""
+        if self._evaluated is None:
+            return math.nan
+        pixels, ground_truth = self._evaluated
+        return deviation(self.surface[pixels], ground_truth)
 
 
 class Snapshot(NamedTuple):

@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 
 from ..data.frame import RGBDFrame
 from ..data.frame_cache import once_per_frame
-from ..data.label_map import Block, widened
+from ..data.label_map import Block
 from ..data.parameters import Parameters
+from ..segmentation.editing.patches import grown
 
 Mask = NDArray[np.bool_]
 
@@ -60,24 +61,25 @@ def suspect_islands(frame: RGBDFrame) -> Mask:
     largest = max(_LARGEST, _LARGEST_SHARE * depth.size)
     small = sizes <= largest
     small[0] = False  # missing depth
-    surfaces = _squares(known & ~small[parts])
+    square, large = np.ones((_SURFACE, _SURFACE), np.uint8), (known & ~small[parts]).view(np.uint8)
+    surfaces = cv2.erode(large, square, borderType=cv2.BORDER_CONSTANT, borderValue=0) > 0
     if not (small.any() and surfaces.any()):
         return suspect
     away = cache(partial(_distance_to, surfaces))
     for number in np.flatnonzero(small):
         x, y, width, height, size = boxes[number].tolist()
         own = slice(y, y + height), slice(x, x + width)
-        box = widened(own, _GAP)
+        box = grown(own, _GAP, frame.shape)
         island = parts[box] == number
         if known[box][(_distance_to(island) <= _GAP) & ~island].mean() > _KNOWN:
             continue
         level = float(np.median(depth[box][island]))
-        near_by = depth[widened(own, int(_SUPPORT * max(frame.shape)))]
+        near_by = depth[grown(own, int(_SUPPORT * max(frame.shape)), frame.shape)]
         # support is the usual case, and some of the rows mostly show it
         if any(_alike(near_by[::step], level) - size >= largest for step in (8, 1)):
             continue
         reach = int(away()[own][parts[own] == number].min()) + _AROUND
-        box = widened(own, reach)
+        box = grown(own, reach, frame.shape)
         island = parts[box] == number
         around = depth[box][surfaces[box] & (_distance_to(island) <= reach)]
         if around.size < max(_LEAST, size):
@@ -95,12 +97,6 @@ def _alike(depth: NDArray[np.float32], level: float) -> int:
 
 def _distance_to(pixels: Mask) -> NDArray[np.float32]:
     return np.asarray(cv2.distanceTransform((~pixels).view(np.uint8), cv2.DIST_L2, 5), np.float32)
-
-
-def _squares(known: Mask) -> Mask:
-    """Centres of squares that are all known."""
-    square = np.ones((_SURFACE, _SURFACE), np.uint8)
-    return cv2.erode(known.astype(np.uint8), square, borderType=cv2.BORDER_CONSTANT, borderValue=0) > 0
 
 
 @once_per_frame

@@ -43,7 +43,7 @@ class DepthByHand:
            [False,  True]])
     >>> DepthByHand([[-1.0]])
     Traceback (most recent call last):
-    ilf.errors.InputError: Depth by hand must be above 0 and at most 300 m, not -1 m. NaN or 0 states no depth.
+    ilf.errors.InputError: Depth by hand must be 0 to 300 m, not -1 m. 0 or NaN is none.
     """
 
     depth: NDArray[np.float32]
@@ -59,10 +59,7 @@ class DepthByHand:
             raise InputError(f"Depth by hand must be one real number per pixel, not {array.dtype}.")
         wrong = array[(array < 0) | (array > FARTHEST_DEPTH)]
         if wrong.size:
-            raise InputError(
-                f"Depth by hand must be above 0 and at most {FARTHEST_DEPTH:g} m, not {wrong[0]:g} m. NaN or 0 states "
-                "no depth."
-            )
+            raise InputError(f"Depth by hand must be 0 to {FARTHEST_DEPTH:g} m, not {wrong[0]:g} m. 0 or NaN is none.")
         depth = array.astype(np.float32, copy=False)
         if (depth == 0).any():
             depth = np.where(depth == 0, np.float32(np.nan), depth)
@@ -76,16 +73,6 @@ class DepthByHand:
     def pixels(self) -> NDArray[np.bool_]:
         """Pixels with depth by hand, of the shape of `depth`."""
         return np.isfinite(self.depth)
-
-    def of_block(self, block: Block, frame: RGBDFrame) -> DepthByHand | None:
-        """Return the part that counts in a block of a frame: at its missing pixels, in the order of `block.mask`'s True
-        values; None if there is none."""
-        here = self.depth[block.box][block.mask]
-        missing = np.isnan(frame.depth[block.box][block.mask])
-        if frame.outside_view is not None:
-            missing &= ~frame.outside_view[block.box][block.mask]
-        own = np.where(missing, here, np.float32(np.nan))
-        return replace(self, depth=own) if np.isfinite(own).any() else None
 
     def is_same_as(self, other: DepthByHand | None) -> bool:
         """Whether another one has the same depth and weight."""
@@ -107,8 +94,15 @@ def as_by_hand(given: ArrayLike | DepthByHand | None, shape: tuple[int, int]) ->
 
 
 def by_hand_of(block: Block, by_hand: DepthByHand | None, frame: RGBDFrame) -> DepthByHand | None:
-    """Return the part of depth by hand that counts in a block of a frame, as `DepthByHand.of_block` does."""
-    return None if by_hand is None else by_hand.of_block(block, frame)
+    """Return the part of depth by hand that counts in a block of a frame: at its missing pixels, in the order of
+    `block.mask`'s True values; None if there is none."""
+    if by_hand is None:
+        return None
+    missing = np.isnan(frame.depth[block.box][block.mask])
+    if frame.outside_view is not None:
+        missing &= ~frame.outside_view[block.box][block.mask]
+    own = np.where(missing, by_hand.depth[block.box][block.mask], np.float32(np.nan))
+    return replace(by_hand, depth=own) if np.isfinite(own).any() else None
 
 
 def check_counts(by_hand: DepthByHand | None, frame: RGBDFrame, labels: NDArray[np.int32]) -> None:
@@ -118,9 +112,6 @@ def check_counts(by_hand: DepthByHand | None, frame: RGBDFrame, labels: NDArray[
         return
     missing = by_hand.pixels & frame.missing
     if not missing.any():
-        raise InputError(
-            "Depth by hand counts only where depth is missing, and nothing is missing there. Mark the measured depth "
-            "invalid first, or leave depth by hand out."
-        )
+        raise InputError("Depth by hand counts only where depth is missing. Mark the measured depth invalid first.")
     if not labels[missing].any():
         raise InputError("Depth by hand counts only in blocks, and no block has its pixels. Add them to a block first.")

@@ -17,7 +17,9 @@ from ..errors import InputError, told_as
 _SHORTEST, _LARGEST = 1e-3, 1e6
 """Minimum focal length and maximum of all intrinsics [px]: beyond them points and normals would exceed float32."""
 
-REMEDY = "Give intrinsics as fx,fy,cx,cy, as one of the presets, or as a file."
+REMEDY = "Give intrinsics as a preset (such as nyu-kinect-v1), as fx,fy,cx,cy, or as a file."
+
+_UNDISTORT = "Undistort colour and depth first, and give the intrinsics of these images."
 
 DISTORTION_NOTE = (
     "The lens distortion of colour and depth is not corrected, which bends the point cloud at its borders. Undistort "
@@ -86,15 +88,9 @@ class Camera:
         if not all(np.isfinite(numbers)):
             raise InputError(f"Camera intrinsics must be finite numbers, not {numbers}.")
         if self.fx <= 0 or self.fy <= 0:
-            raise InputError(
-                f"Focal lengths must be positive pixels, not fx={self.fx:g}, fy={self.fy:g}. "
-                "Give intrinsics as fx,fy,cx,cy."
-            )
+            raise InputError(f"Focal lengths must be positive pixels, not fx={self.fx:g}, fy={self.fy:g}. {REMEDY}")
         if min(self.fx, self.fy) < _SHORTEST or max(map(abs, numbers)) > _LARGEST:
-            raise InputError(
-                f"Camera intrinsics must be in pixels: focal lengths of at least {_SHORTEST:g}, and no number above "
-                f"{_LARGEST:g}, not fx={self.fx:g}, fy={self.fy:g}, cx={self.cx:g}, cy={self.cy:g}."
-            )
+            raise InputError(f"Intrinsics must be {_SHORTEST:g} (focal lengths) to {_LARGEST:g} px, not {numbers}.")
         if self.size is not None and (len(self.size) != 2 or min(self.size) < 1):
             raise InputError(f"A camera's size must be a width and a height in pixels, not {self.size}.")
         object.__setattr__(self, "distortion", tuple(map(float, self.distortion)))
@@ -102,10 +98,8 @@ class Camera:
             raise InputError(f"A camera's model must be {' or '.join(_COEFFICIENTS)}, not {self.model!r:.40}.")
         *counts, most = _COEFFICIENTS[self.model]
         if len(self.distortion) not in {*counts, most}:
-            raise InputError(
-                f"A camera's distortion must have {', '.join(map(str, counts))} or {most} coefficients, "
-                f"{ORDERS[self.model]}, not {len(self.distortion)}."
-            )
+            wanted = f"{', '.join(map(str, counts))} or {most} coefficients, {ORDERS[self.model]}"
+            raise InputError(f"A camera's distortion must have {wanted}, not {len(self.distortion)}.")
         if not np.all(np.abs(self.distortion) <= _MAX_COEFFICIENT):
             raise InputError(f"A camera's distortion must be finite numbers, not {self.distortion}.")
 
@@ -390,19 +384,14 @@ def camera_of(given: Any, shape: tuple[int, int] | None, name: str = "") -> Came
     else:
         missing = [key for key in names if key not in given]
         if missing:
-            raise InputError(
-                f"Intrinsics lack {', '.join(missing)}. Give fx, fy, cx and cy, or K, or intrinsic_matrix."
-            )
+            raise InputError(f"Intrinsics lack {', '.join(missing)}. Give fx, fy, cx and cy, or a camera matrix K.")
         found = camera_from_numbers([given[key] for key in names], name)
     return replace(found, size=size, model=FISHEYE if _told_lens(given, _FISHEYE) else "pinhole")
 
 
 def _preset(text: str) -> Camera:
     if not is_preset(text):
-        raise InputError(
-            f"There is no intrinsics preset {text!r:.60}. Known: {', '.join(INTRINSICS)}. Give one of these, four "
-            "numbers fx, fy, cx, cy, or a 3 x 3 matrix."
-        )
+        raise InputError(f"There is no intrinsics preset {text!r:.60}. Known: {', '.join(INTRINSICS)}. {REMEDY}")
     return INTRINSICS[text.strip().lower()]
 
 
@@ -447,10 +436,7 @@ def lens_of(data: Mapping[str, Any], shape: tuple[int, int] | None = None) -> Ca
     camera, stated = camera_of(data, shape), data.get("distortion", ())
     if isinstance(stated, Mapping):
         if camera.model != FISHEYE and stated.get("k4") and not {"k5", "k6"} & stated.keys():  # r^8 of nerfstudio
-            raise InputError(
-                "The lens has k4, but neither k5 nor k6: a polynomial of four terms is not supported. Undistort colour "
-                "and depth first, and give the intrinsics of these images."
-            )
+            raise InputError(f"The lens has k4, but neither k5 nor k6: four terms are not supported. {_UNDISTORT}")
         names = "k1 k2 k3 k4" if camera.model == FISHEYE else "k1 k2 p1 p2 k3 k4 k5 k6"
         stated = [stated.get(name, 0.0) for name in names.split()]
     if camera.model == FISHEYE and not any(stated[4:]):  # DepthAI and librealsense fill up with zeros
@@ -461,10 +447,7 @@ def lens_of(data: Mapping[str, Any], shape: tuple[int, int] | None = None) -> Ca
 def lens_problem(data: Mapping[str, Any]) -> str:
     """A sentence that the stated lens model is not supported; "" if it may be."""
     lens = _told_lens(data, _OTHER_LENS)
-    return lens and (
-        f"The lens model {lens!r:.40} is not supported. Undistort colour and depth first, and give the intrinsics of "
-        "these images."
-    )
+    return lens and f"The lens model {lens!r:.40} is not supported. {_UNDISTORT}"
 
 
 def _told_lens(data: Mapping[str, Any], names: re.Pattern[str]) -> str:
@@ -482,10 +465,7 @@ def camera_from_numbers(numbers: Any, name: str) -> Camera:
         matrix = array.reshape(3, 3)
         (fx, skew, cx), (below, fy, cy), last = (matrix.T if matrix[2, :2].any() else matrix).tolist()
         if skew or below or last != [0, 0, 1]:
-            raise InputError(
-                "A camera matrix must be [[fx, 0, cx], [0, fy, cy], [0, 0, 1]], row by row or column by column, "
-                "and without skew. " + REMEDY
-            )
+            raise InputError(f"A camera matrix must be [[fx, 0, cx], [0, fy, cy], [0, 0, 1]], or transposed. {REMEDY}")
     else:
         raise InputError(f"Intrinsics must be four numbers or a 3 x 3 matrix, not {array.size} numbers. {REMEDY}")
     return Camera(fx, fy, cx, cy, name)
@@ -515,9 +495,8 @@ def fitted(camera: Camera, shape: tuple[int, int] | None) -> Camera:
     scale = shape[1] / size[0]
     if not math.isclose(shape[0], scale * size[1], abs_tol=1.0):
         raise InputError(
-            f"The intrinsics {camera.name or 'given'} are for {size[0]} x {size[1]} pixels and cannot "
-            f"be scaled to a frame of {shape[1]} x {shape[0]}, which has another aspect ratio. "
-            "Give the intrinsics of this frame as fx,fy,cx,cy."
+            f"The intrinsics {camera.name or 'given'} are for {size[0]} x {size[1]} pixels, and the frame has "
+            f"{shape[1]} x {shape[0]}, another aspect ratio. Give the intrinsics of this frame as fx,fy,cx,cy."
         )
     # the principal point is measured from a pixel's centre, but the image scales about a pixel's corner
     return Camera(

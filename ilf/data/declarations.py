@@ -14,6 +14,7 @@ import math
 import textwrap
 from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass
+from functools import cache, partial
 from types import MappingProxyType
 from typing import Any, Self, TypeVar
 
@@ -127,10 +128,8 @@ class Declaration:
         low = -math.inf if self.minimum is None else self.minimum
         high = math.inf if self.maximum is None else self.maximum
         if not low <= number <= high:
-            raise ParameterError(
-                f"{self.name} must lie between {low:g} and {high:g}{' ' + self.unit if self.unit else ''}, "
-                f"not {number:g}."
-            )
+            between = f"{low:g} and {high:g} {self.unit}".rstrip()
+            raise ParameterError(f"{self.name} must lie between {between}, not {number:g}.")
         return int(number) if self.kind is int else number
 
     def _refusal(self, wanted: str, value: object) -> ParameterError:
@@ -139,11 +138,8 @@ class Declaration:
 
 def declare(default: Value, label: str, help: str, group: str, **details: Any) -> Any:
     """Return a dataclass field with its Declaration as metadata."""
-    return dataclasses.field(default=default, metadata={"declaration": (default, label, help, group, details)})
-
-
-_found: dict[type, Mapping[str, Declaration]] = {}
-"""Cache: class -> its declarations, which forms and checks use often."""
+    make = partial(Declaration, default=default, label=label, help=help, group=group, **details)
+    return dataclasses.field(default=default, metadata={"declaration": make})
 
 
 @dataclass(frozen=True)
@@ -155,15 +151,11 @@ class ParameterSet:
             object.__setattr__(self, name, declaration.checked(getattr(self, name)))
 
     @classmethod
+    @cache  # which forms and checks use often
     def declarations(cls) -> Mapping[str, Declaration]:
         """Return name -> Declaration, in the order of the form."""
-        if cls not in _found:
-            declarations = {}
-            for item in dataclasses.fields(cls):
-                default, label, text, group, details = item.metadata["declaration"]
-                declarations[item.name] = Declaration(item.name, default, label, text, group, **details)
-            _found[cls] = MappingProxyType(declarations)
-        return _found[cls]
+        made = (item.metadata["declaration"](item.name) for item in dataclasses.fields(cls))
+        return MappingProxyType({declaration.name: declaration for declaration in made})
 
     def has_effect(self, name: str) -> bool:
         """Whether a parameter has any effect with the present values of the others."""

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from .._runtime.arrays import Array, check_shape, frozen, plain_array, real_image, without_mask
 from .._runtime.files import is_address
 from .._runtime.formatting import size_text
-from ..errors import InputError, told_as, warn_of_reading
+from ..errors import InputError, check_kind, told_as, warn_of_reading
 from .brought_colour import BroughtColour
 from .camera import CAMERA_DOUBT, Camera, as_camera, camera_doubt, checked_transform
 from .guide import Guide, as_guide
@@ -48,10 +48,8 @@ def checked_mask(mask: ArrayLike, shape: tuple[int, ...], what: str, masked: boo
     if array.dtype.kind in "iu" and any(set(np.unique(array).tolist()) <= pair for pair in ({0, 1}, {0, 255})):
         array = array != 0
     if array.dtype != np.bool_ or array.shape != shape:
-        raise InputError(
-            f"A mask of {what} must be bool with the frame's shape {shape}, or contain only 0 and 1, or 0 and 255; "
-            f"not {array.dtype} with shape {array.shape}."
-        )
+        given = f"{array.dtype} with shape {array.shape}"
+        raise InputError(f"A mask of {what} must be bool with the frame's shape {shape}, or of 0 and 255, not {given}.")
     if masked and isinstance(mask, np.ma.MaskedArray):
         array = array | np.ma.getmaskarray(mask)
     return read_only(array)
@@ -524,11 +522,8 @@ class RGBDFrame:
 
 def checked_frame(frame: RGBDFrame) -> RGBDFrame:
     """Return the frame passed by a caller; raise InputError for other types, such as an array of colour."""
-    if not isinstance(frame, RGBDFrame):
-        raise InputError(
-            f"The first argument must be an ilf.RGBDFrame, not {type(frame).__name__}: create one from colour and "
-            "depth by ilf.RGBDFrame(rgb, depth), or read one by ilf.load_frame."
-        )
+    remedy = "make one by ilf.RGBDFrame(rgb, depth), or read one by ilf.load_frame."
+    check_kind(frame, RGBDFrame, "The first argument must be an ilf.RGBDFrame", remedy)
     return frame
 
 
@@ -553,19 +548,13 @@ def check_depth_scale(depth: NDArray[np.floating], *, in_file: bool = True) -> f
     """
     known = depth[np.isfinite(depth)]
     if known.size == 0:
-        raise InputError(
-            "The depth image has no known pixel (all are zero, negative or not finite). "
-            "Check that this is the raw depth file."
-        )
+        raise InputError("The depth image has no known pixel. Check that this is the raw depth file.")
     median = float(np.median(known))
     low, high = MEDIAN_DEPTH_RANGE
     if not low <= median <= high:
         outside = f"The median depth would be {median:.4g} m, outside {low:g}-{high:g} m. "
         if not in_file:
-            raise InputError(
-                f"{outside}Depth must be in metres: divide it by its units per metre first, such as depth / 1000.0 for "
-                "millimetres."
-            )
+            raise InputError(f"{outside}Depth must be in metres: divide it, such as depth / 1000.0 for millimetres.")
         direction = "larger" if median > high else "smaller"
         raise InputError(
             f"{outside}The depth units or the encoding are probably wrong: try a {direction} number of file units per "
@@ -580,10 +569,7 @@ def _check_extremes(known: NDArray[np.floating]) -> None:
     low, high = DEPTH_LIMITS
     absurd = known[(known < low) | (known > high)]
     if absurd.size:
-        raise InputError(
-            f"Depth of {absurd[0]:g} m is impossible: all depth must be between {low:g} and {high:g} m. Mark missing "
-            "depth with 0 or NaN."
-        )
+        raise InputError(f"Depth of {absurd[0]:g} m is impossible, not {low:g} to {high:g} m; 0 and NaN are missing.")
 
 
 def scale_warning(depth: NDArray[np.floating], units: float) -> str:
@@ -627,16 +613,12 @@ def checked_colour(rgb: ArrayLike) -> NDArray[np.uint8]:
     if array.ndim == 2:
         array = array[..., None]
     if array.ndim != 3 or array.shape[2] not in (1, 3) or (array.dtype != np.uint8 and array.dtype.kind != "f"):
-        raise InputError(
-            "Colour must be uint8, or float from 0 to 1, with shape (H, W, 3), or (H, W) for grey, not "
-            f"{array.dtype} with shape {np.shape(rgb)}."
-        )
+        given = f"{array.dtype} with shape {np.shape(rgb)}"
+        raise InputError(f"Colour must be uint8, or float from 0 to 1, with shape (H, W, 3) or (H, W), not {given}.")
     if array.dtype.kind == "f":
         if array.size and not (array.min() >= 0 and array.max() <= 1):
-            raise InputError(
-                f"Colour of {array.dtype} must lie between 0 and 1, not {array.min():g} and {array.max():g}: divide it "
-                "by its maximum possible value, or convert it to uint8."
-            )
+            given = f"{array.min():g} and {array.max():g}"
+            raise InputError(f"Float colour must lie between 0 and 1, not {given}: divide it by its maximum.")
         array = np.round(255 * array).astype(np.uint8)
     if array.shape[2] == 1:
         array = np.repeat(array, 3, axis=2)

@@ -148,10 +148,7 @@ class Guide:
             values[values < 0] = np.nan
         usable = values[np.isfinite(values)]
         if usable.size == 0 or usable.min() == usable.max():
-            raise InputError(
-                "The guide has no usable values: all are zero, not finite, equal, or, of metric depth, negative. Check "
-                "that it is the right file."
-            )
+            raise InputError("The guide has no usable values: all are equal, 0, negative or not finite. Check it.")
         object.__setattr__(self, "values", frozen(values))
         if self.confidence is not None:
             confidence = np.nan_to_num(real_image(self.confidence, "A guide's confidence").astype(np.float32))

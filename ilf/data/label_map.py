@@ -26,13 +26,6 @@ def within(inside: Box, outside: Box) -> Box:
     return rows, columns
 
 
-def widened(box: Box, by: int) -> Box:
-    """Return a box with so many more rows and columns on every side, cut off at the frame's first ones; slices ignore
-    what lies beyond its last."""
-    rows, columns = box
-    return slice(max(rows.start - by, 0), rows.stop + by), slice(max(columns.start - by, 0), columns.stop + by)
-
-
 def union(one: Box, other: Box) -> Box:
     """Return the smallest box that encloses two boxes."""
     rows, columns = (slice(min(a.start, b.start), max(a.stop, b.stop)) for a, b in zip(one, other, strict=True))

@@ -52,26 +52,18 @@ def image_of(rgb: NDArray[np.uint8], depth: NDArray[np.float32]) -> Any:
 
 def cloud_of(points: NDArray[np.float32], colours: NDArray[np.uint8], normals: NDArray[np.float32] | None) -> Any:
     """Convert points [m], colours and normals, each (N, 3), to an `open3d.geometry.PointCloud`."""
-    o3d = load_open3d()
-    cloud = o3d.geometry.PointCloud(_vectors(points))
+    cloud = load_open3d().geometry.PointCloud(_vectors(points))
     cloud.colors = _vectors(colours / 255)
     if normals is not None:
         cloud.normals = _vectors(normals)
     return cloud
 
 
-def mesh_of(
-    points: NDArray[np.float32],
-    colours: NDArray[np.uint8],
-    normals: NDArray[np.float32] | None,
-    faces: NDArray[np.int32],
-) -> Any:
-    """Convert vertices as for `cloud_of` and faces, (M, 3), to an `open3d.geometry.TriangleMesh`."""
+def mesh_of(vertices: Any, faces: NDArray[np.int32]) -> Any:
+    """Convert vertices, an `open3d.geometry.PointCloud`, and faces, (M, 3), to an `open3d.geometry.TriangleMesh`."""
     o3d = load_open3d()
-    mesh = o3d.geometry.TriangleMesh(_vectors(points), o3d.utility.Vector3iVector(faces))
-    mesh.vertex_colors = _vectors(colours / 255)
-    if normals is not None:
-        mesh.vertex_normals = _vectors(normals)
+    mesh = o3d.geometry.TriangleMesh(vertices.points, o3d.utility.Vector3iVector(faces))
+    mesh.vertex_colors, mesh.vertex_normals = vertices.colors, vertices.normals
     return mesh
 
 
@@ -97,16 +89,11 @@ def arrays_of(image: Any, depth_units: float | None) -> tuple[NDArray[Any], NDAr
         raise InputError(f"An RGBDImage of Open3D is needed, not {type(image).__name__}.")
     rgb, depth = _array(image.color), _array(image.depth)
     if rgb.ndim != 3 or rgb.shape[2] != 3:
-        raise InputError(
-            "The image is grey instead of colour: create it with convert_rgb_to_intensity=False, which is not the "
-            "default of RGBDImage.create_from_color_and_depth."
-        )
+        raise InputError("The image is grey: create it with convert_rgb_to_intensity=False, which is not the default.")
     if depth.ndim == 3 and depth.shape[2] == 1:
         depth = depth[..., 0]
     if depth_units is None and depth.dtype.kind in "iu":
-        raise InputError(
-            f"The image's depth is {depth.dtype}: give depth_units, the units per metre (1000 for millimetres)."
-        )
+        raise InputError(f"The image's depth is {depth.dtype}: give depth_units per metre, 1000 for millimetres.")
     return rgb, depth.astype(np.float64) / (1.0 if depth_units is None else depth_units)
 
 

@@ -64,16 +64,12 @@ def plot_row(images: Mapping[str, NDArray[Any]]) -> NDArray[Any]:
     InputError
         If matplotlib is not installed (extra `plot`).
     """
-    pyplot = optional("matplotlib.pyplot", "ilf-studio[plot]", "A plot")
     low, high = _limits(image for image in images.values() if _is_depth(image))
-    height, width = next(iter(images.values())).shape[:2]
-    size = (4.0 * len(images), 4.0 * height / width + 0.5)
-    figure, axes = pyplot.subplots(1, len(images), figsize=size, sharex=True, sharey=True, layout="compressed")
-    for axis, (title, image) in zip(axes, images.items(), strict=True):
+    axes = _axes([*images], next(iter(images.values())).shape)
+    for axis, image in zip(axes, images.values(), strict=True):
         shown = axis.imshow(image, cmap=DEPTH_MAP, vmin=low, vmax=high) if _is_depth(image) else axis.imshow(image)
-        axis.set(title=title, xticks=[], yticks=[], facecolor=np.array(MISSING) / 255)
-    figure.colorbar(shown, ax=axes, label="Depth [m]")
-    return np.asarray(axes)
+    axes[0].figure.colorbar(shown, ax=axes, label="Depth [m]")
+    return axes
 
 
 def plot_error(rgb: NDArray[np.uint8], error: NDArray[np.float32]) -> NDArray[Any]:
@@ -81,17 +77,22 @@ def plot_error(rgb: NDArray[np.uint8], error: NDArray[np.float32]) -> NDArray[An
 
     Returns and raises as `plot_row` does.
     """
-    pyplot = optional("matplotlib.pyplot", "ilf-studio[plot]", "A plot")
-    height, width = error.shape
-    size = (8.0, 4.0 * height / width + 0.5)
-    figure, axes = pyplot.subplots(1, 2, figsize=size, sharex=True, sharey=True, layout="compressed")
+    axes = _axes(["Colour", "Expected error"], error.shape)
     axes[0].imshow(rgb)
     low, high = _limits([1000 * error])
     norm = optional("matplotlib.colors", "ilf-studio[plot]", "A plot").LogNorm(max(low, 1e-3), max(high, 1e-2))
     shown = axes[1].imshow(1000 * error, cmap="inferno", norm=norm)
-    for axis, title in zip(axes, ("Colour", "Expected error"), strict=True):
+    axes[0].figure.colorbar(shown, ax=axes, label="Expected error [mm]")
+    return axes
+
+
+def _axes(titles: Sequence[str], shape: tuple[int, ...]) -> NDArray[Any]:
+    """Axes side by side for images of this height and width."""
+    pyplot = optional("matplotlib.pyplot", "ilf-studio[plot]", "A plot")
+    size = (4.0 * len(titles), 4.0 * shape[0] / shape[1] + 0.5)
+    _, axes = pyplot.subplots(1, len(titles), figsize=size, sharex=True, sharey=True, layout="compressed")
+    for axis, title in zip(axes, titles, strict=True):
         axis.set(title=title, xticks=[], yticks=[], facecolor=np.array(MISSING) / 255)
-    figure.colorbar(shown, ax=axes, label="Expected error [mm]")
     return np.asarray(axes)
 
 

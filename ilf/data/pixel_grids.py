@@ -201,6 +201,18 @@ def sides(values: NDArray[Any]) -> tuple[tuple[NDArray[Any], NDArray[Any]], tupl
     return (values[:, :-1], values[:, 1:]), (values[:-1], values[1:])
 
 
+def neighbours(*values: NDArray[Any]) -> Iterator[tuple[tuple[NDArray[Any], NDArray[Any]], ...]]:
+    """Yield, for each of a pixel's four neighbours, the values of both, (here, there), from those of shape (H, W)."""
+    for pairs in zip(*map(sides, values), strict=True):
+        yield pairs
+        yield tuple((there, here) for here, there in pairs)
+
+
+def rim(values: NDArray[Any]) -> NDArray[Any]:
+    """Return the values along the four sides of an image; those of the corners twice."""
+    return np.concatenate([values[0], values[-1], values[:, 0], values[:, -1]])
+
+
 def both(mask: NDArray[np.bool_]) -> Pairs:
     """Return the pairs with both pixels in a mask of shape (H, W)."""
     right, below = (one & other for one, other in sides(mask))

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .._runtime.arrays import plain_array, without_mask
 from ..errors import InputError, ParameterError
-from .camera import Camera, as_camera
+from .camera import REMEDY, Camera, as_camera
 from .open3d_images import cloud_of
 
 AXES = ("camera", "y-up")
@@ -60,19 +60,15 @@ class PointCloud:
 
     def __post_init__(self) -> None:
         if self.points.ndim != 2 or self.points.shape[1] != 3 or self.points.shape != self.colours.shape:
-            raise InputError(
-                f"A cloud needs points and colours of one shape (N, 3), not {self.points.shape} "
-                f"and {self.colours.shape}."
-            )
+            given = f"{self.points.shape} and {self.colours.shape}"
+            raise InputError(f"A cloud needs points and colours of one shape (N, 3), not {given}.")
         if self.normals is not None and self.normals.shape != self.points.shape:
             raise InputError(f"The cloud's normals must have shape {self.points.shape}, not {self.normals.shape}.")
         if self.image_shape is not None and self.image_shape[0] * self.image_shape[1] != len(self.points):
             raise InputError(f"An image of shape {self.image_shape} does not have {len(self.points)} pixels.")
         for name, values in self.scalars.items():
             if not re.fullmatch(r"[A-Za-z]\w*", name, re.ASCII):
-                raise InputError(
-                    f"The name of a scalar must have letters, digits and underscores only, not {name!r:.60}."
-                )
+                raise InputError(f"The name of a scalar must be letters, digits and underscores, not {name!r:.60}.")
             if values.shape != (len(self.points),):
                 raise InputError(f"The scalar {name} must have shape ({len(self.points)},), not {values.shape}.")
         for what, numbers in {"points": self.points, "normals": self.normals, **self.scalars}.items():
@@ -148,10 +144,8 @@ def point_cloud(
     """
     z_image, colour = plain_array(depth), without_mask(rgb)
     if z_image.ndim != 2 or colour.shape != (*z_image.shape, 3) or colour.dtype != np.uint8:
-        raise InputError(
-            f"A point cloud needs depth (H, W) and uint8 colour (H, W, 3), not {z_image.shape} and "
-            f"{colour.dtype} {colour.shape}."
-        )
+        given = f"{z_image.shape} and {colour.dtype} {colour.shape}"
+        raise InputError(f"A point cloud needs depth (H, W) and uint8 colour (H, W, 3), not {given}.")
     images = {name: plain_array(image) for name, image in (scalars or {}).items()}
     if normals is not None and normals.shape != colour.shape:
         raise InputError(f"The normals must have shape {colour.shape}, not {normals.shape}.")
@@ -230,10 +224,7 @@ def required_intrinsics(intrinsics: Camera | ArrayLike | None, shape: tuple[int,
     """Return the intrinsics of an image (H, W), which points and normals require; raise InputError if there are
     none."""
     if intrinsics is None:
-        raise InputError(
-            "Points and normals need the camera's intrinsics, and this frame has none. Give them as a preset "
-            "(such as nyu-kinect-v1), as fx,fy,cx,cy, or as a file."
-        )
+        raise InputError(f"Points and normals need the camera's intrinsics, and this frame has none. {REMEDY}")
     return as_camera(intrinsics, shape)
 
 

@@ -113,7 +113,7 @@ class PresetList:
     problems: tuple[str, ...]
 
 
-def preset(name: str | os.PathLike[str] = DEFAULT_PRESET, **changes: object) -> Parameters:
+def preset(name: Parameters | str | os.PathLike[str] = DEFAULT_PRESET, **changes: object) -> Parameters:
     """Return the parameters of the filter of a preset, with any of them changed.
 
     Parameters
@@ -168,14 +168,12 @@ def as_parameters(given: Parameters | str | os.PathLike[str] | None, /, **change
     >>> as_parameters(Parameters(trend=False), noise=0.01).noise
     0.01
     """
-    if isinstance(given, Parameters):
-        return given.changed(**changes)
-    if given is None or isinstance(given, str | os.PathLike):
-        return preset(DEFAULT_PRESET if given is None else given, **changes)
-    raise ParameterError(
-        f"Parameters must be ilf.Parameters, or a preset by name ({', '.join(PRESETS)}, your own) or file, not "
-        f"{given!r:.60}."
-    )
+    if not isinstance(given, Parameters | str | os.PathLike | None):
+        raise ParameterError(
+            f"Parameters must be ilf.Parameters, or a preset by name ({', '.join(PRESETS)}, your own) or file, not "
+            f"{given!r:.60}."
+        )
+    return preset(DEFAULT_PRESET if given is None else given, **changes)
 
 
 def chosen_parameters(
@@ -404,14 +402,12 @@ def delete_preset(name: str) -> Path:
     return path
 
 
-def import_preset(path: str | os.PathLike[str], name: str | None = None, *, replace: bool = False) -> UserPreset:
+def import_preset(path: str | os.PathLike[str], *, replace: bool = False) -> UserPreset:
     """Copy a preset's file to the presets folder.
 
     Parameters
     ----------
     path : path-like
-    name : str, optional
-        The one in the file if left out.
     replace : bool
         Whether it may replace one of the same name.
 
@@ -420,8 +416,7 @@ def import_preset(path: str | os.PathLike[str], name: str | None = None, *, repl
     InputError, FormatError, ExportError
         As for `read_preset` and `save_preset`.
     """
-    given = read_preset(path)
-    preset = given if name is None else dataclasses.replace(given, name=name)
+    preset = read_preset(path)
     save_preset(preset.name, preset.parameters, preset.extraction, replace=replace)
     return preset
 

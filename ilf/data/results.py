@@ -334,9 +334,7 @@ class Completion:
         """
         chosen = list(self.results if labels is None else labels)
         if unknown := [label for label in chosen if label not in self.results]:
-            raise InputError(
-                f"The completion has no block {unknown[0]}: choose from {', '.join(map(str, self.results))}."
-            )
+            raise InputError(f"There is no block {unknown[0]}: choose from {', '.join(map(str, self.results))}.")
         return plot_curves({label: self.results[label].history for label in chosen})
 
     def to_open3d(self) -> Any:

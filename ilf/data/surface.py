@@ -130,7 +130,7 @@ class Mesh:
         ExportError
             If Open3D is not installed (extra `app`).
         """
-        return mesh_of(self.vertices.points, self.vertices.colours, self.vertices.normals, self.faces)
+        return mesh_of(self.vertices.to_open3d(), self.faces)
 
 
 def surface_faces(depth: ArrayLike, links: Links) -> NDArray[np.int32]:

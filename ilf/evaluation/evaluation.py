@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Generator, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property, reduce
-from typing import TypeVar
+from typing import Self, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -88,14 +88,8 @@ def evaluate(
     if not evaluated.any():
         return Evaluation()
     errors = measure_errors(depth, ground_truth, evaluated)
-    return Evaluation(
-        pixels=errors.pixels,
-        rmse=errors.rmse,
-        mae=errors.mae,
-        median=errors.median,
-        bias=errors.acc,
-        within=None if expected is None else _within(depth[evaluated], ground_truth[evaluated], expected[evaluated]),
-    )
+    within = None if expected is None else _within(depth[evaluated], ground_truth[evaluated], expected[evaluated])
+    return Evaluation(errors.pixels, errors.rmse, errors.mae, errors.median, errors.acc, within)
 
 
 def evaluate_completion(
@@ -188,19 +182,9 @@ def evaluate_blocks(
     {1: 20, 2: 20}
     """
     ground_truth, owners = _ground_truth(frame), checked_labels(labels, frame.shape)
-    evaluated = (
-        _evaluated(frame, completion, every) & np.isfinite(completion.depth) & np.isfinite(ground_truth) & (owners > 0)
-    )
-    everywhere = np.flatnonzero(evaluated)
-    return {
-        label: evaluate(
-            completion.depth.ravel()[places],
-            ground_truth.ravel()[places],
-            expected=None if expected is None else expected.ravel()[places],
-        )
-        for label, chosen in by_label(owners, everywhere)
-        for places in [everywhere[chosen]]
-    }
+    evaluated = _evaluated(frame, completion, every) & np.isfinite(completion.depth) & np.isfinite(ground_truth)
+    errors = PixelErrors.at(evaluated & (owners > 0), completion.depth, ground_truth, expected)
+    return Evaluated(owners, (errors,)).blocks
 
 
 def by_label(labels: NDArray[np.int32], places: NDArray[np.intp]) -> Iterator[tuple[int, NDArray[np.intp]]]:
@@ -257,6 +241,12 @@ class PixelErrors:
     ground_truth: Values
     expected: Values
 
+    @classmethod
+    def at(cls, pixels: NDArray[np.bool_], depth: Depth, ground_truth: Depth, expected: Depth | None = None) -> Self:
+        """Those of some pixels of images (H, W); the expected error is NaN if it is not given."""
+        of_error = np.full_like(depth, np.nan) if expected is None else plain_array(expected)
+        return cls(np.flatnonzero(pixels), depth[pixels], ground_truth[pixels], of_error[pixels])
+
     @property
     def error(self) -> Values:
         """Completed depth - ground truth [m], NaN where the pixel was not filled."""
@@ -293,7 +283,7 @@ class Evaluated:
 
     labels: NDArray[np.int32]
     parts: tuple[PixelErrors, ...]
-    shared: tuple[PixelErrors, ...] | None = None
+    shared: tuple[PixelErrors, ...] | None = field(default=None, kw_only=True)
 
     @property
     def pixels(self) -> int:
@@ -305,7 +295,7 @@ class Evaluated:
         """Share of them that was filled, 0-1; 0 if there are none."""
         return sum(int(np.count_nonzero(part.filled)) for part in self.parts) / max(self.pixels, 1)
 
-    def of_block(self, label: int) -> Evaluated:
+    def of_block(self, label: int) -> Self:
         """The same for one block."""
         return replace(
             self,
@@ -342,44 +332,24 @@ class Evaluated:
 
 
 @dataclass(frozen=True, eq=False)
-class RunEvaluation:
+class RunEvaluation(Evaluated):
     """The evaluation of a run.
 
     Attributes
     ----------
     run : Run
-    evaluated : Evaluated
-        Its errors, pixel by pixel.
     seconds : float
         Duration.
     """
 
     run: Run
-    evaluated: Evaluated
     seconds: float
 
-    @property
-    def whole(self) -> Evaluation:
-        """The evaluation of all blocks together."""
-        return self.evaluated.whole
 
-    @property
-    def blocks(self) -> dict[int, Evaluation]:
-        """Label -> evaluation of every block with pixels to be filled."""
-        return self.evaluated.blocks
-
-    @property
-    def errors(self) -> tuple[PixelErrors, ...]:
-        """The errors pixel by pixel, one part per completion."""
-        return self.evaluated.parts
-
-    @property
-    def coverage(self) -> float:
-        """Share of the pixels to be filled that was filled, 0-1."""
-        return self.evaluated.coverage
+E = TypeVar("E", bound=Evaluated)
 
 
-def restrict_to_shared(several: Sequence[Evaluated]) -> list[Evaluated]:
+def restrict_to_shared(several: Sequence[E]) -> list[E]:
     """Restrict evaluations to the pixels that all of them have filled.
 
     Those that fill less than nine tenths of what the best one fills do not restrict these pixels.

@@ -15,7 +15,7 @@ from ..data.frame_cache import once_per_frame
 from ..data.results import Completion
 from ..errors import InputError
 from ..run.run import Run
-from .evaluation import MIN_RELATIVE_COVERAGE, Evaluated, PixelErrors, Progress, RunEvaluation
+from .evaluation import MIN_RELATIVE_COVERAGE, PixelErrors, Progress, RunEvaluation
 from .hold_out import completion_steps
 
 
@@ -70,9 +70,8 @@ def ground_truth_steps(run: Run, *, threads: int | None = None) -> Generator[Pro
     frame, ground_truth = _without_ground_truth(run.frame), run.frame.ground_truth
     assert ground_truth is not None
     completion = yield from completion_steps(replace(run, frame=frame, extrapolate=False), threads)
-    expected = expected_error(completion)
-    errors = PixelErrors(np.flatnonzero(wanted), completion.depth[wanted], ground_truth[wanted], expected[wanted])
-    return GroundTruthResult(run, Evaluated(run.blocks.labels, (errors,)), time.perf_counter() - started, completion)
+    errors = PixelErrors.at(wanted, completion.depth, ground_truth, expected_error(completion))
+    return GroundTruthResult(run.blocks.labels, (errors,), run, time.perf_counter() - started, completion)
 
 
 def pixels_with_ground_truth(run: Run) -> NDArray[np.bool_]:
@@ -84,10 +83,7 @@ def pixels_with_ground_truth(run: Run) -> NDArray[np.bool_]:
         wanted = there & frame.missing & np.isfinite(frame.ground_truth)
         if wanted.any():
             return wanted
-    raise InputError(
-        f"{frame.name} has no ground truth where depth is missing in the blocks that are run. Load one, or run a "
-        "hold-out test."
-    )
+    raise InputError(f"{frame.name} has no ground truth where depth is missing in the blocks. Load one, or hold out.")
 
 
 @once_per_frame

@@ -22,15 +22,7 @@ from ..errors import InputError, ParameterError, check_kind
 from ..run.run import Run
 from ..sources.frame_ref import FrameRef
 from ..sources.own_results import COMPLETED_DEPTH, is_result
-from .evaluation import (
-    Evaluated,
-    Evaluation,
-    PixelErrors,
-    Progress,
-    RunEvaluation,
-    restrict_to_shared,
-    scaled_progress,
-)
+from .evaluation import PixelErrors, Progress, RunEvaluation, restrict_to_shared, scaled_progress
 
 # Patterns of hidden depth: the same pixels for the same frame and seed.
 
@@ -195,8 +187,7 @@ def compared_steps(several: Sequence[Generator[Progress, None, R]]) -> Generator
         text = f"run {number + 1} of {len(several)}, "
         result = yield from scaled_progress(steps, number * width, width, text)
         results.append(result)
-    shared = restrict_to_shared([result.evaluated for result in results])
-    return [replace(result, evaluated=evaluated) for result, evaluated in zip(results, shared, strict=True)]
+    return restrict_to_shared(results)
 
 
 # A run, step by step, with the finished fraction.
@@ -256,7 +247,7 @@ class HoldOutTest:
 
 @dataclass(frozen=True, eq=False)
 class HoldOutResult(RunEvaluation):
-    """Result of a hold-out test of a run; errors have one part per seed.
+    """Result of a hold-out test of a run, with one part per seed.
 
     Attributes
     ----------
@@ -264,16 +255,6 @@ class HoldOutResult(RunEvaluation):
     """
 
     test: HoldOutTest
-
-    @property
-    def by_seed(self) -> tuple[Evaluation, ...]:
-        """The evaluation of all blocks together, for every seed."""
-        return self.evaluated.by_part
-
-    @property
-    def hidden(self) -> int:
-        """Number of hidden pixels in the blocks, over all seeds."""
-        return self.evaluated.pixels
 
 
 def hold_out_steps(
@@ -316,7 +297,7 @@ def hold_out_steps(
         steps = _one_seed(run, chosen.pattern, seed, only, threads)
         part = yield from scaled_progress(steps, number * width, width, f"seed {seed}: ")
         parts.append(part)
-    return HoldOutResult(run, Evaluated(run.blocks.labels, tuple(parts)), time.perf_counter() - started, chosen)
+    return HoldOutResult(run.blocks.labels, tuple(parts), run, time.perf_counter() - started, chosen)
 
 
 def evaluate_hold_out(
@@ -360,7 +341,7 @@ def evaluate_hold_out(
     >>> import ilf
     >>> frame = ilf.RGBDFrame(np.zeros((40, 50, 3), np.uint8), np.full((40, 50), 2.0))
     >>> result = evaluate_hold_out(ilf.Run(frame, np.ones((40, 50), np.int32)), HoldOutTest("areas", (0, 1)))
-    >>> result.hidden, result.coverage, result.whole.pixels, bool(result.whole.rmse < 0.001)
+    >>> result.pixels, result.coverage, result.whole.pixels, bool(result.whole.rmse < 0.001)
     (1000, 1.0, 1000, True)
     """
     run = run.run if isinstance(run, Completion) else run
@@ -368,49 +349,6 @@ def evaluate_hold_out(
     test = HoldOutTest(test) if isinstance(test, str) else test
     check_kind(test, HoldOutTest | None, "The second argument must be a test", 'give ilf.HoldOutTest("areas", (0, 1)).')
     return run_to_end(hold_out_steps(run, test, only, threads=threads), on_step)
-
-
-def comparison_steps(
-    runs: Sequence[Run], test: HoldOutTest | None = None, *, threads: int | None = None
-) -> Generator[Progress, None, list[HoldOutResult]]:
-    """Compare runs of one frame on the same hidden depth, over the pixels that all of them have filled.
-
-    Runs that fill less than nine tenths of what the best one fills do not restrict these pixels.
-
-    Parameters
-    ----------
-    runs : sequence of Run
-        Of one frame; blocks, parameters and invalid masks may differ.
-    test, threads
-        As for `evaluate_hold_out`.
-
-    Yields
-    ------
-    Progress
-
-    Returns
-    -------
-    list of HoldOutResult
-        In the order of the runs.
-
-    Raises
-    ------
-    InputError
-        If too little depth is known.
-
-    Examples
-    --------
-    >>> import ilf
-    >>> from ilf._runtime.stepping import run_to_end
-    >>> depth = 2 + 0.01 * np.arange(50) * np.ones((40, 1))
-    >>> frame = ilf.RGBDFrame(np.zeros((40, 50, 3), np.uint8), depth)
-    >>> runs = [ilf.Run(frame, np.ones((40, 50), np.int32), ilf.preset(name)) for name in ("best", "paper")]
-    >>> best, paper = run_to_end(comparison_steps(runs, HoldOutTest("areas", (0,))))
-    >>> best.whole.pixels == paper.whole.pixels, best.whole.rmse < paper.whole.rmse
-    (True, True)
-    """
-    chosen = test or HoldOutTest()
-    return compared_steps([hold_out_steps(run, chosen, threads=threads) for run in runs])
 
 
 def _one_seed(
@@ -423,7 +361,4 @@ def _one_seed(
     labels = np.unique(run.blocks.labels[evaluated]).tolist()
     alone = replace(run, frame=frame_without(run.frame, pattern, seed), only=frozenset(labels), extrapolate=False)
     completion = yield from completion_steps(alone, threads)
-    error = expected_error(completion)
-    return PixelErrors(
-        np.flatnonzero(evaluated), completion.depth[evaluated], run.frame.depth[evaluated], error[evaluated]
-    )
+    return PixelErrors.at(evaluated, completion.depth, run.frame.depth, expected_error(completion))

@@ -245,7 +245,9 @@ def angle_between(one: PlaneFit, other: PlaneFit) -> float:
     """
     if one.normal is None or other.normal is None:
         raise InputError(NEEDS_INTRINSICS)
-    angle = _angle(np.array(one.normal), np.array(other.normal))
+    first, second = np.array(one.normal), np.array(other.normal)
+    # well conditioned for small angles as well
+    angle = math.degrees(math.atan2(float(np.linalg.norm(np.cross(first, second))), float(first @ second)))
     return min(angle, 180.0 - angle)
 
 
@@ -270,12 +272,3 @@ def _point_or_nan(depth: NDArray[np.floating], point: ImagePoint, intrinsics: Ca
         return point_in_space(depth, point, intrinsics)
     except InputError:
         return np.full(3, np.nan)
-
-
-def _angle(one: NDArray[np.float64], other: NDArray[np.float64]) -> float:
-    """Angle between two directions [degrees]; NaN if one of them is zero."""
-    size = float(np.linalg.norm(one) * np.linalg.norm(other))
-    if not size > 0:
-        return math.nan
-    # well conditioned for small angles as well
-    return math.degrees(math.atan2(float(np.linalg.norm(np.cross(one, other))), float(one @ other)))

@@ -74,20 +74,17 @@ def measure_errors(
     >>> errors.pixels, round(errors.rmse, 3), round(errors.mae, 3), round(errors.acc, 3)
     (3, 0.163, 0.133, 0.0)
     """
-    if not depth.shape == ground_truth.shape == mask.shape:
-        raise InputError(
-            f"Depth {depth.shape}, ground truth {ground_truth.shape} and mask {mask.shape} must have the same shape."
-        )
+    shapes = depth.shape, ground_truth.shape, mask.shape
+    if len(set(shapes)) > 1:
+        raise InputError(f"Depth, ground truth and mask must have the same shape, not {shapes}.")
     measured, true = depth[mask].astype(np.float64), ground_truth[mask].astype(np.float64)
     if measured.size == 0:
         raise InputError("No pixel is selected for the comparison with ground truth. Give a mask with pixels.")
     for name, values in (("depth", measured), ("ground truth", true)):
         lacking = np.count_nonzero(~(np.isfinite(values) & (values > 0)))
         if lacking:
-            raise InputError(
-                f"The {name} is missing at {grouped(lacking)} of {counted(values.size, 'compared pixel')}. "
-                "Restrict the mask to known depth."
-            )
+            missing = f"{grouped(lacking)} of {counted(values.size, 'compared pixel')}"
+            raise InputError(f"The {name} is missing at {missing}. Restrict the mask to known depth.")
     error = measured - true
     size = np.abs(error)
     ratio = np.maximum(measured / true, true / measured)

@@ -81,9 +81,7 @@ def check_support(pixels: Array, coefficients: int, width: float, what: str) -> 
     """Raise InputError if these pixels (N, 2) do not determine a surface of so many coefficients."""
     least = _PER_COEFFICIENT * coefficients
     if len(pixels) < least:
-        raise InputError(
-            f"A {what} needs at least {least} pixels with depth; there are {len(pixels)}. Select a larger area."
-        )
+        raise InputError(f"A {what} needs at least {least} pixels with depth, not {len(pixels)}. Select a larger area.")
     across = np.linalg.eigvalsh(np.cov(pixels.T))[0]
     if across < width**2:
         raise InputError(f"The pixels with depth form too narrow a strip for a {what}. Select a wider area.")
@@ -188,15 +186,15 @@ class SurfaceStatistics:
 
     pixels: int
     known: int
-    mean: float
-    median: float
-    deviation: float
-    least: float
-    largest: float
-    noise: float
-    plane: PlaneFit | None
-    quadric: QuadricFit | None
-    reason: str
+    mean: float = math.nan
+    median: float = math.nan
+    deviation: float = math.nan
+    least: float = math.nan
+    largest: float = math.nan
+    noise: float = math.nan
+    plane: PlaneFit | None = None
+    quadric: QuadricFit | None = None
+    reason: str = ""
 
     @property
     def missing_share(self) -> float:
@@ -236,7 +234,7 @@ def surface_statistics(
     >>> round(found.plane.tilt, 3), found.plane.rms < 1e-6
     (45.0, True)
     >>> surface_statistics([[1.0, 2.0]]).reason
-    'A plane needs at least 12 pixels with depth; there are 2. Select a larger area.'
+    'A plane needs at least 12 pixels with depth, not 2. Select a larger area.'
     """
     image = np.asarray(plain_array(depth), np.float32)
     if image.ndim != 2:
@@ -249,10 +247,7 @@ def surface_statistics(
     rows, columns = np.nonzero(inside)
     z = image[inside].astype(np.float64)
     if z.size == 0:
-        none = math.nan
-        return SurfaceStatistics(
-            count, 0, none, none, none, none, none, none, None, None, "None of the pixels has depth."
-        )
+        return SurfaceStatistics(count, 0, reason="None of the pixels has depth.")
     box = slice(rows.min(), rows.max() + 1), slice(columns.min(), columns.max() + 1)
     plane, quadric, reason = _surfaces(z, rows, columns, intrinsics)
     return SurfaceStatistics(

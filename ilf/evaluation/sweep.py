@@ -78,9 +78,7 @@ class Sweep:
         if self.only is not None and not (self.only and np.isin(list(self.only), self.run.blocks.labels).all()):
             raise InputError(f"There are no such blocks: {sorted(self.only)}. Select existing blocks.")
         if (count := math.prod(map(len, checked.values()))) > MAX_POINTS:
-            raise ParameterError(
-                f"A sweep of {count} points needs too much memory. Give fewer values: maximum {MAX_POINTS} points."
-            )
+            raise ParameterError(f"A sweep of {count} points needs too much memory. Give up to {MAX_POINTS} points.")
         bases = [self.run.parameters] if self.only is None else [self.run.parameters_of(label) for label in self.only]
         variants = [base.replace(**values) for base in bases for values in self.points]
         for name in checked:
@@ -147,8 +145,7 @@ class SweepResult:
 
     def best_by(self, measure: str) -> SweepPoint | None:
         """The point with the smallest "rmse", "mae" or "median" among those that fill enough; None without any."""
-        everyone = [point.evaluated for point in self.points]
-        able = [point for point in self.points if point.whole.pixels and fills_enough(point.evaluated, everyone)]
+        able = [point for point in self.points if point.whole.pixels and fills_enough(point, self.points)]
         return min(able, key=lambda point: float(getattr(point.whole, measure)), default=None)
 
 
@@ -182,10 +179,9 @@ def sweep_steps(sweep: Sweep, *, threads: int | None = None) -> Generator[Progre
         point = yield from scaled_progress(steps, number * width, width, f"{', '.join(to_text(values))}: ")
         points.append(point)
         yield point
-    shared = restrict_to_shared([point.evaluated for point in points])
-    able = [number for number, evaluated in enumerate(shared) if fills_enough(evaluated, shared)]
-    evaluated_points = (replace(point, evaluated=evaluated) for point, evaluated in zip(points, shared, strict=True))
-    return SweepResult(sweep, tuple(evaluated_points), find_ties(shared, able))
+    points = restrict_to_shared(points)
+    able = [number for number, point in enumerate(points) if fills_enough(point, points)]
+    return SweepResult(sweep, tuple(points), find_ties(points, able))
 
 
 def run_sweep(
@@ -227,14 +223,14 @@ def run_sweep(
 def _one_point(sweep: Sweep, values: dict[str, Value], threads: int | None) -> Generator[Progress, None, SweepPoint]:
     started, run = time.perf_counter(), sweep.run_with(values)
     if sweep.criterion is None:
-        found = yield from ground_truth_steps(run, threads=threads)
-        evaluated, depth = found.evaluated, found.completion.depth
+        against = yield from ground_truth_steps(run, threads=threads)
+        parts, depth = against.parts, against.completion.depth
     else:
         width = 1 / (1 + len(sweep.criterion.seeds))
         completion = yield from scaled_progress(completion_steps(run, threads), 0, width)
         hidden = yield from scaled_progress(hold_out_steps(run, sweep.criterion, threads=threads), width, 1 - width)
-        evaluated, depth = hidden.evaluated, completion.depth
-    return SweepPoint(run, evaluated, time.perf_counter() - started, values, depth)
+        parts, depth = hidden.parts, completion.depth
+    return SweepPoint(run.blocks.labels, parts, run, time.perf_counter() - started, values, depth)
 
 
 # Values of a parameter for a sweep: a range around the present value, and values spread over it.
@@ -327,9 +323,7 @@ def spread(
     if not MIN_STEPS <= steps <= MAX_STEPS:
         raise ParameterError(f"A range has {MIN_STEPS} to {MAX_STEPS} values, not {steps}.")
     if logarithmic and low <= 0:
-        raise ParameterError(
-            f"{declaration.label}: equal ratios cannot start at {low:g}. Start above 0, or use equal differences."
-        )
+        raise ParameterError(f"{declaration.label}: no ratios from {low:g}. Start above 0, or use differences.")
     if logarithmic:
         digits = _DIGITS + max(-math.floor(math.log10(high / low - 1)), 0)  # more where neighbours are closer
         between = [float(f"{value:.{digits}g}") for value in np.geomspace(low, high, steps)[1:-1]]
@@ -337,11 +331,8 @@ def spread(
         digits = _DIGITS - math.floor(math.log10(high - low))
         between = [round(float(value), digits) for value in np.linspace(low, high, steps)[1:-1]]
     inside = (min(max(value, low), high) for value in between)
-    found = {declaration.checked(_whole(declaration, value)) for value in (low, *inside, high)}
+    whole = declaration.kind is int
+    found = {declaration.checked(round(value) if whole else value) for value in (low, *inside, high)}
     if present is not None and low <= float(present) <= high:
         found.add(declaration.checked(present))
     return tuple(sorted(found, key=float))
-
-
-def _whole(declaration: Declaration, value: float) -> float:
-    return round(value) if declaration.kind is int else value

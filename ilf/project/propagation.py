@@ -103,7 +103,7 @@ def propagate_state(before: FrameState, after: FrameState, how: str = "auto") ->
         own_parameters=before.own_parameters,
         results={},
         extrapolation=None,
-        to_check=frozenset(now(label) for label in followed.to_check) & propagated,
+        to_check=frozenset(reasons),
         selected=tuple(label for label in map(now, before.selected) if label in propagated),
     )
     return Propagated(state, followed)

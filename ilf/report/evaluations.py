@@ -32,18 +32,18 @@ def against_ground_truth(
         return None
     wanted = run.frame.missing & np.isfinite(ground_truth)
     depth = np.where(filled, completion.depth, np.float32(np.nan))
-    errors = PixelErrors(np.flatnonzero(wanted), depth[wanted], ground_truth[wanted], expected[wanted])
+    errors = PixelErrors.at(wanted, depth, ground_truth, expected)
     return Evaluated(run.blocks.labels, (errors,))
 
 
 def on_hold_out(hidden: HoldOutResult) -> dict[str, Evaluated]:
     """Name the evaluation over all seeds of a hold-out test, and, if there are several, that of each."""
-    test, whole = hidden.test, hidden.evaluated
+    test = hidden.test
     seeds = ", ".join(map(str, test.seeds))
-    named = {f"On hold-out ({test.pattern}; seed{'s' * (len(test.seeds) > 1)} {seeds})": whole}
+    named: dict[str, Evaluated] = {f"On hold-out ({test.pattern}; seed{'s' * (len(test.seeds) > 1)} {seeds})": hidden}
     if len(test.seeds) > 1:
-        for seed, part in zip(test.seeds, whole.parts, strict=True):
-            named[f"seed {seed} alone"] = Evaluated(whole.labels, (part,))
+        for seed, part in zip(test.seeds, hidden.parts, strict=True):
+            named[f"seed {seed} alone"] = Evaluated(hidden.labels, (part,))
     return named
 
 

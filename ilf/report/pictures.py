@@ -109,7 +109,7 @@ def frame_pictures(
         yield _difference("Error against ground truth", error, shape, "Of filled pixels: depth out minus ground truth.")
     if hidden is not None:
         error = np.full(frame.shape, np.nan, np.float32)
-        for part in hidden.errors:
+        for part in hidden.parts:
             error.ravel()[part.places[part.filled]] = part.error[part.filled]
         yield _difference("Error on hold-out", error, shape, "Of held-out pixels: completed minus measured depth.")
     change = completion.depth - frame.depth

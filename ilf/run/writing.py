@@ -18,7 +18,7 @@ from .._runtime.files import file_sha256, read_json
 from .._runtime.formatting import counted
 from .._runtime.writing import move_into_place, staging, write_bytes
 from ..completion.confidence.expected_error import expected_error, unsupported
-from ..completion.confidence.features import default_edge_notes
+from ..completion.confidence.features import default_edges
 from ..data.declarations import check_names
 from ..data.flying_points import flying_points
 from ..data.frame import FrameInputs, RGBDFrame
@@ -363,7 +363,7 @@ def _write_results(
     error = unsupported_mask = None
     if options.expected_error and (options.depth_formats or options.cloud or options.mesh):
         error, unsupported_mask = expected_error(completion), unsupported(completion)
-        remarks += [note for note in default_edge_notes(run.frame) if note not in completion.notes]
+        remarks += [note for note in default_edges(run.frame).notes if note not in completion.notes]
         for depth_format in options.depth_formats:
             name = ERROR_FILES[depth_format]
             found = write_expected_error(folder / name, error, options.depth_units)

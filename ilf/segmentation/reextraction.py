@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ..data.label_map import labels_in
 from ..data.parameters import BlockParameters
-from ..data.pixel_grids import connected_regions
+from ..data.pixel_grids import connected_regions, sides
 
 Labels = NDArray[np.int32]
 
@@ -91,7 +91,7 @@ def _free_numbers(taken: Collection[int]) -> itertools.filterfalse[int]:
 def _borders(parts: NDArray[np.integer], count: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Pairs of adjacent parts, (n, 2), the lower number first, and their border lengths in pixel pairs, (n,)."""
     found = []
-    for one, other in ((parts[:, 1:], parts[:, :-1]), (parts[1:], parts[:-1])):
+    for one, other in sides(parts):
         across = (one != other) & (one > 0) & (other > 0)
         pair = one[across].astype(np.int64), other[across].astype(np.int64)
         found.append(np.minimum(*pair) * count + np.maximum(*pair))

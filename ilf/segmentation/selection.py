@@ -16,8 +16,9 @@ from scipy.sparse.csgraph import dijkstra
 from .._runtime.arrays import check_shape, plain_array
 from ..data.frame import RGBDFrame, checked_frame
 from ..data.label_map import Box
+from ..data.pixel_grids import rim
 from ..errors import InputError, told_as
-from .editing.patches import Points
+from .editing.patches import Points, box_between
 from .region_tree import RegionTree, region_tree
 
 Array = NDArray[np.float64]
@@ -361,8 +362,7 @@ def _beside(tree: RegionTree, parts: Mask, outer: Array) -> list[Array]:
     length = np.maximum(outer[:, 0], 1)
     apart = np.linalg.norm(tree.colour[tree.ends[:, 0]] - tree.colour[tree.ends[:, 1]], axis=1) > _OTHER_COLOUR
     crossed = parts[:, tree.ends[:, 0]] != parts[:, tree.ends[:, 1]]
-    rim = np.concatenate([tree.pieces[[0, -1]].ravel(), tree.pieces[:, [0, -1]].ravel()])
-    at_rim = parts @ np.bincount(rim, minlength=tree.order.size).astype(np.float64)
+    at_rim = parts @ np.bincount(rim(tree.pieces), minlength=tree.order.size).astype(np.float64)
     return [
         outer[:, 3] / length,
         crossed @ (apart * tree.borders[:, 0]).astype(np.float64) / length,
@@ -399,9 +399,7 @@ def _depths(tree: RegionTree, parts: Mask, points: Array) -> tuple[Array, Array]
 
 
 def _inside_box(shape: tuple[int, int], box: tuple[float, float, float, float]) -> Box:
-    left, top, right, bottom = box
-    rows = slice(max(math.floor(top), 0), min(math.ceil(bottom), shape[0]))
-    columns = slice(max(math.floor(left), 0), min(math.ceil(right), shape[1]))
-    if rows.start >= rows.stop or columns.start >= columns.stop:
+    inside = box_between(np.array(box[:2], float), np.array(box[2:], float), shape)
+    if inside is None:
         raise InputError("The box contains no pixel of the frame.")
-    return rows, columns
+    return inside

@@ -8,8 +8,8 @@ import numpy as np
 import scipy.fft
 from numpy.typing import NDArray
 
-from ilf.completion.pass_band.band import colour_weight, inside_ellipse, squared_wave_numbers
-from ilf.completion.pass_band.iteration import LinearSchedule, Schedule, StagedSchedule, principal_lengths
+from ilf.completion.pass_band.band import colour_weight, inside_ellipse
+from ilf.completion.pass_band.iteration import LinearSchedule, StagedSchedule, principal_lengths
 from ilf.data.frame import RGBDFrame
 from ilf.data.label_map import Block
 from ilf.data.parameters import Parameters
@@ -53,7 +53,7 @@ class FullGridIteration(Iterator[PassBandRecord]):
         self._weight: NDArray[np.float64] | None = None  # W, while i <= rgb_iterations
         if parameters.rgb_iterations:
             self._weight = colour_weight(frame.rgb[block.box], block.mask, grid, parameters.rgb_dilation)
-        self._schedule: Schedule
+        self._schedule: StagedSchedule | LinearSchedule
         if parameters.schedule == "staged":
             self._schedule = StagedSchedule(grid, principal_lengths(block.mask), parameters)
         else:
@@ -124,3 +124,11 @@ class FullGridIteration(Iterator[PassBandRecord]):
 
     def _reinsert(self) -> None:
         self._expanded[self._crop][self._known] = self._raw
+
+
+def squared_wave_numbers(grid: tuple[int, int]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """k_y^2 as a column and k_x^2 as a row, in the layout of `scipy.fft.rfft2` over a grid (H, W)."""
+    height, width = grid
+    k_y = np.minimum(np.arange(height), height - np.arange(height)).astype(np.float64)
+    k_x = np.arange(width // 2 + 1, dtype=np.float64)
+    return (k_y**2)[:, None], (k_x**2)[None, :]

@@ -13,7 +13,7 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional
 
-from ilf.segmentation.edges.depth_edges import CHANNELS, COARSE, LOG_SPREADS
+from ilf.segmentation.edges.depth_edges import CHANNELS
 
 from .lines import LineScore
 from .pictures import PictureFolder, random_sample, read_picture, sample_of, with_hidden_depth
@@ -21,6 +21,12 @@ from .trainer import Arrays, Recipe
 from .unet import INITIAL_LOGIT, UP_WIDTHS, UNet, lines_head
 
 BATCH = 4
+
+COARSE = 4
+"""Size in pixels of one value of the network's coarse depth."""
+
+LOG_SPREADS = (-7.0, 3.0)
+"""Minimum and maximum log of the expected error of the coarse depth."""
 
 POSITIVE_WEIGHT = 3.0
 """Weight of a pixel on a line; other pixels have 1."""

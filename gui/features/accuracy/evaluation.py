@@ -111,9 +111,7 @@ class Evaluator:
 def _pixel_errors(request: EvaluationRequest, entry: EvaluatedResult, where: NDArray[np.bool_]) -> Evaluated:
     ground_truth = request.frame.ground_truth
     assert ground_truth is not None
-    places = np.flatnonzero(where & np.isfinite(ground_truth))
-    depth = entry.completion.depth.ravel()[places]
-    errors = PixelErrors(places, depth, ground_truth.ravel()[places], np.full_like(depth, np.nan))
+    errors = PixelErrors.at(where & np.isfinite(ground_truth), entry.completion.depth, ground_truth)
     return Evaluated(request.labels, (errors,))
 
 

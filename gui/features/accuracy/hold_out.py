@@ -12,7 +12,7 @@ from ilf._runtime.stepping import mapped_steps
 from ilf.data.parameters import PRESETS
 from ilf.data.presets import list_presets
 from ilf.evaluation.evaluation import Evaluated, Evaluation
-from ilf.evaluation.hold_out import HoldOutTest, comparison_steps, untrusted_note
+from ilf.evaluation.hold_out import HoldOutTest, compared_steps, hold_out_steps, untrusted_note
 from ilf.evaluation.ties import Ties, find_ties
 from ilf.project.run_history import StoredRun
 from ilf.run.run import Run
@@ -144,10 +144,10 @@ def candidates(document: Document, present: Run) -> list[tuple[Candidate, bool]]
 
 def outcome_steps(request: HoldOutRequest) -> Generator[float, None, HoldOutOutcome]:
     """Test all candidates on the same hold-out; yields shares done. Called in a worker thread."""
-    steps = comparison_steps([one.run for one in request.candidates], request.test, threads=spare_cores())
+    steps = compared_steps([hold_out_steps(one.run, request.test, threads=spare_cores()) for one in request.candidates])
     results = yield from mapped_steps(steps, lambda step: step.share)
     # by the current blocks, also for a run with other blocks
-    evaluated = [replace(found.evaluated, labels=request.present.blocks.labels) for found in results]
+    evaluated = [replace(found, labels=request.present.blocks.labels) for found in results]
     tested = tuple(
         CandidateResult(candidate, found.whole, one.blocks, found.coverage)
         for candidate, found, one in zip(request.candidates, results, evaluated, strict=True)

@@ -28,7 +28,6 @@ from ..suspects import suspect_islands, without_suspects
 from .features import (
     FLOOR,
     Walks,
-    default_contours,
     default_edges,
     error_features,
     feature_cell,
@@ -86,7 +85,7 @@ def difficulty_samples(frame: RGBDFrame) -> tuple[NDArray[np.float32], NDArray[n
     if min(np.count_nonzero(hidden), np.count_nonzero(np.isfinite(depth) & ~hidden)) < _MIN_SAMPLES:
         return None
     left = np.where(hidden, np.float32(np.nan), depth)
-    contours = cv2.resize(default_contours(frame), depth.shape[::-1], interpolation=cv2.INTER_AREA)
+    contours = cv2.resize(default_edges(frame).detected, depth.shape[::-1], interpolation=cv2.INTER_AREA)
     edges = np.asarray(contours, np.float32)
     walks = walk(left, edges)
     completed = np.exp(walks.depth)
@@ -164,7 +163,7 @@ def depth_error(frame: RGBDFrame, depth: NDArray[np.floating], model: str = DEFA
     """
     if model not in MODELS:
         raise ParameterError(f"There is no error model {model!r}. Known: {', '.join(MODELS)}.")
-    return _error(frame, plain_array(depth), np.full(frame.shape, _NUMBERS[model]), default_edges(frame))
+    return _error(frame, plain_array(depth), np.full(frame.shape, _NUMBERS[model]), default_edges(frame).strength)
 
 
 _COMPLETION = "The errors of depth are those of a completion", "give what ilf.complete returns."
@@ -347,7 +346,7 @@ def _edges_of(completion: Completion) -> Array:
     frame, _ = _trusted(completion)
     results = completion.results.values()
     asked_for = next((result.edges for result in results if result.edges is not None), None)
-    edges = default_edges(frame) if asked_for is None else find_edges(frame, asked_for).strength
+    edges = (default_edges(frame) if asked_for is None else find_edges(frame, asked_for)).strength
     if all(result.drawn is None for result in results):
         return edges
     edges = edges.copy()

@@ -201,22 +201,8 @@ def filled_pixels(frame: RGBDFrame, depth: NDArray[np.floating]) -> NDArray[np.b
     return ~frame.known & np.isfinite(depth) & (depth > 0)
 
 
-def default_edges(frame: RGBDFrame) -> Array:
-    """The edges, (H, W) in [0, 1], of the default preset's filter in a frame."""
-    return _find_default_edges(frame).strength
-
-
-def default_contours(frame: RGBDFrame) -> Array:
-    """Those of them, (H, W) in [0, 1], that are found in colour, independent of the frame's known depth."""
-    return _find_default_edges(frame).detected
-
-
-def default_edge_notes(frame: RGBDFrame) -> tuple[str, ...]:
-    """Why other edges replace those of the default preset, one sentence each."""
-    return _find_default_edges(frame).notes
-
-
-def _find_default_edges(frame: RGBDFrame) -> FrameEdges:
+def default_edges(frame: RGBDFrame) -> FrameEdges:
+    """The edges of the default preset's filter in a frame; its notes say why others replace them."""
     try:
         return find_edges(frame, edge_parameters(Parameters()) or BlockParameters())
     except InstallationError as error:  # in a run without a network
@@ -226,12 +212,12 @@ def _find_default_edges(frame: RGBDFrame) -> FrameEdges:
 
 def walks_with_edges(frame: RGBDFrame, edges: Array) -> Walks:
     """Walks in a frame with edges (H, W); those with its `default_edges` are computed once."""
-    return _default_walks(frame) if edges is default_edges(frame) else walk(frame.depth, edges)
+    return _default_walks(frame) if edges is default_edges(frame).strength else walk(frame.depth, edges)
 
 
 @once_per_frame
 def _default_walks(frame: RGBDFrame) -> Walks:
-    return walk(frame.depth, default_edges(frame))
+    return walk(frame.depth, default_edges(frame).strength)
 
 
 _MAX_PIXELS = 1 << 22

@@ -146,8 +146,6 @@ def _error(depth: Array, base: Array, left: Mask, hidden: Mask, cell: int) -> Ar
 
 # The guide in metres, and the weight with which it is followed.
 
-_NOT_USED = "The guide is not used: it does not reduce the error of a hold-out of known depth."
-
 _SUFFICIENT = 0.5
 """Minimum weight of the guide at every pixel of a block that is completed from it alone."""
 
@@ -184,7 +182,7 @@ class FittedGuide:
     @property
     def notes(self) -> tuple[str, ...]:
         """Notes for the user."""
-        return () if self.belief > 0 else (_NOT_USED,)
+        return () if self.belief > 0 else (f"The guide is {self.to_text()}.",)
 
     def suffices_for(self, block: Block) -> bool:
         """Whether it can replace the known depth that a block lacks."""

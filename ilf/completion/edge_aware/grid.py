@@ -207,24 +207,11 @@ class Grid:
 # Interpolation of surfaces on grids to the pixels of a block.
 
 
-@dataclass(frozen=True, eq=False)
 class Pixels:
-    """Interpolates surfaces from any grid to pixels of the block; kept small, since snapshots refer to it.
+    """Interpolates surfaces from any grid to pixels of the block; kept small, since snapshots refer to it."""
 
-    `places` are the pixels' flat indices in the window, `seen` those among the block's pixels.
-    """
-
-    levels: tuple[Level, ...]
-    places: NDArray[np.intp]
-    seen: NDArray[np.intp]
-    trend: Array
-    limits: tuple[float, float]
-    frame: RGBDFrame
-    block: Block
-
-    @classmethod
-    def of(
-        cls,
+    def __init__(
+        self,
         frame: RGBDFrame,
         block: Block,
         window: Box,
@@ -232,7 +219,7 @@ class Pixels:
         trend: Array,
         limits: tuple[float, float],
         changing: bool = False,
-    ) -> Pixels:
+    ) -> None:
         """The block's pixels in a window, all or those without depth, for surfaces on grids of these levels, a trend in
         the window, and limits of their sum."""
         around = union(block.box, window)
@@ -240,27 +227,30 @@ class Pixels:
         mask[within(block.box, around)] = block.mask
         inside = mask[within(window, around)]
         among = inside & ~frame.own[window] if changing else inside
-        places = np.flatnonzero(among)
-        seen = np.flatnonzero(pixels_in_window(block, window))[among[inside]]
-        return cls(levels, places, seen, trend.ravel()[places], limits, frame, block)
+        self._frame, self._block, self._levels, self._limits = frame, block, levels, limits
+        self._places = np.flatnonzero(among)
+        """Flat indices in the window."""
+        self._seen = np.flatnonzero(pixels_in_window(block, window))[among[inside]]
+        """The same among the block's pixels."""
+        self._trend = trend.ravel()[self._places]
 
     @property
     def nbytes(self) -> int:
         """Memory without frame and block."""
-        return self.places.nbytes + self.seen.nbytes + self.trend.nbytes
+        return self._places.nbytes + self._seen.nbytes + self._trend.nbytes
 
     def on(self, surface: Array) -> Array:
         """A surface of the window at the pixels."""
-        return surface.ravel()[self.places]
+        return surface.ravel()[self._places]
 
     def on_block(self, coarseness: int, held: Array) -> NDArray[np.float64]:
         """Depth [m] at all of the block's pixels, raw where no surface is stored. `held` is the surface minus trend: on
         the grid of this coarseness, or at the pixels if that is 0."""
         u = held
-        for coarser, finer in pairwise(reversed(self.levels[: coarseness + 1])):
+        for coarser, finer in pairwise(reversed(self._levels[: coarseness + 1])):
             u = coarser.enlarged(u, finer)
-        result = self.frame.depth[self.block.box][self.block.mask].astype(np.float64)
-        result[self.seen] = np.clip((self.on(u) if coarseness else u) + self.trend, *self.limits)
+        result = self._frame.depth[self._block.box][self._block.mask].astype(np.float64)
+        result[self._seen] = np.clip((self.on(u) if coarseness else u) + self._trend, *self._limits)
         return result
 
 

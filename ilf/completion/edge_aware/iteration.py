@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Generator, Iterator
+from collections.abc import Callable, Generator, Iterator
 from dataclasses import dataclass
 from functools import cached_property, partial
 
@@ -23,15 +23,15 @@ from ...data.by_hand import DepthByHand
 from ...data.frame import RGBDFrame
 from ...data.label_map import Block
 from ...data.parameters import Parameters
-from ...data.results import EdgeAwareRecord, deviation
+from ...data.results import EdgeAwareRecord
 from ...segmentation.edges.frame_edges import FrameEdges
-from ..stepper import Snapshot
+from ..stepper import Snapshot, Stepper
 from .fitted_guide import fit_guide
 from .grid import Grid, Pixels, pixels_in_window
 from .kernels import Sums
 from .noise import Noise, frame_noise
 from .shape import noise_of, polynomial_trend
-from .smoothness import SmoothnessEnergy, StepInputs, Weights
+from .smoothness import SmoothnessEnergy, Weights
 from .view import NEAREST, WIDE, View
 
 Array = NDArray[np.float32]
@@ -122,8 +122,11 @@ class Denoising:
         """The initial surface: known depth minus the trend, filled depth elsewhere; None for the trend itself."""
         return self.samples if filled is None else np.where(self.known, self.samples, filled)
 
-    def rounds(self, filled: Array | None, weights: Weights) -> Iterator[Round]:
-        """The rounds, from the filled depth minus the trend and the weights of filling."""
+    def rounds(
+        self, filled: Array | None, weights: Weights
+    ) -> Iterator[tuple[Callable[[Array], SmoothnessEnergy], int]]:
+        """The rounds, from the filled depth minus the trend and the weights of filling: the energy to minimise, given
+        the initial surface, and the maximum number of steps."""
         counts = np.full(self.known.shape, _FILLED, np.float32)
         if self.known.any():
             usual = np.median(self.deviation[self.known])
@@ -135,8 +138,14 @@ class Denoising:
             scale = None
             if self.weakens_at_jumps:  # at larger differences if more smoothness is requested than noise requires
                 scale = np.float32(_EXPLAINED * self.smoothness) * self._bent_by_noise(before)
-            yield Round(counts, totals, stiff, scale, steps)
+            yield partial(self._energy, counts, totals, stiff, scale), steps
             before = times
+
+    @staticmethod
+    def _energy(counts: Array, totals: Array, weights: Weights, scale: Array | None, u: Array) -> SmoothnessEnergy:
+        if scale is not None:
+            weights.weaken(u, scale, _NOISY_SLOPE_JUMPS)
+        return SmoothnessEnergy(counts, totals, weights)
 
     def without_noise(self, u: Array) -> Array:
         """The surface after the last round; with a trend that explains it, without what noise alone may have left."""
@@ -169,23 +178,6 @@ class Denoising:
         return power * (stiffness**-0.75 / 4)
 
 
-@dataclass(frozen=True, eq=False)
-class Round:
-    """One round: samples, its weights, the scale at which they are weakened, and the maximum number of steps."""
-
-    counts: Array
-    totals: Array
-    weights: Weights
-    scale: Array | None
-    steps: int
-
-    def energy(self, u: Array) -> SmoothnessEnergy:
-        """The energy to minimise, given the initial surface; call it once."""
-        if self.scale is not None:
-            self.weights.weaken(u, self.scale, _NOISY_SLOPE_JUMPS)
-        return SmoothnessEnergy(self.counts, self.totals, self.weights)
-
-
 # The iteration: grids from the coarsest to the finest, then rounds that weaken links at jumps or remove noise.
 
 _Step = tuple[Grid, Array, Sums]
@@ -216,12 +208,18 @@ _OUT_OF_RANGE = (
     "Depth is missing beyond the sensor range, from {:.1f} m on: it is extrapolated there, unsupported by measurements."
 )
 
+_NOT_STEADY = (
+    "Stopped at the limit of steps before it was steady: further steps usually change depth by less than its expected "
+    "error."
+)
+"""Remark if the last stage was not steady at its end."""
+
 _LEVELLING = 1e-9
 """Weight of the trend where there is no data, relative to the largest of all weights: keeps corners that are cut off by
 edges from being singular."""
 
 
-class EdgeAwareIteration(Iterator[EdgeAwareRecord]):
+class EdgeAwareIteration(Stepper):
     """The `Stepper` of filter "edge-aware": every `next()` runs one iteration of one block and returns its record.
 
     Works on a window around the block's missing pixels (around all of its pixels in the mode fill+denoise). Known
@@ -283,9 +281,8 @@ class EdgeAwareIteration(Iterator[EdgeAwareRecord]):
             trend = view.guided(trend, guide)
         self._denoising = None
         if found is not None:
-            self._denoising = Denoising.of(
-                view.raw[view.place], trend, found, parameters, follows and measured_only, view.weights
-            )
+            self.explained = follows and measured_only
+            self._denoising = Denoising.of(view.raw[view.place], trend, found, parameters, self.explained, view.weights)
         self._least = parameters.s_criteria
         self._finest_steps = _FINEST_STEPS if self._denoising is None else _BEFORE_ROUNDS
         self._continues = view.is_carried
@@ -312,10 +309,7 @@ class EdgeAwareIteration(Iterator[EdgeAwareRecord]):
         self._iterations = 0
         self._stage = self._round = 0
         self._sigma = math.inf
-        self._ground_truth: tuple[NDArray[np.bool_], NDArray[np.float64]] | None = None
         self._steps = self._run()
-        self.settled = False
-        """Whether the last stage has ended."""
         self.network = edges.network
         self.notes = edges.notes if guide is None else (*edges.notes, *guide.notes)
         if found is not None and not parameters.noise:
@@ -340,9 +334,7 @@ class EdgeAwareIteration(Iterator[EdgeAwareRecord]):
 
     def _pixels_of(self, changing: bool = False) -> Pixels:
         """The block's pixels in the window: all, or those without depth."""
-        return Pixels.of(
-            self._frame, self._block, self._window, self._levels, self._finest.trend, self._limits, changing
-        )
+        return Pixels(self._frame, self._block, self._window, self._levels, self._finest.trend, self._limits, changing)
 
     def snapshot(self) -> Snapshot:
         """The current surface where it may become depth; raw depth at other pixels.
@@ -355,25 +347,6 @@ class EdgeAwareIteration(Iterator[EdgeAwareRecord]):
         grid, u = self._current
         held = u.copy() if grid.coarseness else pixels.on(u)  # u is a view of an array with other iterations
         return Snapshot(partial(pixels.on_block, grid.coarseness, held), held.nbytes, pixels.nbytes)
-
-    @property
-    def explained(self) -> bool:
-        """Whether the trend explains all of the known depth up to its noise; in the mode fill+denoise."""
-        return self._denoising is not None and self._denoising.explained
-
-    @property
-    def remark(self) -> str:
-        """A remark if the last stage was not steady at its end."""
-        if self._steady:
-            return ""
-        return (
-            "Stopped at the limit of steps before it was steady: further steps usually change depth by less than its "
-            "expected error."
-        )
-
-    @property
-    def _steady(self) -> bool:
-        return self._sigma < self._least
 
     def __next__(self) -> EdgeAwareRecord:
         if self._iterations >= self._parameters.max_iterations:
@@ -403,16 +376,6 @@ class EdgeAwareIteration(Iterator[EdgeAwareRecord]):
         squares = inner(counts * u - 2 * totals, u) + self._held_out_squares
         return _root_mean(squares, float(counts.sum(dtype=np.float64)))
 
-    def evaluate(self, pixels: NDArray[np.bool_], ground_truth: NDArray[np.float64]) -> None:
-        """Add the error against ground truth to later records, see `Stepper`."""
-        self._ground_truth = pixels, ground_truth
-
-    def _error(self) -> float:
-        if self._ground_truth is None:
-            return math.nan
-        pixels, ground_truth = self._ground_truth
-        return deviation(self.surface[pixels], ground_truth)
-
     def _run(self) -> Iterator[_Step]:
         """All stages: for every iteration its grid, P_i on it minus the trend, and the sums of the step."""
         if self._denoising is None:
@@ -420,6 +383,8 @@ class EdgeAwareIteration(Iterator[EdgeAwareRecord]):
         else:
             yield from self._denoise(self._finest, self._denoising)
         self.settled = True
+        if not self._sigma < self._least:
+            self.remark = _NOT_STEADY
 
     def _fill(self) -> Generator[_Step, None, Array]:
         """From the coarsest grid to the finest, and there the rounds that weaken links at jumps.
@@ -459,8 +424,8 @@ class EdgeAwareIteration(Iterator[EdgeAwareRecord]):
         # if more smoothness is requested than noise requires, start from the smooth surface
         u = filled if stiffer and filled is not None else known.start(filled)
         weights = grid.weights(slope, bending)
-        for self._round, step in enumerate(known.rounds(filled, weights), 1):
-            u = yield from self._descend(grid, step.energy(u), u, step.steps)
+        for self._round, (energy, steps) in enumerate(known.rounds(filled, weights), 1):
+            u = yield from self._descend(grid, energy(u), u, steps)
         if known.explained or not self._iterations:
             without_noise = known.without_noise(u)
             yield grid, without_noise, grid.sums(without_noise, u)
@@ -471,8 +436,8 @@ class EdgeAwareIteration(Iterator[EdgeAwareRecord]):
     def _descend(self, grid: Grid, energy: SmoothnessEnergy, u: Array, limit: int) -> Generator[_Step, None, Array]:
         """One stage: until steady, or up to `limit` steps."""
         self._stage += 1
-        inputs = StepInputs(grid.inside, grid.trend, grid.counts, grid.totals, self._pixels * self._least**2)
-        steps = energy.descend(u, inputs, min(limit, self._parameters.max_iterations - self._iterations))
+        inputs, steady = (grid.inside, grid.trend, grid.counts, grid.totals), self._pixels * self._least**2
+        steps = energy.descend(u, inputs, steady, min(limit, self._parameters.max_iterations - self._iterations))
         for u, sums in steps:
             yield grid, u, sums
         return u

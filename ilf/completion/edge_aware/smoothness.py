@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,26 +31,6 @@ _CONVERGED = 1e-14
 
 _CELLS_AT_A_TIME = 2**18
 """Steps on small grids are made several at a time, up to this total of cells: about half a millisecond's work."""
-
-
-class StepInputs(NamedTuple):
-    """The inputs for the records of steps on a grid.
-
-    Attributes
-    ----------
-    inside, trend : ndarray of float32, shape (H, W)
-        Number of the block's pixels in every cell, and the trend that the surface is relative to.
-    counts, totals : ndarray of float32, shape (H, W)
-        Weights of the samples in the misfit, and weights times samples.
-    steady : float
-        Sum of squared changes below which a descent is steady.
-    """
-
-    inside: Array
-    trend: Array
-    counts: Array
-    totals: Array
-    steady: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -153,12 +133,24 @@ class SmoothnessEnergy:
         self._totals = totals
         self._weights = weights
 
-    def descend(self, u: Array, inputs: StepInputs, limit: int) -> Iterator[tuple[Array, Sums]]:
+    def descend(
+        self, u: Array, inputs: tuple[Array, Array, Array, Array], steady: float, limit: int
+    ) -> Iterator[tuple[Array, Sums]]:
         """Minimise by conjugate gradients with a diagonal preconditioner, from u on; yields the approximations and the
         sums of their steps.
 
         Ends after `limit` steps, when they are steady, or at the precision of float32. Steps on small grids are made
         several at a time.
+
+        Parameters
+        ----------
+        u : ndarray of float32, shape (H, W)
+        inputs : tuple of ndarray of float32, shape (H, W)
+            For the sums: number of the block's pixels in every cell, the trend that the surface is relative to, weights
+            of the samples in the misfit, and weights times samples.
+        steady : float
+            Sum of squared changes below which the descent is steady.
+        limit : int
         """
         weights, direction = self._weights.framed, kernels.framed(u)
         inverse = self._diagonal(np.float32)
@@ -169,12 +161,12 @@ class SmoothnessEnergy:
         np.subtract(self._totals, residual, out=residual)
         size, ratio = inner(residual, inverse * residual), 0.0
         least, changes = _CONVERGED * size, math.inf
-        while limit > 0 and size > least and changes >= inputs.steady:
+        while limit > 0 and size > least and changes >= steady:
             many = min(limit, max(1, _CELLS_AT_A_TIME // u.size))
             found, sums = np.empty((many, *u.shape), np.float32), np.empty((many, len(Sums._fields)))
             state, sizes = (direction, residual), (size, ratio, least)
             steps, size, ratio = kernels.descend(
-                self._counts, weights, inverse, state, sizes, inputs[:4], inputs.steady, u, found, sums
+                self._counts, weights, inverse, state, sizes, inputs, steady, u, found, sums
             )
             limit -= steps
             for u, (changes, *others) in zip(found[:steps], sums.tolist(), strict=False):

@@ -15,11 +15,13 @@ from numpy.typing import NDArray
 from ...data.by_hand import DepthByHand
 from ...data.frame import RGBDFrame
 from ...data.frame_cache import once_per_frame
-from ...data.label_map import Block, Box, union, widened, within
+from ...data.label_map import Block, Box, union, within
 from ...data.neighbours import WEIGHT
 from ...data.parameters import Parameters
+from ...data.pixel_grids import sides
 from ...data.results import hold_out_mask
 from ...segmentation.edges.frame_edges import FrameEdges
+from ...segmentation.editing.patches import bounds, grown, moved
 from .fitted_guide import FittedGuide, fit_guide
 from .grid import CutLinks, Grid
 from .noise import frame_noise
@@ -128,7 +130,7 @@ def beyond_sensor_range(frame: RGBDFrame, block: Block) -> BeyondRange | None:
     at_reach = _AT_REACH * sensor_range_of(frame)
     if not (frame.depth[block.box][block.mask] >= at_reach).any():
         return None
-    rows, columns = widened(block.box, _BACK[1])
+    rows, columns = grown(block.box, _BACK[1], frame.shape)
     depth, known = frame.depth[rows, columns], frame.known[rows, columns]
     inside = np.zeros(depth.shape, bool)
     inside[within(block.box, (rows, columns))] = block.mask
@@ -139,9 +141,10 @@ def beyond_sensor_range(frame: RGBDFrame, block: Block) -> BeyondRange | None:
     for number in range(1, count):
         x, y, width, height, _ = boxes[number].tolist()
         box = slice(y, y + height), slice(x, x + width)
-        if 2 * np.count_nonzero(at_end[widened(box, _RIM)]) < _LEAST_RIM:  # the rim's median cannot be at the end
+        # else the rim's median cannot be at the end
+        if 2 * np.count_nonzero(at_end[grown(box, _RIM, depth.shape)]) < _LEAST_RIM:
             continue
-        part = widened(box, _BACK[1])
+        part = grown(box, _BACK[1], depth.shape)
         hole, there = holes[part] == number, depth[part]
         own = inside[part] & known[part]
         off = cv2.distanceTransform((~hole).view(np.uint8), cv2.DIST_L2, 5)
@@ -165,9 +168,6 @@ _REACH = 2
 _SIMILAR = 0.05
 """Samples are alike if they differ by less than this share of their depth."""
 
-_BESIDE = (np.s_[:, :-1], np.s_[:, 1:]), (np.s_[:-1], np.s_[1:])
-"""Pairs of pixels side by side, and one above the other."""
-
 _FEW = 8
 """Minimum number of known neighbours for the test."""
 
@@ -180,10 +180,10 @@ def flying_pixels(frame: RGBDFrame) -> Mask:
     """Find known pixels that hardly any known neighbour is similar to, bool (H, W)."""
     depth = frame.depth
     beside = np.zeros(frame.shape, np.uint8)
-    for here, there in _BESIDE:
-        near = _similar(depth[here], depth[there])
-        for part in (here, there):
-            beside[part] += near
+    for pair, counts in zip(sides(depth), sides(beside), strict=True):
+        near = _similar(*pair)
+        for count in counts:
+            count += near
     # the others have too many similar neighbours even if all neighbours are known
     rows, columns = np.nonzero(frame.known & (beside <= _LEAST_SHARE * len(_DIRECTIONS)))
     own = depth[rows, columns]
@@ -218,10 +218,10 @@ def swapped_pixels(frame: RGBDFrame) -> Mask:
     if _CLEAR * frame_noise(frame).deviation(known).mean() > _SIMILAR * known.mean():
         return none
     different = np.zeros(frame.shape, np.uint8)
-    for here, there in _BESIDE:
-        far = np.abs(depth[here] - depth[there]) >= np.float32(_SIMILAR) * np.minimum(depth[here], depth[there])
-        for part in (here, there):
-            different[part] += far
+    for (one, other), counts in zip(sides(depth), sides(different), strict=True):
+        far = np.abs(one - other) >= np.float32(_SIMILAR) * np.minimum(one, other)
+        for count in counts:
+            count += far
     swapped = different >= 3
     beside, jagged = np.count_nonzero(different), np.count_nonzero(~_goes_on(depth, *np.nonzero(swapped)))
     return swapped if beside >= _FEWEST_BESIDE and jagged >= _JAGGED * beside else none
@@ -468,24 +468,14 @@ class View:
 
 def _window(frame: RGBDFrame, block: Block, mode: str) -> Box:
     """The window of the surface: all that may change, with some known depth around."""
-    rows, columns = block.box
-    wanted = block.mask & ~frame.own[block.box] if mode == "fill" else block.mask
-    if not wanted.any():
-        wanted = block.mask
-    found = []
-    for axis, side in enumerate((rows, columns)):
-        places = np.flatnonzero(wanted.any(axis=1 - axis)) + side.start
-        found.append(slice(int(places[0]), int(places[-1]) + 1))
-    return max_window(frame.shape, (found[0], found[1]), mode)
+    wanted = bounds(block.mask & ~frame.own[block.box]) if mode == "fill" else None
+    box = block.box if wanted is None else moved(wanted, block.box[0].start, block.box[1].start)
+    return max_window(frame.shape, box, mode)
 
 
 def max_window(shape: tuple[int, int], box: Box, mode: str) -> Box:
     """The window of the surface in a frame of this shape (H, W), if all that may change is in a box."""
-    margin = math.ceil(max(shape) / _CONTEXT[mode])
-    rows, columns = (
-        slice(max(side.start - margin, 0), min(side.stop + margin, size)) for side, size in zip(box, shape, strict=True)
-    )
-    return rows, columns
+    return grown(box, math.ceil(max(shape) / _CONTEXT[mode]), shape)
 
 
 def _samples(values: Array) -> tuple[Array, Array]:

@@ -176,14 +176,6 @@ def _copy_rows(source: NDArray[Any], target: NDArray[Any], reach: int) -> None:
 _ROUNDING = 1e-9
 
 
-def squared_wave_numbers(grid: tuple[int, int]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """k_y^2 as a column and k_x^2 as a row, in the layout of `scipy.fft.rfft2` over a grid (H, W)."""
-    height, width = grid
-    k_y = np.minimum(np.arange(height), height - np.arange(height)).astype(np.float64)
-    k_x = np.arange(width // 2 + 1, dtype=np.float64)
-    return (k_y**2)[:, None], (k_x**2)[None, :]
-
-
 def inside_ellipse(
     squared: tuple[NDArray[np.float64], NDArray[np.float64]], radii: tuple[float, float]
 ) -> NDArray[np.bool_]:

@@ -15,9 +15,8 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Iterator
 from functools import partial
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,29 +27,16 @@ from ...data.by_hand import DepthByHand
 from ...data.frame import RGBDFrame
 from ...data.label_map import Block
 from ...data.parameters import Parameters
-from ...data.results import PassBandRecord, deviation, hold_out_mask, l1_norm
-from ..stepper import Snapshot
+from ...data.results import PassBandRecord, hold_out_mask, l1_norm
+from ..stepper import Snapshot, Stepper
 from .band import Band, Grid, Real, colour_weight, fast_reach, half_spectrum, inside_ellipse, synthesise
 
 Radii = tuple[float, float]
 
 # Schedules of the cut-off radius: growth of the pass band over the iterations (section 3).
-
-
-class Schedule(Protocol):
-    """State of one block's pass band."""
-
-    stage: int
-    """Number of different pass bands so far, from 1."""
-
-    @property
-    def radii(self) -> Radii:
-        """(r_y, r_x) of the next iteration, in cycles per padded grid."""
-        ...
-
-    def advance(self, steady: bool) -> bool:
-        """Register an iteration; True at the end of the schedule."""
-        ...
+#
+# The `stage` is the number of different pass bands so far, from 1; `radii` are (r_y, r_x) of the next iteration, in
+# cycles per padded grid; `advance` registers an iteration, and is True at the end of the schedule.
 
 
 class StagedSchedule:
@@ -148,7 +134,7 @@ _OVERSHOOT = 2.0
 Zeller's bound for trigonometric polynomials, 1 / cos(pi r / points))."""
 
 
-class PassBandIteration(Iterator[PassBandRecord]):
+class PassBandIteration(Stepper):
     """The `Stepper` of filter "ideal": every `next()` runs one iteration of one block and returns its record.
 
     The iterator ends when sigma_i < S_criteria and the schedule has reached its last radius, Eq. (1), or
@@ -187,14 +173,13 @@ class PassBandIteration(Iterator[PassBandRecord]):
         self._known = _MaskedValues(taken, grid, raw - self._mean)
         self._held_out = _MaskedValues(held_out, grid, raw - self._mean) if held_out.any() else None
         self._ground_truth: _MaskedValues | None = None
-        self._evaluated: tuple[NDArray[np.bool_], NDArray[np.float64]] | None = None
         self._block = _MaskedValues(block.mask, grid)
         self._colour: NDArray[np.float64] | None = None  # W, while i <= rgb_iterations
         self._weight: NDArray[Any] | None = None  # W on the small grid
         if parameters.rgb_iterations:
             self._colour = colour_weight(frame.edge_rgb[block.box], block.mask, grid, parameters.rgb_dilation)
         check_cancelled()
-        self._schedule: Schedule
+        self._schedule: StagedSchedule | LinearSchedule
         if parameters.schedule == "staged":
             self._schedule = StagedSchedule(grid, principal_lengths(block.mask), parameters)
         else:
@@ -207,12 +192,6 @@ class PassBandIteration(Iterator[PassBandRecord]):
         self._samples = self._band.samples(self._coefficients)  # updated for `_misfit` only
         self._lower_bound = -math.inf  # lower bound of P_i in the block, including the mean
         self._iterations = 0
-        self.settled = False
-        """Whether the schedule has ended: steady at the last radius, or the last iteration of a linear schedule."""
-        self.remark = ""
-        self.explained = False
-        self.network: str | None = None
-        self.notes: tuple[str, ...] = ()
         self._ended = False
 
     @property
@@ -229,7 +208,7 @@ class PassBandIteration(Iterator[PassBandRecord]):
     def evaluate(self, pixels: NDArray[np.bool_], ground_truth: NDArray[np.float64]) -> None:
         """Add the error against ground truth to later records, see `Stepper`."""
         if self._dtype == np.float32:  # differences of sums of squares would be too inaccurate
-            self._evaluated = pixels, ground_truth
+            super().evaluate(pixels, ground_truth)
             return
         at = np.zeros(self._mask.shape, bool)
         at[self._mask] = pixels
@@ -327,11 +306,7 @@ class PassBandIteration(Iterator[PassBandRecord]):
         return math.sqrt(max(known.squares - explained, 0.0) / known.pixels)
 
     def _error(self) -> float:
-        """Root mean square of P_i - ground truth over the evaluated pixels; NaN if there are none."""
-        if self._evaluated is None:
-            return self._misfit(self._ground_truth)
-        pixels, ground_truth = self._evaluated
-        return deviation(self.surface[pixels], ground_truth)
+        return self._misfit(self._ground_truth) if self._evaluated is None else super()._error()
 
     def _misfit(self, values: _MaskedValues | None) -> float:
         """Root mean square of P_i - values over the pixels with values; NaN if there are none."""

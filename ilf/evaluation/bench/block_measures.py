@@ -16,7 +16,7 @@ from scipy.ndimage import distance_transform_edt
 from ...completion.block import required_known_pixels
 from ...data.frame import RGBDFrame
 from ...data.label_map import Box
-from ...data.pixel_grids import Pairs, both, connected_regions, different_labels, mark, sides
+from ...data.pixel_grids import Pairs, both, connected_regions, different_labels, mark, rim, sides
 from ...data.presets import preset
 from ...segmentation.edges.relief import JUMP_LENGTH, find_relief
 from ...segmentation.extraction import find_margins
@@ -94,24 +94,20 @@ def score_blocks(labels: Labels, evidence: Evidence) -> dict[str, Any]:
     Shares are 0-1; None where there is nothing to compare.
     """
     inside = labels[evidence.window]
+    blocks = int(np.count_nonzero(np.unique(inside)))
     recall, precision, f = boundary_score(inside, evidence)
     return {
-        "blocks": int(np.count_nonzero(np.unique(inside))),
-        "coverage": coverage(inside),
-        "frame_coverage": coverage(labels),
+        "blocks": blocks,
+        "coverage": float(np.mean(inside > 0)),  # share of the pixels that lie in blocks
+        "frame_coverage": float(np.mean(labels > 0)),
         "recoverable": recoverable_share(inside, evidence.known),
-        "leaks": count_leaks(inside),
+        "leaks": int(connected_regions(inside).max()) - blocks,  # regions beyond one for each block
         "purity": purity(inside, evidence),
         "cut_rate": cut_rate(inside, evidence),
         "recall": recall,
         "precision": precision,
         "f": f,
     }
-
-
-def coverage(labels: Labels) -> float:
-    """Share of the pixels that lie in blocks."""
-    return float(np.mean(labels > 0))
 
 
 def recoverable_share(labels: Labels, known: NDArray[np.bool_]) -> float | None:
@@ -128,17 +124,6 @@ def recoverable_share(labels: Labels, known: NDArray[np.bool_]) -> float | None:
     enough = with_depth >= required_known_pixels(pixels, preset())
     enough[0] = False
     return float(np.mean(enough[labels[missing]]))
-
-
-def count_leaks(labels: Labels) -> int:
-    """Number of leaks: 4-connected regions of equal label > 0, minus the number of blocks.
-
-    Between neighbours of different labels there is a boundary, so a 4-connected path that crosses none never leaves
-    its region. A block map is watertight, with no leak, if every block is one such region. A block of several is
-    joined where a boundary should be: through a diagonal between two boundary pixels, or behind the pixels of no
-    block or of another block that lie between its parts.
-    """
-    return int(connected_regions(labels).max()) - int(np.count_nonzero(np.unique(labels)))
 
 
 def purity(labels: Labels, evidence: Evidence) -> float | None:
@@ -199,7 +184,7 @@ def boundary_score(labels: Labels, evidence: Evidence) -> tuple[float | None, fl
 
 def _perimeters(labels: Labels) -> NDArray[np.int64]:
     """Perimeter of each label: pixel sides that border on another label or on the rim of the map."""
-    pixels = [labels[0], labels[-1], labels[:, 0], labels[:, -1]]
+    pixels = [rim(labels)]
     for ends, parted in zip(sides(labels), different_labels(labels), strict=True):
         pixels += [end[parted] for end in ends]
     return np.bincount(np.concatenate(pixels), minlength=int(labels.max()) + 1)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from ..._runtime.children import run_units
 from ..._runtime.installation import asset_path, optional
-from ...completion.completion import prepare
+from ...completion.filter import edges_for
 from ...completion.interpolation import nearest
 from ...data.frame import RGBDFrame
 from ...data.parameters import PRESETS
@@ -303,7 +303,7 @@ def _run_method(method: str, scene: Scene, blocks: NDArray[np.int32], dense: Dep
         noise = float(np.sqrt(np.mean(np.square(scene.noise[scene.frame.known]))))
         return timed(lambda: DENOISERS[method](dense, noise), dense)
     parameters = PRESETS[method].replace(mode="fill+denoise")
-    prepare(scene.frame, parameters)
+    edges_for(scene.frame, parameters)
     run = partial(complete, scene.frame, blocks, parameters)
     depth, seconds, failure = timed(lambda: run().depth, scene.frame.depth)
     return np.where(np.isfinite(depth), depth, dense).astype(np.float64), seconds, failure

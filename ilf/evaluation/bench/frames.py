@@ -105,9 +105,7 @@ def _masked_ground_truth(root: Path, meta: dict[str, Any]) -> BenchFrame:
     """A frame whose depth is its ground truth outside mask.png."""
     ground_truth, hole_file = root / GROUND_TRUTH_FILE, root / HOLE_FILE
     if not (is_ground_truth(meta.get("gt")) and ground_truth.is_file() and hole_file.is_file()):
-        raise InputError(
-            f"{root} has neither raw depth nor a measured or exact {GROUND_TRUTH_FILE} with a {HOLE_FILE}."
-        )
+        raise InputError(f"{root} has neither raw depth nor a measured or exact {GROUND_TRUTH_FILE} and {HOLE_FILE}.")
     colour = _image(root, "rgb", COLOUR_SUFFIXES)
     if colour is None:
         raise InputError(f"{root} has no colour image (rgb.png).")

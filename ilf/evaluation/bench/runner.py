@@ -15,11 +15,11 @@ from numpy.typing import NDArray
 from ..._runtime.children import run_units
 from ..._runtime.files import read_json
 from ..._runtime.schema import converted
-from ...completion.completion import prepare
 from ...completion.confidence.expected_error import DEFAULT_MODEL, depth_error
+from ...completion.filter import edges_for
 from ...completion.interpolation import nearest
 from ...data.parameters import PRESETS
-from ...errors import FormatError, IlfError, InputError
+from ...errors import FormatError, IlfError, InputError, told_as
 from ...segmentation.extraction import extract_blocks
 from ..metrics import fill_rate, measure_errors, share_within, sparsification_error
 from .frames import load_bench_frame
@@ -93,10 +93,8 @@ class EarlierResult:
         if not known:
             raise InputError(f"{self.path} has no rows of {what}. Use its frames and patterns, or run the peers again.")
         if facts.sha256 not in known:
-            raise InputError(
-                f"{self.path} does not fit {what}: its methods had other colour or depth, or other held-out pixels. "
-                "Use its seed, or run the peers again."
-            )
+            told = "its methods had other colour or depth, or hidden pixels. Use its seed, or run the peers again."
+            raise InputError(f"{self.path} does not fit {what}: {told}")
         return {row.method: row for row in self.rows if (row.pattern, row.frame) == task}
 
 
@@ -119,12 +117,9 @@ def read_earlier_result(path: str | os.PathLike[str], methods: Sequence[str]) ->
     FormatError
         If it is not a result of this bench.
     """
-    try:
+    told = f"{path} is not a result of `ilf bench --json` of this version ({{error}}). Run the peers again."
+    with told_as(FormatError, told, FormatError):
         result = converted(read_json(path), BenchResult, "result")
-    except FormatError as error:
-        raise FormatError(
-            f"{path} is not a result of `ilf bench --json` of this version ({error!s:.120}). Run the peers again."
-        ) from error
     rows = tuple(row for row in result.rows if row.method in methods and not METHODS[row.method].needs_blocks)
     if not rows:
         raise InputError(f"{path} has no rows of the peers to compare. Run the peers again.")
@@ -201,7 +196,7 @@ def _run_method(name: str, task: Task, labels: np.ndarray, extraction_seconds: f
     if name in PRESETS:
         error_model = PRESETS[name].filter
         started = time.perf_counter()
-        prepare(task.frame, PRESETS[name])
+        edges_for(task.frame, PRESETS[name])
         extraction_seconds += time.perf_counter() - started
     # failing counts as filling nothing
     depth, seconds, failure = timed(lambda: method.run(task.frame, labels), task.frame.depth)

@@ -18,6 +18,7 @@ from ...data.pixel_grids import (
     mark,
     mark_both,
     nearest_values,
+    rim,
     sides,
 )
 from ...segmentation.edges.relief import JUMP_LENGTH
@@ -83,23 +84,24 @@ def _harm(inputs: CheckInput, numbers: NDArray[np.int32], step: NDArray[np.float
 
 def _jumps(inputs: CheckInput) -> NDArray[np.float64]:
     """Height [m] of jumps in known depth inside blocks, 0 elsewhere."""
-    height, width = inputs.labels.shape
-    found = np.zeros((height, width))
+    found, depth = np.zeros(inputs.labels.size), inputs.depth.ravel()
     jumps = inputs.relief.jumps
     inner = long_lines((jumps[0] & inputs.inner[:, :-1], jumps[1] & inputs.inner[:-1]), JUMP_LENGTH)
-    for side, (dy, dx) in enumerate(((0, 1), (1, 0))):
-        rows, columns = np.nonzero(inner[side])
-        one = (
-            np.clip(rows - BESIDE * dy, 0, height - 1),
-            np.clip(columns - BESIDE * dx, 0, width - 1),
-        )
-        other = (
-            np.clip(rows + (1 + BESIDE) * dy, 0, height - 1),
-            np.clip(columns + (1 + BESIDE) * dx, 0, width - 1),
-        )
-        step = np.abs(inputs.depth[one].astype(np.float64) - inputs.depth[other])
-        found[rows, columns] = np.maximum(found[rows, columns], step)
-    return found
+    for (down, right), pairs in zip(((0, 1), (1, 0)), inner, strict=True):
+        at = np.pad(pairs, ((0, down), (0, right)))
+        one, other = (flat_indices(at, (down, right), by) for by in (-BESIDE, 1 + BESIDE))
+        step = np.abs(depth[one].astype(np.float64) - depth[other])
+        found[at.ravel()] = np.maximum(found[at.ravel()], step)
+    return found.reshape(inputs.labels.shape)
+
+
+def flat_indices(mask: NDArray[np.bool_], step: tuple[int, int], by: int) -> NDArray[np.intp]:
+    """Flat indices of the pixels of a mask, moved by a number of steps (down, right), inside the frame."""
+    rows, columns = (
+        np.clip(at + by * along, 0, size - 1)
+        for at, along, size in zip(np.nonzero(mask), step, mask.shape, strict=True)
+    )
+    return np.asarray(rows * mask.shape[1] + columns, np.intp)
 
 
 def _hidden(inputs: CheckInput, strength: NDArray[np.float32]) -> NDArray[np.float64]:
@@ -326,10 +328,9 @@ def _main_neighbour(
 
 
 def _at_rim(parts: _Parts) -> NDArray[np.bool_]:
-    numbers = parts.numbers
-    rim = np.zeros(parts.label.size, bool)
-    rim[np.concatenate([numbers[0], numbers[-1], numbers[:, 0], numbers[:, -1]])] = True
-    return rim
+    at_rim = np.zeros(parts.label.size, bool)
+    at_rim[rim(parts.numbers)] = True
+    return at_rim
 
 
 # Filled depth with a high expected error.

@@ -17,6 +17,7 @@ from ...completion.suspects import suspect_islands
 from ...data.frame import RGBDFrame
 from ...data.label_map import Box
 from ...data.pixel_grids import both, nearest_values, sides
+from ...segmentation.editing.patches import grown
 
 Mask = NDArray[np.bool_]
 
@@ -131,10 +132,7 @@ def _objects(edges: Mask) -> Iterator[tuple[Box, Mask, Mask]]:
         cut_off = rows.start == 0 or columns.start == 0 or rows.stop == height or columns.stop == width
         if cut_off or not _MIN_SIZE <= area / edges.size <= 2 * _MAX_SIZE:
             continue
-        box = (
-            slice(max(rows.start - _RING, 0), min(rows.stop + _RING, height)),
-            slice(max(columns.start - _RING, 0), min(columns.stop + _RING, width)),
-        )
+        box = grown((rows, columns), _RING, edges.shape)
         contour = contours[box] == number
         thing = np.asarray(binary_fill_holes(contour), bool)
         inside = thing & ~contour

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ..._runtime.arrays import check_shape
 from ..._runtime.cancellation import check_cancelled
 from ...data.frame import RGBDFrame
-from ...data.label_map import checked_labels
+from ...data.label_map import Block, checked_labels, find_blocks
 from .checks import find_high_errors, find_islands, find_multiple_surfaces, find_weak_borders
 from .places import Place, make_check_input
 
@@ -97,7 +97,7 @@ def _distinct(places: Iterable[Place]) -> list[Place]:
 _NO_REASON = "it came from another frame."
 
 
-def propagated_places(labels: NDArray[np.integer], reasons: Mapping[int, str]) -> list[Place]:
+def propagated_places(labels: NDArray[np.int32], reasons: Mapping[int, str]) -> list[Place]:
     """The propagated blocks to check as places, the largest first; they come before all others.
 
     Parameters
@@ -113,21 +113,18 @@ def propagated_places(labels: NDArray[np.integer], reasons: Mapping[int, str]) -
     >>> place.kind, place.point, place.reason
     ('propagated', (2.5, 0.5), 'Block 2 was propagated: it is new.')
     """
-    places: list[tuple[int, Place]] = []
-    for label, reason in reasons.items():
-        inside = labels == label
-        rows, columns = np.flatnonzero(inside.any(axis=1)), np.flatnonzero(inside.any(axis=0))
-        if rows.size:
-            box = slice(int(rows[0]), int(rows[-1]) + 1), slice(int(columns[0]), int(columns[-1]) + 1)
-            why = reason[:1].lower() + reason[1:] if reason else _NO_REASON
-            text = f"Block {label} was propagated: {why}"
-            size = int(np.count_nonzero(inside))
-            places.append((size, Place("propagated", box, (label,), _middle(inside, box), math.inf, text)))
-    return [place for _, place in sorted(places, key=lambda one: -one[0])]
+    blocks = find_blocks(labels, list(reasons)).values()
+    places = []
+    for block in sorted(blocks, key=lambda block: -np.count_nonzero(block.mask)):
+        reason = reasons[block.label]
+        why = reason[:1].lower() + reason[1:] if reason else _NO_REASON
+        text = f"Block {block.label} was propagated: {why}"
+        places.append(Place("propagated", block.box, (block.label,), _middle(block), math.inf, text))
+    return places
 
 
-def _middle(inside: NDArray[np.bool_], box: tuple[slice, slice]) -> tuple[float, float]:
+def _middle(block: Block) -> tuple[float, float]:
     """The centre of the block's pixel nearest to its mean."""
-    rows, columns = np.nonzero(inside[box])
+    rows, columns = np.nonzero(block.mask)
     nearest = np.argmin((rows - rows.mean()) ** 2 + (columns - columns.mean()) ** 2)
-    return float(columns[nearest] + box[1].start + 0.5), float(rows[nearest] + box[0].start + 0.5)
+    return float(columns[nearest] + block.box[1].start + 0.5), float(rows[nearest] + block.box[0].start + 0.5)

@@ -14,15 +14,15 @@ from ..._runtime.cancellation import check_cancelled
 from ..._runtime.formatting import grouped
 from ...completion.continuation import continue_plane
 from ...data.frame import RGBDFrame
-from ...data.label_map import checked_labels, widened
-from ...data.pixel_grids import connected_regions, sides
+from ...data.label_map import checked_labels
+from ...data.pixel_grids import connected_regions, neighbours
 from ...errors import InputError
 from ...segmentation.editing.cleaning import merge
 from ...segmentation.editing.cutting import piece_at
 from ...segmentation.editing.painting import give
-from ...segmentation.editing.patches import LabelPatch
+from ...segmentation.editing.patches import LabelPatch, grown
 from ...segmentation.flooding import flood
-from .checks import BESIDE, find_steps
+from .checks import BESIDE, find_steps, flat_indices
 from .invalid_depth import suggest_invalid
 from .places import JUMP, JUMP_SHARE, CheckInput, Place, make_check_input
 from .ranking import find_places
@@ -120,9 +120,9 @@ def find_remedy(
     blocks = checked_labels(labels, frame.shape)
     if place.kind == "propagated":
         return Remedy("checked", f"Mark Block {place.labels[0]} as checked")
-    candidates = _Candidates(place, frame, blocks, strength, int(blocks.max()) + 1 if first_new is None else first_new)
+    new = int(blocks.max()) + 1 if first_new is None else first_new
     before: float | None = None
-    for remedy in candidates.all():
+    for remedy in _candidates(place, frame, blocks, strength, new):
         if remedy.patch is not None and _touched(remedy.patch).intersection(locked):
             continue
         if place.kind == "error":
@@ -152,68 +152,68 @@ def _score(frame: RGBDFrame, labels: Labels, strength: NDArray[np.float32]) -> f
     return sum(place.score for place in find_places(frame, labels, strength, least=0.0))
 
 
-class _Candidates:
-    """The remedies to try for a place."""
+def _candidates(
+    place: Place, frame: RGBDFrame, labels: Labels, strength: NDArray[np.float32], new: int
+) -> Iterator[Remedy]:
+    """The remedies to try for a place, the best first."""
+    match place.kind:
+        case "jump" | "surfaces":
+            yield from _of_step(place, frame, labels, strength, new)
+        case "island" | "sliver":
+            yield from _of_island(place, labels)
+        case "error":
+            yield from _of_error(place, frame, labels, strength)
 
-    def __init__(self, place: Place, frame: RGBDFrame, labels: Labels, strength: NDArray[np.float32], new: int) -> None:
-        self._place, self._frame, self._labels, self._strength, self._new = place, frame, labels, strength, new
 
-    def all(self) -> Iterator[Remedy]:
-        """All of them, the best first."""
-        match self._place.kind:
-            case "jump" | "surfaces":
-                yield from self._of_step()
-            case "island" | "sliver":
-                yield from self._of_island()
-            case "error":
-                yield from self._of_error()
+def _of_step(
+    place: Place, frame: RGBDFrame, labels: Labels, strength: NDArray[np.float32], new: int
+) -> Iterator[Remedy]:
+    label = place.labels[0]
+    inputs = make_check_input(frame, labels)
+    parts = _divided(inputs, strength, place)
+    smaller, larger = sorted((parts == 1, parts == 2), key=np.count_nonzero)
+    if not smaller.any():
+        return
+    wrong = smaller & frame.known
+    if np.count_nonzero(wrong & suggest_invalid(frame, strength)) * 2 > np.count_nonzero(wrong):
+        yield _marking(wrong)
+    for part in (smaller, larger):
+        taker = _continued(inputs, strength, part, label)
+        if taker:
+            patch = give(labels, part, taker)
+            yield Remedy("give", f"Give a part of Block {label} to Block {taker}", patch)
+    yield Remedy("split", f"Split Block {label}", give(labels, smaller, new))
 
-    def _of_step(self) -> Iterator[Remedy]:
-        label = self._place.labels[0]
-        inputs = make_check_input(self._frame, self._labels)
-        parts = _divided(inputs, self._strength, self._place)
-        smaller, larger = sorted((parts == 1, parts == 2), key=np.count_nonzero)
-        if not smaller.any():
-            return
-        wrong = smaller & self._frame.known
-        if np.count_nonzero(wrong & suggest_invalid(self._frame, self._strength)) * 2 > np.count_nonzero(wrong):
-            yield _marking(wrong)
-        for part in (smaller, larger):
-            taker = _continued(inputs, self._strength, part, label)
-            if taker:
-                patch = give(self._labels, part, taker)
-                yield Remedy("give", f"Give a part of Block {label} to Block {taker}", patch)
-        yield Remedy("split", f"Split Block {label}", give(self._labels, smaller, self._new))
 
-    def _of_island(self) -> Iterator[Remedy]:
-        labels, place = self._labels, self._place
-        piece = piece_at(labels, *place.point)
-        label, taker = int(labels[piece][0]), place.labels[-1]
-        if taker == label:  # no block is beside it
-            return
-        if label and np.count_nonzero(piece) == np.count_nonzero(labels == label):
-            yield Remedy("merge", f"Merge Block {label} into Block {taker}", merge(labels, [taker, label]))
-            return
-        what = f"a part of Block {label}" if label else "a hole"
-        yield Remedy("give", f"Give {what} to Block {taker}", give(labels, piece, taker))
+def _of_island(place: Place, labels: Labels) -> Iterator[Remedy]:
+    piece = piece_at(labels, *place.point)
+    label, taker = int(labels[piece][0]), place.labels[-1]
+    if taker == label:  # no block is beside it
+        return
+    if label and np.count_nonzero(piece) == np.count_nonzero(labels == label):
+        yield Remedy("merge", f"Merge Block {label} into Block {taker}", merge(labels, [taker, label]))
+        return
+    what = f"a part of Block {label}" if label else "a hole"
+    yield Remedy("give", f"Give {what} to Block {taker}", give(labels, piece, taker))
 
-    def _of_error(self) -> Iterator[Remedy]:
-        label, missing = self._place.labels[0], ~self._frame.known
-        suggested, wrong = suggest_invalid(self._frame, self._strength), np.zeros(missing.shape, bool)
-        near = widened(self._place.box, _NEAR)
-        wrong[near] = suggested[near]
-        if wrong.any():
-            yield _marking(wrong)
-        inside = self._labels == label
-        x, y = self._place.point
-        holes = connected_regions((inside & missing).astype(np.int32), diagonal=True)
-        hole = holes == holes[int(y), int(x)]
-        try:
-            depth, plane = continue_plane(self._frame.depth, inside & ~suggested, hole & inside & missing)
-        except InputError:  # too little known depth, or it is no plane there
-            return
-        if plane.share >= _SAME_SHARE:
-            yield Remedy("plane", f"Continue the plane of Block {label}", by_hand=depth)
+
+def _of_error(place: Place, frame: RGBDFrame, labels: Labels, strength: NDArray[np.float32]) -> Iterator[Remedy]:
+    label, missing = place.labels[0], ~frame.known
+    suggested, wrong = suggest_invalid(frame, strength), np.zeros(missing.shape, bool)
+    near = grown(place.box, _NEAR, missing.shape)
+    wrong[near] = suggested[near]
+    if wrong.any():
+        yield _marking(wrong)
+    inside = labels == label
+    x, y = place.point
+    holes = connected_regions((inside & missing).astype(np.int32), diagonal=True)
+    hole = holes == holes[int(y), int(x)]
+    try:
+        depth, plane = continue_plane(frame.depth, inside & ~suggested, hole & inside & missing)
+    except InputError:  # too little known depth, or it is no plane there
+        return
+    if plane.share >= _SAME_SHARE:
+        yield Remedy("plane", f"Continue the plane of Block {label}", by_hand=depth)
 
 
 def _marking(wrong: Mask) -> Remedy:
@@ -253,21 +253,12 @@ def _divided(inputs: CheckInput, strength: NDArray[np.float32], place: Place) ->
             markers[end[apart]] = np.where(this == least, 1, 2)[apart]
 
     for step in ((0, 1), (1, 0)):
-        beside = [_shifted(jumps, step, by) for by in (-BESIDE, 1 + BESIDE)]
+        beside = [flat_indices(jumps, step, by) for by in (-BESIDE, 1 + BESIDE)]
         for distance in range(1, _MARKED + 1):
-            mark_sides([_shifted(jumps, step, by) for by in (1 - distance, distance)], beside)
-        sources = [inputs.source.ravel()[_shifted(hidden, step, by)] for by in (0, 1)]
+            mark_sides([flat_indices(jumps, step, by) for by in (1 - distance, distance)], beside)
+        sources = [inputs.source.ravel()[flat_indices(hidden, step, by)] for by in (0, 1)]
         mark_sides(sources, sources)
     return flood(_heights(inputs, strength), markers.reshape(labels.shape), labels == label)
-
-
-def _shifted(mask: Mask, step: tuple[int, int], by: int) -> NDArray[np.intp]:
-    """Flat indices of the pixels of a mask, moved by a number of steps (down, right), inside the frame."""
-    rows, columns = (
-        np.clip(at + by * along, 0, size - 1)
-        for at, along, size in zip(np.nonzero(mask), step, mask.shape, strict=True)
-    )
-    return np.asarray(rows * mask.shape[1] + columns, np.intp)
 
 
 def _heights(inputs: CheckInput, strength: NDArray[np.float32]) -> NDArray[np.float32]:
@@ -311,11 +302,10 @@ def _find_beside(inputs: CheckInput, strength: NDArray[np.float32], part: Mask, 
     at, around = (cv2.dilate(strength, np.ones((side, side), np.uint8)) for side in (_AT, _AROUND))
     contrast = at / (around + np.float32(0.02))
     found = []
-    for parts, labels, sources, contrasts in zip(
-        sides(part), sides(inputs.labels), sides(inputs.source), sides(contrast), strict=True
+    for (inside, _), (_, beyond), (source, other), contrasts in neighbours(
+        part, inputs.labels, inputs.source, contrast
     ):
-        for this, that in ((0, 1), (1, 0)):
-            pairs = parts[this] & (labels[that] > 0) & (labels[that] != label)
-            apart = inputs.separation(sources[this][pairs], sources[that][pairs])
-            found.append((labels[that][pairs], apart == 0, np.maximum(*contrasts)[pairs]))
+        pairs = inside & (beyond > 0) & (beyond != label)
+        apart = inputs.separation(source[pairs], other[pairs])
+        found.append((beyond[pairs], apart == 0, np.maximum(*contrasts)[pairs]))
     return [np.concatenate(column) for column in zip(*found, strict=True)]

@@ -101,12 +101,6 @@ def _fill(values: Array, weights: Array) -> Array:
 # The network.
 
 MULTIPLE = 32
-COARSE = 4
-"""Divisor of the sides of the network's input, and the size in pixels of one value of its coarse depth."""
-
-LOG_SPREADS = (-7.0, 3.0)
-"""Minimum and maximum log of the expected error of the coarse depth."""
-
 SCALES = (1.0, 0.5, 0.25)
 """Scales at which the network runs. It was trained on images of 320 x 256, so for 640 x 480 these cover both details
 and the whole image."""
@@ -122,26 +116,17 @@ class DepthEdges:
         Probability that depth jumps between this pixel and its right or lower neighbour.
     crease : ndarray of float32, shape (H, W)
         Probability that the surface bends sharply there.
-    coarse : ndarray of float32, shape (H, W), or None
-        Depth [m] everywhere, without fine detail where it is missing. None if no depth is known at all, or the network
-        does not predict it.
-    spread : ndarray of float32, shape (H, W), or None
-        Predicted mean error of `coarse`, as a fraction of the depth.
     """
 
     jump: Array
     crease: Array
-    coarse: Array | None
-    spread: Array | None
 
 
 class DepthEdgeNetwork(OnnxNetwork):
     """A depth-edge network, ready to run. `load` creates one; it may be used from any thread.
 
     The file is an ONNX network with two inputs, `image`, RGB in [0, 1] as float32 (1, 3, H, W), and `depth`, the
-    `depth_features`, H and W multiples of 32. Its outputs are `jump` and `crease`, (1, 1, H, W) in [0, 1], and
-    optionally `coarse`, (1, 2, H/4, W/4): the log depth minus the filled one of the features, and the log of its
-    expected mean error.
+    `depth_features`, H and W multiples of 32. Its first outputs are `jump` and `crease`, (1, 1, H, W) in [0, 1].
     """
 
     KIND = "depth-edge network"
@@ -153,7 +138,7 @@ class DepthEdgeNetwork(OnnxNetwork):
         ----------
         rgb : ndarray of uint8, shape (H, W, 3)
             Of any size; if its longer side exceeds `LONGEST_SIDE`, it is first scaled down to that. The result is the
-            mean of the predictions at the scales of `SCALES`; for depth, the mean of its logarithm.
+            mean of the predictions at the scales of `SCALES`.
         depth : ndarray of float32, shape (H, W)
             Depth [m], NaN = missing.
 
@@ -166,44 +151,32 @@ class DepthEdgeNetwork(OnnxNetwork):
         height, width = rgb.shape[:2]
         check_shape("Depth", depth.shape, (height, width), "the image")
         full = min(1.0, LONGEST_SIDE / max(height, width))
-        predictions = [self._at_scale(rgb, depth, full * scale) for scale in SCALES]
-        jump, crease = np.clip(np.mean([look[:2] for look in predictions], axis=0), 0, 1)
-        coarse = [look[2:] for look in predictions if len(look) > 2]
-        if not coarse:
-            return DepthEdges(jump, crease, None, None)
-        log_depth, log_spread = np.mean(coarse, axis=0)
-        return DepthEdges(jump, crease, np.exp(log_depth), np.exp(np.clip(log_spread, *LOG_SPREADS)))
+        found = [self._at_scale(rgb, depth, full * scale) for scale in SCALES]
+        return DepthEdges(*np.clip(np.mean(found, axis=0), 0, 1))
 
     def _at_scale(self, rgb: NDArray[np.uint8], depth: Array, scale: float) -> list[Array]:
-        """Predictions for the image resized by a factor, each resized back: lines, and, if the network predicts them
-        and depth is known at that scale, log depth and log spread."""
+        """Jumps and creases of the image resized by a factor, resized back."""
         height, width = depth.shape
         if scale != 1:
             size = (max(1, round(width * scale)), max(1, round(height * scale)))
             rgb = cv2.resize(rgb, size, interpolation=cv2.INTER_AREA)  # type: ignore[assignment]
             depth = cv2.resize(depth, size, interpolation=cv2.INTER_NEAREST)  # type: ignore[assignment]
         found = self._run(rgb, depth)
-        if not np.isfinite(depth).any():
-            found = found[:2]
-        elif len(found) > 2:
-            found[2] = found[2] + filled_log_depth(depth)[0]
         return [cv2.resize(one, (width, height), interpolation=cv2.INTER_LINEAR) for one in found]  # type: ignore[misc]
 
     def _run(self, rgb: NDArray[np.uint8], depth: Array) -> list[Array]:
-        """The outputs of the network, each (H, W) of the image's size."""
+        """Jumps and creases by the network, each (H, W) of the image's size."""
         image, window = reflected(rgb, MULTIPLE)
         features, _ = reflected(depth_features(depth), MULTIPLE, axis=1)
         size = image.shape[:2]
         outputs = self._forward({"image": as_input(image), "depth": features[None]})
-        lines, quarter = (1, 1, *size), (1, 2, size[0] // COARSE, size[1] // COARSE)
         shapes = [one.shape for one in outputs]
-        if shapes not in ([lines, lines], [lines, lines, quarter]):
+        if shapes[:2] != [(1, 1, *size)] * 2:
             raise FormatError(self._unlike(f"its outputs are {shapes} for an image of {size}."))
-        maps = [map_ for output in outputs for map_ in output[0]]
-        return [cv2.resize(one, size[::-1], interpolation=cv2.INTER_LINEAR)[window] for one in maps]
+        return [one[0, 0][window] for one in outputs[:2]]
 
     def _try(self) -> None:
         for ramp in trial_images():
-            lines = self._run(ramp, np.asarray(1 + ramp[..., 0] / 255, np.float32))[:2]
+            lines = self._run(ramp, np.asarray(1 + ramp[..., 0] / 255, np.float32))
             if not all(np.isfinite(one).all() and one.min() >= -1e-3 and one.max() <= 1 + 1e-3 for one in lines):
                 raise FormatError(self._unlike("its output is not within 0 to 1."))

@@ -216,10 +216,7 @@ class EdgeNetwork(OnnxNetwork):
             maps.append(outputs[_PROBABILITY])
         for output in maps:
             if output.shape != (1, 1, *padded.shape[:2]):
-                size = padded.shape[:2]
-                raise FormatError(
-                    self._unlike(f"its output is {output.shape} for an image of {size}, not {(1, 1, *size)}.")
-                )
+                raise FormatError(self._unlike(f"its output is {output.shape} for an image of {padded.shape[:2]}."))
         return np.stack([output[0, 0] for output in maps])
 
     def _try(self) -> None:

@@ -316,9 +316,7 @@ def edge_strength(
     defaults = BlockParameters(detector="hed", model=model, multiscale=multiscale)
     frame = image if isinstance(image, RGBDFrame) else None
     if frame is None and detector in _NEEDING_DEPTH:
-        raise InputError(
-            f"The detector {detector!r} needs a frame with depth (ilf.RGBDFrame); 'hed' and 'canny' need only colour."
-        )
+        raise InputError(f"The detector {detector!r} needs a frame with depth (ilf.RGBDFrame), not colour alone.")
     rgb = image.edge_rgb if isinstance(image, RGBDFrame) else without_mask(image)
     check_image(rgb)
     if detector == "canny":

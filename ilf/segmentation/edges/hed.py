@@ -36,17 +36,17 @@ def hed_network(layers: Mapping[str, Layer], caffe: bool) -> bytes:
     bytes
     """
     graph = _Graph()
-    x = graph.convolution("image", Layer(*normalisation("caffe")), pad=0)
+    x = graph.convolution("image", Layer(*normalisation("caffe")), pads=[0] * 4)
     sides = []
     for stage, (names, score) in enumerate(zip(CONVOLUTIONS, SCORES, strict=True), 1):
         if stage > 1:
             x = graph.add("MaxPool", x, kernel_shape=[2, 2], strides=[2, 2], ceil_mode=1)
         for name in names:
-            first = name == CONVOLUTIONS[0][0]
-            x = graph.add("Relu", graph.convolution(x, layers[name], pad=_CAFFE_PADDING if caffe and first else 1))
-        side = graph.convolution(x, layers[score], pad=0)
+            pad = _CAFFE_PADDING if caffe and name == CONVOLUTIONS[0][0] else 1
+            x = graph.add("Relu", graph.convolution(x, layers[name], pads=[pad] * 4))
+        side = graph.convolution(x, layers[score], pads=[0] * 4)
         sides.append(_as_caffe(graph, side, stage, layers) if caffe else _as_keras(graph, side, stage))
-    fused = graph.convolution(graph.add("Concat", *sides, axis=1), layers[FUSION], pad=0)
+    fused = graph.convolution(graph.add("Concat", *sides, axis=1), layers[FUSION], pads=[0] * 4)
     return graph.file("image", graph.add("Sigmoid", fused))
 
 
@@ -63,7 +63,8 @@ def _as_caffe(graph: _Graph, side: str, stage: int, layers: Mapping[str, Layer])
     begin, end = _caffe_crop(stage)
     if stage > 1:
         factor = 2 ** (stage - 1)
-        side = graph.transposed_convolution(side, layers.get(UPSAMPLINGS[stage]) or _bilinear(factor), factor)
+        layer = layers.get(UPSAMPLINGS[stage]) or _bilinear(factor)
+        side = graph.convolution(side, layer, "ConvTranspose", strides=[factor, factor])
     starts, ends, axes = (graph.constant(np.array(values)) for values in ([begin] * 2, [end] * 2, [2, 3]))
     return graph.add("Slice", side, starts, ends, axes)
 
@@ -107,13 +108,9 @@ class _Graph:
         self._constants.append(numpy_helper.from_array(np.ascontiguousarray(values), name))
         return name
 
-    def convolution(self, x: str, layer: Layer, pad: int) -> str:
+    def convolution(self, x: str, layer: Layer, kind: str = "Conv", **attributes: Any) -> str:
         weight, bias = (self.constant(values) for values in layer)
-        return self.add("Conv", x, weight, bias, kernel_shape=layer.weight.shape[2:], pads=[pad] * 4)
-
-    def transposed_convolution(self, x: str, layer: Layer, factor: int) -> str:
-        weight, bias = (self.constant(values) for values in layer)
-        return self.add("ConvTranspose", x, weight, bias, kernel_shape=layer.weight.shape[2:], strides=[factor, factor])
+        return self.add(kind, x, weight, bias, kernel_shape=layer.weight.shape[2:], **attributes)
 
     def file(self, image: str, strength: str) -> bytes:
         graph = helper.make_graph(self._nodes, "HED", [_picture(image, 3)], [_picture(strength, 1)], self._constants)

@@ -29,6 +29,9 @@ FUSION = "new-score-weighting"
 """1 x 1 convolution over the five side outputs."""
 
 
+_REMEDY = "Select a file with HED's weights, or convert the network to ONNX."
+
+
 class Layer(NamedTuple):
     """Weights of a convolution, float32."""
 
@@ -66,18 +69,13 @@ def check_layers(layers: Mapping[str, Layer], file: str) -> None:
 def _check(layers: Mapping[str, Layer], name: str, shape: tuple[int | None, ...], file: str) -> int:
     """Check a layer; returns its number of output channels."""
     if name not in layers:
-        raise FormatError(
-            f"{file} contains no weights of HED: the layer {name} is missing. Select a file with HED's weights, "
-            "or convert the network to ONNX."
-        )
+        raise FormatError(f"{file} contains no weights of HED: the layer {name} is missing. {_REMEDY}")
     weight, bias = layers[name]
     fits = weight.ndim == 4 and all(wanted in {None, found} for wanted, found in zip(shape, weight.shape, strict=True))
     if not fits or bias.shape != weight.shape[:1]:
         wanted = " x ".join("any" if size is None else str(size) for size in shape)
-        raise FormatError(
-            f"{file} contains no weights of HED: the layer {name} is {' x '.join(map(str, weight.shape))}, not "
-            f"{wanted}. Select a file with HED's weights, or convert the network to ONNX."
-        )
+        found = " x ".join(map(str, weight.shape))
+        raise FormatError(f"{file} contains no weights of HED: the layer {name} is {found}, not {wanted}. {_REMEDY}")
     return int(weight.shape[0])
 
 

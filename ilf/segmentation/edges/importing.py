@@ -31,6 +31,9 @@ _OUTPUTS = 12
 _INPUTS, _NAME, _TYPE, _TENSOR, _SHAPE, _DIMENSION, _SIZE = 11, 1, 2, 1, 2, 1, 1
 
 
+_ONNX_PACKAGE = "onnx", "onnx", "Converting a network"
+
+
 def _fixed_size(content: NDArray[np.uint8], file: str) -> str:
     """The image size that an ONNX network requires, "" if it is free; does not need the package onnx.
 
@@ -53,10 +56,7 @@ def _fixed_size(content: NDArray[np.uint8], file: str) -> str:
     if not inputs or not outputs:
         raise FormatError(f"{file} is not an ONNX network: it has no input or no output. Export or copy it again.")
     if len(inputs) > 1:
-        raise FormatError(
-            f"{file} is not a supported edge network: it has {len(inputs)} inputs ({', '.join(inputs)}), not one "
-            "image. Export it with the image as its only input."
-        )
+        raise FormatError(f"{file} has {len(inputs)} inputs, not one image. Export it with the image as only input.")
     (shape,) = inputs.values()
     height, width = shape[2:] if len(shape) == 4 else (None, None)
     return f"{width} x {height}" if height and width else ""
@@ -74,7 +74,7 @@ def _edited(content: NDArray[np.uint8], file: str, edit: Callable[..., None], *h
     edit : callable
         Is called with the graph, its image input and `how`, and changes them.
     """
-    import onnx
+    onnx = optional(*_ONNX_PACKAGE)
     from google.protobuf.message import DecodeError
 
     with _intact(file, DecodeError):
@@ -206,7 +206,7 @@ def _converted(source: Path, inputs: str, logits: bool) -> NDArray[np.uint8]:
 def _from_hed(content: NDArray[np.uint8], source: Path, caffe: bool) -> NDArray[np.uint8]:
     layers = (read_caffemodel if caffe else read_keras_weights)(content, source.name)
     check_layers(layers, source.name)
-    _need_onnx()
+    optional(*_ONNX_PACKAGE)
     from .hed import hed_network
 
     content = np.frombuffer(hed_network(layers, caffe), np.uint8)
@@ -216,8 +216,6 @@ def _from_hed(content: NDArray[np.uint8], source: Path, caffe: bool) -> NDArray[
 
 def _from_onnx(content: NDArray[np.uint8], source: Path, inputs: str, logits: bool) -> NDArray[np.uint8]:
     fixed_size = _fixed_size(content, source.name)
-    if inputs != _PLAIN_RGB or logits or fixed_size:
-        _need_onnx()
     if fixed_size:
         content = _edited(content, source.name, _free_size)
     if inputs != _PLAIN_RGB:
@@ -227,14 +225,10 @@ def _from_onnx(content: NDArray[np.uint8], source: Path, inputs: str, logits: bo
             _check_lacks_sigmoid(content, source)
             content = _edited(content, source.name, _add_sigmoid)
         EdgeNetwork.read(content, source)
-    except OutputRangeError:
-        raise
     except FormatError as error:
-        if fixed_size:
-            raise FormatError(
-                f"{source.name} accepts only images of {fixed_size}, but edges are needed for images of any "
-                "size. Export it with free height and width."
-            ) from error
+        if fixed_size and not isinstance(error, OutputRangeError):
+            told = f"{source.name} accepts only images of {fixed_size}. Export it with free height and width."
+            raise FormatError(told) from error
         raise
     return content
 
@@ -246,7 +240,3 @@ def _check_lacks_sigmoid(content: NDArray[np.uint8], source: Path) -> None:
     except OutputRangeError:
         return
     raise InputError(f"The output of {source.name} is already within 0 to 1. Add it without --logits.")
-
-
-def _need_onnx() -> None:
-    optional("onnx", "onnx", "Converting a network")

@@ -134,11 +134,8 @@ def _bend(filled: NDArray[np.float32], evaluated: NDArray[np.bool_]) -> NDArray[
 def _deviation(inverse: NDArray[np.float32]) -> NDArray[np.float32]:
     """Larger deviation from a straight line along the column or the row, without `_CONTINUITY_DISTANCE` on every
     side."""
-    centre, before, after = (
-        slice(_CONTINUITY_DISTANCE, -_CONTINUITY_DISTANCE),
-        slice(None, -2 * _CONTINUITY_DISTANCE),
-        slice(2 * _CONTINUITY_DISTANCE, None),
-    )
+    by = _CONTINUITY_DISTANCE
+    centre, before, after = slice(by, -by), slice(None, -2 * by), slice(2 * by, None)
     twice = 2 * inverse[centre, centre]
     along_column = inverse[before, centre] - twice + inverse[after, centre]
     along_row = inverse[centre, before] - twice + inverse[centre, after]

@@ -13,11 +13,11 @@ from typing import Any
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_array
+from scipy.sparse import coo_array, csr_array
 from scipy.sparse.csgraph import connected_components, dijkstra
 from scipy.spatial import cKDTree
 
-from ...data.pixel_grids import connected_regions, sides
+from ...data.pixel_grids import connected_regions, different_labels, neighbours
 from .painting import odd_even_fill
 from .patches import LabelPatch, Labels, Mask, Points, bounds, grown, patch_within, values_at
 
@@ -89,8 +89,8 @@ def have_border(areas: NDArray[np.int32], other: Mask) -> Mask:
     """
     sizes = np.bincount(areas.ravel())
     lengths = np.zeros(sizes.size)
-    for (one, beyond), (here, there) in zip(sides(areas), sides(other), strict=True):
-        lengths += np.bincount(one[there], minlength=sizes.size) + np.bincount(beyond[here], minlength=sizes.size)
+    for (one, _), (_, there) in neighbours(areas, other):
+        lengths += np.bincount(one[there], minlength=sizes.size)
     found = (lengths > 0) & (lengths >= np.minimum(_CONTACT, _CONTACT_SHARE * np.sqrt(sizes)))
     found[0] = False
     return np.asarray(found, bool)
@@ -115,10 +115,12 @@ class CrackPaths:
 
     def parts(self) -> NDArray[np.intp]:
         """The number of the connected component of every crack."""
+        return np.asarray(connected_components(self._graph(self._cost), directed=False)[1], np.intp)[self._start]
+
+    def _graph(self, cost: NDArray[np.float64], cracks: Any = slice(None)) -> csr_array:
+        """The corners, with some cracks between them."""
         size = len(self.corners)
-        ways = coo_array((np.ones(self._cost.size), (self._start, self._end)), shape=(size, size))
-        numbers = np.asarray(connected_components(ways.tocsr(), directed=False)[1], np.intp)
-        return numbers[self._start]
+        return coo_array((cost, (self._start[cracks], self._end[cracks])), shape=(size, size)).tocsr()
 
     def nearest(self, point: NDArray[np.float64], among: NDArray[np.bool_]) -> tuple[int, float]:
         """The number of the corner nearest to a point (x, y), among the ends of some cracks, and its distance."""
@@ -129,9 +131,8 @@ class CrackPaths:
 
     def length_to(self, corner: int, among: NDArray[np.bool_]) -> float:
         """Length [px] of the path from a corner along other cracks to the nearest of some; infinite without one."""
-        size, rest = len(self.corners), ~among
-        ways = coo_array((np.ones(np.count_nonzero(rest)), (self._start[rest], self._end[rest])), shape=(size, size))
-        length = dijkstra(ways.tocsr(), directed=False, indices=np.array(corner))
+        ways = self._graph(np.ones(np.count_nonzero(~among)), ~among)
+        length = dijkstra(ways, directed=False, indices=np.array(corner))
         return float(length[np.concatenate([self._start[among], self._end[among]])].min())
 
     def between(self, one: int, other: int, without: NDArray[np.intp] | None = None) -> NDArray[np.intp] | None:
@@ -149,8 +150,7 @@ class CrackPaths:
             used[without] = False
         crack = np.flatnonzero(used)
         start, end = self._start[crack], self._end[crack]
-        size = len(self.corners)
-        graph = coo_array((self._cost[crack], (start, end)), shape=(size, size)).tocsr()
+        size, graph = len(self.corners), self._graph(self._cost[crack], crack)
         came_from = dijkstra(graph, directed=False, indices=np.array(one), return_predecessors=True)[1]
         corners = [other]
         while corners[-1] != one:
@@ -182,8 +182,7 @@ class CrackPaths:
 
     def longest(self) -> NDArray[np.float64]:
         """The corners (x, y) of a long path: between two corners far apart, or all around for closed paths."""
-        size = len(self.corners)
-        graph = coo_array((self._cost, (self._start, self._end)), shape=(size, size)).tocsr()
+        size, graph = len(self.corners), self._graph(self._cost)
         _, part = connected_components(graph, directed=False)
         sizes = np.bincount(part)
         members = np.flatnonzero(part == np.argmax(sizes))
@@ -338,10 +337,8 @@ def _redrawn_between(
 
 def _change(before: Labels, after: Labels) -> float:
     """How much a line changes [px]: the least is meant, and of about equal changes that which replaces most border."""
-    gone = sum(
-        np.count_nonzero((before[one] != before[other]) & (after[one] == after[other]))
-        for one, other in ((np.s_[1:], np.s_[:-1]), (np.s_[:, 1:], np.s_[:, :-1]))
-    )
+    changes = zip(different_labels(before), different_labels(after), strict=True)
+    gone = sum(np.count_nonzero(was & ~now) for was, now in changes)
     return np.count_nonzero(before != after) - _REPLACED * gone
 
 

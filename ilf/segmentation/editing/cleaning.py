@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Collection, Sequence
 
@@ -11,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt
 
 from ...data.label_map import Box
-from ...data.pixel_grids import connected_regions, sides
+from ...data.pixel_grids import connected_regions, neighbours, rim
 from .borders import have_border
 from .patches import LabelPatch, Labels, Mask, bounds, box_of, grown, patch_between, patch_within, unlocked_pixels
 
@@ -75,13 +76,10 @@ def _areas_to_clean(labels: Labels, smallest: int, box: Box, shape: tuple[int, .
     parts = connected_regions(labels, background=-1)
     sizes = np.bincount(parts.ravel())
     open_ended = np.zeros(sizes.size, bool)
-    for at_frame, line in zip(_at_frame(box, shape), _rim(parts), strict=True):
-        if not at_frame:
-            open_ended[line] = True
+    open_ended[_cut_rim(parts, box, shape)] = True
     small = (sizes < smallest) & ~open_ended
     small[0] = False
-    for line, none in zip(_rim(parts), _rim(labels), strict=True):  # only areas enclosed by blocks are holes
-        small[line[none == 0]] = False
+    small[rim(parts)[rim(labels) == 0]] = False  # only areas enclosed by blocks are holes
 
     thick = _thick(labels)
     bits = connected_regions(np.where(thick, 0, parts))
@@ -89,9 +87,7 @@ def _areas_to_clean(labels: Labels, smallest: int, box: Box, shape: tuple[int, .
     slivers = (thin < smallest) & (thin > _ROUGHNESS)
     slivers[0] = False
     # thinness is undefined where the crop ends; and "no block" has no slivers
-    for at_frame, line in zip(_at_frame(box, shape), _rim(bits), strict=True):
-        if not at_frame:
-            slivers[line] = False
+    slivers[_cut_rim(bits, box, shape)] = False
     slivers[bits[labels == 0]] = False
     slivers[bits[small[parts]]] = False
     if slivers.any():
@@ -110,13 +106,12 @@ def _thick(labels: Labels) -> Mask:
     return cv2.dilate(alike.astype(np.uint8), _THICK) > 0
 
 
-def _at_frame(box: Box, shape: tuple[int, ...]) -> tuple[bool, bool, bool, bool]:
+def _cut_rim(values: NDArray[np.int32], box: Box, shape: tuple[int, ...]) -> NDArray[np.int32]:
+    """The values along the sides of a crop that are not sides of the frame."""
     rows, columns = box
-    return rows.start == 0, rows.stop == shape[0], columns.start == 0, columns.stop == shape[1]
-
-
-def _rim(values: NDArray[np.int32]) -> tuple[NDArray[np.int32], ...]:
-    return values[0], values[-1], values[:, 0], values[:, -1]
+    inside = rows.start > 0, rows.stop < shape[0], columns.start > 0, columns.stop < shape[1]
+    lines = values[0], values[-1], values[:, 0], values[:, -1]
+    return np.concatenate([values[:0, 0], *itertools.compress(lines, inside)])
 
 
 def _bodies_beside(
@@ -124,10 +119,9 @@ def _bodies_beside(
 ) -> NDArray[np.intp]:
     """Number of thick bodies of its own part that each of `count` thin parts touches."""
     found = []
-    for (bit, beyond), (body_before, body), (one, other) in zip(sides(bits), sides(bodies), sides(parts), strict=True):
-        for first, second in ((bit, body), (beyond, body_before)):
-            touching = (first > 0) & (second > 0) & (one == other)
-            found.append(np.stack([first[touching], second[touching]], axis=1))
+    for (bit, _), (_, body), (one, other) in neighbours(bits, bodies, parts):
+        touching = (bit > 0) & (body > 0) & (one == other)
+        found.append(np.stack([bit[touching], body[touching]], axis=1))
     pairs = np.unique(np.concatenate(found), axis=0)
     return np.bincount(pairs[:, 0], minlength=count)
 
@@ -135,14 +129,11 @@ def _bodies_beside(
 def _reassign(labels: Labels, areas: NDArray[np.int32], to_clean: Mask, locked: Collection[int]) -> Labels:
     """Give every area to be cleaned up to the neighbour with the longest border to it."""
     found = []
-    for (one, other), (area, beyond), (open_one, open_other) in zip(
-        sides(labels), sides(areas), sides(unlocked_pixels(labels, locked)), strict=True
-    ):
-        movable = (one != other) & open_one & open_other
-        for fault, rest, gains in ((area, beyond, other), (beyond, area, one)):
-            # of two adjacent areas to clean up, one waits until the other is gone
-            given = movable & to_clean[fault] & ~to_clean[rest]
-            found.append(np.stack([fault[given], gains[given]], axis=1))
+    unlocked = unlocked_pixels(labels, locked)
+    for (one, other), (area, beyond), (open_one, open_other) in neighbours(labels, areas, unlocked):
+        # of two adjacent areas to clean up, one waits until the other is gone
+        given = (one != other) & open_one & open_other & to_clean[area] & ~to_clean[beyond]
+        found.append(np.stack([area[given], other[given]], axis=1))
     pairs, lengths = np.unique(np.concatenate(found), axis=0, return_counts=True)
     if not len(pairs):
         return labels

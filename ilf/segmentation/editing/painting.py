@@ -14,7 +14,7 @@ from ...data.label_map import Box, within
 from ..edges.detectors import colour_gradient
 from ..edges.relief import filled_depth
 from ..flooding import flood
-from .patches import LabelPatch, Labels, Mask, Points, bounds, grown, patch_within, unlocked_pixels
+from .patches import LabelPatch, Labels, Mask, Points, bounds, box_between, grown, patch_within, unlocked_pixels
 
 # The brush: the pixels of a stroke.
 
@@ -33,24 +33,18 @@ def brush_stroke(shape: tuple[int, int], points: Points, radius: float) -> Strok
     The pixel under each end of a segment always belongs to it, so a tiny brush still paints.
     """
     path = np.asarray(points, np.float64)
-    reach = radius + 1
-    top, left = np.floor(path[:, ::-1].min(axis=0) - reach).astype(int)
-    bottom, right = np.ceil(path[:, ::-1].max(axis=0) + reach).astype(int)
-    top, left = max(top, 0), max(left, 0)
-    bottom, right = min(bottom, shape[0]), min(right, shape[1])
-    if top >= bottom or left >= right:
+    box = box_between(path.min(axis=0) - (radius + 1), path.max(axis=0) + (radius + 1), shape)
+    if box is None:
         return None
-    centre_y, centre_x = np.mgrid[top:bottom, left:right] + 0.5
+    centre_y, centre_x = np.mgrid[box] + 0.5
     mask = np.zeros(centre_x.shape, bool)
     for start, end in zip(path, path[1:] if len(path) > 1 else path, strict=False):
         mask |= _near_segment(centre_x, centre_y, start, end, radius)
     for x, y in path:
-        row, column = int(np.floor(y)) - top, int(np.floor(x)) - left
+        row, column = int(np.floor(y)) - box[0].start, int(np.floor(x)) - box[1].start
         if 0 <= row < mask.shape[0] and 0 <= column < mask.shape[1]:
             mask[row, column] = True
-    if not mask.any():
-        return None
-    return Stroke((slice(int(top), int(bottom)), slice(int(left), int(right))), mask)
+    return Stroke(box, mask) if mask.any() else None
 
 
 def _near_segment(
@@ -111,14 +105,12 @@ def inside_outline(shape: tuple[int, ...], points: Points) -> Stroke | None:
     line = np.asarray(points, np.float64).reshape(-1, 2)
     if len(line) < 3:
         return None
-    left, top = np.floor(np.maximum(line.min(axis=0), 0)).astype(int)
-    right, bottom = np.ceil(np.minimum(line.max(axis=0), (shape[1], shape[0]))).astype(int)
-    if left >= right or top >= bottom:
+    box = box_between(line.min(axis=0), line.max(axis=0), shape)
+    if box is None:
         return None
-    mask = odd_even_fill(line - (left, top), (bottom - top, right - left))
-    if not mask.any():
-        return None
-    return Stroke((slice(int(top), int(bottom)), slice(int(left), int(right))), mask)
+    corner = box[1].start, box[0].start
+    mask = odd_even_fill(line - corner, (box[0].stop - corner[1], box[1].stop - corner[0]))
+    return Stroke(box, mask) if mask.any() else None
 
 
 def odd_even_fill(line: np.ndarray, shape: tuple[int, int]) -> Mask:

@@ -17,7 +17,7 @@ from scipy.sparse.linalg import splu
 
 from ...data.frame import RGBDFrame
 from ...data.label_map import within
-from ...data.pixel_grids import connected_regions
+from ...data.pixel_grids import connected_regions, neighbours
 from ..edges.relief import filled_depth
 from ..flooding import flood
 from .painting import Stroke
@@ -123,18 +123,14 @@ def _first_reached(
     total = np.full(size, _PRIOR)
     reached = _PRIOR * likeness
     links = []
-    for here, there in (
-        ((slice(None), slice(None, -1)), (slice(None), slice(1, None))),
-        ((slice(None, -1), slice(None)), (slice(1, None), slice(None))),
-    ):
-        conductance = np.exp(-_EDGE * (evidence[here].astype(np.float64) + evidence[there]) / 2) + _LEAST
-        for one, other in ((here, there), (there, here)):
-            open_to = free[one] & (numbers[other] >= 0)
-            start, end, weight = places[one][open_to], places[other][open_to], conductance[open_to]
-            total += np.bincount(start, weight, size)
-            fixed = end < 0
-            np.add.at(reached, (start[fixed], numbers[other][open_to][fixed]), weight[fixed])
-            links.append((start[~fixed], end[~fixed], -weight[~fixed]))
+    for (one, other), (is_free, _), (_, number), ends in neighbours(evidence, free, numbers, places):
+        conductance = np.exp(-_EDGE * (one.astype(np.float64) + other) / 2) + _LEAST
+        open_to = is_free & (number >= 0)
+        start, end, weight = ends[0][open_to], ends[1][open_to], conductance[open_to]
+        total += np.bincount(start, weight, size)
+        fixed = end < 0
+        np.add.at(reached, (start[fixed], number[open_to][fixed]), weight[fixed])
+        links.append((start[~fixed], end[~fixed], -weight[~fixed]))
     start, end, weight = (np.concatenate(part) for part in zip(*links, strict=True))
     diagonal = np.arange(size)
     matrix = coo_array(

@@ -19,14 +19,6 @@ from ..edges.relief import Relief
 from .painting import Stroke
 from .patches import Points
 
-# The relief of a frame with default parameters, for editing tools.
-
-
-def default_relief(frame: RGBDFrame) -> Relief:
-    """Jumps and bends of the known depth, with the default smallest jump; cached with the frame."""
-    return relief_of(frame, BlockParameters())
-
-
 # Snapping a line to the strongest evidence for a border beside it.
 
 _NETWORK, _GRADIENT = 0.5, 0.5
@@ -68,7 +60,7 @@ class Snapper:
     """
 
     def __init__(self, frame: RGBDFrame, strength: NDArray[np.float32]) -> None:
-        self.evidence = _evidence(default_relief(frame), _gradient(frame.edge_rgb), strength)
+        self.evidence = _evidence(relief_of(frame, BlockParameters()), _gradient(frame.edge_rgb), strength)
 
     def snap(self, points: Points, leash: float) -> list[tuple[float, float]]:
         """Move a line to the strongest evidence within a leash.
@@ -184,7 +176,8 @@ class Similar:
         """All similar pixels, (H, W)."""
         row, column = int(np.floor(y)), int(np.floor(x))
         if 0 <= row < frame.shape[0] and 0 <= column < frame.shape[1]:
-            self.mask = _reached(_like(frame, row, column), strength < _EDGE, default_relief(frame).edges, row, column)
+            jumps = relief_of(frame, BlockParameters()).edges
+            self.mask = _reached(_like(frame, row, column), strength < _EDGE, jumps, row, column)
 
     def limit(self, stroke: Stroke) -> Stroke | None:
         """The part of a stroke that is similar; None if there is none."""

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..._runtime.arrays import check_shape
 from ..._runtime.cancellation import check_cancelled
+from ...data.camera import checked_transform
 from ...data.frame import RGBDFrame
 from ...data.label_map import checked_drawn, checked_labels, labels_in
 from ...data.parameters import BlockParameters
@@ -111,8 +112,6 @@ class Followed:
         The method used: "copied", "flow" or "pose".
     uncertain : ndarray of bool, shape (H, W)
         Pixels whose block was decided by the new frame, not propagated.
-    to_check : frozenset of int
-        Blocks of the new map to check.
     reasons : mapping of int to str
         The reason for each of them, a sentence.
     new : frozenset of int
@@ -127,7 +126,6 @@ class Followed:
     drawn: Mask | None
     how: str
     uncertain: Mask
-    to_check: frozenset[int] = frozenset()
     reasons: Mapping[int, str] = field(default_factory=dict)
     new: frozenset[int] = frozenset()
     gone: frozenset[int] = frozenset()
@@ -237,7 +235,6 @@ def follow(
         _drawn_now(hand, refined.labels, sources),
         done,
         refined.uncertain,
-        frozenset(reasons),
         reasons,
         refined.new,
         labels_in(present) - labels_in(refined.labels),
@@ -253,9 +250,7 @@ def _pose(how: str, pose: ArrayLike | None, before: RGBDFrame, after: RGBDFrame)
         if how == "pose":
             raise InputError("Propagation by pose needs the camera's motion as a 4 x 4 matrix.")
         return None
-    matrix = np.asarray(pose, np.float64)
-    if matrix.shape != (4, 4) or not np.isfinite(matrix).all() or abs(np.linalg.det(matrix[:3, :3]) - 1) > 0.01:
-        raise InputError("A pose must be a 4 x 4 matrix of a rotation and a translation in metres.")
+    matrix = checked_transform(pose, "A pose")
     if before.intrinsics is None or after.intrinsics is None:
         if how == "pose":
             raise InputError("Propagation by pose needs the camera intrinsics of both frames.")
@@ -272,9 +267,7 @@ def _copied(labels: NDArray[np.int32], drawn: Mask | None, moved: Mask) -> Follo
         for label in np.flatnonzero(off > _MAX_CHANGED_SHARE * size).tolist()
         if label > 0
     }
-    return Followed(
-        labels.copy(), None if drawn is None else drawn.copy(), "copied", moved, frozenset(reasons), reasons
-    )
+    return Followed(labels.copy(), None if drawn is None else drawn.copy(), "copied", moved, reasons)
 
 
 def _fixed_borders(labels: NDArray[np.int32], drawn: Mask | None, locked: Collection[int]) -> Mask | None:

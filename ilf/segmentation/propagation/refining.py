@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from ...data.frame import RGBDFrame
 from ...data.label_map import labels_in
 from ...data.parameters import BlockParameters
-from ...data.pixel_grids import connected_regions, mark
+from ...data.pixel_grids import connected_regions, mark, rim
 from ..edges.detectors import colour_gradient, gradient_strength
 from ..edges.frame_edges import find_edges, relief_of
 from ..extraction import contract, extract, found_blocks
@@ -172,7 +172,7 @@ def _newly_visible(fine: Labels, parts: Parts, propagated: Labels, sure: Mask, s
     surfaces that appear inside the image go to the blocks around them.
     """
     at_rim = np.zeros(len(parts.label), bool)
-    at_rim[_rim(parts.map)] = True
+    at_rim[rim(parts.map)] = True
     open_ground = ~seen | (at_rim & (parts.label == 0))[propagated]
     count = int(fine.max()) + 1
     size = np.bincount(fine.ravel(), minlength=count)
@@ -181,15 +181,10 @@ def _newly_visible(fine: Labels, parts: Parts, propagated: Labels, sure: Mask, s
     comes_in = np.bincount(fine[~seen], minlength=count) > 0
     foreign = comes_in & (held <= _FOREIGN * size) & (hidden >= _HIDDEN * size)
     touching = np.zeros(count, bool)
-    touching[_rim(fine)] = True
+    touching[rim(fine)] = True
     foreign &= touching | (hidden >= smallest)
     foreign[0] = False
     return np.where(foreign[fine] & open_ground, fine, 0).astype(np.int32)
-
-
-def _rim(values: Labels) -> Labels:
-    """The values along the image rim."""
-    return np.concatenate([values[0], values[-1], values[:, 0], values[:, -1]])
 
 
 def _numbers(

@@ -71,7 +71,7 @@ def test_strokes_stay_in_the_selected_blocks_and_out_of_locked_ones(hand):
 
 
 def test_depth_beyond_sensors_is_refused(hand):
-    with pytest.raises(InputError, match="at most 300 m"):
+    with pytest.raises(InputError, match="0 to 300 m"):
         hand.host.workspace.current.set_by_hand(
             np.full((48, 64), 301, np.float32), hand.host.document.frame.missing, "Paint depth"
         )

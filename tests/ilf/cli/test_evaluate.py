@@ -18,7 +18,7 @@ from ilf.cli.run_output import FinishedRun, completion_report, dominant_block
 from ilf.data.parameters import BlockParameters
 from ilf.data.presets import UserPreset, save_preset, write_preset
 from ilf.evaluation.evaluation import Evaluation, evaluate_completion
-from ilf.evaluation.hold_out import HoldOutTest, comparison_steps, evaluate_hold_out
+from ilf.evaluation.hold_out import HoldOutTest, compared_steps, evaluate_hold_out, hold_out_steps
 from ilf.evaluation.sweep import Sweep, run_sweep
 
 from ..small_frames import write_small_frame
@@ -191,7 +191,8 @@ def test_evaluate_takes_presets_from_files_each_with_its_extraction(files, capsy
         ilf.Run.of(frame, preset=preset.replace(max_iterations=25), extraction=extraction)
         for extraction, preset in ((None, ilf.preset()), (one_block.extraction, one_block.parameters))
     ]
-    expected = run_to_end(comparison_steps(runs, HoldOutTest("random", (0,))))[1].whole.rmse
+    steps = compared_steps([hold_out_steps(run, HoldOutTest("random", (0,))) for run in runs])
+    expected = run_to_end(steps)[1].whole.rmse
     assert figures(text, "one block")[2].rstrip("*") == f"{1000 * expected:.2f}"
 
 

@@ -167,12 +167,12 @@ def test_the_correction_leaves_it_alone():
 @pytest.mark.parametrize(
     ("by_hand", "message"),
     [
-        (_at(PATCH, -1.0), "above 0 and at most 300 m, not -1 m"),
-        (_at(PATCH, 301.0), "above 0 and at most 300 m, not 301 m"),
+        (_at(PATCH, -1.0), "0 to 300 m, not -1 m"),
+        (_at(PATCH, 301.0), "0 to 300 m, not 301 m"),
         (_at(PATCH, np.inf), "not inf m"),
         (np.ones((3, 4), np.float32), "must have the same pixels"),
         (np.full(SHAPE, "a"), "one real number per pixel"),
-        (_at(~HOLE, 1.5), "nothing is missing there"),
+        (_at(~HOLE, 1.5), "only where depth is missing"),
         (_at((ROWS == 15) & HOLE, 1.5), "in blocks"),
     ],
 )

@@ -9,13 +9,13 @@ from numpy.testing import assert_allclose
 
 import ilf
 from ilf.completion.edge_aware.iteration import EdgeAwareIteration
-from ilf.completion.pass_band.band import colour_weight, inside_ellipse, squared_wave_numbers
+from ilf.completion.pass_band.band import colour_weight, inside_ellipse
 from ilf.completion.pass_band.iteration import PassBandIteration, StagedSchedule, principal_lengths
 from ilf.data.frame import RGBDFrame
 from ilf.data.label_map import find_blocks
 from ilf.data.parameters import PRESETS
 from ilf.data.results import hold_out_mask
-from tests.reference.full_grid import FullGridIteration
+from tests.reference.full_grid import FullGridIteration, squared_wave_numbers
 
 from ..small_frames import without_edges
 

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
 from ilf.completion.edge_aware import kernels
-from ilf.completion.edge_aware.smoothness import SmoothnessEnergy, StepInputs, Weights, make_weights
+from ilf.completion.edge_aware.smoothness import SmoothnessEnergy, Weights, make_weights
 
 SHAPES = [(1, 1), (1, 2), (1, 7), (6, 1), (2, 2), (2, 3), (3, 2), (4, 5), (7, 6)]
 
@@ -39,7 +39,7 @@ def _samples(rng: np.random.Generator, shape: tuple[int, int]) -> tuple[np.ndarr
 
 def _descent(energy: SmoothnessEnergy, start: np.ndarray, limit: int = 1000) -> Iterator[np.ndarray]:
     """The steps of a descent that is never steady."""
-    return (u for u, _ in energy.descend(start, StepInputs(*[np.ones_like(start)] * 4, steady=0.0), limit))
+    return (u for u, _ in energy.descend(start, (np.ones_like(start),) * 4, 0.0, limit))
 
 
 def _differences(weights: Weights, shape: tuple[int, int]) -> Iterator[tuple[float, dict[tuple[int, int], int]]]:
@@ -205,17 +205,18 @@ def test_a_descent_tells_of_its_steps_and_ends_when_they_are_steady():
     shape = 6, 7
     counts, samples = _samples(rng, shape)
     energy = SmoothnessEnergy(counts, counts * samples, _weights(rng, shape))
-    told = StepInputs(*(rng.random(shape, np.float32) for _ in range(4)), steady=1e-3)
+    told = tuple(rng.random(shape, np.float32) for _ in range(4))
+    inside, trend, weights, totals = told
     previous, changes = np.zeros(shape, np.float32), math.inf
-    for u, sums in energy.descend(previous, told, 100):
-        assert changes >= told.steady
-        changes = float((told.inside * (u - previous) ** 2).sum())
+    for u, sums in energy.descend(previous, told, 1e-3, 100):
+        assert changes >= 1e-3
+        changes = float((inside * (u - previous) ** 2).sum())
         assert sums.changes == pytest.approx(changes, rel=1e-4)
-        assert sums.sizes == pytest.approx(float((told.inside * abs(u + told.trend)).sum()), rel=1e-5)
-        misfits = (told.counts * (u - told.totals / told.counts) ** 2 - told.totals**2 / told.counts).sum()
+        assert sums.sizes == pytest.approx(float((inside * abs(u + trend)).sum()), rel=1e-5)
+        misfits = (weights * (u - totals / weights) ** 2 - totals**2 / weights).sum()
         assert sums.misfits == pytest.approx(float(misfits), rel=1e-4)
         previous = u
-    assert changes < told.steady
+    assert changes < 1e-3
 
 
 @pytest.mark.parametrize("top", [1.0, 100.0, 1e5])

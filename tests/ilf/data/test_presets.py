@@ -105,14 +105,13 @@ def test_names_that_no_file_can_have_everywhere_are_refused(name):
     assert not presets_folder().exists()
 
 
-def test_import_takes_the_name_in_the_file_or_another(tmp_path):
+def test_import_takes_the_name_in_the_file(tmp_path):
     write_preset(tmp_path / "file.json", SOFT)
     assert import_preset(tmp_path / "file.json") == SOFT
     with pytest.raises(InputError, match="already"):
         import_preset(tmp_path / "file.json")
-    import_preset(tmp_path / "file.json", "second")
     import_preset(tmp_path / "file.json", replace=True)
-    assert list(list_presets().presets) == ["second", SOFT.name]
+    assert list(list_presets().presets) == [SOFT.name]
 
 
 def test_presets_are_found_by_name_and_by_file(tmp_path, monkeypatch):

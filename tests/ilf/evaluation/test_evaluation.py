@@ -10,7 +10,7 @@ import ilf
 from ilf._runtime.stepping import run_to_end
 from ilf.errors import InputError, ParameterError
 from ilf.evaluation.evaluation import Evaluation, Progress, evaluate, evaluate_blocks, evaluate_completion
-from ilf.evaluation.hold_out import HoldOutTest, comparison_steps, evaluate_hold_out, hidden_pixels
+from ilf.evaluation.hold_out import HoldOutTest, compared_steps, evaluate_hold_out, hidden_pixels, hold_out_steps
 from ilf.evaluation.metrics import share_within, sparsification_error
 from ilf.evaluation.sweep import Sweep, SweepPoint, run_sweep
 from ilf.run.run import Run
@@ -102,19 +102,19 @@ def test_the_hidden_depth_reaches_no_filter(parameters, run):
     honest, other = (
         evaluate_hold_out(replace(run, frame=frame, parameters=parameters), test) for frame in (run.frame, lied)
     )
-    np.testing.assert_array_equal(honest.errors[0].depth, other.errors[0].depth)
+    np.testing.assert_array_equal(honest.parts[0].depth, other.parts[0].depth)
     assert other.whole.bias == pytest.approx(honest.whole.bias - 1.5, abs=1e-5)
 
 
 def test_errors_on_hidden_depth_are_pooled_over_seeds_and_told_by_block(run):
     result = evaluate_hold_out(run, HoldOutTest("areas", (0, 1)))
-    assert len(result.by_seed) == 2
-    sizes, squares = zip(*((part.pixels, part.pixels * part.rmse**2) for part in result.by_seed), strict=True)
+    assert len(result.by_part) == 2
+    sizes, squares = zip(*((part.pixels, part.pixels * part.rmse**2) for part in result.by_part), strict=True)
     assert result.whole.pixels == sum(sizes)
     assert result.whole.rmse == pytest.approx(np.sqrt(sum(squares) / sum(sizes)))
     assert sum(evaluation.pixels for evaluation in result.blocks.values()) == result.whole.pixels
-    assert result.hidden == sum(int(result.test.hidden(run.frame, seed).sum()) for seed in (0, 1))
-    assert result.coverage == pytest.approx(result.whole.pixels / result.hidden)
+    assert result.pixels == sum(int(result.test.hidden(run.frame, seed).sum()) for seed in (0, 1))
+    assert result.coverage == pytest.approx(result.whole.pixels / result.pixels)
     alone = evaluate_hold_out(run, HoldOutTest("areas", (0, 1)), only=[2])
     # the expected error at its border goes by what is filled beyond
     assert alone.blocks == {2: replace(result.blocks[2], within=alone.blocks[2].within)}
@@ -125,9 +125,10 @@ def test_runs_are_compared_on_what_both_fill(run):
     # of block 2, whose known depth is too little for it, nothing comes back
     refusing = run.with_parameters(QUICK, {2: QUICK.replace(min_known_share=1.0)})
     other = replace(run, parameters=ilf.preset("best"))
+    several = [hold_out_steps(one, test) for one in (run, other, refusing)]
     steps: list[Progress] = []
-    first, second, third = run_to_end(comparison_steps([run, other, refusing], test), steps.append)
-    assert first.whole.pixels == second.whole.pixels == first.hidden
+    first, second, third = run_to_end(compared_steps(several), steps.append)
+    assert first.whole.pixels == second.whole.pixels == first.pixels
     assert first.whole == evaluate_hold_out(run, test).whole
     assert third.coverage < 0.9
     assert set(third.blocks) == {1, 2}
@@ -141,9 +142,9 @@ def test_depth_that_is_distrusted_in_one_run_is_compared_in_none(run):
     mask[:, :30] = True
     test = HoldOutTest("random", (0,))
     runs = [run, replace(run, frame=run.frame.with_invalid_mask(mask))]
-    trusting, doubting = run_to_end(comparison_steps(runs, test))
-    assert trusting.whole.pixels == doubting.whole.pixels == doubting.hidden < trusting.hidden
-    assert not mask.ravel()[doubting.errors[0].places].any()
+    trusting, doubting = run_to_end(compared_steps([hold_out_steps(one, test) for one in runs]))
+    assert trusting.whole.pixels == doubting.whole.pixels == doubting.pixels < trusting.pixels
+    assert not mask.ravel()[doubting.parts[0].places].any()
 
 
 def test_bad_tests_are_refused(planes):
@@ -192,7 +193,7 @@ def test_a_sweep_of_two_on_hidden_depth_for_one_blocks_own_values(run):
     assert best.run.parameters_of(2) == own.replace(**best.values)
     assert best.run.parameters == QUICK, "the common values are as they were"
     assert best.values["centred"], "nothing is to be lifted from 0 m"
-    assert set(best.evaluated.blocks) == {2}
+    assert set(best.blocks) == {2}
     assert np.isnan(best.depth[:, :30][np.isnan(run.frame.depth[:, :30])]).all(), "block 1 was not run"
 
 

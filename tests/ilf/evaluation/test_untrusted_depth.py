@@ -45,8 +45,8 @@ def test_hold_out_leaves_it_out_unless_it_is_said_to_be_depth(folder, pattern):
     frames = [ilf.load_frame(folder, warn=False, invalid=invalid) for invalid in (None, 0)]
     runs = [ilf.Run(frame, LABELS, ilf.preset("paper", **QUICK)) for frame in frames]
     left, counted = (evaluate_hold_out(run, HoldOutTest(pattern, (0,))) for run in runs)
-    assert max(part.ground_truth.max() for part in left.errors) < 3
-    assert max(part.ground_truth.max() for part in counted.errors) == 10
+    assert max(part.ground_truth.max() for part in left.parts) < 3
+    assert max(part.ground_truth.max() for part in counted.parts) == 10
     np.testing.assert_array_equal(frames[0].depth, frames[1].depth, "it is still what the run completes")
 
 

@@ -106,40 +106,21 @@ def test_every_pixel_stays_in_its_place(tiny, size):
     np.testing.assert_allclose(found.crease, crease, atol=1e-6)
 
 
-@pytest.mark.parametrize("size", [(48, 64), (97, 33)])
-def test_coarse_depth_is_told_from_the_filled_one(tiny, size, monkeypatch):
-    monkeypatch.setattr("ilf.segmentation.edges.depth_edges.SCALES", (1.0,))
-    rgb, depth = noise(*size), two_walls(*size)
-    found = tiny.look(rgb, depth)
-    # one pixel of the pooled map is a square of 4 x 4, whose middle is at 1.5
-    largest = (rgb[4:12, 4:12].mean(axis=2) / 255).reshape(2, 4, 2, 4).max(axis=(1, 3))
-    offset = cv2.resize(largest.astype(np.float32), (8, 8))[3:5, 3:5]
-    np.testing.assert_allclose(found.coarse[7:9, 7:9], depth[7:9, 7:9] * np.exp(offset), rtol=1e-4)
-    np.testing.assert_allclose(found.spread[7:9, 7:9], np.exp(offset), rtol=1e-4)
-
-
 def test_large_frames_are_made_smaller_and_come_back(tiny):
     rgb = np.full((40, 2000, 3), 51, np.uint8)
     found = tiny.look(rgb, np.full((40, 2000), 2, np.float32))
     np.testing.assert_allclose(found.jump, np.full((40, 2000), 0.2), atol=1e-6)
 
 
-def test_without_known_depth_there_is_no_coarse_one(tiny):
+def test_without_known_depth_there_are_lines_too(tiny):
     found = tiny.look(noise(32, 40), np.full((32, 40), np.nan, np.float32))
-    assert found.coarse is None
-    assert found.jump.shape == (32, 40)
+    assert found.jump.shape == found.crease.shape == (32, 40)
 
 
-def test_a_single_known_pixel_is_not_lost_at_smaller_sizes(tiny):
-    depth = np.full((32, 40), np.nan, np.float32)
-    depth[13, 21] = 3
-    found = tiny.look(np.full((32, 40, 3), 51, np.uint8), depth)
-    np.testing.assert_allclose(found.coarse, 3 * np.exp(0.2), rtol=1e-4)
-
-
-def test_a_network_of_lines_alone_is_one_too(tmp_path):
+def test_a_network_of_lines_alone_is_one_too(tmp_path, tiny):
     network = DepthEdgeNetwork.load(write_network(tmp_path / "lines.onnx", [JUMP, *CREASE], INPUTS, LINES))
-    assert network.look(noise(32, 40), two_walls(32, 40)).spread is None
+    found, same = (one.look(noise(32, 40), two_walls(32, 40)) for one in (network, tiny))
+    np.testing.assert_array_equal(found.jump, same.jump)
 
 
 def test_depth_of_another_shape_is_refused(tiny):

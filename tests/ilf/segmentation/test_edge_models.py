@@ -192,7 +192,7 @@ REFUSED: dict[str, tuple[str, Callable[[Path], object], str]] = {
         lambda p: write_caffemodel(p, hed_weights(False) | {"conv2_1": hed_weights(False)["conv3_2"]}, False),
         "the layer conv2_1 is 6 x 6 x 3 x 3, not any x 5 x 3 x 3",
     ),
-    "two inputs": ("a.onnx", with_two_inputs, "has 2 inputs .x, y., not one image"),
+    "two inputs": ("a.onnx", with_two_inputs, "has 2 inputs, not one image"),
     "fixed size": (
         "a.onnx",
         lambda p: write_weighted_sum(p, helper.make_node("Reshape", ["sum", "baked"], ["strength"]), size=(48, 48)),
