@@ -107,7 +107,7 @@ class StatusFeature(Feature):
         self._data = context.views.data
         self._pixel: tuple[int, int] | None = None
         """The pixel (x, y) under the cursor; None if it is off the frame."""
-        context.views.cursorMoved.connect(self._point_at)
+        context.views.cursorMoved.connect(self.point_at)
         self._error = context.feature(ErrorFeature)
         add = context.refresh.add
         hinted = editor.tool_changed, editor.hint_changed, context.cloud.canvas.hover_changed, context.centre.turned
@@ -176,7 +176,7 @@ class StatusFeature(Feature):
 
     # readout under the cursor: position, block, depth in and out, expected error, compared runs, ground truth and error
 
-    def _point_at(self, pixel: tuple[int, int] | None) -> None:
+    def point_at(self, pixel: tuple[int, int] | None) -> None:
         self._pixel = pixel
         self.show_readout()
 
