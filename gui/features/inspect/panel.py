@@ -38,7 +38,7 @@ from ..panel import Panel
 from .marks import InspectMarks, measurement_marks, profile_marks, region_marks
 from .profile_page import ProfilePage
 from .profile_plot import profile_data
-from .statistics import COLUMNS, Mask, Statistics, StatisticsRequest, compute_statistics, metres
+from .statistics import COLUMNS, Mask, Statistics, StatisticsRequest, metres
 
 PROFILE, STATISTICS, MEASUREMENTS = range(3)
 """The pages."""
@@ -299,8 +299,6 @@ class InspectPanel(Panel):
         if self._of_region or chosen not in document.counts():
             return None, ""
         return document.labels == chosen, " and ".join(document.info(label).name for label in document.selected[:2])
-
-    compute = staticmethod(compute_statistics)
 
     def take(self, request: StatisticsRequest, answer: Statistics) -> None:
         self.statistics.set_rows(answer.rows())
