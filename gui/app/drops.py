@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from PySide6.QtCore import QEvent, QObject, QRectF, Qt
-from PySide6.QtGui import QColor, QDragEnterEvent, QDropEvent, QPainter, QPaintEvent, QPen, QWindow
-from PySide6.QtWidgets import QApplication, QWidget
+from PySide6.QtCore import QEvent, QObject, Qt
+from PySide6.QtGui import QDragEnterEvent, QDropEvent, QWindow
+from PySide6.QtWidgets import QApplication, QFrame, QVBoxLayout, QWidget
 
 from ilf._runtime.formatting import counted
 
 from ..base import theme
-from ..widgets.basics import TAKES_FILES
+from ..widgets.basics import TAKES_FILES, PlainLabel, lay_out
 
 _COPY = Qt.DropAction.CopyAction
 _BORDER = 4
@@ -19,7 +19,7 @@ _TINT = 40
 """Opacity of the colour over the window, of 255."""
 
 
-class FileDrops(QWidget):
+class FileDrops(QFrame):
     """An overlay over the window, visible while files are dragged over it.
 
     Files are always copied, never moved: after a move the sender may delete them. Other widgets do not accept files;
@@ -37,6 +37,8 @@ class FileDrops(QWidget):
         self.text = ""
         """The effect of a drop, for the user."""
         self.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
+        self._effect = PlainLabel()
+        lay_out(QVBoxLayout(self), self._effect).setAlignment(self._effect, Qt.AlignmentFlag.AlignCenter)
         self.hide()
         window.setAcceptDrops(True)
         application = QApplication.instance()
@@ -53,17 +55,14 @@ class FileDrops(QWidget):
         event.accept()
         name = paths[0].name or str(paths[0])
         self.text = "Drop to open " + (name if len(paths) == 1 else counted(len(paths), "item"))
+        self._write()
         self.setGeometry(self._window.rect())
         self.raise_()
         self.show()
 
-    def leave(self) -> None:
-        """Hide the overlay after the drag has left or was dropped."""
-        self.hide()
-
     def take(self, event: QDropEvent) -> list[Path]:
         """Return the dropped files; none if other content was dropped."""
-        self.leave()
+        self.hide()
         paths = _paths(event)
         if paths:
             event.setDropAction(_COPY)
@@ -94,29 +93,18 @@ class FileDrops(QWidget):
         event.ignore()
         return True
 
-    def paintEvent(self, event: QPaintEvent) -> None:
-        """Paint a border, and in the middle the effect of a drop."""
-        colours = theme.colours(self.palette())
-        tint = QColor(colours.accent)
-        tint.setAlpha(_TINT)
-        font = self.font()
-        font.setPointSizeF(1.4 * font.pointSizeF())
-        painter = QPainter(self)
-        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        painter.fillRect(self.rect(), tint)
-        painter.setPen(QPen(colours.accent, _BORDER))
-        half = _BORDER // 2
-        painter.drawRect(self.rect().adjusted(half, half, -half, -half))
-        painter.setFont(font)
-        text = painter.fontMetrics().elidedText(self.text, Qt.TextElideMode.ElideMiddle, self.width() // 2)
-        box = QRectF(painter.fontMetrics().boundingRect(text)).adjusted(-24, -14, 24, 14)
-        box.moveCenter(QRectF(self.rect()).center())
-        painter.setPen(QPen(colours.accent, 1))
-        painter.setBrush(colours.panel)
-        painter.drawRoundedRect(box, 6, 6)
-        painter.setPen(colours.text)
-        painter.drawText(box, Qt.AlignmentFlag.AlignCenter, text)
-        painter.end()
+    def _write(self) -> None:
+        """Write the effect of a drop into the middle, in the theme's colours."""
+        colours, size = theme.colours(self.palette()), 1.4 * self.font().pointSizeF()
+        accent, panel = colours.accent.name(), colours.panel.name()
+        self.setStyleSheet(
+            f"FileDrops {{ border: {_BORDER}px solid {accent}; background: #{_TINT:02x}{accent[1:]}; }}"
+            f"QLabel {{ color: {colours.text.name()}; background: {panel}; border: 1px solid {accent}; "
+            f"border-radius: 6px; padding: 14px 24px; font-size: {size}pt; }}"
+        )
+        self._effect.ensurePolished()
+        room, metrics = self._window.width() // 2, self._effect.fontMetrics()
+        self._effect.setText(metrics.elidedText(self.text, Qt.TextElideMode.ElideMiddle, room))
 
 
 def _paths(event: QDropEvent) -> list[Path]:

@@ -21,7 +21,7 @@ _LEAVE_S = 0.3
 
 
 class ErrorReporter(QObject):
-    """Reports uncaught errors of slots and threads; then the program continues, or `stop` is called.
+    """Reports uncaught errors of slots and threads from now on; then the program continues, or `stop` is called.
 
     Parameters
     ----------
@@ -38,9 +38,6 @@ class ErrorReporter(QObject):
         self._stop = stop
         # queued: errors may come from any thread
         self._met.connect(self._report, Qt.ConnectionType.QueuedConnection)
-
-    def watch(self) -> None:
-        """Install the handlers of uncaught errors."""
         sys.excepthook = self._take
         threading.excepthook = lambda met: self._take(met.exc_type, met.exc_value, met.exc_traceback)
 

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import os
 import sys
-from pathlib import Path
 
 from PySide6.QtCore import QObject, Qt, QTimer
 from PySide6.QtWidgets import QApplication
@@ -36,10 +34,7 @@ class HeadlessRun(QObject):
 
     def start(self) -> None:
         """Continue as soon as every frame is open."""
-        problem = "" if self._picture is None else _picture_problem(Path(self._picture))
-        if problem:
-            self.stop(problem)
-        elif self._window.loader.busy:
+        if self._window.loader.busy:
             self._window.loader.idle.connect(self._opened, Qt.ConnectionType.SingleShotConnection)
         else:
             self._opened()
@@ -104,15 +99,3 @@ class HeadlessRun(QObject):
         QApplication.setQuitOnLastWindowClosed(False)
         self._window.close()
         QApplication.quit()
-
-
-def _picture_problem(path: Path) -> str:
-    """Return why no screenshot can be written there, to fail before a long run; "" for no known problem."""
-    folder = path.absolute().parent
-    if path.is_dir():
-        return f"{path} is a folder: give the name of a file in it for the screenshot."
-    if not folder.is_dir():
-        return f"{folder} does not exist: create this folder for the screenshot, or use another."
-    if not os.access(folder, os.W_OK):
-        return f"{folder} cannot be written to: use another folder for the screenshot."
-    return ""

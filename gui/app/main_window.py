@@ -199,7 +199,7 @@ class MainWindow(QMainWindow):
 
     def dragLeaveEvent(self, event: QDragLeaveEvent) -> None:
         """Hide the drop overlay."""
-        self.drops.leave()
+        self.drops.hide()
 
     def dropEvent(self, event: QDropEvent) -> None:
         """Open the dropped files."""

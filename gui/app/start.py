@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import os
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
@@ -57,6 +57,8 @@ def _main(arguments: Sequence[str] | None) -> int:
         check_there([*options.frames, options.live])
         check_opencv()
         inputs = _inputs(options, reading)
+        if options.screenshot is not None:
+            _check_unattended(Path(options.screenshot), inputs.single)
     except IlfError as error:
         return _print_refusal(str(error))
     for name in reading.given:
@@ -96,29 +98,24 @@ def _run(options: argparse.Namespace, inputs: _Inputs) -> int:
     for package in ("pyqtgraph", "qtawesome"):
         optional(package, "ilf-studio[app]", "The window")
 
+    from .headless import HeadlessRun
     from .main_window import MainWindow
 
     window = MainWindow(persistent=options.screenshot is None)
     if options.size:
         window.resize(*options.size)
-    ErrorReporter(window.notes).watch()
+    is_unattended = options.run or options.screenshot is not None
+    unattended = HeadlessRun(window, options.run, options.screenshot) if is_unattended else None
+    ErrorReporter(window.notes, None if unattended is None else unattended.finish)
     if splash is not None:
         splash.close()
     window.show()
-    if not options.run and options.screenshot is None:
-        _open(window, options, inputs)
-        status = app.exec()
-        return status if present else exit_soon(status)
-
-    from .headless import HeadlessRun
-
-    unattended = HeadlessRun(window, options.run, options.screenshot)
-    if options.screenshot is not None:
-        ErrorReporter(window.notes, unattended.finish).watch()
-    _open(window, options, inputs, None if options.screenshot is None else unattended.note_failure)
-    QTimer.singleShot(0, unattended.start)
+    _open(window, options, inputs)
+    if unattended is not None:
+        QTimer.singleShot(0, unattended.start)
     status = app.exec()
-    status = unattended.status or status
+    if unattended is not None:
+        status = unattended.status or status
     return status if present else exit_soon(status)
 
 
@@ -203,10 +200,8 @@ class _Inputs(NamedTuple):
     single: list[Path]
 
 
-def _open(
-    window: MainWindow, options: argparse.Namespace, inputs: _Inputs, refuse: Callable[[str], None] | None = None
-) -> None:
-    """Open the inputs. A single file opens the dialog, or is refused where there is no user."""
+def _open(window: MainWindow, options: argparse.Namespace, inputs: _Inputs) -> None:
+    """Open the inputs; a single file opens the dialog."""
     if options.show == "cloud":
         window.centre.show_cloud()
     if options.sample:
@@ -215,14 +210,23 @@ def _open(
         from ..features.live import LiveFeature
 
         window.feature(LiveFeature).play(options.live, options.rate)
-    projects, records, sources, single = inputs
-    for source in sources:
+    for source in inputs.sources:
         window.documents.open_source(source)
-    if refuse is not None:
-        for path in single:
-            refuse(_missing_partner(path))
-        single = []
-    window.documents.open_paths([*projects, *records, *single])
+    window.documents.open_paths([*inputs.projects, *inputs.records, *inputs.single])
+
+
+def _check_unattended(picture: Path, single: Sequence[Path]) -> None:
+    """Raise InputError if no screenshot can be written there, before a long run, or if a user would be asked for the
+    partner of a file."""
+    folder = picture.absolute().parent
+    if picture.is_dir():
+        raise InputError(f"{picture} is a folder: give the name of a file in it for the screenshot.")
+    if not folder.is_dir():
+        raise InputError(f"{folder} does not exist: create this folder for the screenshot, or use another.")
+    if not os.access(folder, os.W_OK):
+        raise InputError(f"{folder} cannot be written to: use another folder for the screenshot.")
+    if single:
+        raise InputError(_missing_partner(single[0]))
 
 
 def _missing_partner(path: Path) -> str:

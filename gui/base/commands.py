@@ -10,7 +10,7 @@ from functools import cached_property, partial
 from typing import Any, TypeVar
 
 from PySide6.QtGui import QAction, QActionGroup, QIcon, QKeySequence
-from PySide6.QtWidgets import QMainWindow, QMenu, QToolBar, QToolButton, QWidget
+from PySide6.QtWidgets import QMainWindow, QMenu, QMenuBar, QToolBar, QToolButton, QWidget
 from shiboken6 import isValid
 
 from . import theme
@@ -140,21 +140,19 @@ class CommandAction(QAction):
         command = self._command
         return sentence(command.needs & self._missing()) or (command.why_off() if command.why_off is not None else "")
 
-    def enable(self, missing: Need) -> None:
-        """Enable the action, given what is missing; what else keeps it off counts only where a button is seen."""
-        asked = self._command.why_off is not None and any(
-            isinstance(button, QToolButton) and button.isVisible() for button in self.associatedObjects()
-        )
-        self._enable(missing, asked)
+    def enable(self, missing: Need, asked: bool = False) -> None:
+        """Enable the action, given what is missing; what else keeps it off counts only if it is asked for, or a button
+        is seen."""
+        needs, why_off = self._command.needs, self._command.why_off
+        self.setEnabled(not (needs & missing or (why_off is not None and (asked or self._is_seen()) and why_off())))
+
+    def _is_seen(self) -> bool:
+        return any(isinstance(button, QToolButton) and button.isVisible() for button in self.associatedObjects())
 
     def isEnabled(self) -> bool:
         """Whether the command can be used now, though the last change may not be told yet."""
-        self._enable(self._missing(), True)
+        self.enable(self._missing(), asked=True)
         return super().isEnabled()
-
-    def _enable(self, missing: Need, asked: bool) -> None:
-        needs, why_off = self._command.needs, self._command.why_off
-        self.setEnabled(not (needs & missing or (asked and why_off is not None and why_off())))
 
     def trigger(self) -> None:
         """Use the command if it can be used now."""
@@ -358,10 +356,8 @@ def plain(text: str) -> str:
 def action_entries(window: QMainWindow) -> list[ActionEntry]:
     """Return all actions of a window, each once: in the order of the menus, then those in no menu."""
     found: dict[QAction, str] = {}
-    for menu in _menus(window):
-        menu.aboutToShow.emit()  # some are filled when they open
-        for action, where in _actions(menu, plain(menu.title())):
-            found.setdefault(action, where)
+    for action, where in _actions(window.menuBar(), ""):
+        found.setdefault(action, where)
     for action in window.actions():
         found.setdefault(action, "")
     return [
@@ -376,16 +372,13 @@ def _entry(action: QAction, where: str) -> ActionEntry:
     return ActionEntry(key, plain(action.text()), where, action, hint_of(action), action.icon(), action.isChecked())
 
 
-def _menus(window: QMainWindow) -> list[QMenu]:
-    menus = [action.menu() for action in window.menuBar().actions()]
-    return [menu for menu in menus if isinstance(menu, QMenu)]
-
-
-def _actions(menu: QMenu, where: str) -> Iterator[tuple[QAction, str]]:
-    for action in menu.actions():
+def _actions(holder: QMenuBar | QMenu, where: str) -> Iterator[tuple[QAction, str]]:
+    """Yield the actions below a menu or the menu bar, with the titles of their menus."""
+    for action in holder.actions():
         below = action.menu()
         if isinstance(below, QMenu):
-            below.aboutToShow.emit()
-            yield from _actions(below, f"{where} › {plain(below.title())}")
+            below.aboutToShow.emit()  # some are filled when they open
+            title = plain(below.title())
+            yield from _actions(below, f"{where} › {title}" if where else title)
         elif not action.isSeparator():
             yield action, where

@@ -54,6 +54,19 @@ _FRAMED = {
 }
 """Widgets on the window's ground, of which Qt draws frames alone in the window's colour -> how many per cent darker."""
 
+_Role = QPalette.ColorRole
+_ROLES = {
+    "window": (_Role.Window, _Role.AlternateBase),
+    "base": (_Role.Base, _Role.ToolTipBase),
+    "text": (_Role.WindowText, _Role.Text, _Role.ButtonText, _Role.ToolTipText),
+    "muted": (_Role.PlaceholderText,),
+    "border": (_Role.Mid, _Role.Dark),
+    "accent": (_Role.Highlight, _Role.Link, _Role.LinkVisited, _Role.Accent),
+    "on_accent": (_Role.HighlightedText,),
+    "button": (_Role.Button, _Role.Light, _Role.Midlight),
+}
+"""Colour of the theme -> what it is used for by Qt."""
+
 _SERIES = {False: ("#1060e8", "#a04000", "#0a6058", "#700a80"), True: ("#4a90f2", "#fb7a35", "#1fb888", "#f3b8f4")}
 """Whether dark -> the colours of lines in one plot."""
 
@@ -146,13 +159,9 @@ def _colours(base: int, window: int, text: int, accent: int) -> Colours:
         background=QColor(base),
         panel=QColor(window),
         text=QColor(text),
-        muted=QColor(tones["muted"]),
-        border=QColor(tones["border"]),
         grid=QColor(_LINE),
         accent=QColor(accent),
-        warning=QColor(tones["warning"]),
-        error=QColor(tones["error"]),
-        good=QColor(tones["good"]),
+        **{name: QColor(tones[name]) for name in ("muted", "border", "warning", "error", "good")},
         series=tuple(QColor(name) for name in _SERIES[dark]),
     )
 
@@ -161,6 +170,11 @@ def blend(first: QColor, second: QColor, share: float) -> QColor:
     """Blend two colours; `share` is the weight of the second."""
     pairs = (first.redF(), second.redF()), (first.greenF(), second.greenF()), (first.blueF(), second.blueF())
     return QColor.fromRgbF(*(a + (b - a) * share for a, b in pairs))
+
+
+def faded(colour: QColor, opacity: int) -> QColor:
+    """Return a colour with an opacity, of 255."""
+    return QColor(colour.red(), colour.green(), colour.blue(), opacity)
 
 
 def icon(name: str, palette: QPalette, tone: str = "text") -> QIcon:
@@ -173,43 +187,15 @@ def icon(name: str, palette: QPalette, tone: str = "text") -> QIcon:
 def _icon(name: str, colour: int, active: int, muted: int) -> QIcon:
     import qtawesome
 
-    faint = QColor(muted)
-    faint.setAlpha(110)
+    faint = faded(QColor(muted), 110)
     return qtawesome.icon(name, color=QColor(colour), color_active=QColor(active), color_disabled=faint)
 
 
 def _palette(tones: dict[str, str]) -> QPalette:
     palette = QPalette()
-    roles = {
-        QPalette.ColorRole.Window: "window",
-        QPalette.ColorRole.WindowText: "text",
-        QPalette.ColorRole.Base: "base",
-        QPalette.ColorRole.AlternateBase: "window",
-        QPalette.ColorRole.Text: "text",
-        QPalette.ColorRole.Button: "button",
-        QPalette.ColorRole.ButtonText: "text",
-        QPalette.ColorRole.ToolTipBase: "base",
-        QPalette.ColorRole.ToolTipText: "text",
-        QPalette.ColorRole.PlaceholderText: "muted",
-        QPalette.ColorRole.Highlight: "accent",
-        QPalette.ColorRole.HighlightedText: "on_accent",
-        QPalette.ColorRole.Link: "accent",
-        QPalette.ColorRole.LinkVisited: "accent",
-        QPalette.ColorRole.Light: "button",
-        QPalette.ColorRole.Midlight: "button",
-        QPalette.ColorRole.Mid: "border",
-        QPalette.ColorRole.Dark: "border",
-        QPalette.ColorRole.Accent: "accent",
-    }
-    for role, tone in roles.items():
-        palette.setColor(role, QColor(tones[tone]))
-    faint = QColor(tones["muted"])
-    faint.setAlpha(140)
-    for role in (
-        QPalette.ColorRole.WindowText,
-        QPalette.ColorRole.Text,
-        QPalette.ColorRole.ButtonText,
-        QPalette.ColorRole.PlaceholderText,
-    ):
-        palette.setColor(QPalette.ColorGroup.Disabled, role, faint)
+    for tone, roles in _ROLES.items():
+        for role in roles:
+            palette.setColor(role, QColor(tones[tone]))
+    for role in (*_ROLES["text"][:3], *_ROLES["muted"]):
+        palette.setColor(QPalette.ColorGroup.Disabled, role, faded(QColor(tones["muted"]), 140))
     return palette

@@ -4,21 +4,11 @@ from __future__ import annotations
 
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QGuiApplication
-from PySide6.QtWidgets import (
-    QApplication,
-    QDialog,
-    QDialogButtonBox,
-    QFormLayout,
-    QHBoxLayout,
-    QLabel,
-    QPushButton,
-    QVBoxLayout,
-    QWidget,
-)
+from PySide6.QtWidgets import QApplication, QMessageBox, QWidget
 
 from ..base.commands import command
 from ..base.versions import versions, versions_text
-from ..widgets.basics import lay_out, open_once
+from ..widgets.basics import open_once
 from .context import Feature
 
 _ICON = 64
@@ -30,41 +20,22 @@ _TEXT = (
 )
 
 
-class AboutDialog(QDialog):
+class AboutDialog(QMessageBox):
     """The dialog with name, purpose, paper and all versions, which a button copies."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
-        self.setWindowTitle("About ILF Studio")
         known = versions()
-        icon = QLabel()
-        icon.setPixmap(QApplication.windowIcon().pixmap(_ICON))
-        about = QLabel(f"<h2>ILF Studio {known['ILF Studio']}</h2>{_TEXT}")
-        about.setWordWrap(True)
-        about.setOpenExternalLinks(True)
-        about.setMinimumWidth(360)
-        numbers = QFormLayout()
-        numbers.setHorizontalSpacing(14)
-        numbers.setVerticalSpacing(3)
-        for name, number in list(known.items())[1:]:
-            value = QLabel(number)
-            value.setWordWrap(True)
-            value.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
-            numbers.addRow(name, value)
-        column = QVBoxLayout()
-        column.addWidget(about)
-        column.addSpacing(6)
-        column.addLayout(numbers)
-        icon.setAlignment(Qt.AlignmentFlag.AlignTop)
-        row = lay_out(QHBoxLayout(), icon, column, spacing=16, stretched=column)
-        buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
-        buttons.rejected.connect(self.reject)
-        self.copy_button = QPushButton("&Copy versions")
+        heading = f"<h2>ILF Studio {known.pop('ILF Studio')}</h2>"
+        rows = (f"<tr><td>{name}&nbsp;&nbsp;</td><td>{number}</td></tr>" for name, number in known.items())
+        text = f"{heading}{_TEXT}<table>{''.join(rows)}</table>"
+        super().__init__(QMessageBox.Icon.NoIcon, "About ILF Studio", text, QMessageBox.StandardButton.Close, parent)
+        self.setIconPixmap(QApplication.windowIcon().pixmap(_ICON))
+        self.setTextInteractionFlags(Qt.TextInteractionFlag.TextBrowserInteraction)
+        self.copy_button = self.addButton("&Copy versions", QMessageBox.ButtonRole.ActionRole)
         self.copy_button.setToolTip("Copy all versions, for a bug report")
+        self.copy_button.clicked.disconnect()  # it would close the box
         self.copy_button.clicked.connect(lambda: QGuiApplication.clipboard().setText(versions_text()))
-        buttons.addButton(self.copy_button, QDialogButtonBox.ButtonRole.ActionRole)
-        buttons.button(QDialogButtonBox.StandardButton.Close).setDefault(True)
-        lay_out(QVBoxLayout(self), row, buttons, margins=(18, 18, 18, 14), spacing=14)
+        self.setDefaultButton(QMessageBox.StandardButton.Close)
 
 
 class WindowFeature(Feature):

@@ -18,10 +18,8 @@ from ilf._runtime.stepping import mapped_steps
 from ilf.completion.completion import guide_text
 from ilf.completion.edge_aware.fitted_guide import fit_guide
 from ilf.data.frame import RGBDFrame
-from ilf.data.guide import Gives
 from ilf.evaluation.hold_out import compared_steps, hold_out_steps
 from ilf.io.frame_additions import load_guide
-from ilf.io.guide_models import add_guide, fetch_guide
 from ilf.run.run import Run
 from ilf.sources.frame_ref import FrameRef
 from ilf.sources.neighbours import around, neighbour_steps
@@ -39,7 +37,7 @@ from ..widgets.notices import error_text
 from ..work.jobs import spare_cores
 from .context import Context
 from .documents.frame_files import guide_files
-from .guide_networks import GuideNetworksDialog
+from .guide_networks import Add, Fetch, GuideNetworksDialog
 from .panel import Panel
 from .sequence.moments import place_of
 
@@ -79,30 +77,6 @@ class _Load:
         share = (fitted.confidence > 0).mean()
         name = Path(self.path).name
         return frame, f"Guide {name}: It covers {share:.0%} of the pixels, and is {guide_text(frame)}."
-
-
-@dataclass(frozen=True, eq=False)
-class _Fetch:
-    """Fetch a guide network."""
-
-    name: str
-    progressed: Callable[[float], object]
-    """Called with the share done; in the worker's thread."""
-
-    def answer(self) -> str:
-        fetch_guide(self.name, lambda here, whole: self.progressed(min(here / max(whole, 1), 1.0)))
-        return self.name
-
-
-@dataclass(frozen=True, eq=False)
-class _Add:
-    """Add a guide network from a file."""
-
-    path: str
-    gives: Gives
-
-    def answer(self) -> str:
-        return add_guide(self.path, gives=self.gives).stem
 
 
 @dataclass(frozen=True, eq=False)
@@ -146,8 +120,8 @@ class _Compare:
         )
 
 
-Request = _Load | _Fetch | _Add | _Search | _Compare
-_DOING = {_Load: "Load guide", _Fetch: "Fetch network", _Add: "Add network", _Search: "Use neighbours"}
+Request = _Load | Fetch | Add | _Search | _Compare
+_DOING = {_Load: "Load guide", Fetch: "Fetch network", Add: "Add network", _Search: "Use neighbours"}
 
 
 def _completed(run: Run, first: float) -> Generator[float, None, Depth]:
@@ -293,8 +267,6 @@ class AdditionalDepthPanel(Panel):
     def choose_network(self) -> None:
         """Fetch a network that predicts depth from colour, or choose one that is here, and use it as guide."""
         dialog = GuideNetworksDialog(self.context.window, self.context.workspace.has_current, self._requests)
-        dialog.fetch_requested.connect(lambda name: self.ask(_Fetch(name, self._requests.progressed.emit)))
-        dialog.add_requested.connect(lambda path, gives: self.ask(_Add(path, gives)))
         dialog.use_requested.connect(lambda name: self.ask(_Load(self._document, self._frame, name)))
         dialog.use_requested.connect(lambda _: self.reveal())
         dialog.finished.connect(lambda _: setattr(self, "_networks", None))
@@ -354,7 +326,7 @@ class AdditionalDepthPanel(Panel):
 
     def take(self, request: Request, answer: object) -> None:
         workspace = self.context.workspace
-        if isinstance(request, _Fetch | _Add):
+        if isinstance(request, Fetch | Add):
             self.context.notes.show_message(f"The guide network {answer} is ready.")
             if self._networks is not None:
                 self._networks.show_networks(str(answer))
@@ -379,7 +351,7 @@ class AdditionalDepthPanel(Panel):
     def fail(self, request: Request, error: Exception) -> None:
         if isinstance(request, _Compare):
             self._sections[request.kind].effect.show_message(error_text(error), "error")
-        elif isinstance(request, _Fetch | _Add) and self._networks is not None:
+        elif isinstance(request, Fetch | Add) and self._networks is not None:
             self._networks.message.show_message(error_text(error), "error")
         else:
             self.context.notes.report(_DOING[type(request)], error)

@@ -32,6 +32,8 @@ _NO_INTRINSICS = (
     "Open it again and choose a camera, or give fx, fy, cx, cy."
 )
 _NONE_SELECTED = "No block is selected.\nClick a block in the images or in the table, or show the whole cloud."
+_SHOWN = Part.DEPTH | Part.EXPECTED_ERROR | Part.GROUND_TRUTH | Part.COMPARED | Part.INFOS | Part.SELECTION
+_SHOWN |= Part.PROPOSAL
 _NOTHING_KNOWN = "There is no depth to show."
 
 
@@ -84,18 +86,7 @@ class CloudFeature(Feature):
         context.refresh.add(
             "cloud",
             self.show,
-            Part.FRAME
-            | Part.LABELS
-            | Part.INFOS
-            | Part.SELECTION
-            | Part.RESULTS
-            | Part.GROUND_TRUTH
-            | Part.COMPARED
-            | Part.EXPECTED_ERROR
-            | Part.INVALID_MASK
-            | Part.NEIGHBOURS
-            | Part.PROPOSAL
-            | Part.ITERATION,
+            _SHOWN,
             deferred_on=Part.SOME_RESULTS,
             when=cloud.isVisible,
             also=(
@@ -146,7 +137,9 @@ class CloudFeature(Feature):
             request = self._present_request(document, document.frame.intrinsics)
             if not request.is_same(self._request):
                 self._request = request
-                self._questions.ask(_Request(request, self._scene_before(request)))
+                made = self._made
+                before = made[1] if made is not None and request.has_same_points(made[0]) else None
+                self._questions.ask(_Request(request, before))
 
     def _turn(self) -> None:
         """Release the data of a frame that is not shown any more."""
@@ -169,7 +162,11 @@ class CloudFeature(Feature):
         else:
             depth = document.frame.depth if completion is None or raw else completion.depth
             if document.proposal is not None and not raw:
-                depth, title = self._with_proposal(document, depth), f"{title}, with the proposed surface"
+                known, title = self._proposed, f"{title}, with the proposed surface"
+                # the same object for the same two, so that the cloud is not built again
+                if known is None or known[0] is not depth or known[1] is not document.proposal:
+                    self._proposed = known = depth, document.proposal, document.with_proposal(depth)
+                depth = known[2]
         chosen = frozenset(document.selected) if self._cloud.chosen_only.isChecked() else None
         if chosen is None and by is not ColourBy.BLOCK:
             self._blocks = None
@@ -191,13 +188,6 @@ class CloudFeature(Feature):
             self._marks(document, by, shades),
         )
         return CloudRequest(document.key, intrinsics, subject, by, chosen, title)
-
-    def _with_proposal(self, document: Document, depth: NDArray[np.float32]) -> NDArray[np.float32]:
-        """The depth with the proposal; the same object for the same two, so that the cloud is not built again."""
-        known = self._proposed
-        if known is None or known[0] is not depth or known[1] is not document.proposal:
-            self._proposed = known = depth, document.proposal, document.with_proposal(depth)
-        return known[2]
 
     def _layer(self, document: Document, depth: NDArray[np.float32], content: str, shades: theme.Colours) -> Layer:
         """The layer of a content of the images for this depth, in their colour ranges."""
@@ -232,10 +222,6 @@ class CloudFeature(Feature):
         if self._blocks is None:
             self._blocks = document.labels.copy(), colour_table(document, int(document.labels.max()))
         return self._blocks
-
-    def _scene_before(self, request: CloudRequest) -> Scene | None:
-        """The existing scene if it has the requested points, else None."""
-        return self._made[1] if self._made is not None and request.has_same_points(self._made[0]) else None
 
     def _take(self, question: _Request, scene: Scene) -> None:
         request = question.request

@@ -6,7 +6,6 @@ import numpy as np
 import pyqtgraph as pg
 from numpy.typing import NDArray
 from PySide6.QtCore import QSignalBlocker, Qt, QTimer, Signal
-from PySide6.QtGui import QColor
 from PySide6.QtWidgets import QDoubleSpinBox, QHBoxLayout, QStackedWidget, QVBoxLayout, QWidget
 
 from ..base import theme
@@ -100,12 +99,8 @@ class Histogram(Themed, pg.PlotWidget):
         font.setPointSizeF(font.pointSizeF() * 0.85)
         self.setBackground(colours.background)
         self._curve.setPen(pg.mkPen(colours.muted))
-        tint = QColor(colours.muted)
-        tint.setAlpha(90)
-        self._curve.setBrush(tint)
-        band = QColor(colours.accent)
-        band.setAlpha(36)
-        self._region.setBrush(band)
+        self._curve.setBrush(theme.faded(colours.muted, 90))
+        self._region.setBrush(theme.faded(colours.accent, 36))
         for line in self._region.lines:
             line.setPen(pg.mkPen(colours.accent, width=2))
             line.setHoverPen(pg.mkPen(colours.accent, width=4))
@@ -189,7 +184,7 @@ class ColourRange(Panel):
         self.heading = PlainLabel()
         self.mode = combo(MODES, "How the range is computed: robust leaves out 1 % of the values at each end")
         self.mode.setAccessibleName("Range mode")
-        self.mode.activated.connect(lambda _: self._set_mode(self.mode.currentData()))
+        self.mode.activated.connect(self._set_mode)
         self.low, self.high = (self._number(f"{end} limit of the colour range") for end in ("Lower", "Upper"))
         self.map = combo({name: name.capitalize() for name in DEPTH_MAPS}, "Colour map of depth")
         self.map.setAccessibleName("Colour map of depth")
@@ -285,8 +280,8 @@ class ColourRange(Panel):
         self.context.views.ranges.set(kind, FIXED, levels, locked=False)
         self.context.notes.show_briefly(f"Colour range of {where}: {levels[0]:.4g} to {levels[1]:.4g} {KINDS[kind]}.")
 
-    def _set_mode(self, mode: str) -> None:
-        cell = self.context.views.ranged
+    def _set_mode(self) -> None:
+        cell, mode = self.context.views.ranged, self.mode.currentData()
         kind, levels = cell.range_kind, cell.bar.levels
         self.context.views.ranges.set(kind, mode, levels if mode == FIXED else None)
 

@@ -146,9 +146,12 @@ def _block_curve(document: Document, label: int) -> Curve:
     info = document.info(label)
     parameters = document.parameters_of(label)
     metres = _criterion(parameters)
+    limit, live = "", label in document.results.live
     remarks = ["own"] if "s_criteria" in document.blocks.own.get(label, {}) else []
     result = document.valid_results().get(label)
-    if result is not None and result.history and label not in document.results.live:
+    if result is not None and not live and result.outcome.status is Status.ITERATION_LIMIT:
+        limit = result.outcome.message
+    if result is not None and result.history and not live:
         then = _criterion(result.parameters)
         if then is not None and then != metres:
             remarks.append(f"run used {length_text(then)}")
@@ -158,7 +161,7 @@ def _block_curve(document: Document, label: int) -> Curve:
         document.records_of(label),
         s_criteria=metres,
         remark=", ".join(remarks),
-        limit="" if label in document.results.live else _limit(result),
+        limit=limit,
         corrected=math.nan if result is None else _corrected_error(result, document.frame),
     )
 
@@ -174,12 +177,6 @@ def _compared_curves(document: Document, labels: Sequence[int]) -> list[Curve]:
                 corrected = _corrected_error(result, kept.run.frame)
                 curves.append(Curve(name, kept.colour, result.history, dashed=True, corrected=corrected))
     return curves
-
-
-def _limit(result: BlockResult | None) -> str:
-    """The sentence on a result whose iteration ended at a limit; "" for others."""
-    at_limit = result is not None and result.outcome.status is Status.ITERATION_LIMIT
-    return result.outcome.message if result is not None and at_limit else ""
 
 
 def _corrected_error(result: BlockResult, frame: RGBDFrame) -> float:

@@ -5,12 +5,11 @@ from __future__ import annotations
 import html
 import math
 from dataclasses import dataclass, replace
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QObject, Qt
-from PySide6.QtGui import QAction, QResizeEvent, QTextDocument
+from PySide6.QtGui import QAction, QResizeEvent
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QSizePolicy, QWidget
 
 from ilf._runtime.formatting import grouped, millimetres
@@ -21,7 +20,6 @@ from ilf.segmentation.editing.patches import LabelPatch
 
 from ..base import theme
 from ..base.commands import command
-from ..state.document import Document
 from ..state.edits import DrawnChange, Edit
 from ..state.parts import Part
 from ..state.workspace import Workspace
@@ -42,26 +40,6 @@ _MARGIN = 8
 _EMPTY = "The effect of your last edit appears here."
 
 
-class _Labels(NamedTuple):
-    moved: str
-    filled: str
-    by_ground_truth: str
-    held_out: str
-    equal: str
-    expected: str
-
-
-_LONG = _Labels(
-    "{} px moved",
-    "filled {}",
-    "RMSE against ground truth {}",
-    "hold-out {}",
-    " (equal within {} mm)",
-    "expected error, RMS {}",
-)
-_SHORT = _Labels("{} px", "filled {}", "ground truth {}", "hold-out {}", " (±{} mm)", "expected RMS {}")
-
-
 class EditSummaryLine(Themed, QWidget):
     """Line that shows the last edit and whether it reduced the error.
 
@@ -78,8 +56,8 @@ class EditSummaryLine(Themed, QWidget):
             "Effect of the last edit, before and after; green is better and red is worse where it is certain. Ground "
             "truth, if the frame has one: root mean square error of the pixels filled in the edited blocks. Hold-out: "
             "known depth near the edited border is hidden, and the blocks there are completed without it; mean "
-            "absolute error, equal where the difference is smaller than its uncertainty (95 %). Expected error: an "
-            "estimate. Hold Z to see the state before the edit."
+            "absolute error, equal where the difference is smaller than its uncertainty (95 %), which follows it. "
+            "Expected RMS: an estimate. Hold Z to see the state before the edit."
         )
         self.row = lay_out(QHBoxLayout(self), self.label, margins=(_MARGIN, 2, _MARGIN, 2), stretched=self.label)
         self._content: tuple[str, EditSummary | None, str] | None = None
@@ -109,7 +87,6 @@ class EditSummaryLine(Themed, QWidget):
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
         self.label.setWordWrap(self.height() > 2 * self.fontMetrics().height())  # beside the film strip
-        self._write()
 
     def _write(self) -> None:
         if self._content is None:
@@ -121,36 +98,25 @@ class EditSummaryLine(Themed, QWidget):
             tone = theme.colours(self.palette()).accent.name()
             self.label.setText(f'<span style="color:{tone}"><b>Before the edit: {html.escape(text)}</b></span>')
             return
-        words = self._words(_LONG, text, effect, note)
-        room = self.contentsRect().width() - 2 * _MARGIN
-        if effect is not None and _width(words, self.label) > (2 * room if self.label.wordWrap() else room):
-            words = self._words(_SHORT, text, effect, note)
-        self.label.setText(words)
-
-    def _words(self, names: _Labels, text: str, effect: EditSummary | None, note: str) -> str:
         parts = [f"<b>{html.escape(text)}</b>"]
         if effect is not None:
-            parts.append(names.moved.format(grouped(effect.moved)))
+            parts.append(f"{grouped(effect.moved)} px moved")
             if effect.filled is not None and effect.filled[0] != effect.filled[1]:
                 before, after = effect.filled
-                parts.append(names.filled.format(self._tinted(grouped(before), f"{grouped(after)} px", None)))
+                parts.append(f"filled {self._tinted(grouped(before), f'{grouped(after)} px', None)}")
             if effect.by_ground_truth is not None:
-                parts.append(names.by_ground_truth.format(self._change(*effect.by_ground_truth)))
+                parts.append(f"ground truth {self._change(*effect.by_ground_truth)}")
             if effect.held_out is not None:
-                parts.append(self._held_out(names, effect, effect.held_out))
+                parts.append(f"hold-out {self._change(*effect.held_out, certain=effect.held_out_differs)}")
+                if not effect.held_out_differs and math.isfinite(effect.margin):
+                    parts[-1] += f" (±{millimetres(effect.margin)} mm)"
             if effect.expected is not None:
                 tone = theme.colours(self.palette()).muted.name()
-                text = names.expected.format(" → ".join(map(millimetres, effect.expected)) + " mm")
-                parts.append(f'<span style="color:{tone}">{text}</span>')
+                expected = " → ".join(map(millimetres, effect.expected))
+                parts.append(f'<span style="color:{tone}">expected RMS {expected} mm</span>')
         if note:
             parts.append(html.escape(note))
-        return " &nbsp;·&nbsp; ".join(parts)
-
-    def _held_out(self, names: _Labels, effect: EditSummary, errors: tuple[float, float]) -> str:
-        """Return the errors on hold-out as text: coloured if their difference exceeds its margin."""
-        text = names.held_out.format(self._change(*errors, certain=effect.held_out_differs))
-        uncertain = not effect.held_out_differs and math.isfinite(effect.margin)
-        return text + names.equal.format(millimetres(effect.margin)) if uncertain else text
+        self.label.setText(" &nbsp;·&nbsp; ".join(parts))
 
     def _change(self, before: float, after: float, certain: bool = True) -> str:
         """Return two errors [m] as text, coloured as better or worse if that is certain."""
@@ -163,15 +129,6 @@ class EditSummaryLine(Themed, QWidget):
         colours = theme.colours(self.palette())
         tone = {True: colours.good, False: colours.error, None: colours.text}[better]
         return f'{before} → <span style="color:{tone.name()}"><b>{after}</b></span>'
-
-
-def _width(text: str, label: QLabel) -> float:
-    """Return the width of rich text in a label's font [px]."""
-    document = QTextDocument()
-    document.setDocumentMargin(0)
-    document.setDefaultFont(label.font())
-    document.setHtml(text)
-    return document.idealWidth()
 
 
 _UNKNOWN = "too little known depth nearby to evaluate it"
@@ -293,7 +250,7 @@ class EditSummaryPresenter(QObject):
             return
         document = change.document
         solved = bool(document.results.kept) or not self._live.isChecked()
-        if solved and not all(document.is_up_to_date(label) for label in self._there(document)):
+        if solved and not all(document.is_up_to_date(label) for label in change.blocks & document.counts().keys()):
             return  # they are not completed yet
         self._asked = True
         run = document.run(self._workspace.parameters.current)
@@ -303,9 +260,6 @@ class EditSummaryPresenter(QObject):
         """Evaluate the edit again, because the ground truth has changed."""
         self._asked = self._change is None
         self._go_on()
-
-    def _there(self, document: Document) -> frozenset[int]:
-        return frozenset() if self._change is None else self._change.blocks & document.counts().keys()
 
     def _note_idle(self) -> None:
         """Note the completion before an edit, unless a run is changing it."""

@@ -26,8 +26,6 @@ class ErrorFeature(Feature):
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)
-        self._workspace = context.workspace
-        self._runs = context.runs
         self._views = views = context.views
         self._watchers: list[Callable[[], bool]] = []
         self._questions = LatestRequest[_Question, ErrorEstimate](_find, self)
@@ -52,16 +50,16 @@ class ErrorFeature(Feature):
 
     def ask(self) -> None:
         """Compute the expected error of the current results if it is visible and no run is changing them."""
-        if not self._workspace.has_current:
+        if not self.context.workspace.has_current:
             return
-        document = self._workspace.current
+        document = self.context.workspace.current
         completion = document.completion()
         if (
             completion is not None
             and document.expected_error() is None
             and completion is not self._views.data.without_error
             and (self._views.shows("expected") or any(is_seen() for is_seen in self._watchers))
-            and self._runs.state in (RunState.IDLE, RunState.PAUSED)
+            and self.context.runs.state in (RunState.IDLE, RunState.PAUSED)
         ):
             self._questions.ask(_Question(document, completion))
 
@@ -70,7 +68,7 @@ class ErrorFeature(Feature):
 
     def _fail(self, question: _Question, error: Exception) -> None:
         self._views.data.without_error = question.completion
-        self._workspace.note(Part.EXPECTED_ERROR)
+        self.context.workspace.note(Part.EXPECTED_ERROR)
         self.context.notes.report("Expected error", error)
 
 

@@ -294,7 +294,9 @@ class ExtractionPanel(Panel):
             title = "With these parameters" if fits else "With other parameters"
         blocks = found.extraction.blocks
         locked, by_hand = workspace.current.staying(workspace.parameters.keeps_handmade)
-        around = _describe_around(len(locked), len(by_hand))
+        kinds = (len(locked), "locked"), (len(by_hand), "made by hand")
+        kept = " and ".join(f"{counted(count, 'block')} {kind}" for count, kind in kinds if count)
+        around = f", around {kept}" if kept else ""
         took = f"{1000 * found.seconds:.0f} ms" if found.seconds < 1 else f"{found.seconds:.1f} s"
         return f"{title}: {describe_blocks(int(blocks.max()), blocks)}{around}, in {took}."
 
@@ -303,10 +305,3 @@ class ExtractionPanel(Panel):
         if watched is self.widget and event.type() == QEvent.Type.PaletteChange:
             self.redraw()
         return super().eventFilter(watched, event)
-
-
-def _describe_around(locked: int, by_hand: int) -> str:
-    """Return which kept blocks the new blocks surround; "" for none."""
-    kinds = (locked, "locked"), (by_hand, "made by hand")
-    parts = [f"{counted(count, 'block')} {kind}" for count, kind in kinds if count]
-    return f", around {' and '.join(parts)}" if parts else ""

@@ -6,7 +6,6 @@ from collections.abc import Generator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from PySide6.QtGui import QStandardItemModel
 from PySide6.QtWidgets import QHBoxLayout, QVBoxLayout, QWidget
 
 from ilf.data.blocks import OwnValues
@@ -95,10 +94,10 @@ class FilterPanel(Panel):
         # with an icon it is cut off in a small window
         self.form.footer.insertWidget(1, command_button(actions["try_parameters"], TEXT))
 
-        scope = lay_out(QHBoxLayout(), self._all, self.scope, spacing=2, stretched=(self._all, self.scope))
+        texts = self._all, self.scope
+        scope = lay_out(QHBoxLayout(), *texts, *self._own_buttons, spacing=2, stretched=texts)
         for button in self._own_buttons:
             button.hide()  # a panel is as wide as it is at first
-            scope.addWidget(button)
         self._choices = form(("Parameters for", scope), ("Preset", self.presets), ("Frames", self.frames))
         widget = QWidget()
         lay_out(QVBoxLayout(widget), self._choices, self.form, self.work, margins=(8, 8, 4, 4), stretched=self.form)
@@ -143,9 +142,6 @@ class FilterPanel(Panel):
         those of all frames, others relative to their preset."""
         workspace = self.context.workspace
         chosen = workspace.current.selected if workspace.has_current else ()
-        model = self.scope.model()
-        if isinstance(model, QStandardItemModel):
-            model.item(1).setEnabled(bool(chosen))
         text = "Selected blocks" if not chosen else f"{len(chosen)} selected blocks"
         self.scope.setItemText(1, f"{workspace.current.info(chosen[0]).name} only" if len(chosen) == 1 else text)
         if not chosen:

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any
 from urllib.parse import urlsplit
 
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QDialog, QDialogButtonBox, QPushButton, QTreeWidgetItem, QWidget
 
-from ilf.data.guide import GuideCard
+from ilf.data.guide import Gives, GuideCard
 from ilf.io.frame_additions import NETWORK_SUFFIX
-from ilf.io.guide_models import damaged_cards, guide_cards, guide_file, licence_text, state_of
+from ilf.io.guide_models import add_guide, damaged_cards, fetch_guide, guide_cards, guide_file, licence_text, state_of
 
 from ..widgets.basics import Message, combo, give_size, label_of, row, row_list, stack
 from ..widgets.file_choice import choose_file
@@ -29,21 +31,41 @@ GIVES = {
 """What guides give, in words."""
 
 
+@dataclass(frozen=True, eq=False)
+class Fetch:
+    """Request: fetch a guide network."""
+
+    name: str
+    progressed: Callable[[float], object]
+    """Called with the share done; in the worker's thread."""
+
+    def answer(self) -> str:
+        fetch_guide(self.name, lambda here, whole: self.progressed(min(here / max(whole, 1), 1.0)))
+        return self.name
+
+
+@dataclass(frozen=True, eq=False)
+class Add:
+    """Request: add a guide network from a file."""
+
+    path: str
+    gives: Gives
+
+    def answer(self) -> str:
+        return add_guide(self.path, gives=self.gives).stem
+
+
 class GuideNetworksDialog(QDialog):
     """Dialog with a row for each network. Nothing is fetched before *Fetch* is pressed, and its work is done elsewhere:
     closing the dialog does not end it.
 
     Signals
     -------
-    fetch_requested(str), use_requested(str)
-        Request to fetch the network of this name, or to use it as guide of the frame.
-    add_requested(str, str)
-        Request to add a network from a file, and what it gives.
+    use_requested(str)
+        Request to use the network of this name as guide of the frame.
     """
 
-    fetch_requested = Signal(str)
     use_requested = Signal(str)
-    add_requested = Signal(str, str)
 
     def __init__(self, parent: QWidget, has_frame: bool, requests: LatestRequest[Any, Any]) -> None:
         super().__init__(parent)
@@ -71,7 +93,7 @@ class GuideNetworksDialog(QDialog):
         self.add_button = QPushButton("&Add file…", autoDefault=False)
         self.add_button.setToolTip("Add an ONNX file: one that was copied from another computer, or of your own")
         self.gives = combo(GIVES, "What a network of your own predicts; it is fitted to known depth as that")
-        self.fetch_button.clicked.connect(lambda: self.fetch_requested.emit(self.chosen()))
+        self.fetch_button.clicked.connect(lambda: requests.ask(Fetch(self.chosen(), requests.progressed.emit)))
         self.use_button.clicked.connect(self._use)
         self.add_button.clicked.connect(self._add)
         buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
@@ -129,4 +151,4 @@ class GuideNetworksDialog(QDialog):
 
     def _add(self) -> None:
         if path := choose_file(self, "Add guide network", _FOLDER_KEY, f"ONNX networks (*{NETWORK_SUFFIX})"):
-            self.add_requested.emit(path, self.gives.currentData())
+            self._requests.ask(Add(path, self.gives.currentData()))

@@ -7,7 +7,7 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable, Generator, Iterable
-from contextlib import closing
+from contextlib import closing, suppress
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -76,19 +76,13 @@ class Tape:
     """What is to be recorded: set in the window's thread, used in the worker's."""
 
     def __init__(self) -> None:
-        self._lock = threading.Lock()
-        self._wanted: Path | None = None
+        self.wanted: Path | None = None
+        """The file or folder into which the following frames are recorded; None for none."""
         self._recorder: StreamRecorder | None = None
-
-    def record(self, path: Path | None) -> None:
-        """Record the following frames into a file or folder; None for no more."""
-        with self._lock:
-            self._wanted = path
 
     def write(self, completion: Completion, stamp: int) -> tuple[int, str]:
         """Write a frame if wanted; return the number of frames written, and why recording ended."""
-        with self._lock:
-            wanted = self._wanted
+        wanted = self.wanted
         try:
             if self._recorder is not None and self._recorder.path != wanted:
                 self.close()
@@ -99,7 +93,7 @@ class Tape:
             self._recorder.write(stamped(completion, stamp, with_error=False))
         except IlfError as error:
             count = 0 if self._recorder is None else self._recorder.count
-            self.record(None)
+            self.wanted = None
             self.close()
             return count, str(error)
         return self._recorder.count, ""
@@ -146,11 +140,8 @@ def _captured() -> Generator[RGBDFrame, None, None]:
 def _readable(readers: Iterable[Callable[[], RGBDFrame]]) -> Generator[RGBDFrame, None, None]:
     """The frames that can be read; one without any depth, for example, is left out."""
     for read in readers:
-        try:
-            frame = read()
-        except IlfError:
-            continue
-        yield frame
+        with suppress(IlfError):
+            yield read()
 
 
 # The window.
@@ -203,7 +194,6 @@ class LiveWindow(QDialog):
         self.tape = Tape()
         self.shown: LiveFrame | None = None
         """The frame shown at present."""
-        self._what: tuple[str | None, float | None, Parameters] | None = None
         self._times = deque[float](maxlen=_RECENT)
         self._rate = 0.0
         self._problem = ""
@@ -236,7 +226,7 @@ class LiveWindow(QDialog):
 
     def play(self, path: str | None, rate: float | None, parameters: Parameters) -> None:
         """Play a source, or the connected RealSense camera (None); what is being played ends first."""
-        self._what = path, rate, parameters
+        self._what = path, rate, parameters  # also to be played again
         self.setWindowTitle(f"Play live: {_CAMERA if path is None else Path(path).name}")
         if self.worker.busy:
             self.worker.cancel()
@@ -290,7 +280,7 @@ class LiveWindow(QDialog):
 
     def record(self, path: Path | None) -> None:
         """Record the following frames into a file *.mcap or a folder; None ends the recording."""
-        self.tape.record(path)
+        self.tape.wanted = path
         self._problem = ""
         self.record_button.setText("&Record…" if path is None else "End &recording")
 
@@ -299,8 +289,6 @@ class LiveWindow(QDialog):
         super().closeEvent(event)
 
     def _begin(self) -> None:
-        if self._what is None:
-            return
         path, rate, parameters = self._what
         self._times.clear()
         self._levels = None
@@ -343,7 +331,7 @@ class LiveWindow(QDialog):
         )
 
     def _end(self, why: str, tone: str = "muted") -> None:
-        self.tape.record(None)
+        self.tape.wanted = None
         self.record_button.setText("&Record…")
         self.play_button.setText("&Play again")
         self.state.show_message(f"{why} {self.state.text()}" if self.shown is not None else why, tone)

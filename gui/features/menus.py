@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 
 from PySide6.QtCore import QSettings, QSize, Qt
 from PySide6.QtGui import QAction, QActionGroup
@@ -24,7 +24,7 @@ BLOCK_MENU = (
     "grow_blocks shrink_blocks smooth_blocks clean_up | new_block fit"
 )
 _TOOLS = " ".join(f"tool_{kind.name}" for kind in KINDS if not kind.inspects)
-_BY_HAND = "fill_by_hand continue_plane nearer_surface farther_surface | remove_by_hand"
+BY_HAND_MENU = "fill_by_hand continue_plane nearer_surface farther_surface | remove_by_hand"
 _INSPECT = (
     f"{' '.join(f'tool_{kind.name}' for kind in KINDS if kind.inspects)} | remove_marks | save_profile "
     "save_profile_picture | copy_statistics | copy_measurements save_measurements delete_measurements"
@@ -38,7 +38,7 @@ _MENUS = {
     "save_blocks | export export_all batch "
     "report save_picture | close_frame quit",
     "&Edit": f"undo redo | {_TOOLS} | next_tool previous_tool | brush_smaller brush_larger "
-    f"similar_only to_no_block | {_BY_HAND} | cancel_stroke",
+    f"similar_only to_no_block | {BY_HAND_MENU} | cancel_stroke",
     "&Blocks": "extract | propagate_next propagate_previous propagate_through | "
     "new_block delete_blocks merge_blocks lock_blocks hide_blocks | "
     "grow_blocks shrink_blocks smooth_blocks clean_up | zoom_block select_all",
@@ -143,7 +143,10 @@ def fill_menu_bar(bar: QMenuBar, actions: Actions, views: LinkedViews, toggles: 
     panels.addActions(list(toggles))
     view.addMenu(panels)
     actions.fill(view, "toggle_panels film_strip only_icons | view_content reset_contents")
-    view.addMenu(_compare_menu(actions, views, view))
+    compare = actions.menu("Co&mpare two depths", view, "compare_two swipe blink | swap_sides")
+    for side in (0, 1):
+        compare.addMenu(SidesMenu(views, side, compare))
+    view.addMenu(compare)
     view.addSeparator()
     actions.fill(view, "contours_only block_names show_missing shuffle_colours")
     actions.fill(view, "cloud_beside cloud_raw cloud_selected_only |")
@@ -166,32 +169,23 @@ def insert_menu(bar: QMenuBar, menu: QMenu, after: QAction) -> None:
     raise ValueError(f"no menu contains {after.text()!r}, or it is the last entry")
 
 
-def _choices(menu: QMenu, texts: Mapping[str, str], chosen: str) -> dict[str, QAction]:
-    """Return exclusive checkable entries by name."""
+def _choices(menu: QMenu, texts: Mapping[str, str], chosen: str, choose: Callable[[str], object]) -> dict[str, QAction]:
+    """Add exclusive checkable entries to a menu, and return them by name."""
     group = QActionGroup(menu)
     actions = {}
     for name, text in texts.items():
-        action = menu.addAction(text)
+        actions[name] = action = menu.addAction(text)
         action.setCheckable(True)
         action.setChecked(name == chosen)
+        action.triggered.connect(lambda _=False, name=name: choose(name))
         group.addAction(action)
-        actions[name] = action
     return actions
-
-
-def _compare_menu(actions: Actions, views: LinkedViews, parent: QMenu) -> QMenu:
-    menu = actions.menu("Co&mpare two depths", parent, "compare_two swipe blink | swap_sides")
-    for side in (0, 1):
-        menu.addMenu(SidesMenu(views, side, menu))
-    return menu
 
 
 def _layout_menu(views: LinkedViews, parent: QMenu) -> QMenu:
     menu = QMenu("&View set", parent)
-    actions = _choices(menu, LAYOUT_TEXTS, LAYOUTS[0])
+    actions = _choices(menu, LAYOUT_TEXTS, LAYOUTS[0], views.sheet.set_layout)
     menu.insertSeparator(actions[next(iter(CELLS))])
-    for name, action in actions.items():
-        action.triggered.connect(lambda _=False, name=name: views.sheet.set_layout(name))
     views.sheet.layoutChanged.connect(lambda name: actions[name].setChecked(True))
     return menu
 
@@ -199,9 +193,7 @@ def _layout_menu(views: LinkedViews, parent: QMenu) -> QMenu:
 def _depth_map_menu(views: LinkedViews, parent: QMenu) -> QMenu:
     menu = QMenu("Depth &colours", parent)
     texts = {name: name.capitalize() for name in DEPTH_MAPS}
-    actions = _choices(menu, texts, DEPTH_MAP)
-    for name, action in actions.items():
-        action.triggered.connect(lambda _=False, name=name: views.ranges.set_depth_map(name))
+    actions = _choices(menu, texts, DEPTH_MAP, views.ranges.set_depth_map)
     views.rangeChanged.connect(lambda: actions[views.data.depth_map].setChecked(True))
     return menu
 
@@ -210,8 +202,7 @@ def _theme_menu(parent: QMenu) -> QMenu:
     """The themes; the choice is remembered."""
     menu = QMenu("&Theme", parent)
     texts = {name: name.capitalize() for name in theme.THEMES}
-    for name, action in _choices(menu, texts, str(QSettings().value("theme", "system"))).items():
-        action.triggered.connect(lambda _=False, name=name: _set_theme(name))
+    _choices(menu, texts, str(QSettings().value("theme", "system")), _set_theme)
     return menu
 
 

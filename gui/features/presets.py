@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 from PySide6.QtCore import QSignalBlocker, Signal
@@ -155,40 +156,6 @@ class PresetBox(Themed, QWidget):
         for problem in found.problems:
             self._context.notes.show_message(problem)
 
-    def save(self, name: str, with_extraction: bool = False, replace: bool = False) -> bool:
-        """Save the parameters shown in the filter panel; return False, with a message, if that fails."""
-        extraction = self._context.workspace.parameters.extraction if with_extraction else None
-        return self._do(
-            "Save preset",
-            lambda: save_preset(name, self._shown(), extraction, replace=replace),
-            f"Preset {name} saved.",
-            name,
-        )
-
-    def rename(self, old: str, new: str) -> bool:
-        """Rename a preset of the user; return False, with a message, if that fails."""
-        return self._do("Rename preset", lambda: rename_preset(old, new), f"Preset {old} renamed to {new}.", new)
-
-    def delete(self, name: str) -> bool:
-        """Delete a preset of the user; parameters that were set from it stay."""
-        return self._do("Delete preset", lambda: delete_preset(name), f"Preset {name} deleted.")
-
-    def take_file(self, path: Path, replace: bool = False) -> bool:
-        """Import a preset from a file; return False, with a message, if that fails."""
-        return self._do(
-            "Import preset",
-            lambda: import_preset(path, replace=replace),
-            f"{path.name} imported: select it in the list of presets.",
-        )
-
-    def write(self, path: Path) -> bool:
-        """Write the parameters shown in the filter panel to a file; return False, with a message, if that fails."""
-        return self._do(
-            "Export preset",
-            lambda: save_preset(path, self._shown(), replace=True),
-            f"Preset written to {path}.",
-        )
-
     @command("save_preset", "&Save preset as…", icon="ph.floppy-disk")
     def ask_save(self) -> None:
         """Save the parameters of the filter as a preset of your own."""
@@ -197,9 +164,11 @@ class PresetBox(Themed, QWidget):
 
         def take() -> None:
             name = dialog.name.text().strip().removesuffix(PRESET_SUFFIX)
-            there = name in self._own
-            if not there or self._may(f"A preset {name} exists already. Replace it?", "Save preset"):
-                self.save(name, dialog.with_extraction.isChecked(), replace=there)
+            with_extraction = dialog.with_extraction.isChecked()
+            extraction = self._context.workspace.parameters.extraction if with_extraction else None
+            if self._may_have("Save preset", name):
+                save = partial(save_preset, name, self._shown(), extraction, replace=name in self._own)
+                self._do("Save preset", save, f"Preset {name} saved.", name)
 
         open_once(dialog, take)
 
@@ -211,15 +180,17 @@ class PresetBox(Themed, QWidget):
         """Rename the selected preset of your own."""
         old = self.present
         name, decided = QInputDialog.getText(self._context.window, "Rename preset", f"New name for {old}", text=old)
-        if decided and name.strip() not in ("", old):
-            self.rename(old, name.strip())
+        new = name.strip()
+        if decided and new not in ("", old):
+            rename = partial(rename_preset, old, new)
+            self._do("Rename preset", rename, f"Preset {old} renamed to {new}.", new)
 
     @command("delete_preset", "&Delete preset…", icon="ph.trash", why_off=_why_not_own)
     def ask_delete(self) -> None:
-        """Delete the selected preset of your own."""
+        """Delete the selected preset of your own; parameters that were set from it stay."""
         name = self.present
         if self._may(f"Delete the preset {name}? Its file is deleted, too. This cannot be undone.", "Delete preset"):
-            self.delete(name)
+            self._do("Delete preset", partial(delete_preset, name), f"Preset {name} deleted.")
 
     @command("import_preset", "&Import preset…", icon="ph.download-simple")
     def ask_import(self) -> None:
@@ -232,9 +203,9 @@ class PresetBox(Themed, QWidget):
         except IlfError as error:
             self._context.notes.report("Import preset", error)
             return
-        there = name in self._own
-        if not there or self._may(f"A preset {name} exists already. Replace it?", "Import preset"):
-            self.take_file(Path(path), replace=there)
+        if self._may_have("Import preset", name):
+            take = partial(import_preset, path, replace=name in self._own)
+            self._do("Import preset", take, f"{name} imported: select it in the list of presets.")
 
     @command("export_preset", "&Export preset…", icon="ph.upload-simple")
     def ask_export(self) -> None:
@@ -242,7 +213,8 @@ class PresetBox(Themed, QWidget):
         proposed = str(Path(last_folder(_FOLDER_KEY)) / f"{self.present}.json")
         if path := ask_path(self._context.window, "Export preset", proposed, _FILES):
             remember_folder(_FOLDER_KEY, path)
-            self.write(Path(path))
+            write = partial(save_preset, Path(path), self._shown(), replace=True)
+            self._do("Export preset", write, f"Preset written to {path}.")
 
     def _choose(self, name: str) -> None:
         """Pass a choice on, and apply the preset's parameters of the extraction."""
@@ -254,18 +226,22 @@ class PresetBox(Themed, QWidget):
                 f"{name} also sets the parameters of the extraction: extract blocks to use them."
             )
 
+    def _may_have(self, title: str, name: str) -> bool:
+        """Whether a preset of the user may have this name: it is free, or the user agrees to replace the other."""
+        return name not in self._own or self._may(f"A preset {name} exists already. Replace it?", title)
+
     def _may(self, text: str, title: str) -> bool:
         yes, no = QMessageBox.StandardButton.Yes, QMessageBox.StandardButton.No
         return QMessageBox.question(self._context.window, title, literal_text(text), yes | no, no) == yes
 
-    def _do(self, what: str, action: Callable[[], object], text: str, chosen: str = "") -> bool:
+    def _do(self, what: str, action: Callable[[], object], text: str, chosen: str = "") -> None:
+        """Change the user's presets, and say so, or why that failed."""
         try:
             action()
         except IlfError as error:
             self._context.notes.report(what, error)
-            return False
+            return
         self.read()
         self.changed.emit(chosen)
         self._context.actions.refresh()
         self._context.notes.show_message(text)
-        return True

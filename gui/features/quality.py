@@ -189,8 +189,7 @@ class QualityPanel(Panel):
         self.remedy_button = _button(actions["apply_remedy"])
         self.remedy_button.setAccessibleName("Remedy")
         self.remedy_button.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
-        self._remedy_text = ""
-        actions["apply_remedy"].changed.connect(self._write_remedy)  # the button would get the command's text
+        self.remedy_button.hide()
         arrows = [_button(actions[name]) for name in ("previous_check", "next_check")]
         for arrow, way in zip(arrows, (Qt.ArrowType.LeftArrow, Qt.ArrowType.RightArrow), strict=True):
             arrow.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonIconOnly)
@@ -213,7 +212,7 @@ class QualityPanel(Panel):
         )
         self._show_suggestion("")
         for changed in (self.context.editor.hint_changed, self.context.editor.tool_changed):
-            changed.connect(self._show_remedy)
+            changed.connect(lambda *_: self._show_remedy())
         return widget
 
     def begin(self) -> None:
@@ -262,8 +261,7 @@ class QualityPanel(Panel):
             self._take_places(self._search)
         elif request is self._remedy_search:
             self._set_remedy(answer if isinstance(answer, Remedy) else None)
-            self._remedy_text = "No remedy found"
-            self._show_remedy()
+            self._show_remedy("No remedy found")
 
     def fail(self, request: object, error: Exception) -> None:
         """Report an error."""
@@ -293,13 +291,10 @@ class QualityPanel(Panel):
         else:
             self._pending_step = by
 
-    @command(
-        "apply_remedy",
-        "&Apply remedy",
-        icon="ph.check",
-        needs=Need.FRAME,
-        why_off=lambda self: "" if self.remedy is not None else "No remedy is shown: press F8 first.",
-    )
+    def _why_no_remedy(self) -> str:
+        return "" if self.remedy is not None else "No remedy is shown: press F8 first."
+
+    @command("apply_remedy", "&Apply remedy", icon="ph.check", needs=Need.FRAME, why_off=_why_no_remedy)
     def apply(self) -> bool:
         """Apply the remedy that is shown for the place, and go to the next place; Enter does the same.
 
@@ -323,14 +318,10 @@ class QualityPanel(Panel):
             self._pending_step = None
         return True
 
-    @command(
-        "ignore_check",
-        "&Ignore",
-        icon="ph.eye-slash",
-        keys="Ctrl+F8",
-        needs=Need.FRAME,
-        why_off=lambda self: "" if self._remedy_search is not None else "No place is shown: press F8 first.",
-    )
+    def _why_no_place(self) -> str:
+        return "" if self._remedy_search is not None else "No place is shown: press F8 first."
+
+    @command("ignore_check", "&Ignore", icon="ph.eye-slash", keys="Ctrl+F8", needs=Need.FRAME, why_off=_why_no_place)
     def leave(self) -> None:
         """Ignore this place: it is not shown again until blocks or known depth change there.
 
@@ -423,14 +414,13 @@ class QualityPanel(Panel):
         document = search.document
         self._drop_remedy()
         self._remedy_search = _RemedySearch(search, place, document.locked, document.next_label())
-        self._remedy_text = "Looking for a remedy…"
         self._set_remedy(None)
+        self._show_remedy("Looking for a remedy…")
         self.ask(self._remedy_search)
 
     def _drop_remedy(self) -> None:
         if self._remedy_search is not None:
             self._remedy_search = None
-            self._remedy_text = ""
             self._set_remedy(None)
 
     def _set_remedy(self, remedy: Remedy | None) -> None:
@@ -438,18 +428,18 @@ class QualityPanel(Panel):
         preview = _preview(remedy)
         for item in self._previews:
             item.set_preview(preview)
-        self._write_remedy()
+        self.remedy_button.hide()
         self.context.actions.refresh()
 
-    def _show_remedy(self) -> None:
+    def _show_remedy(self, otherwise: str = "") -> None:
+        """Write on the button what the remedy does, or another text while there is none."""
+        text = otherwise
         if self.remedy is not None:
             key = "" if "Enter" in self.context.editor.tool.hint else " (Enter)"
-            self._remedy_text = f"{self._named(self.remedy.text)}{key}"
-        self._write_remedy()
-
-    def _write_remedy(self) -> None:
-        self.remedy_button.setText(self._remedy_text)
-        self.remedy_button.setVisible(bool(self._remedy_text))
+            text = f"{self._named(self.remedy.text)}{key}"
+        if text:
+            self.remedy_button.defaultAction().setIconText(text)
+            self.remedy_button.show()
 
     def _named(self, text: str) -> str:
         """Return a text with the names of blocks instead of their numbers."""
@@ -527,14 +517,9 @@ def _preview(remedy: Remedy | None) -> Preview | None:
         return None
     if remedy.patch is not None:
         rows, columns = remedy.patch.box
-        path = boundary_path(remedy.patch.before != remedy.patch.after, columns.start, rows.start)
-    elif remedy.invalid is not None:
-        path = boundary_path(remedy.invalid)
-    elif remedy.by_hand is not None:
-        path = boundary_path(np.isfinite(remedy.by_hand))
-    else:
-        return None
-    return Preview(path, dashed=True)
+        return Preview(boundary_path(remedy.patch.before != remedy.patch.after, columns.start, rows.start), dashed=True)
+    changed = remedy.invalid if remedy.by_hand is None else np.isfinite(remedy.by_hand)
+    return None if changed is None else Preview(boundary_path(changed), dashed=True)
 
 
 def _region_around(place: Place, shape: tuple[int, int]) -> Box:

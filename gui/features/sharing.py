@@ -43,14 +43,11 @@ class SharingRow(QWidget):
         for number, sharing in enumerate(Sharing):
             self.box.setItemData(number, _HINTS[sharing], Qt.ItemDataRole.ToolTipRole)
         self.box.activated.connect(lambda _: self.choose(Sharing(self.box.currentData())))
-        row = lay_out(QHBoxLayout(self), self.box, spacing=2, stretched=self.box)
         context.actions.add(commands_of(self))
-        self._buttons = []
-        for name in ("share_parameters", "reset_to_shared"):
-            button = command_button(context.actions[name])
+        self._buttons = [command_button(context.actions[name]) for name in ("share_parameters", "reset_to_shared")]
+        lay_out(QHBoxLayout(self), self.box, *self._buttons, spacing=2, stretched=self.box)
+        for button in self._buttons:
             button.hide()
-            row.addWidget(button)
-            self._buttons.append(button)
 
     @command(
         "keep_own_parameters",
@@ -128,12 +125,10 @@ class SharingRow(QWidget):
         if changed:
             self._notes.show_message(f"{name} uses the shared parameters again; undo restores its own.")
 
-    @command(
-        "separate_parameters",
-        "Separa&te parameters for each frame",
-        needs=Need.FRAME,
-        why_off=lambda self: self._why_not(self.present, ""),
-    )
+    def _why_separate(self) -> str:
+        return self._why_not(self.present, "")
+
+    @command("separate_parameters", "Separa&te parameters for each frame", needs=Need.FRAME, why_off=_why_separate)
     def _separate(self) -> None:
         """Set filter parameters for each frame separately; all frames keep their current parameters."""
         self._workspace.parameters.separate()

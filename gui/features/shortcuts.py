@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 
 from PySide6.QtCore import QEvent, QModelIndex, QObject, QSettings, QSignalBlocker, Qt, Signal
 from PySide6.QtGui import QAction, QKeyEvent, QKeySequence
@@ -29,7 +29,7 @@ from ..base.commands import (
     why_not,
 )
 from ..widgets.basics import Message, give_size, label_of, lay_out, open_once, row_list, stack
-from .context import Context, Feature
+from .context import Feature
 from .palette.matching import match
 
 # Keys of the commands: the defaults, and those set by the user.
@@ -134,29 +134,18 @@ class Keymap(QObject):
             if entry.key != key and any(_overlap(sequence, other) for other in entry.action.shortcuts())
         ]
 
-    def set_keys(self, key: str, keys: Iterable[QKeySequence]) -> None:
-        """Assign keys to an action."""
-        self._set({key: list(keys)})
-
-    def swap(self, key: str, sequence: QKeySequence, other: str) -> None:
-        """Swap the keys of two actions."""
-        self._set({key: [sequence], other: self._entries[key].action.shortcuts()})
-
-    def take(self, key: str, sequence: QKeySequence) -> None:
-        """Assign a sequence to an action, and remove it from all others."""
-        changes: dict[str, Keys] = {}
-        for entry in self.clashes(key, sequence):
-            changes[entry.key] = [other for other in entry.action.shortcuts() if not _overlap(sequence, other)]
-        self._set({**changes, key: [sequence]})
-
-    def reset(self, key: str) -> None:
-        """Restore the default keys of an action, and remove them from all others."""
-        changes: dict[str, Keys] = {key: self._defaults[key]}
-        for sequence in self._defaults[key]:
+    def assign(self, key: str, keys: Keys) -> None:
+        """Assign keys to an action, and remove them from all others."""
+        changes = {key: keys}
+        for sequence in keys:
             for entry in self.clashes(key, sequence):
                 kept = changes.get(entry.key, entry.action.shortcuts())
                 changes[entry.key] = [other for other in kept if not _overlap(sequence, other)]
         self._set(changes)
+
+    def swap(self, key: str, sequence: QKeySequence, other: str) -> None:
+        """Swap the keys of two actions."""
+        self._set({key: [sequence], other: self._entries[key].action.shortcuts()})
 
     def reset_all(self) -> None:
         """Restore the default keys of all actions."""
@@ -258,11 +247,11 @@ class ShortcutsDialog(QDialog):
         self.list.currentItemChanged.connect(lambda *_: self._choose())
         self.list.itemActivated.connect(lambda *_: self.edit.setFocus())
         self.edit.editingFinished.connect(self._set)
-        self.clear_button.clicked.connect(lambda: self._keymap.set_keys(self._key(), []))
-        self.reset_button.clicked.connect(lambda: self._keymap.reset(self._key()))
+        self.clear_button.clicked.connect(lambda: self._keymap.assign(self._key(), []))
+        self.reset_button.clicked.connect(lambda: self._keymap.assign(self._key(), self._keymap.default(self._key())))
         self.reset_all_button.clicked.connect(self._keymap.reset_all)
         self.swap_button.clicked.connect(self._swap)
-        self.take_button.clicked.connect(lambda: self._keymap.take(self._key(), self._wanted))
+        self.take_button.clicked.connect(lambda: self._keymap.assign(self._key(), [self._wanted]))
         self._keymap.changed.connect(self._show)
         self._keymap.update()
         self._fill()
@@ -352,7 +341,7 @@ class ShortcutsDialog(QDialog):
             verb = "has" if len(others) == 1 else "have"
             self._say(f"{names} {verb} {keys_text([wanted])}.", "warning", clash=True, swap=len(others) == 1)
         else:
-            self._keymap.set_keys(entry.key, [wanted])
+            self._keymap.assign(entry.key, [wanted])
 
     def _swap(self) -> None:
         other = self._keymap.clashes(self._key(), self._wanted)[0]
@@ -367,12 +356,11 @@ class ShortcutsDialog(QDialog):
 class ShortcutsFeature(Feature):
     """Applies the user's keyboard shortcuts, and opens the dialog to change them."""
 
-    def __init__(self, context: Context) -> None:
-        super().__init__(context)
-        self.keymap: Keymap | None = None
+    keymap: Keymap
+    """Made when all commands exist."""
 
     def begin(self) -> None:
-        """Create the keymap; all commands exist now."""
+        """Create the keymap."""
         self.keymap = Keymap(self.context.window, self.context.panels.persistent)
         self.context.window.installEventFilter(self)
 
@@ -398,5 +386,4 @@ class ShortcutsFeature(Feature):
     @command("shortcuts", "&Keyboard shortcuts…", icon="ph.keyboard", keys="F1")
     def _ask(self) -> None:
         """Show the keyboard shortcuts and change them."""
-        if self.keymap is not None:
-            open_once(ShortcutsDialog(self.keymap, self.context.window))
+        open_once(ShortcutsDialog(self.keymap, self.context.window))

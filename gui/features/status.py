@@ -6,16 +6,16 @@ import html
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QObject, Qt
+from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QLabel, QProgressBar, QSizePolicy, QStatusBar, QWidget
+
+from ilf._runtime.formatting import length_text
 
 from ..state.document import Document
 from ..state.parts import Part
-from ..state.workspace import Workspace
 from ..tools.select import selected_text
 from ..views.cloud.canvas import HINT, MOVES
 from ..views.contents import FLICKERS
-from ..views.view_data import ViewData
 from ..widgets.basics import ElidedLabel, literal_text
 from ..work.frame_runs import RunState
 from ..work.jobs import Pace
@@ -82,16 +82,7 @@ class StatusBar(QStatusBar):
         progress.setToolTip(literal_text(text + suffix))
 
 
-_READ = (
-    Part.FRAME
-    | Part.LABELS
-    | Part.INFOS
-    | Part.RESULTS
-    | Part.EXPECTED_ERROR
-    | Part.ITERATION
-    | Part.COMPARED
-    | Part.GROUND_TRUTH
-)
+_READ = Part.DEPTH | Part.EXPECTED_ERROR | Part.GROUND_TRUTH | Part.COMPARED | Part.INFOS
 """The parts whose values the readout shows."""
 
 _NO_FRAME = "Open a frame with the menu File, or drop its files here"
@@ -102,7 +93,7 @@ class StatusFeature(Feature):
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)
-        self._workspace = workspace = context.workspace
+        self._workspace = context.workspace
         self._runs = context.runs
         self._loader = context.loader
         self._documents = documents = context.feature(DocumentsFeature)
@@ -113,8 +104,10 @@ class StatusFeature(Feature):
         """Frames whose runs the pace was measured on."""
         self.bar = StatusBar()
         context.window.setStatusBar(self.bar)
-        self.readout = ReadoutPresenter(workspace, context.views.data, self.bar.readout)
-        context.views.cursorMoved.connect(self.readout.point_at)
+        self._data = context.views.data
+        self._pixel: tuple[int, int] | None = None
+        """The pixel (x, y) under the cursor; None if it is off the frame."""
+        context.views.cursorMoved.connect(self.point_at)
         self._error = context.feature(ErrorFeature)
         add = context.refresh.add
         hinted = editor.tool_changed, editor.hint_changed, context.cloud.canvas.hover_changed, context.centre.turned
@@ -122,13 +115,13 @@ class StatusFeature(Feature):
         working = documents.exporting_changed, *self._error.busy_changed
         later = Part.SOME_RESULTS | Part.RECORDS | Part.PREVIEWS
         add("progress", self.show_progress, Part.FRAME | Part.RUNNING | Part.LOADING, later, working)
-        add("readout", self.readout.show, _READ, Part.SOME_RESULTS | Part.PREVIEWS)
+        add("readout", self.show_readout, _READ, Part.SOME_RESULTS | Part.PREVIEWS)
 
     def show_playing(self, text: str) -> None:
         """Show a text about the frame that is played, and its pixel under the cursor; "" once playing has ended."""
         self._playing = text
         self.show_hint()
-        self.readout.show()
+        self.show_readout()
 
     def show_hint(self) -> None:
         """Show what is played, or else how much is selected and the effect of a click."""
@@ -181,28 +174,15 @@ class StatusFeature(Feature):
             return runs.of(going[0]).stage, share if 0 < share < 1 else None
         return (going[0].name if len(going) == 1 else f"{len(going)} other frames running"), share
 
-
-# Readout under the cursor: position, block, depth in and out, expected error, compared runs, ground truth and error.
-
-
-class ReadoutPresenter(QObject):
-    """Readout of the pixel under the cursor."""
-
-    def __init__(self, workspace: Workspace, data: ViewData, label: QLabel) -> None:
-        super().__init__(label)
-        self._workspace = workspace
-        self._data = data
-        self._label = label
-        self._pixel: tuple[int, int] | None = None
+    # readout under the cursor: position, block, depth in and out, expected error, compared runs, ground truth and error
 
     def point_at(self, pixel: tuple[int, int] | None) -> None:
-        """Set the pixel (x, y) under the cursor; None if it is off the frame."""
         self._pixel = pixel
-        self.show()
+        self.show_readout()
 
-    def show(self) -> None:
+    def show_readout(self) -> None:
         """Show the values of the pixel under the cursor."""
-        self._label.setText("" if self._pixel is None else "  |  ".join(self._parts(*self._pixel)))
+        self.bar.readout.setText("" if self._pixel is None else "  |  ".join(self._parts(*self._pixel)))
 
     def _parts(self, x: int, y: int) -> list[str]:
         if not self._workspace.has_current:
@@ -246,7 +226,7 @@ class ReadoutPresenter(QObject):
         if document.proposal is not None and np.isfinite(document.proposal[y, x]):
             parts.append(f"proposed {_metres(float(document.proposal[y, x]))}")
         if viewed_iteration is None and error is not None and np.isfinite(error[y, x]):
-            parts.append(f"\u00b1 {_error_text(float(error[y, x]))}")
+            parts.append(f"\u00b1 {length_text(float(error[y, x]))}")
             unsupported = document.unsupported()
             if unsupported is not None and unsupported[y, x]:
                 parts.append("unsupported")
@@ -281,11 +261,6 @@ def _evaluated(document: Document, depth: NDArray[np.float32] | None, x: int, y:
     if depth is not None and np.isfinite(depth[y, x]):
         parts.append(f"error {1000 * float(depth[y, x] - ground_truth[y, x]):+.1f} mm")
     return parts
-
-
-def _error_text(error: float) -> str:
-    millimetres = 1000 * error
-    return f"{millimetres:.{1 if millimetres < 10 else 0}f} mm" if error < 1 else f"{error:.2f} m"
 
 
 def _metres(depth: float) -> str:

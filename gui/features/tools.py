@@ -9,38 +9,16 @@ from PySide6.QtCore import Qt
 
 from ilf._runtime.formatting import counted
 
-from ..base.commands import Command, command, commands_of
+from ..base.commands import Command, command
 from ..base.needs import Need
 from ..state.parts import Part
+from ..tools.depth_by_hand import DepthByHandTool
 from ..tools.keys import ToolKeys
 from ..tools.kinds import KINDS
 from ..tools.options_row import OptionsRow
 from ..views.interaction import PointerEvent
-from .by_hand import BY_HAND_COMMANDS, ByHandCommands
 from .context import Context, Feature
-
-_SWITCHES = (
-    Command("only_icons", "Tools &without names", "Leave out the names beside the icons of the tools", checkable=True),
-    Command(
-        "similar_only",
-        "&Similar only",
-        "Limit strokes to pixels of similar colour and depth, up to strong edges",
-        icon="ph.eyedropper",
-        keys="Ctrl+Shift+K",
-        checkable=True,
-        needs=Need.FRAME,
-    ),
-    Command(
-        "to_no_block",
-        "Erase to &no block",
-        "Assign pixels that are taken away to no block instead of the best-fitting neighbour",
-        icon="ph.selection-slash",
-        keys="Ctrl+Shift+E",
-        checkable=True,
-        needs=Need.FRAME,
-    ),
-)
-"""Commands that others look at."""
+from .menus import BY_HAND_MENU
 
 
 class ToolsFeature(Feature):
@@ -50,10 +28,12 @@ class ToolsFeature(Feature):
         super().__init__(context)
         self._editor = editor = context.editor
         actions, notes = context.actions, context.notes
-        actions.add((*self._choices(), *_SWITCHES))
-        actions.add(commands_of(ByHandCommands(editor, self._choose)))
+        names = Command(
+            "only_icons", "Tools &without names", "Leave out the names beside the icons of the tools", checkable=True
+        )
+        actions.add((*self._choices(), names))
         by_amount = [actions[name] for name in ("grow_blocks", "shrink_blocks", "smooth_blocks")]
-        by_hand = [actions[name] for name in BY_HAND_COMMANDS]
+        by_hand = [actions[name] for name in BY_HAND_MENU.split() if name != "|"]
         self.options = OptionsRow(
             actions["similar_only"], actions["to_no_block"], actions["new_block"], by_amount, by_hand
         )
@@ -115,6 +95,25 @@ class ToolsFeature(Feature):
         """Cancel the stroke or line in progress, or clear the selection."""
         self._editor.escape()
 
+    @command(
+        "similar_only", "&Similar only", icon="ph.eyedropper", keys="Ctrl+Shift+K", checkable=True, needs=Need.FRAME
+    )
+    def _keep_to_similar(self, on: bool) -> None:
+        """Limit strokes to pixels of similar colour and depth, up to strong edges."""
+        self._editor.set_option("similar_only", on)
+
+    @command(
+        "to_no_block",
+        "Erase to &no block",
+        icon="ph.selection-slash",
+        keys="Ctrl+Shift+E",
+        checkable=True,
+        needs=Need.FRAME,
+    )
+    def _erase_to_no_block(self, on: bool) -> None:
+        """Assign pixels that are taken away to no block instead of the best-fitting neighbour."""
+        self._editor.set_option("to_no_block", on)
+
     def _step_size(self, steps: int) -> None:
         if self._editor.has_size:
             self._editor.step_brush(steps)
@@ -132,3 +131,38 @@ class ToolsFeature(Feature):
     def _point(self, event: PointerEvent) -> bool:
         self.context.refresh.now()  # the pointer event refers to what is drawn
         return not self.keys.crosshair.give_way(event) or self._editor.pointer(event)
+
+    # depth by hand
+
+    def _hand(self) -> DepthByHandTool:
+        """Return the tool, which is the active one then."""
+        tool = self._editor.tools["depth_by_hand"]
+        assert isinstance(tool, DepthByHandTool)
+        if self._editor.tool is not tool:
+            self._choose("depth_by_hand")
+        return tool
+
+    @command("fill_by_hand", "&Fill with depth", icon="ph.paint-bucket", needs=Need.SELECTION)
+    def fill(self) -> None:
+        """State the depth in the tool bar at all missing depth of the selected blocks."""
+        self._hand().fill(self._editor)
+
+    @command("continue_plane", "&Continue this plane", icon="ph.square-half", keys="Ctrl+Shift+U", needs=Need.SELECTION)
+    def continue_plane(self) -> None:
+        """Continue the plane of the known depth in the rectangle, or in the selected blocks, into their holes."""
+        self._hand().propose_plane(self._editor)
+
+    @command("nearer_surface", "&Nearer surface", icon="ph.arrow-line-down", needs=Need.SELECTION)
+    def continue_nearer(self) -> None:
+        """Continue the nearer of the two surfaces around a hole of the selected blocks into it."""
+        self._hand().propose_surface(self._editor, nearer=True)
+
+    @command("farther_surface", "F&arther surface", icon="ph.arrow-line-up", needs=Need.SELECTION)
+    def continue_farther(self) -> None:
+        """Continue the farther of the two surfaces around a hole of the selected blocks into it."""
+        self._hand().propose_surface(self._editor, nearer=False)
+
+    @command("remove_by_hand", "Remo&ve depth by hand", icon="ph.backspace", needs=Need.BY_HAND)
+    def remove(self) -> None:
+        """Remove depth by hand from the selected blocks, or everywhere if none is selected."""
+        self._hand().erase(self._editor)

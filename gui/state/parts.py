@@ -61,6 +61,8 @@ class Part(Flag):
     """Content of a frame that a project stores has changed."""
     LOADING = auto()
     """Frames are being read, or are not any more."""
+    DEPTH = FRAME | LABELS | RESULTS | INVALID_MASK | NEIGHBOURS | ITERATION
+    """All that the depth in the views depends on, but for a run in progress."""
 
 
 NO_PART = Part(0)

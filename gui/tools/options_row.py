@@ -82,8 +82,6 @@ class OptionsRow(QWidget):
             label.setMinimumWidth(label.fontMetrics().horizontalAdvance(longest))
         self.brush.valueChanged.connect(lambda radius: self.changed.emit("brush_radius", float(radius)))
         self.leash.valueChanged.connect(lambda leash: self.changed.emit("leash", leash))
-        for name, switch in self._switches.items():
-            switch.toggled.connect(lambda on, name=name: self.changed.emit(name, on))
         for box in (self.amount, self.hand_depth):
             box.editingFinished.connect(box.clearFocus)  # so that keys go to the tools again
         self.hand_depth.valueChanged.connect(lambda depth: self.changed.emit("hand_depth", depth))

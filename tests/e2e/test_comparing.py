@@ -67,7 +67,7 @@ def test_runs_come_to_the_views_and_one_looks_at_the_other_while_a_key_is_held(r
     window.actions_["swipe"].trigger()
     window.views.sides.swipe.move_to(window.workspace.current.frame.shape[1])
     assert out.picture.value_at(column, row) == kept.completion.depth[row, column]
-    window.feature(StatusFeature).readout.point_at((int(column), int(row)))
+    window.feature(StatusFeature).point_at((int(column), int(row)))
     assert "Best" in window.feature(StatusFeature).bar.readout.text()
     document = window.workspace.current
     document.delete_runs(list(document.state.runs))
@@ -190,7 +190,7 @@ def test_a_truth_is_shown_and_the_readout_says_how_far_off_the_result_is(opened,
     cell = opened.views.cells["evaluation"]
     depth = opened.workspace.current.current_depth()
     assert cell.picture.value_at(4, 5) == pytest.approx(1000 * (depth[5, 4] - 2), abs=0.01)
-    opened.feature(StatusFeature).readout.point_at((4, 5))
+    opened.feature(StatusFeature).point_at((4, 5))
     assert "truth 2.000 m" in opened.feature(StatusFeature).bar.readout.text()
     assert "error" in opened.feature(StatusFeature).bar.readout.text()
     opened.actions_["compare_two"].trigger()

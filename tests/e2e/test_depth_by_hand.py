@@ -43,7 +43,7 @@ def test_depth_by_hand(opened, qtbot, run_all, tmp_path):
     assert abs(float(depth[16, 14]) - 1.25) < 0.1
     window.refresh.now()
     assert "by hand" in [text for _, text in window.views.cells["depth-out"]._stripe_legend]
-    window.feature(StatusFeature).readout.point_at((14, 16))
+    window.feature(StatusFeature).point_at((14, 16))
     assert "by hand 1.250 m" in window.feature(StatusFeature).bar.readout.text()
 
     # undone, the earlier result is valid again without a run
@@ -61,7 +61,7 @@ def test_depth_by_hand(opened, qtbot, run_all, tmp_path):
     qtbot.waitUntil(lambda: "proposed surface" in window.cloud.strip.title)
     shown = window.views.data.result
     assert abs(float(shown.depth[16, 14]) - (1.5 + 0.004 * 16)) < 0.01
-    window.feature(StatusFeature).readout.point_at((14, 16))
+    window.feature(StatusFeature).point_at((14, 16))
     assert "proposed 1.56" in window.feature(StatusFeature).bar.readout.text()
     assert document.blocks.by_hand is None
     key(window, _Key.Key_Escape)

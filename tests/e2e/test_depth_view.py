@@ -36,8 +36,7 @@ def test_the_open_dialog_asks_for_the_view_and_the_window_shows_it(window, qtbot
     assert document.frame.shape == pair.depth.shape
     qtbot.waitUntil(lambda: "desk 1 (depth camera's view)" in window.windowTitle())
     y, x = np.argwhere(~document.frame.brought.seen)[0]
-    readout = window.feature(StatusFeature).readout
-    readout.point_at((int(x), int(y)))
+    window.feature(StatusFeature).point_at((int(x), int(y)))
     assert "not seen by colour" in window.feature(StatusFeature).bar.readout.text()
     run_all(window)
     export(window, qtbot, tmp_path / "out")

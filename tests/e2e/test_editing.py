@@ -123,11 +123,11 @@ def test_splitting_by_a_line_and_merging_again(editing):
 
 
 def test_readout_tells_block_and_depths(editing):
-    editing.feature(StatusFeature).readout.point_at((50, 5))
+    editing.feature(StatusFeature).point_at((50, 5))
     text = editing.feature(StatusFeature).bar.readout.text()
     assert "x 50, y 5" in text
     assert "in 2.650 m" in text
-    editing.feature(StatusFeature).readout.point_at((45, 35))
+    editing.feature(StatusFeature).point_at((45, 35))
     assert "in missing" in editing.feature(StatusFeature).bar.readout.text()
     document = editing.workspace.current
     rows, columns = document.frame.known.nonzero()
@@ -136,10 +136,10 @@ def test_readout_tells_block_and_depths(editing):
     wrong = np.zeros(document.labels.shape, bool)
     wrong[row, column] = True
     editing.workspace.current.set_invalid_mask(wrong, "Distrust depth")
-    editing.feature(StatusFeature).readout.point_at((column, row))
+    editing.feature(StatusFeature).point_at((column, row))
     assert "invalid " in editing.feature(StatusFeature).bar.readout.text()
     assert "(locked)" in editing.feature(StatusFeature).bar.readout.text()
-    editing.feature(StatusFeature).readout.point_at(None)
+    editing.feature(StatusFeature).point_at(None)
     assert editing.feature(StatusFeature).bar.readout.text() == ""
 
 

@@ -34,7 +34,7 @@ def test_it_comes_after_a_run_and_goes_with_the_results(opened, qtbot, run_all):
     np.testing.assert_array_equal(_picture(opened) > 0, completion.filled)
 
     row, column = (int(places[0]) for places in np.nonzero(completion.filled))
-    opened.feature(StatusFeature).readout.point_at((column, row))
+    opened.feature(StatusFeature).point_at((column, row))
     text = opened.feature(StatusFeature).bar.readout.text()
     assert "\u00b1" in text
     shown, unit = text.rpartition("\u00b1 ")[2].split()
@@ -43,16 +43,16 @@ def test_it_comes_after_a_run_and_goes_with_the_results(opened, qtbot, run_all):
     assert "unsupported" not in text
     everything = np.ones(document.frame.shape, bool)
     document.store_error_estimate(completion, ErrorEstimate(expected, everything))
-    opened.feature(StatusFeature).readout.point_at((column, row))
+    opened.feature(StatusFeature).point_at((column, row))
     assert "unsupported" in opened.feature(StatusFeature).bar.readout.text()
     known_row, known_column = (int(places[0]) for places in np.nonzero(document.frame.known))
-    opened.feature(StatusFeature).readout.point_at((known_column, known_row))
+    opened.feature(StatusFeature).point_at((known_column, known_row))
     assert "\u00b1" not in opened.feature(StatusFeature).bar.readout.text()
 
     opened.actions_["clear_results"].trigger()
     opened.refresh.now()
     assert _picture(opened) is None
-    opened.feature(StatusFeature).readout.point_at((column, row))
+    opened.feature(StatusFeature).point_at((column, row))
     assert "\u00b1" not in opened.feature(StatusFeature).bar.readout.text()
 
 

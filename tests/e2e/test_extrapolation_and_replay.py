@@ -53,7 +53,7 @@ def test_guesses_are_striped_named_and_counted(margin, qtbot, run_all):
     assert not margin.actions_["extrapolate"].isEnabled()
     run_all(margin)
     cell = margin.views.cells["depth-out"]
-    margin.feature(StatusFeature).readout.point_at((30, 1))
+    margin.feature(StatusFeature).point_at((30, 1))
     assert "out missing" in margin.feature(StatusFeature).bar.readout.text()
     before = margin.workspace.current.completion()
     _extrapolation(margin, qtbot)
@@ -65,7 +65,7 @@ def test_guesses_are_striped_named_and_counted(margin, qtbot, run_all):
     assert (cell.view.image.image[completion.extrapolated] == 0).all()
     assert (cell.picture.below.image[completion.extrapolated] > 0).all()
     assert "(extrapolated)" in margin.feature(StatusFeature).bar.readout.text()
-    margin.feature(StatusFeature).readout.point_at((30, 10))
+    margin.feature(StatusFeature).point_at((30, 10))
     assert "extrapolated" not in margin.feature(StatusFeature).bar.readout.text()
     assert re.search(r"out \d\.\d+ m.* [+-]\d+\.\d mm", margin.feature(StatusFeature).bar.readout.text())
     assert not margin.actions_["extrapolate"].isEnabled()

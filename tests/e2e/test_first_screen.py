@@ -74,7 +74,7 @@ def test_letters_of_tools_are_different_and_can_be_changed(opened):
     held = {command.held for command in opened.actions_.commands.values()} - {""}
     assert not held & set(letters)
     keymap = Keymap(opened, persistent=False)
-    keymap.set_keys("tool_paint", [QKeySequence("Y")])
+    keymap.assign("tool_paint", [QKeySequence("Y")])
     assert opened.actions_["tool_paint"].toolTip().startswith("<b>Paint (Y)</b>")
     opened.activateWindow()
     QTest.keyClick(opened, Qt.Key.Key_B)

@@ -126,7 +126,7 @@ def test_the_crosshair_stays_in_sight_and_gives_way_to_the_mouse(typing):
     rows, columns = view.visible_box()
     assert rows.start <= 40 < rows.stop
     assert columns.start <= 60 < columns.stop
-    typing.feature(StatusFeature).readout.show()
+    typing.feature(StatusFeature).show_readout()
     assert "x 60, y 40" in typing.feature(StatusFeature).bar.readout.text()
     hover(typing, (58.5, 38.5))
     QTest.keyPress(view, _Key.Key_Space)

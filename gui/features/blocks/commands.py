@@ -137,15 +137,11 @@ class BlockCommands(QObject):
         if self._warn_if_locked(verb.lower()):
             return
         text = f"{self._text(verb)} by {amount} px"
-        if not self._edit_each(lambda label: change(document.labels, label, amount, document.locked), text):
-            self._editor.show_message(f"{verb}: nothing to change by {amount} px here.")
-
-    def _edit_each(self, edit: Callable[[int], LabelPatch | None], text: str) -> bool:
-        """Edit the selected blocks one after another, as one undo step."""
         self._editor.cancel()
-        for label in list(self._workspace.current.selected):
-            self._workspace.current.stroke(edit(label))
-        return self._editor.end_stroke(text, self._workspace.chosen)
+        for label in list(document.selected):
+            document.stroke(change(document.labels, label, amount, document.locked))
+        if not self._editor.end_stroke(text, self._workspace.chosen):
+            self._editor.show_message(f"{verb}: nothing to change by {amount} px here.")
 
     def _edit(self, edit: Callable[[], LabelPatch | None], text: str) -> bool:
         """Edit the label map after cancelling a stroke in progress."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import random
+from dataclasses import replace
 
 from PySide6.QtCore import QPoint
 from PySide6.QtWidgets import QMenu
@@ -39,44 +40,35 @@ def block_rows(document: Document, runs: FrameRuns) -> list[BlockRow]:
     queued = runs.queued
     rows = []
     for label, count in counts.items():
-        info = document.info(label)
         anew = label in runs.resolving
         records = [] if anew else document.results.live.get(label, [])
         result = results.get(label)
+        row = BlockRow(
+            label,
+            document.info(label),
+            count,
+            error=document.block_errors.rmse.get(label, math.nan),
+            look=_check_reason(document, label),
+            own=", ".join(parameter_labels(document.blocks.own.get(label, ()))),
+        )
         if records:
-            state, detail = "running", ""
-            iterations, sigma = len(records), records[-1].sigma_i
+            row = replace(row, state="running", iterations=len(records), sigma_i=records[-1].sigma_i)
         elif label in queued:
-            state, detail, iterations, sigma = "queued", "", 0, math.nan
+            row = replace(row, state="queued")
         elif result is not None:
             outcome = result.outcome
             values = document.parameters_of(label)
             outdated = not anew and not result.parameters.same_effect(values)
-            state = "values changed" if outdated else str(outcome.status)
-            iterations, sigma = outcome.iterations, outcome.sigma_i
-            detail = _detail(result, values if outdated else None)
-        elif label in document.results.kept:
-            state, detail, iterations, sigma = "edited", "The block has changed since its last run.", 0, math.nan
-        else:
-            state, detail, iterations, sigma = "ready", "", 0, math.nan
-        rows.append(
-            BlockRow(
-                label=label,
-                name=info.name,
-                colour=info.colour,
-                pixels=count.pixels,
-                defect_rate=count.defect_rate,
-                state=state,
-                detail=detail,
-                iterations=iterations,
-                sigma_i=sigma,
-                visible=info.visible,
-                locked=info.locked,
-                error=document.block_errors.rmse.get(label, math.nan),
-                look=_check_reason(document, label),
-                own=", ".join(parameter_labels(document.blocks.own.get(label, ()))),
+            row = replace(
+                row,
+                state="values changed" if outdated else str(outcome.status),
+                detail=_detail(result, values if outdated else None),
+                iterations=outcome.iterations,
+                sigma_i=outcome.sigma_i,
             )
-        )
+        elif label in document.results.kept:
+            row = replace(row, state="edited", detail="The block has changed since its last run.")
+        rows.append(row)
     return rows
 
 

@@ -14,8 +14,10 @@ from PySide6.QtGui import QColor, QIcon, QPalette
 from PySide6.QtWidgets import QWidget
 
 from ilf._runtime.formatting import grouped, millimetres
+from ilf.data.blocks import BlockInfo
 
 from ...base import theme
+from ...state.block_counts import BlockCounts
 from ...state.block_errors import EXPECTED
 from ...widgets.basics import literal_text
 from ...widgets.tables import ICON_SIZE, Index
@@ -44,12 +46,10 @@ class BlockRow:
     ----------
     label : int
         Label in the label map, > 0; identifies the row.
-    name : str
-    colour : tuple of int
-        Red, green, blue, 0-255.
-    pixels : int
-    defect_rate : float
-        Share of pixels without depth, 0-1.
+    info : BlockInfo
+        Name, colour, whether it is shown and locked.
+    counts : BlockCounts
+        Pixels, and the share of them without depth.
     state : str
         "ready", "queued", "running", "values changed", "edited", or the value of a `Status`.
     detail : str
@@ -58,7 +58,6 @@ class BlockRow:
         Number of iterations so far.
     sigma_i : float
         Deviation of the last iteration [m]; NaN if there was none.
-    visible, locked : bool
     own : str
         Names of the block's own parameters; "" for none.
     look : str
@@ -68,16 +67,12 @@ class BlockRow:
     """
 
     label: int
-    name: str
-    colour: tuple[int, int, int]
-    pixels: int
-    defect_rate: float
+    info: BlockInfo
+    counts: BlockCounts
     state: str = "ready"
     detail: str = ""
     iterations: int = 0
     sigma_i: float = math.nan
-    visible: bool = True
-    locked: bool = False
     own: str = ""
     look: str = ""
     error: float = math.nan
@@ -148,18 +143,14 @@ class BlockModel(QAbstractTableModel):
         self._colours = theme.colours(palette)
         header_icons = {**TOOL_ICONS, Column.STATE: "ph.flag"}
         self._header_icons = {column: theme.icon(name, palette) for column, name in header_icons.items()}
-        faint = _tinted(palette, self._colours.muted)
         self._flags = {
             (Column.VISIBLE, True): _plain(theme.icon("ph.eye", palette)),
-            (Column.VISIBLE, False): _plain(theme.icon("ph.eye-slash", faint)),
+            (Column.VISIBLE, False): _plain(theme.icon("ph.eye-slash", palette, "muted")),
             (Column.LOCKED, True): _plain(theme.icon("ph.lock-simple", palette)),
-            (Column.LOCKED, False): _plain(theme.icon("ph.lock-simple-open", faint)),
+            (Column.LOCKED, False): _plain(theme.icon("ph.lock-simple-open", palette, "muted")),
         }
-        self._look = _plain(theme.icon("ph.question", _tinted(palette, self._colours.warning)))
-        self._states = {
-            state: _plain(theme.icon(name, _tinted(palette, getattr(self._colours, colour))))
-            for state, (name, colour) in _STATES.items()
-        }
+        self._look = _plain(theme.icon("ph.question", palette, "warning"))
+        self._states = {state: _plain(theme.icon(name, palette, tone)) for state, (name, tone) in _STATES.items()}
         self.headerDataChanged.emit(Qt.Orientation.Horizontal, 0, len(Column) - 1)
         if self.rows:
             self.dataChanged.emit(self.index(0, 0), self.index(len(self.rows) - 1, len(Column) - 1))
@@ -177,17 +168,9 @@ class BlockModel(QAbstractTableModel):
                 self.beginInsertRows(QModelIndex(), number, number)
                 self.rows.insert(number, row)
                 self.endInsertRows()
-            else:
-                self._change(number, row)
-
-    def _change(self, number: int, row: BlockRow) -> None:
-        """Announce only the columns that change: other changes must not reset a name that is being edited."""
-        before, self.rows[number] = self.rows[number], row
-        for column in Column if before != row else ():
-            # by repr: NaN is not equal to itself
-            if repr(_appearance(before, column)) != repr(_appearance(row, column)):
-                index = self.index(number, column)
-                self.dataChanged.emit(index, index)
+            elif repr(self.rows[number]) != repr(row):  # NaN is not equal to itself
+                self.rows[number] = row
+                self.dataChanged.emit(self.index(number, 0), self.index(number, len(Column) - 1))
 
     def rowCount(self, parent: Index = QModelIndex()) -> int:  # noqa: B008
         return 0 if parent.isValid() else len(self.rows)
@@ -216,9 +199,9 @@ class BlockModel(QAbstractTableModel):
     def data(self, index: Index, role: int = 0) -> Any:
         row, column = self.rows[index.row()], Column(index.column())
         if role == Qt.ItemDataRole.DisplayRole:
-            return _text(row, column)
+            return _TEXTS[column](row) if column in _TEXTS else ""
         if role == Qt.ItemDataRole.EditRole:
-            return row.name
+            return row.info.name
         if role == SORT_ROLE:
             return _SORT_KEYS[column](row)
         if role == Qt.ItemDataRole.DecorationRole:
@@ -238,7 +221,7 @@ class BlockModel(QAbstractTableModel):
 
     def setData(self, index: Index, value: Any, role: int = Qt.ItemDataRole.EditRole) -> bool:
         row, name = self.rows[index.row()], str(value).strip()
-        if not name or name == row.name:
+        if not name or name == row.info.name:
             return False
         self.renamed.emit(row.label, name)
         return True
@@ -253,47 +236,35 @@ class BlockModel(QAbstractTableModel):
 
     def _decoration(self, row: BlockRow, column: Column) -> QIcon | QColor | None:
         if column == Column.VISIBLE:
-            return self._flags[column, row.visible]
+            return self._flags[column, row.info.visible]
         if column == Column.LOCKED:
-            return self._flags[column, row.locked]
+            return self._flags[column, row.info.locked]
         if column == Column.COLOUR:
-            return QColor(*row.colour)
+            return QColor(*row.info.colour)
         if column == Column.NAME:
             return self._look if row.look else None
         return self._states[row.state] if column == Column.STATE else None
 
     def _foreground(self, row: BlockRow, column: Column) -> QColor | None:
-        if not row.visible:
+        if not row.info.visible:
             return self._colours.muted
         if column == Column.ERROR and self.error_source == EXPECTED:
             return self._colours.muted
         return self._colours.accent if row.own and column == Column.NAME else None
 
 
-def _appearance(row: BlockRow, column: Column) -> object:
-    """Return everything that determines a cell's appearance and sort position."""
-    more = {Column.STATE: (row.state, row.detail), Column.COLOUR: row.colour}.get(column)
-    return _SORT_KEYS[column](row), row.visible, row.own, row.look, more
-
-
 def _look(row: BlockRow) -> str:
     return f"Propagated block, needs checking: {row.look}" if row.look else ""
 
 
-def _text(row: BlockRow, column: Column) -> str:
-    if column == Column.NAME:
-        return row.name
-    if column == Column.PIXELS:
-        return grouped(row.pixels)
-    if column == Column.MISSING:
-        return f"{100 * row.defect_rate:.1f} %"
-    if column == Column.ITERATIONS:
-        return str(row.iterations) if row.iterations else ""
-    if column == Column.SIGMA:
-        return "" if math.isnan(row.sigma_i) else f"{1000 * row.sigma_i:.3f}"
-    if column == Column.ERROR:
-        return millimetres(row.error)
-    return ""
+_TEXTS: dict[Column, Callable[[BlockRow], str]] = {
+    Column.NAME: lambda row: row.info.name,
+    Column.PIXELS: lambda row: grouped(row.counts.pixels),
+    Column.MISSING: lambda row: f"{100 * row.counts.defect_rate:.1f} %",
+    Column.ITERATIONS: lambda row: str(row.iterations or ""),
+    Column.SIGMA: lambda row: "" if math.isnan(row.sigma_i) else f"{1000 * row.sigma_i:.3f}",
+    Column.ERROR: lambda row: millimetres(row.error),
+}
 
 
 def _last_if_unknown(value: float) -> float:
@@ -302,13 +273,13 @@ def _last_if_unknown(value: float) -> float:
 
 # the first click on a header sorts ascending, and should show the worst block first
 _SORT_KEYS: dict[Column, Callable[[BlockRow], str | float]] = {
-    Column.VISIBLE: lambda row: int(row.visible),
-    Column.LOCKED: lambda row: int(row.locked),
-    Column.COLOUR: lambda row: QColor(*row.colour).hsvHueF(),
+    Column.VISIBLE: lambda row: int(row.info.visible),
+    Column.LOCKED: lambda row: int(row.info.locked),
+    Column.COLOUR: lambda row: QColor(*row.info.colour).hsvHueF(),
     # "block 10" after "block 9"
-    Column.NAME: lambda row: re.sub(r"\d+", lambda digits: digits[0].zfill(9), row.name.casefold()),
-    Column.PIXELS: lambda row: row.pixels,
-    Column.MISSING: lambda row: -row.defect_rate,
+    Column.NAME: lambda row: re.sub(r"\d+", lambda digits: digits[0].zfill(9), row.info.name.casefold()),
+    Column.PIXELS: lambda row: row.counts.pixels,
+    Column.MISSING: lambda row: -row.counts.defect_rate,
     Column.STATE: lambda row: list(_STATES).index(row.state),
     Column.ITERATIONS: lambda row: row.iterations,
     Column.SIGMA: lambda row: _last_if_unknown(row.sigma_i),
@@ -321,12 +292,6 @@ def _alignment(column: Column) -> Qt.AlignmentFlag:
         return Qt.AlignmentFlag.AlignCenter
     side = Qt.AlignmentFlag.AlignRight if column in _NUMBERS else Qt.AlignmentFlag.AlignLeft
     return side | Qt.AlignmentFlag.AlignVCenter
-
-
-def _tinted(palette: QPalette, colour: QColor) -> QPalette:
-    tinted = QPalette(palette)
-    tinted.setColor(QPalette.ColorRole.WindowText, colour)
-    return tinted
 
 
 def _plain(icon: QIcon) -> QIcon:

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
+from collections.abc import Iterable
 
 from PySide6.QtCore import (
     QItemSelection,
     QItemSelectionModel,
     QModelIndex,
     QSettings,
+    QSignalBlocker,
     QSortFilterProxyModel,
     Qt,
     Signal,
@@ -55,7 +55,6 @@ class BlockTable(Themed, QTableView):
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self.hint = ""
-        self._signals_blocked = False
         self.blocks = BlockModel(self)
         self.blocks.renamed.connect(self.renamed)
         self._proxy = QSortFilterProxyModel(self)
@@ -64,14 +63,14 @@ class BlockTable(Themed, QTableView):
         self.setAccessibleName("Blocks")
         self.setModel(self._proxy)
         self._arrange()
-        self.selectionModel().selectionChanged.connect(self._report_selection)
+        self.selectionModel().selectionChanged.connect(lambda *_: self.labelsSelected.emit(self.selected()))
 
     def set_rows(self, rows: Iterable[BlockRow]) -> None:
         """Show these rows; selection, scroll position and sorting stay, equal rows are not updated.
 
         `labelsSelected` is not emitted: the caller knows the removed rows.
         """
-        with self._block_selection_signal():
+        with QSignalBlocker(self):
             self.blocks.set_rows(sorted(rows, key=lambda row: row.label))
 
     def select(self, labels: Iterable[int]) -> None:
@@ -82,7 +81,7 @@ class BlockTable(Themed, QTableView):
         for index in found:
             selection.select(index, index)
         flags = QItemSelectionModel.SelectionFlag
-        with self._block_selection_signal():
+        with QSignalBlocker(self):
             self.selectionModel().select(selection, flags.ClearAndSelect | flags.Rows)
             if found:
                 self.selectionModel().setCurrentIndex(found[0], flags.NoUpdate)
@@ -106,29 +105,17 @@ class BlockTable(Themed, QTableView):
     def _row(self, index: QModelIndex) -> BlockRow:
         return self.blocks.rows[self._proxy.mapToSource(index).row()]
 
-    @contextmanager
-    def _block_selection_signal(self) -> Iterator[None]:
-        self._signals_blocked = True
-        try:
-            yield
-        finally:
-            self._signals_blocked = False
-
-    def _report_selection(self) -> None:
-        if not self._signals_blocked:
-            self.labelsSelected.emit(self.selected())
-
     def _handle_icon_click(self, event: QMouseEvent) -> bool:
         index = self.indexAt(event.position().toPoint())
         if event.button() != Qt.MouseButton.LeftButton or index.column() not in TOOL_ICONS:
             return False
         row = self._row(index)
         if index.column() == Column.VISIBLE:
-            self.visibilityChanged.emit(row.label, not row.visible)
+            self.visibilityChanged.emit(row.label, not row.info.visible)
         elif index.column() == Column.LOCKED:
-            self.lockChanged.emit(row.label, not row.locked)
+            self.lockChanged.emit(row.label, not row.info.locked)
         else:
-            colour = QColorDialog.getColor(QColor(*row.colour), self, f"Colour of {row.name}")
+            colour = QColorDialog.getColor(QColor(*row.info.colour), self, f"Colour of {row.info.name}")
             if colour.isValid():
                 self.recoloured.emit(row.label, colour)
         return True

@@ -38,21 +38,12 @@ from ..panel import Panel
 from .marks import InspectMarks, measurement_marks, profile_marks, region_marks
 from .profile_page import ProfilePage
 from .profile_plot import profile_data
-from .statistics import COLUMNS, Mask, Statistics, StatisticsRequest, compute_statistics, metres
+from .statistics import COLUMNS, Mask, Statistics, StatisticsRequest, metres
 
 PROFILE, STATISTICS, MEASUREMENTS = range(3)
 """The pages."""
 
-_DEPTH = (
-    Part.FRAME
-    | Part.LABELS
-    | Part.RESULTS
-    | Part.SOME_RESULTS
-    | Part.PREVIEWS
-    | Part.INVALID_MASK
-    | Part.NEIGHBOURS
-    | Part.ITERATION
-)
+_DEPTH = Part.DEPTH | Part.SOME_RESULTS | Part.PREVIEWS
 """The parts that the depth shown depends on."""
 _OF_STATISTICS = (_DEPTH & ~Part.PREVIEWS) | Part.SELECTION | Part.INFOS | Part.REGION
 """Those that the statistics depend on; not previews, to leave the processor to the run."""
@@ -70,16 +61,8 @@ class InspectPanel(Panel):
     """The panel with a page for each, and their marks over the views."""
 
     title, icon, group = "Inspect", "ph.ruler", PanelGroup.INSPECTION
-    parts = (
-        (_DEPTH & ~(Part.SOME_RESULTS | Part.PREVIEWS))
-        | Part.EXPECTED_ERROR
-        | Part.GROUND_TRUTH
-        | Part.COMPARED
-        | Part.INFOS
-        | Part.SELECTION
-        | Part.REGION
-        | Part.MARKS
-    )
+    parts = Part.DEPTH | Part.EXPECTED_ERROR | Part.GROUND_TRUTH | Part.COMPARED | Part.INFOS | Part.SELECTION
+    parts |= Part.REGION | Part.MARKS
     deferred = Part.SOME_RESULTS | Part.PREVIEWS
     what = "computation of statistics"
 
@@ -92,12 +75,12 @@ class InspectPanel(Panel):
         self._place: Point | None = None
         """The place of the marked sample of the profile, in image coordinates."""
         self._deleted: WeakKeyDictionary[Document, tuple[Line, ...]] = WeakKeyDictionary()
-        self._marks, self._follows_depth = InspectMarks(context.views), False
+        self._marks = InspectMarks(context.views)
         super().__init__(context)
         for tool, number in (("profile", PROFILE), ("rectangle", STATISTICS), ("measure", MEASUREMENTS)):
             context.actions[f"tool_{tool}"].triggered.connect(lambda _=False, number=number: self.reveal_page(number))
         shown = Part.FRAME | Part.REGION | Part.MARKS
-        context.refresh.add("inspect marks", self._show_marks, shown, also=(context.editor.tool_changed,))
+        context.refresh.add("inspect marks", self._show_marks, shown, _DEPTH, also=(context.editor.tool_changed,))
 
     def make(self) -> QWidget:
         context = self.context
@@ -206,14 +189,6 @@ class InspectPanel(Panel):
             marks += measurement_marks(line, text)
         self._marks.show(tuple(marks))
         self.context.cloud.canvas.set_lines(lines, texts)
-        if bool(lines) != self._follows_depth:
-            changed = self.context.workspace.changed
-            (changed.disconnect if self._follows_depth else changed.connect)(self._note_depth)
-            self._follows_depth = bool(lines)
-
-    def _note_depth(self, parts: Part) -> None:
-        if parts & _DEPTH:
-            self.context.refresh.mark_deferred("inspect marks")
 
     @command("remove_marks", "Remo&ve line and rectangle", icon="ph.x", needs=Need.FRAME)
     def _remove_marks(self) -> None:
@@ -324,8 +299,6 @@ class InspectPanel(Panel):
         if self._of_region or chosen not in document.counts():
             return None, ""
         return document.labels == chosen, " and ".join(document.info(label).name for label in document.selected[:2])
-
-    compute = staticmethod(compute_statistics)
 
     def take(self, request: StatisticsRequest, answer: Statistics) -> None:
         self.statistics.set_rows(answer.rows())

@@ -13,7 +13,7 @@ from PySide6.QtGui import QColor, QFont, QResizeEvent
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QSizePolicy, QStackedWidget, QVBoxLayout, QWidget
 
 from ...base import theme
-from ...widgets.basics import Message, Themed, combo, lay_out
+from ...widgets.basics import Message, Themed, combo, lay_out, use_even_digits
 from .profile_plot import ProfileData, ProfilePlot, raw_colour
 
 _LONGEST_NAME = 130
@@ -139,9 +139,7 @@ class ProfilePage(Themed, QWidget):
     def _take_theme(self) -> None:
         small = QFont(self.font())
         small.setPointSizeF(small.pointSizeF() * 0.85)
-        tabular = QFont(self.font())
-        tabular.setFeature(QFont.Tag("tnum"), 1)  # figures of equal width keep the legend still
-        self.legend.setFont(tabular)
+        use_even_digits(self.legend)  # they keep it still
         self.plot.set_colours(theme.colours(self.palette()), small)
         self._show_again()
 

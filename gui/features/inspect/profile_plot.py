@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,7 +14,6 @@ from PySide6.QtSvg import QSvgGenerator
 from PySide6.QtWidgets import QGraphicsPathItem
 
 from ilf.evaluation.measuring import DepthProfile, Line, depth_profile
-from ilf.project.run_history import StoredRun
 
 from ...base import theme
 from ...state.document import Document
@@ -90,7 +88,8 @@ def profile_data(document: Document, line: Line, viewed_iteration: ViewedIterati
     error = document.expected_error() if viewed_iteration is None else None
     maps = {_RAW: frame.depth, _ERROR: error, _GROUND_TRUTH: frame.ground_truth}
     others = {name: values for name, values in maps.items() if values is not None}
-    names = _names(document.compared)
+    called = [kept.name for kept in document.compared]
+    names = [kept.name if called.count(kept.name) == 1 else f"{kept.name} #{kept.number}" for kept in document.compared]
     others |= {name: kept.completion.depth for name, kept in zip(names, document.compared, strict=True)}
     profile = depth_profile(frame.depth if result is None else result, *line, frame.intrinsics, others)
     found, curves = profile.others, []
@@ -102,12 +101,6 @@ def profile_data(document: Document, line: Line, viewed_iteration: ViewedIterati
         curves.append(Curve("ground truth", found[_GROUND_TRUTH], is_reference=True))
     labels = document.labels[profile.rows, profile.columns]
     return ProfileData(profile, found[_RAW], tuple(curves), found.get(_ERROR), labels)
-
-
-def _names(runs: Sequence[StoredRun]) -> list[str]:
-    """Return a unique name for each run."""
-    names = [kept.name for kept in runs]
-    return [kept.name if names.count(kept.name) == 1 else f"{kept.name} #{kept.number}" for kept in runs]
 
 
 _RAW_SIZE = 3.5
@@ -160,7 +153,7 @@ class ProfilePlot(pg.PlotWidget):
         known = np.isfinite(data.raw) & np.isfinite(x)
         self._raw.setData(x[known], data.raw[known])
         while len(self._curves) < len(data.curves):
-            self._curves.append(_curve())
+            self._curves.append(pg.PlotCurveItem(antialias=True, connect="finite"))
             self._curves[-1].setZValue(90 - len(self._curves))
             self.addItem(self._curves[-1])
         while len(self._curves) > len(data.curves):
@@ -193,12 +186,8 @@ class ProfilePlot(pg.PlotWidget):
         self._label_font = {"font-size": f"{font.pointSizeF():.1f}pt"}
         self.setBackground(colours.background)
         self._raw.setBrush(raw_colour(colours))
-        tint = QColor(colours.series[0])
-        tint.setAlpha(54)
-        self._band.setBrush(tint)
-        faint = QColor(colours.muted)
-        faint.setAlpha(110)
-        self._borders.setPen(pg.mkPen(faint, width=1))
+        self._band.setBrush(theme.faded(colours.series[0], 54))
+        self._borders.setPen(pg.mkPen(theme.faded(colours.muted, 110), width=1))
         self._cursor.setPen(pg.mkPen(colours.muted, width=1))
         for name in ("left", "bottom"):
             axis = self.getAxis(name)
@@ -263,10 +252,6 @@ class ProfilePlot(pg.PlotWidget):
 def raw_colour(colours: theme.Colours) -> QColor:
     """Return the colour of raw depth, in plot and legend."""
     return QColor("#c3c9d2") if colours.is_dark else QColor("#565e6a")
-
-
-def _curve() -> pg.PlotCurveItem:
-    return pg.PlotCurveItem(antialias=True, connect="finite")
 
 
 def _band(x: Array, depth: Array, error: Array) -> QPainterPath:

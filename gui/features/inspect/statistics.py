@@ -57,6 +57,20 @@ class StatisticsRequest:
     subject: Mask
     other: Mask | None
 
+    def answer(self) -> Statistics:
+        """Compute the statistics; called in a worker thread."""
+        depths = [self.raw, *([] if self.result is None else [self.result])]
+        found = [surface_statistics(depth, self.subject, self.intrinsics) for depth in depths]
+        notes = [one.reason for one in found if one.reason]
+        if self.other is not None:
+            try:
+                second = surface_statistics(depths[-1], self.other, self.intrinsics)
+                angle = angle_between(_plane(found[-1]), _plane(second))
+                notes.insert(0, f"Angle between the planes of both selected blocks: {angle:.1f}°")
+            except InputError as error:
+                notes.append(str(error))
+        return Statistics(found[0], found[1] if len(found) > 1 else None, tuple(dict.fromkeys(notes)))
+
 
 @dataclass(frozen=True)
 class Statistics:
@@ -74,21 +88,6 @@ class Statistics:
             Row(name, (one, other), f"{name}: {hint[0].lower()}{hint[1:]}")
             for (name, hint), one, other in zip(_ROWS, raw, result, strict=True)
         ]
-
-
-def compute_statistics(request: StatisticsRequest) -> Statistics:
-    """Compute the requested statistics; called in a worker thread."""
-    depths = [request.raw, *([] if request.result is None else [request.result])]
-    found = [surface_statistics(depth, request.subject, request.intrinsics) for depth in depths]
-    notes = [one.reason for one in found if one.reason]
-    if request.other is not None:
-        try:
-            second = surface_statistics(depths[-1], request.other, request.intrinsics)
-            angle = angle_between(_plane(found[-1]), _plane(second))
-            notes.insert(0, f"Angle between the planes of both selected blocks: {angle:.1f}°")
-        except InputError as error:
-            notes.append(str(error))
-    return Statistics(found[0], found[1] if len(found) > 1 else None, tuple(dict.fromkeys(notes)))
 
 
 def _plane(found: SurfaceStatistics) -> PlaneFit:

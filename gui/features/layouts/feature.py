@@ -10,7 +10,7 @@ from PySide6.QtCore import QSettings
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QInputDialog
 
-from ...base.commands import Actions, Command, command, describe
+from ...base.commands import Command, command, describe
 from ...views.layouts import CORRECT as CORRECT_VIEWS
 from ...views.layouts import LAYOUTS
 from ...widgets.basics import open_once
@@ -24,20 +24,8 @@ _ICONS = {STANDARD: "ph.layout", INSPECT: "ph.eye", CORRECT: "ph.pencil-line", T
 _KEYS = {INSPECT: "F3", CORRECT: "F4", TUNE: "F12"}
 
 
-# Options of the views, stored between program starts.
-
-_KEY = "views"
 _CHOICES = "block_names", "show_missing", "only_icons"
-
-
-def remember_choices(actions: Actions) -> None:
-    """Restore the stored options of the views, and store their changes."""
-    settings = QSettings()
-    for name in _CHOICES:
-        action = actions[name]
-        action.setChecked(settings.value(f"{_KEY}/{name}", False, bool) is True)
-        action.toggled.connect(lambda on, name=name: QSettings().setValue(f"{_KEY}/{name}", on))
-
+"""Options of the views that are stored between program starts."""
 
 _NOT_OWN = "The current layout is built in: only your own layouts can be renamed or deleted."
 
@@ -78,18 +66,21 @@ class LayoutsFeature(Feature):
             self.toggle(name)
 
     def _why_not_own(self) -> str:
-        return "" if self.store.is_own(self.present) else _NOT_OWN
+        return "" if self.present in OWN else _NOT_OWN
 
     def _why_none_deleted(self) -> str:
         return "" if self._deleted is not None else "No layout has been deleted."
 
     def begin(self) -> None:
-        """Insert the menu, and restore the layout of the last program start."""
+        """Insert the menu, and restore layout and options of the last program start."""
         insert_menu(self.context.window.menuBar(), self.menu, self.context.actions["full_screen"])
         self._apply(self.store.left(self.store.present))
         self._show()
         if self.context.panels.persistent:
-            remember_choices(self.context.actions)
+            for choice in _CHOICES:
+                action, key = self.context.actions[choice], f"views/{choice}"
+                action.setChecked(QSettings().value(key, False, bool) is True)
+                action.toggled.connect(lambda on, key=key: QSettings().setValue(key, on))
 
     @property
     def present(self) -> str:
@@ -125,7 +116,7 @@ class LayoutsFeature(Feature):
         name = self.store.free_name() if known is None else known.name
         if not text:
             return False
-        if known is not None and not self.store.is_own(known.name):
+        if known is not None and known.name not in OWN:
             self.context.notes.show_message(f"{known.text} is built in and cannot be replaced: choose another name.")
             return False
         if name is None:
@@ -144,7 +135,7 @@ class LayoutsFeature(Feature):
         """Rename the current layout, one of the user's own; return False if that is not possible."""
         text = text.strip()
         known = self.store.named(text)
-        if not text or not self.store.is_own(self.present):
+        if not text or self.present not in OWN:
             return False
         if known is not None and known.name != self.present:
             self.context.notes.show_message(f"A layout {known.text} exists already: choose another name.")
@@ -160,7 +151,7 @@ class LayoutsFeature(Feature):
         The previous one is switched to; the deleted one can be restored.
         """
         name = self.present
-        if not self.store.is_own(name):
+        if name not in OWN:
             return
         self.turn(self._back())
         self._deleted = self.store.delete(name)
@@ -188,7 +179,7 @@ class LayoutsFeature(Feature):
     def _ask_save(self) -> None:
         """Save the views, their contents and the panels under a name, with a shortcut."""
         present = self.store.layouts[self.present]
-        proposed = present.text if self.store.is_own(self.present) else ""
+        proposed = present.text if self.present in OWN else ""
         self._ask("Save layout as", "Name of the layout:", proposed, self.save)
 
     @command("rename_layout", "Re&name layout…", why_off=_why_not_own)
@@ -251,7 +242,7 @@ class LayoutsFeature(Feature):
         """Switch the panels with the views when the views enter or leave the arrangement for correcting; but not in an
         own layout, which may have any views, nor while a single view or a comparison is shown temporarily."""
         lasting = self.context.views.sheet.lasting
-        if not self._turning and not self.store.is_own(self.present):
+        if not self._turning and self.present not in OWN:
             comes, goes = lasting == CORRECT_VIEWS, self.present == CORRECT
             if comes != goes:
                 self._views = self._lasting

@@ -37,8 +37,19 @@ class LayoutBar(Themed, QWidget):
     def set_actions(self, actions: Iterable[QAction]) -> None:
         """Show buttons for these actions."""
         wanted = list(actions)
-        if list(self._buttons) != wanted:
-            self._make(wanted)
+        if list(self._buttons) == wanted:
+            return
+        for button in self._buttons.values():
+            button.hide()
+            button.deleteLater()
+        self._buttons = {}
+        for action in wanted:
+            button = _LayoutButton()
+            button.setDefaultAction(action)
+            button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextOnly)
+            button.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+            self._row.addWidget(button)
+            self._buttons[action] = button
 
     def fit(self, room: int) -> None:
         """Show the button of the current layout, and as many others as there is room for; all are in the menu."""
@@ -55,19 +66,6 @@ class LayoutBar(Themed, QWidget):
     def sizeHint(self) -> QSize:
         shown = [button for button in self._buttons.values() if not button.isHidden()]
         return QSize(sum(map(_width, shown)), max((button.sizeHint().height() for button in shown), default=0))
-
-    def _make(self, wanted: list[QAction]) -> None:
-        for button in self._buttons.values():
-            button.hide()
-            button.deleteLater()
-        self._buttons = {}
-        for action in wanted:
-            button = _LayoutButton()
-            button.setDefaultAction(action)
-            button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextOnly)
-            button.setFocusPolicy(Qt.FocusPolicy.NoFocus)
-            self._row.addWidget(button)
-            self._buttons[action] = button
 
     def _take_theme(self) -> None:
         colours = theme.colours(self.palette())
@@ -93,7 +91,10 @@ class Header(QWidget):
         self._menu_bar = menu_bar
         self._views = views
         self._layouts = layouts
-        lay_out(QHBoxLayout(self), views, layouts, self._make_more(), spacing=_GAP)
+        self.more = menu_button(QMenu(self), "»", "What has no room here")
+        self.more.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+        self.more.menu().aboutToShow.connect(self._fill_more)
+        lay_out(QHBoxLayout(self), views, layouts, self.more, spacing=_GAP)
         menu_bar.setCornerWidget(self)
         menu_bar.installEventFilter(self)
 
@@ -111,13 +112,6 @@ class Header(QWidget):
     @property
     def _hidden(self) -> list[QAction]:
         return [*self._views.hidden, *self._layouts.hidden]
-
-    def _make_more(self) -> QToolButton:
-        """Make the button for what has no room."""
-        self.more = menu_button(QMenu(self), "»", "What has no room here")
-        self.more.setFocusPolicy(Qt.FocusPolicy.NoFocus)
-        self.more.menu().aboutToShow.connect(self._fill_more)
-        return self.more
 
     def _fill_more(self) -> None:
         menu = self.more.menu()

@@ -58,20 +58,16 @@ class Arrangement:
             If the values are not a packed arrangement.
         """
         places = base64.b64decode(values["places"])
+        first, second = values["sides"]
         return Arrangement(
             str(values["views"]),
             {str(cell): str(content) for cell, content in values["contents"].items()},
             None if values["panels"] is None else tuple(str(title) for title in values["panels"]),
             places if values["seal"] == zlib.crc32(places) else b"",
-            _two(values["sides"]),
+            (str(first), str(second)),
             bool(values["cloud_beside"]),
             bool(values.get("contours", False)),
         )
-
-
-def _two(values: Any) -> tuple[str, str]:
-    first, second = values
-    return str(first), str(second)
 
 
 @dataclass(frozen=True)
@@ -152,10 +148,6 @@ class LayoutStore:
     def own(self) -> list[Layout]:
         """The user's own layouts, in order."""
         return [self.layouts[name] for name in OWN if name in self.layouts]
-
-    def is_own(self, name: str) -> bool:
-        """Whether a layout is one of the user's own."""
-        return name in OWN and name in self.layouts
 
     def named(self, text: str) -> Layout | None:
         """Return the layout with this displayed name, ignoring case; None for none."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -97,12 +98,9 @@ class RecentCommands:
         if self._persistent:
             QSettings().setValue(_KEY, self._keys)
 
-    def rank(self, key: str) -> int:
-        """Return the rank of a command: 0 for the latest; the number of commands if it is not among them."""
-        return self._keys.index(key) if key in self._keys else len(self._keys)
-
-    def __contains__(self, key: str) -> bool:
-        return key in self._keys
+    def rank(self, key: str) -> float:
+        """Return the rank of a command: 0 for the latest; infinite if it is not among them."""
+        return self._keys.index(key) if key in self._keys else math.inf
 
 
 # Commands that match a query, in order.
@@ -132,9 +130,8 @@ def offers(entries: Iterable[ActionEntry], query: str, recent: RecentCommands) -
         found = _score(entry, query)
         if found is not None:
             score, letters = found
-            bonus = _RECENT / (1 + recent.rank(entry.key)) if entry.key in recent else 0.0
-            able = _DISABLED if entry.why_not else 0.0
-            fitting.append((score + bonus + able, Offer(entry, letters)))
+            score += _RECENT / (1 + recent.rank(entry.key)) + (_DISABLED if entry.why_not else 0.0)
+            fitting.append((score, Offer(entry, letters)))
     return [offer for _, offer in sorted(fitting, key=lambda fit: -fit[0])]
 
 

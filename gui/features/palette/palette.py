@@ -59,9 +59,7 @@ class OfferDelegate(QStyledItemDelegate):
         one_line.setWrapMode(QTextOption.WrapMode.NoWrap)
         painter.save()
         if option.state & QStyle.StateFlag.State_Selected:
-            tint = option.palette.color(QPalette.ColorRole.Highlight)
-            tint.setAlpha(60)
-            painter.fillRect(option.rect, tint)
+            painter.fillRect(option.rect, theme.faded(option.palette.color(QPalette.ColorRole.Highlight), 60))
         row = option.rect.adjusted(_MARGIN, 0, -_MARGIN, 0)
         icon = QRect(row.left(), row.center().y() - _ICON // 2, _ICON, _ICON)
         entry.icon.paint(painter, icon, mode=QIcon.Mode.Disabled if entry.why_not else QIcon.Mode.Normal)

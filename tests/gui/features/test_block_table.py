@@ -10,10 +10,15 @@ from PySide6.QtWidgets import QColorDialog, QLineEdit
 
 from gui.features.blocks.model import BlockRow, Column
 from gui.features.blocks.table import BlockTable
+from gui.state.block_counts import BlockCounts
+from ilf.data.blocks import BlockInfo
 
 
 def _rows(count: int) -> list[BlockRow]:
-    return [BlockRow(label, f"Block {label}", (200, 80, 40), 1000 * label, 0.25) for label in range(1, count + 1)]
+    return [
+        BlockRow(label, BlockInfo(f"Block {label}", (200, 80, 40)), BlockCounts(1000 * label, 750 * label))
+        for label in range(1, count + 1)
+    ]
 
 
 @pytest.fixture
