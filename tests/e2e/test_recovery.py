@@ -74,9 +74,9 @@ def _part(window) -> AutosaveFeature:
 
 def _dialog(window, qtbot) -> RecoveryDialog:
     part = _part(window)
-    qtbot.waitUntil(lambda: part.recovery.dialog is not None)
-    assert part.recovery.dialog is not None
-    return part.recovery.dialog
+    qtbot.waitUntil(lambda: part.dialog is not None)
+    assert part.dialog is not None
+    return part.dialog
 
 
 def _names(window) -> list[str]:
@@ -110,7 +110,7 @@ def test_left_work_is_restored_discarded_or_left(window, left, qtbot, monkeypatc
         box = next(box for box in dialog.findChildren(QMessageBox) if box.isVisible())
         next(button for button in box.buttons() if button.text() == answer).click()
     assert window.isVisible()
-    assert _part(window).recovery.dialog is None
+    assert not dialog.isVisible()
     qtbot.waitUntil(lambda: len(list(left.glob("*.work"))) == 1)
     (own,) = left.glob("*.work")
     assert f"-{os.getpid()}-" in own.name
