@@ -7,7 +7,7 @@ from PySide6.QtWidgets import QToolButton
 
 from gui.features.edit_summary import EditSummaryFeature
 from gui.features.export.feature import ExportFeature
-from gui.features.project.start_page import StartPageFeature, _pictures
+from gui.features.start_page import StartPageFeature, _pictures
 from ilf.sources.frame_ref import FrameRef
 
 from .conftest import open_frame, write_frame

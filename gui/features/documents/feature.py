@@ -7,7 +7,6 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from PySide6.QtCore import Signal
 from PySide6.QtGui import QPixmap
 from PySide6.QtWidgets import QFileDialog
 
@@ -26,12 +25,15 @@ from ...base.needs import Need
 from ...base.paths import sort_paths
 from ...state.document import Document
 from ...state.entries import Entry
+from ...state.parts import Part
 from ...widgets.basics import open_once
 from ...widgets.file_choice import save_folder
 from ...work.found_blocks import describe_blocks
 from ...work.latest_request import LatestRequest
 from ...work.loading import FolderPreview, contains_frames, preview_folder
 from ..context import Context, Feature
+from ..project.feature import ProjectFeature
+from ..project.recent import Origin, RecentMenu
 
 if TYPE_CHECKING:
     from .load_blocks import BlockSource
@@ -45,52 +47,35 @@ _TOO_MANY = "Only one colour file and its depth file can be opened at a time. Fo
 
 
 class DocumentsFeature(Feature):
-    """Opening and writing of files.
-
-    Signals
-    -------
-    folder_requested(object)
-        Request to open the FrameRef of a folder of frames or a recording.
-    project_requested(object)
-        Request to open a project file, by its Path.
-    exporting_changed()
-        An export has started or ended, or the progress of saving the project has changed.
-    """
-
-    folder_requested = Signal(object)
-    project_requested = Signal(object)
-    exporting_changed = Signal()
+    """Opening and writing of files, and the menu of frames that were opened last."""
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)
         self._window = context.window
-        self._workspace = workspace = context.workspace
+        self._workspace = context.workspace
         self._loader = context.loader
         self._notes = context.notes
         self._looks = LatestRequest[FrameRef, FolderPreview](preview_folder, self)
         self.exporting = False
         """Whether an export is in progress."""
-        self.discard_silently = False
-        """Whether to close without asking; for headless use."""
-        self.saved_share: Callable[[], float | None] = lambda: None
-        """Returns the written share of the project that is being saved, 0-1; None if none is being saved."""
-        self.leave: Callable[[Sequence[Entry], Callable[[], None]], None] = lambda entries, then: then()
-        """Prepares closing of frames: calls `then` once no work would be lost, unless the user cancels."""
-        self.remove: Callable[[Sequence[Entry], Callable[[], None]], None] = lambda entries, then: then()
-        """Prepares removal of frames from the list: calls `then` unless the user cancels."""
-        self.join: Callable[[Path, Callable[[], None]], None] = lambda place, then: then()
-        """Prepares opening of a file or folder: calls `then` unless the user cancels."""
-        self.close: Callable[[Entry], None] = lambda entry: workspace.remove_entries([entry])
-        """Closes a frame."""
+        self.recent = RecentMenu("Open re&cent", "frames", context.panels.persistent, self._open_recent, context.window)
+        self._noted: set[str] = set()
+        context.workspace.on(Part.LIST, self._note_recent)
 
     def begin(self) -> None:
-        """Show the messages of reading; the features that react to them do so before."""
+        """Insert the menu of recent frames, and show the messages of reading; the features that react to them do so
+        before."""
         loader, notes = self._loader, self._notes
-        loader.replace = lambda entries, then: self.remove(entries, then)
+        self.recent.insert_after(self.context.actions["open_sample"])
+        loader.listed.connect(self.recent.note)
         loader.replayed.connect(self._tell_differences)
         self.context.runs.finished.connect(self._tell_verdict)
         loader.failed.connect(notes.report)
         loader.message.connect(notes.show_message)
+
+    @property
+    def _project(self) -> ProjectFeature:
+        return self.context.feature(ProjectFeature)
 
     # opening
 
@@ -112,7 +97,7 @@ class DocumentsFeature(Feature):
         run.json as a run; a project replaces the current one."""
         projects, folders, records, files = sort_paths(paths)
         if projects:
-            self.project_requested.emit(projects[-1])
+            self._project.open(projects[-1])
         for folder in folders:
             self.open_source(FrameRef(str(folder)))
         for record in records:
@@ -128,23 +113,22 @@ class DocumentsFeature(Feature):
         replace nothing."""
         source = source.absolute()
         note_opened(*source.paths)
-        self.join(Path(source.rgb), lambda: self._open_joined(source))
+        self._project.join(Path(source.rgb), lambda: self._open_joined(source))
 
     def open_run(self, record: Path) -> None:
         """Open the frame, blocks and parameters of a run.json."""
-        self.join(record.absolute(), lambda: self._loader.open_run(record))
+        self._project.join(record.absolute(), lambda: self._loader.open_run(record))
 
     def _open_joined(self, source: FrameRef) -> None:
         if source.depth is None and source.frame is None and contains_frames(source.rgb):
-            self.folder_requested.emit(source)
+            self._project.folders.open(source)
             return
         entry = self._workspace.entries.of_key(source.key)
         if entry is None or entry.origin == source:
             self._loader.open(source)
         else:
-            self._loader.read_again(
-                entry, source, lambda frame: self.remove([entry], lambda: self._loader.open(source, frame))
-            )
+            ask = self._project.ask_remove
+            self._loader.read_again(entry, source, lambda frame: ask([entry], lambda: self._loader.open(source, frame)))
 
     def _open_dialog(self, rgb: str | None, depth: str | None) -> None:
         from .open_dialog import Kind, OpenDialog
@@ -222,7 +206,7 @@ class DocumentsFeature(Feature):
         """
         entry = self._workspace.current_entry
         if entry is not None:
-            self.leave([entry], lambda: self.close(entry))
+            self._project.close_frame(entry)
 
     def remove_entries(self, entries: Sequence[Entry], then: Callable[[], object] = lambda: None) -> None:
         """Remove frames from the list, after asking once about the work on them; then call `then`."""
@@ -231,7 +215,25 @@ class DocumentsFeature(Feature):
             self._workspace.remove_entries(entries)
             then()
 
-        self.remove(entries, remove)
+        self._project.ask_remove(entries, remove)
+
+    # frames that were opened last
+
+    def _note_recent(self) -> None:
+        """Record newly opened frames, except those of a project or a folder."""
+        open_now = {document.key: document for document in self._workspace.open}
+        for key, document in open_now.items():
+            entry = self._workspace.entries.of(document.id)
+            brought = entry is not None and (entry.has_state or entry.from_folder)
+            if key not in self._noted and not brought and isinstance(document.origin, FrameRef | Path):
+                self.recent.note(document.origin)
+        self._noted = set(open_now)
+
+    def _open_recent(self, origin: Origin) -> None:
+        if isinstance(origin, Path):
+            self.open_run(origin)
+        else:
+            self.open_source(origin)
 
     # a picture of the window
 

@@ -17,7 +17,6 @@ from ilf.sources.frame_ref import FrameRef
 from ...project.current_project import CurrentProject, ProjectSettings, apply_settings
 from ...state.entries import Entry
 from ..context import Context
-from ..documents.feature import DocumentsFeature
 from .view_state import ViewState
 
 
@@ -187,7 +186,6 @@ class FolderProjects(QObject):
         """The folder whose project the current one is."""
         self._coming: tuple[Path, FrameRef] | None = None
         """Project that is being opened for a folder, and the source with the reading options of the folder."""
-        context.feature(DocumentsFeature).folder_requested.connect(self.open)
         context.loader.listed.connect(self._begin)
         context.loader.failed.connect(self._open_without)
 

@@ -27,15 +27,16 @@ from ilf.project.archive import Archive
 from ilf.sources.frame_ref import FrameRef
 from ilf.sources.listing import list_frames
 
-from ...base import theme
-from ...views.pixel_items import rgb_image
-from ...widgets.basics import TEXT_BESIDE_ICON, Message, PlainLabel, Themed, command_button, lay_out, literal_text
-from ...work.jobs import Worker
-from ...work.loading import contains_frames
-from ..context import Context, Feature
-from ..frame_list.thumbnails import read_thumbnail, stored_thumbnail
-from .feature import ProjectFeature
-from .recent import Origin, RecentFeature, is_missing, key_of, name_of
+from ..base import theme
+from ..views.pixel_items import rgb_image
+from ..widgets.basics import TEXT_BESIDE_ICON, Message, PlainLabel, Themed, command_button, lay_out, literal_text
+from ..work.jobs import Worker
+from ..work.loading import contains_frames
+from .context import Context, Feature
+from .documents.feature import DocumentsFeature
+from .frame_list.thumbnails import read_thumbnail, stored_thumbnail
+from .project.feature import ProjectFeature
+from .project.recent import Origin, is_missing, key_of, name_of
 
 _WIDTH, _MARGIN = 720, 16
 _PICTURE, _NO_PICTURE, _LOGO = QSize(160, 120), QSize(64, 64), QSize(56, 56)
@@ -191,7 +192,7 @@ class StartPageFeature(Feature):
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)
-        self._projects, self._frames = context.feature(ProjectFeature).recent, context.feature(RecentFeature).menu
+        self._projects, self._frames = context.feature(ProjectFeature).recent, context.feature(DocumentsFeature).recent
         self._listed: list[Origin] = []
         self._made: dict[str, QPixmap] = {}
         self.page = StartPage([context.actions[name] for name in _COMMANDS])
