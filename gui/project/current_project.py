@@ -28,7 +28,7 @@ def project_of(workspace: Workspace) -> Project:
     """Return the list of frames and the shared settings."""
     frames = tuple(
         ProjectFrame(
-            entry.id, entry.name, source_of(entry), entry.summary, entry.has_state or has_content(entry.document)
+            entry.id, entry.name, source_of(entry), entry.stored_summary, entry.has_state or has_content(entry.document)
         )
         for entry in workspace.entries
     )
@@ -115,8 +115,6 @@ class CurrentProject(QObject):
         for signal in (workspace.entries.added, workspace.entries.removed):
             signal.connect(lambda *_: self._forget_frames())
         self._saved = self.current_settings()
-        self._missing: dict[str, FrameSummary] = {}
-        """Id of a frame whose files are missing -> its summary in the project file."""
         self._found_elsewhere = False
         self._saved_frames: dict[str, ProjectFrame] = {}
 
@@ -159,7 +157,7 @@ class CurrentProject(QObject):
         frames = []
         for frame in project.frames:
             if only is None or frame.id in only:
-                frames.append(replace(frame, summary=self._missing.get(frame.id, frame.summary)))
+                frames.append(frame)
             else:
                 before = self._saved_frames.get(frame.id, ProjectFrame(frame.id, frame.name, frame.source))
                 frames.append(replace(frame, summary=before.summary, has_state=before.has_state))
@@ -210,16 +208,7 @@ class CurrentProject(QObject):
         """Return whether another program has changed, made or removed the file since it was opened or saved."""
         return self.path is not None and _mark(self.path) != self._mark
 
-    def note_missing(self, entry: Entry) -> None:
-        """Note that the files of a frame are missing: its summary in the project file stays as it is."""
-        self._missing.setdefault(entry.id, entry.summary)
-
-    def forget_missing(self) -> None:
-        """Clear the list of frames with missing files."""
-        self._missing.clear()
-
-    def note_relocated(self, entry: Entry) -> FrameSummary | None:
-        """Note that missing files were found elsewhere; return the frame's former summary."""
+    def note_relocated(self) -> None:
+        """Note that missing files were found elsewhere."""
         self._found_elsewhere = True
         self._forget_frames()
-        return self._missing.pop(entry.id, None)
