@@ -124,6 +124,11 @@ class CurrentProject(QObject):
         return "" if self.path is None else self.path.stem
 
     @property
+    def file(self) -> str:
+        """Path of its file; "" if it is not written yet."""
+        return "" if self.path is None or self._mark is None else str(self.path)
+
+    @property
     def unsaved(self) -> bool:
         """Whether there are changes that are not in the file."""
         return bool(self.words()) or any(entry.unsaved for entry in self._workspace.entries)
@@ -191,13 +196,9 @@ class CurrentProject(QObject):
             self._lock.release()
             self._lock = None
 
-    def mark_frames_saved(self) -> None:
-        """Mark the list of frames as saved: they were found again."""
-        self._saved = self._saved._replace(frames=self.current_settings().frames)
-
-    def mark_extraction_saved(self) -> None:
-        """Mark the extraction parameters as saved: they came with a frame."""
-        self._saved = self._saved._replace(extraction=self._workspace.parameters.extraction)
+    def mark_saved(self, setting: str) -> None:
+        """Mark one of the settings as saved: the frames were found again, or the extraction came with a frame."""
+        self._saved = self._saved._replace(**{setting: getattr(self.current_settings(), setting)})
 
     def saved_summary(self, entry: Entry) -> FrameSummary | None:
         """Return the summary of a frame in the file; None if the file has no state of it."""

@@ -6,7 +6,7 @@ import os
 import secrets
 import tempfile
 import threading
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import datetime
@@ -117,8 +117,7 @@ class WorkStore:
 
     def _owns(self, name: str) -> bool:
         """Whether a part is written here."""
-        outdated = any(name in _parts_of(frame_id) for frame_id in self._reverted)
-        return self._work is not None and name in self._work.names() and not outdated
+        return self._work is not None and name in self._work.names() and name not in _parts_of(self._reverted)
 
     def part(self, name: str) -> bytes:
         """Return the bytes of a part; raises InputError if there is none or it is damaged."""
@@ -144,7 +143,7 @@ class WorkStore:
         """Return the names of the written parts that are not only in the project file."""
         with self._lock:
             names = frozenset() if self._work is None else frozenset(self._work.names())
-            return names - {name for id in self._reverted for name in _parts_of(id)}
+            return names - _parts_of(self._reverted)
 
     def all_names(self) -> frozenset[str]:
         """Return the names of all parts."""
@@ -156,8 +155,7 @@ class WorkStore:
         written, and the written parts. They must be `held` meanwhile."""
         with self._lock:
             states = [state for id, state in self._waiting.items() if id not in left_out]
-            without = {name for id in left_out for name in _parts_of(id)}
-            names = self.own_names() - without
+            names = self.own_names() - _parts_of(left_out)
             frames = {name: self.part(name) for name in names if name.startswith(_OF_FRAMES)}
         return states, _View(lambda: names, lambda name: frames[name] if name in frames else self.part(name))
 
@@ -262,7 +260,7 @@ class WorkStore:
 
     def _unused(self, work: WorkFolder, names: Mapping[str, frozenset[str]], gone: Collection[str]) -> set[str]:
         """Return the written parts that are not needed any more."""
-        unused = {name for id in gone for name in _parts_of(id)}
+        unused = _parts_of(gone)
         with self._lock:
             if not self._held:
                 arrays = (name for name in work.names() if name.startswith("arrays/"))
@@ -303,8 +301,8 @@ class WorkStore:
         return Path(self._temporary.name)
 
 
-def _parts_of(frame_id: str) -> tuple[str, str]:
-    return frame_part(frame_id), thumbnail_part(frame_id)
+def _parts_of(frames: Iterable[str]) -> set[str]:
+    return {part(frame_id) for frame_id in frames for part in (frame_part, thumbnail_part)}
 
 
 @dataclass(frozen=True, eq=False)

@@ -49,10 +49,10 @@ def left(qtbot, tmp_path, small_frame, small_labels):
     return folder
 
 
-def _leave(qtbot, folder: Path, frames: list[Path], labels: np.ndarray, project: str = ""):
+def _leave(qtbot, folder: Path, frames: list[Path], labels: np.ndarray, project: Path | None = None):
     workspace, store = Workspace(), WorkStore(folder)
     recorder = Recorder(workspace, store)
-    recorder.project = project
+    recorder.present.take(project)
     recorder.start()
     for number, path in enumerate(frames):
         workspace.open_document(Document.of(Run(load_frame(str(path)), labels), None, str(path)))
@@ -60,6 +60,7 @@ def _leave(qtbot, folder: Path, frames: list[Path], labels: np.ndarray, project:
     with qtbot.waitSignal(recorder.kept):
         pass
     assert recorder.shutdown()
+    recorder.present.release()
 
 
 @pytest.fixture
@@ -197,8 +198,9 @@ def test_a_project_that_was_saved_after_the_work_was_left_is_not_replaced_unaske
     another, qtbot, tmp_path, small_frame, small_labels
 ):
     folder, path = Path(os.environ["ILF_AUTOSAVE"]), tmp_path / "room.ilf"
-    _leave(qtbot, tmp_path / "work", [write_frame(tmp_path / "hall", small_frame)], small_labels, str(path))
-    shutil.copytree(tmp_path / "work", folder)
+    save_project(path, Project())
+    _leave(qtbot, tmp_path / "work", [write_frame(tmp_path / "hall", small_frame)], small_labels, path)
+    shutil.copytree(tmp_path / "work", folder, dirs_exist_ok=True)
     save_project(path, Project())
     window = another(persistent=True)
     _dialog(window, qtbot).rows[0].restore_button.click()

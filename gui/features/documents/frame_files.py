@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
 from pathlib import Path
 
 from ilf.io.frame_additions import guide_suffixes
@@ -13,9 +14,14 @@ _COLOUR_WORDS = ("rgb", "colour", "color", "image")
 _DEPTH_WORDS = ("depth",)
 
 
+def files_of(kind: str, suffixes: Iterable[str], *others: str) -> str:
+    """Return the filters of file dialogs for files with these suffixes, others, and all files."""
+    return ";;".join((f"{kind} ({' '.join(f'*{suffix}' for suffix in suffixes)})", *others, "All files (*)"))
+
+
 def guide_files() -> str:
     """Return the filter of file dialogs for guides."""
-    return f"Guides ({' '.join(f'*{suffix}' for suffix in guide_suffixes())});;All files (*)"
+    return files_of("Guides", guide_suffixes())
 
 
 def recording_files() -> str:

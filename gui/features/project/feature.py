@@ -21,7 +21,7 @@ from ilf.project.state_codec import UnreadableFrame, frame_part
 
 from ...base.commands import command
 from ...base.needs import Need
-from ...project.current_project import CurrentProject, source_of
+from ...project.current_project import source_of
 from ...state.document import Document
 from ...state.entries import Entry
 from ...state.parts import Part
@@ -47,7 +47,7 @@ class ProjectFeature(Feature):
     def __init__(self, context: Context) -> None:
         super().__init__(context)
         workspace, loader, window = context.workspace, context.loader, context.window
-        self.present = CurrentProject(workspace, self)
+        self.present = context.recorder.present
         self.view = ViewState(workspace, context.views, context.refresh)
         self.saving = Saving(context, self.present, self.view)
         self.opening = Opening(context, self.present, self.view)
@@ -58,9 +58,8 @@ class ProjectFeature(Feature):
         self.question: CloseDialog | None = None
         """The open question about unsaved work; None for none."""
         self._leaves = False
-        context.recorder.is_unsaved = lambda: self.present.unsaved
         loader.replace = lambda entries, then: self.ask_remove(entries, then)
-        loader.replayed.connect(lambda _: self.present.mark_extraction_saved())
+        loader.replayed.connect(lambda _: self.present.mark_saved("extraction"))
         loader.incomplete.connect(self._tell_incomplete)
         loader.opening_failed.connect(self._note_failure)
         loader.not_allowed.connect(partial(ask_to_open, window))
@@ -94,9 +93,12 @@ class ProjectFeature(Feature):
         """Close all frames, and start an empty project."""
         self._leave("a new project is started", self._begin)
 
-    def open(self, path: Path) -> None:
-        """Open a project, replacing the current one."""
-        self.opening.open(path.absolute(), lambda take: self._leave(f"{path.name} is opened", take))
+    def open(
+        self, path: Path, done: Callable[[], None] = lambda: None, fail: Callable[[], None] = lambda: None
+    ) -> None:
+        """Open a project, replacing the current one; then call `done`, or `fail` if it cannot be opened."""
+        ask = partial(self._leave, f"{path.name} is opened")
+        self.opening.open(path.absolute(), ask, done, fail)
 
     @command("save_project", "&Save project", icon="ph.floppy-disk", keys="Ctrl+S", needs=Need.LISTED)
     def save(self) -> None:

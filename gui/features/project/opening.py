@@ -37,13 +37,20 @@ class Opening(QObject):
         self._present = present
         self._view = view
 
-    def open(self, path: Path, then: Callable[[Callable[[], None]], None]) -> None:
-        """Read a project file; on success, call `then` with the function that makes it the current project."""
-        read = self._context.loader.read
-        read(
+    def open(
+        self,
+        path: Path,
+        ask: Callable[[Callable[[], None]], None],
+        done: Callable[[], None] = lambda: None,
+        fail: Callable[[], None] = lambda: None,
+    ) -> None:
+        """Read a project file; on success, call `ask` with the function that makes it the current project, which calls
+        `done`; else call `fail`."""
+        self._context.loader.read(
             f"Opening {path.name}",
             lambda: open_project(path),
-            lambda opened: then(lambda: self._leave(lambda: self._take_newest(opened))),
+            lambda opened: ask(lambda: self._leave(lambda: self._take_newest(opened, done))),
+            fail,
         )
 
     def begin(self, then: Callable[[], None] = lambda: None) -> None:
@@ -58,7 +65,7 @@ class Opening(QObject):
     def detach(self) -> None:
         """Make the frames those of a project without a file."""
         self._present.take(None)
-        self._record("")
+        self._context.recorder.note_project()
 
     def _begin(self) -> None:
         apply_settings(self._context.workspace, Project())
@@ -75,15 +82,15 @@ class Opening(QObject):
 
         context.recorder.revert([entry.id for entry in context.workspace.entries], leave)
 
-    def restore_project(
+    def take(
         self,
         project: Project,
         places: Places,
         opened: OpenedProject | None,
-        unsaved: Collection[str],
+        unsaved: Collection[str] = (),
         read_only: str = "",
     ) -> None:
-        """Restore the project of another window in a window without frames.
+        """Make a project the current one, in a window without frames.
 
         Parameters
         ----------
@@ -91,7 +98,7 @@ class Opening(QObject):
         places : Places
             Places of the files of its frames.
         opened : OpenedProject or None
-            Its file, which does not contain all of the work; None if it has none.
+            Its file, which may not contain all of the work; None if it has none.
         unsaved : collection of str
             Ids of the frames with work that is not in the file, but stored in this window.
         read_only : str
@@ -99,48 +106,34 @@ class Opening(QObject):
         """
         present = self._present
         self._context.recorder.store.set_project(None if opened is None else opened.parts, places)
-        self._fill(project, unsaved)
+        apply_settings(self._context.workspace, project)
+        self._context.workspace.add_entries([entry_of(frame, frame.id in unsaved) for frame in project.frames])
         if opened is None:
             present.take(None)
         else:
             why = _why_not_written(opened.path) or read_only
             present.take(opened.path, opened.project, why, ProjectSettings.of(opened.project))
-        self._show(project)
-        self._record("" if opened is None else str(opened.path))
-
-    def _take_newest(self, opened: OpenedProject) -> None:
-        """Make a project the current one; read it again if it was saved meanwhile, as when it was the current one."""
-        if not opened.parts.replaced():
-            self._take(opened)
-            return
-        opened.close()
-        self._begin()
-        self._context.loader.read(f"Opening {opened.path.name}", lambda: open_project(opened.path), self._take)
-
-    def _take(self, opened: OpenedProject) -> None:
-        self._context.recorder.store.set_project(opened.parts, opened.places)
-        self._fill(opened.project)
-        self._present.take(opened.path, opened.project, _why_not_written(opened.path))
-        self._show(opened.project)
-        self._record(str(opened.path))
-        self.opened.emit(opened)
-
-    def _fill(self, project: Project, unsaved: Collection[str] = ()) -> None:
-        """List the frames of a project, and apply its settings."""
-        apply_settings(self._context.workspace, project)
-        self._context.workspace.add_entries([entry_of(frame, frame.id in unsaved) for frame in project.frames])
-
-    def _show(self, project: Project) -> None:
-        """Restore the views and the frame that were shown last."""
         self._view.take(project.view)
         entries = self._context.workspace.entries
         first = entries.of(project.present) or next(iter(entries), None)
         if first is not None:
             self._context.loader.open_entry(first)
-
-    def _record(self, path: str) -> None:
-        self._context.recorder.project = path
         self._context.recorder.note_project()
+
+    def _take_newest(self, opened: OpenedProject, done: Callable[[], None]) -> None:
+        """Make a project the current one; read it again if it was saved meanwhile, as when it was the current one."""
+
+        def take(opened: OpenedProject) -> None:
+            self.take(opened.project, opened.places, opened)
+            self.opened.emit(opened)
+            done()
+
+        if not opened.parts.replaced():
+            take(opened)
+            return
+        opened.close()
+        self._begin()
+        self._context.loader.read(f"Opening {opened.path.name}", lambda: open_project(opened.path), take)
 
 
 def entry_of(frame: ProjectFrame, unsaved: bool = False) -> Entry:
@@ -164,6 +157,9 @@ def _why_not_written(path: Path) -> str:
 # Folders of frames opened without a project: their work is kept for the next time.
 
 
+Open = Callable[[Path, Callable[[], None], Callable[[], None]], None]
+
+
 class FolderProjects(QObject):
     """Opens a folder in an empty window with its last project, or with a new project of its own.
 
@@ -174,20 +170,17 @@ class FolderProjects(QObject):
     context : Context
     present : CurrentProject
     open_project : callable
-        Opens a project file.
+        Opens a project file, then calls the one function, or the other if it cannot be opened.
     """
 
-    def __init__(self, context: Context, present: CurrentProject, open_project: Callable[[Path], None]) -> None:
+    def __init__(self, context: Context, present: CurrentProject, open_project: Open) -> None:
         super().__init__(context.window)
         self._context = context
         self._present = present
         self._open_project = open_project
         self._folder: Path | None = None
         """The folder whose project the current one is."""
-        self._coming: tuple[Path, FrameRef] | None = None
-        """Project that is being opened for a folder, and the source with the reading options of the folder."""
         context.loader.listed.connect(self._begin)
-        context.loader.failed.connect(self._open_without)
 
     def open(self, how: FrameRef) -> None:
         """List the frames of a folder, with the reading options of `how`, and restore the work on them."""
@@ -195,13 +188,17 @@ class FolderProjects(QObject):
         if not context.panels.persistent or len(context.workspace.entries) or self._present.path is not None:
             context.loader.open_folder(how)
             return
-        self._folder = folder
         home = self._home(folder)
-        if home.is_file():
-            self._coming = home, how
-            self._open_project(home)
-        else:
+        if not home.is_file():
+            self._folder = folder
             context.loader.open_folder(how)
+            return
+
+        def add_new() -> None:
+            self._folder = folder
+            context.loader.open_folder(how, show=False)
+
+        self._open_project(home, add_new, lambda: context.loader.open_folder(how))
 
     def proposed(self) -> Path | None:
         """Return the project's file, or None if it is in the data folder, where the user did not put it."""
@@ -209,13 +206,9 @@ class FolderProjects(QObject):
         return None if path is None or path.is_relative_to(folder_projects_dir()) else path
 
     def note_opened(self, opened: OpenedProject) -> None:
-        """Handle an opened project: if it belongs to a folder, add frames that are new in the folder."""
-        coming, self._coming = self._coming, None
-        if coming is None or coming[0] != opened.path:
-            beside = opened.path.with_suffix("")
-            self._folder = beside if beside.is_dir() else None
-        else:
-            self._context.loader.open_folder(coming[1], show=False)
+        """Note the folder beside an opened project that has its name."""
+        beside = opened.path.with_suffix("")
+        self._folder = beside if beside.is_dir() else None
 
     def is_foreign(self, place: Path) -> bool:
         """Whether a file or folder is not of the folder whose project the current one is."""
@@ -224,7 +217,7 @@ class FolderProjects(QObject):
 
     def forget(self) -> None:
         """Forget the folder, because another project is started."""
-        self._folder = self._coming = None
+        self._folder = None
 
     def note_saved(self, path: Path) -> None:
         """Store the file of the saved project: its folder is opened with it from now on."""
@@ -247,14 +240,7 @@ class FolderProjects(QObject):
                 text = f"{beside} is a project of this folder: open it to continue the work in it."
                 self._context.notes.show_message(text)
         else:
-            self._present.mark_frames_saved()
-
-    def _open_without(self, what: str, error: Exception) -> None:
-        """List the folder's frames if its project cannot be opened; the file is not changed."""
-        if self._coming is not None:
-            how = self._coming[1]
-            self.forget()
-            self._context.loader.open_folder(how)
+            self._present.mark_saved("frames")
 
 
 def _beside(folder: Path) -> Path:

@@ -27,7 +27,7 @@ class Restoring:
 
     def __init__(self, context: Context, left: RecoverableWork) -> None:
         self._context, self._left, self._alone = context, left, has_no_project(context)
-        is_of_this = bool(left.project) and left.project == context.recorder.project
+        is_of_this = bool(left.project) and left.project == context.recorder.present.file
         self._frames = left.frames if is_of_this else left.read.project.frames
         entries = context.workspace.entries
         self._ids = {one.id: one.id if entries.of(one.id) is None else uuid.uuid4().hex for one in self._frames}
@@ -86,7 +86,7 @@ class Restoring:
         # a file that is unreadable or newer may contain none of the work
         unsaved = (left.stored if opened is None or newer else left.changed) - set(left_aside)
         opening = self._context.feature(ProjectFeature).opening
-        opening.restore_project(left.read.project, places, opened, unsaved, newer)
+        opening.take(left.read.project, places, opened, unsaved, newer)
         self._context.notes.warn(f"Restored {name_of(left)}", [newer] * bool(newer))
 
     def _add_frames(self, left_aside: Collection[str]) -> None:

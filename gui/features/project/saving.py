@@ -190,7 +190,6 @@ class Saving(QObject):
             if document in workspace.open:
                 document.note_saved(stamp)
         self._present.take(opened.path, opened.project, saved=taken.set)
-        self._context.recorder.project = str(opened.path)
         self._context.recorder.note_project()
         self.saved.emit(opened.path, problems)
         self._end(True)
