@@ -97,7 +97,7 @@ class DocumentsFeature(Feature):
         run.json as a run; a project replaces the current one."""
         projects, folders, records, files = sort_paths(paths)
         if projects:
-            self._project.open(projects[-1])
+            self._project.opening.open(projects[-1].absolute())
         for folder in folders:
             self.open_source(FrameRef(str(folder)))
         for record in records:
@@ -121,7 +121,7 @@ class DocumentsFeature(Feature):
 
     def _open_joined(self, source: FrameRef) -> None:
         if source.depth is None and source.frame is None and contains_frames(source.rgb):
-            self._project.folders.open(source)
+            self._project.opening.open_folder(source)
             return
         entry = self._workspace.entries.of_key(source.key)
         if entry is None or entry.origin == source:
@@ -271,14 +271,10 @@ class DocumentsFeature(Feature):
 
     def _tell_verdict(self, document: Document) -> None:
         """If the run that has ended is the recorded one, report whether its result equals the record."""
-        completion = document.completion()
-        if (
-            document.record_replay is None
-            or completion is None
-            or not _is_recorded_run(document, document.record_replay.run, completion)
-        ):
+        again, completion = document.record_replay, document.completion()
+        if again is None or completion is None or not _is_recorded_run(document, again.run, completion):
             return
-        verdict = document.record_replay.verdict(completion)
+        verdict = again.verdict(completion)
         if verdict:
             self._notes.warn(f"{document.name}: the result differs from the run record", verdict)
         else:

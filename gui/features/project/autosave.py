@@ -234,7 +234,6 @@ class AutosaveFeature(Feature):
         context.window.statusBar().addPermanentWidget(self.label)
         context.recorder.failed.connect(self._tell_failure)
         context.recorder.kept.connect(self._tell_kept)
-        self._failing = False
 
     def begin(self) -> None:
         """Start the autosave and the recovery, in a window that stores settings."""
@@ -256,20 +255,14 @@ class AutosaveFeature(Feature):
             self.dialog.open()
 
     def _tell_failure(self, error: Exception) -> None:
-        self._show_failure(str(error))
-        if not self._failing:
-            self._failing = True
+        if self.label.isHidden():
             self.context.notes.warn("Not autosaved", [error_text(error), MEANING], error_details(error))
+        self.label.show_message("Not autosaved", "warning")
+        self.label.show()
+        self.label.setToolTip(f"<p>{html.escape(str(error))}</p><p>{MEANING}</p>")
+        self.label.setAccessibleDescription(str(error))
 
     def _tell_kept(self) -> None:
-        if self._failing:
-            self._failing = False
-            self._show_failure("")
+        if not self.label.isHidden():
+            self.label.hide()
             self.context.notes.show_message("The autosave works again: all work is stored.")
-
-    def _show_failure(self, why: str) -> None:
-        """Show a sentence why the autosave fails; "" if it works."""
-        self.label.show_message("Not autosaved", "warning")
-        self.label.setVisible(bool(why))
-        self.label.setToolTip(f"<p>{html.escape(why)}</p><p>{MEANING}</p>")
-        self.label.setAccessibleDescription(why)

@@ -102,7 +102,6 @@ class CloseDialog(QDialog):
         stack(self, *parts, self.progress, buttons, stretched=self.frames if rows else None)
         self._fill()
         (self.save_button if rows else buttons.button(QDialogButtonBox.StandardButton.Cancel)).setDefault(True)
-        self._can_be_changed = [self.frames, self.wait, self.stop, self.save_button, self.discard_button]
         self.progress.hide()
         self.setMinimumWidth(520)
         self._follow_ticks()
@@ -118,7 +117,7 @@ class CloseDialog(QDialog):
         """Show the progress and disable the choices; only *Cancel* stays enabled."""
         self.progress.show()
         self.progress.show_message(text)
-        for widget in self._can_be_changed:
+        for widget in (self.frames, self.wait, self.stop, self.save_button, self.discard_button):
             widget.setEnabled(False)
 
     def _begin(self) -> None:

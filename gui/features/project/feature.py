@@ -29,10 +29,10 @@ from ...widgets.basics import open_once
 from ...widgets.notices import ACCEPT, DESTROY, ask
 from ..context import Context, Feature
 from .asking import ask_to_open, ask_to_open_anew
-from .opening import FolderProjects, Opening
+from .opening import Opening
 from .recent import RecentMenu
 from .saving import SaveRequest, Saving
-from .view_state import ViewState
+from .view_state import Zooms
 
 if TYPE_CHECKING:
     from .closing import CloseDialog
@@ -48,11 +48,10 @@ class ProjectFeature(Feature):
         super().__init__(context)
         workspace, loader, window = context.workspace, context.loader, context.window
         self.present = context.recorder.present
-        self.view = ViewState(workspace, context.views, context.refresh)
-        self.saving = Saving(context, self.present, self.view)
-        self.opening = Opening(context, self.present, self.view)
-        self.folders = FolderProjects(context, self.present, self.open)
-        self.recent = RecentMenu("Open recent pro&ject", "projects", context.panels.persistent, self.open, window)
+        self.saving, self.opening = Saving(context), Opening(context, self._leave)
+        Zooms(workspace, context.views, context.refresh)
+        is_kept = context.panels.persistent
+        self.recent = RecentMenu("Open recent pro&ject", "projects", is_kept, self.opening.open, window)
         self.discard_silently = False
         """Whether to close without asking; for headless use."""
         self.question: CloseDialog | None = None
@@ -74,7 +73,7 @@ class ProjectFeature(Feature):
         """Checks the files of frames; made on use."""
         from .missing import Missing
 
-        return Missing(self.context, self.present)
+        return Missing(self.context)
 
     def begin(self) -> None:
         """Insert the menu of recent projects and the button *Save*."""
@@ -92,13 +91,6 @@ class ProjectFeature(Feature):
     def new(self) -> None:
         """Close all frames, and start an empty project."""
         self._leave("a new project is started", self._begin)
-
-    def open(
-        self, path: Path, done: Callable[[], None] = lambda: None, fail: Callable[[], None] = lambda: None
-    ) -> None:
-        """Open a project, replacing the current one; then call `done`, or `fail` if it cannot be opened."""
-        ask = partial(self._leave, f"{path.name} is opened")
-        self.opening.open(path.absolute(), ask, done, fail)
 
     @command("save_project", "&Save project", icon="ph.floppy-disk", keys="Ctrl+S", needs=Need.LISTED)
     def save(self) -> None:
@@ -212,19 +204,17 @@ class ProjectFeature(Feature):
 
     def _begin(self, then: Callable[[], None] = lambda: None) -> None:
         self.missing.forget()
-        self.folders.forget()
         self.opening.begin(then)
 
     # what is opened later
 
     def join(self, place: Path, then: Callable[[], None]) -> None:
         """Open a file or folder; ask first if the project is that of another folder, and has a file."""
-        if not self.folders.is_foreign(place) or self.discard_silently:
+        if not self.opening.is_foreign(place) or self.discard_silently:
             then()
         elif self._saved_file() or self.present.unsaved:
             self._ask_join(place, then)
         else:
-            self.folders.forget()
             self.opening.detach()
             then()
 
@@ -268,7 +258,7 @@ class ProjectFeature(Feature):
 
         context = self.context
         first = next(iter(context.workspace.entries), None)
-        proposed = self.folders.proposed() or proposed_path(
+        proposed = self.opening.proposed() or proposed_path(
             self.present.name or ("project" if first is None else first.name)
         )
         sources = [source for source in map(source_of, context.workspace.entries) if source is not None]
@@ -305,7 +295,6 @@ class ProjectFeature(Feature):
     def _note_opened(self, opened: OpenedProject) -> None:
         self._note_recent(opened.path)
         self.missing.check(opened)
-        self.folders.note_opened(opened)
         count = len(opened.project.frames)
         self.context.notes.show_message(f"Opened {opened.path.name}: {counted(count, 'frame')}.")
         self.context.notes.warn(
@@ -325,7 +314,7 @@ class ProjectFeature(Feature):
 
     def _note_saved(self, path: Path, problems: Sequence[str]) -> None:
         self._note_recent(path)
-        self.folders.note_saved(path)
+        self.opening.note_saved(path)
         count, size = len(self.context.workspace.entries), path.stat().st_size / 1e6
         actions = self.context.actions
         actions.refresh()

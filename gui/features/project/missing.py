@@ -24,7 +24,7 @@ from ilf.project.file import OpenedProject
 from ilf.project.missing_files import MissingFile, locate, missing_files, relocated
 from ilf.project.sources import ChangedSource, MissingSource, Places
 
-from ...project.current_project import CurrentProject, source_of
+from ...project.current_project import source_of
 from ...state.entries import Entry
 from ...widgets.basics import Message, give_size, literal_text, open_once, row, row_list, stack
 from ...widgets.work_row import WorkRow
@@ -187,11 +187,12 @@ def _check_files(opened: OpenedProject) -> Generator[None, None, list[MissingFil
 class Missing(QObject):
     """Checks the files of a project in the background, and asks for missing ones."""
 
-    def __init__(self, context: Context, present: CurrentProject) -> None:
+    def __init__(self, context: Context) -> None:
         super().__init__(context.window)
         self._context = context
-        self._present = present
-        self._lost: list[MissingFile] = []
+        self._present = context.recorder.present
+        self.lost: list[MissingFile] = []
+        """The lost files found so far."""
         self._requested = ""
         """Id of the frame that the user tried to show."""
         self.dialog: MissingFilesDialog | None = None
@@ -203,11 +204,6 @@ class Missing(QObject):
         """Looks for lost files at possible places."""
         self.search.answered.connect(lambda asked, found: self._take_found(found, asked[1].folders))
         self.search.failed.connect(lambda _, error: context.notes.report("Search for files", error))
-
-    @property
-    def lost(self) -> tuple[MissingFile, ...]:
-        """The lost files found so far."""
-        return tuple(self._lost)
 
     @property
     def busy(self) -> bool:
@@ -223,7 +219,7 @@ class Missing(QObject):
         """Stop, and forget the lost files of the current project."""
         self._check.cancel()
         self.search.cancel()
-        self._lost, self._requested = [], ""
+        self.lost, self._requested = [], ""
         if self.dialog is not None:
             self.dialog.reject()
 
@@ -256,7 +252,7 @@ class Missing(QObject):
         """Handle a frame that could not be opened."""
         if isinstance(error, MissingSource | ChangedSource):
             self._note(MissingFile(entry.id, error.wanted, error.found if isinstance(error, ChangedSource) else None))
-        elif all(lost.frame != entry.id for lost in self._lost):
+        elif all(lost.frame != entry.id for lost in self.lost):
             return
         self._requested = entry.id
         if not self._check.busy:
@@ -266,13 +262,13 @@ class Missing(QObject):
         entry = self._context.workspace.entries.of(lost.frame)
         if entry is None or entry.document is not None:
             return
-        if lost not in self._lost:
-            self._lost.append(lost)
+        if lost not in self.lost:
+            self.lost.append(lost)
         self._context.workspace.note_problem(entry, _CHANGED if lost.changed else _MISSING)
 
     def _ask(self) -> None:
         """Open the dialog if files are lost."""
-        if not self._lost:
+        if not self.lost:
             return
         if self.dialog is None:
             self.dialog = dialog = MissingFilesDialog(self._present.name, self, self._context.window)
@@ -284,13 +280,13 @@ class Missing(QObject):
     def _named(self) -> list[tuple[str, MissingFile]]:
         """Return the lost files with the names of their frames."""
         entries = self._context.workspace.entries
-        found = ((entries.of(lost.frame), lost) for lost in self._lost)
+        found = ((entries.of(lost.frame), lost) for lost in self.lost)
         return [(entry.name, lost) for entry, lost in found if entry is not None]
 
     def _leave_dialog(self) -> None:
         self.dialog = None
         self.search.cancel()
-        lost = {one.frame for one in self._lost}
+        lost = {one.frame for one in self.lost}
         whole = (entry for entry in self._context.workspace.entries if entry.id not in lost)
         first = next(whole, None)
         if first is not None and not self._context.workspace.has_current and not self._context.loader.busy:
@@ -299,7 +295,7 @@ class Missing(QObject):
     # search
 
     def _look(self, places: Places) -> None:
-        self.search.ask((list(dict.fromkeys(lost.wanted for lost in self._lost)), places))
+        self.search.ask((list(dict.fromkeys(lost.wanted for lost in self.lost)), places))
 
     def _take_found(self, found: dict[InputFile, Path], searched: tuple[Path, ...]) -> None:
         store, dialog = self._context.recorder.store, self.dialog
@@ -309,15 +305,15 @@ class Missing(QObject):
         folders = dict.fromkeys((*store.places.folders, *(searched if found else ())))
         store.places = replace(store.places, given={**store.places.given, **given}, folders=tuple(folders))
         self._context.recorder.note_project()
-        affected = {lost.frame for lost in self._lost if lost.wanted in found}
-        self._lost = [lost for lost in self._lost if lost.wanted not in found]
+        affected = {lost.frame for lost in self.lost if lost.wanted in found}
+        self.lost = [lost for lost in self.lost if lost.wanted not in found]
         by_path = {wanted.path: path for wanted, path in found.items()}
         for frame in affected:
             self._update_found(frame, by_path)
         if dialog is None:
             return
         dialog.show_files(self._named())
-        left, text = len({lost.frame for lost in self._lost}), f"Found {counted(len(found), 'file')}"
+        left, text = len({lost.frame for lost in self.lost}), f"Found {counted(len(found), 'file')}"
         if not found:
             dialog.message.show_message("No file with the original content is there. Choose another folder.", "error")
         elif left:
@@ -336,7 +332,7 @@ class Missing(QObject):
             return
         if entry.source is not None:
             entry.source = relocated(entry.source, found)
-        if any(lost.frame == frame for lost in self._lost):
+        if any(lost.frame == frame for lost in self.lost):
             return
         self._present.note_relocated()
         workspace.note_problem(entry, "")

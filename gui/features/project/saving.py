@@ -16,13 +16,13 @@ from ilf.project.missing_files import folder_projects_dir
 from ilf.project.project import Project
 
 from ...base.paths import PROJECT_SUFFIX
-from ...project.current_project import CurrentProject, ProjectSettings, has_content
+from ...project.current_project import ProjectSettings, has_content
 from ...project.store import WorkStore
 from ...state.document import Document
 from ...state.entries import Entry
 from ...work.jobs import Worker
 from ..context import Context
-from .view_state import ViewState
+from .view_state import views_state
 
 FOLDER_KEY = "project/folder"
 FILE_FILTER = f"Project of ILF Studio (*{PROJECT_SUFFIX})"
@@ -81,11 +81,10 @@ class Saving(QObject):
     saved = Signal(object, object)
     failed = Signal(object)
 
-    def __init__(self, context: Context, present: CurrentProject, view: ViewState) -> None:
+    def __init__(self, context: Context) -> None:
         super().__init__(context.window)
         self._context = context
-        self._present = present
-        self._view = view
+        self._present = context.recorder.present
         self._afterwards: list[Callable[[], None]] = []
         self._snapshot: _Snapshot | None = None
         self.share = 0.0
@@ -128,7 +127,7 @@ class Saving(QObject):
         for document in stamps:
             if has_content(document):
                 self._context.recorder.keep(document)
-        project = self._present.snapshot(self._view.window_state(), request.only)
+        project = self._present.snapshot(views_state(self._context.views), request.only)
         unload = {entry: entry.changes for entry in wanted if entry.document is None}
         return _Snapshot(request, project, stamps, unload, store.project, self._present.current_settings())
 
