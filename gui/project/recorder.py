@@ -153,7 +153,7 @@ class Recorder(QObject):
         error = outcome[0] or outcome[1]
         if error is not None:
             self._project_touched = True
-        lost = self.store.take_lost()
+        lost, self.store.lost = self.store.lost, False
         if lost:
             self._touched.update(self._workspace.open)
             self._project_touched = True

@@ -63,7 +63,8 @@ class WorkStore:
         self._adopted: set[str] = set()
         """Frames of another window that are not listed yet."""
         self._held = 0
-        self._lost = False
+        self.lost = False
+        """Whether what was written has been lost with its folder: open frames must be put again."""
         self.parts: Parts = _View(self.all_names, self.part)
         self.project: Parts | None = None
         self.places = Places()
@@ -183,13 +184,6 @@ class WorkStore:
                 self._reverted -= copied.names.keys()
                 self._adopted |= copied.names.keys()
 
-    def take_lost(self) -> bool:
-        """Return whether what was written has been lost with its folder since the last call: open frames must be put
-        again."""
-        with self._lock:
-            lost, self._lost = self._lost, False
-        return lost
-
     @property
     def is_written(self) -> bool:
         """Whether all is written."""
@@ -287,7 +281,7 @@ class WorkStore:
                 self._work = None
                 self._known.clear()
                 self._names.clear()
-                self._lost = True
+                self.lost = True
             if self._work is None:
                 name = f"{datetime.now():%Y%m%d-%H%M%S}-{os.getpid()}-{secrets.token_hex(4)}{SUFFIX}"
                 self._work = WorkFolder(self._place() / name)

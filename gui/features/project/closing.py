@@ -6,7 +6,6 @@ from collections.abc import Callable, Mapping, Sequence
 
 from PySide6.QtCore import Qt, QTimer
 from PySide6.QtWidgets import (
-    QButtonGroup,
     QDialog,
     QDialogButtonBox,
     QPushButton,
@@ -75,7 +74,6 @@ class CloseDialog(QDialog):
         self.wait.setToolTip("Complete the runs and save their results; waiting can be cancelled")
         self.stop = QRadioButton("S&top the runs and keep the completed blocks")
         self.stop.setToolTip("Save the blocks that are completed so far; the remaining blocks are not run")
-        self._ways = QButtonGroup(self)
         self.also = Message()
         self.progress = Message()
         self.save_button = QPushButton("&Save")
@@ -168,7 +166,6 @@ class CloseDialog(QDialog):
     def _runs_box(self) -> QWidget:
         box, column = group("Runs in progress")
         for button in (self.stop, self.wait):
-            self._ways.addButton(button)
             column.addWidget(button)
         self.stop.setChecked(True)
         return box

@@ -179,9 +179,8 @@ _Search = tuple[list[InputFile], Places]
 
 def _check_files(opened: OpenedProject) -> Generator[None, None, list[MissingFile]]:
     """Return the lost files of a project; runs in a worker thread."""
-    frames = opened.project.frames
-    since = opened.path.stat().st_mtime if len(frames) > _MAX_CHECKED and opened.path.exists() else None
-    return missing_files(frames, opened.parts, opened.places, since)
+    is_large = len(opened.project.frames) > _MAX_CHECKED
+    return missing_files(opened, opened.path.stat().st_mtime if is_large and opened.path.exists() else None)
 
 
 class Missing(QObject):

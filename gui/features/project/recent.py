@@ -152,23 +152,19 @@ class RecentMenu(QMenu):
         key, gone = key_of(origin), is_missing(origin)
         action = self._entries.get(key)
         if action is None:
-            action = self._entries[key] = self._action(key, lambda: self._open_key(key))
+            action = self._entries[key] = self._action(key, lambda: self.open(self._entries[key].data()))
             action.setObjectName(f"recent {key}")
             action.setProperty(WHY_NOT, "Its files are missing.")
+        action.setData(origin)
         name = name_of(origin).replace("&", "&&")
         text = f"&{number}  {name}" if number <= _DIGITS else f"{number}  {name}"
         action.setText(f"{text} (missing)" if gone else text)
         action.setEnabled(not gone)
         return action
 
-    def _action(self, hint: str, do: Callable[[], None]) -> QAction:
+    def _action(self, hint: str, do: Callable[[], object]) -> QAction:
         action = QAction(self._window)
         action.setToolTip(literal_text(hint))
         action.setProperty(TEMPORARY, True)
         action.triggered.connect(lambda: do())
         return action
-
-    def _open_key(self, key: str) -> None:
-        origin = next((origin for origin in self.origins if key_of(origin) == key), None)
-        if origin is not None:
-            self.open(origin)
