@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from filelock import FileLock
-from PySide6.QtCore import QObject
 
 from ilf.data.parameters import BlockParameters, Parameters
 from ilf.project.project import FrameSummary, Project, ProjectFrame
@@ -91,7 +90,7 @@ def _mark(path: Path) -> FileMark | None:
     return status.st_size, status.st_mtime_ns, status.st_ino
 
 
-class CurrentProject(QObject):
+class CurrentProject:
     """The current project: its file and its unsaved changes.
 
     Attributes
@@ -102,8 +101,7 @@ class CurrentProject(QObject):
         Why the file cannot be overwritten, as a sentence; "" if it can.
     """
 
-    def __init__(self, workspace: Workspace, parent: QObject) -> None:
-        super().__init__(parent)
+    def __init__(self, workspace: Workspace) -> None:
         self._workspace = workspace
         self.path: Path | None = None
         self.read_only = ""

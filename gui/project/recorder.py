@@ -43,7 +43,7 @@ class Recorder(QObject):
 
     def __init__(self, workspace: Workspace, store: WorkStore, parent: QObject | None = None) -> None:
         super().__init__(parent)
-        self.present = CurrentProject(workspace, self)
+        self.present = CurrentProject(workspace)
         """The project, of which it notes the file and whether it lacks changes."""
         self._workspace = workspace
         self.store = store

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from PySide6.QtGui import QPixmap
 from PySide6.QtWidgets import QFileDialog
@@ -35,9 +33,6 @@ from ..context import Context, Feature
 from ..project.feature import ProjectFeature
 from ..project.recent import Origin, RecentMenu
 
-if TYPE_CHECKING:
-    from .load_blocks import BlockSource
-
 _IMAGES = "PNG image (*.png)"
 _NO_RESULT = (
     "The result is not shown: its depth is not beside the record as it was computed, in depth.npy or depth.tiff. Run "
@@ -55,7 +50,9 @@ class DocumentsFeature(Feature):
         self._workspace = context.workspace
         self._loader = context.loader
         self._notes = context.notes
+        self._project = context.feature(ProjectFeature)
         self._looks = LatestRequest[FrameRef, FolderPreview](preview_folder, self)
+        self._block_files = LatestRequest[Callable[[], LoadedBlocks], LoadedBlocks](lambda read: read(), self)
         self.exporting = False
         """Whether an export is in progress."""
         self.recent = RecentMenu("Open re&cent", "frames", context.panels.persistent, self._open_recent, context.window)
@@ -73,16 +70,12 @@ class DocumentsFeature(Feature):
         loader.failed.connect(notes.report)
         loader.message.connect(notes.show_message)
 
-    @property
-    def _project(self) -> ProjectFeature:
-        return self.context.feature(ProjectFeature)
-
     # opening
 
     @command("open", "&Open…", icon="ph.folder-open", keys="Ctrl+O")
     def ask_open(self) -> None:
         """Open a pair of images, a folder or data set, a recording, a project or a run."""
-        self._open_dialog(None, None)
+        self._open_dialog()
 
     @command("open_sample", "Open &sample", icon="ph.house", keys="Ctrl+Shift+O")
     def open_sample(self) -> None:
@@ -105,7 +98,7 @@ class DocumentsFeature(Feature):
         if len(files) > 2:
             self._notes.report("Open", InputError(_TOO_MANY))
         elif files:
-            self._open_dialog(str(files[0]), str(files[1]) if len(files) > 1 else None)
+            self._open_dialog(*map(str, files))
 
     def open_source(self, source: FrameRef) -> None:
         """Open a frame, or the frames of a folder or a recording; ask first if that would replace the same frame, read
@@ -130,12 +123,12 @@ class DocumentsFeature(Feature):
             ask = self._project.ask_remove
             self._loader.read_again(entry, source, lambda frame: ask([entry], lambda: self._loader.open(source, frame)))
 
-    def _open_dialog(self, rgb: str | None, depth: str | None) -> None:
+    def _open_dialog(self, *files: str) -> None:
         from .open_dialog import Kind, OpenDialog
 
         dialog = OpenDialog(self._looks, self._window)
-        if rgb is not None:
-            dialog.set_files(rgb, depth)
+        if files:
+            dialog.set_files(*files)
 
         def take() -> None:
             if dialog.kind in (Kind.PROJECT, Kind.RUN):
@@ -147,19 +140,13 @@ class DocumentsFeature(Feature):
 
     # blocks
 
-    @cached_property
-    def _block_questions(self) -> LatestRequest[BlockSource, LoadedBlocks]:
-        from .load_blocks import blocks_from
-
-        return LatestRequest(blocks_from, self)
-
     @command("load_blocks", "Load &blocks…", icon="ph.squares-four", needs=Need.FRAME | Need.IDLE)
     def ask_load_blocks(self) -> None:
         """Replace the blocks with those from a label map, a labelme or COCO file, or a folder of masks."""
         from .load_blocks import LoadBlocksDialog
 
         document, filling = self._workspace.current, self._workspace.parameters.extraction
-        dialog = LoadBlocksDialog(document.frame, filling, self._block_questions, self._window)
+        dialog = LoadBlocksDialog(document.frame, filling, self._block_files, self._window)
         open_once(dialog, lambda: self._take_blocks(dialog.found()))
 
     def _take_blocks(self, blocks: LoadedBlocks) -> None:

@@ -45,15 +45,6 @@ _ABOUT = (
 _ADDED = "This window has a project: restored frames are added to it."
 
 
-_STAGES = {
-    Stage.UNTOUCHED: "without blocks",
-    Stage.EXTRACTED: "as extracted",
-    Stage.EDITED: "with edited blocks",
-    Stage.RUN: "with results",
-    Stage.FAILED: "that failed",
-}
-
-
 class RecoveryDialog(QDialog):
     """Dialog with a row per unsaved work, to restore it, discard it, or decide later.
 
@@ -69,7 +60,6 @@ class RecoveryDialog(QDialog):
         about.show_message(_ABOUT, "text")
         self.added = Message()
         self.added.show_message(_ADDED)
-        self.added.setVisible(not has_no_project(context))
         self.rows = {number: _Row(left) for number, left in enumerate(works)}
         for number, row in self.rows.items():
             row.restore_button.clicked.connect(partial(self._restore, number))
@@ -86,6 +76,7 @@ class RecoveryDialog(QDialog):
         later.setToolTip("Close this dialog, and offer the remaining work again at the next start")
         buttons.rejected.connect(self.reject)
         stack(self, about, self.added, area, buttons, stretched=area)
+        self.added.setVisible(not has_no_project(context))
         self.setMinimumWidth(600)
 
     def done(self, result: int) -> None:
@@ -187,7 +178,7 @@ def _details(left: RecoverableWork) -> list[str]:
     """Describe unsaved work in lines."""
     frames, all_frames = left.frames, left.read.project.frames
     stages = Counter(frame.summary.stage for frame in frames)
-    parts = [f"{stages[stage]} {text}" for stage, text in _STAGES.items() if stages[stage]]
+    parts = [f"{stages[stage]} {stage}" for stage in Stage if stages[stage]]
     count = counted(len(all_frames), "frame")
     changed = f"{len(frames)} of {count} changed: {', '.join(parts)}"
     lines = [changed if frames else f"{count}: no work on frames, but the list or its settings have changed"]

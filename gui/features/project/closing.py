@@ -15,7 +15,6 @@ from PySide6.QtWidgets import (
 )
 from shiboken6 import isValid
 
-from ...state.document import Document
 from ...widgets.basics import Message, group, literal_text, row_list, stack
 from ...work.runs import RunController
 
@@ -36,8 +35,6 @@ class CloseDialog(QDialog):
         settings for all frames, which cannot be left out. May be empty.
     others : sequence of str
         Other work that would be lost, as sentences.
-    running : sequence of Document
-        Frames whose runs are in progress.
     runs : RunController
     save : callable
         Saves only the work on frames of some ids, then calls a function with whether it was saved.
@@ -49,13 +46,13 @@ class CloseDialog(QDialog):
         what: str,
         rows: Mapping[str, tuple[str, str]],
         others: Sequence[str],
-        running: Sequence[Document],
         runs: RunController,
         save: Callable[[frozenset[str], Callable[[bool], None]], None],
         parent: QWidget,
     ) -> None:
         super().__init__(parent)
-        self._running, self._runs, self._save = running, runs, save
+        self._running = [document for document in runs.running if document.id in rows]
+        self._runs, self._save = runs, save
         self._waits = False
         runs.state_changed.connect(self._look)
         self.finished.connect(lambda: runs.state_changed.disconnect(self._look))
@@ -90,17 +87,16 @@ class CloseDialog(QDialog):
         buttons.rejected.connect(self.reject)
 
         self.also.show_message("\n".join(others), "warning")
-        parts: list[QWidget] = [about]
-        if rows:
-            parts.append(self.frames)
-        if running:
-            parts.append(self._runs_box())
-        if others:
-            parts.append(self.also)
-        stack(self, *parts, self.progress, buttons, stretched=self.frames if rows else None)
+        box, column = group("Runs in progress")
+        for button in (self.stop, self.wait):
+            column.addWidget(button)
+        self.stop.setChecked(True)
+        parts = about, self.frames, box, self.also, self.progress
+        stack(self, *parts, buttons, stretched=self.frames if rows else None)
+        for part, is_shown in zip(parts, (True, rows, self._running, others, False), strict=True):
+            part.setVisible(bool(is_shown))
         self._fill()
         (self.save_button if rows else buttons.button(QDialogButtonBox.StandardButton.Cancel)).setDefault(True)
-        self.progress.hide()
         self.setMinimumWidth(520)
         self._follow_ticks()
 
@@ -162,13 +158,6 @@ class CloseDialog(QDialog):
             self.frames.header().sizeHint().height() + (rows + 1) * (self.fontMetrics().height() + 10)
         )
         self.frames.itemChanged.connect(lambda *_: self._follow_ticks())
-
-    def _runs_box(self) -> QWidget:
-        box, column = group("Runs in progress")
-        for button in (self.stop, self.wait):
-            column.addWidget(button)
-        self.stop.setChecked(True)
-        return box
 
     def _follow_ticks(self) -> None:
         ticked = self.ticked()

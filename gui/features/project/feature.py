@@ -13,7 +13,8 @@ from PySide6.QtGui import QDesktopServices
 from PySide6.QtWidgets import QMessageBox, QToolBar
 
 from ilf._runtime.formatting import counted
-from ilf._runtime.named_places import note_opened
+from ilf._runtime.named_places import NotAllowed, note_opened
+from ilf.errors import one_line
 from ilf.project.archive import Archive
 from ilf.project.file import OpenedProject
 from ilf.project.missing_files import folder_projects_dir
@@ -26,9 +27,8 @@ from ...state.document import Document
 from ...state.entries import Entry
 from ...state.parts import Part
 from ...widgets.basics import open_once
-from ...widgets.notices import ACCEPT, DESTROY, ask
+from ...widgets.notices import ACCEPT, DESTROY, ask, ask_yes_no
 from ..context import Context, Feature
-from .asking import ask_to_open, ask_to_open_anew
 from .opening import Opening
 from .recent import RecentMenu
 from .saving import SaveRequest, Saving
@@ -61,7 +61,7 @@ class ProjectFeature(Feature):
         loader.replayed.connect(lambda _: self.present.mark_saved("extraction"))
         loader.incomplete.connect(self._tell_incomplete)
         loader.opening_failed.connect(self._note_failure)
-        loader.not_allowed.connect(partial(ask_to_open, window))
+        loader.not_allowed.connect(self._ask_allowed)
         self.opening.opened.connect(self._note_opened)
         self.saving.saved.connect(self._note_saved)
         self.saving.failed.connect(lambda error: context.notes.report("The project is not saved", error))
@@ -174,10 +174,9 @@ class ProjectFeature(Feature):
     def _ask_leave(self, what: str, then: Callable[[], None], only: Entry | None) -> None:
         from .closing import CloseDialog  # made on use
 
-        context, runs = self.context, self.context.runs
+        context = self.context
         entries = [*context.workspace.entries] if only is None else [only]
         documents = {entry.document for entry in entries}
-        running = [document for document in runs.running if document in documents]
         rows = {entry.id: (entry.name, work) for entry in entries if (work := self._work_on(entry))}
         if only is None and (words := self.present.words()):
             rows[""] = "The project itself", words
@@ -191,7 +190,7 @@ class ProjectFeature(Feature):
         elif self.question is not None:
             self.question.raise_()
         else:
-            self.question = dialog = CloseDialog(what, rows, others, running, runs, self._save, context.window)
+            self.question = dialog = CloseDialog(what, rows, others, context.runs, self._save, context.window)
             dialog.finished.connect(lambda _: setattr(self, "question", None))
             open_once(dialog, then)
 
@@ -310,7 +309,24 @@ class ProjectFeature(Feature):
         source = source_of(entry)
         if isinstance(error, UnreadableFrame) and source is not None:
             again = partial(self.context.loader.open_new, source, f"{entry.name} (anew)")
-            ask_to_open_anew(self.context.window, entry.name, error, again)
+            text = f"{entry.name} cannot be opened. {error}"
+            more = "Open its files as a new frame, without the work? The work stays in the project as it is."
+            ask_yes_no(self.context.window, f"Open {entry.name} anew?", text, more, again)
+
+    def _ask_allowed(self, error: NotAllowed, yes: Callable[[], None], no: Callable[[], None]) -> None:
+        """Ask whether to open places that a file names; call `yes` after they were noted as opened by the user."""
+
+        def agree() -> None:
+            note_opened(*error.places, beside=True)
+            yes()
+
+        places = "\n".join(map(one_line, error.places))
+        text = f"A file names this outside its own folder, which was never opened here:\n{places}"
+        more = (
+            "Open it, and files beside it that are named, only if you trust the file: opening may contact another "
+            "computer."
+        )
+        ask_yes_no(self.context.window, "Open what a file names?", text, more, agree, no)
 
     def _note_saved(self, path: Path, problems: Sequence[str]) -> None:
         self._note_recent(path)
