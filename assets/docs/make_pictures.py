@@ -64,7 +64,7 @@ class Tour:
 
     def __init__(self) -> None:
         self.window = MainWindow(persistent=False)
-        self.window.documents.discard_silently = True
+        self.window.project.discard_silently = True
         self.window.resize(*SIZE)
         self.window.show()
         pause(300)

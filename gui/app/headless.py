@@ -29,7 +29,7 @@ class HeadlessRun(QObject):
         self._picture = picture
         self.status = 0
         # no user can confirm the loss of work
-        window.documents.discard_silently = picture is not None
+        window.project.discard_silently = picture is not None
         window.notes.reported.connect(self.note_failure)
 
     def start(self) -> None:

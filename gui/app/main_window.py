@@ -33,8 +33,6 @@ from ..features.menus import ToolBar, ToolColumn, draw_extensions, fill_menu_bar
 from ..features.on_use import OnUseFeature
 from ..features.project.autosave import AutosaveFeature
 from ..features.project.feature import ProjectFeature
-from ..features.project.recent import RecentFeature
-from ..features.project.start_page import StartPageFeature
 from ..features.propagation.feature import PropagationFeature
 from ..features.quality import QualityPanel
 from ..features.run_history.panel import RunsPanel
@@ -42,6 +40,7 @@ from ..features.runs import RunsFeature
 from ..features.sequence.flicker import FlickerFeature
 from ..features.sequence.playing import PlayFeature
 from ..features.shortcuts import ShortcutsFeature
+from ..features.start_page import StartPageFeature
 from ..features.status import StatusFeature
 from ..features.tools import ToolsFeature
 from ..features.views import ViewsFeature
@@ -67,6 +66,7 @@ from .drops import FileDrops
 # In the order in which they draw. A feature that another one asks for comes before it.
 _STANDARD: tuple[type[Feature], ...] = (
     WindowFeature,
+    ProjectFeature,
     DocumentsFeature,
     ViewsFeature,
     ErrorFeature,
@@ -81,7 +81,6 @@ _STANDARD: tuple[type[Feature], ...] = (
     StatusFeature,
 )
 _FURTHER: tuple[type[Feature], ...] = (
-    ProjectFeature,
     RunsPanel,
     QualityPanel,
     PropagationFeature,
@@ -93,7 +92,6 @@ _FURTHER: tuple[type[Feature], ...] = (
     CompareFeature,
     ColourRange,
     DepthColoursFeature,
-    RecentFeature,
     StartPageFeature,
     PlayFeature,
     FlickerFeature,

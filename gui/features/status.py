@@ -22,6 +22,7 @@ from ..work.jobs import Pace
 from .context import Context, Feature
 from .documents.feature import DocumentsFeature
 from .expected_error import ErrorFeature
+from .project.feature import ProjectFeature
 
 # The status bar: effect of a click, pixel under the cursor, progress.
 
@@ -96,7 +97,7 @@ class StatusFeature(Feature):
         self._workspace = context.workspace
         self._runs = context.runs
         self._loader = context.loader
-        self._documents = documents = context.feature(DocumentsFeature)
+        self._documents, self._saving = context.feature(DocumentsFeature), context.feature(ProjectFeature).saving
         self._editor = editor = context.editor
         self._pace = Pace()
         self._playing = ""
@@ -112,7 +113,7 @@ class StatusFeature(Feature):
         add = context.refresh.add
         hinted = editor.tool_changed, editor.hint_changed, context.cloud.canvas.hover_changed, context.centre.turned
         add("hint", self.show_hint, Part.FRAME | Part.LOADING | Part.SELECTION | Part.LABELS, also=hinted)
-        working = documents.exporting_changed, *self._error.busy_changed
+        working = self._saving.changed, *self._error.busy_changed
         later = Part.SOME_RESULTS | Part.RECORDS | Part.PREVIEWS
         add("progress", self.show_progress, Part.FRAME | Part.RUNNING | Part.LOADING, later, working)
         add("readout", self.show_readout, _READ, Part.SOME_RESULTS | Part.PREVIEWS)
@@ -148,8 +149,8 @@ class StatusFeature(Feature):
         elif loader.busy:
             text, share = loader.present, loader.share_done or None
             self._pace.note(share or 0.0)
-        elif (saved := self._documents.saved_share()) is not None:
-            text, share = "Saving", saved
+        elif self._saving.busy:
+            text, share = "Saving", self._saving.share
         elif self._documents.exporting:
             text = "Exporting"
         else:

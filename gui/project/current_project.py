@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from filelock import FileLock
-from PySide6.QtCore import QObject
 
 from ilf.data.parameters import BlockParameters, Parameters
 from ilf.project.project import FrameSummary, Project, ProjectFrame
@@ -28,7 +27,7 @@ def project_of(workspace: Workspace) -> Project:
     """Return the list of frames and the shared settings."""
     frames = tuple(
         ProjectFrame(
-            entry.id, entry.name, source_of(entry), entry.summary, entry.has_state or has_content(entry.document)
+            entry.id, entry.name, source_of(entry), entry.stored_summary, entry.has_state or has_content(entry.document)
         )
         for entry in workspace.entries
     )
@@ -91,7 +90,7 @@ def _mark(path: Path) -> FileMark | None:
     return status.st_size, status.st_mtime_ns, status.st_ino
 
 
-class CurrentProject(QObject):
+class CurrentProject:
     """The current project: its file and its unsaved changes.
 
     Attributes
@@ -102,8 +101,7 @@ class CurrentProject(QObject):
         Why the file cannot be overwritten, as a sentence; "" if it can.
     """
 
-    def __init__(self, workspace: Workspace, parent: QObject) -> None:
-        super().__init__(parent)
+    def __init__(self, workspace: Workspace) -> None:
         self._workspace = workspace
         self.path: Path | None = None
         self.read_only = ""
@@ -115,8 +113,6 @@ class CurrentProject(QObject):
         for signal in (workspace.entries.added, workspace.entries.removed):
             signal.connect(lambda *_: self._forget_frames())
         self._saved = self.current_settings()
-        self._missing: dict[str, FrameSummary] = {}
-        """Id of a frame whose files are missing -> its summary in the project file."""
         self._found_elsewhere = False
         self._saved_frames: dict[str, ProjectFrame] = {}
 
@@ -124,6 +120,11 @@ class CurrentProject(QObject):
     def name(self) -> str:
         """Its name; "" without a file."""
         return "" if self.path is None else self.path.stem
+
+    @property
+    def file(self) -> str:
+        """Path of its file; "" if it is not written yet."""
+        return "" if self.path is None or self._mark is None else str(self.path)
 
     @property
     def unsaved(self) -> bool:
@@ -159,7 +160,7 @@ class CurrentProject(QObject):
         frames = []
         for frame in project.frames:
             if only is None or frame.id in only:
-                frames.append(replace(frame, summary=self._missing.get(frame.id, frame.summary)))
+                frames.append(frame)
             else:
                 before = self._saved_frames.get(frame.id, ProjectFrame(frame.id, frame.name, frame.source))
                 frames.append(replace(frame, summary=before.summary, has_state=before.has_state))
@@ -193,13 +194,9 @@ class CurrentProject(QObject):
             self._lock.release()
             self._lock = None
 
-    def mark_frames_saved(self) -> None:
-        """Mark the list of frames as saved: they were found again."""
-        self._saved = self._saved._replace(frames=self.current_settings().frames)
-
-    def mark_extraction_saved(self) -> None:
-        """Mark the extraction parameters as saved: they came with a frame."""
-        self._saved = self._saved._replace(extraction=self._workspace.parameters.extraction)
+    def mark_saved(self, setting: str) -> None:
+        """Mark one of the settings as saved: the frames were found again, or the extraction came with a frame."""
+        self._saved = self._saved._replace(**{setting: getattr(self.current_settings(), setting)})
 
     def saved_summary(self, entry: Entry) -> FrameSummary | None:
         """Return the summary of a frame in the file; None if the file has no state of it."""
@@ -210,16 +207,7 @@ class CurrentProject(QObject):
         """Return whether another program has changed, made or removed the file since it was opened or saved."""
         return self.path is not None and _mark(self.path) != self._mark
 
-    def note_missing(self, entry: Entry) -> None:
-        """Note that the files of a frame are missing: its summary in the project file stays as it is."""
-        self._missing.setdefault(entry.id, entry.summary)
-
-    def forget_missing(self) -> None:
-        """Clear the list of frames with missing files."""
-        self._missing.clear()
-
-    def note_relocated(self, entry: Entry) -> FrameSummary | None:
-        """Note that missing files were found elsewhere; return the frame's former summary."""
+    def note_relocated(self) -> None:
+        """Note that missing files were found elsewhere."""
         self._found_elsewhere = True
         self._forget_frames()
-        return self._missing.pop(entry.id, None)

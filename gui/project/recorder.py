@@ -8,13 +8,13 @@ from weakref import WeakSet
 from PySide6.QtCore import QObject, QTimer, Signal
 
 from ilf.errors import IlfError
-from ilf.project.project import FrameSummary, Project
+from ilf.project.project import FrameSummary
 from ilf.project.store import WorkHeader
 
 from ..state.document import Document
 from ..state.workspace import Workspace
 from ..work.jobs import Worker
-from .current_project import project_of
+from .current_project import CurrentProject, project_of
 from .store import WorkStore
 
 AFTER_MS = 2000
@@ -43,20 +43,15 @@ class Recorder(QObject):
 
     def __init__(self, workspace: Workspace, store: WorkStore, parent: QObject | None = None) -> None:
         super().__init__(parent)
-        self.project = ""
-        """Path of the project file; "" if there is none yet."""
-        self.is_unsaved: Callable[[], bool] = lambda: any(document.unsaved for document in workspace.open)
-        """Whether there are changes that are not in the project file."""
+        self.present = CurrentProject(workspace)
+        """The project, of which it notes the file and whether it lacks changes."""
         self._workspace = workspace
         self.store = store
         self._touched = WeakSet[Document]()
         self._project_touched = True
-        self._project: Project | None = None
-        """The list of frames and the shared settings, if they are to be written."""
-        self._written: Project | None = None
-        """Those that are being written."""
-        self._frames: frozenset[str] = frozenset()
-        """Ids of all frames."""
+        """Whether the list of frames and the shared settings are to be written."""
+        self._again = False
+        """Whether to write again after what is being written."""
         self._summaries: dict[str, FrameSummary] = {}
         """Those of changed frames, by id, as they were taken last: the list of frames has them, too."""
         self._waiting: list[Then] = []
@@ -129,24 +124,23 @@ class Recorder(QObject):
                     self._summaries[entry.id] = entry.summary
                     self._project_touched = True
         self._touched.clear()
-        if self._project_touched:
-            self._project_touched = False
-            self._project = project_of(self._workspace)
-            self._frames = frozenset(frame.id for frame in self._project.frames)
         self._start()
 
     def _start(self) -> None:
-        if self._worker.busy:
+        self._again = self._worker.busy
+        if self._again:
             return
         self._called, self._waiting = self._waiting, []
-        self._written, frames = self._project, self._frames
+        project = project_of(self._workspace) if self._project_touched else None
+        self._project_touched = False
+        frames = frozenset(entry.id for entry in self._workspace.entries)
         unsaved = tuple(entry.id for entry in self._workspace.entries if entry.unsaved)
-        header = WorkHeader(self.project, self.is_unsaved(), unsaved)
+        header = WorkHeader(self.present.file, self.present.unsaved, unsaved)
 
         def job() -> Generator[None, None, _Outcome]:
             yield None
             try:
-                return self.store.write(self._written, frames, header), None
+                return self.store.write(project, frames, header), None
             except IlfError as error:
                 return None, error
 
@@ -157,9 +151,9 @@ class Recorder(QObject):
         for then in called:
             then(outcome[0])
         error = outcome[0] or outcome[1]
-        if outcome[1] is None and self._project is self._written:
-            self._project = None
-        lost = self.store.take_lost()
+        if error is not None:
+            self._project_touched = True
+        lost, self.store.lost = self.store.lost, False
         if lost:
             self._touched.update(self._workspace.open)
             self._project_touched = True
@@ -168,7 +162,7 @@ class Recorder(QObject):
             self.failed.emit(error)
         elif lost:
             self._take()
-        elif self._waiting or self._project is not None or not self.store.is_written:
+        elif self._again or not self.store.is_written:
             self._start()
         else:
             self.kept.emit()

@@ -6,7 +6,7 @@ import os
 import secrets
 import tempfile
 import threading
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import datetime
@@ -63,7 +63,8 @@ class WorkStore:
         self._adopted: set[str] = set()
         """Frames of another window that are not listed yet."""
         self._held = 0
-        self._lost = False
+        self.lost = False
+        """Whether what was written has been lost with its folder: open frames must be put again."""
         self.parts: Parts = _View(self.all_names, self.part)
         self.project: Parts | None = None
         self.places = Places()
@@ -117,8 +118,7 @@ class WorkStore:
 
     def _owns(self, name: str) -> bool:
         """Whether a part is written here."""
-        outdated = any(name in _parts_of(frame_id) for frame_id in self._reverted)
-        return self._work is not None and name in self._work.names() and not outdated
+        return self._work is not None and name in self._work.names() and name not in _parts_of(self._reverted)
 
     def part(self, name: str) -> bytes:
         """Return the bytes of a part; raises InputError if there is none or it is damaged."""
@@ -144,7 +144,7 @@ class WorkStore:
         """Return the names of the written parts that are not only in the project file."""
         with self._lock:
             names = frozenset() if self._work is None else frozenset(self._work.names())
-            return names - {name for id in self._reverted for name in _parts_of(id)}
+            return names - _parts_of(self._reverted)
 
     def all_names(self) -> frozenset[str]:
         """Return the names of all parts."""
@@ -156,8 +156,7 @@ class WorkStore:
         written, and the written parts. They must be `held` meanwhile."""
         with self._lock:
             states = [state for id, state in self._waiting.items() if id not in left_out]
-            without = {name for id in left_out for name in _parts_of(id)}
-            names = self.own_names() - without
+            names = self.own_names() - _parts_of(left_out)
             frames = {name: self.part(name) for name in names if name.startswith(_OF_FRAMES)}
         return states, _View(lambda: names, lambda name: frames[name] if name in frames else self.part(name))
 
@@ -184,13 +183,6 @@ class WorkStore:
                 self._names |= copied.names
                 self._reverted -= copied.names.keys()
                 self._adopted |= copied.names.keys()
-
-    def take_lost(self) -> bool:
-        """Return whether what was written has been lost with its folder since the last call: open frames must be put
-        again."""
-        with self._lock:
-            lost, self._lost = self._lost, False
-        return lost
 
     @property
     def is_written(self) -> bool:
@@ -262,7 +254,7 @@ class WorkStore:
 
     def _unused(self, work: WorkFolder, names: Mapping[str, frozenset[str]], gone: Collection[str]) -> set[str]:
         """Return the written parts that are not needed any more."""
-        unused = {name for id in gone for name in _parts_of(id)}
+        unused = _parts_of(gone)
         with self._lock:
             if not self._held:
                 arrays = (name for name in work.names() if name.startswith("arrays/"))
@@ -289,7 +281,7 @@ class WorkStore:
                 self._work = None
                 self._known.clear()
                 self._names.clear()
-                self._lost = True
+                self.lost = True
             if self._work is None:
                 name = f"{datetime.now():%Y%m%d-%H%M%S}-{os.getpid()}-{secrets.token_hex(4)}{SUFFIX}"
                 self._work = WorkFolder(self._place() / name)
@@ -303,8 +295,8 @@ class WorkStore:
         return Path(self._temporary.name)
 
 
-def _parts_of(frame_id: str) -> tuple[str, str]:
-    return frame_part(frame_id), thumbnail_part(frame_id)
+def _parts_of(frames: Iterable[str]) -> set[str]:
+    return {part(frame_id) for frame_id in frames for part in (frame_part, thumbnail_part)}
 
 
 @dataclass(frozen=True, eq=False)

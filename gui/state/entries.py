@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import uuid
 from collections.abc import Collection, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Self
 
 from PySide6.QtCore import QObject, Signal
 
-from ilf.project.project import FrameSummary
+from ilf.project.project import FrameSummary, Stage
 from ilf.sources.frame_ref import FrameRef
 
 from .document import Document
@@ -36,6 +36,8 @@ class Entry:
         Whether it was found in a folder that the user opened.
     changes : int
         How often it was changed while it was not open.
+    problem : str
+        Why it could not be opened; "" if it was not tried.
     """
 
     id: str
@@ -46,6 +48,7 @@ class Entry:
     has_state: bool = False
     from_folder: bool = False
     changes: int = 0
+    problem: str = ""
     _summary: FrameSummary = field(default_factory=FrameSummary)
     _stamp: tuple[int, ...] = ()
     _unsaved: bool = False
@@ -58,7 +61,13 @@ class Entry:
 
     @property
     def summary(self) -> FrameSummary:
-        """Summary of the frame; up to date if the frame is open."""
+        """Summary of the frame, or of the problem with it."""
+        stored = self.stored_summary
+        return replace(stored, stage=Stage.FAILED, problem=self.problem) if self.problem else stored
+
+    @property
+    def stored_summary(self) -> FrameSummary:
+        """Summary of the work on the frame; up to date if the frame is open."""
         document = self.document
         if document is not None:
             stamp = (*document.stamp, id(document.valid_results()), id(document.blocks), document.state.done)
@@ -68,7 +77,7 @@ class Entry:
 
     def set_summary(self, summary: FrameSummary) -> None:
         """Set the summary of a frame that is not open."""
-        self._summary, self._stamp = summary, ()
+        self._summary, self._stamp, self.problem = summary, (), ""
 
     @property
     def unsaved(self) -> bool:
@@ -175,7 +184,7 @@ class Entries(QObject):
         document.change(id=entry.id, note=entry.note, done=entry.summary.done)
         if entry.unsaved:
             document.note_other_change()
-        entry.document, entry.name = document, document.name
+        entry.document, entry.name, entry.problem = document, document.name, ""
         self.changed.emit(entry)
         return entry
 

@@ -9,8 +9,6 @@ from weakref import ref
 from PySide6.QtCore import QObject, Signal
 from PySide6.QtGui import QUndoGroup, QUndoStack
 
-from ilf.project.project import Stage
-
 from .changes import Changes
 from .document import Document
 from .entries import Entries, Entry
@@ -146,8 +144,8 @@ class Frames(Changes):
 
     def note_problem(self, entry: Entry, problem: str) -> None:
         """Store why a frame of the list could not be opened."""
-        self.entries.set_summary(entry, replace(entry.summary, stage=Stage.FAILED, problem=problem))
-        self.project_touched.emit()
+        entry.problem = problem
+        self.entries.changed.emit(entry)
 
     def _close(self, document: Document) -> None:
         position = self.open.index(document)
@@ -178,7 +176,7 @@ class Frames(Changes):
             return
         if entry.document is None:
             entry.set_unsaved(True)
-            self.entries.set_summary(entry, replace(entry.summary, note=note, done=done))
+            self.entries.set_summary(entry, replace(entry.stored_summary, note=note, done=done))
         else:
             entry.document.change(note=note, done=done)
             entry.document.touch()

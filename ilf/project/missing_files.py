@@ -5,7 +5,8 @@ from __future__ import annotations
 import hashlib
 import os
 import re
-from collections.abc import Collection, Generator, Iterable, Iterator, Mapping
+from collections.abc import Collection, Generator, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -16,7 +17,7 @@ from ..errors import InputError
 from ..sources.frame_ref import FrameRef
 from .archive import Parts
 from .codec import UNREADABLE
-from .file import SUFFIX
+from .file import SUFFIX, OpenedProject
 from .project import ProjectFrame
 from .sources import Places, is_there, source_part
 from .state_codec import frame_part, read_head
@@ -41,18 +42,12 @@ class MissingFile:
     changed: Path | None = None
 
 
-def missing_files(
-    frames: Iterable[ProjectFrame], parts: Parts, places: Places, since: float | None = None
-) -> Generator[None, None, list[MissingFile]]:
-    """Check the files of frames, one frame per step.
+def missing_files(opened: OpenedProject, since: float | None = None) -> Generator[None, None, list[MissingFile]]:
+    """Check the files of a project's frames, one frame per step.
 
     Parameters
     ----------
-    frames : iterable of ProjectFrame
-    parts : Parts
-        The states of the frames, and embedded files.
-    places : Places
-        Possible locations of the files.
+    opened : OpenedProject
     since : float, optional
         Files last modified before this time [s since 1970] are assumed unchanged without reading them.
 
@@ -66,22 +61,15 @@ def missing_files(
     list of MissingFile
     """
     lost: list[MissingFile] = []
-    names = set(parts.names())
-    for frame in frames:
-        lost += [MissingFile(frame.id, wanted, found) for wanted, found in _lost(frame, parts, names, places, since)]
+    for frame in opened.project.frames:
+        for wanted in _wanted(frame, opened.parts):
+            if wanted.sha256 and source_part(wanted.sha256, wanted.path) in opened.parts.names():
+                continue
+            same, other = located(wanted, opened.places, since)
+            if same is None and (other is not None or _is_allowed(opened.places, wanted)):
+                lost.append(MissingFile(frame.id, wanted, other))
         yield
     return lost
-
-
-def _lost(
-    frame: ProjectFrame, parts: Parts, names: Collection[str], places: Places, since: float | None
-) -> Iterator[tuple[InputFile, Path | None]]:
-    for wanted in _wanted(frame, parts, names):
-        if wanted.sha256 and source_part(wanted.sha256, wanted.path) in names:
-            continue
-        same, other = located(wanted, places, since)
-        if same is None and (other is not None or _is_allowed(places, wanted)):
-            yield wanted, other
 
 
 def located(wanted: InputFile, places: Places, since: float | None = None) -> tuple[Path | None, Path | None]:
@@ -105,14 +93,11 @@ def _is_allowed(places: Places, wanted: InputFile) -> bool:
     return True
 
 
-def _wanted(frame: ProjectFrame, parts: Parts, names: Collection[str]) -> list[InputFile]:
+def _wanted(frame: ProjectFrame, parts: Parts) -> list[InputFile]:
     """List the files of a frame from its state, or else from its source."""
-    name = frame_part(frame.id)
-    if frame.has_state and name in names:
-        try:
-            return list(read_head(parts.read(name)).files)
-        except UNREADABLE:
-            pass  # fall back to the source
+    if frame.has_state:
+        with suppress(*UNREADABLE):  # else from the source
+            return list(read_head(parts.read(frame_part(frame.id))).files)
     return [] if frame.source is None else [InputFile(path, "") for path in frame.source.paths]
 
 

@@ -6,10 +6,11 @@ import dataclasses
 import hashlib
 import os
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 
@@ -177,29 +178,50 @@ def find_source(wanted: InputFile, parts: Parts | None = None, places: Places | 
         else:
             if hashlib.sha256(content).hexdigest() == wanted.sha256:
                 return FileContent(Path(wanted.path), np.frombuffer(content, np.uint8))
-    changed: Path | None = None
-    for path in (places or Places()).candidates(wanted):
-        try:
-            if not path.is_file():
-                continue
-            found = read_file(path)
-        except (InputError, OSError, ValueError):
+
+    def original(path: Path) -> FileContent | None:
+        found = read_file(path)
+        return found if found.sha256 == wanted.sha256 else None
+
+    return first_original(wanted, places or Places(), original)
+
+
+Found = TypeVar("Found")
+
+
+def first_original(wanted: InputFile, places: Places, read: Callable[[Path], Found | None]) -> Found:
+    """Return what `read` makes of the first possible place of a file with its original content.
+
+    Parameters
+    ----------
+    wanted : InputFile
+    places : Places
+    read : callable
+        Returns None if a path has another content, or raises InputError, OSError or ValueError.
+
+    Raises
+    ------
+    MissingSource, ChangedSource, NotAllowed
+        As `find_source`.
+    """
+    changed: tuple[Path, str] | None = None
+    for path in places.candidates(wanted):
+        if not is_there(path, wanted):
             continue
-        if found.sha256 == wanted.sha256:
+        try:
+            found, problem = read(path), ""
+        except (InputError, OSError, ValueError) as error:
+            found, problem = None, f" ({error})"
+        if found is not None:
             note_opened(path)
             return found
-        changed = changed or found.path
-    (places or Places()).check(wanted)
-    if changed is not None:
-        raise ChangedSource(
-            f"{changed} has changed since the frame was loaded from it. Restore the original file, or give its new "
-            "path.",
-            wanted,
-            changed,
-        )
-    raise MissingSource(
-        f"{wanted.path}: the file no longer exists and is not embedded in the project. Give its new path.", wanted
-    )
+        changed = changed or (path, problem)
+    places.check(wanted)
+    if changed is None:
+        raise MissingSource(f"{wanted.path} no longer exists, and is in no project. Give its new path.", wanted)
+    path, problem = changed
+    text = f"{path} has changed since the frame was loaded from it{problem}. Restore it, or give its new path."
+    raise ChangedSource(text, wanted, path)
 
 
 def load_inputs(
@@ -224,7 +246,7 @@ def load_inputs(
         If the files are not a valid frame.
     """
     if inputs.frame is not None:
-        return _of_recording(inputs, inputs.frame, name, intrinsics, places or Places())
+        return _of_recording(inputs, name, intrinsics, places or Places())
     colour, depth = (find_source(wanted, parts, places) for wanted in (inputs.rgb, inputs.depth))
     found = dataclasses.replace(
         inputs,
@@ -240,31 +262,15 @@ def load_inputs(
     return dataclasses.replace(frame, pose=camera_pose(depth.path))
 
 
-def _of_recording(inputs: FrameInputs, key: str, name: str, intrinsics: Camera | None, places: Places) -> RGBDFrame:
+def _of_recording(inputs: FrameInputs, name: str, intrinsics: Camera | None, places: Places) -> RGBDFrame:
     """Load a frame of a recording at its present path; the recording is identified by the bytes of the frame."""
-    wanted = InputFile(inputs.rgb.path, "")
-    other: tuple[Path, str] | None = None
-    for path in places.candidates(wanted):
-        if not path.exists():
-            continue
-        try:
-            found = read_recorded(dataclasses.replace(FrameRef.of(inputs), rgb=str(path)), name)
-        except InputError as error:
-            other = other or (path, str(error))
-            continue
-        if (found.inputs.rgb.sha256, found.inputs.depth.sha256) == (inputs.rgb.sha256, inputs.depth.sha256):
-            note_opened(path)
-            return found.frame(intrinsics)
-        other = other or (path, f"The content of its frame {key} has changed.")
-    places.check(wanted)
-    if other is not None:
-        raise ChangedSource(
-            f"{other[0]} is not the recording that the frame was loaded from. {other[1]} Restore the original, or give "
-            "its new path.",
-            wanted,
-            other[0],
-        )
-    raise MissingSource(f"{wanted.path}: the recording no longer exists. Give its new path.", wanted)
+
+    def original(path: Path) -> RGBDFrame | None:
+        found = read_recorded(dataclasses.replace(FrameRef.of(inputs), rgb=str(path)), name)
+        same = (found.inputs.rgb.sha256, found.inputs.depth.sha256) == (inputs.rgb.sha256, inputs.depth.sha256)
+        return found.frame(intrinsics) if same else None
+
+    return first_original(InputFile(inputs.rgb.path, ""), places, original)
 
 
 def with_ground_truth(

@@ -45,7 +45,7 @@ def wait(reached: Callable[[], object], every_ms: int = 1) -> None:
 def new_window() -> MainWindow:
     """Open a window that keeps no settings."""
     window = MainWindow(persistent=False)
-    window.documents.discard_silently = True
+    window.project.discard_silently = True
     window.resize(1440, 900)
     window.show()
     pause(300)

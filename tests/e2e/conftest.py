@@ -44,13 +44,13 @@ def another(shown):
 
     def new(persistent: bool = False) -> MainWindow:
         window = MainWindow(persistent)
-        window.documents.discard_silently = True
+        window.project.discard_silently = True
         made.append(window)
         return shown(window, 1280, 800)
 
     yield new
     for window in made:
-        window.documents.discard_silently = True
+        window.project.discard_silently = True
         window.close()
 
 

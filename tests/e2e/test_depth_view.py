@@ -79,7 +79,7 @@ def test_work_on_frames_is_asked_about_before_they_are_read_again(window, qtbot,
         window.documents.open_source(FrameRef(folder))
     present = window.workspace.current
     asked: list[str] = []
-    window.documents.remove = lambda entries, then: asked.extend(entry.name for entry in entries)
+    window.project.ask_remove = lambda entries, then: asked.extend(entry.name for entry in entries)
     with qtbot.waitSignal(window.loader.idle):
         window.documents.open_source(FrameRef(folder, options=ReadingOptions(view=DEPTH_VIEW)))
     assert asked == [entry.name for entry in window.workspace.entries]

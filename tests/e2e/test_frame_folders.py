@@ -12,7 +12,7 @@ from PySide6.QtWidgets import QMessageBox
 
 from gui.features.frame_list.feature import FramesFeature
 from gui.features.frame_list.model import ENTRY
-from gui.features.project.recent import RecentFeature, key_of
+from gui.features.project.recent import key_of
 from ilf.project.missing_files import folder_projects_dir
 from ilf.project.project import Stage
 from ilf.segmentation.editing.patches import patch_between
@@ -59,7 +59,7 @@ def test_folder_is_worked_through_and_left_frames_come_back(listed, qtbot, folde
     part, entries = window.feature(FramesFeature), workspace.entries
     assert [entry.name for entry in entries] == [f"frame-{number}" for number in range(COUNT)]
     assert [entry.document is not None for entry in entries] == [True, False, False, False, False, False]
-    assert [key_of(origin) for origin in window.feature(RecentFeature).frames.origins] == [str(folder)]
+    assert [key_of(origin) for origin in window.documents.recent.origins] == [str(folder)]
     assert _present(window).summary.stage is Stage.EXTRACTED
     part.open_frames.max_open = 2
 
@@ -171,7 +171,7 @@ def test_keys_follow_the_list_as_it_is_shown_and_removal_asks_once(listed, qtbot
     asked = []
     some = [entries[1], entries[3], entries[5]]
     with monkeypatch.context() as patch:
-        patch.setattr(window.documents, "remove", lambda entries, then: asked.append(list(entries)))
+        patch.setattr(window.project, "ask_remove", lambda entries, then: asked.append(list(entries)))
         part.remove(some)
     assert asked == [some]
     assert len(entries) == COUNT, "the user would rather keep them"
@@ -235,7 +235,7 @@ def in_folder(another, qtbot, folder, monkeypatch):
     """The window with the folder's project, which lies where it does without a setting."""
     monkeypatch.delenv("ILF_FOLDERS")
     window = another(persistent=True)
-    window.documents.discard_silently = False
+    window.project.discard_silently = False
     _open_folder(window, qtbot, folder)
     return window
 

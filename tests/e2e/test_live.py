@@ -72,7 +72,7 @@ def test_a_slider_solves_the_chosen_block_anew_and_no_other(opened, qtbot, run_a
 
 
 def test_a_frame_closes_without_a_question_during_a_re_solve(opened, qtbot):
-    opened.documents.discard_silently = False
+    opened.project.discard_silently = False
     opened.workspace.select(list(opened.workspace.current.counts())[:1])
     opened.feature(FilterPanel).form.changed.emit(ilf.preset("released-code", max_iterations=100_000))
     assert opened.runs.state is RunState.RESOLVING

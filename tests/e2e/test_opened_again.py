@@ -39,7 +39,7 @@ def test_with_other_units_it_is_replaced_after_asking(window, qtbot, images):
     open_frame(window, qtbot, FrameRef(*images))
     present = window.workspace.current
     asked: list[str] = []
-    window.documents.remove = lambda entries, then: (asked.extend(entry.name for entry in entries), then())
+    window.project.ask_remove = lambda entries, then: (asked.extend(entry.name for entry in entries), then())
     with qtbot.waitSignal(window.loader.idle):
         window.documents.open_source(FrameRef(*images, options=ReadingOptions(depth_units=2000)))
     assert asked == [present.name]

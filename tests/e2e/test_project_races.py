@@ -24,14 +24,14 @@ def test_the_present_project_is_opened_again_as_it_has_been_saved_before(opened,
     path = tmp_path / "room.ilf"
     _saved(opened, qtbot, path)
     opened.workspace.current.edit_info(1, "Rename", name="Wall")
-    opened.documents.discard_silently = False
+    opened.project.discard_silently = False
     opened.documents.open_paths([path])
-    qtbot.waitUntil(lambda: opened.project.closing.dialog is not None)
-    dialog = opened.project.closing.dialog
+    qtbot.waitUntil(lambda: opened.project.question is not None)
+    dialog = opened.project.question
     with qtbot.waitSignal(opened.project.opening.opened):
         dialog.save_button.click()
     qtbot.waitUntil(lambda: opened.workspace.has_current)
-    opened.documents.discard_silently = True
+    opened.project.discard_silently = True
     assert opened.workspace.current.info(1).name == "Wall"
 
 
@@ -39,7 +39,7 @@ def test_the_present_project_is_opened_again_as_it_has_been_saved_before(opened,
 def test_a_project_is_left_only_when_it_has_been_saved(opened, qtbot, tmp_path, leave):
     path, other = tmp_path / "room.ilf", tmp_path / "other.ilf"
     _saved(opened, qtbot, path)
-    opened.documents.discard_silently = False
+    opened.project.discard_silently = False
     opened.project.saving.save(SaveRequest(other))
     opened.actions_[leave].trigger()
     qtbot.waitUntil(lambda: not (opened.isVisible() and len(opened.workspace.entries)))
@@ -66,14 +66,14 @@ def test_the_status_line_shows_how_much_of_the_project_is_written(opened, qtbot,
     def told(*what, on_part, **how):
         for done in (0, 1, 3):
             on_part(done, 4)
-            shares.append(opened.documents.saved_share())
+            shares.append(opened.project.saving.share)
         return save_project(*what, **how)
 
     monkeypatch.setattr("gui.features.project.saving.save_project", told)
-    assert opened.documents.saved_share() is None
+    assert not opened.project.saving.busy
     _saved(opened, qtbot, tmp_path / "room.ilf")
     assert shares == [0.0, 0.25, 0.75]
-    assert opened.documents.saved_share() is None
+    assert not opened.project.saving.busy
 
 
 def test_two_frames_of_the_same_files_stay_apart(opened, qtbot):
@@ -112,7 +112,7 @@ def test_saved_work_is_not_replaced_unasked_by_the_same_frame_named_or_read_othe
     workspace.current.edit_info(1, "Rename", name="Wall")
     _saved(opened, qtbot, tmp_path / "room.ilf")
     workspace.unload(workspace.current)
-    documents.discard_silently = False
+    opened.project.discard_silently = False
     with qtbot.waitSignal(opened.loader.idle):
         documents.open_source(FrameRef(os.path.relpath(frame_folder)))
     assert workspace.current.info(1).name == "Wall"
@@ -122,7 +122,7 @@ def test_saved_work_is_not_replaced_unasked_by_the_same_frame_named_or_read_othe
     box.button(QMessageBox.StandardButton.Cancel).click()
     assert list(workspace.entries) == [entry]
     assert not opened.loader.busy
-    documents.discard_silently = True
+    opened.project.discard_silently = True
     with qtbot.waitSignal(opened.loader.idle):
         documents.open_source(FrameRef(str(frame_folder), options=ReadingOptions(depth_units=2000.0)))
     assert [one.id for one in workspace.entries] == [workspace.current.id] != [entry.id]

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication, QMessageBox
 
 import ilf
@@ -245,9 +246,9 @@ def test_a_save_that_fails_leaves_file_and_mark_and_one_message(opened, qtbot, t
     assert path.read_bytes() == before
     assert opened.workspace.current.unsaved_summary() == "1 edit"
 
-    opened.documents.discard_silently = False
+    opened.project.discard_silently = False
     opened.close()
-    dialog = opened.project.closing.dialog
+    dialog = opened.project.question
     assert isinstance(dialog, CloseDialog)
     shutil.rmtree(tmp_path / "gone", ignore_errors=True)
     with monkeypatch.context() as patched:
@@ -255,7 +256,7 @@ def test_a_save_that_fails_leaves_file_and_mark_and_one_message(opened, qtbot, t
         dialog.save_button.click()
         qtbot.waitUntil(lambda: len(told) == 2)
     assert opened.isVisible(), "a save that fails cancels the closing"
-    assert opened.project.closing.dialog is None
+    assert opened.project.question is None
     opened.actions_["save_project"].trigger()
     qtbot.waitUntil(lambda: not opened.project.present.unsaved)
     assert list(tmp_path.glob(".ilf-*")) == []
@@ -326,8 +327,8 @@ def _change_project(path: Path, **values: object):
 
 def test_closing_saves_discards_or_stays_frame_by_frame(opened, another, qtbot, small_frame, tmp_path, monkeypatch):
     path, workspace = tmp_path / "p.ilf", opened.workspace
-    opened.documents.discard_silently = False
-    assert opened.project.closing.dialog is None
+    opened.project.discard_silently = False
+    assert opened.project.question is None
     open_frame(opened, qtbot, FrameRef(str(write_frame(tmp_path / "second", small_frame))))
     first, second = (entry.document for entry in workspace.entries)
     assert first is not None
@@ -337,7 +338,7 @@ def test_closing_saves_discards_or_stays_frame_by_frame(opened, another, qtbot, 
         workspace.current.edit_info(1, "Rename", name="Wall")
 
     opened.close()
-    dialog = opened.project.closing.dialog
+    dialog = opened.project.question
     assert isinstance(dialog, CloseDialog)
     item = dialog.frames.topLevelItem(0)
     assert [item.text(column) for column in range(2)] == ["two-planes", "1 edit"]
@@ -346,8 +347,8 @@ def test_closing_saves_discards_or_stays_frame_by_frame(opened, another, qtbot, 
     assert [first.unsaved, second.unsaved] == [True, True]
 
     opened.close()
-    dialog = opened.project.closing.dialog
-    dialog.tick({first.id})
+    dialog = opened.project.question
+    dialog.frames.topLevelItem(1).setCheckState(0, Qt.CheckState.Unchecked)
     assert dialog.save_button.text() == "&Save 1 of 2"
     dialog.save_button.click()
     qtbot.waitUntil(lambda: opened.findChild(SaveAsDialog) is not None)
@@ -368,7 +369,7 @@ def test_closing_saves_discards_or_stays_frame_by_frame(opened, another, qtbot, 
     for entry in window.workspace.entries:
         names.append(show(window, qtbot, list(window.workspace.entries).index(entry)).info(1).name)
     assert names == ["Wall", "Block 1"], "what was not ticked is as it was before"
-    window.documents.discard_silently = False
+    window.project.discard_silently = False
     window.close()
     assert not window.isVisible(), "there is nothing to be asked"
 
@@ -377,11 +378,11 @@ def test_a_frame_that_is_closed_comes_back_as_it_was_saved(opened, qtbot, tmp_pa
     workspace, path = opened.workspace, tmp_path / "p.ilf"
     workspace.current.edit_info(1, "Rename", name="Wall")
     save(opened, qtbot, path)
-    opened.documents.discard_silently = False
+    opened.project.discard_silently = False
     for answer, name in (("save_button", "Floor"), ("discard_button", "Floor")):
         workspace.current.edit_info(1, "Rename", name="Floor" if answer == "save_button" else "Ceiling")
         opened.actions_["close_frame"].trigger()
-        dialog = opened.project.closing.dialog
+        dialog = opened.project.question
         assert dialog is not None
         getattr(dialog, answer).click()
         qtbot.waitUntil(lambda: not workspace.has_current)
@@ -397,7 +398,7 @@ def test_a_frame_that_is_closed_comes_back_as_it_was_saved(opened, qtbot, tmp_pa
     box.button(QMessageBox.StandardButton.Cancel).click()
     assert len(workspace.entries) == 1
     opened.actions_["new_project"].trigger()
-    dialog = opened.project.closing.dialog
+    dialog = opened.project.question
     dialog.discard_button.click()
     qtbot.waitUntil(lambda: len(workspace.entries) == 0)
     assert opened.project.present.path is None
@@ -415,11 +416,11 @@ def test_a_run_is_not_lost_when_the_window_closes(opened, qtbot, tmp_path, waits
     workspace.parameters.set_own(
         ilf.preset("released-code", max_iterations=endless).differences_from(workspace.parameters.current), [second]
     )
-    opened.documents.discard_silently = False
+    opened.project.discard_silently = False
     opened.actions_["run_all"].trigger()
     qtbot.waitUntil(lambda: second in workspace.current.results.live and first in workspace.current.valid_results())
     opened.close()
-    dialog = opened.project.closing.dialog
+    dialog = opened.project.question
     item = dialog.frames.topLevelItem(0)
     assert "a run is in progress" in item.text(1)
     (dialog.wait if waits else dialog.stop).setChecked(True)
@@ -447,11 +448,11 @@ def test_an_export_is_no_saving_opening_no_work_and_a_sweep_is_named(opened, qtb
     sweep.open("max_iterations")
     shown.start()
     assert shown.busy
-    opened.documents.discard_silently = False
+    opened.project.discard_silently = False
     opened.close()
-    dialog = opened.project.closing.dialog
+    dialog = opened.project.question
     assert "A sweep of two-planes is in progress: it is stopped" in dialog.also.text()
     assert dialog.discard_button.text() == "&Continue"
     dialog.reject()
     assert shown.busy
-    opened.documents.discard_silently = True
+    opened.project.discard_silently = True

@@ -49,10 +49,10 @@ def left(qtbot, tmp_path, small_frame, small_labels):
     return folder
 
 
-def _leave(qtbot, folder: Path, frames: list[Path], labels: np.ndarray, project: str = ""):
+def _leave(qtbot, folder: Path, frames: list[Path], labels: np.ndarray, project: Path | None = None):
     workspace, store = Workspace(), WorkStore(folder)
     recorder = Recorder(workspace, store)
-    recorder.project = project
+    recorder.present.take(project)
     recorder.start()
     for number, path in enumerate(frames):
         workspace.open_document(Document.of(Run(load_frame(str(path)), labels), None, str(path)))
@@ -60,6 +60,7 @@ def _leave(qtbot, folder: Path, frames: list[Path], labels: np.ndarray, project:
     with qtbot.waitSignal(recorder.kept):
         pass
     assert recorder.shutdown()
+    recorder.present.release()
 
 
 @pytest.fixture
@@ -74,9 +75,9 @@ def _part(window) -> AutosaveFeature:
 
 def _dialog(window, qtbot) -> RecoveryDialog:
     part = _part(window)
-    qtbot.waitUntil(lambda: part.recovery.dialog is not None)
-    assert part.recovery.dialog is not None
-    return part.recovery.dialog
+    qtbot.waitUntil(lambda: part.dialog is not None)
+    assert part.dialog is not None
+    return part.dialog
 
 
 def _names(window) -> list[str]:
@@ -110,7 +111,7 @@ def test_left_work_is_restored_discarded_or_left(window, left, qtbot, monkeypatc
         box = next(box for box in dialog.findChildren(QMessageBox) if box.isVisible())
         next(button for button in box.buttons() if button.text() == answer).click()
     assert window.isVisible()
-    assert _part(window).recovery.dialog is None
+    assert not dialog.isVisible()
     qtbot.waitUntil(lambda: len(list(left.glob("*.work"))) == 1)
     (own,) = left.glob("*.work")
     assert f"-{os.getpid()}-" in own.name
@@ -197,8 +198,9 @@ def test_a_project_that_was_saved_after_the_work_was_left_is_not_replaced_unaske
     another, qtbot, tmp_path, small_frame, small_labels
 ):
     folder, path = Path(os.environ["ILF_AUTOSAVE"]), tmp_path / "room.ilf"
-    _leave(qtbot, tmp_path / "work", [write_frame(tmp_path / "hall", small_frame)], small_labels, str(path))
-    shutil.copytree(tmp_path / "work", folder)
+    save_project(path, Project())
+    _leave(qtbot, tmp_path / "work", [write_frame(tmp_path / "hall", small_frame)], small_labels, path)
+    shutil.copytree(tmp_path / "work", folder, dirs_exist_ok=True)
     save_project(path, Project())
     window = another(persistent=True)
     _dialog(window, qtbot).rows[0].restore_button.click()

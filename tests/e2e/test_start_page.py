@@ -7,7 +7,7 @@ from PySide6.QtWidgets import QToolButton
 
 from gui.features.edit_summary import EditSummaryFeature
 from gui.features.export.feature import ExportFeature
-from gui.features.project.start_page import StartPageFeature, _pictures
+from gui.features.start_page import StartPageFeature, _pictures
 from ilf.sources.frame_ref import FrameRef
 
 from .conftest import open_frame, write_frame
@@ -31,7 +31,7 @@ def test_it_goes_with_a_frame_comes_back_and_offers_what_was_open(window, qtbot,
     qtbot.waitUntil(page.isVisible)
     names = [page.recent.item(row).text() for row in range(page.recent.count())]
     assert names == [f"{tmp_path.name}/both.ilf", "frame-1", "frame-0"]
-    qtbot.waitUntil(lambda: all(page.has_picture(row) for row in range(3)))
+    qtbot.waitUntil(lambda: [picture.isNull() for picture in page.pictures.values()] == [False] * 3)
 
     assert len({page.recent.visualItemRect(page.recent.item(row)).top() for row in range(3)}) == 1, "all in a row"
 

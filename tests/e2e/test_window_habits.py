@@ -12,7 +12,6 @@ from gui.base.commands import why_not
 from gui.features.blocks.feature import BlocksFeature
 from gui.features.layouts.feature import LayoutsFeature
 from gui.features.palette.palette import PaletteFeature
-from gui.features.project.recent import RecentFeature
 from gui.features.shortcuts import ShortcutsDialog, ShortcutsFeature
 from gui.features.status import StatusFeature
 from gui.features.views import ViewsFeature
@@ -72,7 +71,7 @@ def test_a_command_is_found_given_and_has_another_key_without_the_mouse(opened, 
     dialog.close()
     assert opened.actions_["fit"].toolTip() == "<b>Fit frame (Ctrl+Alt+F)</b><br>Show the whole frame"
 
-    menu = _part(opened, RecentFeature).menu
+    menu = opened.documents.recent
     menu.aboutToShow.emit()
     first, *_ = menu.actions()
     assert frame_folder.name in first.text()

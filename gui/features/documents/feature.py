@@ -3,11 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING
 
-from PySide6.QtCore import Signal
 from PySide6.QtGui import QPixmap
 from PySide6.QtWidgets import QFileDialog
 
@@ -26,15 +23,15 @@ from ...base.needs import Need
 from ...base.paths import sort_paths
 from ...state.document import Document
 from ...state.entries import Entry
+from ...state.parts import Part
 from ...widgets.basics import open_once
 from ...widgets.file_choice import save_folder
 from ...work.found_blocks import describe_blocks
 from ...work.latest_request import LatestRequest
 from ...work.loading import FolderPreview, contains_frames, preview_folder
 from ..context import Context, Feature
-
-if TYPE_CHECKING:
-    from .load_blocks import BlockSource
+from ..project.feature import ProjectFeature
+from ..project.recent import Origin, RecentMenu
 
 _IMAGES = "PNG image (*.png)"
 _NO_RESULT = (
@@ -45,48 +42,29 @@ _TOO_MANY = "Only one colour file and its depth file can be opened at a time. Fo
 
 
 class DocumentsFeature(Feature):
-    """Opening and writing of files.
-
-    Signals
-    -------
-    folder_requested(object)
-        Request to open the FrameRef of a folder of frames or a recording.
-    project_requested(object)
-        Request to open a project file, by its Path.
-    exporting_changed()
-        An export has started or ended, or the progress of saving the project has changed.
-    """
-
-    folder_requested = Signal(object)
-    project_requested = Signal(object)
-    exporting_changed = Signal()
+    """Opening and writing of files, and the menu of frames that were opened last."""
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)
         self._window = context.window
-        self._workspace = workspace = context.workspace
+        self._workspace = context.workspace
         self._loader = context.loader
         self._notes = context.notes
+        self._project = context.feature(ProjectFeature)
         self._looks = LatestRequest[FrameRef, FolderPreview](preview_folder, self)
+        self._block_files = LatestRequest[Callable[[], LoadedBlocks], LoadedBlocks](lambda read: read(), self)
         self.exporting = False
         """Whether an export is in progress."""
-        self.discard_silently = False
-        """Whether to close without asking; for headless use."""
-        self.saved_share: Callable[[], float | None] = lambda: None
-        """Returns the written share of the project that is being saved, 0-1; None if none is being saved."""
-        self.leave: Callable[[Sequence[Entry], Callable[[], None]], None] = lambda entries, then: then()
-        """Prepares closing of frames: calls `then` once no work would be lost, unless the user cancels."""
-        self.remove: Callable[[Sequence[Entry], Callable[[], None]], None] = lambda entries, then: then()
-        """Prepares removal of frames from the list: calls `then` unless the user cancels."""
-        self.join: Callable[[Path, Callable[[], None]], None] = lambda place, then: then()
-        """Prepares opening of a file or folder: calls `then` unless the user cancels."""
-        self.close: Callable[[Entry], None] = lambda entry: workspace.remove_entries([entry])
-        """Closes a frame."""
+        self.recent = RecentMenu("Open re&cent", "frames", context.panels.persistent, self._open_recent, context.window)
+        self._noted: set[str] = set()
+        context.workspace.on(Part.LIST, self._note_recent)
 
     def begin(self) -> None:
-        """Show the messages of reading; the features that react to them do so before."""
+        """Insert the menu of recent frames, and show the messages of reading; the features that react to them do so
+        before."""
         loader, notes = self._loader, self._notes
-        loader.replace = lambda entries, then: self.remove(entries, then)
+        self.recent.insert_after(self.context.actions["open_sample"])
+        loader.listed.connect(self.recent.note)
         loader.replayed.connect(self._tell_differences)
         self.context.runs.finished.connect(self._tell_verdict)
         loader.failed.connect(notes.report)
@@ -97,7 +75,7 @@ class DocumentsFeature(Feature):
     @command("open", "&Open…", icon="ph.folder-open", keys="Ctrl+O")
     def ask_open(self) -> None:
         """Open a pair of images, a folder or data set, a recording, a project or a run."""
-        self._open_dialog(None, None)
+        self._open_dialog()
 
     @command("open_sample", "Open &sample", icon="ph.house", keys="Ctrl+Shift+O")
     def open_sample(self) -> None:
@@ -112,7 +90,7 @@ class DocumentsFeature(Feature):
         run.json as a run; a project replaces the current one."""
         projects, folders, records, files = sort_paths(paths)
         if projects:
-            self.project_requested.emit(projects[-1])
+            self._project.opening.open(projects[-1].absolute())
         for folder in folders:
             self.open_source(FrameRef(str(folder)))
         for record in records:
@@ -120,7 +98,7 @@ class DocumentsFeature(Feature):
         if len(files) > 2:
             self._notes.report("Open", InputError(_TOO_MANY))
         elif files:
-            self._open_dialog(str(files[0]), str(files[1]) if len(files) > 1 else None)
+            self._open_dialog(*map(str, files))
 
     def open_source(self, source: FrameRef) -> None:
         """Open a frame, or the frames of a folder or a recording; ask first if that would replace the same frame, read
@@ -128,30 +106,29 @@ class DocumentsFeature(Feature):
         replace nothing."""
         source = source.absolute()
         note_opened(*source.paths)
-        self.join(Path(source.rgb), lambda: self._open_joined(source))
+        self._project.join(Path(source.rgb), lambda: self._open_joined(source))
 
     def open_run(self, record: Path) -> None:
         """Open the frame, blocks and parameters of a run.json."""
-        self.join(record.absolute(), lambda: self._loader.open_run(record))
+        self._project.join(record.absolute(), lambda: self._loader.open_run(record))
 
     def _open_joined(self, source: FrameRef) -> None:
         if source.depth is None and source.frame is None and contains_frames(source.rgb):
-            self.folder_requested.emit(source)
+            self._project.opening.open_folder(source)
             return
         entry = self._workspace.entries.of_key(source.key)
         if entry is None or entry.origin == source:
             self._loader.open(source)
         else:
-            self._loader.read_again(
-                entry, source, lambda frame: self.remove([entry], lambda: self._loader.open(source, frame))
-            )
+            ask = self._project.ask_remove
+            self._loader.read_again(entry, source, lambda frame: ask([entry], lambda: self._loader.open(source, frame)))
 
-    def _open_dialog(self, rgb: str | None, depth: str | None) -> None:
+    def _open_dialog(self, *files: str) -> None:
         from .open_dialog import Kind, OpenDialog
 
         dialog = OpenDialog(self._looks, self._window)
-        if rgb is not None:
-            dialog.set_files(rgb, depth)
+        if files:
+            dialog.set_files(*files)
 
         def take() -> None:
             if dialog.kind in (Kind.PROJECT, Kind.RUN):
@@ -163,19 +140,13 @@ class DocumentsFeature(Feature):
 
     # blocks
 
-    @cached_property
-    def _block_questions(self) -> LatestRequest[BlockSource, LoadedBlocks]:
-        from .load_blocks import blocks_from
-
-        return LatestRequest(blocks_from, self)
-
     @command("load_blocks", "Load &blocks…", icon="ph.squares-four", needs=Need.FRAME | Need.IDLE)
     def ask_load_blocks(self) -> None:
         """Replace the blocks with those from a label map, a labelme or COCO file, or a folder of masks."""
         from .load_blocks import LoadBlocksDialog
 
         document, filling = self._workspace.current, self._workspace.parameters.extraction
-        dialog = LoadBlocksDialog(document.frame, filling, self._block_questions, self._window)
+        dialog = LoadBlocksDialog(document.frame, filling, self._block_files, self._window)
         open_once(dialog, lambda: self._take_blocks(dialog.found()))
 
     def _take_blocks(self, blocks: LoadedBlocks) -> None:
@@ -222,7 +193,7 @@ class DocumentsFeature(Feature):
         """
         entry = self._workspace.current_entry
         if entry is not None:
-            self.leave([entry], lambda: self.close(entry))
+            self._project.close_frame(entry)
 
     def remove_entries(self, entries: Sequence[Entry], then: Callable[[], object] = lambda: None) -> None:
         """Remove frames from the list, after asking once about the work on them; then call `then`."""
@@ -231,7 +202,25 @@ class DocumentsFeature(Feature):
             self._workspace.remove_entries(entries)
             then()
 
-        self.remove(entries, remove)
+        self._project.ask_remove(entries, remove)
+
+    # frames that were opened last
+
+    def _note_recent(self) -> None:
+        """Record newly opened frames, except those of a project or a folder."""
+        open_now = {document.key: document for document in self._workspace.open}
+        for key, document in open_now.items():
+            entry = self._workspace.entries.of(document.id)
+            brought = entry is not None and (entry.has_state or entry.from_folder)
+            if key not in self._noted and not brought and isinstance(document.origin, FrameRef | Path):
+                self.recent.note(document.origin)
+        self._noted = set(open_now)
+
+    def _open_recent(self, origin: Origin) -> None:
+        if isinstance(origin, Path):
+            self.open_run(origin)
+        else:
+            self.open_source(origin)
 
     # a picture of the window
 
@@ -269,14 +258,10 @@ class DocumentsFeature(Feature):
 
     def _tell_verdict(self, document: Document) -> None:
         """If the run that has ended is the recorded one, report whether its result equals the record."""
-        completion = document.completion()
-        if (
-            document.record_replay is None
-            or completion is None
-            or not _is_recorded_run(document, document.record_replay.run, completion)
-        ):
+        again, completion = document.record_replay, document.completion()
+        if again is None or completion is None or not _is_recorded_run(document, again.run, completion):
             return
-        verdict = document.record_replay.verdict(completion)
+        verdict = again.verdict(completion)
         if verdict:
             self._notes.warn(f"{document.name}: the result differs from the run record", verdict)
         else:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Generic, Protocol, TypeVar
+from typing import Generic, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -75,16 +75,7 @@ class Preview(QFrame):
 _DELAY_MS = 200
 
 
-class FileSource(Protocol):
-    """A file to read."""
-
-    @property
-    def path(self) -> str:
-        """Path of the file."""
-        ...
-
-
-Source = TypeVar("Source", bound=FileSource)
+Source = TypeVar("Source")
 Found = TypeVar("Found")
 
 
@@ -114,7 +105,6 @@ class PreviewDialog(QDialog, Generic[Source, Found]):
         self.setWindowTitle(title)
         self._nothing_chosen = nothing_selected
         self._questions = questions
-        self._wanted: Source | None = None
         self._found: Found | None = None
         self._delay = QTimer(self, singleShot=True, interval=_DELAY_MS)
         self._delay.timeout.connect(self.read)
@@ -174,12 +164,12 @@ class PreviewDialog(QDialog, Generic[Source, Found]):
             self.message.show_message(self._nothing_chosen)
             return
         try:
-            self._wanted = self.source(path)
+            source = self.source(path)
         except InputError as error:
             self.message.show_message(str(error), "error")
             return
         self.message.show_message("Reading…")
-        self._questions.ask(self._wanted)
+        self._questions.ask(source)
 
     def schedule(self) -> None:
         """Read after a short delay, because more may be typed."""
@@ -194,20 +184,19 @@ class PreviewDialog(QDialog, Generic[Source, Found]):
             self._browsed = True
 
     def _forget(self) -> None:
-        self._wanted = self._found = None
+        self._found = None
         self._browsed = False
         self._questions.forget()
         self.load_button.setEnabled(False)
         self.preview.show_rgb(None)
 
     def _take(self, source: Source, found: Found) -> None:
-        if source is self._wanted:
-            self._found = found
-            self.show_found(found)
-            self.load_button.setEnabled(True)
-            if self._browsed:
-                self.load_button.setFocus()
+        self._found = found
+        self.show_found(found)
+        self.load_button.setEnabled(True)
+        if self._browsed:
+            self.load_button.setFocus()
 
     def _fail(self, source: Source, error: Exception) -> None:
-        if source is self._wanted:
-            self.message.show_message(error_text(error).replace(f"{Path(source.path).parent}/", ""), "error")
+        folder = Path(self.path.text().strip()).parent
+        self.message.show_message(error_text(error).replace(f"{folder}/", ""), "error")

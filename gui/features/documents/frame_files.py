@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
 from pathlib import Path
 
 from ilf.io.frame_additions import guide_suffixes
@@ -13,9 +14,14 @@ _COLOUR_WORDS = ("rgb", "colour", "color", "image")
 _DEPTH_WORDS = ("depth",)
 
 
+def files_of(kind: str, suffixes: Iterable[str], *others: str) -> str:
+    """Return the filters of file dialogs for files with these suffixes, others, and all files."""
+    return ";;".join((f"{kind} ({' '.join(f'*{suffix}' for suffix in suffixes)})", *others, "All files (*)"))
+
+
 def guide_files() -> str:
     """Return the filter of file dialogs for guides."""
-    return f"Guides ({' '.join(f'*{suffix}' for suffix in guide_suffixes())});;All files (*)"
+    return files_of("Guides", guide_suffixes())
 
 
 def recording_files() -> str:
@@ -25,8 +31,8 @@ def recording_files() -> str:
 
 def pair_of(path: Path) -> tuple[Path, Path] | None:
     """Return the colour and the depth file of which one is `path`, and the other lies beside it; None if none does."""
-    colour = matching_colour_file(path) if looks_like_depth(path) else None
-    depth = path if colour is not None else matching_depth_file(path)
+    colour = _partner(path, _DEPTH_WORDS, _COLOUR_WORDS, COLOUR_SUFFIXES) if looks_like_depth(path) else None
+    depth = path if colour is not None else _partner(path, _COLOUR_WORDS, _DEPTH_WORDS, DEPTH_FILE_SUFFIXES)
     return None if depth is None else (colour or path, depth)
 
 
@@ -35,19 +41,10 @@ def looks_like_depth(path: Path) -> bool:
     return "depth" in path.stem.lower() or path.suffix.lower() in set(DEPTH_FILE_SUFFIXES) - set(COLOUR_SUFFIXES)
 
 
-def matching_depth_file(colour: Path) -> Path | None:
-    """Return the depth file that probably belongs to a colour file; None if there is none."""
-    return _partner(colour, _COLOUR_WORDS, _DEPTH_WORDS, DEPTH_FILE_SUFFIXES)
-
-
-def matching_colour_file(depth: Path) -> Path | None:
-    """Return the colour file that probably belongs to a depth file; None if there is none."""
-    return _partner(depth, _DEPTH_WORDS, _COLOUR_WORDS, COLOUR_SUFFIXES)
-
-
 def _partner(
     path: Path, own_words: tuple[str, ...], other_words: tuple[str, ...], suffixes: tuple[str, ...]
 ) -> Path | None:
+    """Return the file beside another that has its name with the other words, or in the folder with their name."""
     own = re.compile("|".join(own_words), re.IGNORECASE)
     bare = re.sub(rf"[-_.]?({own.pattern})$", "", path.stem, flags=re.IGNORECASE)
     stems = [own.sub(word, path.stem) for word in other_words if own.search(path.stem)]

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -27,19 +28,9 @@ from .file_dialogs import PreviewDialog
 # Blocks from files and to files.
 
 
-@dataclass(frozen=True)
-class BlockSource:
-    """Blocks of a file or folder for a frame; with `filling`, an extraction with these parameters fills the gaps."""
-
-    frame: RGBDFrame
-    path: str
-    filling: BlockParameters | None = None
-
-
-def blocks_from(source: BlockSource) -> LoadedBlocks:
-    """Read the blocks, and fill their gaps if requested; raises InputError as `read_blocks` does."""
-    frame, filling = source.frame, source.filling
-    blocks = read_blocks(source.path, frame.shape, image=_colour_file(frame))
+def blocks_from(frame: RGBDFrame, path: str, filling: BlockParameters | None) -> LoadedBlocks:
+    """Read the blocks of a file or folder; with `filling`, an extraction with these parameters fills their gaps."""
+    blocks = read_blocks(path, frame.shape, image=_colour_file(frame))
     if filling is None:
         return blocks
     found = found_blocks(frame, filling)
@@ -66,7 +57,7 @@ _NOTHING_SELECTED = (
 )
 
 
-class LoadBlocksDialog(PreviewDialog[BlockSource, LoadedBlocks]):
+class LoadBlocksDialog(PreviewDialog[Callable[[], LoadedBlocks], LoadedBlocks]):
     """Dialog to choose blocks, with a preview.
 
     Parameters
@@ -75,14 +66,14 @@ class LoadBlocksDialog(PreviewDialog[BlockSource, LoadedBlocks]):
     filling : BlockParameters
         Parameters of the extraction for the gaps.
     questions : LatestRequest
-        Reads a `BlockSource` in a worker thread.
+        Calls a function in a worker thread.
     """
 
     def __init__(
         self,
         frame: RGBDFrame,
         filling: BlockParameters,
-        questions: LatestRequest[BlockSource, LoadedBlocks],
+        questions: LatestRequest[Callable[[], LoadedBlocks], LoadedBlocks],
         parent: QWidget | None = None,
     ) -> None:
         placeholder = "Label map, labelme or COCO file, or folder of masks"
@@ -100,8 +91,8 @@ class LoadBlocksDialog(PreviewDialog[BlockSource, LoadedBlocks]):
         folder.clicked.connect(self._browse_folder)
         self.ask(row(label_of("&Blocks", self.path), self.path, self.file_button, folder), self.fill_gaps)
 
-    def source(self, path: str) -> BlockSource:
-        return BlockSource(self._frame, path, self._filling if self.fill_gaps.isChecked() else None)
+    def source(self, path: str) -> Callable[[], LoadedBlocks]:
+        return partial(blocks_from, self._frame, path, self._filling if self.fill_gaps.isChecked() else None)
 
     def show_found(self, found: LoadedBlocks) -> None:
         self.preview.show_rgb(block_overlay(self._frame.rgb, found.labels))

@@ -15,8 +15,8 @@ from PySide6.QtWidgets import (
     QComboBox,
     QDialog,
     QDialogButtonBox,
+    QFormLayout,
     QHBoxLayout,
-    QLayout,
     QLineEdit,
     QPushButton,
     QSizePolicy,
@@ -43,7 +43,7 @@ from ilf.sources.naming import COLOUR_SUFFIXES, DEPTH_FILE_SUFFIXES
 from ilf.sources.opening import recording_suffixes
 from ilf.sources.own_results import RECORD_FILE, is_result_folder
 from ilf.sources.reading import described_beside, read_depth, read_frame
-from ilf.sources.reading_options import DEPTH_VIEW, ReadingOptions
+from ilf.sources.reading_options import DEPTH_VIEW, OPTIONS, ReadingOptions
 
 from ...base.paths import PROJECT_SUFFIX
 from ...widgets.basics import TAKES_FILES, Message, answers, combo, form, label_of, lay_out, row, stack, typed_list
@@ -53,9 +53,10 @@ from ...work.latest_request import LatestRequest
 from ...work.loading import FolderPreview, contains_frames
 from ..guide_networks import GIVES
 from .file_dialogs import Preview
-from .frame_files import guide_files, looks_like_depth, pair_of, recording_files
+from .frame_files import files_of, guide_files, looks_like_depth, pair_of, recording_files
 
 _Result = TypeVar("_Result")
+Field = TypeVar("Field", QLineEdit, QComboBox)
 
 _NOTHING_SELECTED = (
     "Choose a colour image with its depth, a folder of frames, a recording, a project or the run.json of a run."
@@ -109,62 +110,23 @@ class OpenDialog(QDialog):
     def __init__(self, looks: LatestRequest[FrameRef, FolderPreview], parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self._looks = looks
-        self._wanted: FrameRef | None = None
-        """Source whose `FolderPreview` is pending."""
         self._proposed_depth = ""
+        self._doubts: tuple[PlausibilityWarning, ...] = ()
         looks.answered.connect(self._show_first)
-        looks.failed.connect(self._refuse_source)
+        looks.failed.connect(lambda _, error: self._refuse_source(error))
         self.setWindowTitle("Open")
         self.setAcceptDrops(True)
         self.setProperty(TAKES_FILES, True)
         self._reading_delay = QTimer(self, singleShot=True, interval=_DELAY_MS)
         self._reading_delay.timeout.connect(self.read)
-
-        self.path = QLineEdit(placeholderText="Colour image, folder, data set, recording, project, or run.json")
-        self.depth_path = QLineEdit(placeholderText="Raw depth: 16-bit or float, one channel")
-        self.depth_path.setToolTip("One of several datasets of an HDF5 file is named behind it: FILE.h5:/depth.")
-        self.guide_path = QLineEdit(placeholderText="Depth or inverse depth from elsewhere (optional)")
-        self.guide_gives = combo(
-            {None: "a value that rises or falls with depth", **GIVES},
-            "What the guide's values are, as which they are fitted; networks by name state it",
-        )
-        self.encoding = typed_list()
-        self.encoding.addItems(
-            [_AUTOMATIC, *(f"{name} ({meaning})" for name, meaning in ENCODING_DESCRIPTIONS.items())]
-        )
-        self.encoding.setToolTip(
-            "How the values of the file become metres: a name, or the number of file units per metre. Automatic: from "
-            "meta.json; without it, millimetres for integer depth and metres for floating-point depth."
-        )
-        self.dataset = QLineEdit(placeholderText="In HDF5 files: the only one that can be depth")
-        self.dataset.setToolTip("The dataset of HDF5 files with several images, such as /left/depth.")
-        self.invalid = QLineEdit(placeholderText="Zero only; 65535 in 7-Scenes")
-        self.invalid.setToolTip(
-            "The value of the file that means missing depth, in addition to zero; 0 if there is none."
-        )
-        self.min_confidence = QLineEdit(placeholderText="None: all depth counts")
-        self.min_confidence.setToolTip(
-            "Depth of lower confidence counts as missing, if the frame has a confidence map (2 = ARKit high)."
-        )
-        self.camera = QComboBox()
-        self.camera.addItems([_AS_STATED, *INTRINSICS, _NUMBERS, _FILE])
-        for choice in (self.encoding, self.camera, self.guide_gives):  # no wider than the pictures
-            choice.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
-            choice.setMinimumContentsLength(len(_NUMBERS))
-        self.camera_text = QLineEdit()
-        self.camera_text.setAccessibleName("Intrinsics: numbers or file")
-        self.camera_browse = QPushButton("File…", autoDefault=False)
-        self.undistort = QCheckBox("Undistort")
-        self.undistort.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)  # the choice has the rest
-        self.undistort.setToolTip(
-            "Correct the lens distortion that the file states, of colour and depth: the camera of the frame and of all "
-            "results is that of the corrected images."
-        )
-        self.view = combo(
-            [*_VIEWS],
-            "The camera in whose pixels images that are not registered are completed. In the depth camera's, colour is "
-            "brought to depth, and is black where it sees nothing; depth is aligned to colour after completion.",
-        )
+        self._form, self._reading = form(), QWidget()
+        self._reading_form = form(parent=self._reading)
+        self._rows: dict[QWidget, tuple[QFormLayout, QWidget]] = {}
+        """Field -> its form and line."""
+        self._add_files()
+        self._add_reading()
+        self._add_camera()
+        self._add_guide()
         self.message = Message(lines=5)
         self.apply_button = QPushButton("Apply suggestion", autoDefault=False)
         self.apply_button.setToolTip("Set the depth encoding or the invalid value that the message suggests.")
@@ -172,13 +134,8 @@ class OpenDialog(QDialog):
         policy.setRetainSizeWhenHidden(True)  # keeps the layout still while typing
         self.apply_button.setSizePolicy(policy)
         self.apply_button.clicked.connect(self._apply_suggestions)
-        self._doubts: tuple[PlausibilityWarning, ...] = ()
         self.colour_preview, self.depth_preview = Preview("Colour"), Preview("Depth")
         buttons, self.open_button = answers(self, QDialogButtonBox.StandardButton.Open)
-
-        self._form, self._reading = form(), QWidget()
-        self._reading_form = form(parent=self._reading)
-        self._fill_forms()
         self.more = QToolButton(autoRaise=True)
         self.more.setText("Reading options")
         self.more.setCheckable(True)
@@ -188,18 +145,100 @@ class OpenDialog(QDialog):
         self._unfold(False)
         previews = lay_out(QHBoxLayout(), self.colour_preview, self.depth_preview, spacing=12)
         folded = row(self.more, self.apply_button)
-        lines: tuple[QWidget | QLayout, ...] = (self._form, previews, self.message, folded, self._reading, buttons)
-        stack(self, *lines, spacing=12)
-        texts = self.path, self.depth_path, self.guide_path, self.dataset, self.invalid, self.min_confidence
-        for field in (*texts, self.camera_text):
-            field.textChanged.connect(self._schedule)
-        self.encoding.editTextChanged.connect(self._schedule)
-        self.undistort.toggled.connect(self._schedule)
-        self.view.currentTextChanged.connect(self._schedule)
-        self.guide_gives.currentTextChanged.connect(self._schedule)
-        self.camera.currentTextChanged.connect(self._change_camera)
+        stack(self, self._form, previews, self.message, folded, self._reading, buttons, spacing=12)
         self._change_camera()
         self.read()
+
+    def _add_files(self) -> None:
+        kinds = COLOUR_SUFFIXES, DEPTH_FILE_SUFFIXES, recording_suffixes(), (PROJECT_SUFFIX, ".json")
+        filters = files_of("All that can be opened", dict.fromkeys(sum(kinds, ())), recording_files())
+        file = self._file_button("Choose what to open", filters, self._take_path)
+        folder = self._button("Folder…", lambda: choose_folder(self, "Choose folder", _FOLDER_KEY), self._take_path)
+        texts = (
+            "Colour image, folder, data set, recording, project, or run.json",
+            "Raw depth: 16-bit or float, one channel",
+        )
+        self.path, self.depth_path = (QLineEdit(placeholderText=text) for text in texts)
+        self._add("&Path", self.path, "", file, folder)
+        depth_files = files_of("Depth", DEPTH_FILE_SUFFIXES)
+        depth = self._file_button(
+            "Choose depth file", depth_files, lambda path: self._set_paths(self.path.text(), path)
+        )
+        self._add("&Depth", self.depth_path, "", depth)
+        self.depth_path.setToolTip("One of several datasets of an HDF5 file is named behind it: FILE.h5:/depth.")
+
+    def _add_reading(self) -> None:
+        names = typed_list()
+        names.addItems([_AUTOMATIC, *(f"{name} ({meaning})" for name, meaning in ENCODING_DESCRIPTIONS.items())])
+        self.encoding = self._add("Depth &encoding", names, "encoding")
+        line = QLineEdit(placeholderText="In HDF5 files: the only one that can be depth")
+        self.dataset = self._add("Data&set", line, "dataset")
+        self.invalid = self._add("In&valid value", QLineEdit(placeholderText="Zero only; 65535 in 7-Scenes"), "invalid")
+        line = QLineEdit(placeholderText="None: all depth counts")
+        self.min_confidence = self._add("&Min. confidence", line, "min_confidence")
+
+    def _add_camera(self) -> None:
+        self.camera_text = QLineEdit()
+        self.camera_text.setAccessibleName("Intrinsics: numbers or file")
+        self.camera_text.textChanged.connect(self._schedule)
+        camera_files = files_of("Intrinsics", CAMERA_FILES)
+        self.camera_browse = self._file_button("Choose intrinsics", camera_files, self.camera_text.setText)
+        self.undistort = QCheckBox("Undistort")
+        self.undistort.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)  # the choice has the rest
+        self.undistort.setToolTip(
+            "Correct the lens distortion that the file states, of colour and depth: the camera of the frame and of all "
+            "results is that of the corrected images."
+        )
+        self.undistort.toggled.connect(self._schedule)
+        beside = self.camera_text, self.camera_browse, self.undistort
+        choices = [_AS_STATED, *INTRINSICS, _NUMBERS, _FILE]
+        self.camera = self._add("Camera &intrinsics", combo(choices), "", *beside)
+        self.camera.currentTextChanged.connect(self._change_camera)
+        self.view = self._add("Pi&xels of", combo([*_VIEWS]), "view")
+
+    def _add_guide(self) -> None:
+        self.guide_path = QLineEdit(placeholderText="Depth or inverse depth from elsewhere (optional)")
+        file = self._file_button("Choose guide", guide_files(), self.guide_path.setText)
+        self._add("&Guide", self.guide_path, "guide", file)
+        kinds = combo({None: "a value that rises or falls with depth", **GIVES})
+        self.guide_gives = self._add("&What it gives", kinds, "guide_gives")
+        for choice in (self.encoding, self.camera, self.guide_gives):  # no wider than the pictures
+            choice.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
+            choice.setMinimumContentsLength(len(_NUMBERS))
+
+    def _add(self, text: str, field: Field, option: str, *beside: QWidget) -> Field:
+        """Add a field, with what is said of its reading option: files above the pictures, others below them."""
+        if option:
+            told = OPTIONS[option].help
+            field.setToolTip(f"{told[:1].upper()}{told[1:]}.")
+        field.setAccessibleName(text.replace("&", ""))
+        changed = field.textChanged if isinstance(field, QLineEdit) else field.currentTextChanged
+        changed.connect(self._schedule)
+        line = QWidget()
+        texts = tuple(part for part in (field, *beside) if isinstance(part, QLineEdit))
+        lay_out(QHBoxLayout(line), field, *beside, stretched=texts, spacing=8)
+        fields = self._form if field in (self.path, self.depth_path) else self._reading_form
+        fields.addRow(label_of(text, field), line)
+        self._rows[field] = fields, line
+        return field
+
+    def _show_row(self, field: QWidget, on: bool) -> None:
+        fields, line = self._rows[field]
+        fields.setRowVisible(line, on)
+
+    def _button(self, text: str, choose: Callable[[], str], take: Callable[[str], object]) -> QPushButton:
+        """Return a button that asks for a path, and takes it."""
+
+        def browse() -> None:
+            if path := choose():
+                take(path)
+
+        button = QPushButton(text, autoDefault=False)
+        button.clicked.connect(browse)
+        return button
+
+    def _file_button(self, title: str, filters: str, take: Callable[[str], object]) -> QPushButton:
+        return self._button("File…", lambda: choose_file(self, title, _FOLDER_KEY, filters), take)
 
     def set_files(self, rgb: str, depth: str | None = None) -> None:
         """Set the files: two files in either order, one file, a folder, or a recording.
@@ -250,7 +289,6 @@ class OpenDialog(QDialog):
     def read(self) -> None:
         """Read the chosen files and describe them."""
         self._reading_delay.stop()
-        self._wanted = None
         self._looks.forget()
         self._propose_partner()
         (colour, depth), kind = self._paths(), self.kind
@@ -286,9 +324,7 @@ class OpenDialog(QDialog):
                 names = [frame.name for frame in opened.project.frames]
             shown = ", ".join(names[:_MAX_NAMED]) + ", …" * (len(names) > _MAX_NAMED)
             text = f"A project with {counted(len(names), 'frame')}: {shown}.\nIt takes the place of the present one."
-        self._show_nothing()
-        self._tell(text, "good")
-        self.open_button.setEnabled(True)
+        self._offer_unseen(text, "good")
 
     def _propose_partner(self) -> None:
         """Propose the depth beside a colour file, or the colour beside depth; a depth file that was chosen stays."""
@@ -303,10 +339,10 @@ class OpenDialog(QDialog):
     def _offer_options(self, kind: Kind) -> None:
         """Show the reading options that apply, and those only."""
         of_images, is_pair = kind in (Kind.PAIR, Kind.FRAME, Kind.FRAMES), kind is Kind.PAIR
-        self._form.setRowVisible(1, is_pair)
-        self._reading_form.setRowVisible(1, of_images and not is_pair)  # a pair names the dataset behind its depth
-        for last in (1, 2):  # the guide, and what it gives
-            self._reading_form.setRowVisible(self._reading_form.rowCount() - last, kind in (Kind.PAIR, Kind.FRAME))
+        self._show_row(self.depth_path, is_pair)
+        self._show_row(self.dataset, of_images and not is_pair)  # a pair names the dataset behind its depth
+        self._show_row(self.guide_path, kind in (Kind.PAIR, Kind.FRAME))
+        self._show_row(self.guide_gives, kind in (Kind.PAIR, Kind.FRAME))
         self.undistort.setVisible(self._states_lens(kind))
         self.more.setVisible(of_images)
         self._reading.setVisible(of_images and self.more.isChecked())
@@ -329,15 +365,10 @@ class OpenDialog(QDialog):
 
     def _look_into(self, source: FrameRef) -> None:
         """List the frames in a worker thread; meanwhile the source can be opened already."""
-        self._show_nothing()
-        self._tell("Listing frames…", "text")
-        self.open_button.setEnabled(True)
-        self._wanted = source
+        self._offer_unseen("Listing frames…", "text")
         self._looks.ask(source)
 
     def _show_first(self, source: FrameRef, look: FolderPreview) -> None:
-        if source != self._wanted:
-            return
         count, is_of_results = len(look.listing.sources), is_result_folder(look.listing.sources[0])
         frames = f"{counted(count, 'result' if is_of_results else 'frame')} found."
         text = " ".join((frames, *look.listing.notes))
@@ -346,9 +377,7 @@ class OpenDialog(QDialog):
         else:
             self._show(look.frame, f"{text} First frame:\n{_describe_frame(look.frame)}", look.plausibility_warnings)
 
-    def _refuse_source(self, source: FrameRef, error: Exception) -> None:
-        if source != self._wanted:
-            return
+    def _refuse_source(self, error: Exception) -> None:
         if isinstance(error, NotAllowed):
             self._announce_question(error)
         else:
@@ -356,17 +385,17 @@ class OpenDialog(QDialog):
 
     def _announce_question(self, error: NotAllowed) -> None:
         """Say what a file names elsewhere; the window asks about it after *Open*."""
-        self._show_nothing()
         places = " and ".join(error.places)
-        self._tell(
-            f"A file names {places} outside its own folder, which was never opened here: Open asks first.", "warning"
-        )
-        self.open_button.setEnabled(True)
+        text = f"A file names {places} outside its own folder, which was never opened here: Open asks first."
+        self._offer_unseen(text, "warning")
 
-    def _show_nothing(self) -> None:
+    def _offer_unseen(self, text: str, tone: str) -> None:
+        """Let the user open what is not read here."""
         self.colour_preview.show_rgb(None)
         self.depth_preview.show_depth(None)
         self._propose(())
+        self._tell(text, tone)
+        self.open_button.setEnabled(True)
 
     def _tell(self, text: str, tone: str) -> None:
         """Show a message, for which the dialog grows if it must."""
@@ -408,35 +437,6 @@ class OpenDialog(QDialog):
             self.depth_path.clear()
             self.set_files(*paths[:2])
 
-    def _fill_forms(self) -> None:
-        """Add the fields: files above the pictures, reading options below them."""
-        for text, field, *buttons in (
-            ("&Path", self.path, ("File…", self._browse_any), ("Folder…", self._browse_folder)),
-            ("&Depth", self.depth_path, ("File…", self._browse_depth)),
-            ("Depth &encoding", self.encoding),
-            ("Data&set", self.dataset),
-            ("In&valid value", self.invalid),
-            ("&Min. confidence", self.min_confidence),
-            ("Camera &intrinsics", self.camera),
-            ("Pi&xels of", self.view),
-            ("&Guide", self.guide_path, ("File…", self._browse_guide)),
-            ("&What it gives", self.guide_gives),
-        ):
-            parts: list[QWidget] = [field]
-            if field is self.camera:
-                self.camera_browse.clicked.connect(self._browse_camera)
-                parts += [self.camera_text, self.camera_browse, self.undistort]
-            for name, browse in buttons:
-                button = QPushButton(name, autoDefault=False)
-                button.clicked.connect(lambda _=False, browse=browse: browse())
-                parts.append(button)
-            line = QWidget()
-            texts = tuple(part for part in parts if isinstance(part, QLineEdit))
-            line.setLayout(lay_out(QHBoxLayout(), *parts, stretched=texts, spacing=8))
-            field.setAccessibleName(text.replace("&", ""))
-            fields = self._form if field in (self.path, self.depth_path) else self._reading_form
-            fields.addRow(label_of(text, field), line)
-
     def _propose(self, plausibility_warnings: Iterable[PlausibilityWarning]) -> None:
         """Offer to apply the suggestions of plausibility warnings."""
         self._doubts = tuple(
@@ -468,38 +468,14 @@ class OpenDialog(QDialog):
             if choice == _NUMBERS
             else "JSON, YAML or text; FILE#NAME for one of several"
         )
-        self._schedule()
 
     def _states_lens(self, kind: Kind) -> bool:
         """Whether the distortion of the lens can be stated, in a file of intrinsics or in those of a data set."""
         choice = self.camera.currentText()
         return choice == _FILE or (choice == _AS_STATED and kind is Kind.FRAMES)
 
-    def _browse_any(self) -> None:
-        kinds = COLOUR_SUFFIXES, DEPTH_FILE_SUFFIXES, recording_suffixes(), (PROJECT_SUFFIX, ".json")
-        patterns = " ".join(f"*{suffix}" for suffix in dict.fromkeys(sum(kinds, ())))
-        filters = f"All that can be opened ({patterns});;{recording_files()};;All files (*)"
-        if path := choose_file(self, "Choose what to open", _FOLDER_KEY, filters):
-            self._set_paths(path, "")
-
-    def _browse_depth(self) -> None:
-        patterns = " ".join(f"*{suffix}" for suffix in DEPTH_FILE_SUFFIXES)
-        if path := choose_file(self, "Choose depth file", _FOLDER_KEY, f"Depth ({patterns});;All files (*)"):
-            self._set_paths(self.path.text(), path)
-
-    def _browse_folder(self) -> None:
-        if path := choose_folder(self, "Choose folder", _FOLDER_KEY):
-            self._set_paths(path, "")
-
-    def _browse_camera(self) -> None:
-        patterns = " ".join(f"*{suffix}" for suffix in CAMERA_FILES)
-        filters = f"Intrinsics ({patterns});;All files (*)"
-        if path := choose_file(self, "Choose intrinsics", _FOLDER_KEY, filters):
-            self.camera_text.setText(path)
-
-    def _browse_guide(self) -> None:
-        if path := choose_file(self, "Choose guide", _FOLDER_KEY, guide_files()):
-            self.guide_path.setText(path)
+    def _take_path(self, path: str) -> None:
+        self._set_paths(path, "")
 
     def _set_paths(self, path: str, depth: str) -> None:
         self._write_paths(path, depth)

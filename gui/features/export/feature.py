@@ -269,9 +269,8 @@ class ExportFeature(Feature):
         self.ended.emit(self._done)
 
     def _tell(self, exporting: bool) -> None:
-        documents = self.context.feature(DocumentsFeature)
-        documents.exporting = exporting
-        documents.exporting_changed.emit()
+        self.context.feature(DocumentsFeature).exporting = exporting
+        self.context.workspace.note(Part.LOADING)
 
     def _open(self, frame: ExportedFrame) -> None:
         """Open the run of a frame; show why a failed one has none."""

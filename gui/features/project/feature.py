@@ -13,32 +13,29 @@ from PySide6.QtGui import QDesktopServices
 from PySide6.QtWidgets import QMessageBox, QToolBar
 
 from ilf._runtime.formatting import counted
-from ilf._runtime.named_places import note_opened
+from ilf._runtime.named_places import NotAllowed, note_opened
+from ilf.errors import one_line
 from ilf.project.archive import Archive
 from ilf.project.file import OpenedProject
 from ilf.project.missing_files import folder_projects_dir
-from ilf.project.state_codec import UnreadableFrame
+from ilf.project.state_codec import UnreadableFrame, frame_part
 
-from ...base import theme
 from ...base.commands import command
 from ...base.needs import Need
-from ...project.current_project import CurrentProject, source_of
+from ...project.current_project import source_of
 from ...state.document import Document
 from ...state.entries import Entry
 from ...state.parts import Part
 from ...widgets.basics import open_once
-from ...widgets.notices import ACCEPT, DESTROY, ask
+from ...widgets.notices import ACCEPT, DESTROY, ask, ask_yes_no
 from ..context import Context, Feature
-from ..documents.feature import DocumentsFeature
-from ..menus import insert_menu
-from .asking import ask_to_open, ask_to_open_anew
-from .opening import FolderProjects, Opening
-from .recent import RecentMenu, RecentOrigins
+from .opening import Opening
+from .recent import RecentMenu
 from .saving import SaveRequest, Saving
-from .view_state import ViewState
+from .view_state import Zooms
 
 if TYPE_CHECKING:
-    from .closing import Closing
+    from .closing import CloseDialog
     from .missing import Missing
 
 _PROGRAM = "ILF Studio"
@@ -49,74 +46,42 @@ class ProjectFeature(Feature):
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)
-        workspace = context.workspace
-        self.present = CurrentProject(workspace, self)
-        self.view = ViewState(workspace, context.views, context.refresh)
-        self.saving = Saving(context, self.present, self.view)
-        self.opening = Opening(context, self.present, self.view)
-        self.folders = FolderProjects(context, self.present, self.open)
+        workspace, loader, window = context.workspace, context.loader, context.window
+        self.present = context.recorder.present
+        self.saving, self.opening = Saving(context), Opening(context, self._leave)
+        Zooms(workspace, context.views, context.refresh)
+        is_kept = context.panels.persistent
+        self.recent = RecentMenu("Open recent pro&ject", "projects", is_kept, self.opening.open, window)
+        self.discard_silently = False
+        """Whether to close without asking; for headless use."""
+        self.question: CloseDialog | None = None
+        """The open question about unsaved work; None for none."""
         self._leaves = False
-        self.recent = RecentMenu(
-            "Open recent pro&ject",
-            RecentOrigins("projects", context.panels.persistent),
-            self._open_recent,
-            context.window,
-        )
-        documents = context.feature(DocumentsFeature)
-        documents.project_requested.connect(self.open)
-        documents.leave = self._leave_frames
-        documents.remove = lambda entries, then: self.closing.remove(entries, then)
-        documents.close = self._close_frame
-        documents.join = self._join
-        documents.saved_share = lambda: self.saving.share if self.saving.busy else None
-        self.saving.changed.connect(documents.exporting_changed)
-        context.recorder.is_unsaved = lambda: self.present.unsaved
-        context.loader.replayed.connect(lambda _: self.present.mark_extraction_saved())
-        context.loader.incomplete.connect(self._tell_incomplete)
-        context.loader.opening_failed.connect(self._offer_anew)
-        context.loader.not_allowed.connect(partial(ask_to_open, context.window))
-        self.opening.opened.connect(self._tell_opened)
-        self.opening.opened.connect(lambda opened: self.missing.check(opened))
-        context.loader.opening_failed.connect(lambda entry, error: self.missing.note_failure(entry, error))
-        self.opening.opened.connect(self.folders.note_opened)
-        self.saving.saved.connect(lambda path, _: self.folders.note_saved(path))
-        self.saving.saved.connect(lambda path, _: note_opened(path))
-        self.opening.opened.connect(lambda opened: note_opened(opened.path))
-        self.saving.saved.connect(self._tell_saved)
+        loader.replace = lambda entries, then: self.ask_remove(entries, then)
+        loader.replayed.connect(lambda _: self.present.mark_saved("extraction"))
+        loader.incomplete.connect(self._tell_incomplete)
+        loader.opening_failed.connect(self._note_failure)
+        loader.not_allowed.connect(self._ask_allowed)
+        self.opening.opened.connect(self._note_opened)
+        self.saving.saved.connect(self._note_saved)
         self.saving.failed.connect(lambda error: context.notes.report("The project is not saved", error))
-        context.refresh.add(
-            "title",
-            self._show_title,
-            Part.FRAME | Part.LIST | Part.CONTENT,
-            also=(
-                workspace.project_touched,
-                workspace.undo_group.cleanChanged,
-                self.saving.changed,
-            ),
-        )
-
-    @cached_property
-    def closing(self) -> Closing:
-        """Asks before work would be lost; made on use."""
-        from .closing import Closing
-
-        return Closing(self.context, self.present, self.saving, self._save)
+        also = workspace.project_touched, workspace.undo_group.cleanChanged, self.saving.changed
+        context.refresh.add("title", self._show_title, Part.FRAME | Part.LIST | Part.CONTENT, also=also)
 
     @cached_property
     def missing(self) -> Missing:
         """Checks the files of frames; made on use."""
         from .missing import Missing
 
-        return Missing(self.context, self.present)
+        return Missing(self.context)
 
     def begin(self) -> None:
         """Insert the menu of recent projects and the button *Save*."""
-        self.context.actions["show_project"].setIconText("Show in folder")
-        self.context.actions["save_project_as"].setIconText("Save elsewhere…")
-        self.recent.setIcon(theme.icon("ph.clock-counter-clockwise", self.recent.palette()))
-        insert_menu(self.context.window.menuBar(), self.recent, self.context.actions["new_project"])
-        self.recent.fill()
-        bar, actions = self.context.window.findChild(QToolBar, "Tools"), self.context.actions
+        actions = self.context.actions
+        actions["show_project"].setIconText("Show in folder")
+        actions["save_project_as"].setIconText("Save elsewhere…")
+        self.recent.insert_after(actions["new_project"])
+        bar = self.context.window.findChild(QToolBar, "Tools")
         if isinstance(bar, QToolBar):
             bar.insertAction(actions["export"], actions["save_project"])
 
@@ -125,11 +90,7 @@ class ProjectFeature(Feature):
     @command("new_project", "&New project", icon="ph.file-plus")
     def new(self) -> None:
         """Close all frames, and start an empty project."""
-        self._leave_project("a new project is started", self._begin)
-
-    def open(self, path: Path) -> None:
-        """Open a project, replacing the current one."""
-        self.opening.open(path.absolute(), lambda take: self._leave_project(f"{path.name} is opened", take))
+        self._leave("a new project is started", self._begin)
 
     @command("save_project", "&Save project", icon="ph.floppy-disk", keys="Ctrl+S", needs=Need.LISTED)
     def save(self) -> None:
@@ -153,7 +114,7 @@ class ProjectFeature(Feature):
                 self.context.window.close()
 
         if not self._leaves:
-            self.closing.leave(list(self.context.workspace.entries), True, "the window closes", go)
+            self._leave("the window closes", go)
             asked = True
         return self._leaves
 
@@ -163,8 +124,9 @@ class ProjectFeature(Feature):
         if isinstance(self.context.recorder.store.project, Archive):
             self.context.recorder.store.project.close()
 
-    def _close_frame(self, entry: Entry) -> None:
-        """Close a frame; if the project file contains it, it stays in the list in that state."""
+    def close_frame(self, entry: Entry) -> None:
+        """Close a frame, after asking about unsaved work; if the project file contains it, it stays in the list in
+        that state."""
         workspace = self.context.workspace
 
         def close() -> None:
@@ -176,33 +138,82 @@ class ProjectFeature(Feature):
             entry.set_unsaved(False)
             workspace.entries.set_summary(entry, summary)
 
-        if self.present.saved_summary(entry) is None:
-            close()
+        def go() -> None:
+            if self.present.saved_summary(entry) is None:
+                close()
+            else:
+                self.context.recorder.revert([entry.id], close)
+
+        self._leave("the frame is closed", go, entry)
+
+    def ask_remove(self, entries: Sequence[Entry], then: Callable[[], None]) -> None:
+        """Call `then` if frames may be removed from the project: at once if there is no work on them."""
+        stored = self.context.recorder.store.project
+        kept = set() if stored is None else set(stored.names())
+        worked = [
+            entry.name
+            for entry in entries
+            if entry.unsaved or entry.document in self.context.runs.running or frame_part(entry.id) in kept
+        ]
+        if self.discard_silently or not worked:
+            then()
+            return
+        names = worked[0] if len(worked) == 1 else f"{len(worked)} frames"
+        text = f"The work on {names} is removed, too. This cannot be undone."
+        more = "The project file keeps it until the project is saved the next time."
+        ask(self.context.window, "Remove from the project?", text, more, [("&Remove", DESTROY, then)])
+
+    def _leave(self, what: str, then: Callable[[], None], only: Entry | None = None) -> None:
+        """Call `then` as soon as a frame, or all with the project, may be closed: at once if there is nothing to ask,
+        never if the user cancels. `what` is about to happen, such as "the window closes"."""
+        if self.discard_silently:
+            then()
         else:
-            self.context.recorder.revert([entry.id], close)
+            self.saving.when_done(lambda: self._ask_leave(what, then, only))
 
-    def _leave_frames(self, entries: Sequence[Entry], then: Callable[[], None]) -> None:
-        what = "the frame is closed" if len(entries) == 1 else f"{len(entries)} frames are closed"
-        self.closing.leave(entries, False, what, then)
+    def _ask_leave(self, what: str, then: Callable[[], None], only: Entry | None) -> None:
+        from .closing import CloseDialog  # made on use
 
-    def _leave_project(self, what: str, then: Callable[[], None]) -> None:
-        self.closing.leave(list(self.context.workspace.entries), True, what, then)
+        context = self.context
+        entries = [*context.workspace.entries] if only is None else [only]
+        documents = {entry.document for entry in entries}
+        rows = {entry.id: (entry.name, work) for entry in entries if (work := self._work_on(entry))}
+        if only is None and (words := self.present.words()):
+            rows[""] = "The project itself", words
+        others = [
+            f"{way.what[:1].upper()}{way.what[1:]} is in progress: it is stopped, and its results are lost."
+            for way in context.pending_work()
+            if (only is None if way.document is None else way.document in documents)
+        ]
+        if not (rows or others):
+            then()
+        elif self.question is not None:
+            self.question.raise_()
+        else:
+            self.question = dialog = CloseDialog(what, rows, others, context.runs, self._save, context.window)
+            dialog.finished.connect(lambda _: setattr(self, "question", None))
+            open_once(dialog, then)
+
+    def _work_on(self, entry: Entry) -> str:
+        """Describe the unsaved work and the run of a frame, such as "3 edits, 1 run"; "" for none."""
+        texts, runs = [entry.unsaved_summary()], self.context.runs
+        if entry.document in runs.running:
+            texts.append(f"a run is in progress ({runs.of(entry.document).share_done:.0%})")
+        return ", ".join(filter(None, texts))
 
     def _begin(self, then: Callable[[], None] = lambda: None) -> None:
         self.missing.forget()
-        self.folders.forget()
         self.opening.begin(then)
 
     # what is opened later
 
-    def _join(self, place: Path, then: Callable[[], None]) -> None:
+    def join(self, place: Path, then: Callable[[], None]) -> None:
         """Open a file or folder; ask first if the project is that of another folder, and has a file."""
-        if not self.folders.is_foreign(place) or self.context.feature(DocumentsFeature).discard_silently:
+        if not self.opening.is_foreign(place) or self.discard_silently:
             then()
         elif self._saved_file() or self.present.unsaved:
             self._ask_join(place, then)
         else:
-            self.folders.forget()
             self.opening.detach()
             then()
 
@@ -210,7 +221,7 @@ class ProjectFeature(Feature):
         text = f"{place.name} is not of the folder whose project is {self.present.name}."
 
         def begin() -> None:
-            self._leave_project("a new project is started", partial(self._begin, then))
+            self._leave("a new project is started", partial(self._begin, then))
 
         answers = ("&Add to it", ACCEPT, then), ("&New project", ACCEPT, begin)
         more, icon = "A new project closes its frames first.", QMessageBox.Icon.Question
@@ -246,7 +257,7 @@ class ProjectFeature(Feature):
 
         context = self.context
         first = next(iter(context.workspace.entries), None)
-        proposed = self.folders.proposed() or proposed_path(
+        proposed = self.opening.proposed() or proposed_path(
             self.present.name or ("project" if first is None else first.name)
         )
         sources = [source for source in map(source_of, context.workspace.entries) if source is not None]
@@ -274,17 +285,15 @@ class ProjectFeature(Feature):
 
     # messages
 
-    def _open_recent(self, origin: object) -> None:
-        if isinstance(origin, Path):
-            self.open(origin)
-
     def _note_recent(self, path: Path) -> None:
         """List a project as recent, unless it is in the data folder: there, the folder of its frames opens it."""
+        note_opened(path)
         if not path.is_relative_to(folder_projects_dir()):
             self.recent.note(path)
 
-    def _tell_opened(self, opened: OpenedProject) -> None:
+    def _note_opened(self, opened: OpenedProject) -> None:
         self._note_recent(opened.path)
+        self.missing.check(opened)
         count = len(opened.project.frames)
         self.context.notes.show_message(f"Opened {opened.path.name}: {counted(count, 'frame')}.")
         self.context.notes.warn(
@@ -294,18 +303,37 @@ class ProjectFeature(Feature):
     def _tell_incomplete(self, document: Document, problems: Sequence[str]) -> None:
         self.context.notes.warn(f"{document.name}: opened without some of its files", problems)
 
-    def _offer_anew(self, entry: Entry, error: Exception) -> None:
-        """Offer to open the files of a frame whose work cannot be read."""
+    def _note_failure(self, entry: Entry, error: Exception) -> None:
+        """Ask for missing files, or offer to open the files of a frame whose work cannot be read."""
+        self.missing.note_failure(entry, error)
         source = source_of(entry)
         if isinstance(error, UnreadableFrame) and source is not None:
             again = partial(self.context.loader.open_new, source, f"{entry.name} (anew)")
-            ask_to_open_anew(self.context.window, entry.name, error, again)
+            text = f"{entry.name} cannot be opened. {error}"
+            more = "Open its files as a new frame, without the work? The work stays in the project as it is."
+            ask_yes_no(self.context.window, f"Open {entry.name} anew?", text, more, again)
 
-    def _tell_saved(self, path: Path, problems: Sequence[str]) -> None:
+    def _ask_allowed(self, error: NotAllowed, yes: Callable[[], None], no: Callable[[], None]) -> None:
+        """Ask whether to open places that a file names; call `yes` after they were noted as opened by the user."""
+
+        def agree() -> None:
+            note_opened(*error.places, beside=True)
+            yes()
+
+        places = "\n".join(map(one_line, error.places))
+        text = f"A file names this outside its own folder, which was never opened here:\n{places}"
+        more = (
+            "Open it, and files beside it that are named, only if you trust the file: opening may contact another "
+            "computer."
+        )
+        ask_yes_no(self.context.window, "Open what a file names?", text, more, agree, no)
+
+    def _note_saved(self, path: Path, problems: Sequence[str]) -> None:
         self._note_recent(path)
+        self.opening.note_saved(path)
         count, size = len(self.context.workspace.entries), path.stat().st_size / 1e6
         actions = self.context.actions
-        self.context.actions.refresh()
+        actions.refresh()
         self.context.notes.offer(
             f"Saved {counted(count, 'frame')} to {path} ({size:.1f} MB).",
             actions["show_project"],

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import datetime
-from collections.abc import Sequence
+from collections.abc import Generator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -24,11 +24,11 @@ from ilf.project.file import OpenedProject
 from ilf.project.missing_files import MissingFile, locate, missing_files, relocated
 from ilf.project.sources import ChangedSource, MissingSource, Places
 
-from ...project.current_project import CurrentProject, source_of
+from ...project.current_project import source_of
 from ...state.entries import Entry
 from ...widgets.basics import Message, give_size, literal_text, open_once, row, row_list, stack
 from ...widgets.work_row import WorkRow
-from ...work.jobs import Worker
+from ...work.latest_request import LatestRequest
 from ..context import Context
 
 # The dialog that asks for files that are missing or have changed.
@@ -77,7 +77,9 @@ class MissingFilesDialog(QDialog):
         self.file_button.clicked.connect(self._ask_file)
         self.folder_button.clicked.connect(self._ask_folder)
         self.new_button.clicked.connect(self._open_new)
-        self.work.cancelled.connect(missing.cancel_search)
+        self.work.follow(missing.search)
+        missing.search.begun.connect(self._begin_search)
+        missing.search.ended.connect(self._allow)
 
         buttons_of_files = row(self.file_button, self.folder_button, self.new_button)
         stack(self, about, self.files, buttons_of_files, self.work, self.message, buttons, stretched=self.files)
@@ -109,19 +111,13 @@ class MissingFilesDialog(QDialog):
         if item is not None:
             self.files.setCurrentItem(item)
 
-    def show_search(self, share: float | None) -> None:
-        """Show the progress of the search; None if none is in progress."""
-        if share is None:
-            self.work.hide()
-        elif self.work.isHidden():
-            self.work.begin()
-            self.message.show_message("")
-        else:
-            self.work.show_share(share)
-        self._allow()
+    def _begin_search(self) -> None:
+        self.message.show_message("")
+        for button in (self.file_button, self.folder_button, self.new_button):
+            button.setEnabled(False)
 
     def _allow(self) -> None:
-        lost, idle = self.chosen(), self.work.isHidden()
+        lost, idle = self.chosen(), not self._missing.search.busy
         self.file_button.setEnabled(idle and lost is not None)
         self.folder_button.setEnabled(idle and self.files.topLevelItemCount() > 0)
         self.new_button.setEnabled(idle and lost is not None and lost.changed is not None)
@@ -178,54 +174,51 @@ _MAX_CHECKED = 500
 written after the project."""
 _MISSING, _CHANGED = "files are missing", "files have changed"
 
+_Search = tuple[list[InputFile], Places]
+
+
+def _check_files(opened: OpenedProject) -> Generator[None, None, list[MissingFile]]:
+    """Return the lost files of a project; runs in a worker thread."""
+    is_large = len(opened.project.frames) > _MAX_CHECKED
+    return missing_files(opened, opened.path.stat().st_mtime if is_large and opened.path.exists() else None)
+
 
 class Missing(QObject):
     """Checks the files of a project in the background, and asks for missing ones."""
 
-    def __init__(self, context: Context, present: CurrentProject) -> None:
+    def __init__(self, context: Context) -> None:
         super().__init__(context.window)
         self._context = context
-        self._present = present
-        self._lost: list[MissingFile] = []
+        self._present = context.recorder.present
+        self.lost: list[MissingFile] = []
+        """The lost files found so far."""
         self._requested = ""
         """Id of the frame that the user tried to show."""
-        self._searched: tuple[Path, ...] = ()
-        """Folders of the last search: frames that are opened later are looked for in them, too."""
         self.dialog: MissingFilesDialog | None = None
-        self._checker = Worker(self)
-        self._checker.finished.connect(self._take_checked)
-        self._checker.cancelled.connect(self._ask)
-        self._checker.failed.connect(lambda error: context.notes.report("Missing files", error))
-        self._searcher = Worker(self)
-        self._searcher.progressed.connect(self._show_search)
-        self._searcher.finished.connect(self._take_found)
-        self._searcher.cancelled.connect(lambda: self._take_found({}))
-        self._searcher.failed.connect(self._fail_search)
-
-    @property
-    def lost(self) -> tuple[MissingFile, ...]:
-        """The lost files found so far."""
-        return tuple(self._lost)
+        self._check = LatestRequest[OpenedProject, list[MissingFile]](_check_files, self)
+        self._check.answered.connect(lambda _, lost: self._take_checked(lost))
+        self._check.failed.connect(lambda _, error: context.notes.report("Missing files", error))
+        self._check.ended.connect(self._ask)
+        self.search = LatestRequest[_Search, dict[InputFile, Path]](lambda asked: locate(*asked), self)
+        """Looks for lost files at possible places."""
+        self.search.answered.connect(lambda asked, found: self._take_found(found, asked[1].folders))
+        self.search.failed.connect(lambda _, error: context.notes.report("Search for files", error))
 
     @property
     def busy(self) -> bool:
         """Whether files are being checked or searched for."""
-        return self._checker.busy or self._searcher.busy
+        return self._check.busy or self.search.busy
 
     def check(self, opened: OpenedProject) -> None:
         """Check all files of an opened project."""
         self.forget()
-        frames, parts, places = opened.project.frames, opened.parts, opened.places
-        large = len(frames) > _MAX_CHECKED
-        since = opened.path.stat().st_mtime if large and opened.path.exists() else None
-        self._checker.start(lambda: missing_files(frames, parts, places, since))
+        self._check.ask(opened)
 
     def forget(self) -> None:
         """Stop, and forget the lost files of the current project."""
-        self._checker.shutdown()
-        self._searcher.shutdown()
-        self._lost, self._requested = [], ""
-        self._present.forget_missing()
+        self._check.cancel()
+        self.search.cancel()
+        self.lost, self._requested = [], ""
         if self.dialog is not None:
             self.dialog.reject()
 
@@ -248,39 +241,33 @@ class Missing(QObject):
         source = relocated(source, {lost.wanted.path: lost.changed})
         self._context.loader.open_new(source, f"{entry.name} (changed)")
 
-    def cancel_search(self) -> None:
-        """End the search in progress."""
-        self._searcher.cancel()
-
     # lost files
 
     def _take_checked(self, lost: list[MissingFile]) -> None:
         for one in lost:
             self._note(one)
-        self._ask()
 
     def note_failure(self, entry: Entry, error: Exception) -> None:
         """Handle a frame that could not be opened."""
         if isinstance(error, MissingSource | ChangedSource):
             self._note(MissingFile(entry.id, error.wanted, error.found if isinstance(error, ChangedSource) else None))
-        elif all(lost.frame != entry.id for lost in self._lost):
+        elif all(lost.frame != entry.id for lost in self.lost):
             return
         self._requested = entry.id
-        if not self._checker.busy:
+        if not self._check.busy:
             self._ask()
 
     def _note(self, lost: MissingFile) -> None:
         entry = self._context.workspace.entries.of(lost.frame)
         if entry is None or entry.document is not None:
             return
-        if lost not in self._lost:
-            self._lost.append(lost)
-        self._present.note_missing(entry)
+        if lost not in self.lost:
+            self.lost.append(lost)
         self._context.workspace.note_problem(entry, _CHANGED if lost.changed else _MISSING)
 
     def _ask(self) -> None:
         """Open the dialog if files are lost."""
-        if not self._lost:
+        if not self.lost:
             return
         if self.dialog is None:
             self.dialog = dialog = MissingFilesDialog(self._present.name, self, self._context.window)
@@ -292,13 +279,13 @@ class Missing(QObject):
     def _named(self) -> list[tuple[str, MissingFile]]:
         """Return the lost files with the names of their frames."""
         entries = self._context.workspace.entries
-        found = ((entries.of(lost.frame), lost) for lost in self._lost)
+        found = ((entries.of(lost.frame), lost) for lost in self.lost)
         return [(entry.name, lost) for entry, lost in found if entry is not None]
 
     def _leave_dialog(self) -> None:
         self.dialog = None
-        self._searcher.cancel()
-        lost = {one.frame for one in self._lost}
+        self.search.cancel()
+        lost = {one.frame for one in self.lost}
         whole = (entry for entry in self._context.workspace.entries if entry.id not in lost)
         first = next(whole, None)
         if first is not None and not self._context.workspace.has_current and not self._context.loader.busy:
@@ -307,37 +294,25 @@ class Missing(QObject):
     # search
 
     def _look(self, places: Places) -> None:
-        if not self._searcher.busy:
-            self._searched = places.folders
-            wanted = list(dict.fromkeys(lost.wanted for lost in self._lost))
-            self._searcher.start(lambda: locate(wanted, places))
-            self._show_search([0.0])
+        self.search.ask((list(dict.fromkeys(lost.wanted for lost in self.lost)), places))
 
-    def _show_search(self, shares: Sequence[float]) -> None:
-        if self.dialog is not None:
-            self.dialog.show_search(shares[-1])
-
-    def _fail_search(self, error: Exception) -> None:
-        self._take_found({})
-        self._context.notes.report("Search for files", error)
-
-    def _take_found(self, found: dict[InputFile, Path]) -> None:
+    def _take_found(self, found: dict[InputFile, Path], searched: tuple[Path, ...]) -> None:
         store, dialog = self._context.recorder.store, self.dialog
         note_opened(*found.values())
         given = {wanted.sha256 or wanted.path: path for wanted, path in found.items()}
-        folders = dict.fromkeys((*store.places.folders, *(self._searched if found else ())))
+        # frames that are opened later are looked for there, too
+        folders = dict.fromkeys((*store.places.folders, *(searched if found else ())))
         store.places = replace(store.places, given={**store.places.given, **given}, folders=tuple(folders))
         self._context.recorder.note_project()
-        affected = {lost.frame for lost in self._lost if lost.wanted in found}
-        self._lost = [lost for lost in self._lost if lost.wanted not in found]
+        affected = {lost.frame for lost in self.lost if lost.wanted in found}
+        self.lost = [lost for lost in self.lost if lost.wanted not in found]
         by_path = {wanted.path: path for wanted, path in found.items()}
         for frame in affected:
             self._update_found(frame, by_path)
         if dialog is None:
             return
-        dialog.show_search(None)
         dialog.show_files(self._named())
-        left, text = len({lost.frame for lost in self._lost}), f"Found {counted(len(found), 'file')}"
+        left, text = len({lost.frame for lost in self.lost}), f"Found {counted(len(found), 'file')}"
         if not found:
             dialog.message.show_message("No file with the original content is there. Choose another folder.", "error")
         elif left:
@@ -356,11 +331,10 @@ class Missing(QObject):
             return
         if entry.source is not None:
             entry.source = relocated(entry.source, found)
-        if any(lost.frame == frame for lost in self._lost):
+        if any(lost.frame == frame for lost in self.lost):
             return
-        summary = self._present.note_relocated(entry)
-        if summary is not None:
-            workspace.entries.set_summary(entry, summary)
+        self._present.note_relocated()
+        workspace.note_problem(entry, "")
         if frame == self._requested or not workspace.has_current:
             self._requested = ""
             self._context.loader.open_entry(entry)

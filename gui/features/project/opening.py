@@ -14,15 +14,23 @@ from ilf.project.project import Project, ProjectFrame
 from ilf.project.sources import Places
 from ilf.sources.frame_ref import FrameRef
 
-from ...project.current_project import CurrentProject, ProjectSettings, apply_settings
+from ...project.current_project import ProjectSettings, apply_settings
 from ...state.entries import Entry
 from ..context import Context
-from ..documents.feature import DocumentsFeature
-from .view_state import ViewState
+from .view_state import restore_views
 
 
 class Opening(QObject):
-    """Opens projects, and starts new ones. The user has been asked about the current project before.
+    """Opens projects, and starts new ones.
+
+    In an empty window, a folder of frames is opened with its last project, or with a new one of its own: the work on
+    it is kept for the next time. In a window with frames, those of the folder are added to the list.
+
+    Parameters
+    ----------
+    context : Context
+    leave : callable
+        Given what is about to happen, asks about work on the current project before it calls a function.
 
     Signals
     -------
@@ -32,20 +40,42 @@ class Opening(QObject):
 
     opened = Signal(object)
 
-    def __init__(self, context: Context, present: CurrentProject, view: ViewState) -> None:
+    def __init__(self, context: Context, leave: Callable[[str, Callable[[], None]], None]) -> None:
         super().__init__(context.window)
         self._context = context
-        self._present = present
-        self._view = view
+        self._present = context.recorder.present
+        self._leave = leave
+        self._folder: Path | None = None
+        """The folder whose project the current one is."""
+        context.loader.listed.connect(self._begin_of_folder)
 
-    def open(self, path: Path, then: Callable[[Callable[[], None]], None]) -> None:
-        """Read a project file; on success, call `then` with the function that makes it the current project."""
-        read = self._context.loader.read
-        read(
-            f"Opening {path.name}",
-            lambda: open_project(path),
-            lambda opened: then(lambda: self._leave(lambda: self._take_newest(opened))),
-        )
+    def open(
+        self, path: Path, done: Callable[[], None] = lambda: None, fail: Callable[[], None] = lambda: None
+    ) -> None:
+        """Make a project the current one, then call `done`; call `fail` if it cannot be read."""
+
+        def ask(opened: OpenedProject) -> None:
+            self._leave(f"{path.name} is opened", lambda: self._close_all(lambda: self._take_newest(opened, done)))
+
+        self._context.loader.read(f"Opening {path.name}", lambda: open_project(path), ask, fail)
+
+    def open_folder(self, how: FrameRef) -> None:
+        """List the frames of a folder, with the reading options of `how`, and restore the work on them."""
+        context, folder = self._context, Path(how.rgb)
+        if not context.panels.persistent or len(context.workspace.entries) or self._present.path is not None:
+            context.loader.open_folder(how)
+            return
+        home = self._home(folder)
+        if not home.is_file():
+            self._folder = folder
+            context.loader.open_folder(how)
+            return
+
+        def add_new() -> None:
+            self._folder = folder
+            context.loader.open_folder(how, show=False)
+
+        self.open(home, add_new, lambda: context.loader.open_folder(how))
 
     def begin(self, then: Callable[[], None] = lambda: None) -> None:
         """Start an empty project, then call `then`."""
@@ -54,37 +84,53 @@ class Opening(QObject):
             self._begin()
             then()
 
-        self._leave(begin)
+        self._close_all(begin)
 
     def detach(self) -> None:
         """Make the frames those of a project without a file."""
+        self._folder = None
         self._present.take(None)
-        self._record("")
+        self._context.recorder.note_project()
+
+    def proposed(self) -> Path | None:
+        """Return the project's file, or None if it is in the data folder, where the user did not put it."""
+        path = self._present.path
+        return None if path is None or path.is_relative_to(folder_projects_dir()) else path
+
+    def is_foreign(self, place: Path) -> bool:
+        """Whether a file or folder is not of the folder whose project the current one is."""
+        folder = self._folder
+        return folder is not None and not Path(os.path.realpath(place)).is_relative_to(os.path.realpath(folder))
+
+    def note_saved(self, path: Path) -> None:
+        """Store the file of the saved project: its folder is opened with it from now on."""
+        if self._folder is not None:
+            QSettings().setValue(_key(self._folder), str(path))
 
     def _begin(self) -> None:
         apply_settings(self._context.workspace, Project())
         self.detach()
 
-    def _leave(self, then: Callable[[], None]) -> None:
+    def _close_all(self, then: Callable[[], None]) -> None:
         """Close all frames of the current project and discard their stored states, then call `then`."""
         context = self._context
 
-        def leave() -> None:
+        def close() -> None:
             context.workspace.remove_entries(list(context.workspace.entries))
             context.recorder.store.set_project(None, Places())
             then()
 
-        context.recorder.revert([entry.id for entry in context.workspace.entries], leave)
+        context.recorder.revert([entry.id for entry in context.workspace.entries], close)
 
-    def restore_project(
+    def take(
         self,
         project: Project,
         places: Places,
         opened: OpenedProject | None,
-        unsaved: Collection[str],
+        unsaved: Collection[str] = (),
         read_only: str = "",
     ) -> None:
-        """Restore the project of another window in a window without frames.
+        """Make a project the current one, in a window without frames.
 
         Parameters
         ----------
@@ -92,7 +138,7 @@ class Opening(QObject):
         places : Places
             Places of the files of its frames.
         opened : OpenedProject or None
-            Its file, which does not contain all of the work; None if it has none.
+            Its file, which may not contain all of the work; None if it has none.
         unsaved : collection of str
             Ids of the frames with work that is not in the file, but stored in this window.
         read_only : str
@@ -100,48 +146,54 @@ class Opening(QObject):
         """
         present = self._present
         self._context.recorder.store.set_project(None if opened is None else opened.parts, places)
-        self._fill(project, unsaved)
+        apply_settings(self._context.workspace, project)
+        self._context.workspace.add_entries([entry_of(frame, frame.id in unsaved) for frame in project.frames])
         if opened is None:
             present.take(None)
         else:
             why = _why_not_written(opened.path) or read_only
             present.take(opened.path, opened.project, why, ProjectSettings.of(opened.project))
-        self._show(project)
-        self._record("" if opened is None else str(opened.path))
-
-    def _take_newest(self, opened: OpenedProject) -> None:
-        """Make a project the current one; read it again if it was saved meanwhile, as when it was the current one."""
-        if not opened.parts.replaced():
-            self._take(opened)
-            return
-        opened.close()
-        self._begin()
-        self._context.loader.read(f"Opening {opened.path.name}", lambda: open_project(opened.path), self._take)
-
-    def _take(self, opened: OpenedProject) -> None:
-        self._context.recorder.store.set_project(opened.parts, opened.places)
-        self._fill(opened.project)
-        self._present.take(opened.path, opened.project, _why_not_written(opened.path))
-        self._show(opened.project)
-        self._record(str(opened.path))
-        self.opened.emit(opened)
-
-    def _fill(self, project: Project, unsaved: Collection[str] = ()) -> None:
-        """List the frames of a project, and apply its settings."""
-        apply_settings(self._context.workspace, project)
-        self._context.workspace.add_entries([entry_of(frame, frame.id in unsaved) for frame in project.frames])
-
-    def _show(self, project: Project) -> None:
-        """Restore the views and the frame that were shown last."""
-        self._view.take(project.view)
+        restore_views(self._context.views, project.view)
         entries = self._context.workspace.entries
         first = entries.of(project.present) or next(iter(entries), None)
         if first is not None:
             self._context.loader.open_entry(first)
-
-    def _record(self, path: str) -> None:
-        self._context.recorder.project = path
         self._context.recorder.note_project()
+
+    def _take_newest(self, opened: OpenedProject, done: Callable[[], None]) -> None:
+        """Make a project the current one; read it again if it was saved meanwhile, as when it was the current one."""
+
+        def take(opened: OpenedProject) -> None:
+            self.take(opened.project, opened.places, opened)
+            beside = opened.path.with_suffix("")
+            self._folder = beside if beside.is_dir() else None
+            self.opened.emit(opened)
+            done()
+
+        if not opened.parts.replaced():
+            take(opened)
+            return
+        opened.close()
+        self._begin()
+        self._context.loader.read(f"Opening {opened.path.name}", lambda: open_project(opened.path), take)
+
+    def _home(self, folder: Path) -> Path:
+        """Return the file that the folder's project was saved to last, or one in the user's data folder."""
+        saved = str(QSettings().value(_key(folder), ""))
+        return Path(saved) if os.path.isfile(saved) else folder_project_path(folder)
+
+    def _begin_of_folder(self, how: FrameRef) -> None:
+        """Start the folder's own project for its listed frames, without a question."""
+        if self._folder != Path(how.rgb):
+            return
+        if self._present.path is None:
+            self._present.take(_new_home(self._folder))
+            beside = _beside(self._folder)
+            if beside.is_file():
+                text = f"{beside} is a project of this folder: open it to continue the work in it."
+                self._context.notes.show_message(text)
+        else:
+            self._present.mark_saved("frames")
 
 
 def entry_of(frame: ProjectFrame, unsaved: bool = False) -> Entry:
@@ -160,103 +212,6 @@ def _why_not_written(path: Path) -> str:
     if not os.access(path.parent, os.W_OK):
         return f"{path.parent} cannot be written: Save will ask for another file."
     return ""
-
-
-# Folders of frames opened without a project: their work is kept for the next time.
-
-
-class FolderProjects(QObject):
-    """Opens a folder in an empty window with its last project, or with a new project of its own.
-
-    In a window with frames, the frames of the folder are added to the list.
-
-    Parameters
-    ----------
-    context : Context
-    present : CurrentProject
-    open_project : callable
-        Opens a project file.
-    """
-
-    def __init__(self, context: Context, present: CurrentProject, open_project: Callable[[Path], None]) -> None:
-        super().__init__(context.window)
-        self._context = context
-        self._present = present
-        self._open_project = open_project
-        self._folder: Path | None = None
-        """The folder whose project the current one is."""
-        self._coming: tuple[Path, FrameRef] | None = None
-        """Project that is being opened for a folder, and the source with the reading options of the folder."""
-        context.feature(DocumentsFeature).folder_requested.connect(self.open)
-        context.loader.listed.connect(self._begin)
-        context.loader.failed.connect(self._open_without)
-
-    def open(self, how: FrameRef) -> None:
-        """List the frames of a folder, with the reading options of `how`, and restore the work on them."""
-        context, folder = self._context, Path(how.rgb)
-        if not context.panels.persistent or len(context.workspace.entries) or self._present.path is not None:
-            context.loader.open_folder(how)
-            return
-        self._folder = folder
-        home = self._home(folder)
-        if home.is_file():
-            self._coming = home, how
-            self._open_project(home)
-        else:
-            context.loader.open_folder(how)
-
-    def proposed(self) -> Path | None:
-        """Return the project's file, or None if it is in the data folder, where the user did not put it."""
-        path = self._present.path
-        return None if path is None or path.is_relative_to(folder_projects_dir()) else path
-
-    def note_opened(self, opened: OpenedProject) -> None:
-        """Handle an opened project: if it belongs to a folder, add frames that are new in the folder."""
-        coming, self._coming = self._coming, None
-        if coming is None or coming[0] != opened.path:
-            beside = opened.path.with_suffix("")
-            self._folder = beside if beside.is_dir() else None
-        else:
-            self._context.loader.open_folder(coming[1], show=False)
-
-    def is_foreign(self, place: Path) -> bool:
-        """Whether a file or folder is not of the folder whose project the current one is."""
-        folder = self._folder
-        return folder is not None and not Path(os.path.realpath(place)).is_relative_to(os.path.realpath(folder))
-
-    def forget(self) -> None:
-        """Forget the folder, because another project is started."""
-        self._folder = self._coming = None
-
-    def note_saved(self, path: Path) -> None:
-        """Store the file of the saved project: its folder is opened with it from now on."""
-        if self._folder is not None:
-            QSettings().setValue(_key(self._folder), str(path))
-
-    def _home(self, folder: Path) -> Path:
-        """Return the file that the folder's project was saved to last, or one in the user's data folder."""
-        saved = str(QSettings().value(_key(folder), ""))
-        return Path(saved) if os.path.isfile(saved) else folder_project_path(folder)
-
-    def _begin(self, how: FrameRef) -> None:
-        """Start the folder's own project for its listed frames, without a question."""
-        if self._folder != Path(how.rgb):
-            return
-        if self._present.path is None:
-            self._present.take(_new_home(self._folder))
-            beside = _beside(self._folder)
-            if beside.is_file():
-                text = f"{beside} is a project of this folder: open it to continue the work in it."
-                self._context.notes.show_message(text)
-        else:
-            self._present.mark_frames_saved()
-
-    def _open_without(self, what: str, error: Exception) -> None:
-        """List the folder's frames if its project cannot be opened; the file is not changed."""
-        if self._coming is not None:
-            how = self._coming[1]
-            self.forget()
-            self._context.loader.open_folder(how)
 
 
 def _beside(folder: Path) -> Path:

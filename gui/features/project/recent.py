@@ -19,53 +19,13 @@ from ilf.sources.frame_ref import FrameRef
 
 from ...base import theme
 from ...base.commands import TEMPORARY, WHY_NOT
-from ...state.parts import Part
 from ...widgets.basics import literal_text
-from ..context import Context, Feature
-from ..documents.feature import DocumentsFeature
 from ..menus import insert_menu
-
-# Recently opened files with their reading options.
 
 MOST = 12
 
 Origin = FrameRef | Path
 """A frame's files, the record of a run, or a project file."""
-
-
-class RecentOrigins:
-    """Recently opened origins, the latest first.
-
-    Parameters
-    ----------
-    what : str
-        Name of the list: "frames" or "projects".
-    persistent : bool
-        Whether the list is stored between program starts.
-    """
-
-    def __init__(self, what: str, persistent: bool) -> None:
-        self._key = f"recent/{what}"
-        self._persistent = persistent
-        self.origins: list[Origin] = _read(str(QSettings().value(self._key, "[]"))) if persistent else []
-
-    def note(self, origin: Origin) -> None:
-        """Add an opened origin."""
-        others = [other for other in self.origins if key_of(other) != key_of(origin)]
-        self._set([origin, *others][:MOST])
-
-    def remove_missing(self) -> None:
-        """Remove origins whose files are missing."""
-        self._set([origin for origin in self.origins if not is_missing(origin)])
-
-    def clear(self) -> None:
-        """Clear the list."""
-        self._set([])
-
-    def _set(self, origins: list[Origin]) -> None:
-        self.origins = origins
-        if self._persistent:
-            QSettings().setValue(self._key, json.dumps(list(map(_entry, origins))))
 
 
 def key_of(origin: Origin) -> str:
@@ -114,121 +74,97 @@ def _origin(entry: object) -> Origin:
     return Path(data.get("file", str)) if "file" in data.values else FrameRef.from_json(data)
 
 
-# The menu.
-
 _DIGITS = 9
 
 
 class RecentMenu(QMenu):
-    """Menu with an entry per origin, the latest first, and commands to remove entries.
+    """Menu of what was opened last, the latest first, each with its reading options, and commands to remove entries.
 
     Parameters
     ----------
     title : str
-    origins : RecentOrigins
+    what : str
+        Name of the list: "frames" or "projects".
+    persistent : bool
+        Whether the list is stored between program starts.
     open : callable
         Opens an origin.
-    window : QMainWindow
+    window : QMainWindow or None
+        Owner of the actions.
+
+    Attributes
+    ----------
+    origins : list of Origin
     """
 
     def __init__(
-        self, title: str, origins: RecentOrigins, open: Callable[[Origin], object], window: QMainWindow
+        self, title: str, what: str, persistent: bool, open: Callable[[Any], object], window: QMainWindow | None
     ) -> None:
         super().__init__(title, window)
         self.setToolTipsVisible(True)
         self.aboutToShow.connect(self.fill)
-        self._origins = origins
+        self._key, self._persistent = f"recent/{what}", persistent
+        self.origins = _read(str(QSettings().value(self._key, "[]"))) if persistent else []
         self.open = open
         """Opens an origin."""
         self._window = window
         self._entries: dict[str, QAction] = {}
-        self._remove = self._action("Remove the grey entries from this list", origins.remove_missing)
-        self._clear = self._action("Clear this list; files are not changed", origins.clear)
+        self._remove = self._action("Remove the grey entries from this list", self.remove_missing)
+        self._clear = self._action("Clear this list; files are not changed", lambda: self._set([]))
         self._clear.setText("&Clear this list")
 
-    @property
-    def origins(self) -> list[Origin]:
-        """What was opened, the latest first."""
-        return self._origins.origins
+    def insert_after(self, action: QAction) -> None:
+        """Insert it after a command of the window's menus."""
+        assert self._window is not None
+        self.setIcon(theme.icon("ph.clock-counter-clockwise", self.palette()))
+        insert_menu(self._window.menuBar(), self, action)
+        self.fill()
 
     def note(self, origin: Origin) -> None:
-        """Add an opened origin."""
-        self._origins.note(origin)
-        self._allow()  # the entries are created when the menu opens
+        """Add an opened origin; its entry is made when the menu opens."""
+        others = [other for other in self.origins if key_of(other) != key_of(origin)]
+        self._set([origin, *others][:MOST])
+
+    def remove_missing(self) -> None:
+        """Remove origins whose files are missing."""
+        self._set([origin for origin in self.origins if not is_missing(origin)])
+
+    def _set(self, origins: list[Origin]) -> None:
+        self.origins = origins
+        self.menuAction().setEnabled(bool(origins))
+        if self._persistent:
+            QSettings().setValue(self._key, json.dumps(list(map(_entry, origins))))
 
     def fill(self) -> None:
         """Create the entries."""
         self.clear()
-        for number, origin in enumerate(self._origins.origins, 1):
-            self.addAction(self._entry(number, origin))
-        missing = sum(map(is_missing, self._origins.origins))
+        for number, origin in enumerate(self.origins, 1):
+            self.addAction(self._entry_of(number, origin))
+        missing = sum(map(is_missing, self.origins))
         self._remove.setText(f"&Remove missing ({missing})")
         self._remove.setVisible(missing > 0)
         self.addSeparator()
         self.addActions([self._remove, self._clear])
-        self._allow()
+        self.menuAction().setEnabled(bool(self.origins))
 
-    def _allow(self) -> None:
-        self.menuAction().setEnabled(bool(self._origins.origins))
-
-    def _entry(self, number: int, origin: Origin) -> QAction:
+    def _entry_of(self, number: int, origin: Origin) -> QAction:
         """Return the action of an origin; always the same object, because lists of commands may hold it."""
         key, gone = key_of(origin), is_missing(origin)
         action = self._entries.get(key)
         if action is None:
-            action = self._entries[key] = self._action(key, lambda: self._open_key(key))
+            action = self._entries[key] = self._action(key, lambda: self.open(self._entries[key].data()))
             action.setObjectName(f"recent {key}")
             action.setProperty(WHY_NOT, "Its files are missing.")
+        action.setData(origin)
         name = name_of(origin).replace("&", "&&")
         text = f"&{number}  {name}" if number <= _DIGITS else f"{number}  {name}"
         action.setText(f"{text} (missing)" if gone else text)
         action.setEnabled(not gone)
         return action
 
-    def _action(self, hint: str, do: Callable[[], None]) -> QAction:
+    def _action(self, hint: str, do: Callable[[], object]) -> QAction:
         action = QAction(self._window)
         action.setToolTip(literal_text(hint))
         action.setProperty(TEMPORARY, True)
         action.triggered.connect(lambda: do())
-        action.triggered.connect(lambda: self._allow())
         return action
-
-    def _open_key(self, key: str) -> None:
-        origin = next((origin for origin in self._origins.origins if key_of(origin) == key), None)
-        if origin is not None:
-            self.open(origin)
-
-
-class RecentFeature(Feature):
-    """Records opened frames, and opens them again with the same options."""
-
-    def __init__(self, context: Context) -> None:
-        super().__init__(context)
-        self.frames = RecentOrigins("frames", context.panels.persistent)
-        self._noted: set[str] = set()
-        self.menu = RecentMenu("Open re&cent", self.frames, self._open, context.window)
-        context.workspace.on(Part.LIST, self._note)
-        context.loader.listed.connect(self.menu.note)
-
-    def begin(self) -> None:
-        """Insert the menu of recent frames."""
-        self.menu.setIcon(theme.icon("ph.clock-counter-clockwise", self.menu.palette()))
-        insert_menu(self.context.window.menuBar(), self.menu, self.context.actions["open_sample"])
-        self.menu.fill()
-
-    def _note(self) -> None:
-        """Record newly opened frames, except those of a project or a folder."""
-        workspace = self.context.workspace
-        open_now = {document.key: document for document in workspace.open}
-        for key, document in open_now.items():
-            entry = workspace.entries.of(document.id)
-            brought = entry is not None and (entry.has_state or entry.from_folder)
-            if key not in self._noted and not brought and isinstance(document.origin, FrameRef | Path):
-                self.menu.note(document.origin)
-        self._noted = set(open_now)
-
-    def _open(self, origin: Origin) -> None:
-        if isinstance(origin, Path):
-            self.context.feature(DocumentsFeature).open_run(origin)
-        else:
-            self.context.feature(DocumentsFeature).open_source(origin)

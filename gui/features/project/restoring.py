@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import contextlib
 import uuid
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Collection
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -22,24 +22,12 @@ from .feature import ProjectFeature
 from .opening import entry_of
 
 
-@dataclass(frozen=True, eq=False)
-class _RestoredWork:
-    """Work that has been read, and is stored in this window."""
-
-    opened: OpenedProject | None
-    newer: str
-    """Why the project file may contain newer work than the restored one; "" if it does not."""
-    problems: tuple[str, ...]
-    left_aside: dict[str, str]
-    """Id of a frame in this window whose work cannot be read -> why."""
-
-
 class Restoring:
     """Restores unsaved work in a window: as its project if it has none, else by adding the frames to its list."""
 
     def __init__(self, context: Context, left: RecoverableWork) -> None:
         self._context, self._left, self._alone = context, left, has_no_project(context)
-        is_of_this = bool(left.project) and left.project == context.recorder.project
+        is_of_this = bool(left.project) and left.project == context.recorder.present.file
         self._frames = left.frames if is_of_this else left.read.project.frames
         entries = context.workspace.entries
         self._ids = {one.id: one.id if entries.of(one.id) is None else uuid.uuid4().hex for one in self._frames}
@@ -51,11 +39,14 @@ class Restoring:
         take = partial(self._take, then=then)
         self._context.loader.read(f"Restore {name_of(self._left)}", self._read_work, take, fail)
 
-    def _read_work(self) -> _RestoredWork:
-        """Read the work; called in a worker thread."""
+    def _read_work(self) -> tuple[OpenedProject | None, tuple[str, ...], dict[str, str]]:
+        """Read the work and store it in this window; called in a worker thread.
+
+        Returns the opened project file, problems, and for each frame that cannot be read, by its id in this window,
+        why.
+        """
         left = self._left
         opened, problems = _project_of(left)
-        newer = "" if opened is None else _why_newer(opened.path, left)
         stores: list[Parts] = [left.parts]
         wanted = {former: frame_id for former, frame_id in self._ids.items() if former in left.stored}
         if opened is not None:
@@ -66,39 +57,49 @@ class Restoring:
         self._context.recorder.store.adopt(copied)
         if opened is not None and not self._alone:
             opened.close()
-        return _RestoredWork(opened, newer, (*left.read.problems, *problems), copied.problems)
+        return opened, (*left.read.problems, *problems), copied.problems
 
-    def _take(self, brought: _RestoredWork, then: Callable[[], None]) -> None:
-        context, left, ids = self._context, self._left, self._ids
-        given = left.read.places.given  # located files take precedence over the paths in the project file
+    def _take(
+        self, read: tuple[OpenedProject | None, tuple[str, ...], dict[str, str]], then: Callable[[], None]
+    ) -> None:
+        context, left = self._context, self._left
+        opened, problems, left_aside = read
         if self._alone:
-            places = left.read.places if brought.opened is None else replace(brought.opened.places, given=given)
-            # a file that is unreadable or newer may contain none of the work
-            unsaved = left.stored if brought.opened is None or brought.newer else left.changed
-            unsaved -= brought.left_aside.keys()
-            opening = context.feature(ProjectFeature).opening
-            opening.restore_project(left.read.project, places, brought.opened, unsaved, brought.newer)
-            context.notes.warn(f"Restored {name_of(left)}", [brought.newer] * bool(brought.newer))
+            self._take_project(opened, left_aside)
         else:
-            places = context.recorder.store.places
-            context.recorder.store.places = replace(
-                places, given={**given, **places.given}, stated_in=places.stated_in or ""
-            )
-            aside = brought.left_aside
-            new = [entry_of(_with_id(frame, ids[frame.id]), ids[frame.id] not in aside) for frame in self._frames]
-            context.workspace.add_entries(new)
-            if new:
-                present = ids.get(left.read.project.present)
-                context.loader.open_entry(next((entry for entry in new if entry.id == present), new[0]))
-        problems = [*brought.problems]
-        for frame_id, problem in brought.left_aside.items():
+            self._add_frames(left_aside)
+        told = [*problems]
+        for frame_id, problem in left_aside.items():
             entry = context.workspace.entries.of(frame_id)
             if entry is not None:
                 context.workspace.note_problem(entry, problem)
-                problems.append(f"{entry.name}: {problem} It stays in {left.path}, which is offered again.")
-        context.notes.warn("Restored with errors", problems)
-        context.recorder.flush(lambda _: self._discard(whole=not brought.left_aside))
+                told.append(f"{entry.name}: {problem} It stays in {left.path}, which is offered again.")
+        context.notes.warn("Restored with errors", told)
+        context.recorder.flush(lambda _: self._discard(whole=not left_aside))
         then()
+
+    def _take_project(self, opened: OpenedProject | None, left_aside: Collection[str]) -> None:
+        """Make the work the project of this window."""
+        left, newer = self._left, "" if opened is None else _why_newer(opened.path, self._left)
+        # located files take precedence over the paths in the project file
+        places = left.read.places if opened is None else replace(opened.places, given=left.read.places.given)
+        # a file that is unreadable or newer may contain none of the work
+        unsaved = (left.stored if opened is None or newer else left.changed) - set(left_aside)
+        opening = self._context.feature(ProjectFeature).opening
+        opening.take(left.read.project, places, opened, unsaved, newer)
+        self._context.notes.warn(f"Restored {name_of(left)}", [newer] * bool(newer))
+
+    def _add_frames(self, left_aside: Collection[str]) -> None:
+        """Add the frames to the list of this window."""
+        context, read, ids = self._context, self._left.read, self._ids
+        store = context.recorder.store
+        given = {**read.places.given, **store.places.given}
+        store.places = replace(store.places, given=given, stated_in=store.places.stated_in or "")
+        new = [entry_of(_with_id(frame, ids[frame.id]), ids[frame.id] not in left_aside) for frame in self._frames]
+        context.workspace.add_entries(new)
+        if new:
+            present = ids.get(read.project.present)
+            context.loader.open_entry(next((entry for entry in new if entry.id == present), new[0]))
 
     def _discard(self, whole: bool) -> None:
         """Delete the folder of the restored work if all of its frames are in this window's own; else keep it, so that
@@ -121,12 +122,12 @@ def _with_id(frame: ProjectFrame, frame_id: str) -> ProjectFrame:
 
 
 def name_of(left: RecoverableWork) -> str:
-    """Return a display name: the project, or the frames."""
+    """Return a display name: the project, the frames, or the folder of work that cannot be read."""
     if left.project:
         return Path(left.project).stem
-    frames = left.frames or left.read.project.frames
-    names = [frame.name for frame in frames]
-    return ", ".join(names[:3]) + (f" and {len(names) - 3} more" if len(names) > 3 else "")
+    names = [frame.name for frame in left.frames or left.read.project.frames]
+    more = f" and {len(names) - 3} more" * (len(names) > 3)
+    return ", ".join(names[:3]) + more or left.path.name
 
 
 def _project_of(left: RecoverableWork) -> tuple[OpenedProject | None, tuple[str, ...]]:

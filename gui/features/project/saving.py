@@ -16,13 +16,13 @@ from ilf.project.missing_files import folder_projects_dir
 from ilf.project.project import Project
 
 from ...base.paths import PROJECT_SUFFIX
-from ...project.current_project import CurrentProject, ProjectSettings, has_content
+from ...project.current_project import ProjectSettings, has_content
 from ...project.store import WorkStore
 from ...state.document import Document
 from ...state.entries import Entry
 from ...work.jobs import Worker
 from ..context import Context
-from .view_state import ViewState
+from .view_state import views_state
 
 FOLDER_KEY = "project/folder"
 FILE_FILTER = f"Project of ILF Studio (*{PROJECT_SUFFIX})"
@@ -81,12 +81,10 @@ class Saving(QObject):
     saved = Signal(object, object)
     failed = Signal(object)
 
-    def __init__(self, context: Context, present: CurrentProject, view: ViewState) -> None:
+    def __init__(self, context: Context) -> None:
         super().__init__(context.window)
         self._context = context
-        self._present = present
-        self._view = view
-        self._waiting: list[SaveRequest] = []
+        self._present = context.recorder.present
         self._afterwards: list[Callable[[], None]] = []
         self._snapshot: _Snapshot | None = None
         self.share = 0.0
@@ -103,25 +101,22 @@ class Saving(QObject):
         return self._snapshot is not None
 
     def save(self, request: SaveRequest) -> None:
-        """Save the project, in its state when the request is processed."""
-        self._waiting.append(request)
-        self._next()
+        """Save the project, in its state when the requests before are done."""
+        self.when_done(lambda: self._begin(request))
 
     def when_done(self, then: Callable[[], None]) -> None:
-        """Call `then` as soon as no request is pending: at once if there is none."""
+        """Call `then` as soon as nothing is being saved: at once if nothing is."""
         if self.busy:
             self._afterwards.append(then)
         else:
             then()
 
-    def _next(self) -> None:
-        if self._snapshot is not None or not self._waiting:
-            return
-        self._snapshot = self._take(self._waiting.pop(0))
+    def _begin(self, request: SaveRequest) -> None:
+        self._snapshot = taken = self._take(request)
         self.share = 0.0
         self._pace.start()
         self.changed.emit()
-        self._context.recorder.flush(self._write)
+        self._context.recorder.flush(lambda error: self._write(taken, error))
 
     def _take(self, request: SaveRequest) -> _Snapshot:
         """Store everything to save in its current state, and return the snapshot."""
@@ -132,41 +127,38 @@ class Saving(QObject):
         for document in stamps:
             if has_content(document):
                 self._context.recorder.keep(document)
-        project = self._present.snapshot(self._view.window_state(), request.only)
+        project = self._present.snapshot(views_state(self._context.views), request.only)
         unload = {entry: entry.changes for entry in wanted if entry.document is None}
         return _Snapshot(request, project, stamps, unload, store.project, self._present.current_settings())
 
-    def _write(self, error: Exception | None) -> None:
+    def _write(self, taken: _Snapshot, error: Exception | None) -> None:
         """Write the file once everything is stored, or report the error."""
-        taken, store = self._snapshot, self._context.recorder.store
-        if taken is None:
-            return
+        store = self._context.recorder.store
         if error is None and store.project is not taken.archive:
             error = InputError("Another project was opened meanwhile. Save again.")
         if error is not None:
             self._fail(error)
             return
 
-        def job() -> Generator[None, None, tuple[OpenedProject, tuple[str, ...]]]:
+        def job() -> Generator[None, None, tuple[_Snapshot, OpenedProject, tuple[str, ...]]]:
             yield None
-            return self._written(taken, store)
+            problems = self._write_file(taken, store)
+            return taken, open_project(taken.request.path), problems
 
         self._worker.start(job)
 
-    def _written(self, taken: _Snapshot, store: WorkStore) -> tuple[OpenedProject, tuple[str, ...]]:
-        """Write the file; called in a worker thread."""
+    def _write_file(self, taken: _Snapshot, store: WorkStore) -> tuple[str, ...]:
+        """Write the file; called in a worker thread. Returns what was not saved as requested."""
         request, project = taken.request, taken.project
         ensure_folder(request.path.parent)
         if request.path.is_relative_to(folder_projects_dir()):  # a folder that the user has not chosen
             restrict_to_owner(folder_projects_dir())
         archive = taken.archive
         with store.held():
-            left = (
-                [] if request.only is None else [frame.id for frame in project.frames if frame.id not in request.only]
-            )
-            states, parts = store.unsaved_parts(left)
+            only = {frame.id for frame in project.frames} if request.only is None else request.only
+            states, parts = store.unsaved_parts([frame.id for frame in project.frames if frame.id not in only])
             base = [parts, *([] if archive is None else [archive])]
-            problems = save_project(
+            return save_project(
                 request.path,
                 project,
                 states,
@@ -175,16 +167,12 @@ class Saving(QObject):
                 embed=request.embed,
                 on_part=self._note_share,
             )
-        return open_project(request.path), problems
 
     def _note_share(self, done: int, total: int) -> None:
         self.share = done / max(total, 1)
 
-    def _finish(self, outcome: tuple[OpenedProject, tuple[str, ...]]) -> None:
-        taken, self._snapshot = self._snapshot, None
-        if taken is None:
-            return
-        opened, problems = outcome
+    def _finish(self, outcome: tuple[_Snapshot, OpenedProject, tuple[str, ...]]) -> None:
+        taken, opened, problems = outcome
         workspace, store = self._context.workspace, self._context.recorder.store
         if isinstance(store.project, Archive) and store.project.path == opened.path:
             opened.close()  # the former one reads the same file
@@ -201,20 +189,19 @@ class Saving(QObject):
             if document in workspace.open:
                 document.note_saved(stamp)
         self._present.take(opened.path, opened.project, saved=taken.set)
-        self._context.recorder.project = str(opened.path)
         self._context.recorder.note_project()
-        self._tell(lambda: self.saved.emit(opened.path, problems), taken, True)
+        self.saved.emit(opened.path, problems)
+        self._end(True)
 
     def _fail(self, error: Exception) -> None:
-        taken, self._snapshot = self._snapshot, None
-        if taken is not None:
-            self._tell(lambda: self.failed.emit(error), taken, False)
+        self.failed.emit(error)
+        self._end(False)
 
-    def _tell(self, tell: Callable[[], None], taken: _Snapshot, done: bool) -> None:
+    def _end(self, done: bool) -> None:
+        taken, self._snapshot = self._snapshot, None
         self._pace.stop()
         self.changed.emit()
-        tell()
-        taken.request.then(done)
-        self._next()
+        if taken is not None:
+            taken.request.then(done)
         while self._afterwards and not self.busy:
             self._afterwards.pop(0)()

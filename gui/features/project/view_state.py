@@ -1,4 +1,4 @@
-"""View state of frames and window, which is stored with the work."""
+"""The state of the views: the zoom of each frame, and layout and contents, which are stored with the work."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ from ...work.refresh import Refresh
 _LAYOUT, _CONTENTS, _SIDES = "layout", "contents", "sides"
 
 
-class ViewState(QObject):
-    """Restores the zoom position of a frame when it is shown again, and returns the view state of the window.
+class Zooms(QObject):
+    """Restores the zoom position of a frame when it is shown again.
 
     Zoom positions last as long as the window: another one may have another size, so it begins with the whole frame.
     """
@@ -38,23 +38,6 @@ class ViewState(QObject):
         if self._workspace.has_current and self._workspace.current is self._shown:
             self._places[self._shown.key] = self._views.place
 
-    def window_state(self) -> dict[str, Any]:
-        """Return layout and contents of the views as values for JSON."""
-        views = self._views
-        return {_LAYOUT: views.sheet.layout_name, _CONTENTS: views.contents(), _SIDES: list(views.data.chosen_sides)}
-
-    def take(self, view: Mapping[str, Any]) -> None:
-        """Restore the view state of `window_state`; unknown values are ignored."""
-        views, contents, sides = self._views, view.get(_CONTENTS), view.get(_SIDES)
-        if view.get(_LAYOUT) in LAYOUTS:
-            views.sheet.set_layout(str(view[_LAYOUT]))
-        for cell, content in contents.items() if isinstance(contents, Mapping) else ():
-            with contextlib.suppress(ValueError):  # there is no such content
-                views.set_content(str(cell), str(content))
-        if isinstance(sides, list) and len(sides) == 2:
-            with contextlib.suppress(ValueError):
-                views.sides.choose(*map(str, sides))
-
     def _show(self) -> None:
         document = self._workspace.current if self._workspace.has_current else None
         if document is self._shown:
@@ -63,3 +46,21 @@ class ViewState(QObject):
         place = None if document is None else self._places.get(document.key)
         if place is not None:
             self._views.set_place(*place)
+
+
+def views_state(views: LinkedViews) -> dict[str, Any]:
+    """Return layout and contents of the views as values for JSON."""
+    return {_LAYOUT: views.sheet.layout_name, _CONTENTS: views.contents(), _SIDES: list(views.data.chosen_sides)}
+
+
+def restore_views(views: LinkedViews, state: Mapping[str, Any]) -> None:
+    """Restore what `views_state` has returned; unknown values are ignored."""
+    contents, sides = state.get(_CONTENTS), state.get(_SIDES)
+    if state.get(_LAYOUT) in LAYOUTS:
+        views.sheet.set_layout(str(state[_LAYOUT]))
+    for cell, content in contents.items() if isinstance(contents, Mapping) else ():
+        with contextlib.suppress(ValueError):  # there is no such content
+            views.set_content(str(cell), str(content))
+    if isinstance(sides, list) and len(sides) == 2:
+        with contextlib.suppress(ValueError):
+            views.sides.choose(*map(str, sides))

@@ -14,7 +14,7 @@ from gui.app.main_window import MainWindow
 from gui.features.export.files import stored_options
 from gui.features.layouts.layout import Arrangement, LayoutStore
 from gui.features.palette.matching import RecentCommands
-from gui.features.project.recent import RecentOrigins, is_missing, key_of, name_of
+from gui.features.project.recent import RecentMenu, is_missing, key_of, name_of
 from gui.features.shortcuts import Keymap
 from gui.widgets.file_choice import last_folder, save_folder
 from ilf.sources.frame_ref import FrameRef
@@ -26,7 +26,7 @@ FILE = "ILF Studio/ilf-studio.ini"
 def settings(folder: Path) -> list[bytes]:
     """Settings of a closed window, with all possible user settings."""
     window = _window(folder)
-    kept = RecentOrigins("frames", True)
+    kept = window.documents.recent
     options = ReadingOptions(depth_units=1000.0, intrinsics=(30.0, 30.0, 15.5, 11.5))
     kept.note(FrameRef("rgb.png", "depth.png", "0.1", options))
     kept.note(Path("run.json"))
@@ -57,7 +57,7 @@ def read_settings(path: Path) -> None:
     window = _window(path.parent.parent)
     QSettings().sync()
     for what in ("frames", "projects"):
-        for origin in RecentOrigins(what, True).origins:
+        for origin in RecentMenu("", what, True, print, None).origins:
             name_of(origin), key_of(origin), is_missing(origin)
     layouts = LayoutStore(True)
     for name in (*layouts.changed, *(layout.name for layout in layouts.own)):

@@ -1,19 +1,21 @@
 """The dialog that asks where missing files of frames are: its buttons, and what they ask for."""
 
+from threading import Event
 from unittest.mock import Mock
 
 import pytest
 from PySide6.QtWidgets import QFileDialog, QWidget
 
 from gui.features.project.missing import Missing, MissingFilesDialog
+from gui.work.latest_request import LatestRequest
 from ilf.data.frame import InputFile
 from ilf.project.missing_files import MissingFile
 
 
 @pytest.fixture
 def asked():
-    """What the dialog has asked for."""
-    return Mock(spec=Missing)
+    """What the dialog has asked for; its search waits for an event."""
+    return Mock(spec=Missing, search=LatestRequest(lambda event: event.wait(10)))
 
 
 @pytest.fixture
@@ -73,9 +75,10 @@ def test_only_a_changed_file_can_be_opened_as_a_new_frame(dialog, files, asked):
     asked.open_new.assert_called_once_with(files[1])
 
 
-def test_during_a_search_nothing_else_is_asked_for(dialog, files):
-    dialog.show_search(0.2)
+def test_during_a_search_nothing_else_is_asked_for(dialog, files, asked, qtbot):
+    end = Event()
+    asked.search.ask(end)
     assert not dialog.file_button.isEnabled()
     assert not dialog.folder_button.isEnabled()
-    dialog.show_search(None)
-    assert dialog.file_button.isEnabled()
+    end.set()
+    qtbot.waitUntil(dialog.file_button.isEnabled)

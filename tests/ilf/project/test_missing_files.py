@@ -7,21 +7,14 @@ from pathlib import Path
 from typing import TypeVar
 
 from ilf.data.frame import InputFile
+from ilf.project.file import open_project, save_project
 from ilf.project.missing_files import MissingFile, locate, missing_files, relocated
-from ilf.project.project import ProjectFrame
+from ilf.project.project import Project, ProjectFrame
 from ilf.project.sources import Places
 from ilf.sources.frame_ref import FrameRef
 from ilf.sources.reading_options import ReadingOptions
 
 T = TypeVar("T")
-
-
-class NoParts:
-    def names(self) -> list[str]:
-        return []
-
-    def read(self, name: str) -> bytes:
-        raise AssertionError(name)
 
 
 def result(steps: Generator[object, None, T]) -> T:
@@ -59,8 +52,10 @@ def test_files_are_found_in_a_folder_by_name_and_taken_by_content(tmp_path):
 def test_a_frame_without_work_misses_what_it_is_opened_from(tmp_path):
     put(tmp_path / "there.png", b"")
     source = FrameRef(str(tmp_path / "there.png"), str(tmp_path / "gone.png"))
-    frames = [ProjectFrame("a", "a", source), ProjectFrame("b", "b", FrameRef(str(tmp_path)))]
-    lost = result(missing_files(frames, NoParts(), Places()))
+    frames = ProjectFrame("a", "a", source), ProjectFrame("b", "b", FrameRef(str(tmp_path)))
+    save_project(tmp_path / "p.ilf", Project(frames))
+    with open_project(tmp_path / "p.ilf") as opened:
+        lost = result(missing_files(opened))
     assert lost == [MissingFile("a", InputFile(str(tmp_path / "gone.png"), ""))]
 
 

@@ -27,15 +27,16 @@ from ilf.project.archive import Archive
 from ilf.sources.frame_ref import FrameRef
 from ilf.sources.listing import list_frames
 
-from ...base import theme
-from ...views.pixel_items import rgb_image
-from ...widgets.basics import TEXT_BESIDE_ICON, Message, PlainLabel, Themed, command_button, lay_out, literal_text
-from ...work.jobs import Worker
-from ...work.loading import contains_frames
-from ..context import Context, Feature
-from ..frame_list.thumbnails import read_thumbnail, stored_thumbnail
-from .feature import ProjectFeature
-from .recent import Origin, RecentFeature, is_missing, key_of, name_of
+from ..base import theme
+from ..views.pixel_items import rgb_image
+from ..widgets.basics import TEXT_BESIDE_ICON, Message, PlainLabel, Themed, command_button, lay_out, literal_text
+from ..work.jobs import Worker
+from ..work.loading import contains_frames
+from .context import Context, Feature
+from .documents.feature import DocumentsFeature
+from .frame_list.thumbnails import read_thumbnail, stored_thumbnail
+from .project.feature import ProjectFeature
+from .project.recent import Origin, is_missing, key_of, name_of
 
 _WIDTH, _MARGIN = 720, 16
 _PICTURE, _NO_PICTURE, _LOGO = QSize(160, 120), QSize(64, 64), QSize(56, 56)
@@ -46,7 +47,7 @@ _MOST_PROJECTS, _MOST = 4, 8
 _COMMANDS = "open", "open_sample"
 _NAME, _PURPOSE = "ILF Studio", "Complete the missing depth of RGB-D frames, and watch it converge."
 _DROP = "Or drop images, a folder of frames, a recording or a project anywhere in this window."
-_ORIGIN, _HAS_PICTURE = Qt.ItemDataRole.UserRole, Qt.ItemDataRole.UserRole + 1
+_ORIGIN = Qt.ItemDataRole.UserRole
 
 
 class StartPage(Themed, QWidget):
@@ -65,6 +66,8 @@ class StartPage(Themed, QWidget):
 
     def __init__(self, actions: Iterable[QAction]) -> None:
         super().__init__()
+        self.pictures: dict[str, QPixmap] = {}
+        """Key of what was opened -> its thumbnail, an empty one where there is none."""
         buttons = QGridLayout()
         buttons.setSpacing(8)
         for number, action in enumerate(actions):
@@ -113,7 +116,7 @@ class StartPage(Themed, QWidget):
         self._take_theme()
 
     def show_recent(self, origins: Iterable[Origin]) -> None:
-        """List what can be opened again; the pictures follow by `show_picture`."""
+        """List what can be opened again."""
         self.recent.clear()
         for origin in origins:
             item = QListWidgetItem(name_of(origin), self.recent)
@@ -125,16 +128,10 @@ class StartPage(Themed, QWidget):
             widget.setVisible(self.recent.count() > 0)
         self._limit_height()
 
-    def has_picture(self, row: int) -> bool:
-        """Whether an entry of the list has its thumbnail."""
-        return bool(self.recent.item(row).data(_HAS_PICTURE))
-
     def show_picture(self, key: str, picture: QPixmap) -> None:
         """Show the thumbnail of what has this key."""
-        for item in map(self.recent.item, range(self.recent.count())):
-            if key_of(item.data(_ORIGIN)) == key and not picture.isNull():
-                item.setIcon(_centred(picture))
-                item.setData(_HAS_PICTURE, True)
+        self.pictures[key] = picture
+        self._take_theme()
 
     def _choose(self, item: QListWidgetItem) -> None:
         self.chosen.emit(item.data(_ORIGIN))
@@ -145,11 +142,11 @@ class StartPage(Themed, QWidget):
         self.recent.setMaximumHeight(-(-self.recent.count() // columns) * self._cell.height() + _SLACK)
 
     def _take_theme(self) -> None:
-        """Draw the icons of what has no thumbnail."""
-        icon = _centred(theme.icon("ph.image", self.palette()).pixmap(_NO_PICTURE, QIcon.Mode.Disabled))
-        for row in range(self.recent.count()):
-            if not self.has_picture(row):
-                self.recent.item(row).setIcon(icon)
+        """Draw the thumbnails, or an icon where there is none."""
+        none = theme.icon("ph.image", self.palette()).pixmap(_NO_PICTURE, QIcon.Mode.Disabled)
+        for item in map(self.recent.item, range(self.recent.count())):
+            picture = self.pictures.get(key_of(item.data(_ORIGIN)), none)
+            item.setIcon(_centred(none if picture.isNull() else picture))
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
@@ -191,9 +188,8 @@ class StartPageFeature(Feature):
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)
-        self._projects, self._frames = context.feature(ProjectFeature).recent, context.feature(RecentFeature).menu
+        self._projects, self._frames = context.feature(ProjectFeature).recent, context.feature(DocumentsFeature).recent
         self._listed: list[Origin] = []
-        self._made: dict[str, QPixmap] = {}
         self.page = StartPage([context.actions[name] for name in _COMMANDS])
         self.page.chosen.connect(self._open)
         self.page.shown.connect(self.show)
@@ -212,19 +208,16 @@ class StartPageFeature(Feature):
         )
         self._listed = [*projects[:_MOST_PROJECTS], *frames][:_MOST]
         self.page.show_recent(self._listed)
-        for key, picture in self._made.items():
-            self.page.show_picture(key, picture)
         self._make_missing()
 
     def _make_missing(self) -> None:
-        missing = [origin for origin in self._listed if key_of(origin) not in self._made]
+        missing = [origin for origin in self._listed if key_of(origin) not in self.page.pictures]
         if missing and not self._worker.busy:
             self._worker.start(lambda: _pictures(missing))
 
     def _take(self, batch: list[tuple[str, QImage]]) -> None:
         for key, image in batch:
-            self._made[key] = QPixmap.fromImage(image)
-            self.page.show_picture(key, self._made[key])
+            self.page.show_picture(key, QPixmap.fromImage(image))
 
     def _open(self, origin: Origin) -> None:
         (self._projects if origin in self._projects.origins else self._frames).open(origin)
