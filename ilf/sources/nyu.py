@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .._runtime.closing import closed_on_error
 from .._runtime.files import read_file
 from ..data.camera import INTRINSICS, Camera, Cameras
 from ..errors import FormatError, InputError, told_as
@@ -36,12 +35,12 @@ class NyuLabelled(Recording):
 
     kind = "NYU Depth V2's labelled file"
     suffixes = (".mat",)
+    in_child = True
 
     def __init__(self, path: Path) -> None:
         super().__init__(path)
         self._file = open_hdf5(path, str(path), "Reading NYU Depth V2's labelled file")
-        with closed_on_error(self):
-            self._images, self._raw = self._checked()
+        self._images, self._raw = self._checked()
         self.frames = {str(number + 1): number for number in range(self._raw.shape[0])}
 
     def _checked(self) -> tuple[Any, Any]:

@@ -7,7 +7,7 @@ import re
 import struct
 import weakref
 from collections.abc import Iterator, Sequence
-from contextlib import AbstractContextManager, ExitStack
+from contextlib import ExitStack
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import islice, takewhile
@@ -17,7 +17,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .._runtime.closing import closed_on_error
 from .._runtime.installation import optional
 from ..data.camera import FISHEYE, Cameras
 from ..errors import FormatError, InputError, told_as
@@ -29,7 +28,6 @@ from .recording import (
     RecordingIndex,
     TimedPairs,
     Topics,
-    damage_told,
     sha256_of,
     stamped,
 )
@@ -40,7 +38,6 @@ from .ros_messages import (
     TRANSFORM,
     TRANSFORMS,
     camera_of,
-    check_definitions,
     colour_of,
     depth_of,
     extrinsics_matrix,
@@ -260,35 +257,18 @@ class RosBag(Recording):
             )
         self._temporary = ExitStack()
         weakref.finalize(self, self._temporary.close)
-        with self._reading():
-            known = typesys.get_typestore(typesys.Stores.ROS2_HUMBLE)
-            # recordings from before ROS 2 Iron do not contain their message definitions
-            files = [*plain, *self._temporary.enter_context(unpacked(self._packed))] or [path]
-            sizes = [whole_size(file) if file.suffix.lower() == ".mcap" and file.is_file() else None for file in files]
-            self._is_cut = any(size is not None for size in sizes)
-            opened = [file if size is None else EndedMcap(file, size) for file, size in zip(files, sizes, strict=True)]
-            self._reader = highlevel.AnyReader(opened, default_typestore=known)
-            self._reader.open()
-        own = known.fielddefs
-        if not self._reader.is2:  # some field names of ROS 1 have capitals
-            own = {**own, **typesys.get_typestore(typesys.Stores.ROS1_NOETIC).fielddefs}
-        with closed_on_error(self):
-            kinds = (*_IMAGES, INFO, TRANSFORM, TRANSFORMS)
-            check_definitions(path, self._reader.typestore.fielddefs, own, kinds)
-            self._check_connections()
+        files = [*plain, *self._temporary.enter_context(unpacked(self._packed))] or [path]
+        sizes = [whole_size(file) if file.suffix.lower() == ".mcap" and file.is_file() else None for file in files]
+        self._is_cut = any(size is not None for size in sizes)
+        opened = [file if size is None else EndedMcap(file, size) for file, size in zip(files, sizes, strict=True)]
+        # recordings from before ROS 2 Iron do not contain their message definitions
+        known = typesys.get_typestore(typesys.Stores.ROS2_HUMBLE)
+        self._reader = highlevel.AnyReader(opened, default_typestore=known)
+        self._reader.open()
         self._first_messages: dict[str, Any] = {}
         self._stamps: dict[str, _Stamped] = {}
         self._paired: dict[Topics, TimedPairs[int]] = {}
         self._cameras: dict[Topics, Cameras] = {}
-
-    def _check_connections(self) -> None:
-        """Check the topics of a ROS 2 folder: rosbags reads them from its metadata unchecked."""
-        for one in self._reader.connections:
-            if not (isinstance(one.topic, str) and isinstance(one.msgcount, int)):
-                raise FormatError(
-                    f"{self.path}: a topic {one.topic!s:.60} with {one.msgcount!s:.60} messages is invalid: its "
-                    f"{METADATA} is damaged. Run: ros2 bag reindex {self.path}"
-                )
 
     @classmethod
     def fits(cls, path: Path) -> bool:
@@ -330,15 +310,13 @@ class RosBag(Recording):
         camera, (colour_stamp, depth_stamp) = self.at(key)
         colour, rgb_sha256 = self._message(camera.colour, colour_stamp)
         depth, depth_sha256 = self._message(camera.depth, depth_stamp)
-        with self._reading():  # a message may be of another type than its topic's
-            (values, units), rgb = depth_of(depth, self.path), colour_of(colour, self.path)
+        (values, units), rgb = depth_of(depth, self.path), colour_of(colour, self.path)
         units = self._stated_units(camera.depth) or units
         return RecordedFrame(rgb, values, rgb_sha256, depth_sha256, units, time=colour_stamp * 1e-9)
 
     def colour(self, key: str) -> NDArray[np.uint8]:
         camera, (stamp, _) = self.at(key)
-        with self._reading():
-            return colour_of(self._message(camera.colour, stamp)[0], self.path)
+        return colour_of(self._message(camera.colour, stamp)[0], self.path)
 
     def cameras(self, key: str) -> Cameras:
         topics, _ = self.at(key)
@@ -466,9 +444,8 @@ class RosBag(Recording):
         """The time stamps of a topic's messages; for images without a stamp, the recording times."""
         if topic.name not in self._stamps:
             known = self._stamps[topic.name] = {}
-            with self._reading():
-                for _, time, raw in self._raw(self._connections(topic.name, *_IMAGES)):
-                    known.setdefault(self._stamp(raw) or time, time)
+            for _, time, raw in self._raw(self._connections(topic.name, *_IMAGES)):
+                known.setdefault(self._stamp(raw) or time, time)
         return self._stamps[topic.name]
 
     def _stamp(self, raw: bytes) -> int:
@@ -482,10 +459,9 @@ class RosBag(Recording):
     def _message(self, topic: ImageTopic, stamp: int) -> tuple[Any, str]:
         """A topic's message with a time stamp, and the SHA-256 of its bytes."""
         time, connections = self._stamped(topic)[stamp], self._connections(topic.name, *_IMAGES)
-        with self._reading():
-            for connection, received, raw in self._raw(connections, time, time + 1):
-                if stamp in {self._stamp(raw), received}:
-                    return self._reader.deserialize(raw, connection.msgtype), sha256_of(raw)
+        for connection, received, raw in self._raw(connections, time, time + 1):
+            if stamp in {self._stamp(raw), received}:
+                return self._reader.deserialize(raw, connection.msgtype), sha256_of(raw)
         raise FormatError(f"{self.path}: an image of {topic.name} in the index is missing. The recording is damaged.")
 
     def _first(self, name: str, *kinds: str) -> Any:
@@ -496,10 +472,7 @@ class RosBag(Recording):
 
     def _messages(self, name: str, *kinds: str) -> Iterator[Any]:
         """All messages of a topic."""
-        connections = self._connections(name, *kinds)
-        if not connections:
-            return
-        with self._reading():
+        if connections := self._connections(name, *kinds):
             for connection, _, raw in self._raw(connections):
                 yield self._reader.deserialize(raw, connection.msgtype)
 
@@ -516,7 +489,3 @@ class RosBag(Recording):
         """The connections of a topic with messages of some types; of any type if none is given."""
         named = (one for one in self._reader.connections if one.topic == name)
         return [one for one in named if not kinds or one.msgtype in kinds]
-
-    def _reading(self) -> AbstractContextManager[None]:
-        hints = {"not indexed": f"Run: rosbag reindex {self.path}"}
-        return damage_told(self.path, "ROS bag", Exception, hints=hints)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import struct
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -274,53 +274,3 @@ def transform_between(transforms: Iterable[Any], start: str, end: str) -> NDArra
                 reached[there] = step @ reached[here]
                 waiting.append(there)
     return reached.get(end.strip("/"))
-
-
-# Message definitions in a ROS recording: for the message types that are read, they must match those of ROS.
-
-Definitions = Mapping[str, Any]
-"""Message type -> its constants and its fields, in the form of rosbags."""
-
-
-def check_definitions(path: Path, brought: Definitions, own: Definitions, kinds: Collection[str]) -> None:
-    """Check that messages of some types have all fields that ROS defines, including nested messages.
-
-    Additional fields are ignored.
-
-    Parameters
-    ----------
-    path : Path
-        Path of the recording, for the message.
-    brought : mapping
-        Definitions in the recording.
-    own : mapping
-        Definitions of ROS, of the recording's version.
-    kinds : collection of str
-        Message types; those without a definition in the recording are skipped.
-
-    Raises
-    ------
-    FormatError
-        If one lacks a field or has it in another form.
-    """
-    waiting = [kind for kind in kinds if kind in brought]
-    seen = set(waiting)
-    while waiting:
-        kind = waiting.pop()
-        there = dict(brought.get(kind, ((), ()))[1])
-        for name, form in own[kind][1]:
-            if there.get(name) != form:
-                raise FormatError(
-                    f"{path}: its definition of the message type {kind} has no {name} as defined by ROS. The recording "
-                    "is damaged, or from a program with its own message types."
-                )
-            new = set(_kinds_in(form)) - seen
-            seen |= new
-            waiting += new
-
-
-def _kinds_in(form: Any) -> list[str]:
-    """Message types in a field: its form contains the kind of field, the element type and the length."""
-    if isinstance(form, tuple):
-        return [kind for part in form for kind in _kinds_in(part)]
-    return [form] if isinstance(form, str) and "/" in form else []

@@ -8,15 +8,14 @@ import io
 import math
 import os
 from collections.abc import Iterator
-from contextlib import AbstractContextManager
 from dataclasses import replace
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .._runtime.closing import closed_on_error
 from .._runtime.files import read_file
 from .._runtime.installation import optional
 from ..data.camera import Cameras, camera_from_numbers
@@ -25,7 +24,7 @@ from ..io.depth import read_depth_values
 from ..io.images import check_pixel_count
 from .naming import by_stem
 from .poses import posed
-from .recording import RecordedFrame, Recording, confidence_beside, damage_told
+from .recording import RecordedFrame, Recording, confidence_beside
 
 # Reading frames of a video by their numbers.
 
@@ -45,23 +44,20 @@ class Video:
     InputError
         If the package for reading videos is not installed.
     FormatError
-        If it is not a video, or damaged.
+        If it has no video; any other error if it is damaged.
     """
 
     def __init__(self, path: Path) -> None:
         self.path = path
-        self._av = optional("av", "ilf-studio[sensors]", "Reading video")
-        with self._reading():
-            self._container = self._av.open(str(path), format="mov")  # a list of FFmpeg names other files
-        with closed_on_error(self):
-            if not self._container.streams.video:
-                raise FormatError(f"{path} has no video track. Check that this is the right file.")
-            self._stream = self._container.streams.video[0]
-            if self._stream.codec_context is None:
-                raise FormatError(f"{path}: its video codec is unknown. Copy it again.")
-            self.size: tuple[int, int] = self._stream.codec_context.width, self._stream.codec_context.height
-            check_pixel_count(path, *self.size)
-        self._times: list[int] | None = None
+        av = optional("av", "ilf-studio[sensors]", "Reading video")
+        self._container = av.open(str(path), format="mov")  # a list of FFmpeg names other files
+        if not self._container.streams.video:
+            raise FormatError(f"{path} has no video track. Check that this is the right file.")
+        self._stream = self._container.streams.video[0]
+        if self._stream.codec_context is None:
+            raise FormatError(f"{path}: its video codec is unknown. Copy it again.")
+        self.size: tuple[int, int] = self._stream.codec_context.width, self._stream.codec_context.height
+        check_pixel_count(path, *self.size)
         self._decoding: Iterator[tuple[Any, str]] | None = None
         self._next = 0
 
@@ -78,27 +74,23 @@ class Video:
         FormatError
             If there is no such frame, or it cannot be decoded.
         """
-        times = self._frame_times()
+        times = self._times
         if number >= len(times):
             raise FormatError(f"{self.path} has {len(times)} frames, but no frame {number}: it is truncated.")
-        with self._reading():
-            if self._decoding is None or not 0 <= number - self._next < _SEEK_DISTANCE:
-                self._container.seek(times[number], stream=self._stream)
-                self._decoding = self._decoded()
-            for image, sha256 in self._decoding:
-                if image.pts == times[number]:
-                    self._next = number + 1
-                    return image.to_ndarray(format="rgb24"), sha256
+        if self._decoding is None or not 0 <= number - self._next < _SEEK_DISTANCE:
+            self._container.seek(times[number], stream=self._stream)
+            self._decoding = self._decoded()
+        for image, sha256 in self._decoding:
+            if image.pts == times[number]:
+                self._next = number + 1
+                return image.to_ndarray(format="rgb24"), sha256
         self._decoding = None
         raise FormatError(f"{self.path}: frame {number} cannot be decoded: the video is damaged there.")
 
-    def _frame_times(self) -> list[int]:
+    @cached_property
+    def _times(self) -> list[int]:
         """Presentation times of all frames, sorted; the packets are not decoded."""
-        if self._times is None:
-            with self._reading():
-                packets = self._container.demux(self._stream)
-                self._times = sorted(packet.pts for packet in packets if packet.pts is not None)
-        return self._times
+        return sorted(packet.pts for packet in self._container.demux(self._stream) if packet.pts is not None)
 
     def _decoded(self) -> Iterator[tuple[Any, str]]:
         """Frames from the current position on, with the hashes of their packets."""
@@ -109,9 +101,6 @@ class Video:
             for image in packet.decode():
                 if image.pts in hashes:
                     yield image, hashes.pop(image.pts)
-
-    def _reading(self) -> AbstractContextManager[None]:
-        return damage_told(self.path, "video", self._av.FFmpegError, ValueError, MemoryError, EOFError)
 
 
 _VIDEO, _DEPTH, _CONFIDENCE = "rgb.mp4", "depth", "confidence"
@@ -124,6 +113,7 @@ class StrayScanner(Recording):
     confidence is 0 to 2."""
 
     kind = "a recording of Stray Scanner"
+    in_child = True
 
     def __init__(self, path: Path) -> None:
         super().__init__(path)

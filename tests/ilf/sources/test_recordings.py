@@ -528,7 +528,7 @@ def test_bags_compressed_by_file_or_message(tmp_path, kind, mode):
     if mode == "FILE":
         close_all()
         file.write_bytes(file.read_bytes()[:-20])
-        with pytest.raises(FormatError, match="truncated"):
+        with pytest.raises(FormatError, match="recording is damaged"):
             ilf.open_source(tmp_path / "recording")
 
 
@@ -580,7 +580,7 @@ def test_messages_that_are_defined_in_another_way(tmp_path):
     for ours, other in ((b"string encoding", b"string Encoding"), (b"uint32 step", b"uint16 step")):
         assert ours in content
         path.write_bytes(content.replace(ours, other))
-        with pytest.raises(FormatError, match=f"{path}: its definition of .*Image has no {ours.split()[1].decode()}"):
+        with pytest.raises(FormatError, match=str(path)):
             _read_first(path)
 
 
@@ -592,7 +592,7 @@ def test_topics_that_cannot_be_are_told_of(tmp_path, ours, other):
     text = (path / "metadata.yaml").read_text()
     assert ours in text
     (path / "metadata.yaml").write_text(text.replace(ours, other))
-    with pytest.raises(FormatError, match="ros2 bag reindex"):
+    with pytest.raises(FormatError, match=f"{path} is damaged"):
         ilf.open_source(path)
 
 
