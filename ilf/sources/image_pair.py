@@ -22,10 +22,10 @@ from ..io.orientation import AS_STORED, PairOrientation, companion_doubts, orien
 from ..io.other_values import is_named_distance
 from .frame_folder import FrameFiles
 from .naming import COLOUR_SUFFIXES, META_NAME
-from .poses import camera_pose, stated_pose
 from .read_images import ReadImages
 from .reading_options import COLOUR_VIEW, DEPTH_VIEW, ReadingOptions
 from .registration import RawPair, register
+from .trajectories import camera_pose, stated_pose
 
 _NO_COLOUR_CAMERA = (
     "depth has another size than colour: to register it, also give the intrinsics of colour (--intrinsics)."

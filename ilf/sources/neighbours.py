@@ -23,9 +23,9 @@ from ..data.neighbours import Neighbour, NeighbourDepth, agrees, beside_jumps
 from ..data.open3d_images import load_open3d
 from ..errors import IlfError, InputError, ParameterError
 from .frame_ref import FrameRef
-from .poses import motion_between
 from .reading import read_frame
 from .registration import projected_depth
+from .trajectories import motion_between
 
 Array = NDArray[np.float32]
 Matrix = NDArray[np.float64]

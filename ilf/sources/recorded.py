@@ -15,9 +15,9 @@ from ..io.images import scaled_colour
 from .frame_ref import FrameRef
 from .naming import recorded_frame_name
 from .opening import opened
-from .poses import stated_pose
 from .read_images import ReadImages
 from .reading_options import DEPTH_VIEW
+from .trajectories import stated_pose
 
 
 def read_recorded(ref: FrameRef, name: str | None = None) -> ReadImages:

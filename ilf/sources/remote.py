@@ -29,7 +29,7 @@ from ..data.frame import FrameInputs, RGBDFrame
 from ..errors import ExportError, FormatError, IlfError, InputError, cause, told_as
 from .frame_ref import FrameRef
 from .naming import META_NAME
-from .poses import pose_files
+from .trajectories import pose_files
 
 _PREFIX, _RECORDINGS = "ilf-at-", "recordings"
 _MAX_FILES = 1000
