@@ -36,10 +36,8 @@ class ARKitScenes(PairedRecording):
         folder = next(name for name in _COLOURS if (path / name).is_dir())
         colours, depths = _timed(path / folder, ".png"), _timed(path / _DEPTH, ".png")
         if not colours or not depths:
-            raise InputError(
-                f"{path}: {folder} contains {len(colours)} and {_DEPTH} {len(depths)} images with times as names. "
-                "Unpack both."
-            )
+            found = f"{folder} contains {len(colours)} and {_DEPTH} {len(depths)} images with times as names"
+            raise InputError(f"{path}: {found}. Unpack both.")
         self.pairs = TimedPairs(colours, depths)
         self._cameras = _timed(path / f"{folder}_intrinsics", ".pincam")
 

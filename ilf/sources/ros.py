@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import re
 import struct
 import weakref
@@ -68,24 +67,6 @@ def realsense_stream(topic: str) -> str | None:
     """
     found = _STREAM.match(topic)
     return None if found is None else found[0]
-
-
-def unit_topics(topic: str) -> tuple[str, ...]:
-    """Topics that may contain the depth units of a topic's images; empty if it is from another program."""
-    found = _STREAM.match(topic)
-    names = ("Depth Units", "Depth_Units")
-    return () if found is None else tuple(f"{found[1]}/option/{name}/value" for name in names)
-
-
-def units_per_metre(option: Any) -> float:
-    """Units per metre, from a message of one of these topics; raises FormatError if it is not a length in metres."""
-    try:
-        metres = float(option.data)
-    except (AttributeError, TypeError, ValueError):
-        metres = math.nan
-    if not (0 < metres < 1):
-        raise FormatError(f"its depth units are {option!s:.80}, which is not a length.")
-    return float(f"{1 / metres:.6g}")  # the option is a float32
 
 
 # Selecting the topics of a ROS recording with colour and depth of one camera.
@@ -224,8 +205,6 @@ _PICTURES = re.compile("Image|Packet|Video|Cloud")
 """Types of messages that may have depth."""
 _MAX_TRANSFORMS = 2000
 """Messages in which a transform is looked for: what does not move is sent again and again."""
-_Stamped = dict[int, int]
-"""Time stamp in the header [ns] -> time in the recording [ns], by which the message is found."""
 
 
 def _compressed_bag(path: Path) -> tuple[list[Path], list[Path]]:
@@ -252,9 +231,7 @@ class RosBag(Recording):
         typesys = optional("rosbags.typesys", "ilf-studio[sensors]", "A ROS bag")
         plain, self._packed = _compressed_bag(path)
         if path.is_dir() and not (plain or self._packed or (path / METADATA).is_file()):
-            raise InputError(
-                f"{path} has no {METADATA}: the recording was not closed properly. Run: ros2 bag reindex {path}"
-            )
+            raise InputError(f"{path} has no {METADATA}: it was not closed properly. Run: ros2 bag reindex {path}")
         self._temporary = ExitStack()
         weakref.finalize(self, self._temporary.close)
         files = [*plain, *self._temporary.enter_context(unpacked(self._packed))] or [path]
@@ -266,7 +243,7 @@ class RosBag(Recording):
         self._reader = highlevel.AnyReader(opened, default_typestore=known)
         self._reader.open()
         self._first_messages: dict[str, Any] = {}
-        self._stamps: dict[str, _Stamped] = {}
+        self._stamps: dict[str, dict[int, int]] = {}
         self._paired: dict[Topics, TimedPairs[int]] = {}
         self._cameras: dict[Topics, Cameras] = {}
 
@@ -374,10 +351,15 @@ class RosBag(Recording):
         return None
 
     def _stated_units(self, depth: ImageTopic) -> float | None:
-        """Units per metre of depth, if the recording contains them."""
-        option = next((found for name in unit_topics(depth.name) if (found := self._first(name)) is not None), None)
-        with told_as(FormatError, f"{self.path}: {{error}}", FormatError):
-            return None if option is None else units_per_metre(option)
+        """Units per metre of depth, if the recording is of the RealSense library."""
+        found = _STREAM.match(depth.name)
+        names = (f"{found[1]}/option/{name}/value" for name in ("Depth Units", "Depth_Units")) if found else ()
+        option = next((option for name in names if (option := self._first(name)) is not None), None)
+        if option is None:
+            return None
+        if not 0 < (metres := float(option.data)) < 1:
+            raise FormatError(f"{self.path}: its depth units are {metres:g} m, which is not a length.")
+        return float(f"{1 / metres:.6g}")  # the option is a float32
 
     # topics
 
@@ -440,8 +422,9 @@ class RosBag(Recording):
             self._paired[camera.names] = TimedPairs(*(stamped(self._stamped(topic), 10**9) for topic in topics))
         return self._paired[camera.names]
 
-    def _stamped(self, topic: ImageTopic) -> _Stamped:
-        """The time stamps of a topic's messages; for images without a stamp, the recording times."""
+    def _stamped(self, topic: ImageTopic) -> dict[int, int]:
+        """Time stamps in the headers [ns] -> times in the recording [ns], by which messages are found; for images
+        without a stamp, the latter."""
         if topic.name not in self._stamps:
             known = self._stamps[topic.name] = {}
             for _, time, raw in self._raw(self._connections(topic.name, *_IMAGES)):
@@ -480,9 +463,7 @@ class RosBag(Recording):
         """Messages with their connections and times in the recording, of all times or of a span [ns]."""
         for connection, time, raw in self._reader.messages(connections, *span):
             if self._reader.is2 and raw[: len(_ZSTD)] == _ZSTD:
-                raise FormatError(
-                    f"{self.path}: its messages are compressed, as only {METADATA} tells: open its folder instead."
-                )
+                raise FormatError(f"{self.path}: its messages are compressed: open its folder instead.")
             yield connection, time, raw
 
     def _connections(self, name: str, *kinds: str) -> list[Any]:

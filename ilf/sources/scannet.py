@@ -100,14 +100,10 @@ class ScanNet(Recording):
         colour_camera, colour_place, depth_camera, depth_place = (matrix.reshape(4, 4) for matrix in matrices)
         self._intrinsics, self._extrinsics = (colour_camera, depth_camera), (colour_place, depth_place)
         if colour_kind not in _JPEG_OR_PNG or self._depth_kind not in {_PLAIN, _ZLIB}:
-            raise FormatError(
-                f"{self.path}: colour has the compression {colour_kind} and depth {self._depth_kind}: only JPEG and "
-                "PNG for colour, and none and zlib for depth, are supported."
-            )
+            kinds = f"colour of kind {colour_kind} and depth of kind {self._depth_kind}"
+            raise FormatError(f"{self.path} has {kinds}: only JPEG, PNG, and none or zlib for depth are supported.")
         if not (0 < self._units < 1e9 and count and min(*self._colour_size, *self._depth_size) > 0):
-            raise FormatError(
-                f"{self.path} is damaged: it has {count} frames, {self._units:g} units per metre, and sizes {sizes}."
-            )
+            raise FormatError(f"{self.path} is damaged: {count} frames, {self._units:g} units, sizes {sizes}.")
         return int(count)
 
     def _read_positions(self) -> list[_FramePosition]:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import hashlib
-import io
 import math
 import os
 from collections.abc import Iterator
@@ -157,14 +156,11 @@ class StrayScanner(Recording):
     def cameras(self, key: str) -> Cameras:
         path, video = self.path / _CAMERA, self._open_video()
         height, width = read_depth_values(self.at(key)).shape
-        try:
-            numbers = np.array(list(csv.reader(io.StringIO(_text(path)))), float)
+        told = f"{path} must contain a camera matrix, three lines of three numbers ({{error}})."
+        with told_as(FormatError, told, (ValueError, InputError, csv.Error)):
+            numbers = np.array(list(csv.reader(_lines(path))), float)
             stated = replace(camera_from_numbers(numbers, ""), size=video.size)
             return Cameras.of_one_view(stated, (width, height))
-        except (ValueError, InputError, csv.Error) as error:
-            raise FormatError(
-                f"{path} must contain a camera matrix, three lines of three numbers ({error!s:.200})."
-            ) from error
 
     def pose(self, key: str) -> NDArray[np.float64] | None:
         row = self._rows.get(int(self.at(key).stem), {})
@@ -176,14 +172,11 @@ class StrayScanner(Recording):
         path = self.path / _ODOMETRY
         if not path.is_file():
             return {}
-        try:
-            reader = csv.DictReader(io.StringIO(_text(path)), skipinitialspace=True)
+        told = f"{path} must have a header line with a column frame, followed by lines of numbers ({{error}})."
+        with told_as(FormatError, told, (ValueError, TypeError, KeyError, OverflowError, csv.Error)):
+            reader = csv.DictReader(_lines(path), skipinitialspace=True)
             rows = [{str(name).strip(): float(value) for name, value in row.items()} for row in reader]
             return {int(row["frame"]): row for row in rows}
-        except (ValueError, TypeError, KeyError, OverflowError, csv.Error) as error:
-            raise FormatError(
-                f"{path} must have a header line with a column frame, followed by lines of numbers ({error!s:.80})."
-            ) from error
 
     def _open_video(self) -> Video:
         if self._video is None:
@@ -191,6 +184,5 @@ class StrayScanner(Recording):
         return self._video
 
 
-def _text(path: Path) -> str:
-    with told_as(FormatError, f"{path} is not a text file. Export the recording again.", UnicodeDecodeError):
-        return read_file(path).data.tobytes().decode("utf-8-sig")
+def _lines(path: Path) -> list[str]:
+    return read_file(path).data.tobytes().decode("utf-8-sig").splitlines()

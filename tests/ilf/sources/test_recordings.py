@@ -227,7 +227,7 @@ def test_depth_of_a_camera_of_its_own_is_registered(tmp_path):
     expected = np.eye(4)
     expected[0, 3] = 0.5
     assert cameras.depth_to_colour == pytest.approx(expected, abs=1e-9)
-    pair = source.read(source.keys[0], registered=False)
+    pair = source.read_pair(source.keys[0])
     assert pair.depth[3, 3] == 1.5
     frame = source.read(source.keys[0])
     assert frame.shape == (H, W)
