@@ -155,7 +155,7 @@ def unregistered(path: Path) -> None:
     """A raw pair of a folder or recording."""
     try:
         source = open_source(path.parent)
-        source.read(source.keys[0], registered=False)
+        source.read_pair(source.keys[0])
     finally:
         close_all()
 

@@ -27,7 +27,7 @@ def test_a_real_recording():
     assert depth == pytest.approx([504.608, 504.733, 332.781, 348.830], abs=1e-3)
     assert len(cameras.colour.distortion) == len(cameras.depth.distortion) == 8
     assert cameras.depth_to_colour[:3, 3] == pytest.approx([-0.03208, -0.00221, 0.00388], abs=1e-5)
-    pair = source.read("0.463945", registered=False)
+    pair = source.read_pair("0.463945")
     assert (pair.rgb.shape, pair.depth.shape) == ((720, 1280, 3), (576, 640))
     assert np.isfinite(pair.depth).mean() == pytest.approx(0.765, abs=0.001)
     frame = source.read("0.463945")
@@ -51,7 +51,7 @@ def test_every_colour_format(tmp_path, colour):
     assert source.keys == ("0.100000", "0.133000", "0.166000")
     assert source.notes == ()
     for number in (2, 0, 1):  # backwards, too
-        pair = source.read(source.keys[number], registered=False)
+        pair = source.read_pair(source.keys[number])
         assert pair.depth[-1, -1] == np.float32(1 + number / 1000)
         assert np.isnan(pair.depth[:144]).all()
         picture = cv2.resize(COLOUR, (1280, 720), interpolation=cv2.INTER_LINEAR)

@@ -79,7 +79,7 @@ def test_colour_comes_to_the_pixels_of_depth(tmp_path, kind):
 @pytest.mark.parametrize("kind", ["record3d", "stray", "arkit, large colour"])
 def test_a_raw_pair_has_colour_as_it_was_recorded(tmp_path, kind):
     source = ilf.open_source(WRITERS[kind](tmp_path))
-    pair = source.read(source.keys[0], registered=False)
+    pair = source.read_pair(source.keys[0])
     camera = pair.colour_camera
     assert (pair.colour_camera.size, pair.depth_camera.size) == (COLOUR_SIZE, SIZE)
     assert (camera.fx, camera.fy, camera.cx, camera.cy) == K
@@ -142,7 +142,7 @@ def test_scannet_is_registered_by_its_two_cameras(tmp_path):
     source = ilf.open_source(write_sens(tmp_path / "a.sens", sens()))
     assert (source.keys, source.is_registered) == (("0", "1", "2"), False)
     assert source.timestamps == pytest.approx(TIMES)
-    pair = source.read("1", registered=False)
+    pair = source.read_pair("1")
     assert np.array_equal(pair.depth, METRES, equal_nan=True)
     assert (pair.colour_camera.size, pair.depth_camera.size) == (COLOUR_SIZE, SIZE)
     frame = source.read("1")

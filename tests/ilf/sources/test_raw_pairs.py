@@ -28,7 +28,7 @@ def test_a_pair_is_registered_by_its_calibration(tmp_path, colour):
     np.testing.assert_array_equal(frame.rgb, wanted.rgb)
     np.testing.assert_allclose(frame.depth, wanted.depth, atol=6e-5)
     assert frame.intrinsics == wanted.intrinsics
-    as_it_is = source.read("1", registered=False)
+    as_it_is = source.read_pair("1")
     assert as_it_is.depth_camera == pair.depth_camera
     assert as_it_is.colour_camera == pair.colour_camera
 
