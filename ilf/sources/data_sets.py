@@ -58,10 +58,8 @@ def sun_frame(root: str | Path, given: ReadingOptions) -> FrameRef:
         for folder, suffixes in zip(_SUN_FOLDERS, (COLOUR_SUFFIXES, DEPTH_FILE_SUFFIXES), strict=True)
     )
     if len(colours) != 1 or len(depths) != 1:
-        raise InputError(
-            f"{root} looks like a frame of SUN RGB-D, but has {len(colours)} colour and {len(depths)} depth files "
-            "instead of one each."
-        )
+        found = f"{len(colours)} colour and {len(depths)} depth files"
+        raise InputError(f"{root} looks like a frame of SUN RGB-D, but has {found} instead of one each.")
     path = Path(root) / _SUN_CAMERA_FILE
     with told_as(
         FormatError, f"{path} must contain the nine numbers of a camera matrix ({{error}}).", (ValueError, InputError)
@@ -108,25 +106,15 @@ def timed_frames(
     else:
         rows = read_associations(root / next(name for name in ASSOCIATION_FILES if name in files))
     options = given.or_else(ReadingOptions(depth_units=TUM_UNITS, intrinsics=_camera_by_name(root.name.lower())))
-    encoding = (
-        f"the encoding {options.encoding}"
-        if options.depth_units is None
-        else f"{options.depth_units:g} units per metre"
-    )
-    is_guess = given.encoding is None and given.depth_units is None and options.intrinsics is given.intrinsics
-    hint = (
-        ", as in the TUM benchmark: give mm as the depth encoding (--depth-encoding mm) if it is in millimetres, as "
-        "many recorders write it"
-    )
+    units = options.depth_units
+    told = f"the encoding {options.encoding}" if units is None else f"{units:g} units per metre"
+    if given.encoding is None and given.depth_units is None and options.intrinsics is given.intrinsics:
+        told += ", as in the TUM benchmark: give --depth-encoding mm if it is in millimetres, as of many recorders"
     found = [
         FrameRef(os.path.join(root, rgb), os.path.join(root, depth), options=options, stated_in=str(root))
         for _, rgb, depth in rows
     ]
-    return (
-        found,
-        tuple(time for time, _, _ in rows),
-        (f"Depth is read with {encoding}{hint if is_guess else ''}.", *notes),
-    )
+    return found, tuple(time for time, _, _ in rows), (f"Depth is read with {told}.", *notes)
 
 
 def _camera_by_name(name: str) -> str | None:

@@ -145,12 +145,6 @@ def nearest_layout(folders: Folders) -> str:
             there += [text for text in others if _is_there(folders, text, folder)]
             told = [text for text in there if not text.removeprefix("{}/").startswith("*.")]
             if len(told) > best[0] and lacking:
-                where = f" in {folder}" if folder else ""
-                best = (
-                    len(told),
-                    (
-                        f"The nearest layout is {layout.text}: it finds {' and '.join(there)}{where}, but lacks "
-                        f"{' and '.join(lacking)}."
-                    ),
-                )
+                finds = f"{' and '.join(there)}{f' in {folder}' if folder else ''}, but lacks {' and '.join(lacking)}"
+                best = len(told), f"The nearest layout is {layout.text}: it finds {finds}."
     return best[1]
