@@ -188,7 +188,7 @@ class AzureKinect(PairedRecording):
         if found is None:
             what = "colour" if tag == _COLOUR_TRACK else "depth"
             raise FormatError(
-                f"{self.path} has no {what} track of an Azure Kinect or Femto camera; other videos are not supported."
+                f"{self.path} has no {what} track of an Azure Kinect or Femto camera. Give its recording."
             )
         check_pixel_count(self.path, found.codec_context.width, found.codec_context.height)
         return found

@@ -27,9 +27,7 @@ from .reading_options import COLOUR_VIEW, DEPTH_VIEW, ReadingOptions
 from .registration import RawPair, register
 from .trajectories import camera_pose, stated_pose
 
-_NO_COLOUR_CAMERA = (
-    "depth has another size than colour: to register it, also give the intrinsics of colour (--intrinsics)."
-)
+_NO_COLOUR_CAMERA = "depth has another size than colour: also give the intrinsics of colour (--intrinsics)."
 
 _SAME_CAMERA = 0.02
 """By how much two cameras of one image may differ: focal lengths as a share, principal points by that of a side."""

@@ -116,9 +116,8 @@ class ReadImages:
     def _registered(self) -> RGBDFrame:
         if self.inputs.view is not None:
             raise InputError(
-                "colour and depth have the same pixels already, which are completed as they are: leave out the depth "
-                "camera's view (--view depth), or, if they are of two cameras that are not registered, also give the "
-                "intrinsics of depth (--depth-intrinsics)."
+                "colour and depth have the same pixels already: leave out the view of depth (--view depth) or, if "
+                "they are not registered, give the intrinsics of depth (--depth-intrinsics)."
             )
         camera = self.cameras.depth
         is_distorted = camera is not None and any(camera.distortion)
@@ -141,9 +140,6 @@ class ReadImages:
                 "the transform between the two": motion,
             }
             lacking = " and ".join(what for what, value in known.items() if value is None)
-            raise InputError(
-                f"depth is not registered to colour and cannot be, since the recording lacks {lacking}. Record aligned "
-                "depth, or also record the cameras' calibration."
-            )
+            raise InputError(f"depth is not registered, and the recording lacks {lacking}. Record it or aligned depth.")
         images = self.rgb, self.metres
         return RawPair(*images, colour, depth, motion, self.name, self.inputs, self.notes, self.depth_view)

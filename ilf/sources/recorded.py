@@ -75,7 +75,5 @@ def _lens(stated: IntrinsicsSpec | None, cameras: Cameras, shape: tuple[int, int
     lens = cameras.depth if stated is None else lens_from(stated, shape)[0]
     if lens is None or not lens.is_bent:
         reason = f" {cameras.note}" if cameras.note else ""
-        raise InputError(
-            f"{path}: its intrinsics state no lens distortion that could be corrected: do not undistort.{reason}"
-        )
+        raise InputError(f"{path} states no lens distortion that could be corrected: do not undistort.{reason}")
     return lens

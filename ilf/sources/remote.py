@@ -26,7 +26,7 @@ from .._runtime.writing import (
     write_bytes,
 )
 from ..data.frame import FrameInputs, RGBDFrame
-from ..errors import ExportError, FormatError, IlfError, InputError, cause, told_as
+from ..errors import ExportError, FormatError, IlfError, InputError, told_as
 from .frame_ref import FrameRef
 from .naming import META_NAME
 from .trajectories import pose_files
@@ -106,7 +106,7 @@ def names_at(address: Address) -> Iterator[Path]:
     with _temporary_folder() as temporary, reported():
         root = _copy_of(address, temporary)
         folders: set[Path] = set()
-        try:
+        with told_as(ExportError, f"{temporary} cannot be written ({{error}}). Set TMPDIR to another folder.", OSError):
             for name in files.find():
                 check_cancelled()
                 path = root / name
@@ -114,10 +114,6 @@ def names_at(address: Address) -> Iterator[Path]:
                     path.parent.mkdir(parents=True, exist_ok=True)
                     folders.add(path.parent)
                 path.touch()
-        except OSError as error:
-            raise ExportError(
-                f"{temporary} cannot have the names of {address} ({cause(error)}). Set TMPDIR to another folder."
-            ) from error
 
         def read(path: Path) -> None:
             if path.is_relative_to(root) and path.is_file() and path.stat().st_size == 0:
