@@ -21,29 +21,27 @@ from .times import ASSOCIATION_FILES, TUM_UNITS, associated, gap_text, read_asso
 
 _SUN_CAMERA_FILE = "intrinsics.txt"
 _SUN_FOLDERS = "image", "depth"
-_BOP_COLOUR_FOLDERS = "rgb", "gray"
+_BOP_COLOUR_FOLDERS = "gray", "rgb"
+"""Of two images of one number, that of the last folder counts."""
 
 
 def bop_frames(root: str | Path, given: ReadingOptions) -> list[FrameRef]:
     """The frames of a BOP scene that have colour and depth, by number; each has its own intrinsics and scale."""
     cameras = read_cameras(Path(root) / CAMERA_FILE)
-    colours = {
-        int(path.stem): path
-        for folder in reversed(_BOP_COLOUR_FOLDERS)
-        for path in _files(Path(root) / folder, COLOUR_SUFFIXES)
-        if path.stem.isdecimal()
-    }
-    return [
-        FrameRef(
-            str(colours[int(path.stem)]),
-            str(path),
-            options=given.or_else(ReadingOptions(depth_units=1000 / scale, intrinsics=camera)),
-        )
-        for path in _files(Path(root) / "depth", DEPTH_FILE_SUFFIXES)
-        if path.stem.isdecimal() and int(path.stem) in colours
-        for camera, scale in (cameras.get(int(path.stem), (None, None)),)
-        if camera is not None and scale is not None
-    ]
+    folders = [Path(root) / name for name in _BOP_COLOUR_FOLDERS]
+    colours = {number: path for folder in folders for number, path in _numbered(folder, COLOUR_SUFFIXES)}
+    found = []
+    for number, path in _numbered(Path(root) / "depth", DEPTH_FILE_SUFFIXES):
+        if number in colours and number in cameras:
+            camera, scale = cameras[number]
+            options = given.or_else(ReadingOptions(depth_units=1000 / scale, intrinsics=camera))
+            found.append(FrameRef(str(colours[number]), str(path), options=options))
+    return found
+
+
+def _numbered(folder: Path, suffixes: tuple[str, ...]) -> list[tuple[int, Path]]:
+    """Files that are named by numbers, with these."""
+    return [(int(path.stem), path) for path in _files(folder, suffixes) if path.stem.isdecimal()]
 
 
 def is_sun(files: Collection[str], folders: Collection[str]) -> bool:
@@ -61,9 +59,8 @@ def sun_frame(root: str | Path, given: ReadingOptions) -> FrameRef:
         found = f"{len(colours)} colour and {len(depths)} depth files"
         raise InputError(f"{root} looks like a frame of SUN RGB-D, but has {found} instead of one each.")
     path = Path(root) / _SUN_CAMERA_FILE
-    with told_as(
-        FormatError, f"{path} must contain the nine numbers of a camera matrix ({{error}}).", (ValueError, InputError)
-    ):
+    told = f"{path} must contain the nine numbers of a camera matrix ({{error}})."
+    with told_as(FormatError, told, (ValueError, InputError)):
         numbers = np.array(read_file(path).data.tobytes().split(), float)
         camera = camera_from_numbers(numbers, "")
     options = given.or_else(ReadingOptions(encoding="sun", intrinsics=camera))

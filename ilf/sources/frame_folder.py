@@ -97,10 +97,8 @@ def frame_folder(folder: str | os.PathLike[str]) -> FrameFiles:
     root = Path(folder).absolute()
     path = root / META_NAME
     if not is_frame_folder(root):
-        raise InputError(
-            f"{root} has neither {META_NAME} nor rgb.* and depth.*. Give the colour and the depth file separately, or "
-            "the key of one of its frames (--frame) if it contains several."
-        )
+        told = f"{root} has neither {META_NAME} nor rgb.* and depth.*"
+        raise InputError(f"{told}. Give the colour and the depth file, or the key of one of its frames (--frame).")
     has_meta = os.path.isfile(path)
     meta = read_json(path) if has_meta else {}
     if not isinstance(meta, dict):

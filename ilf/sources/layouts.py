@@ -68,11 +68,8 @@ def given_layouts(given: str | os.PathLike[str]) -> tuple[Layout, ...]:
     known = all_layouts()
     found = tuple(one for one in known if one.name == text)
     if not found:
-        names = ", ".join(one.name for one in known)
-        raise InputError(
-            f"There is no layout {text!r:.60}. Known: {names}. Or give a TOML file, or a text such as "
-            '"rgb=color/*.jpg depth=depth/*.png units=1000".'
-        )
+        names, such = ", ".join(one.name for one in known), '"rgb=color/*.jpg depth=depth/*.png units=1000"'
+        raise InputError(f"There is no layout {text!r:.60}. Known: {names}. Or give a TOML file, or text: {such}.")
     return found
 
 

@@ -50,10 +50,8 @@ class NyuLabelled(Recording):
             for name, dimensions, kind in ((_IMAGES, 4, "u"), (_RAW, 3, "f"))
         }
         if lacking := [name for name, data in found.items() if data is None]:
-            raise FormatError(
-                f"{self.path} has no {lacking[0]} in the form of NYU Depth V2's labelled file. Give "
-                "nyu_depth_v2_labeled.mat; if this is the depth of a frame, give it with its colour image."
-            )
+            told = f"{self.path} has no {lacking[0]} of NYU Depth V2's labelled file"
+            raise FormatError(f"{told}. Give nyu_depth_v2_labeled.mat, or depth with its colour image.")
         images, raw = found.values()
         count, channels, *size = images.shape
         if channels != 3 or raw.shape != (count, *size):

@@ -115,10 +115,8 @@ class ReadImages:
 
     def _registered(self) -> RGBDFrame:
         if self.inputs.view is not None:
-            raise InputError(
-                "colour and depth have the same pixels already: leave out the view of depth (--view depth) or, if "
-                "they are not registered, give the intrinsics of depth (--depth-intrinsics)."
-            )
+            told = "colour and depth have the same pixels already: leave out the depth camera's view (--view depth)"
+            raise InputError(f"{told} or, if they are not registered, give --depth-intrinsics, too.")
         camera = self.cameras.depth
         is_distorted = camera is not None and any(camera.distortion)
         return RGBDFrame(

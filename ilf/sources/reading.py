@@ -200,10 +200,8 @@ def _read(ref: FrameRef, name: str | None, beside: bool, report: Callable[[str],
         files = files_of(ref, beside=beside)
         chosen = ref.options.or_else(files.options)
         if ref.depth is None and files.has_meta and chosen.depth_encoding is None:
-            raise FormatError(
-                f"{Path(ref.rgb) / META_NAME} has no depth_units_per_m and no depth_encoding: add the file units per "
-                "metre (1000 for millimetres) or the encoding's name, or give depth units."
-            )
+            lacking = "no depth_units_per_m (1000 for millimetres) and no depth_encoding"
+            raise FormatError(f"{Path(ref.rgb) / META_NAME} has {lacking}: add one, or give depth units.")
         images = read_files(files, ref.options, name)
         loaded = images.frame()
     else:

@@ -74,6 +74,6 @@ def _lens(stated: IntrinsicsSpec | None, cameras: Cameras, shape: tuple[int, int
     """The camera of registered images (H, W) with its distortion: as stated, or else as in the recording."""
     lens = cameras.depth if stated is None else lens_from(stated, shape)[0]
     if lens is None or not lens.is_bent:
-        reason = f" {cameras.note}" if cameras.note else ""
-        raise InputError(f"{path} states no lens distortion that could be corrected: do not undistort.{reason}")
+        told = f"{path} states no lens distortion that could be corrected: do not undistort. {cameras.note}"
+        raise InputError(told.rstrip())
     return lens

@@ -182,9 +182,7 @@ def register(pair: RawPair, view: str = COLOUR_VIEW) -> RGBDFrame:
     moved = projected_depth(pair.depth, pair.depth_camera, colour, pair.depth_to_colour)
     known = moved[np.isfinite(moved)]
     if known.size == 0:
-        raise InputError(
-            "No depth falls into the colour image. Check both intrinsics, and the depth-to-colour transform in metres."
-        )
+        raise InputError("No depth falls into the colour image. Check both intrinsics, and the transform in metres.")
     if view == DEPTH_VIEW:
         return _in_depth_view(pair, rgb, colour, moved)
     nearest, farthest = np.quantile(known, (_OUTLIERS, 1 - _OUTLIERS))

@@ -239,10 +239,8 @@ def _copy_folder(address: Address, root: Path) -> None:
     """Copy the folder of a single frame."""
     names = [*RemoteFiles(address).sizes()]
     if META_NAME not in names and not {"rgb", "depth"} <= {name.partition(".")[0] for name in names}:
-        raise InputError(
-            f"{address}: a frame is a colour and a depth file, or a folder with {META_NAME} or rgb.* and depth.*. Give "
-            "both files, or the key of a frame (--frame)."
-        )
+        told = f"{address} has neither {META_NAME} nor rgb.* and depth.*"
+        raise InputError(f"{told}. Give the colour and the depth file, or the key of one of its frames (--frame).")
     if len(names) > _MAX_FILES:
         raise FormatError(f"{address} has more than {_MAX_FILES} files. Give the colour and the depth file.")
     _copy_files([f"{address}/{name}" for name in names], (), root)

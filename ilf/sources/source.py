@@ -33,10 +33,7 @@ from .registration import RawPair
 from .remote import copied
 from .times import MAX_TIME_GAP_S
 
-_ONE_CAMERA_NOTE = (
-    "The transform from the depth to the colour camera is not known: both are treated as one camera, and their edges "
-    "may lie some pixels apart."
-)
+_ONE_CAMERA_NOTE = "Where the two cameras are is not known: both count as one, and edges may lie some pixels apart."
 
 
 class Source:

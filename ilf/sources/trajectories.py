@@ -167,23 +167,18 @@ def _transforms(content: FileContent) -> Trajectory:
     if not isinstance(frames, list) or not frames:
         raise ValueError("it has no frames")
     common = {name: value for name, value in data.items() if name != "frames"}
-    named = [(image_name(_file(frame["file_path"])), common | frame) for frame in frames]
+    cameras: dict[str, Any] = {}
+    poses, depth_files = {}, {}
+    for stated in (common | frame for frame in frames):
+        image = _file(stated["file_path"])
+        name = image_name(image)
+        poses[name] = as_pose(stated["transform_matrix"])
+        if camera := next((camera for _, camera in cameras_in(stated)), None):
+            cameras[name] = camera | {"name": content.path.name}
+        depth_files[os.path.normpath(image)] = _file(stated.get("depth_file_path") or stated.get("depth_path") or "")
     scale = data.get("depth_unit_scale_factor", data.get("integer_depth_scale"))
-    return Trajectory(
-        by_name={name: as_pose(frame["transform_matrix"]) for name, frame in named},
-        cameras={
-            name: camera | {"name": content.path.name}
-            for name, frame in named
-            for _, camera in [*cameras_in(frame)][:1]
-        },
-        depth_files={
-            os.path.normpath(_file(frame["file_path"])): _file(
-                frame.get("depth_file_path") or frame.get("depth_path") or ""
-            )
-            for _, frame in named
-        },
-        depth_units=None if scale is None else checked_units(1 / float(scale)),
-    )
+    units = None if scale is None else checked_units(1 / float(scale))
+    return Trajectory(by_name=poses, cameras=cameras, depth_files=depth_files, depth_units=units)
 
 
 def _file(path: Any) -> str:

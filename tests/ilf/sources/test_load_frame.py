@@ -222,7 +222,7 @@ HOSTILE_DEPTH = {
     "big.tif": (b"II+\x00\x08\x00\x00\x00" + bytes(64), "BigTIFF"),
     "bitmap.pbm": (b"P4\n8 8\n" + bytes(8), "a PBM image of one bit, not a PNG"),
     "all-missing.png": (encoded(".png", np.zeros((H, W), np.uint16)), "no known pixel"),
-    "other-size.png": (encoded(".png", MILLIMETRES[:-1]), "32 x 24 .* 32 x 23.*same pixels"),
+    "other-size.png": (encoded(".png", MILLIMETRES[:-1]), "32 x 24 .* 32 x 23.*Give both cameras"),
     "absurd.npy": (npy(METRES * 1000), "median depth .*larger"),
     "tiny.npy": (npy(METRES / 1000), "median depth .*smaller"),
     "header-only.png": (
