@@ -68,9 +68,7 @@ def blocks_of_mask_list(path: Path, content: list[Any], shape: tuple[int, int]) 
     """
     annotations = _checked(path, content)
     if len({str(one.get("image_id")) for one in annotations}) > 1:
-        raise InputError(
-            f"{path} contains masks of several images without a list of images. Make a file for each image."
-        )
+        raise InputError(f"{path} contains masks of several images, but no list of them. Make a file for each.")
     # the ids of such masks, if any, are numbers of the generator's attempts
     return _stacked(path, [{**one, "id": None} for one in annotations], shape, {})
 
@@ -296,9 +294,7 @@ def _part_of_mask(encoded: Any, points: Points, where: str, shape: tuple[int, in
     header = image_header(source, data)
     left, top = np.floor(points.min(axis=0)).astype(int).tolist()
     if left < 0 or top < 0 or top + header.height > shape[0] or left + header.width > shape[1]:
-        raise InputError(
-            f"{where} extends beyond the image, which is {shape[1]} x {shape[0]}. Is this the file of this frame?"
-        )
+        raise InputError(f"{where} extends beyond the image of {shape[1]} x {shape[0]}. Use the file of this frame.")
     image = read_indices(source)
     if image.ndim != 2:
         raise FormatError(f"{where} has a colour mask. Export it with one channel.")

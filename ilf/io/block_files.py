@@ -69,9 +69,7 @@ def read_blocks(
         labels = read_labels(content, shape)
         return LoadedBlocks(labels, notes=(_PICTURE.format(path=place),) if _is_picture(labels) else ())
     if content.data.size > _MAX_JSON_BYTES:
-        raise InputError(
-            f"{place} has {content.data.size / 2**20:.0f} MiB; the maximum is 256 MiB. Export only this image."
-        )
+        raise InputError(f"{place} has {content.data.size >> 20} MiB, more than 256. Export only this image.")
     parsed = read_json(content)
     colour = None if image is None else Path(image).absolute()
     if isinstance(parsed, list):

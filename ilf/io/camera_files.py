@@ -362,9 +362,7 @@ def _of_numbers(content: FileContent, numbers: list[float]) -> dict[str, Any]:
         return {"size": numbers[:2], "K": numbers[2:6], "distortion": numbers[6:]}
     if count in {8, 9}:
         return {"K": numbers[:4], "distortion": numbers[4:]}
-    raise FormatError(
-        f"{content} must contain a camera matrix (9, 12 or 16 numbers) or fx fy cx cy, not {len(numbers)} numbers."
-    )
+    raise FormatError(f"{content} must contain a camera matrix, or fx fy cx cy, not {count} numbers.")
 
 
 def _of_colmap(model: str, width: int, height: int, numbers: list[float]) -> dict[str, Any]:

@@ -137,8 +137,7 @@ def checked_depth_values(values: NDArray[Any], path: object) -> NDArray[Any]:
         raise eight_bit_error(path, values.shape[2] if values.ndim == 3 else 1)
     if values.ndim != 2 or values.size == 0:
         raise FormatError(
-            f"{path}: depth must have one value per pixel, shape (H, W), but this has shape {values.shape}. "
-            "Export one channel of raw depth."
+            f"{path}: depth must have the shape (H, W), not {values.shape}. Export one channel of raw depth."
         )
     if values.dtype.kind not in "iuf":
         raise FormatError(f"{path}: depth must be real numbers, not {values.dtype}. Save it as float32 metres.")
@@ -351,9 +350,7 @@ def checked_units(units: object) -> float:
     """Return file units per metre as float; raise ParameterError unless positive and finite."""
     number = checked_number(units, "Depth units must be a number of file units per metre")
     if not (math.isfinite(number) and number > 0):
-        raise ParameterError(
-            f"Depth units must be a positive number of file units per metre (1000 for millimetres), not {number:g}."
-        )
+        raise ParameterError(f"Depth units must be positive file units per metre (1000 for mm), not {number:g}.")
     return number
 
 

@@ -541,8 +541,8 @@ def interpret_depth(
     encoding = chosen_encoding(checked_depth_values(values, path), path, given, stated, invalid)
     if given is None and encoding.units == 1 and values.dtype.kind == "f" and _are_8_bits(values):
         raise FormatError(
-            f"{path}: its values are whole numbers from 0 to 255, as of an 8-bit image that was stored as float, not "
-            "depth in metres: export the raw depth, or give the encoding or units of these values."
+            f"{path}: its values are whole numbers from 0 to 255, as of an 8-bit image that was stored as float: give "
+            "raw depth, or the encoding or units of these values."
         )
     with told_as(FormatError, f"{path}: {{error}}", FormatError):
         metres, left_out = decoded(values, encoding)

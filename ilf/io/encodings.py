@@ -122,9 +122,7 @@ def _of_swapped_kinect(values: NDArray[Any]) -> NDArray[np.float64]:
 
 def _of_16_bits(values: NDArray[Any]) -> NDArray[np.uint16]:
     if values.dtype != np.uint16:
-        raise FormatError(
-            f"This depth encoding applies to 16-bit integers, not to {values.dtype}. Give the encoding of this file."
-        )
+        raise FormatError(f"This depth encoding applies to 16-bit integers, not to {values.dtype}. Give another.")
     return values
 
 
@@ -155,8 +153,7 @@ def _shares(values: NDArray[Any]) -> NDArray[np.float64]:
     largest = np.max(share, initial=0.0, where=np.isfinite(share))
     if largest > 1 + _ROUNDING:
         raise FormatError(
-            f"This depth encoding applies to values from 0 to 1, or to 16-bit integers, but they reach {largest:g}. "
-            "Give the encoding of this file."
+            f"This depth encoding applies to 0 to 1, or 16-bit integers, not to {largest:g}. Give another."
         )
     return share
 
@@ -252,8 +249,7 @@ def encoding_of(spec: EncodingSpec, depth: Path | None = None) -> DepthEncoding:
         return DepthEncoding(None, 1000 / _scale_beside(depth))
     if name == _DISPARITY:
         raise ParameterError(
-            "Converting disparity to depth needs focal length [px] times baseline [m] of the stereo pair: give "
-            "disparity:FB, such as disparity:52.5 for 525 px and 0.1 m."
+            "Disparity needs focal length [px] times baseline [m]: disparity:52.5 for 525 px and 0.1 m."
         )
     kind, numbers = _kind(name), re.split("[:/]", name, maxsplit=1)[-1]
     try:
@@ -327,10 +323,7 @@ def _along_rays(text: str) -> DepthEncoding:
     units, *numbers = (float(number) for number in text.split(","))
     size = tuple(int(number) if number.is_integer() else 0 for number in numbers[4:])
     if len(numbers) not in {4, 6} or min(size, default=1) < 1:
-        raise ParameterError(
-            f"'{_RAY}:{text:.80}' must be ray:UNITS,FX,FY,CX,CY, five numbers, or seven with the image's width and "
-            "height."
-        )
+        raise ParameterError(f"'{_RAY}:{text:.80}' must be ray:UNITS,FX,FY,CX,CY, or so with ,WIDTH,HEIGHT.")
     with told_as(ParameterError, f"'{_RAY}:{text:.80}': {{error}}", InputError):
         camera = _camera(numbers)
     spec = ray_encoding(checked_units(units), camera, (size[0], size[1]) if size else None)
@@ -401,8 +394,7 @@ def single_encoding(encoding: EncodingSpec | None, depth_units: float | None) ->
     """Return the encoding given by either argument; raise ParameterError if both are given."""
     if encoding is not None and depth_units is not None:
         raise ParameterError(
-            f"Both a depth encoding ({encoding}) and depth units ({depth_units}) are given. Units per metre are also "
-            "an encoding: give only one of them."
+            f"Both a depth encoding ({encoding}) and depth units ({depth_units}) are given: give only one of them."
         )
     return encoding if depth_units is None else checked_units(depth_units)
 

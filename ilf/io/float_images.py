@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from .._runtime.files import MAX_FILE_BYTES, FileContent, zip_member
 from .._runtime.installation import optional
-from ..errors import FormatError
+from ..errors import FormatError, told_as
 from .images import check_pixel_count
 from .kinds import kind_of_file, wrong_kind
 
@@ -33,33 +33,16 @@ _NPY_ERRORS = (
 
 def read_npy(file: FileContent) -> NDArray[Any]:
     """Read the array of an NPY file; raise FormatError if it is damaged or contains Python objects."""
-    stream = io.BytesIO(file.data.data)
     if file.data[:6].tobytes() != b"\x93NUMPY":
         raise wrong_kind(file, file.data, "an NPY array")
-    try:
-        # np.load would otherwise also try archives and pickles
-        version = np.lib.format.read_magic(stream)
-        read_header = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # about files written by Python 2
-            shape, in_columns, dtype = read_header(stream)
-        if dtype.hasobject:
-            raise ValueError("it contains Python objects")
-        if min(shape, default=0) < 0:
-            raise ValueError("a length is negative")
-        # check the declared size against the file before memory is allocated
-        wanted, there = math.prod(shape) * dtype.itemsize, file.data.size - stream.tell()
-        if wanted > there:
-            raise ValueError(f"its header declares {wanted} bytes of values, but the file has {there}")
-        values = np.frombuffer(file.data, dtype, math.prod(shape), stream.tell())
-    except _NPY_ERRORS as error:
-        raise FormatError(
-            f"{file}: this NPY cannot be read ({error!s:.120}): it is truncated, damaged, or contains Python "
-            "objects. Save a plain float32 or uint16 array with numpy.save."
-        ) from error
-    if len(shape) >= 2:
-        check_pixel_count(file, shape[1], shape[0])
-    return values.reshape(shape, order="F" if in_columns else "C").copy(order="C")
+    told = f"{file}: this NPY cannot be read ({{error}}): it is truncated, damaged, or contains Python objects. "
+    told += "Save a plain float32 or uint16 array with numpy.save."
+    with told_as(FormatError, told, _NPY_ERRORS), warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # about files written by Python 2
+        values = np.asarray(np.lib.format.read_array(io.BytesIO(file.data.data), allow_pickle=False), order="C")
+    if values.ndim >= 2:
+        check_pixel_count(file, values.shape[1], values.shape[0])
+    return values
 
 
 def read_npz(file: FileContent, names: tuple[str, ...]) -> NDArray[Any]:
@@ -124,9 +107,7 @@ def _exr_depth(file: FileContent) -> NDArray[Any]:
         raise ValueError("its pixels cannot be decoded")
     found = [image.channels(0)[name].pixels for name in names]
     if not all(np.array_equal(found[0], other, equal_nan=True) for other in found[1:]):
-        raise FormatError(
-            f"{file}: its channels {', '.join(names)} differ: this is a colour image, not depth. {_REMEDY}"
-        )
+        raise FormatError(f"{file}: its channels {', '.join(names)} differ: this is colour, not depth. {_REMEDY}")
     return np.ascontiguousarray(found[0])
 
 
@@ -186,8 +167,8 @@ def floats_behind(file: FileContent, start: int, shape: tuple[int, int], order: 
     values = file.data[start:]
     if values.size != 4 * width * height:
         raise FormatError(
-            f"{file}: the header declares {width} x {height} pixels, {4 * width * height} bytes, but the file has "
-            f"{values.size}: it is truncated or damaged. Copy or export it again."
+            f"{file}: its header declares {4 * width * height} bytes, but it has {values.size}: it is truncated or "
+            "damaged. Copy or export it again."
         )
     return np.frombuffer(values.tobytes(), order).astype(np.float32).reshape(shape)
 
@@ -238,16 +219,13 @@ def read_colmap(file: FileContent) -> NDArray[np.float32]:
     if header is None and kind_of_file(file, file.data) is None:
         raise FormatError(
             f"{file} is neither a depth map of COLMAP, which begins with width&height&1&, nor 512 x 424 float32 of a "
-            "Kinect v2. If it is numbers without a header, whose size and type only their program knows, save them as "
-            "NPY: numpy.save('depth.npy', numpy.fromfile(FILE, TYPE).reshape(HEIGHT, WIDTH))."
+            "Kinect v2. Save other numbers as NPY: numpy.save(NEW, numpy.fromfile(FILE, TYPE).reshape(HEIGHT, WIDTH))."
         )
     if header is None:
         raise wrong_kind(file, file.data, "a depth map of COLMAP, which begins with width&height&1&")
     width, height, channels = map(int, header.groups())
     if channels != 1:
-        raise FormatError(
-            f"{file} has {channels} channels, like normal maps; depth has one. Give the file from depth_maps."
-        )
+        raise FormatError(f"{file} has {channels} channels, as normal maps. Give the file from depth_maps.")
     return floats_behind(file, header.end(), (height, width), "<f4")
 
 

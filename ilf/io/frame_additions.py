@@ -333,10 +333,7 @@ def _one_channel(file: FileContent, image: NDArray[Any]) -> NDArray[Any]:
         return image
     colours = image[..., :3] if image.shape[2] >= 3 else image[..., :1]
     if (colours != colours[..., :1]).any():
-        raise FormatError(
-            f"{file}: this is a colour-mapped depth image, whose colours do not increase with depth. Export the values "
-            "themselves, in grey or as NPY."
-        )
+        raise FormatError(f"{file} is a colour-mapped depth image. Export the values themselves, in grey or as NPY.")
     return colours[..., 0]
 
 

@@ -201,9 +201,7 @@ def ready_guide(name: str, gives: Gives | None = None) -> tuple[GuideCard, Path]
     something else."""
     card, path = guide_card(name), guide_file(name)
     if gives not in {None, card.gives}:
-        raise InputError(
-            f"The guide network {name} gives {card.gives}, not {gives}. Leave out what the guide gives (--guide-gives)."
-        )
+        raise InputError(f"The guide network {name} gives {card.gives}, not {gives}. Leave --guide-gives out.")
     if path is None:
         raise InputError(
             f"The guide network {name} is not on this computer. Fetch its {card.bytes / 1e6:.0f} MB (licence "
@@ -225,10 +223,7 @@ def predict_by_name(name: str, rgb: NDArray[np.uint8]) -> Guide:
     card, path = ready_guide(name)
     network = GuideNetwork.load(path)
     if network.sha256 != card.sha256:
-        raise InputError(
-            f"{path} is not the file that was fetched or added: its SHA-256 is another. Remove it, and fetch it again: "
-            f"ilf models remove {name}."
-        )
+        raise InputError(f"{path} is not the file that was fetched or added: remove it (ilf models remove {name}).")
     return Guide(network.predict(rgb, card), path=str(path), network=card)
 
 

@@ -1,22 +1,17 @@
-"""Safe reading of untrusted HDF5 files: the header of a data set is checked before its values are read.
+"""Safe reading of untrusted HDF5 files, in a child: the header of a data set is checked before its values are read.
 
-A file of two kilobytes can declare terabytes, link to other files, or require decoding by an arbitrary plug-in.
+A file of two kilobytes can link to other files, or require decoding by an arbitrary plug-in.
 """
 
 from __future__ import annotations
 
-import math
 import os
-from contextlib import AbstractContextManager
 from io import BytesIO
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 from .._runtime.files import FileContent
 from .._runtime.installation import optional
-from ..errors import FormatError, told_as
+from ..errors import FormatError
 from .kinds import kind_of_file, start_of, wrong_kind
 
 HDF5_SUFFIXES = ".hdf5", ".h5", ".mat"
@@ -25,15 +20,11 @@ _MAGIC = b"\x89HDF", b"MATLAB 7.3"
 CHILD_MEMORY = 2**31
 """Limit of the memory of a child that reads a file [bytes]."""
 
-MAX_READ = 2**30
-"""Maximum number of bytes read from a data set at once."""
-
 _LEAST_SIDE = 8
 """Minimum length of the sides of an image: smaller datasets are matrices and lists of points."""
 
-_FILTERS = {1: "deflate", 2: "shuffle", 3: "fletcher32"}
-_PROBLEMS = (OSError, RuntimeError, LookupError, ValueError, TypeError, AttributeError, ArithmeticError, MemoryError)
-"""Exceptions of h5py for damaged files."""
+_FILTERS = {1, 2, 3}
+"""Numbers of deflate, shuffle and fletcher32."""
 
 
 def open_hdf5(source: str | os.PathLike[str] | BytesIO, file: str, purpose: str) -> Any:
@@ -62,7 +53,7 @@ def open_hdf5(source: str | os.PathLike[str] | BytesIO, file: str, purpose: str)
     h5py = optional("h5py", "ilf-studio[sensors]", purpose)
     try:
         return h5py.File(source, "r")
-    except _PROBLEMS as error:
+    except OSError as error:
         start = (source.getvalue() if isinstance(source, BytesIO) else start_of(source)) or b""
         if not start.startswith(_MAGIC) and kind_of_file("", start):  # by content alone, which may begin later
             raise wrong_kind(file, start, "an HDF5 file") from error
@@ -98,39 +89,31 @@ def dataset(opened: Any, name: str, kinds: str, dimensions: int, file: str) -> A
     Raises
     ------
     FormatError
-        If it is damaged, stored in another file, or compressed in an unsupported way.
+        If it is stored in another file, or compressed in an unsupported way; any other error if it is damaged.
     """
     import h5py
 
-    with _intact(file, name):
-        parts = name.split("/")
-        for depth in range(1, len(parts) + 1):
-            link = opened.get("/".join(parts[:depth]), getlink=True)
-            if link is None:
-                return None
-            if not isinstance(link, h5py.HardLink):
-                raise FormatError(
-                    f"{file}: {name} is a link to another place or file. Store the data in the file itself."
-                )
-        found = opened.get(name)
-        if not isinstance(found, h5py.Dataset) or found.ndim != dimensions or found.dtype.kind not in kinds:
+    parts = name.split("/")
+    for depth in range(1, len(parts) + 1):
+        link = opened.get("/".join(parts[:depth]), getlink=True)
+        if link is None:
             return None
-        if found.external or found.is_virtual:
-            raise FormatError(f"{file}: the values of {name} are in other files. Store them in the file itself.")
-        plan = found.id.get_create_plist()
-        filters = {plan.get_filter(index)[0] for index in range(plan.get_nfilters())}
-        if not filters <= _FILTERS.keys():
-            raise FormatError(
-                f"{file}: {name} is compressed in an unsupported way. Store it uncompressed, or with gzip."
-            )
-        _check_bytes(found.chunks or (), found.dtype, name, file)
+        if not isinstance(link, h5py.HardLink):
+            raise FormatError(f"{file}: {name} is a link to another place or file. Store the data in the file itself.")
+    found = opened.get(name)
+    if not isinstance(found, h5py.Dataset) or found.ndim != dimensions or found.dtype.kind not in kinds:
+        return None
+    if found.external or found.is_virtual:
+        raise FormatError(f"{file}: the values of {name} are in other files. Store them in the file itself.")
+    plan = found.id.get_create_plist()
+    if not {plan.get_filter(index)[0] for index in range(plan.get_nfilters())} <= _FILTERS:
+        raise FormatError(f"{file}: {name} is compressed in an unsupported way. Store it uncompressed, or with gzip.")
     return found
 
 
-def images(opened: Any, file: str) -> dict[str, tuple[int, ...]]:
+def images(opened: Any) -> dict[str, tuple[int, ...]]:
     """The shapes of the datasets of an h5py.File that can be depth, by their names with /: two axes, or three of which
-    one has the length 1, and numbers of 16 bits or more. Links are not followed. Raises FormatError if it is damaged.
-    """
+    one has the length 1, and numbers of 16 bits or more. Links are not followed."""
     import h5py
 
     found: dict[str, tuple[int, ...]] = {}
@@ -142,43 +125,5 @@ def images(opened: Any, file: str) -> dict[str, tuple[int, ...]]:
         if item.ndim in {2, 3} and len(sides) == 2 and min(sides) >= _LEAST_SIDE and item.dtype.itemsize > 1:
             found[f"/{name}"] = item.shape
 
-    with _intact(file, "its list of datasets"):
-        opened.visititems(look)
+    opened.visititems(look)
     return found
-
-
-def rows(data: Any, index: int | slice, file: str) -> NDArray[Any]:
-    """Read one, several or all rows of a data set.
-
-    Parameters
-    ----------
-    data : h5py.Dataset
-        From `dataset`.
-    index : int or slice
-        Index on the first axis.
-    file : str
-        The file's name, for messages.
-
-    Raises
-    ------
-    FormatError
-        If they are larger than `MAX_READ` bytes, or damaged.
-    """
-    count = 1 if isinstance(index, int) else len(range(*index.indices(data.shape[0])))
-    _check_bytes((count, *data.shape[1:]), data.dtype, data.name, file)
-    with _intact(file, data.name):
-        return np.asarray(data[index])
-
-
-def _check_bytes(shape: tuple[int, ...], dtype: np.dtype[Any], name: str, file: str) -> None:
-    size = math.prod(shape) * dtype.itemsize
-    if size > MAX_READ:
-        raise FormatError(
-            f"{file}: {name} declares {size / 2**30:.3g} GiB to read at once; the maximum is 1 GiB. "
-            "Is this the right file?"
-        )
-
-
-def _intact(file: str, name: str) -> AbstractContextManager[None]:
-    """Within the block, one of the `_PROBLEMS` says that a file is damaged."""
-    return told_as(FormatError, f"{file} is damaged at {name}. Download or copy it again.", _PROBLEMS)

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from .._runtime.files import FileContent
 from ..errors import FormatError
-from .hdf5 import CHILD_MEMORY, dataset, is_of_matlab, open_hdf5, rows
+from .hdf5 import CHILD_MEMORY, dataset, is_of_matlab, open_hdf5
 
 _USUAL = "colors", "color", "rgb", "image"
 """Names of colour; BlenderProc calls it colors."""
@@ -35,12 +35,9 @@ def _colour(file: FileContent) -> NDArray[np.uint8]:
     with open_hdf5(io.BytesIO(file.data.tobytes()), str(file), "Reading colour from HDF5") as opened:
         known = (dataset(opened, name, "u", 3, str(file)) for name in _USUAL)
         found = next((data for data in known if data is not None and data.dtype == np.uint8), None)
-        values = np.zeros((0, 0, 0), np.uint8) if found is None else rows(found, slice(None), str(file))
+        values = np.zeros((0, 0, 0), np.uint8) if found is None else np.asarray(found)
     values = values.T if is_of_matlab(file) else values
     values = values if values.shape[2] in {3, 4} else np.moveaxis(values, 0, 2)
     if values.shape[2] not in {3, 4}:
-        raise FormatError(
-            f"{file} has no colour: no dataset {', '.join(_USUAL)} of 8 bits with 3 or 4 channels. Give colour in a "
-            "file of its own."
-        )
+        raise FormatError(f"{file} has no colour: no dataset {', '.join(_USUAL)} of 8 bits. Give a file of colour.")
     return np.ascontiguousarray(values[..., :3])

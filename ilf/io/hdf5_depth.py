@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from .._runtime.files import FileContent
 from ..errors import FormatError
-from .hdf5 import CHILD_MEMORY, dataset, images, is_of_matlab, open_hdf5, rows
+from .hdf5 import CHILD_MEMORY, dataset, images, is_of_matlab, open_hdf5
 from .images import check_pixel_count
 
 _USUAL = "dataset", "depth", "depths"
@@ -69,12 +69,12 @@ def _depth(file: FileContent, name: str | None) -> NDArray[Any]:
     with open_hdf5(io.BytesIO(file.data.tobytes()), str(file), "Reading depth from HDF5") as opened:
         found = _first(opened, [name] if name else _USUAL, str(file))
         if found is None:
-            known = images(opened, str(file))
+            known = images(opened)
             if name or len(known) != 1:
                 raise _not_found(file, name, known)
             found = _first(opened, known, str(file))
         check_pixel_count(file, math.prod(found.shape[1:]), found.shape[0])
-        values = rows(found, slice(None), str(file))
+        values = np.asarray(found)
         return np.ascontiguousarray(values.T) if is_of_matlab(file) else values
 
 

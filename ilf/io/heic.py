@@ -97,9 +97,7 @@ def _depth(file: FileContent) -> NDArray[np.float32]:
             else:
                 raise KeyError("representation_type")
     except (KeyError, TypeError, ArithmeticError) as error:
-        raise FormatError(
-            f"{file}: its depth image does not state how its values become metres. Give depth in a file of its own."
-        ) from error
+        raise FormatError(f"{file} does not state how its depth becomes metres. Give a file of depth.") from error
     return np.where(np.isfinite(metres) & (metres > 0), metres, np.nan).astype(np.float32)
 
 
@@ -109,9 +107,7 @@ def _colour(file: FileContent) -> NDArray[np.uint8]:
     if images := photo.info.get("depth_images"):
         size = images[0].size
         if abs(size[0] / size[1] * colour.height / colour.width - 1) > _ASPECT_TOLERANCE:
-            raise FormatError(
-                f"{file}: its depth image of {size[0]} x {size[1]} pixels shows another view than colour."
-            )
+            raise FormatError(f"{file}: its depth of {size[0]} x {size[1]} pixels shows another view than colour.")
         colour = colour.resize(size, Image.Resampling.BOX)
     return np.asarray(colour, np.uint8)
 

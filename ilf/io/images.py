@@ -202,10 +202,7 @@ def _decoded(path: FileSource) -> tuple[NDArray[Any], ImageHeader]:
     if image is not None and header.kind == "TIFF":  # whose decoder applies the tag, whatever its flags
         image = turned(image, OPPOSITE.get(header.orientation, header.orientation))
     if image is None or image.shape[:2] != (header.height, header.width):
-        raise FormatError(
-            f"{path}: this {header.kind} cannot be decoded: it is truncated, damaged, or of an unsupported kind. "
-            "Copy or export it again, as PNG or TIFF."
-        )
+        raise FormatError(f"{path}: this {header.kind} is truncated, damaged, or of an unsupported kind. {_REMEDY}")
     return image, header
 
 
@@ -230,10 +227,7 @@ def read_indices(path: FileSource) -> NDArray[Any]:
     content = read_file(path)
     image, header = _decoded(content)
     if header.kind == "JPEG":
-        raise FormatError(
-            f"{path}: JPEG changes values beside edges, so that labels and masks are not kept. Save it as PNG again, "
-            "from the original."
-        )
+        raise FormatError(f"{path}: JPEG changes labels and masks. Save the original as PNG.")
     data = content.data.tobytes()
     if header.has_palette and (header.kind == "PNG" or header.orientation == 1):
         with _reading(path, "its indices cannot be decoded"), Image.open(io.BytesIO(data), formats=_KINDS) as indexed:

@@ -87,9 +87,7 @@ def checked_for_writing(labels: ArrayLike) -> NDArray[np.int32]:
     if array.ndim != 2 or array.size == 0 or array.dtype.kind not in "iu":
         raise ExportError(f"Labels must be integers with shape (H, W), not {array.dtype} {array.shape}.")
     if array.min() < 0 or array.max() > 65535:
-        raise ExportError(
-            f"Labels must lie between 0 and 65535 to be written, not {array.min()} to {array.max()}. Renumber them."
-        )
+        raise ExportError(f"Labels to write must be 0 to 65535, not {array.min()} to {array.max()}. Renumber them.")
     return array.astype(np.int32)
 
 
@@ -192,9 +190,7 @@ def stacked(
         If there are more than 65535, or raised by their parts.
     """
     if len(candidates) > LARGEST_LABEL:
-        raise InputError(
-            f"{path} contains {len(candidates)} shapes; the maximum is {LARGEST_LABEL} blocks. Merge some."
-        )
+        raise InputError(f"{path} contains {len(candidates)} shapes, more than {LARGEST_LABEL}. Merge some.")
     numbers = _numbers([candidate.number for candidate in candidates])
     stack = _Stack(shape)
     empty = sum(not stack.add(number, one.parts) for number, one in zip(numbers, candidates, strict=True))
@@ -290,9 +286,7 @@ def blocks_of_mask_folder(folder: Path, shape: tuple[int, int]) -> LoadedBlocks:
     pictures = (file for file in folder.iterdir() if file.suffix.lower() == ".png")
     files = _listed(folder) or sorted(pictures, key=_natural)
     if not files:
-        raise InputError(
-            f"{folder} contains no masks (one PNG each). If it contains a JSON file of masks, give that file."
-        )
+        raise InputError(f"{folder} contains no masks (one PNG each). If it has a JSON file of masks, give that.")
     candidates = [Candidate("" if file.stem.isdecimal() else file.stem, None, _part(file, shape)) for file in files]
     return stacked(folder, shape, candidates, ())
 
@@ -305,9 +299,7 @@ def _listed(folder: Path) -> list[Path]:
         text = read_file(folder / METADATA).data.tobytes().decode("utf-8-sig")
         ids = [row["id"].strip() for row in csv.DictReader(text.splitlines())]
     except (UnicodeDecodeError, csv.Error, KeyError, AttributeError):
-        raise FormatError(
-            f"{folder / METADATA} has no column 'id' with the names of the masks. Correct or remove it."
-        ) from None
+        raise FormatError(f"{folder / METADATA} has no column 'id' of masks. Correct or remove it.") from None
     # restrict paths to this folder, whatever the list contains
     return [folder / f"{Path(one).name}.png" for one in ids]
 

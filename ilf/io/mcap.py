@@ -99,9 +99,7 @@ class McapFile(Closeable):
             if self._end:
                 self._write_at(self._end, _END)  # there is room: it was there before
             self._file.close()
-            raise ExportError(
-                f"{self.path} could not be written: {cause(error)}. It contains the frames up to here."
-            ) from error
+            raise ExportError(f"{self.path} could not be written: {cause(error)}. It has the frames so far.") from error
         self._end += size
         self._content.seek(0)
         self._content.truncate()

@@ -66,10 +66,7 @@ def _points(file: FileContent) -> NDArray[Any]:
     """The points of an organised cloud, a structured array (H, W)."""
     header = _header(file)
     if header.height == 1:
-        raise FormatError(
-            f"{file} is not organised: it is a list of {header.width} points without rows. Save the cloud as it comes "
-            "from the camera, with its width and height."
-        )
+        raise FormatError(f"{file} is not organised: its points have no rows. Save the cloud with width and height.")
     count = header.width * header.height
     if header.data == "ascii":
         return _of_text(file, header).reshape(header.height, header.width)

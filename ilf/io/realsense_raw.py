@@ -28,9 +28,8 @@ def read_viewer_raw(file: FileContent) -> NDArray[np.uint16]:
         table = read_file(beside)
     except InputError as error:
         raise FormatError(
-            f"{file} has no header: its {file.data.size} bytes are not 512 x 424 float32 of a Kinect v2, and "
-            f"{beside.name}, which the RealSense Viewer writes beside its snapshots, is missing. Put it there, or save "
-            "depth as PNG, NPY or TIFF."
+            f"{file} has no header: its {file.data.size} bytes are not 512 x 424 float32 of a Kinect v2, and the table "
+            f"of the RealSense Viewer, {beside.name}, is missing. Put it there, or save depth as PNG, NPY or TIFF."
         ) from error
     stated = table_of_names(table.data.tobytes().decode("utf-8-sig", "replace"))
     with told_as(
@@ -38,9 +37,7 @@ def read_viewer_raw(file: FileContent) -> NDArray[np.uint16]:
     ):
         width, height = int(stated["resolution x"]), int(stated["resolution y"])
     if (kind := stated.get("format", _FORMAT).upper()) != _FORMAT:
-        raise FormatError(
-            f"{file} has the format {kind:.20}, not depth ({_FORMAT}). Give the file of the depth stream."
-        )
+        raise FormatError(f"{file} has the format {kind:.20}, not {_FORMAT}. Give the file of the depth stream.")
     check_pixel_count(file, width, height)
     if min(width, height) < 1 or file.data.size != 2 * width * height:
         raise FormatError(

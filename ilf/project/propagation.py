@@ -13,7 +13,7 @@ from ..data.blocks import Blocks
 from ..data.label_map import labels_in
 from ..segmentation.propagation.propagate import Followed, follow
 from ..segmentation.reextraction import made_by_hand
-from ..sources.poses import motion_between
+from ..sources.trajectories import motion_between
 from .frame_state import FrameState
 
 

@@ -27,8 +27,8 @@ from ..io.images import read_colour, turned
 from ..io.orientation import AS_STORED
 from ..sources.frame_ref import FrameRef
 from ..sources.image_pair import frame_of_images
-from ..sources.poses import camera_pose
 from ..sources.recorded import read_recorded
+from ..sources.trajectories import camera_pose
 from .archive import Parts
 
 SOURCES = "sources/"

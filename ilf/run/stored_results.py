@@ -25,9 +25,9 @@ from ..sources.frame_folder import FrameFiles, frame_folder
 from ..sources.opening import is_recording, opened
 from ..sources.own_results import is_shards
 from ..sources.pairing import natural
-from ..sources.poses import stated_pose
 from ..sources.remote import spelled
 from ..sources.shards import Shards
+from ..sources.trajectories import stated_pose
 from .options import RECORD_FILE, UNSUPPORTED_FILE
 from .record import RunRecord
 from .record_file import modes_in, read_record

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator
-from contextlib import AbstractContextManager
 from functools import cached_property
 from itertools import takewhile
 from pathlib import Path
@@ -14,14 +13,13 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from .._runtime.closing import closed_on_error
 from .._runtime.installation import optional
 from .._runtime.schema import Section
 from ..data.camera import Camera, Cameras
-from ..errors import FormatError, InputError, told_as
+from ..errors import FormatError, told_as
 from ..io.depth import eight_bit_error
 from ..io.images import check_pixel_count, read_colour
-from .recording import PairedRecording, RecordedFrame, TimedPairs, damage_told, part_of, sha256_of, stamped
+from .recording import PairedRecording, RecordedFrame, TimedPairs, part_of, sha256_of, stamped
 
 # The calibration of an Azure Kinect: stored for the full sensors; those of the modes are derived from it.
 
@@ -67,26 +65,21 @@ def cameras_of(content: bytes, depth_mode: str, colour_mode: str) -> Cameras:
     Raises
     ------
     FormatError
-        If the calibration is damaged, or a mode is unknown.
+        If a mode or the model of a lens is unknown; any other error if the calibration is damaged.
     """
     resolution = colour_mode.rpartition("_")[2]
     for what, mode, known in (("depth", depth_mode, _DEPTH_MODES), ("colour", resolution, _COLOUR_MODES)):
         if mode not in known:
             raise FormatError(f"the {what} mode {mode!r:.40} is unknown; known are {', '.join(known)}.")
-    with told_as(
-        FormatError,
-        "its calibration is damaged ({error}).",
-        (ValueError, KeyError, RecursionError, AttributeError, InputError, np.linalg.LinAlgError),
-    ):
-        data = json.loads(content.rstrip(b"\0"))
-        listed = Section("calibration", data).section("CalibrationInformation").items("Cameras", dict)
-        by_place = {camera.get("Location"): Section("camera", camera) for camera in listed}
-        depth, colour = by_place[_DEPTH_CAMERA], by_place[_COLOUR_CAMERA]
-        return Cameras(
-            _camera(colour, _COLOUR_MODES[resolution]),
-            _camera(depth, _DEPTH_MODES[depth_mode]),
-            _motion(colour) @ np.linalg.inv(_motion(depth)),
-        )
+    data = json.loads(content.rstrip(b"\0"))
+    listed = Section("calibration", data).section("CalibrationInformation").items("Cameras", dict)
+    by_place = {camera.get("Location"): Section("camera", camera) for camera in listed}
+    depth, colour = by_place[_DEPTH_CAMERA], by_place[_COLOUR_CAMERA]
+    return Cameras(
+        _camera(colour, _COLOUR_MODES[resolution]),
+        _camera(depth, _DEPTH_MODES[depth_mode]),
+        _motion(colour) @ np.linalg.inv(_motion(depth)),
+    )
 
 
 def _camera(section: Section, mode: _Mode) -> Camera:
@@ -121,16 +114,15 @@ class AzureKinect(PairedRecording):
 
     kind = "a recording of an Azure Kinect"
     suffixes = (".mkv",)
+    in_child = True
 
     def __init__(self, path: Path) -> None:
         super().__init__(path)
-        self._av = optional("av", "ilf-studio[sensors]", "A recording of an Azure Kinect")
-        with self._reading():
-            self._container = self._av.open(str(path), format="matroska")  # a list names other files
-        with closed_on_error(self):
-            self._colour, self._depth = self._needed_track(_COLOUR_TRACK), self._needed_track(_DEPTH_TRACK)
-            if _has_8_bits(self._depth.codec_context):
-                raise eight_bit_error(path)
+        av = optional("av", "ilf-studio[sensors]", "A recording of an Azure Kinect")
+        self._container = av.open(str(path), format="matroska")  # a list names other files
+        self._colour, self._depth = self._needed_track(_COLOUR_TRACK), self._needed_track(_DEPTH_TRACK)
+        if _has_8_bits(self._depth.codec_context):
+            raise eight_bit_error(path)
         self._infrared = self._track(_INFRARED_TRACK)
 
     def close(self) -> None:
@@ -196,7 +188,7 @@ class AzureKinect(PairedRecording):
         if found is None:
             what = "colour" if tag == _COLOUR_TRACK else "depth"
             raise FormatError(
-                f"{self.path} has no {what} track of an Azure Kinect or Femto camera; other videos are not supported."
+                f"{self.path} has no {what} track of an Azure Kinect or Femto camera. Give its recording."
             )
         check_pixel_count(self.path, found.codec_context.width, found.codec_context.height)
         return found
@@ -220,24 +212,16 @@ class AzureKinect(PairedRecording):
 
     def _from(self, stamp: int | None, *tracks: Any) -> Iterator[Any]:
         """Packets that are not empty, from at or slightly before a stamp, or from the start."""
-        with self._reading():
-            self._container.seek(0 if stamp is None else stamp, backward=True)
-            for packet in self._container.demux(*tracks):
-                if packet.size and packet.pts is not None:
-                    yield packet
+        self._container.seek(0 if stamp is None else stamp, backward=True)
+        for packet in self._container.demux(*tracks):
+            if packet.size and packet.pts is not None:
+                yield packet
 
     def _decoded(self, packet: Any) -> NDArray[np.uint8]:
         """Colour image of a packet, RGB."""
         if self._colour.codec_context.name == "mjpeg":
             return read_colour(part_of(str(self.path), bytes(packet)))
-        with self._reading():
-            images = packet.decode()
-            if images:
-                return np.ascontiguousarray(images[0].to_ndarray(format="rgb24"))
-        raise FormatError(f"{self.path}: a colour image cannot be decoded. The recording is damaged.")
-
-    def _reading(self) -> AbstractContextManager[None]:
-        return damage_told(self.path, "recording", self._av.FFmpegError, ValueError, OverflowError)
+        return np.ascontiguousarray(packet.decode()[0].to_ndarray(format="rgb24"))
 
 
 def _has_8_bits(codec: Any) -> bool:

@@ -21,29 +21,27 @@ from .times import ASSOCIATION_FILES, TUM_UNITS, associated, gap_text, read_asso
 
 _SUN_CAMERA_FILE = "intrinsics.txt"
 _SUN_FOLDERS = "image", "depth"
-_BOP_COLOUR_FOLDERS = "rgb", "gray"
+_BOP_COLOUR_FOLDERS = "gray", "rgb"
+"""Of two images of one number, that of the last folder counts."""
 
 
 def bop_frames(root: str | Path, given: ReadingOptions) -> list[FrameRef]:
     """The frames of a BOP scene that have colour and depth, by number; each has its own intrinsics and scale."""
     cameras = read_cameras(Path(root) / CAMERA_FILE)
-    colours = {
-        int(path.stem): path
-        for folder in reversed(_BOP_COLOUR_FOLDERS)
-        for path in _files(Path(root) / folder, COLOUR_SUFFIXES)
-        if path.stem.isdecimal()
-    }
-    return [
-        FrameRef(
-            str(colours[int(path.stem)]),
-            str(path),
-            options=given.or_else(ReadingOptions(depth_units=1000 / scale, intrinsics=camera)),
-        )
-        for path in _files(Path(root) / "depth", DEPTH_FILE_SUFFIXES)
-        if path.stem.isdecimal() and int(path.stem) in colours
-        for camera, scale in (cameras.get(int(path.stem), (None, None)),)
-        if camera is not None and scale is not None
-    ]
+    folders = [Path(root) / name for name in _BOP_COLOUR_FOLDERS]
+    colours = {number: path for folder in folders for number, path in _numbered(folder, COLOUR_SUFFIXES)}
+    found = []
+    for number, path in _numbered(Path(root) / "depth", DEPTH_FILE_SUFFIXES):
+        if number in colours and number in cameras:
+            camera, scale = cameras[number]
+            options = given.or_else(ReadingOptions(depth_units=1000 / scale, intrinsics=camera))
+            found.append(FrameRef(str(colours[number]), str(path), options=options))
+    return found
+
+
+def _numbered(folder: Path, suffixes: tuple[str, ...]) -> list[tuple[int, Path]]:
+    """Files that are named by numbers, with these."""
+    return [(int(path.stem), path) for path in _files(folder, suffixes) if path.stem.isdecimal()]
 
 
 def is_sun(files: Collection[str], folders: Collection[str]) -> bool:
@@ -58,14 +56,11 @@ def sun_frame(root: str | Path, given: ReadingOptions) -> FrameRef:
         for folder, suffixes in zip(_SUN_FOLDERS, (COLOUR_SUFFIXES, DEPTH_FILE_SUFFIXES), strict=True)
     )
     if len(colours) != 1 or len(depths) != 1:
-        raise InputError(
-            f"{root} looks like a frame of SUN RGB-D, but has {len(colours)} colour and {len(depths)} depth files "
-            "instead of one each."
-        )
+        found = f"{len(colours)} colour and {len(depths)} depth files"
+        raise InputError(f"{root} looks like a frame of SUN RGB-D, but has {found} instead of one each.")
     path = Path(root) / _SUN_CAMERA_FILE
-    with told_as(
-        FormatError, f"{path} must contain the nine numbers of a camera matrix ({{error}}).", (ValueError, InputError)
-    ):
+    told = f"{path} must contain the nine numbers of a camera matrix ({{error}})."
+    with told_as(FormatError, told, (ValueError, InputError)):
         numbers = np.array(read_file(path).data.tobytes().split(), float)
         camera = camera_from_numbers(numbers, "")
     options = given.or_else(ReadingOptions(encoding="sun", intrinsics=camera))
@@ -108,25 +103,15 @@ def timed_frames(
     else:
         rows = read_associations(root / next(name for name in ASSOCIATION_FILES if name in files))
     options = given.or_else(ReadingOptions(depth_units=TUM_UNITS, intrinsics=_camera_by_name(root.name.lower())))
-    encoding = (
-        f"the encoding {options.encoding}"
-        if options.depth_units is None
-        else f"{options.depth_units:g} units per metre"
-    )
-    is_guess = given.encoding is None and given.depth_units is None and options.intrinsics is given.intrinsics
-    hint = (
-        ", as in the TUM benchmark: give mm as the depth encoding (--depth-encoding mm) if it is in millimetres, as "
-        "many recorders write it"
-    )
+    units = options.depth_units
+    told = f"the encoding {options.encoding}" if units is None else f"{units:g} units per metre"
+    if given.encoding is None and given.depth_units is None and options.intrinsics is given.intrinsics:
+        told += ", as in the TUM benchmark: give --depth-encoding mm if it is in millimetres, as of many recorders"
     found = [
         FrameRef(os.path.join(root, rgb), os.path.join(root, depth), options=options, stated_in=str(root))
         for _, rgb, depth in rows
     ]
-    return (
-        found,
-        tuple(time for time, _, _ in rows),
-        (f"Depth is read with {encoding}{hint if is_guess else ''}.", *notes),
-    )
+    return found, tuple(time for time, _, _ in rows), (f"Depth is read with {told}.", *notes)
 
 
 def _camera_by_name(name: str) -> str | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 import os
 import re
@@ -18,7 +19,7 @@ _MAX_IN_A_NAME, _MAX_ALTERNATIVES = 4, 64
 """Maximum numbers of placeholders in a name and of alternatives of a pattern: more would take too long to match."""
 
 _ALTERNATIVES = re.compile(r"\{([^{}]*,[^{}]*)\}")
-_PLACEHOLDER = re.compile(r"\{(\w*)\}|(\*)", re.ASCII)
+_PLACEHOLDER = re.compile(r"\{(\w*)\}", re.ASCII)
 
 
 class Match(NamedTuple):
@@ -62,12 +63,11 @@ def is_folder(entry: os.DirEntry[str]) -> bool:
 
 def check_pattern(text: str) -> None:
     """Raise ParameterError for a pattern that is no relative path, or would take too long to match."""
-    parts = text.split("/")
+    parts = _numbered(text).split("/")
     choices = math.prod(found[1].count(",") + 1 for found in _ALTERNATIVES.finditer(text))
     if choices > _MAX_ALTERNATIVES or any(len(_PLACEHOLDER.findall(part)) > _MAX_IN_A_NAME for part in parts):
-        raise ParameterError(
-            f"{text!r:.80} has more than {_MAX_ALTERNATIVES} alternatives or {_MAX_IN_A_NAME} placeholders in a name."
-        )
+        most = f"{_MAX_ALTERNATIVES} alternatives or {_MAX_IN_A_NAME} placeholders in a name"
+        raise ParameterError(f"{text!r:.80} has more than {most}.")
     if text.startswith("/") or "\0" in text or ANY_FOLDERS in text.removeprefix(ANY_FOLDERS):
         raise ParameterError(f"{text!r:.80} must be a path in the data set, with {{}} only as its first folder.")
 
@@ -98,22 +98,19 @@ def placeholders(text: str) -> tuple[str, ...]:
     >>> placeholders("{}/{camera}/*_depth_*.png")
     ('', 'camera', '1', '2')
     """
-    return tuple(dict.fromkeys(name for _, name in _tokens(text)))
+    return tuple(dict.fromkeys(_PLACEHOLDER.findall(_numbered(text))))
 
 
-def _tokens(text: str) -> Iterator[tuple[str, str]]:
-    """The placeholders of a text as written, with their names."""
-    stars = 0
-    for token in _PLACEHOLDER.finditer(text):
-        stars += token[0] == "*"
-        yield token[0], str(stars) if token[0] == "*" else token[1]
+def _numbered(text: str) -> str:
+    """A pattern with {1}, {2}, ... in place of its stars."""
+    numbers = itertools.count(1)
+    return re.sub(r"\*", lambda _: f"{{{next(numbers)}}}", text)
 
 
 def filled(text: str, texts: Mapping[str, str]) -> str:
     """A pattern with the text of its placeholders in their places; {} at its beginning is left out."""
     text = text.removeprefix(f"{ANY_FOLDERS}/")
-    names = iter([name for _, name in _tokens(text)])
-    return os.path.normpath(_PLACEHOLDER.sub(lambda _: texts[next(names)], text)).replace(os.sep, "/")
+    return os.path.normpath(_PLACEHOLDER.sub(lambda found: texts[found[1]], _numbered(text))).replace(os.sep, "/")
 
 
 class FilePattern:
@@ -129,9 +126,9 @@ class FilePattern:
     def __init__(self, text: str) -> None:
         self.text = text
         self.names = placeholders(text)
-        parts = [part for part in text.split("/") if part]
+        parts = [part for part in _numbered(text).split("/") if part]
         self._anywhere = parts[:1] == [ANY_FOLDERS]
-        self._parts = [_compiled(part, names) for part, names in _parts_with_names(parts[self._anywhere :], text)]
+        self._parts = [_compiled(part) for part in parts[self._anywhere :]]
 
     def matches(self, folders: Folders, below: str | None = None) -> Iterator[Match]:
         """The files that match, folder by folder.
@@ -174,23 +171,11 @@ def _below(folders: Folders, folder: str, levels: int) -> Iterator[str]:
         yield from _below(folders, f"{folder}/{name}" if folder else name, levels - 1)
 
 
-def _parts_with_names(parts: list[str], text: str) -> Iterator[tuple[str, list[str]]]:
-    names = [name for token, name in _tokens(text) if token != ANY_FOLDERS]
-    for part in parts:
-        count = len(_PLACEHOLDER.findall(part))
-        yield part, names[:count]
-        names = names[count:]
-
-
-def _compiled(part: str, names: list[str]) -> str | re.Pattern[str]:
+def _compiled(part: str) -> str | re.Pattern[str]:
     """The name of a file or a folder, or the expression that it matches; groups are the placeholders, after _."""
-    if not names:
-        return part
-    literals = [re.escape(literal) for literal in re.split(r"\{\w*\}|\*", part)]
-    seen: set[str] = set()
-    text = literals[0]
-    for name, literal in zip(names, literals[1:], strict=True):
-        text += f"(?P=_{name})" if name in seen else f"(?P<_{name}>.+?)"
-        text += literal
-        seen.add(name)
-    return re.compile(text)
+    first, *pieces = _PLACEHOLDER.split(part)
+    text = re.escape(first)
+    for name, literal in zip(pieces[::2], pieces[1::2], strict=True):
+        text += f"(?P=_{name})" if f"(?P<_{name}>" in text else f"(?P<_{name}>.+?)"
+        text += re.escape(literal)
+    return re.compile(text) if pieces else part

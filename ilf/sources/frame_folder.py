@@ -4,18 +4,19 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
+
+import msgspec
 
 from .._runtime.files import read_json
 from .._runtime.named_places import NotAllowed, first_allowed, named_in
+from .._runtime.schema import converted
 from ..data.camera import as_camera, checked_transform
 from ..errors import FormatError, InputError, ParameterError, one_line, told_as
-from ..io.depth import checked_units
-from ..io.encodings import EncodingSpec, checked_invalid, encoding_of, needs_scene, single_encoding
-from ..io.frame_additions import CONFIDENCE_SUFFIXES, GUIDE_SUFFIXES, checked_min_confidence, is_ground_truth
+from ..io.encodings import encoding_of, needs_scene, single_encoding
+from ..io.frame_additions import CONFIDENCE_SUFFIXES, GUIDE_SUFFIXES, is_ground_truth
 from ..io.hdf5_depth import split_dataset, with_dataset
 from .naming import COLOUR_SUFFIXES, DEPTH_FILE_SUFFIXES, META_NAME, name_from_path
 from .reading_options import AS_STATED, ReadingOptions
@@ -96,37 +97,32 @@ def frame_folder(folder: str | os.PathLike[str]) -> FrameFiles:
     root = Path(folder).absolute()
     path = root / META_NAME
     if not is_frame_folder(root):
-        raise InputError(
-            f"{root} has neither {META_NAME} nor rgb.* and depth.*. Give the colour and the depth file separately, or "
-            "the key of one of its frames (--frame) if it contains several."
-        )
+        told = f"{root} has neither {META_NAME} nor rgb.* and depth.*"
+        raise InputError(f"{told}. Give the colour and the depth file, or the key of one of its frames (--frame).")
     has_meta = os.path.isfile(path)
     meta = read_json(path) if has_meta else {}
     if not isinstance(meta, dict):
         raise FormatError(f"{path} must hold a JSON object with size, depth_units_per_m and K.")
     with told_as(FormatError, f"{path}: {{error}}", (InputError, ParameterError)):
-        options, size, named = _stated({**meta, "name": meta.get("name") or root.name})
-    if named["run"] and not os.path.isfile(named_in(named["run"], root)):
-        raise InputError(
-            f"{root} contains an interrupted export: its {named['run']} is missing, so its files may not belong "
-            "together. Export again."
-        )
+        stated = converted({**meta, "name": meta.get("name") or root.name}, _Meta, META_NAME)
+        options = stated.options
+        if stated.name != one_line(stated.name):
+            raise InputError(f"name must be one line of text, not {stated.name!r:.60}.")
+    if stated.run and not os.path.isfile(named_in(stated.run, root)):
+        raise InputError(f"{root} contains an interrupted export: its {stated.run} is missing. Export again.")
     if not has_meta:
         _check_alone(root)
-    rgb = _named_image(root, named["rgb"], named["run"]) or _image_in(root, "rgb", COLOUR_SUFFIXES)
-    named_depth, dataset = split_dataset(named["depth"] or "")
+    rgb = _named_image(root, stated.rgb, stated.run) or _image_in(root, "rgb", COLOUR_SUFFIXES)
+    named_depth, dataset = split_dataset(stated.depth or "")
     depth = _named_image(root, named_depth) or _found(root, "depth", DEPTH_FILE_SUFFIXES)
     if depth is None:
-        hint = (
-            f" To use gt.png as depth, load {rgb.name} and gt.png as two files"
-            f" with depth units {meta.get('gt_units_per_m')}."
-        )
+        hint = f" To use gt.png as depth, give {rgb.name} and it, with depth units {stated.gt_units_per_m}."
         depth = _image_in(root, "depth", DEPTH_FILE_SUFFIXES, hint if os.path.isfile(root / "gt.png") else "")
-    truth, truth_dataset = (None, None) if named["gt"] is None else split_dataset(named["gt"])
+    truth, truth_dataset = (None, None) if stated.gt is None else split_dataset(stated.gt)
     companions = {
         "ground_truth": _ground_truth_in(root, truth),
-        "guide": _named_image(root, named["guide"]) or _found(root, "guide", GUIDE_SUFFIXES),
-        "confidence": _named_image(root, named["confidence"]) or _found(root, "confidence", CONFIDENCE_SUFFIXES),
+        "guide": _named_image(root, stated.guide) or _found(root, "guide", GUIDE_SUFFIXES),
+        "confidence": _named_image(root, stated.confidence) or _found(root, "confidence", CONFIDENCE_SUFFIXES),
     }
     paths: dict[str, Any] = {name: None if file is None else str(file) for name, file in companions.items()}
     if truth_dataset is not None:
@@ -134,61 +130,49 @@ def frame_folder(folder: str | os.PathLike[str]) -> FrameFiles:
     return FrameFiles(
         rgb,
         depth,
-        named["name"] or "",
+        stated.name,
         replace(options, dataset=dataset, **paths),
-        size,
-        _named_image(root, named["outside_view"]),
+        stated.size,
+        _named_image(root, stated.outside_view),
         has_meta,
     )
 
 
-def _stated(meta: dict[str, Any]) -> tuple[ReadingOptions, tuple[int, int] | None, dict[str, str | None]]:
-    """What meta.json states: the reading options but for files, the size, and the texts; raises InputError or
-    ParameterError for wrong values."""
-    read: dict[str, Callable[[Any], Any]] = {
-        "depth_units_per_m": checked_units,
-        "gt_units_per_m": checked_units,
-        "depth_encoding": _checked_encoding,
-        "depth_invalid": checked_invalid,
-        "K": lambda camera: as_camera({"K": camera}, None),
-        "min_confidence": checked_min_confidence,
-        "pose": lambda pose: tuple(checked_transform(pose, "pose").ravel().tolist()),
-        "size": _checked_size,
-    }
-    found = {key: None if meta.get(key) is None else check(meta[key]) for key, check in read.items()}
-    single_encoding(found["depth_encoding"], found["depth_units_per_m"])
-    texts = ("name", "rgb", "depth", "gt", "guide", "confidence", "outside_view", "run")
-    named = {key: meta.get(key) for key in texts}
-    for key, value in named.items():
-        if not isinstance(value, str | None):
-            raise InputError(f"{key} must be text, not {value!r:.60}.")
-    name = meta["name"]
-    if name != one_line(name):
-        raise InputError(f"name must be one line of text, not {name!r:.60}.")
-    options = ReadingOptions(
-        encoding=found["depth_encoding"],
-        depth_units=found["depth_units_per_m"],
-        invalid=found["depth_invalid"],
-        min_confidence=found["min_confidence"],
-        intrinsics=found["K"],
-        ground_truth_units=found["gt_units_per_m"],
-        pose=found["pose"],
-    )
-    return options, found["size"], named
+class _Meta(msgspec.Struct, kw_only=True):
+    """What meta.json states, see `frame_folder`."""
 
+    name: str
+    rgb: str | None = None
+    depth: str | None = None
+    gt: str | None = None
+    guide: str | None = None
+    confidence: str | None = None
+    outside_view: str | None = None
+    run: str | None = None
+    size: tuple[int, int] | None = None
+    depth_units_per_m: Annotated[float, msgspec.Meta(gt=0)] | None = None
+    gt_units_per_m: Annotated[float, msgspec.Meta(gt=0)] | None = None
+    depth_encoding: str | float | None = None
+    depth_invalid: float | None = None
+    min_confidence: float | None = None
+    K: Any = None
+    pose: Any = None
 
-def _checked_encoding(spec: Any) -> EncodingSpec:
-    if not isinstance(spec, str | int | float):
-        raise InputError(f"depth_encoding must be a name or a number, not {spec!r:.60}.")
-    if not needs_scene(spec):
-        encoding_of(spec)
-    return spec
-
-
-def _checked_size(size: Any) -> tuple[int, int]:
-    if not (isinstance(size, list) and len(size) == 2 and all(type(number) is int for number in size)):
-        raise InputError(f"size must be [width, height] in whole pixels, not {size!r:.60}.")
-    return size[0], size[1]
+    @property
+    def options(self) -> ReadingOptions:
+        """The reading options but for files; raises InputError or ParameterError for wrong values."""
+        spec = single_encoding(self.depth_encoding, self.depth_units_per_m)
+        if spec is not None and not needs_scene(spec):
+            encoding_of(spec)
+        return ReadingOptions(
+            encoding=self.depth_encoding,
+            depth_units=self.depth_units_per_m,
+            invalid=self.depth_invalid,
+            min_confidence=self.min_confidence,
+            intrinsics=None if self.K is None else as_camera({"K": self.K}, None),
+            ground_truth_units=self.gt_units_per_m,
+            pose=None if self.pose is None else tuple(checked_transform(self.pose, "pose").ravel().tolist()),
+        )
 
 
 def meta_beside(rgb: str | os.PathLike[str], depth: str | os.PathLike[str]) -> FrameFiles | None:

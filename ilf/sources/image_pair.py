@@ -22,14 +22,12 @@ from ..io.orientation import AS_STORED, PairOrientation, companion_doubts, orien
 from ..io.other_values import is_named_distance
 from .frame_folder import FrameFiles
 from .naming import COLOUR_SUFFIXES, META_NAME
-from .poses import camera_pose, stated_pose
 from .read_images import ReadImages
 from .reading_options import COLOUR_VIEW, DEPTH_VIEW, ReadingOptions
 from .registration import RawPair, register
+from .trajectories import camera_pose, stated_pose
 
-_NO_COLOUR_CAMERA = (
-    "depth has another size than colour: to register it, also give the intrinsics of colour (--intrinsics)."
-)
+_NO_COLOUR_CAMERA = "depth has another size than colour: also give the intrinsics of colour (--intrinsics)."
 
 _SAME_CAMERA = 0.02
 """By how much two cameras of one image may differ: focal lengths as a share, principal points by that of a side."""
@@ -55,16 +53,12 @@ def read_files(files: FrameFiles, options: ReadingOptions, name: str | None = No
     if not is_same and chosen.depth_intrinsics is None:
         is_exchanged = shape == metres.shape[::-1]
         hint = " Width and height are exchanged: one of the files is turned by 90 degrees." if is_exchanged else ""
-        raise InputError(
-            f"{files.rgb} is {size_text(shape)} but {files.depth} is {size_text(metres.shape)} pixels. Both must have "
-            "the same pixels: give the intrinsics of both (--intrinsics and --depth-intrinsics), by which depth is "
-            f"registered, or register and resize one to the other first.{hint} {orientation.note}".rstrip()
-        )
+        told = f"{files.rgb} is {size_text(shape)} but {files.depth} is {size_text(metres.shape)} pixels. Give both "
+        told += "cameras (--intrinsics and --depth-intrinsics), or register and resize one to the other first."
+        raise InputError(f"{told}{hint} {orientation.note}".rstrip())
     if files.size not in {None, (metres.shape[1], metres.shape[0])}:
-        raise FormatError(
-            f"{files.rgb.with_name(META_NAME)} has the size {files.size}, but the images are {size_text(metres.shape)} "
-            "pixels. Correct its size, or load the two files separately."
-        )
+        meta = files.rgb.with_name(META_NAME)
+        raise FormatError(f"{meta} has the size {files.size}, not {size_text(metres.shape)}. Correct its size.")
     cameras, notes, issued = _cameras(chosen, shape, metres.shape)
     if not is_same and cameras.colour is None:
         raise InputError(f"{files.depth}: {_NO_COLOUR_CAMERA}{read.alternative_encodings}")
@@ -172,9 +166,8 @@ def _doubt_of_registration(options: ReadingOptions, depth: Camera | None, shape:
     if differences.max() <= _SAME_CAMERA:
         return ()
     return (
-        "Colour and depth have the same size and are taken as registered, with the intrinsics of depth "
-        f"(fx {depth.fx:g}), but those of colour differ (fx {colour.fx:g}). If they are not registered, say in which "
-        "camera's pixels they are to be (--view colour, or depth); if they are, leave out the intrinsics of depth.",
+        f"Colour and depth are taken as registered, with the camera of depth (fx {depth.fx:g}), but that of colour "
+        f"differs (fx {colour.fx:g}). Give --view colour, or depth, to register them; or leave out --depth-intrinsics.",
     )
 
 

@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-import re
 import shlex
 import tomllib
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 import msgspec
 
 from .._runtime.files import read_file
 from .._runtime.schema import converted
 from ..errors import FormatError, ParameterError, told_as
-from ..io.depth import checked_units
-from ..io.encodings import checked_invalid, encoding_of, single_encoding
+from ..io.encodings import encoding_of, single_encoding
 from ..io.hdf5_depth import split_dataset
 from .file_patterns import alternatives, check_pattern, placeholders
 
@@ -76,11 +74,11 @@ class Layout(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=Tr
     depth_K: str = ""
     pose: str = ""
     dataset: str | None = None
-    units: float | None = None
+    units: Annotated[float, msgspec.Meta(gt=0)] | None = None
     encoding: str | None = None
     invalid: float | None = None
     min_confidence: float | None = None
-    truth_units: float | None = None
+    truth_units: Annotated[float, msgspec.Meta(gt=0)] | None = None
     distance: Literal["z", "ray"] = "z"
     pose_maps: Literal["camera-to-world", "world-to-camera"] = "camera-to-world"
     pose_axes: Literal["y-down", "y-up"] = "y-down"
@@ -121,11 +119,6 @@ def layout_of(values: Mapping[str, Any], name: str, where: str) -> Layout:
         given = single_encoding(layout.encoding, layout.units)
         if layout.encoding not in {None, "bop"}:
             encoding_of(layout.encoding or "")
-        for units in (layout.units, layout.truth_units):
-            if units is not None:
-                checked_units(units)
-        if layout.invalid is not None:
-            checked_invalid(layout.invalid)
         if layout.distance == "ray" and (isinstance(given, str) or not (layout.K or layout.depth_K)):
             raise ParameterError("distance=ray needs K, and units instead of an encoding.")
         patterns = layout.rgb, layout.depth, layout.truth, layout.confidence, layout.pose
@@ -152,10 +145,8 @@ def _checked_images(layout: Layout) -> set[str]:
             raise ParameterError(f"The alternatives of {text!r} must have the same placeholders.")
         known.append(first)
     if not known[0] & known[1]:
-        raise ParameterError(
-            f"rgb={layout.rgb} and depth={layout.depth} have no placeholder in common that shows which files belong "
-            "together: write * or {name} for the part of the name that both have."
-        )
+        both = f"rgb={layout.rgb} and depth={layout.depth}"
+        raise ParameterError(f"{both} have no placeholder in common: write * or {{name}} for what both names have.")
     return known[0] | known[1]
 
 
@@ -204,20 +195,14 @@ def layouts_from_file(path: Path) -> list[Layout]:
         data = {content.path.stem: data}
     wrong = [name for name, table in data.items() if not isinstance(table, dict) or name == GIVEN]
     if wrong or not data:
-        raise FormatError(
-            f"{content} must contain a table [NAME] for each layout, with rgb and depth, not named {GIVEN}."
-        )
+        raise FormatError(f"{content} must contain a table [NAME] for each layout, not named {GIVEN}.")
     return [layout_of(table, name, str(content)) for name, table in data.items()]
-
-
-_NUMBERS = re.compile(r"[-+\d.e]+(,[-+\d.e]+){3}(,\d+,\d+)?")
 
 
 def camera_numbers(text: str) -> dict[str, float] | None:
     """The intrinsics that a text states as four numbers, or six with width and height; None if it does not."""
-    if not _NUMBERS.fullmatch(text):
-        return None
     try:
-        return dict(zip(("fx", "fy", "cx", "cy", "width", "height"), map(float, text.split(",")), strict=False))
+        numbers = dict(zip(("fx", "fy", "cx", "cy", "width", "height"), map(float, text.split(",")), strict=False))
     except ValueError:
         return None
+    return numbers if len(numbers) in {4, 6} else None

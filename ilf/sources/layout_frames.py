@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import re
-from collections import Counter, defaultdict
+from collections import Counter
 from collections.abc import Iterator, Mapping
 from functools import cache
 from pathlib import Path
@@ -105,11 +105,9 @@ class LayoutFrames:
     @property
     def counts(self) -> str:
         """How many files match the patterns of colour and depth, for messages."""
-        numbers = (
-            (text, len(self._files(text, is_depth)[1]))
-            for text, is_depth in ((self._layout.rgb, False), (self._layout.depth, True))
-        )
-        told = [f"{text} matches {counted(count, 'file')}" for text, count in numbers]
+        patterns = self._layout.rgb, self._layout.depth
+        files = ((text, self._files(text, at == 1)[1]) for at, text in enumerate(patterns))
+        told = [f"{text} matches {counted(len(found), 'file')}" for text, found in files]
         return f"{' and '.join(told)}, of which none belong together"
 
     def _frames(self) -> list[_Frame]:
@@ -252,17 +250,11 @@ class LayoutFrames:
         is_plain = (layout.pose_maps, layout.pose_axes) == ("camera-to-world", "y-down")
         if is_plain and any(_names(text)):
             return list(paths)
-        places: dict[str, int] = defaultdict(int)
-        counts: dict[str, int] = defaultdict(int)
-        for path in paths:
-            counts[path or ""] += 1
+        counts, places = Counter(paths), Counter[str | None]()
         found: list[str | tuple[float, ...] | None] = []
         for frame, path in zip(frames, paths, strict=True):
-            pose = None
-            if path is not None:
-                trajectory = self._trajectory(path)
-                pose = trajectory.pose(frame.rgb, places[path], counts[path])
-                places[path] += 1
+            pose = None if path is None else self._trajectory(path).pose(frame.rgb, places[path], counts[path])
+            places[path] += 1
             pose = as_camera_to_world(pose, layout.pose_maps, layout.pose_axes)
             found.append(None if pose is None else tuple(pose.ravel().tolist()))
         return found

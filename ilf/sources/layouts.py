@@ -68,11 +68,8 @@ def given_layouts(given: str | os.PathLike[str]) -> tuple[Layout, ...]:
     known = all_layouts()
     found = tuple(one for one in known if one.name == text)
     if not found:
-        names = ", ".join(one.name for one in known)
-        raise InputError(
-            f"There is no layout {text!r:.60}. Known: {names}. Or give a TOML file, or a text such as "
-            '"rgb=color/*.jpg depth=depth/*.png units=1000".'
-        )
+        names, such = ", ".join(one.name for one in known), '"rgb=color/*.jpg depth=depth/*.png units=1000"'
+        raise InputError(f"There is no layout {text!r:.60}. Known: {names}. Or give a TOML file, or text: {such}.")
     return found
 
 
@@ -145,12 +142,6 @@ def nearest_layout(folders: Folders) -> str:
             there += [text for text in others if _is_there(folders, text, folder)]
             told = [text for text in there if not text.removeprefix("{}/").startswith("*.")]
             if len(told) > best[0] and lacking:
-                where = f" in {folder}" if folder else ""
-                best = (
-                    len(told),
-                    (
-                        f"The nearest layout is {layout.text}: it finds {' and '.join(there)}{where}, but lacks "
-                        f"{' and '.join(lacking)}."
-                    ),
-                )
+                finds = f"{' and '.join(there)}{f' in {folder}' if folder else ''}, but lacks {' and '.join(lacking)}"
+                best = len(told), f"The nearest layout is {layout.text}: it finds {finds}."
     return best[1]

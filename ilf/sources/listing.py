@@ -36,11 +36,10 @@ _COLOUR_FOLDERS = ("rgb", "color", "colour", "image", "images")
 _DEPTH_FOLDERS = ("depth", "depths")
 
 SUPPORTED_FOLDER_LAYOUTS = (
-    f"A folder of frames contains one of these: a folder for each frame, with {META_NAME} and its images, or with "
-    "rgb.png and depth.png; a folder rgb (or color, colour, image) and a folder depth, with files of the same names or "
-    "numbers; colour and depth files side by side, such as 0001_rgb.png and 0001_depth.png; rgb.txt and depth.txt, "
-    "which list files by time; scenes of BOP, frames of SUN RGB-D or raw files of NYU Depth; a layout of the table "
-    "(`ilf info --layouts`), or one that you give (--layout)."
+    f"A folder of frames contains a folder for each frame, with {META_NAME} and images, or with rgb.png and depth.png; "
+    "folders rgb and depth with files of the same names or numbers; files such as 0001_rgb.png and 0001_depth.png; "
+    "rgb.txt and depth.txt, which list files by time; scenes of BOP, frames of SUN RGB-D or raw files of NYU Depth; or "
+    "a layout of the table (`ilf info --layouts`), or one that you give (--layout)."
 )
 
 
@@ -228,9 +227,7 @@ def _check_folder(folder: Path) -> None:
     except FileNotFoundError:
         raise InputError(f"{folder}: there is no such folder. Check the name.") from None
     except (OSError, ValueError) as error:
-        raise InputError(
-            f"{folder!s:.200}: cannot be read ({cause(error)}). Check the name and its permissions."
-        ) from error
+        raise InputError(f"{folder!s:.200}: cannot be read ({cause(error)}). Check its permissions.") from error
 
 
 def _of_scenes(root: Path, scenes: Iterable[Path], given: ReadingOptions) -> Listing:

@@ -23,9 +23,9 @@ from ..data.neighbours import Neighbour, NeighbourDepth, agrees, beside_jumps
 from ..data.open3d_images import load_open3d
 from ..errors import IlfError, InputError, ParameterError
 from .frame_ref import FrameRef
-from .poses import motion_between
 from .reading import read_frame
 from .registration import projected_depth
+from .trajectories import motion_between
 
 Array = NDArray[np.float32]
 Matrix = NDArray[np.float64]
@@ -184,25 +184,21 @@ def _moved(
     """Every `step`-th frame of a side, as given and as read, and its motion; None for a frame that cannot be read, and
     for a motion that is not known."""
     posed = frame.pose is not None
-    previous, motion = frame, np.eye(4)
-    linked = True
+    previous = frame
+    motion: Matrix | None = np.eye(4)
     for number, given in enumerate(side, 1):
         wanted = number % step == 0
         if posed and not wanted:
             continue
         check_cancelled()
         other = read_or_none(given)
-        if not posed and linked:
-            link = None if other is None else odometry(other, previous)
-            linked = link is not None
-            if other is not None and link is not None:
-                previous, motion = other, motion @ link
-        if not wanted:
-            continue
-        if posed:
-            yield given, other, None if other is None else motion_between(other, frame)
-        else:
-            yield given, other, motion if linked else None
+        if posed or other is None:
+            motion = None if other is None else motion_between(other, frame)
+        elif motion is not None:
+            link = odometry(other, previous)
+            previous, motion = other, None if link is None else motion @ link
+        if wanted:
+            yield given, other, motion
 
 
 def odometry(other: RGBDFrame, frame: RGBDFrame) -> Matrix | None:
@@ -272,10 +268,8 @@ def _agrees(layer: Array, depth: Array) -> bool:
 def _note(frame: RGBDFrame, used: int, refused: Sequence[str]) -> str:
     added = 0 if frame.from_neighbours is None else int(np.count_nonzero(frame.from_neighbours))
     missing = max(int(np.count_nonzero(frame.missing)), 1)
-    text = (
-        f"Depth of {counted(used, 'neighbour')} is used at {counted(added, 'pixel')} "
-        f"({added / missing:.0%} of the missing ones)."
-    )
+    share = f"{added / missing:.0%} of the missing ones"
+    text = f"Depth of {counted(used, 'neighbour')} is used at {counted(added, 'pixel')} ({share})."
     if not refused:
         return text
     names = ", ".join(refused)

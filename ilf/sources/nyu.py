@@ -11,12 +11,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .._runtime.closing import closed_on_error
 from .._runtime.files import read_file
 from ..data.camera import INTRINSICS, Camera, Cameras
 from ..errors import FormatError, InputError, told_as
 from ..io.depth import read_depth_values
-from ..io.hdf5 import dataset, open_hdf5, rows
+from ..io.hdf5 import dataset, open_hdf5
 from ..io.images import check_pixel_count, read_colour
 from .recording import PairedRecording, RecordedFrame, Recording, TimedPairs, sha256_of
 
@@ -36,32 +35,28 @@ class NyuLabelled(Recording):
 
     kind = "NYU Depth V2's labelled file"
     suffixes = (".mat",)
+    in_child = True
 
     def __init__(self, path: Path) -> None:
         super().__init__(path)
         self._file = open_hdf5(path, str(path), "Reading NYU Depth V2's labelled file")
-        with closed_on_error(self):
-            self._images, self._raw = self._checked()
+        self._images, self._raw = self._checked()
         self.frames = {str(number + 1): number for number in range(self._raw.shape[0])}
 
     def _checked(self) -> tuple[Any, Any]:
         """Images and rawDepths, checked for type and shape."""
-        found = []
-        for name, dimensions, kind in ((_IMAGES, 4, "u"), (_RAW, 3, "f")):
-            data = dataset(self._file, name, kind, dimensions, str(self.path))
-            if data is None:
-                raise FormatError(
-                    f"{self.path} has no {name} in the form of NYU Depth V2's labelled file. Check that this is "
-                    "nyu_depth_v2_labeled.mat; if it is the depth of a frame, give it with its colour image."
-                )
-            found.append(data)
-        images, raw = found
+        found = {
+            name: dataset(self._file, name, kind, dimensions, str(self.path))
+            for name, dimensions, kind in ((_IMAGES, 4, "u"), (_RAW, 3, "f"))
+        }
+        if lacking := [name for name, data in found.items() if data is None]:
+            told = f"{self.path} has no {lacking[0]} of NYU Depth V2's labelled file"
+            raise FormatError(f"{told}. Give nyu_depth_v2_labeled.mat, or depth with its colour image.")
+        images, raw = found.values()
         count, channels, *size = images.shape
         if channels != 3 or raw.shape != (count, *size):
-            raise FormatError(
-                f"{self.path}: images {images.shape} and rawDepths {raw.shape} do not fit each other; they "
-                "should be (N, 3, W, H) and (N, W, H)."
-            )
+            shapes = f"images {images.shape} and rawDepths {raw.shape}"
+            raise FormatError(f"{self.path}: {shapes} do not fit each other, as (N, 3, W, H) and (N, W, H) do.")
         check_pixel_count(self.path, *size)
         return images, raw
 
@@ -70,12 +65,11 @@ class NyuLabelled(Recording):
 
     def frame(self, key: str) -> RecordedFrame:
         rgb = self.colour(key)
-        depth = np.ascontiguousarray(rows(self._raw, self.at(key), str(self.path)).T, np.float32)
+        depth = np.ascontiguousarray(self._raw[self.at(key)].T, np.float32)
         return RecordedFrame(rgb, depth, sha256_of(rgb.tobytes()), sha256_of(depth.tobytes()), "m")
 
     def colour(self, key: str) -> NDArray[np.uint8]:
-        image = rows(self._images, self.at(key), str(self.path))
-        return np.ascontiguousarray(image.transpose(2, 1, 0))
+        return np.ascontiguousarray(self._images[self.at(key)].transpose(2, 1, 0))
 
     def cameras(self, key: str) -> Cameras:
         self.at(key)

@@ -11,7 +11,7 @@ from functools import cache
 from pathlib import Path
 
 from .._runtime.addresses import Address
-from .._runtime.files import is_address
+from .._runtime.files import is_address, open_file
 from .._runtime.folders import folder_at
 from ..errors import FormatError, InputError
 from ..io.kinds import check_is_there
@@ -108,8 +108,10 @@ def opened(path: str | os.PathLike[str]) -> Iterator[Recording]:
         told += "ROS 2, Stray Scanner, ARKitScenes, NYU's raw frames, raw pairs with a calibration.json, or shards."
         raise InputError(source_plugins().with_notes(told))
     with _access:
-        if found.is_file() and found.stat().st_size == 0:
-            raise FormatError(f"{found} is empty (0 bytes). Copy or export it again.")
+        if found.is_file():
+            open_file(found).close()
+            if found.stat().st_size == 0:
+                raise FormatError(f"{found} is empty (0 bytes). Copy or export it again.")
         check_is_there(found)
         with source_plugins().using(kind) if kind not in built_in_kinds() else nullcontext():
             yield _kept((os.getpid(), str(found), kind.state(found)), lambda: _open_kind(kind, found))

@@ -12,7 +12,7 @@ from pathlib import Path, PurePath
 from .._runtime.cancellation import check_cancelled
 from .._runtime.installation import optional
 from .._runtime.writing import remove, removed_on_exit
-from ..errors import FormatError, InputError, cause
+from ..errors import FormatError, InputError, told_as
 
 _COMMANDS = {
     **dict.fromkeys((".zst", ".zstd"), "zstd -d {} -o {}"),
@@ -63,19 +63,12 @@ def unpacked(files: Sequence[Path]) -> Iterator[list[Path]]:
 def _unpacked(file: Path, folder: Path) -> Path:
     zstd = optional(_ZSTD, "sequences", "A compressed ROS bag")
     target, left = folder / file.stem, max(_LARGEST_RATIO * file.stat().st_size, _LARGEST)
-    try:
-        with zstd.open(file, "rb") as packed, target.open("xb") as plain:
-            while chunk := packed.read(_CHUNK):
-                check_cancelled()
-                left -= len(chunk)
-                if left < 0:
-                    raise FormatError(
-                        f"{file} is more than {_LARGEST_RATIO} times as large when unpacked: it is damaged."
-                    )
-                plain.write(chunk)
-    except OSError as error:
-        raise InputError(
-            f"{file} cannot be unpacked in {folder.parent} ({cause(error)}). Set TMPDIR to another folder, or "
-            f"unpack it: {unpacking_command(file)}"
-        ) from error
+    told = f"{file} cannot be unpacked in {folder.parent} ({{error}}). Set TMPDIR, or run: {unpacking_command(file)}"
+    with told_as(InputError, told, OSError), zstd.open(file, "rb") as packed, target.open("xb") as plain:
+        while chunk := packed.read(_CHUNK):
+            check_cancelled()
+            left -= len(chunk)
+            if left < 0:
+                raise FormatError(f"{file} is {_LARGEST_RATIO} times as large when unpacked: it is damaged.")
+            plain.write(chunk)
     return target

@@ -1,90 +1,18 @@
-"""Camera poses from files beside the frames."""
+"""Camera poses: from numbers to checked matrices."""
 
 from __future__ import annotations
 
 import math
-import os
-import re
-from functools import lru_cache
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .._runtime.files import read_file
-from ..data.frame import RGBDFrame
-from ..errors import InputError
 from .times import MAX_TIME_GAP_S
 
 Matrix = NDArray[np.float64]
 
 OPENGL_AXES = np.diag([1.0, -1.0, -1.0, 1.0])
 """Transform of points between camera axes y down, z forward and y up, z backward; its own inverse."""
-
-_TRAJECTORY = "groundtruth.txt"
-_FOLDERS = "pose", "poses"
-_DEPTH_WORD = re.compile(r"[-_.]?depth$", re.IGNORECASE)
-
-
-def motion_between(before: RGBDFrame, after: RGBDFrame) -> Matrix | None:
-    """The transform of points [m] from the camera before to the camera after, (4, 4); None if not known.
-
-    Both frames must have poses, or come from files with poses beside them, see `camera_pose`.
-    """
-    start, end = (_pose_of(frame) for frame in (before, after))
-    return None if start is None or end is None else np.linalg.inv(end) @ start
-
-
-def _pose_of(frame: RGBDFrame) -> Matrix | None:
-    if frame.pose is not None or frame.inputs is None or frame.inputs.frame is not None:
-        return frame.pose
-    return camera_pose(frame.inputs.depth.path)
-
-
-def camera_pose(depth: str | Path) -> Matrix | None:
-    """The camera pose of a frame: the transform of its points [m] to the world.
-
-    Parameters
-    ----------
-    depth : path
-        The frame's depth file. Its pose is searched in the layouts of the TUM benchmark (`groundtruth.txt` in the
-        parent folder, by the time in the file's name), 7-Scenes (`NAME.pose.txt` beside it, or `pose.txt`), and ScanNet
-        (`pose/NAME.txt` beside its folder).
-
-    Returns
-    -------
-    ndarray of float64, shape (4, 4), or None
-        x to the right, y down, z forward. None if there is no such file, or it does not contain the pose.
-    """
-    *single, trajectory = pose_files(depth)
-    for place in single:
-        if os.path.isfile(place):
-            return read_pose(place)
-    if not os.path.isfile(trajectory):
-        return None
-    return pose_at_time(_trajectory(trajectory, os.stat(trajectory).st_mtime_ns), Path(depth).stem)
-
-
-def pose_files(depth: str | Path) -> tuple[Path, ...]:
-    """The files beside a depth file that may contain the pose of its frame; the last one, those of all frames."""
-    path = Path(depth)
-    name = _DEPTH_WORD.sub("", path.stem)
-    return (
-        path.with_name(f"{name}.pose.txt".lstrip(".")),
-        *(path.parent.parent / folder / f"{name}.txt" for folder in _FOLDERS),
-        path.parent.parent / _TRAJECTORY,
-    )
-
-
-def stated_pose(pose: str | tuple[float, ...]) -> Matrix | None:
-    """The camera pose of a text file, or of 16 numbers; None if they are no pose."""
-    return read_pose(Path(pose)) if isinstance(pose, str) else checked_pose(np.reshape(pose, (4, 4)))
-
-
-def read_pose(path: Path) -> Matrix | None:
-    """The camera pose of a text file with the three or four rows of its matrix, or with its numbers in one line; None
-    if it contains anything else."""
-    return as_pose(rows_of(path))
 
 
 def as_pose(numbers: ArrayLike) -> Matrix | None:
@@ -93,22 +21,6 @@ def as_pose(numbers: ArrayLike) -> Matrix | None:
     return (
         checked_pose(np.append(flat, (0, 0, 0, 1)[: 16 - flat.size]).reshape(4, 4)) if flat.size in {12, 16} else None
     )
-
-
-@lru_cache(maxsize=2)
-def _trajectory(path: Path, changed: int) -> Matrix:
-    """The numbers of a trajectory file, cached by its modification time: it has a line for each frame."""
-    return rows_of(path)
-
-
-def rows_of(path: Path) -> Matrix:
-    """The numbers of a text file, a row per line; empty if it contains anything else."""
-    try:
-        lines = read_file(path).data.tobytes().decode("utf-8").splitlines()
-        rows = np.array([line.split() for line in lines if line.strip() and not line.startswith("#")], float)
-    except (InputError, ValueError):
-        rows = np.empty(0)
-    return rows if rows.ndim == 2 else np.empty((0, 0))
 
 
 def pose_at_time(rows: Matrix, time: str) -> Matrix | None:

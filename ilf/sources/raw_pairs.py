@@ -67,10 +67,7 @@ class RawPairs(Recording):
         if unmatched := len(colours.keys() ^ depths.keys()):
             self.notes = (f"{counted(unmatched, 'image')} left out: no matching image of the same name.",)
         if not self.frames:
-            raise InputError(
-                f"{path} has no pair: put colour.* and depth.* beside {CALIBRATION_NAME}, or folders of these names "
-                "with files of the same names."
-            )
+            raise InputError(f"{path} has no pair: put colour.* and depth.*, or such folders, into it.")
 
     @classmethod
     def fits(cls, path: Path) -> bool:

@@ -115,11 +115,8 @@ class ReadImages:
 
     def _registered(self) -> RGBDFrame:
         if self.inputs.view is not None:
-            raise InputError(
-                "colour and depth have the same pixels already, which are completed as they are: leave out the depth "
-                "camera's view (--view depth), or, if they are of two cameras that are not registered, also give the "
-                "intrinsics of depth (--depth-intrinsics)."
-            )
+            told = "colour and depth have the same pixels already: leave out the depth camera's view (--view depth)"
+            raise InputError(f"{told} or, if they are not registered, give --depth-intrinsics, too.")
         camera = self.cameras.depth
         is_distorted = camera is not None and any(camera.distortion)
         return RGBDFrame(
@@ -141,9 +138,6 @@ class ReadImages:
                 "the transform between the two": motion,
             }
             lacking = " and ".join(what for what, value in known.items() if value is None)
-            raise InputError(
-                f"depth is not registered to colour and cannot be, since the recording lacks {lacking}. Record aligned "
-                "depth, or also record the cameras' calibration."
-            )
+            raise InputError(f"depth is not registered, and the recording lacks {lacking}. Record it or aligned depth.")
         images = self.rgb, self.metres
         return RawPair(*images, colour, depth, motion, self.name, self.inputs, self.notes, self.depth_view)

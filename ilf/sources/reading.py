@@ -200,10 +200,8 @@ def _read(ref: FrameRef, name: str | None, beside: bool, report: Callable[[str],
         files = files_of(ref, beside=beside)
         chosen = ref.options.or_else(files.options)
         if ref.depth is None and files.has_meta and chosen.depth_encoding is None:
-            raise FormatError(
-                f"{Path(ref.rgb) / META_NAME} has no depth_units_per_m and no depth_encoding: add the file units per "
-                "metre (1000 for millimetres) or the encoding's name, or give depth units."
-            )
+            lacking = "no depth_units_per_m (1000 for millimetres) and no depth_encoding"
+            raise FormatError(f"{Path(ref.rgb) / META_NAME} has {lacking}: add one, or give depth units.")
         images = read_files(files, ref.options, name)
         loaded = images.frame()
     else:
@@ -250,10 +248,7 @@ def files_of(ref: FrameRef, *, beside: bool = True) -> FrameFiles:
     kind = kind_at(path)
     if kind is not None and path.suffix.lower() not in {*COLOUR_SUFFIXES, *DEPTH_FILE_SUFFIXES}:
         raise FormatError(f"{path} is {kind[0]}, not a frame. {kind[1]}")
-    raise InputError(
-        f"{path}: a frame needs a depth image besides its colour image. Give both files (the same one twice if it has "
-        f"both), or one folder with {META_NAME}."
-    )
+    raise InputError(f"{path}: a frame needs a depth image, too. Give both, or a folder with {META_NAME}.")
 
 
 def _with_min_confidence(
@@ -279,9 +274,9 @@ def _with_min_confidence(
     return replace(frame, invalid_mask=low, notes=(*frame.notes, *found)) if found else frame
 
 
-def read_raw_pair(ref: FrameRef, *, warn: bool = False) -> RawPair:
+def read_raw_pair(ref: FrameRef) -> RawPair:
     """Read colour and depth as captured by their two cameras, before registration; for registered images both cameras
-    are the same. Plausibility warnings are as in `read_frame`.
+    are the same. Plausibility warnings are issued as `DepthWarning`.
 
     Raises
     ------
@@ -297,7 +292,7 @@ def read_raw_pair(ref: FrameRef, *, warn: bool = False) -> RawPair:
             if images.cameras.colour is None:
                 raise InputError(f"{ref.rgb}: the camera's intrinsics are not known. Give them to read the raw pair.")
         pair = images.pair()
-    for text in images.warnings if warn else ():
+    for text in images.warnings:
         warn_of_reading(restored(text))
     note_opened(*own.paths, *own.options.camera_paths.values())
     inputs = None if pair.inputs is None else inputs_with_addresses(pair.inputs)

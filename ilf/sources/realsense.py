@@ -60,12 +60,8 @@ def camera_pairs(settle: int = SETTLING) -> Generator[RawPair, None, None]:
     pipeline, stream_config = library.pipeline(), library.config()
     stream_config.enable_stream(library.stream.depth, library.format.z16)
     stream_config.enable_stream(library.stream.color, library.format.rgb8)
-    with told_as(
-        InputError,
-        "The RealSense camera delivers no colour and depth ({error}). Connect it via USB 3, and close other "
-        "programs that use it.",
-        RuntimeError,
-    ):
+    told = "The RealSense camera gives no colour and depth ({error}). Connect it via USB 3, and close other programs."
+    with told_as(InputError, told, RuntimeError):
         pipeline.start(stream_config)
     try:
         for _ in range(settle):

@@ -15,9 +15,9 @@ from ..io.images import scaled_colour
 from .frame_ref import FrameRef
 from .naming import recorded_frame_name
 from .opening import opened
-from .poses import stated_pose
 from .read_images import ReadImages
 from .reading_options import DEPTH_VIEW
+from .trajectories import stated_pose
 
 
 def read_recorded(ref: FrameRef, name: str | None = None) -> ReadImages:
@@ -74,8 +74,6 @@ def _lens(stated: IntrinsicsSpec | None, cameras: Cameras, shape: tuple[int, int
     """The camera of registered images (H, W) with its distortion: as stated, or else as in the recording."""
     lens = cameras.depth if stated is None else lens_from(stated, shape)[0]
     if lens is None or not lens.is_bent:
-        reason = f" {cameras.note}" if cameras.note else ""
-        raise InputError(
-            f"{path}: its intrinsics state no lens distortion that could be corrected: do not undistort.{reason}"
-        )
+        told = f"{path} states no lens distortion that could be corrected: do not undistort. {cameras.note}"
+        raise InputError(told.rstrip())
     return lens

@@ -5,8 +5,7 @@ from __future__ import annotations
 import hashlib
 import os
 from abc import ABC, abstractmethod
-from collections.abc import Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar, Generic, TypeVar
@@ -17,7 +16,7 @@ from numpy.typing import NDArray
 from .._runtime.files import FileContent
 from .._runtime.formatting import counted
 from ..data.camera import Cameras
-from ..errors import FormatError, IlfError, InputError, cause
+from ..errors import InputError
 from ..io.encodings import EncodingSpec
 from ..io.frame_additions import read_confidence
 from .times import MAX_TIME_GAP_S, associated, gap_text
@@ -86,7 +85,8 @@ class RecordedFrame:
 class Recording(ABC):
     """An open recording. Only one thread at a time uses it: see `opened`.
 
-    All methods report errors in the file as InputError or FormatError with `path` in the message.
+    All methods report errors in the file as InputError or FormatError with `path` in the message. Any other error of a
+    kind that is read `in_child` says that the file is damaged.
 
     Parameters
     ----------
@@ -213,36 +213,6 @@ def part_of(name: str, data: bytes) -> FileContent:
 def confidence_beside(path: Path, shape: tuple[int, int]) -> NDArray[Any] | None:
     """The confidence map of a file; None if there is no such file."""
     return read_confidence(path, shape) if path.is_file() else None
-
-
-@contextmanager
-def damage_told(
-    path: Path, what: str, *problems: type[Exception], hints: Mapping[str, str] | None = None
-) -> Iterator[None]:
-    """Convert the errors of a library that reads a recording to InputError or FormatError.
-
-    Parameters
-    ----------
-    path : Path
-    what : str
-        What it reads, such as "recording".
-    *problems : type
-        The errors that stand for damage.
-    hints : mapping, optional
-        What to do, by a part of the error's text.
-    """
-    try:
-        yield
-    except IlfError:
-        raise
-    except PermissionError as error:
-        raise InputError(f"{path}: cannot be read ({cause(error)}). Check its permissions.") from error
-    except problems as error:
-        known = (todo for part, todo in (hints or {}).items() if part in str(error))
-        todo = next(known, "Copy or export it again.")
-        raise FormatError(
-            f"{path}: this {what} is truncated, damaged or not supported ({error!s:.120}). {todo}"
-        ) from error
 
 
 # Pairing the images of two streams by their time stamps.

@@ -81,9 +81,7 @@ class RawPair:
         )
         apart = math.hypot(*self.depth_to_colour[:3, 3])
         if apart > _MAX_CAMERA_DISTANCE:
-            raise InputError(
-                f"The depth and the colour camera cannot be {apart:.3g} m apart. Give their distance in metres."
-            )
+            raise InputError(f"The two cameras cannot be {apart:.3g} m apart. Give their distance in metres.")
         for what, image, name in (
             ("Colour", self.rgb, "colour_camera"),
             ("Depth", self.depth, "depth_camera"),
@@ -92,10 +90,8 @@ class RawPair:
             if camera.size is None:
                 object.__setattr__(self, name, replace(camera, size=size))
             elif camera.size != size:
-                raise InputError(
-                    f"{what} is {size[0]} x {size[1]}, but its camera's intrinsics are for "
-                    f"{camera.size[0]} x {camera.size[1]} pixels."
-                )
+                given, wanted = (f"{width} x {height}" for width, height in (size, camera.size))
+                raise InputError(f"{what} is {given}, but its camera's intrinsics are for {wanted} pixels.")
         if self.depth_view is not None:
             view = checked_mask(self.depth_view, self.depth.shape, "the depth camera's view")
             object.__setattr__(self, "depth_view", view)
@@ -186,10 +182,7 @@ def register(pair: RawPair, view: str = COLOUR_VIEW) -> RGBDFrame:
     moved = projected_depth(pair.depth, pair.depth_camera, colour, pair.depth_to_colour)
     known = moved[np.isfinite(moved)]
     if known.size == 0:
-        raise InputError(
-            "No depth falls into the colour image: the calibrations of the two cameras do not match. "
-            "Check both intrinsics, and the depth-to-colour transform, which is in metres."
-        )
+        raise InputError("No depth falls into the colour image. Check both intrinsics, and the transform in metres.")
     if view == DEPTH_VIEW:
         return _in_depth_view(pair, rgb, colour, moved)
     nearest, farthest = np.quantile(known, (_OUTLIERS, 1 - _OUTLIERS))
@@ -238,10 +231,7 @@ def aligned(depth: NDArray[np.float32], frame: RGBDFrame) -> NDArray[np.float32]
     """
     brought, camera = frame.brought, frame.intrinsics
     if brought is None or camera is None:
-        raise InputError(
-            "Only depth of a frame in the depth camera's view (view='depth') with intrinsics can be brought to the "
-            "colour camera."
-        )
+        raise InputError("Only depth of a frame with view='depth' and intrinsics can be brought to the colour camera.")
     height, width = frame.shape
     return projected_depth(depth, replace(camera, size=(width, height)), brought.camera, brought.depth_to_colour)
 
@@ -331,10 +321,7 @@ def _inside(columns: NDArray[Any], rows: NDArray[Any], camera: Camera) -> NDArra
 
 def _check_size(what: str, size: tuple[int, int]) -> None:
     if max(size) > _MAX_SIDE or size[0] * size[1] > _MAX_SAMPLES:
-        raise InputError(
-            f"The {what} image would have {size[0]} x {size[1]} samples after undistortion. Check the intrinsics (in "
-            "pixels) and the distortion of both cameras."
-        )
+        raise InputError(f"The {what} image would have {size[0]} x {size[1]} samples. Check intrinsics and distortion.")
 
 
 def _samples(depth: Camera, colour: Camera) -> int:

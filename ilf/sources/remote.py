@@ -26,10 +26,10 @@ from .._runtime.writing import (
     write_bytes,
 )
 from ..data.frame import FrameInputs, RGBDFrame
-from ..errors import ExportError, FormatError, IlfError, InputError, cause, told_as
+from ..errors import ExportError, FormatError, IlfError, InputError, told_as
 from .frame_ref import FrameRef
 from .naming import META_NAME
-from .poses import pose_files
+from .trajectories import pose_files
 
 _PREFIX, _RECORDINGS = "ilf-at-", "recordings"
 _MAX_FILES = 1000
@@ -106,7 +106,7 @@ def names_at(address: Address) -> Iterator[Path]:
     with _temporary_folder() as temporary, reported():
         root = _copy_of(address, temporary)
         folders: set[Path] = set()
-        try:
+        with told_as(ExportError, f"{temporary} cannot be written ({{error}}). Set TMPDIR to another folder.", OSError):
             for name in files.find():
                 check_cancelled()
                 path = root / name
@@ -114,10 +114,6 @@ def names_at(address: Address) -> Iterator[Path]:
                     path.parent.mkdir(parents=True, exist_ok=True)
                     folders.add(path.parent)
                 path.touch()
-        except OSError as error:
-            raise ExportError(
-                f"{temporary} cannot have the names of {address} ({cause(error)}). Set TMPDIR to another folder."
-            ) from error
 
         def read(path: Path) -> None:
             if path.is_relative_to(root) and path.is_file() and path.stat().st_size == 0:
@@ -243,10 +239,8 @@ def _copy_folder(address: Address, root: Path) -> None:
     """Copy the folder of a single frame."""
     names = [*RemoteFiles(address).sizes()]
     if META_NAME not in names and not {"rgb", "depth"} <= {name.partition(".")[0] for name in names}:
-        raise InputError(
-            f"{address}: a frame is a colour and a depth file, or a folder with {META_NAME} or rgb.* and depth.*. Give "
-            "both files, or the key of a frame (--frame)."
-        )
+        told = f"{address} has neither {META_NAME} nor rgb.* and depth.*"
+        raise InputError(f"{told}. Give the colour and the depth file, or the key of one of its frames (--frame).")
     if len(names) > _MAX_FILES:
         raise FormatError(f"{address} has more than {_MAX_FILES} files. Give the colour and the depth file.")
     _copy_files([f"{address}/{name}" for name in names], (), root)

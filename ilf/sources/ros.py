@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import math
 import re
 import struct
 import weakref
 from collections.abc import Iterator, Sequence
-from contextlib import AbstractContextManager, ExitStack
+from contextlib import ExitStack
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import islice, takewhile
@@ -17,7 +16,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .._runtime.closing import closed_on_error
 from .._runtime.installation import optional
 from ..data.camera import FISHEYE, Cameras
 from ..errors import FormatError, InputError, told_as
@@ -29,7 +27,6 @@ from .recording import (
     RecordingIndex,
     TimedPairs,
     Topics,
-    damage_told,
     sha256_of,
     stamped,
 )
@@ -40,7 +37,6 @@ from .ros_messages import (
     TRANSFORM,
     TRANSFORMS,
     camera_of,
-    check_definitions,
     colour_of,
     depth_of,
     extrinsics_matrix,
@@ -71,24 +67,6 @@ def realsense_stream(topic: str) -> str | None:
     """
     found = _STREAM.match(topic)
     return None if found is None else found[0]
-
-
-def unit_topics(topic: str) -> tuple[str, ...]:
-    """Topics that may contain the depth units of a topic's images; empty if it is from another program."""
-    found = _STREAM.match(topic)
-    names = ("Depth Units", "Depth_Units")
-    return () if found is None else tuple(f"{found[1]}/option/{name}/value" for name in names)
-
-
-def units_per_metre(option: Any) -> float:
-    """Units per metre, from a message of one of these topics; raises FormatError if it is not a length in metres."""
-    try:
-        metres = float(option.data)
-    except (AttributeError, TypeError, ValueError):
-        metres = math.nan
-    if not (0 < metres < 1):
-        raise FormatError(f"its depth units are {option!s:.80}, which is not a length.")
-    return float(f"{1 / metres:.6g}")  # the option is a float32
 
 
 # Selecting the topics of a ROS recording with colour and depth of one camera.
@@ -227,8 +205,6 @@ _PICTURES = re.compile("Image|Packet|Video|Cloud")
 """Types of messages that may have depth."""
 _MAX_TRANSFORMS = 2000
 """Messages in which a transform is looked for: what does not move is sent again and again."""
-_Stamped = dict[int, int]
-"""Time stamp in the header [ns] -> time in the recording [ns], by which the message is found."""
 
 
 def _compressed_bag(path: Path) -> tuple[list[Path], list[Path]]:
@@ -255,40 +231,21 @@ class RosBag(Recording):
         typesys = optional("rosbags.typesys", "ilf-studio[sensors]", "A ROS bag")
         plain, self._packed = _compressed_bag(path)
         if path.is_dir() and not (plain or self._packed or (path / METADATA).is_file()):
-            raise InputError(
-                f"{path} has no {METADATA}: the recording was not closed properly. Run: ros2 bag reindex {path}"
-            )
+            raise InputError(f"{path} has no {METADATA}: it was not closed properly. Run: ros2 bag reindex {path}")
         self._temporary = ExitStack()
         weakref.finalize(self, self._temporary.close)
-        with self._reading():
-            known = typesys.get_typestore(typesys.Stores.ROS2_HUMBLE)
-            # recordings from before ROS 2 Iron do not contain their message definitions
-            files = [*plain, *self._temporary.enter_context(unpacked(self._packed))] or [path]
-            sizes = [whole_size(file) if file.suffix.lower() == ".mcap" and file.is_file() else None for file in files]
-            self._is_cut = any(size is not None for size in sizes)
-            opened = [file if size is None else EndedMcap(file, size) for file, size in zip(files, sizes, strict=True)]
-            self._reader = highlevel.AnyReader(opened, default_typestore=known)
-            self._reader.open()
-        own = known.fielddefs
-        if not self._reader.is2:  # some field names of ROS 1 have capitals
-            own = {**own, **typesys.get_typestore(typesys.Stores.ROS1_NOETIC).fielddefs}
-        with closed_on_error(self):
-            kinds = (*_IMAGES, INFO, TRANSFORM, TRANSFORMS)
-            check_definitions(path, self._reader.typestore.fielddefs, own, kinds)
-            self._check_connections()
+        files = [*plain, *self._temporary.enter_context(unpacked(self._packed))] or [path]
+        sizes = [whole_size(file) if file.suffix.lower() == ".mcap" and file.is_file() else None for file in files]
+        self._is_cut = any(size is not None for size in sizes)
+        opened = [file if size is None else EndedMcap(file, size) for file, size in zip(files, sizes, strict=True)]
+        # recordings from before ROS 2 Iron do not contain their message definitions
+        known = typesys.get_typestore(typesys.Stores.ROS2_HUMBLE)
+        self._reader = highlevel.AnyReader(opened, default_typestore=known)
+        self._reader.open()
         self._first_messages: dict[str, Any] = {}
-        self._stamps: dict[str, _Stamped] = {}
+        self._stamps: dict[str, dict[int, int]] = {}
         self._paired: dict[Topics, TimedPairs[int]] = {}
         self._cameras: dict[Topics, Cameras] = {}
-
-    def _check_connections(self) -> None:
-        """Check the topics of a ROS 2 folder: rosbags reads them from its metadata unchecked."""
-        for one in self._reader.connections:
-            if not (isinstance(one.topic, str) and isinstance(one.msgcount, int)):
-                raise FormatError(
-                    f"{self.path}: a topic {one.topic!s:.60} with {one.msgcount!s:.60} messages is invalid: its "
-                    f"{METADATA} is damaged. Run: ros2 bag reindex {self.path}"
-                )
 
     @classmethod
     def fits(cls, path: Path) -> bool:
@@ -330,15 +287,13 @@ class RosBag(Recording):
         camera, (colour_stamp, depth_stamp) = self.at(key)
         colour, rgb_sha256 = self._message(camera.colour, colour_stamp)
         depth, depth_sha256 = self._message(camera.depth, depth_stamp)
-        with self._reading():  # a message may be of another type than its topic's
-            (values, units), rgb = depth_of(depth, self.path), colour_of(colour, self.path)
+        (values, units), rgb = depth_of(depth, self.path), colour_of(colour, self.path)
         units = self._stated_units(camera.depth) or units
         return RecordedFrame(rgb, values, rgb_sha256, depth_sha256, units, time=colour_stamp * 1e-9)
 
     def colour(self, key: str) -> NDArray[np.uint8]:
         camera, (stamp, _) = self.at(key)
-        with self._reading():
-            return colour_of(self._message(camera.colour, stamp)[0], self.path)
+        return colour_of(self._message(camera.colour, stamp)[0], self.path)
 
     def cameras(self, key: str) -> Cameras:
         topics, _ = self.at(key)
@@ -396,10 +351,15 @@ class RosBag(Recording):
         return None
 
     def _stated_units(self, depth: ImageTopic) -> float | None:
-        """Units per metre of depth, if the recording contains them."""
-        option = next((found for name in unit_topics(depth.name) if (found := self._first(name)) is not None), None)
-        with told_as(FormatError, f"{self.path}: {{error}}", FormatError):
-            return None if option is None else units_per_metre(option)
+        """Units per metre of depth, if the recording is of the RealSense library."""
+        found = _STREAM.match(depth.name)
+        names = (f"{found[1]}/option/{name}/value" for name in ("Depth Units", "Depth_Units")) if found else ()
+        option = next((option for name in names if (option := self._first(name)) is not None), None)
+        if option is None:
+            return None
+        if not 0 < (metres := float(option.data)) < 1:
+            raise FormatError(f"{self.path}: its depth units are {metres:g} m, which is not a length.")
+        return float(f"{1 / metres:.6g}")  # the option is a float32
 
     # topics
 
@@ -462,13 +422,13 @@ class RosBag(Recording):
             self._paired[camera.names] = TimedPairs(*(stamped(self._stamped(topic), 10**9) for topic in topics))
         return self._paired[camera.names]
 
-    def _stamped(self, topic: ImageTopic) -> _Stamped:
-        """The time stamps of a topic's messages; for images without a stamp, the recording times."""
+    def _stamped(self, topic: ImageTopic) -> dict[int, int]:
+        """Time stamps in the headers [ns] -> times in the recording [ns], by which messages are found; for images
+        without a stamp, the latter."""
         if topic.name not in self._stamps:
             known = self._stamps[topic.name] = {}
-            with self._reading():
-                for _, time, raw in self._raw(self._connections(topic.name, *_IMAGES)):
-                    known.setdefault(self._stamp(raw) or time, time)
+            for _, time, raw in self._raw(self._connections(topic.name, *_IMAGES)):
+                known.setdefault(self._stamp(raw) or time, time)
         return self._stamps[topic.name]
 
     def _stamp(self, raw: bytes) -> int:
@@ -482,10 +442,9 @@ class RosBag(Recording):
     def _message(self, topic: ImageTopic, stamp: int) -> tuple[Any, str]:
         """A topic's message with a time stamp, and the SHA-256 of its bytes."""
         time, connections = self._stamped(topic)[stamp], self._connections(topic.name, *_IMAGES)
-        with self._reading():
-            for connection, received, raw in self._raw(connections, time, time + 1):
-                if stamp in {self._stamp(raw), received}:
-                    return self._reader.deserialize(raw, connection.msgtype), sha256_of(raw)
+        for connection, received, raw in self._raw(connections, time, time + 1):
+            if stamp in {self._stamp(raw), received}:
+                return self._reader.deserialize(raw, connection.msgtype), sha256_of(raw)
         raise FormatError(f"{self.path}: an image of {topic.name} in the index is missing. The recording is damaged.")
 
     def _first(self, name: str, *kinds: str) -> Any:
@@ -496,10 +455,7 @@ class RosBag(Recording):
 
     def _messages(self, name: str, *kinds: str) -> Iterator[Any]:
         """All messages of a topic."""
-        connections = self._connections(name, *kinds)
-        if not connections:
-            return
-        with self._reading():
+        if connections := self._connections(name, *kinds):
             for connection, _, raw in self._raw(connections):
                 yield self._reader.deserialize(raw, connection.msgtype)
 
@@ -507,16 +463,10 @@ class RosBag(Recording):
         """Messages with their connections and times in the recording, of all times or of a span [ns]."""
         for connection, time, raw in self._reader.messages(connections, *span):
             if self._reader.is2 and raw[: len(_ZSTD)] == _ZSTD:
-                raise FormatError(
-                    f"{self.path}: its messages are compressed, as only {METADATA} tells: open its folder instead."
-                )
+                raise FormatError(f"{self.path}: its messages are compressed: open its folder instead.")
             yield connection, time, raw
 
     def _connections(self, name: str, *kinds: str) -> list[Any]:
         """The connections of a topic with messages of some types; of any type if none is given."""
         named = (one for one in self._reader.connections if one.topic == name)
         return [one for one in named if not kinds or one.msgtype in kinds]
-
-    def _reading(self) -> AbstractContextManager[None]:
-        hints = {"not indexed": f"Run: rosbag reindex {self.path}"}
-        return damage_told(self.path, "ROS bag", Exception, hints=hints)

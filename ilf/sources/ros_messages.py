@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import struct
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -132,8 +132,6 @@ def depth_of(message: Any, path: Path) -> tuple[NDArray[Any], float]:
 def _packed_depth(message: Any, path: Path) -> NDArray[Any]:
     """Depth of a message of compressedDepth."""
     data = _data(message)
-    if len(data) <= _QUANTISATION.size:
-        raise FormatError(f"{path}: an image of compressed depth is truncated.")
     _, scale, shift = _QUANTISATION.unpack_from(data.data)
     data = data[_QUANTISATION.size :]
     values = read_rvl(data, path) if _is_rvl(message) else read_image(FileContent(path, data))
@@ -165,9 +163,8 @@ def _is_rvl(message: Any) -> bool:
 def _pixels(message: Any, path: Path) -> NDArray[Any]:
     """An uncompressed image: (h, w), or (h, w, channels)."""
     if message.encoding not in _LAYOUTS:
-        raise FormatError(
-            f"{path}: images in {message.encoding!r:.40} are not supported; those in {', '.join(_LAYOUTS)} are."
-        )
+        known = ", ".join(_LAYOUTS)
+        raise FormatError(f"{path}: images in {message.encoding!r:.40} are not supported; those in {known} are.")
     kind, channels = _LAYOUTS[message.encoding]
     height, width, step = message.height, message.width, message.step
     check_pixel_count(path, width, height)
@@ -178,10 +175,8 @@ def _pixels(message: Any, path: Path) -> NDArray[Any]:
     if len(message.data) == height * row:  # there is no padding, whatever the step says
         step = row
     if min(width, height) < 1 or step < row or len(message.data) < (height - 1) * step + row:
-        raise FormatError(
-            f"{path}: an image of {width} x {height} pixels in {message.encoding} has rows of {step} bytes and "
-            f"{len(message.data)} bytes in all, which do not match. The recording is damaged."
-        )
+        sizes = f"{width} x {height} pixels in {message.encoding}, {len(message.data)} bytes and rows of {step} bytes"
+        raise FormatError(f"{path} is damaged: the sizes of an image do not match: {sizes}. Copy it again.")
     data = np.zeros(height * step, np.uint8)
     data[: min(len(data), len(message.data))] = message.data[: len(data)]
     rows = np.ascontiguousarray(data.reshape(height, step)[:, :row]).view(dtype)
@@ -238,14 +233,11 @@ def transform_matrix(transform: Any) -> NDArray[np.float64]:
 
 def extrinsics_matrix(message: Any) -> NDArray[np.float64] | None:
     """The matrix, float64 (4, 4), of the Extrinsics of RealSense's driver, whose rotation is column by column; None if
-    there is no message; raises FormatError if it has other fields."""
+    there is no message."""
     if message is None:
         return None
     found = np.eye(4)
-    try:
-        found[:3, :3], found[:3, 3] = np.reshape(message.rotation, (3, 3)).T, message.translation
-    except (AttributeError, ValueError) as error:
-        raise FormatError("the transform between the cameras has other fields than those of RealSense.") from error
+    found[:3, :3], found[:3, 3] = np.reshape(message.rotation, (3, 3)).T, message.translation
     return found
 
 
@@ -274,53 +266,3 @@ def transform_between(transforms: Iterable[Any], start: str, end: str) -> NDArra
                 reached[there] = step @ reached[here]
                 waiting.append(there)
     return reached.get(end.strip("/"))
-
-
-# Message definitions in a ROS recording: for the message types that are read, they must match those of ROS.
-
-Definitions = Mapping[str, Any]
-"""Message type -> its constants and its fields, in the form of rosbags."""
-
-
-def check_definitions(path: Path, brought: Definitions, own: Definitions, kinds: Collection[str]) -> None:
-    """Check that messages of some types have all fields that ROS defines, including nested messages.
-
-    Additional fields are ignored.
-
-    Parameters
-    ----------
-    path : Path
-        Path of the recording, for the message.
-    brought : mapping
-        Definitions in the recording.
-    own : mapping
-        Definitions of ROS, of the recording's version.
-    kinds : collection of str
-        Message types; those without a definition in the recording are skipped.
-
-    Raises
-    ------
-    FormatError
-        If one lacks a field or has it in another form.
-    """
-    waiting = [kind for kind in kinds if kind in brought]
-    seen = set(waiting)
-    while waiting:
-        kind = waiting.pop()
-        there = dict(brought.get(kind, ((), ()))[1])
-        for name, form in own[kind][1]:
-            if there.get(name) != form:
-                raise FormatError(
-                    f"{path}: its definition of the message type {kind} has no {name} as defined by ROS. The recording "
-                    "is damaged, or from a program with its own message types."
-                )
-            new = set(_kinds_in(form)) - seen
-            seen |= new
-            waiting += new
-
-
-def _kinds_in(form: Any) -> list[str]:
-    """Message types in a field: its form contains the kind of field, the element type and the length."""
-    if isinstance(form, tuple):
-        return [kind for part in form for kind in _kinds_in(part)]
-    return [form] if isinstance(form, str) and "/" in form else []

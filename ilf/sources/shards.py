@@ -6,22 +6,23 @@ import bisect
 import io
 import json
 import tarfile
-from collections.abc import Container, Iterator, Sequence
-from contextlib import AbstractContextManager
+from collections.abc import Container, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
+from types import NoneType
 from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .._runtime.addresses import RemoteFiles
+from .._runtime.children import run_in_child
 from .._runtime.files import FileContent, is_address, parse_json, read_file
 from .._runtime.folders import Folder, folder_at
 from .._runtime.installation import optional
 from .._runtime.memory import memory_limit
 from .._runtime.named_places import NotAllowed, named_in
-from .._runtime.schema import check_schema, converted
+from .._runtime.schema import Section, check_schema, converted
 from ..data.camera import Cameras, camera_from_numbers, checked_transform
 from ..errors import FormatError, InputError, cause, told_as
 from ..io.depth import read_depth_values
@@ -134,16 +135,10 @@ def read_shard_set(folder: Folder) -> ShardSet:
 _TYPES = {"time_s": "double", "offset": "int64", "size": "int64"}
 """Types of the columns that are read here; the others are text."""
 
-_TEXT = "BYTE_ARRAY"
-_STORED = {_TEXT, "INT64", "DOUBLE"}
-_PACKED = {"SNAPPY", "UNCOMPRESSED"}
-"""Types and compression of the columns as written; others could become a thousand times larger when they are read."""
+_REMEDY = "Delete it and run the batch again, which writes it anew."
 
-_MAX_TABLE_BYTES = 2**28
-"""Maximum size of what is read of a table, which has a row for each frame of a shard."""
-
-_CELL_BYTES = 16
-"""Minimum size of a value in memory."""
+TABLE_MEMORY = 2**31
+"""Limit of the memory of a child that reads a table [bytes]."""
 
 
 class ShardTable:
@@ -165,18 +160,15 @@ class ShardTable:
     """
 
     def __init__(self, content: bytes, path: str) -> None:
-        self._path = path
+        self._content, self._path = content, path
         pyarrow = optional("pyarrow", "ilf-studio[cluster]", "Reading shards")
         parquet = optional("pyarrow.parquet", "ilf-studio[cluster]", "Reading shards")
-        with self._intact(pyarrow.ArrowException):
+        problems = pyarrow.ArrowException, OSError, KeyError, TypeError, ValueError, RecursionError
+        with told_as(FormatError, f"{path} is damaged ({{error}}). {_REMEDY}", problems):
             found = parquet.read_metadata(pyarrow.BufferReader(content))
-            self._stored = {found.schema.column(place).path: place for place in range(found.num_columns)}
-            texts = [name for name in self._stored if found.schema.column(self._stored[name]).physical_type == _TEXT]
-            # each text once, with its places
-            self._file = parquet.ParquetFile(pyarrow.BufferReader(content), metadata=found, read_dictionary=texts)
-            facts = json.loads(self._file.schema_arrow.metadata[b"ilf"])
+            facts = json.loads(found.metadata[b"ilf"])
             self.sha256, self.tar_sha256 = str(facts["sha256"]), str(facts["tar_sha256"])
-            self.rows, self.failed = int(self._file.metadata.num_rows), int(facts["failed"])
+            self.rows, self.failed = int(found.num_rows), int(facts["failed"])
 
     @classmethod
     def of(cls, folder: Folder, name: str) -> Self:
@@ -184,58 +176,22 @@ class ShardTable:
         return cls(folder.read(name), f"{folder}/{name}")
 
     def read(self, *columns: str) -> Any:
-        """Read some columns, or all, as a table of pyarrow; raises FormatError if it is damaged, or implausibly
-        large."""
-        pyarrow = optional("pyarrow", "ilf-studio[cluster]", "Reading shards")
-        wanted, groups, size = columns or tuple(self._stored), [], 0
-        with self._intact(pyarrow.ArrowException):
-            self._check_stored(wanted)
-            for number in range(self._file.num_row_groups):
-                group = self._file.read_row_group(number, list(wanted), use_threads=False)
-                size += sum(map(_size_in_memory, group.columns))
-                if size > _MAX_TABLE_BYTES:
-                    raise ValueError("its texts are too long")
-                groups.append(group.cast(pyarrow.schema([_plain(field) for field in group.schema])))
-            found = pyarrow.concat_tables(groups)
-            wrong = [name for name in columns if str(found.schema.field(name).type) != _TYPES.get(name, "string")]
-            if wrong:
-                raise ValueError(f"its column {wrong[0]} has another type")
+        """Read some columns, or all, in a child, as a table of pyarrow; raises FormatError if it is damaged, or
+        implausibly large."""
+        with told_as(FormatError, f"{self._path} is damaged. {_REMEDY}", FormatError):
+            found = run_in_child(_columns_of, self._content, columns, file=self._path, memory=TABLE_MEMORY)
+        kinds = {field.name: str(field.type) for field in found.schema}
+        wanted = {name: _TYPES.get(name, "string") for name in columns}
+        if not (wanted.items() <= kinds.items() and {*kinds.values()} <= {"string", *_TYPES.values()}):
+            raise FormatError(f"{self._path} is damaged: a column has another type. {_REMEDY}")
         return found
 
-    def _check_stored(self, columns: Sequence[str]) -> None:
-        """Raise ValueError if columns are not as this program writes them, or are large by the table's own account."""
-        facts = self._file.metadata
-        size = facts.num_rows * len(columns) * _CELL_BYTES
-        for name in columns:
-            schema = facts.schema.column(self._stored[name])
-            if schema.physical_type not in _STORED or schema.max_repetition_level:
-                raise ValueError(f"its column {name} has another type")
-            for number in range(facts.num_row_groups):
-                column = facts.row_group(number).column(self._stored[name])
-                if column.compression not in _PACKED:
-                    raise ValueError(f"its column {name} is compressed in another way")
-                size += column.total_uncompressed_size
-        if size > _MAX_TABLE_BYTES:
-            raise ValueError("it is too large")
 
-    def _intact(self, of_reader: type[Exception]) -> AbstractContextManager[None]:
-        """Within the block, an error of the reader or of wrong values says that the table is damaged."""
-        remedy = "Delete it and run the batch again, which writes it anew."
-        problems = of_reader, OSError, KeyError, TypeError, ValueError, RecursionError
-        return told_as(FormatError, f"{self._path} is damaged ({{error}}). {remedy}", problems)
+def _columns_of(content: bytes, columns: tuple[str, ...]) -> Any:
+    import pyarrow
+    from pyarrow import parquet
 
-
-def _plain(field: Any) -> Any:
-    """A field with its texts in their places."""
-    return field.with_type(field.type.value_type) if hasattr(field.type, "value_type") else field
-
-
-def _size_in_memory(column: Any) -> int:
-    """Size of a column [bytes] with its texts in their places."""
-    compute = optional("pyarrow.compute", "ilf-studio[cluster]", "Reading shards")
-    texts = [chunk for chunk in column.chunks if hasattr(chunk, "dictionary")]
-    lengths = (compute.sum(compute.binary_length(chunk.dictionary).take(chunk.indices)).as_py() for chunk in texts)
-    return int(column.nbytes) + sum(length or 0 for length in lengths)
+    return parquet.read_table(pyarrow.BufferReader(content), columns=list(columns) or None, use_threads=False)
 
 
 _END = 2**16
@@ -246,17 +202,15 @@ def table_ends(folder: Folder, sizes: dict[str, int]) -> Iterator[tuple[str, Sha
     """Yield tables of known sizes by name, without their columns, or errors of those that are damaged; raises
     InputError if one cannot be read."""
     for name, end in folder.ends(sizes, _END):
-        path = f"{folder}/{name}"
+        found: ShardTable | FormatError
         try:
-            yield name, ShardTable(end, path)
-        except FormatError as error:
-            if sizes[name] <= _END:
-                yield name, error
-                continue
-            try:  # its facts are longer
-                yield name, ShardTable.of(folder, name)
-            except FormatError as damaged:
-                yield name, damaged
+            found = ShardTable(end, f"{folder}/{name}")
+        except FormatError:  # its facts may be longer
+            try:
+                found = ShardTable.of(folder, name)
+            except FormatError as error:
+                found = error
+        yield name, found
 
 
 def members_of(data: bytes, path: str) -> dict[str, bytes]:
@@ -327,9 +281,9 @@ class Shards(Recording):
 
     def depth_file(self, key: str) -> tuple[str, float]:
         """The name of a frame's file of depth for `file`, and its units per metre."""
-        files, units = self._files(key), self._facts(key).get("depth_units_per_m")
+        files, units = self._files(key), self._facts(key).get("depth_units_per_m", float, NoneType)
         name = next((name for name in (f"{DEPTH}.png", f"{DEPTH}.npy") if name in files), f"{DEPTH}.png")
-        return name, 1.0 if units is None else float(units)
+        return name, 1.0 if units is None else units
 
     def file(self, key: str, name: str) -> FileContent | None:
         """A file of a frame in its tar, by the ending of its name; None if it was not kept."""
@@ -342,9 +296,7 @@ class Shards(Recording):
         row = self._row(key)
         remedy = "Keep colour in the shards (--keep depth,rgb) to read them without their sources."
         if row["rgb"] is None:
-            raise InputError(
-                f"{self.path} has no colour of {key}, which is from a recording, or was registered or turned. {remedy}"
-            )
+            raise InputError(f"{self.path} has no colour of {key}, which was not a file as it is. {remedy}")
         try:
             place = named_in(row["rgb"], str(self._folder), row["rgb_sha256"])
             file = _remote_file(place) if is_address(place) else read_file(place)
@@ -358,15 +310,13 @@ class Shards(Recording):
 
     def cameras(self, key: str) -> Cameras:
         facts = self._facts(key)
-        with self._valid(key):
-            numbers, (width, height) = facts["K"], facts["size"]
-            camera = None if numbers is None else camera_from_numbers(np.array(numbers, float), "")
-        return Cameras.registered(None if camera is None else replace(camera, size=(int(width), int(height))))
+        numbers, (width, height) = facts.get("K", list[float], NoneType), facts.get("size", tuple[int, int])
+        camera = None if numbers is None else camera_from_numbers(numbers, "")
+        return Cameras.registered(None if camera is None else replace(camera, size=(width, height)))
 
     def pose(self, key: str) -> NDArray[np.float64] | None:
-        pose = self._facts(key).get("pose")
-        with self._valid(key):
-            return None if pose is None else checked_transform(pose, "pose")
+        pose = self._facts(key).values.get("pose")
+        return None if pose is None else checked_transform(pose, "pose")
 
     def _row(self, key: str) -> dict[str, Any]:
         row: dict[str, Any] = self._table.slice(self.at(key), 1).to_pylist()[0]  # type: ignore[union-attr]
@@ -397,19 +347,14 @@ class Shards(Recording):
             raise FormatError(f"{self._folder}/{self._tar(key)} has no {name} of {key}.")
         return file
 
-    def _facts(self, key: str) -> dict[str, Any]:
+    def _facts(self, key: str) -> Section:
         file = self._required(key, FACTS)
         facts = parse_json(file.data.tobytes(), file, "Check the shards by `ilf batch --verify`.")
-        return facts if isinstance(facts, dict) else {}
+        return Section(str(file), facts if isinstance(facts, dict) else {})
 
     def _path_of(self, key: str, name: str) -> Path:
         """A name of a file in a tar, for messages and for its format."""
         return self.path / self._tar(key) / f"{key.replace('/', '_')}.{name}"
-
-    def _valid(self, key: str) -> AbstractContextManager[None]:
-        """Within the block, wrong values are an error of the facts about a frame."""
-        place = f"{self._folder}/{self._tar(key)}: the {FACTS} of {key}"
-        return told_as(FormatError, f"{place} is invalid ({{error}}).", (KeyError, TypeError, ValueError, InputError))
 
 
 def _remote_file(address: str) -> FileContent:

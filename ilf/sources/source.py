@@ -7,7 +7,6 @@ import os
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Literal, overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +17,7 @@ from .._runtime.formatting import counted
 from ..data.camera import Cameras
 from ..data.frame import RGBDFrame
 from ..data.guide import Gives
-from ..errors import InputError, ParameterError, PathKind, check_kind
+from ..errors import InputError, PathKind, check_kind
 from ..io.cameras import IntrinsicsSpec, depth_place, frame_camera, intrinsics_from
 from ..io.encodings import EncodingSpec
 from .frame_folder import frame_folder
@@ -34,10 +33,7 @@ from .registration import RawPair
 from .remote import copied
 from .times import MAX_TIME_GAP_S
 
-_ONE_CAMERA_NOTE = (
-    "The transform from the depth to the colour camera is not known: both are treated as one camera, and their edges "
-    "may lie some pixels apart."
-)
+_ONE_CAMERA_NOTE = "Where the two cameras are is not known: both count as one, and edges may lie some pixels apart."
 
 
 class Source:
@@ -118,10 +114,8 @@ class Source:
             return ending[0]
         if ending:
             raise InputError(f"{len(ending)} frames of {self.path} end in {name!r:.60}: {', '.join(ending[:3])}, ...")
-        raise InputError(
-            f"{self.path} has no frame {name!r:.60}. It has {len(self)}, from {self.keys[0]} to {self.keys[-1]}."
-            f"{self._lack(name)}"
-        )
+        there = f"It has {len(self)}, from {self.keys[0]} to {self.keys[-1]}.{self._lack(name)}"
+        raise InputError(f"{self.path} has no frame {name!r:.60}. {there}")
 
     def _lack(self, name: str) -> str:
         """What an image of a name lacks to be a frame, as a sentence after a space; "" if it is not known."""
@@ -178,53 +172,40 @@ class Source:
             files = files_of(here)
             return pose_of_files(files, here.options.or_else(files.options))
 
-    @overload
-    def read(
-        self, key: str, registered: Literal[True] = True, *, neighbours: int = 0, neighbour_step: int = 1
-    ) -> RGBDFrame: ...
-
-    @overload
-    def read(self, key: str, registered: Literal[False]) -> RawPair: ...
-
-    def read(
-        self, key: str, registered: bool = True, *, neighbours: int = 0, neighbour_step: int = 1
-    ) -> RGBDFrame | RawPair:
-        """Read a frame.
+    def read(self, key: str, *, neighbours: int = 0, neighbour_step: int = 1) -> RGBDFrame:
+        """Read a frame; unregistered depth is registered.
 
         Parameters
         ----------
         key : str
             One of `keys`, or an ending that only one of them has.
-        registered : bool
-            Whether unregistered depth is registered to colour. False returns both images as captured.
         neighbours : int
-            Number of frames before it and after it whose depth is added (`with_neighbours`); not for a raw pair.
+            Number of frames before it and after it whose depth is added (`with_neighbours`).
         neighbour_step : int
             Their distance: every so many frames.
 
         Returns
         -------
-        RGBDFrame, or RawPair if not `registered`
+        RGBDFrame
             Depth [m], NaN = missing; plausibility warnings are in its `notes`, and issued as `DepthWarning`.
 
         Raises
         ------
         InputError
-            If there is no such frame, and as `ilf.load_frame`; for a raw pair, also if its cameras are not known.
-        ParameterError
-            For neighbours of a raw pair.
+            If there is no such frame, and as `ilf.load_frame`.
         ExportError
             As `with_neighbours`.
         """
-        if neighbours and not registered:
-            raise ParameterError("A raw pair has no neighbours: leave them out, or read the registered frame.")
+        frame = read_frame(self.ref(key), warn=True)
+        if not neighbours:
+            return frame
+        return with_neighbours(frame, *self.around(key, neighbours * neighbour_step), step=neighbour_step)
+
+    def read_pair(self, key: str) -> RawPair:
+        """Read colour and depth of a frame as captured by its two cameras; raises as `read`, and InputError if the
+        cameras are not known."""
         ref = self.ref(key)
-        if registered:
-            frame = read_frame(ref, warn=True)
-            if not neighbours:
-                return frame
-            return with_neighbours(frame, *self.around(key, neighbours * neighbour_step), step=neighbour_step)
-        pair = read_raw_pair(ref, warn=True)
+        pair = read_raw_pair(ref)
         if self.is_registered or ref.frame is not None or pair.colour_camera != pair.depth_camera:
             return pair
         return replace(pair, notes=(*pair.notes, _ONE_CAMERA_NOTE))

@@ -4,19 +4,17 @@ from __future__ import annotations
 
 import csv
 import hashlib
-import io
 import math
 import os
 from collections.abc import Iterator
-from contextlib import AbstractContextManager
 from dataclasses import replace
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .._runtime.closing import closed_on_error
 from .._runtime.files import read_file
 from .._runtime.installation import optional
 from ..data.camera import Cameras, camera_from_numbers
@@ -25,7 +23,7 @@ from ..io.depth import read_depth_values
 from ..io.images import check_pixel_count
 from .naming import by_stem
 from .poses import posed
-from .recording import RecordedFrame, Recording, confidence_beside, damage_told
+from .recording import RecordedFrame, Recording, confidence_beside
 
 # Reading frames of a video by their numbers.
 
@@ -45,23 +43,20 @@ class Video:
     InputError
         If the package for reading videos is not installed.
     FormatError
-        If it is not a video, or damaged.
+        If it has no video; any other error if it is damaged.
     """
 
     def __init__(self, path: Path) -> None:
         self.path = path
-        self._av = optional("av", "ilf-studio[sensors]", "Reading video")
-        with self._reading():
-            self._container = self._av.open(str(path), format="mov")  # a list of FFmpeg names other files
-        with closed_on_error(self):
-            if not self._container.streams.video:
-                raise FormatError(f"{path} has no video track. Check that this is the right file.")
-            self._stream = self._container.streams.video[0]
-            if self._stream.codec_context is None:
-                raise FormatError(f"{path}: its video codec is unknown. Copy it again.")
-            self.size: tuple[int, int] = self._stream.codec_context.width, self._stream.codec_context.height
-            check_pixel_count(path, *self.size)
-        self._times: list[int] | None = None
+        av = optional("av", "ilf-studio[sensors]", "Reading video")
+        self._container = av.open(str(path), format="mov")  # a list of FFmpeg names other files
+        if not self._container.streams.video:
+            raise FormatError(f"{path} has no video track. Check that this is the right file.")
+        self._stream = self._container.streams.video[0]
+        if self._stream.codec_context is None:
+            raise FormatError(f"{path}: its video codec is unknown. Copy it again.")
+        self.size: tuple[int, int] = self._stream.codec_context.width, self._stream.codec_context.height
+        check_pixel_count(path, *self.size)
         self._decoding: Iterator[tuple[Any, str]] | None = None
         self._next = 0
 
@@ -78,27 +73,23 @@ class Video:
         FormatError
             If there is no such frame, or it cannot be decoded.
         """
-        times = self._frame_times()
+        times = self._times
         if number >= len(times):
             raise FormatError(f"{self.path} has {len(times)} frames, but no frame {number}: it is truncated.")
-        with self._reading():
-            if self._decoding is None or not 0 <= number - self._next < _SEEK_DISTANCE:
-                self._container.seek(times[number], stream=self._stream)
-                self._decoding = self._decoded()
-            for image, sha256 in self._decoding:
-                if image.pts == times[number]:
-                    self._next = number + 1
-                    return image.to_ndarray(format="rgb24"), sha256
+        if self._decoding is None or not 0 <= number - self._next < _SEEK_DISTANCE:
+            self._container.seek(times[number], stream=self._stream)
+            self._decoding = self._decoded()
+        for image, sha256 in self._decoding:
+            if image.pts == times[number]:
+                self._next = number + 1
+                return image.to_ndarray(format="rgb24"), sha256
         self._decoding = None
         raise FormatError(f"{self.path}: frame {number} cannot be decoded: the video is damaged there.")
 
-    def _frame_times(self) -> list[int]:
+    @cached_property
+    def _times(self) -> list[int]:
         """Presentation times of all frames, sorted; the packets are not decoded."""
-        if self._times is None:
-            with self._reading():
-                packets = self._container.demux(self._stream)
-                self._times = sorted(packet.pts for packet in packets if packet.pts is not None)
-        return self._times
+        return sorted(packet.pts for packet in self._container.demux(self._stream) if packet.pts is not None)
 
     def _decoded(self) -> Iterator[tuple[Any, str]]:
         """Frames from the current position on, with the hashes of their packets."""
@@ -109,9 +100,6 @@ class Video:
             for image in packet.decode():
                 if image.pts in hashes:
                     yield image, hashes.pop(image.pts)
-
-    def _reading(self) -> AbstractContextManager[None]:
-        return damage_told(self.path, "video", self._av.FFmpegError, ValueError, MemoryError, EOFError)
 
 
 _VIDEO, _DEPTH, _CONFIDENCE = "rgb.mp4", "depth", "confidence"
@@ -124,6 +112,7 @@ class StrayScanner(Recording):
     confidence is 0 to 2."""
 
     kind = "a recording of Stray Scanner"
+    in_child = True
 
     def __init__(self, path: Path) -> None:
         super().__init__(path)
@@ -167,14 +156,11 @@ class StrayScanner(Recording):
     def cameras(self, key: str) -> Cameras:
         path, video = self.path / _CAMERA, self._open_video()
         height, width = read_depth_values(self.at(key)).shape
-        try:
-            numbers = np.array(list(csv.reader(io.StringIO(_text(path)))), float)
+        told = f"{path} must contain a camera matrix, three lines of three numbers ({{error}})."
+        with told_as(FormatError, told, (ValueError, InputError, csv.Error)):
+            numbers = np.array(list(csv.reader(_lines(path))), float)
             stated = replace(camera_from_numbers(numbers, ""), size=video.size)
             return Cameras.of_one_view(stated, (width, height))
-        except (ValueError, InputError, csv.Error) as error:
-            raise FormatError(
-                f"{path} must contain a camera matrix, three lines of three numbers ({error!s:.200})."
-            ) from error
 
     def pose(self, key: str) -> NDArray[np.float64] | None:
         row = self._rows.get(int(self.at(key).stem), {})
@@ -186,14 +172,11 @@ class StrayScanner(Recording):
         path = self.path / _ODOMETRY
         if not path.is_file():
             return {}
-        try:
-            reader = csv.DictReader(io.StringIO(_text(path)), skipinitialspace=True)
+        told = f"{path} must have a header line with a column frame, followed by lines of numbers ({{error}})."
+        with told_as(FormatError, told, (ValueError, TypeError, KeyError, OverflowError, csv.Error)):
+            reader = csv.DictReader(_lines(path), skipinitialspace=True)
             rows = [{str(name).strip(): float(value) for name, value in row.items()} for row in reader]
             return {int(row["frame"]): row for row in rows}
-        except (ValueError, TypeError, KeyError, OverflowError, csv.Error) as error:
-            raise FormatError(
-                f"{path} must have a header line with a column frame, followed by lines of numbers ({error!s:.80})."
-            ) from error
 
     def _open_video(self) -> Video:
         if self._video is None:
@@ -201,6 +184,5 @@ class StrayScanner(Recording):
         return self._video
 
 
-def _text(path: Path) -> str:
-    with told_as(FormatError, f"{path} is not a text file. Export the recording again.", UnicodeDecodeError):
-        return read_file(path).data.tobytes().decode("utf-8-sig")
+def _lines(path: Path) -> list[str]:
+    return read_file(path).data.tobytes().decode("utf-8-sig").splitlines()

@@ -43,9 +43,7 @@ def read_time_list(path: Path) -> list[tuple[float, str]]:
             if not (math.isfinite(time) and _is_file_name(name)):
                 raise ValueError
         except (ValueError, IndexError):
-            raise FormatError(
-                f"{path}, line {number}: a line must be a time in seconds and a file name, not {line!r:.80}."
-            ) from None
+            raise FormatError(f"{path}, line {number} must be a time and a file, not {line!r:.80}.") from None
         found.append((time, name))
     _check_unique(path, (name for _, name in found))
     return found
@@ -67,9 +65,8 @@ def read_associations(path: Path) -> list[tuple[float, str, str]]:
             if not (math.isfinite(other) and _is_file_name(first) and _is_file_name(second)):
                 raise ValueError
         except (ValueError, IndexError):
-            raise FormatError(
-                f"{path}: a line must be a time and a file for colour and for depth, not {time:g} {rest!r:.80}."
-            ) from None
+            told = f"a line must be a time and a file for colour and for depth, not {time:g} {rest!r:.80}"
+            raise FormatError(f"{path}: {told}.") from None
         is_depth_first = "depth" in first.lower() and "depth" not in second.lower()
         found.append((other, second, first) if is_depth_first else (time, first, second))
     if not found:

@@ -1,4 +1,4 @@
-"""Files with the camera poses of many frames, in the forms of several programs."""
+"""Files with camera poses, in the forms of several programs, and the pose of a frame from those beside it."""
 
 from __future__ import annotations
 
@@ -7,16 +7,18 @@ import os
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from .._runtime.files import FileContent, read_file, read_json
-from ..errors import FormatError, ParameterError
+from ..data.frame import RGBDFrame
+from ..errors import FormatError, InputError, ParameterError
 from ..io.camera_files import cameras_in, chosen_camera
 from ..io.depth import checked_units
-from .poses import OPENGL_AXES, Matrix, as_pose, pose_at_time
+from .poses import OPENGL_AXES, Matrix, as_pose, checked_pose, pose_at_time
 
 _LAST_NUMBER = re.compile(r"(\d+)\D*$")
 _LOG_ROWS = 5
@@ -165,23 +167,18 @@ def _transforms(content: FileContent) -> Trajectory:
     if not isinstance(frames, list) or not frames:
         raise ValueError("it has no frames")
     common = {name: value for name, value in data.items() if name != "frames"}
-    named = [(image_name(_file(frame["file_path"])), common | frame) for frame in frames]
+    cameras: dict[str, Any] = {}
+    poses, depth_files = {}, {}
+    for stated in (common | frame for frame in frames):
+        image = _file(stated["file_path"])
+        name = image_name(image)
+        poses[name] = as_pose(stated["transform_matrix"])
+        if camera := next((camera for _, camera in cameras_in(stated)), None):
+            cameras[name] = camera | {"name": content.path.name}
+        depth_files[os.path.normpath(image)] = _file(stated.get("depth_file_path") or stated.get("depth_path") or "")
     scale = data.get("depth_unit_scale_factor", data.get("integer_depth_scale"))
-    return Trajectory(
-        by_name={name: as_pose(frame["transform_matrix"]) for name, frame in named},
-        cameras={
-            name: camera | {"name": content.path.name}
-            for name, frame in named
-            for _, camera in [*cameras_in(frame)][:1]
-        },
-        depth_files={
-            os.path.normpath(_file(frame["file_path"])): _file(
-                frame.get("depth_file_path") or frame.get("depth_path") or ""
-            )
-            for _, frame in named
-        },
-        depth_units=None if scale is None else checked_units(1 / float(scale)),
-    )
+    units = None if scale is None else checked_units(1 / float(scale))
+    return Trajectory(by_name=poses, cameras=cameras, depth_files=depth_files, depth_units=units)
 
 
 def _file(path: Any) -> str:
@@ -216,3 +213,86 @@ def as_camera_to_world(pose: Matrix | None, maps: str, axes: str) -> Matrix | No
         return None
     to_world = np.asarray(np.linalg.inv(pose), np.float64) if maps == "world-to-camera" else pose
     return to_world @ OPENGL_AXES if axes == "y-up" else to_world
+
+
+# The pose of a frame, from the files beside it.
+
+_TRAJECTORY = "groundtruth.txt"
+_FOLDERS = "pose", "poses"
+_DEPTH_WORD = re.compile(r"[-_.]?depth$", re.IGNORECASE)
+
+
+def motion_between(before: RGBDFrame, after: RGBDFrame) -> Matrix | None:
+    """The transform of points [m] from the camera before to the camera after, (4, 4); None if not known.
+
+    Both frames must have poses, or come from files with poses beside them, see `camera_pose`.
+    """
+    start, end = (_pose_of(frame) for frame in (before, after))
+    return None if start is None or end is None else np.linalg.inv(end) @ start
+
+
+def _pose_of(frame: RGBDFrame) -> Matrix | None:
+    if frame.pose is not None or frame.inputs is None or frame.inputs.frame is not None:
+        return frame.pose
+    return camera_pose(frame.inputs.depth.path)
+
+
+def camera_pose(depth: str | Path) -> Matrix | None:
+    """The camera pose of a frame: the transform of its points [m] to the world.
+
+    Parameters
+    ----------
+    depth : path
+        The frame's depth file. Its pose is searched in the layouts of the TUM benchmark (`groundtruth.txt` in the
+        parent folder, by the time in the file's name), 7-Scenes (`NAME.pose.txt` beside it, or `pose.txt`), and ScanNet
+        (`pose/NAME.txt` beside its folder).
+
+    Returns
+    -------
+    ndarray of float64, shape (4, 4), or None
+        x to the right, y down, z forward. None if there is no such file, or it does not contain the pose.
+    """
+    *single, many = pose_files(depth)
+    for place in single:
+        if os.path.isfile(place):
+            return _only_pose(place)
+    if not os.path.isfile(many):
+        return None
+    return pose_at_time(_of_all_frames(many, os.stat(many).st_mtime_ns).by_time, Path(depth).stem)
+
+
+def pose_files(depth: str | Path) -> tuple[Path, ...]:
+    """The files beside a depth file that may contain the pose of its frame; the last one, those of all frames."""
+    path = Path(depth)
+    name = _DEPTH_WORD.sub("", path.stem)
+    return (
+        path.with_name(f"{name}.pose.txt".lstrip(".")),
+        *(path.parent.parent / folder / f"{name}.txt" for folder in _FOLDERS),
+        path.parent.parent / _TRAJECTORY,
+    )
+
+
+def stated_pose(pose: str | tuple[float, ...]) -> Matrix | None:
+    """The camera pose of a text file, or of 16 numbers; None if they are no pose."""
+    return _only_pose(Path(pose)) if isinstance(pose, str) else checked_pose(np.reshape(pose, (4, 4)))
+
+
+def _only_pose(path: Path) -> Matrix | None:
+    """The camera pose of a text file with the three or four rows of its matrix, or with its numbers in one line; None
+    if it contains anything else."""
+    found = _rows_or_none(path).in_order
+    return found[0] if len(found) == 1 else None
+
+
+@lru_cache(maxsize=2)
+def _of_all_frames(path: Path, changed: int) -> Trajectory:
+    """The poses of a text file, cached by its modification time: it has a line for each frame."""
+    return _rows_or_none(path)
+
+
+def _rows_or_none(path: Path) -> Trajectory:
+    """The poses of a text file; none if it contains anything else."""
+    try:
+        return _rows_of_text(read_file(path))
+    except (InputError, ValueError):
+        return Trajectory()

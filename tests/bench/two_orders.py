@@ -108,7 +108,7 @@ def cast(room: Any, camera: ilf.Camera) -> tuple[Any, NDArray[np.float64]]:
 def recorded(place: str) -> Scene:
     """Hide areas of the depth of a raw pair; what was hidden, brought to colour, is the truth."""
     path, _, key = place.rpartition(":")
-    pair = undistorted(ilf.open_source(path).read(key, registered=False))
+    pair = undistorted(ilf.open_source(path).read_pair(key))
     hidden = hidden_pixels(register(pair, "depth"), "areas", 0)
     left, taken = (np.where(mask, np.nan, pair.depth) for mask in (hidden, ~hidden))
     truth = projected_depth(np.float32(taken), pair.depth_camera, pair.colour_camera, pair.depth_to_colour)

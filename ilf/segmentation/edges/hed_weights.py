@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ..._runtime.networks import protobuf as wire
 from ...errors import FormatError, told_as
-from ...io.hdf5 import dataset, open_hdf5, rows
+from ...io.hdf5 import CHILD_MEMORY, dataset, open_hdf5
 
 CONVOLUTIONS = tuple(
     tuple(f"conv{stage}_{number}" for number in range(1, count + 1)) for stage, count in enumerate((2, 2, 3, 3, 3), 1)
@@ -143,7 +143,7 @@ _MOST_WEIGHTS = 2**24
 
 
 def read_keras_weights(content: NDArray[np.uint8], file: str) -> dict[str, Layer]:
-    """Read the layers of HED in the file, by their names in Caffe.
+    """Read the layers of HED in the file, by their names in Caffe, in a child.
 
     Parameters
     ----------
@@ -157,8 +157,14 @@ def read_keras_weights(content: NDArray[np.uint8], file: str) -> dict[str, Layer
     InputError
         If the package for HDF5 is missing.
     FormatError
-        If it is not an HDF5 file, or is truncated.
+        If it is not an HDF5 file, or is damaged.
     """
+    from ..._runtime.children import run_in_child
+
+    return run_in_child(_keras_layers, content, file, file=file, memory=CHILD_MEMORY)
+
+
+def _keras_layers(content: NDArray[np.uint8], file: str) -> dict[str, Layer]:
     groups = {FUSION: "fuse"}
     for stage, (names, score) in enumerate(zip(CONVOLUTIONS, SCORES, strict=True), 1):
         groups[score] = f"dsn{stage}"
@@ -177,7 +183,7 @@ def read_keras_weights(content: NDArray[np.uint8], file: str) -> dict[str, Layer
 def _floats(data: Any, file: str) -> NDArray[np.float32]:
     if data.size > _MOST_WEIGHTS:
         raise FormatError(f"{file} is not a file of HED's weights: {data.name} has {data.size} numbers.")
-    return np.asarray(rows(data, slice(None), file), np.float32)
+    return np.asarray(data, np.float32)
 
 
 # Input normalisations of networks, as 1 x 1 convolutions of RGB in [0, 1].

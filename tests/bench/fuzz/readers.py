@@ -37,11 +37,11 @@ from ilf.segmentation.edges.importing import add_model
 from ilf.sources.frame_ref import FrameRef
 from ilf.sources.listing import list_frames
 from ilf.sources.opening import close_all
-from ilf.sources.poses import camera_pose
 from ilf.sources.reading import load_frame, read_frame
 from ilf.sources.reading_options import ReadingOptions
 from ilf.sources.source import open_source
 from ilf.sources.stamps import stamp_of
+from ilf.sources.trajectories import camera_pose
 
 from .seeds import SHAPE
 
@@ -155,7 +155,7 @@ def unregistered(path: Path) -> None:
     """A raw pair of a folder or recording."""
     try:
         source = open_source(path.parent)
-        source.read(source.keys[0], registered=False)
+        source.read_pair(source.keys[0])
     finally:
         close_all()
 

@@ -122,7 +122,7 @@ def test_numbers_of_a_renderer_that_are_none_are_told_with_their_form(save, spec
 
 def test_files_that_are_not_of_a_renderers_encoding_are_refused(save, tmp_path):
     in_metres = save((MM / 1000).astype(np.float32), "depth.npy")
-    with pytest.raises(FormatError, match=r"from 0 to 1.*reach 3\.5"):
+    with pytest.raises(FormatError, match=r"applies to 0 to 1.* not to 3\.5"):
         ilf.load_frame(*in_metres, encoding="zbuffer:0.1,10")
     with pytest.raises(FormatError, match="three channels"):
         ilf.load_frame(*save(MM), encoding="rgb24:1000")

@@ -167,23 +167,23 @@ def _npy(values: np.ndarray) -> bytes:
 
 
 DAMAGED = {
-    "cut.pfm": (lambda: pfm(METRES)[:-1], "3072 bytes, but the file has 3071"),
-    "longer.pfm": (lambda: pfm(METRES) + b" ", "3072 bytes, but the file has 3073"),
+    "cut.pfm": (lambda: pfm(METRES)[:-1], "3072 bytes, but it has 3071"),
+    "longer.pfm": (lambda: pfm(METRES) + b" ", "3072 bytes, but it has 3073"),
     "colours.pfm": (lambda: pfm(METRES, kind=b"PF"), "three channels"),
     "huge.pfm": (lambda: b"Pf 100000 100000 -1\n", "100000 x 100000 pixels"),
     "not.pfm": (lambda: b"P5 2 2 255\n", "not a PFM"),
-    "cut.bin": (lambda: colmap(METRES)[:-4], "3072 bytes, but the file has 3068"),
+    "cut.bin": (lambda: colmap(METRES)[:-4], "3072 bytes, but it has 3068"),
     "normals.bin": (lambda: colmap(METRES, 3), "3 channels"),
     "huge.bin": (lambda: b"100000&100000&1&", "100000 x 100000 pixels"),
     "not.bin": (lambda: bytes(100), "width&height&1&"),
-    "zero.bin": (lambda: b"0&0&1&", "one value per pixel"),
+    "zero.bin": (lambda: b"0&0&1&", "must have the shape"),
     "cut.exr": (lambda: exr({"Z": METRES})[:-100], "is damaged: reading this EXR"),
     "start.exr": (lambda: exr({"Z": METRES})[:100], "is damaged: reading this EXR"),
     "not.exr": (lambda: bytes(100), "not an EXR"),
     "huge.exr": (lambda: _of_size(exr({"Z": METRES}), 100_000), "100000 x 100000 pixels"),
     "wide.exr": (lambda: exr({f"c{i}": np.zeros((2, 2), "f2") for i in range(5)}), "channels c0.*which one is depth"),
     "part.exr": (lambda: _of_size(exr({"Z": METRES}), 8), "only a part"),
-    "picture.exr": (lambda: exr({"RGB": np.dstack([HALF, HALF + 1, HALF])}), "colour image, not depth"),
+    "picture.exr": (lambda: exr({"RGB": np.dstack([HALF, HALF + 1, HALF])}), "this is colour, not depth"),
     "many.npz": (lambda: npz(a=METRES, b=METRES), "2 arrays .a, b., but none .* Save the one to use as depth\\."),
     "cut.npz": (lambda: npz(depth=METRES)[:-30], "NPZ cannot be read"),
 }

@@ -97,7 +97,7 @@ def test_what_cannot_be_the_truth_is_refused_with_a_way_out(folder):
     cv2.imwrite(str(folder / "small.png"), np.full((30, 40), 2000, np.uint16))
     with pytest.raises(InputError, match=r"small\.png is 40 x 30, but the frame is 80 x 60"):
         read_ground_truth(folder / "small.png", frame.shape)
-    with pytest.raises(ParameterError, match=r"gt\.png: Depth units must be a positive number"):
+    with pytest.raises(ParameterError, match=r"gt\.png: Depth units must be positive"):
         read_ground_truth(folder / "gt.png", frame.shape, 0)
     with pytest.raises(InputError, match="no such file"):
         read_ground_truth(folder / "none.png", frame.shape)

@@ -372,7 +372,7 @@ def test_a_damaged_card_says_what_to_do_and_none_is_written_with_another_kind(hu
 def test_a_file_that_was_changed_is_refused(hub):
     path = fetch_guide(NAME)
     write_network(path, [node("ReduceMax", ["image"], "strength", axes=[1], keepdims=1)])
-    with pytest.raises(InputError, match=f"not the file that was fetched or added.* ilf models remove {NAME}"):
+    with pytest.raises(InputError, match=f"not the file that was fetched or added.*ilf models remove {NAME}"):
         ilf.load_guide(NAME, rgb=scene()[0])
 
 

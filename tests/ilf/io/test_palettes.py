@@ -89,5 +89,5 @@ def test_colour_with_a_palette_is_its_colours(tmp_path):
 def test_jpeg_is_no_label_map(tmp_path):
     Image.fromarray(np.kron(INDICES, np.ones((9, 9), np.uint8)) * 60).save(tmp_path / "labels.jpg")
     for read in (read_labels, read_mask):
-        with pytest.raises(FormatError, match=r"labels\.jpg: JPEG changes values"):
+        with pytest.raises(FormatError, match=r"labels\.jpg: JPEG changes labels"):
             read(tmp_path / "labels.jpg")

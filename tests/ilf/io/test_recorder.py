@@ -135,5 +135,5 @@ def test_a_full_disk_leaves_the_frames_before_and_is_reported(tmp_path):
     assert written >= 3
     assert writer.returncode == 1
     assert "could not be written" in error
-    assert "contains the frames up to here" in error
+    assert "has the frames so far" in error
     assert len(depths(tmp_path / "out.mcap")) == written

@@ -203,7 +203,7 @@ def test_depth_of_photos_becomes_metres(photo, metadata):
 
 def test_photos_without_metres_are_refused(photo):
     values = np.zeros((H, W), np.uint8)
-    for given, message in (((None,), "has no depth image"), ((values, {}), "does not state how its values become")):
+    for given, message in (((None,), "has no depth image"), ((values, {}), "does not state how its depth becomes")):
         with pytest.raises(FormatError, match=message):
             read_depth_values(photo(*given))
     with pytest.raises(FormatError, match="another view"):

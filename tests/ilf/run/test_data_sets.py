@@ -19,8 +19,8 @@ from ilf.run.record_file import read_record
 from ilf.run.run import Run
 from ilf.run.writing import write
 from ilf.sources.opening import close_all
-from ilf.sources.poses import motion_between
 from ilf.sources.reading import load_frame
+from ilf.sources.trajectories import motion_between
 from tests.ilf.phone_files import COLOUR_SIZE, FLIP, MM, SIZE, K, pose, write_record3d
 from tests.ilf.small_frames import write_small_frame
 from tests.ilf.small_sequences import pose_of, sequence, write_sequence

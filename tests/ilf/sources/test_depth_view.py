@@ -144,7 +144,7 @@ def test_what_is_aligned_after_completion_is_what_registration_gives():
     pair = made_pair(replace(COLOUR, distortion=()), replace(DEPTH, distortion=()))
     in_depth, in_colour = register(pair, "depth"), register(pair)
     np.testing.assert_array_equal(aligned(in_depth.depth, in_depth), in_colour.depth)
-    with pytest.raises(InputError, match="in the depth camera's view"):
+    with pytest.raises(InputError, match="with view='depth'"):
         aligned(in_colour.depth, in_colour)
 
 

@@ -465,7 +465,7 @@ def test_frames_of_scannet_are_registered_by_the_two_cameras(tmp_path):
     )
     assert frame.depth[row, column] == pytest.approx(METRES[30, 10], abs=0.02)
     assert np.allclose(frame.pose, _poses(2)[1])
-    pair = source.read("color/1", registered=False)
+    pair = source.read_pair("color/1")
     assert (pair.rgb.shape[:2], pair.depth.shape, pair.depth_camera.fx) == ((96, 128), (H, W), 60.0)
     calibration = source.calibration("color/1")
     assert (calibration.colour.fx, calibration.depth.fx) == (121.5, 60.0)
@@ -609,7 +609,7 @@ def test_own_layouts_precede_the_table(tmp_path, no_own_layouts):
         ("rgb=*.png depth=d/*.png K={camera}.txt", r"has \{camera\}"),
         ("rgb=*.png depth=d/*.png colour=1", "unknown field"),
         ("rgb=*.png depth=d/*.png units=mm", "units"),
-        ("rgb=*.png depth=d/*.png units=0", "positive number"),
+        ("rgb=*.png depth=d/*.png units=0", "'units' in the layout"),
         ("rgb=*.png depth=d/*.png units=5 encoding=mm", "only one of them"),
         ("rgb=*.png depth=d/*.png distance=ray", "needs K"),
         ("rgb=*.png depth=d/*.png pose_axes=left", "pose_axes"),

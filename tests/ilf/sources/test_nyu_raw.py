@@ -74,7 +74,7 @@ def test_depth_is_registered_by_the_data_sets_own_cameras(source):
 
 
 def test_the_pair_is_to_be_had_as_it_was_recorded(source, pair):
-    raw = source.read(source.keys[1], registered=False)
+    raw = source.read_pair(source.keys[1])
     np.testing.assert_array_equal(raw.rgb, pair.rgb)
     assert np.isnan(raw.depth[:, :12]).all()
     np.testing.assert_allclose(raw.depth[:, 12:], pair.depth[:, 12:], atol=0.0075)

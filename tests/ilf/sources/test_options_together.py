@@ -181,7 +181,7 @@ def test_what_a_file_gives_is_said_and_a_network_with_a_name_says_it_itself(tmp_
     assert "--guide-gives metric" in replay_text(run)[1]
     assert ilf.load_frame(*files, guide=tmp_path / "net.onnx", guide_gives="affine").guide.gives == "affine"
     assert ilf.load_frame(*files, guide="mine", guide_gives="affine").guide.network.name == "mine"
-    with pytest.raises(InputError, match=r"mine gives affine, not metric\. Leave out"):
+    with pytest.raises(InputError, match=r"mine gives affine, not metric\. Leave "):
         ilf.load_frame(*files, guide="mine", guide_gives="metric")
     with pytest.raises(ParameterError, match="affine or metric, not 'depth'"):
         ilf.load_frame(*files, guide="mine", guide_gives="depth")

@@ -19,8 +19,6 @@ import ilf
 from ilf.cli import main
 from ilf.errors import DepthWarning, FormatError, IlfError, InputError, ParameterError
 from ilf.sources.opening import close_all
-from ilf.sources.record3d import unpacked
-from ilf.sources.recording import part_of
 from tests.ilf.phone_files import (
     COLOUR_SIZE,
     COUNT,
@@ -81,7 +79,7 @@ def test_colour_comes_to_the_pixels_of_depth(tmp_path, kind):
 @pytest.mark.parametrize("kind", ["record3d", "stray", "arkit, large colour"])
 def test_a_raw_pair_has_colour_as_it_was_recorded(tmp_path, kind):
     source = ilf.open_source(WRITERS[kind](tmp_path))
-    pair = source.read(source.keys[0], registered=False)
+    pair = source.read_pair(source.keys[0])
     camera = pair.colour_camera
     assert (pair.colour_camera.size, pair.depth_camera.size) == (COLOUR_SIZE, SIZE)
     assert (camera.fx, camera.fy, camera.cx, camera.cy) == K
@@ -115,7 +113,7 @@ def test_a_video_that_is_a_list_of_others_is_not_followed(tmp_path):
     folder = write_stray(tmp_path / "stray")
     (folder / "rgb.mp4").rename(folder / "other.mp4")
     (folder / "rgb.mp4").write_text("ffconcat version 1.0\nfile other.mp4\n")
-    with pytest.raises(FormatError, match=r"rgb\.mp4: this video is truncated, damaged or not supported"):
+    with pytest.raises(FormatError, match=f"{folder} is damaged"):
         ilf.open_source(folder).read("000000")
 
 
@@ -144,7 +142,7 @@ def test_scannet_is_registered_by_its_two_cameras(tmp_path):
     source = ilf.open_source(write_sens(tmp_path / "a.sens", sens()))
     assert (source.keys, source.is_registered) == (("0", "1", "2"), False)
     assert source.timestamps == pytest.approx(TIMES)
-    pair = source.read("1", registered=False)
+    pair = source.read_pair("1")
     assert np.array_equal(pair.depth, METRES, equal_nan=True)
     assert (pair.colour_camera.size, pair.depth_camera.size) == (COLOUR_SIZE, SIZE)
     frame = source.read("1")
@@ -222,22 +220,6 @@ def changed(path: Path, name: str, content: bytes) -> Path:
     return path
 
 
-def announced(path: Path, name: str, size: int) -> Path:
-    """A zip that states another unpacked size of a member."""
-    with zipfile.ZipFile(path, "a") as archive:
-        archive.getinfo(name).file_size = size
-        archive.comment = b"rewrites the list of members"
-    return path
-
-
-def test_a_member_that_would_fill_the_memory_is_not_unpacked(tmp_path):
-    path = announced(write_record3d(tmp_path / "a.r3d"), "rgbd/1.depth", 300 << 20)
-    source = ilf.open_source(path)
-    source.read("0")
-    with pytest.raises(FormatError, match=r"1\.depth is too large"):
-        source.read("1")
-
-
 def bomb() -> bytes:
     import lzfse
 
@@ -245,19 +227,19 @@ def bomb() -> bytes:
 
 
 DAMAGED: dict[str, tuple[Callable[[Path], Path], str]] = {
-    "cut .r3d": (lambda f: cut(write_record3d(f / "a.r3d"), 0.7), "not a complete recording"),
+    "cut .r3d": (lambda f: cut(write_record3d(f / "a.r3d"), 0.7), "is damaged"),
     "no frames": (lambda f: _zip(f / "a.r3d"), "no frames"),
     "no sizes": (lambda f: write_record3d(f / "a.r3d", dw=None), "must have dw and dh"),
     "huge depth": (lambda f: write_record3d(f / "a.r3d", dw=50_000, dh=100_000), "50000 x 100000 pixels"),
     "endless depth": (lambda f: write_record3d(f / "a.r3d", dw=10**400), "Resize or crop it first"),
-    "other depth": (lambda f: write_record3d(f / "a.r3d", dw=40, dh=30), "instead of|does not announce"),
+    "other depth": (lambda f: write_record3d(f / "a.r3d", dw=40, dh=30), "is damaged"),
     "no camera": (lambda f: write_record3d(f / "a.r3d", K=[1, 2]), "K of nine numbers"),
-    "bomb": (lambda f: replaced(write_record3d(f / "a.r3d"), "rgbd/0.depth", bomb()), "more than it should"),
-    "no lzfse": (lambda f: replaced(write_record3d(f / "a.r3d"), "rgbd/0.depth", b"x" * 99), "cannot be unpacked"),
+    "bomb": (lambda f: replaced(write_record3d(f / "a.r3d"), "rgbd/0.depth", bomb()), "is damaged"),
+    "no lzfse": (lambda f: replaced(write_record3d(f / "a.r3d"), "rgbd/0.depth", b"x" * 99), "is damaged"),
     "no jpeg": (lambda f: replaced(write_record3d(f / "a.r3d"), "rgbd/0.jpg", b"x" * 99), "not a PNG, JPEG"),
     "no json": (lambda f: replaced(write_record3d(f / "a.r3d"), "metadata", b"[" * 9), "not valid JSON"),
     "cut video": (lambda f: _cut_video(write_stray(f / "s")), "video"),
-    "no video": (lambda f: changed(write_stray(f / "s"), "rgb.mp4", b"nothing"), "video is truncated, damaged"),
+    "no video": (lambda f: changed(write_stray(f / "s"), "rgb.mp4", b"nothing"), "is damaged"),
     "short video": (lambda f: _more_depth(write_stray(f / "s")), "3 frames, but no frame 3"),
     "no matrix": (lambda f: changed(write_stray(f / "s"), "camera_matrix.csv", b"1,2\n"), "camera matrix"),
     "no odometry": (lambda f: changed(write_stray(f / "s"), "odometry.csv", b"a,b\n1,2\n"), "header line"),
@@ -266,8 +248,8 @@ DAMAGED: dict[str, tuple[Callable[[Path], Path], str]] = {
     "no depth": (lambda f: _none(write_arkit(f / "k"), "lowres_depth/*"), "0 images with times"),
     "no .sens": (lambda f: write_sens(f / "a.sens", b"x" * 500), "not a ScanNet recording"),
     "cut .sens": (lambda f: write_sens(f / "a.sens", sens()[:-1]), "ends within frame 2 of 3"),
-    "cut header": (lambda f: write_sens(f / "a.sens", sens()[:100]), "ends within its header"),
-    "endless .sens": (lambda f: write_sens(f / "a.sens", sens(count=2**60)), "ends within frame 3"),
+    "cut header": (lambda f: write_sens(f / "a.sens", sens()[:100]), "is damaged"),
+    "endless .sens": (lambda f: write_sens(f / "a.sens", sens(count=2**60)), "is damaged"),
     "huge .sens": (lambda f: write_sens(f / "a.sens", _with_size(100_000)), "100000 x 100000 pixels"),
     "other .sens": (lambda f: write_sens(f / "a.sens", _with_size(20)), "does not have the 960 bytes"),
     "no .mat": (lambda f: write_sens(f / "a.mat", b"x" * 500), "HDF5"),
@@ -346,14 +328,3 @@ def test_whatever_bytes_change_nothing_but_errors_of_ours_comes(tmp_path, data):
         warnings.simplefilter("ignore", DepthWarning)  # damaged numbers of a camera are doubted
         _read_first(path)
     close_all()
-
-
-def test_lzfse_gives_what_was_packed_whatever_its_blocks():
-    import lzfse
-
-    rng = np.random.default_rng(0)
-    for values in (rng.random(49152), np.sin(np.arange(49152) / 500), np.zeros(49152), np.ones(3), rng.random(900)):
-        data = values.astype("<f4").tobytes()
-        assert unpacked(part_of("x", lzfse.compress(data)), len(data)) == data
-        with pytest.raises(FormatError, match="x cannot be unpacked"):
-            unpacked(part_of("x", lzfse.compress(data)[:-8]), len(data))

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from ilf.data.frame import RGBDFrame
-from ilf.sources.poses import camera_pose, motion_between
 from ilf.sources.reading import load_frame
-from ilf.sources.trajectories import read_trajectory
+from ilf.sources.trajectories import camera_pose, motion_between, read_trajectory
 
 from ..small_frames import write_small_frame
 

@@ -28,7 +28,7 @@ def test_a_pair_is_registered_by_its_calibration(tmp_path, colour):
     np.testing.assert_array_equal(frame.rgb, wanted.rgb)
     np.testing.assert_allclose(frame.depth, wanted.depth, atol=6e-5)
     assert frame.intrinsics == wanted.intrinsics
-    as_it_is = source.read("1", registered=False)
+    as_it_is = source.read_pair("1")
     assert as_it_is.depth_camera == pair.depth_camera
     assert as_it_is.colour_camera == pair.colour_camera
 
@@ -139,7 +139,7 @@ def test_cameras_that_are_too_far_apart_are_told(tmp_path):
 def test_without_a_pair_it_says_what_to_put_there(tmp_path):
     write_pair(tmp_path, "colour.png", "depth.png")
     (tmp_path / "depth.png").unlink()
-    with pytest.raises(InputError, match=r"put colour\.\* and depth\.\* beside"):
+    with pytest.raises(InputError, match=r"put colour\.\* and depth\.\*, or such folders"):
         ilf.open_source(tmp_path)
 
 

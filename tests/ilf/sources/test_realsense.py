@@ -29,7 +29,7 @@ def test_a_bag_of_the_viewer(tmp_path, option):
     expected = np.eye(4)
     expected[:3, 3] = 0.015, 0, 0  # both have the same turn, and depth stands where its group does
     assert source.calibration(source.keys[0]).depth_to_colour == pytest.approx(expected, abs=1e-9)
-    pair = source.read(source.keys[1], registered=False)
+    pair = source.read_pair(source.keys[1])
     assert np.array_equal(pair.rgb, COLOUR + 1)
     assert pair.depth[0, 0] == np.float32(1.5)
     assert source.read(source.keys[1]).shape == (H, W)
@@ -44,7 +44,7 @@ def test_a_transform_without_a_message_says_nothing(tmp_path, silent):
 
 def test_depth_units_of_the_camera_count(tmp_path):
     source = ilf.open_source(write_viewer_bag(tmp_path, units=0.0001))
-    pair = source.read(source.keys[0], registered=False)
+    pair = source.read_pair(source.keys[0])
     assert pair.depth[0, 0] == np.float32(0.15)
     assert pair.inputs.depth_units == 10_000
 
@@ -105,7 +105,7 @@ def test_the_librarys_layout_as_it_is_written_here(tmp_path):
     assert source.calibration(source.keys[0]).depth_to_colour[:3, 3] == pytest.approx(
         -np.array(SHIFTS["colour"]), abs=1e-3
     )
-    pair = source.read(source.keys[1], registered=False)
+    pair = source.read_pair(source.keys[1])
     assert np.array_equal(pair.rgb, COLOUR + 1)
     assert (pair.depth[0, 0], pair.inputs.depth_units) == (1.5, 1000)
 

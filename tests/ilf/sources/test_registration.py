@@ -187,7 +187,7 @@ def test_pairs_that_cannot_be_registered_are_told_why():
         register(nothing)
     away = np.eye(4)
     away[:3, 3] = 0.0, 0.0, -50.0
-    with pytest.raises(InputError, match="do not match"):
+    with pytest.raises(InputError, match="No depth falls into the colour image"):
         register(RawPair(pair.rgb, pair.depth, COLOUR, DEPTH, away))
     bent = replace(COLOUR, distortion=(-3.0, 0.0, 0.0, 0.0))
     with pytest.raises(InputError, match="cannot be inverted"):

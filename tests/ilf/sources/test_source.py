@@ -56,11 +56,11 @@ def test_paired_folders_are_a_source(tmp_path, save):
 def test_reading_from_a_source_warns_of_what_it_doubts(tmp_path, save):
     save("results/frame000000.jpg", "results/depth000000.png", (MM * 6.5535).astype(np.uint16))
     source = ilf.open_source(tmp_path / "results", intrinsics=(50, 50, 32, 24))
-    for registered in (True, False):
+    for read in (source.read, source.read_pair):
         with pytest.warns(
             DepthWarning, match=r"depth000000\.png: .*most likely replica, with a median of 2\.\d\d m"
         ) as told:
-            source.read(source.keys[0], registered)
+            read(source.keys[0])
         assert [Path(warning.filename).name for warning in told] == ["test_source.py"], "where it was called"
 
 
