@@ -34,10 +34,10 @@ from ..sources.source import Source
 from .facts import Facts
 from .frame_facts import facts_of_colour, facts_of_frame
 from .output import Column, print_json, table, warn
-from .parsing import add_flags, add_frame, check_plausibility, frame_of_source, reading_options, source_from
+from .parsing import add_frame, add_shared, check_plausibility, frame_of_source, reading_options, source_from
 from .record_facts import facts_of_record
 from .run_output import values_text
-from .usage import Parser, UsageError, add_json
+from .usage import Parser, UsageError, add_flags, add_json
 
 _SHOWN = 3
 """Number of keys shown at each end of a long list."""
@@ -68,10 +68,13 @@ def add_arguments(parser: Parser) -> None:
     )
     add_frame(parser)
     lists = parser.add_argument_group("lists")
-    lists.add_argument("--presets", action="store_true", help="list the built-in presets, and your own")
-    lists.add_argument("--layouts", action="store_true", help="list the layouts of folders that are recognised")
+    declared = """
+        --presets  list the built-in presets, and your own
+        --layouts  list the layouts of folders that are recognised
+    """
+    add_flags(lists, declared)
     output = parser.add_argument_group("output")
-    add_flags(output, "--strict")
+    add_shared(output, "--strict")
     add_json(output, _KEYS)
 
 

@@ -33,9 +33,9 @@ from ..sources.opening import is_recording
 from ..sources.reading import read_frame
 from .options import add_export_options, export_options, geometry_flags
 from .output import Column, fact_lines, print_json, shows_progress, table, warn
-from .parsing import add_flags, add_reading, reading_options
+from .parsing import add_reading, add_shared, reading_options
 from .run_output import completed, parameters_text
-from .usage import Parser, UsageError, add_action, add_json, add_progress, check_there
+from .usage import Parser, UsageError, add_action, add_flags, add_json, add_progress, check_there
 
 # Output of `ilf project info`: as text, and as JSON.
 
@@ -160,7 +160,7 @@ def add_arguments(parser: Parser) -> None:
         "inputs", nargs="+", metavar="FRAME", help="folder of a frame or of frames, or a colour file and a depth file"
     )
     add_reading(making.add_argument_group("reading the frames"))
-    making.add_argument("--embed", action="store_true", help="embed the frames' files in the project")
+    add_flags(making, "--embed  embed the frames' files in the project")
 
     telling = add_action(actions, "info", run_info, "show the contents of a project and its problems")
     _add_project(telling)
@@ -187,18 +187,14 @@ def add_arguments(parser: Parser) -> None:
         help="output folder with one folder per frame; existing files are overwritten, unchanged frames skipped. With "
         "--to, a new or empty folder",
     )
-    exporting.add_argument(
-        "--to",
-        choices=tuple(DATA_SETS),
-        help="write a data set of the results of `ilf complete` or `ilf batch`, with the poses of the frames' source. "
-        + "; ".join(f"{name}: {one.contents}" for name, one in DATA_SETS.items()),
-    )
-    exporting.add_argument(
-        "--complete",
-        action="store_true",
-        help="export all frames: those with blocks without a result are completed first, untouched ones with their "
-        "extracted blocks",
-    )
+    contents = "; ".join(f"{name}: {one.contents}" for name, one in DATA_SETS.items())
+    declared = f"""
+        --to {"|".join(DATA_SETS)}  write a data set of the results of `ilf complete` or `ilf batch`, with the poses of
+            the frames' source. {contents}
+        --complete  export all frames: those with blocks without a result are completed first, untouched ones with
+            their extracted blocks
+    """
+    add_flags(exporting, declared)
     _add_selection(exporting)
     add_export_options(exporting.add_argument_group("files"))
 
@@ -210,17 +206,11 @@ def add_arguments(parser: Parser) -> None:
 
 def _add_project(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("file", metavar="FILE.ilf")
-    add_flags(parser, "--look-in", "--allow-address")
+    add_shared(parser, "--look-in", "--allow-address")
 
 
 def _add_selection(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "--frame",
-        action="append",
-        default=[],
-        metavar="NAME_OR_ID",
-        help="only this frame; can be repeated (default: all with results)",
-    )
+    add_flags(parser, "--frame NAME_OR_ID ...  only this frame; can be repeated (default: all with results)")
 
 
 def run_new(arguments: argparse.Namespace) -> None:

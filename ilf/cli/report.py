@@ -24,8 +24,8 @@ from ..run.options import RECORD_FILE, as_file_name
 from ..run.replaying import replay
 from ..run.run import Run
 from .output import Bar, shows_progress, warn
-from .parsing import add_flags, add_frame, add_settings, frame_from, hold_out_from, preset_from, with_given
-from .usage import Parser, UsageError, add_progress
+from .parsing import add_frame, add_settings, add_shared, frame_from, hold_out_from, preset_from, with_given
+from .usage import Parser, UsageError, add_flags, add_progress
 
 OnStep = Callable[[Progress], None]
 Read = Callable[[list[str], OnStep], Subject]
@@ -149,9 +149,9 @@ def add_arguments(parser: Parser) -> None:
         "page in a browser, or use File > Report… in the window."
     )
     add_frame(parser)
-    add_flags(parser, "--invalid-mask", "--look-in", "--hold-out", "--seeds")
+    add_shared(parser, "--invalid-mask", "--look-in", "--hold-out", "--seeds")
     output = parser.add_argument_group("output")
-    output.add_argument("--out", metavar="FILE.html", help="output file (default: NAME-report.html)")
+    add_flags(output, "--out FILE.html  output file (default: NAME-report.html)")
     add_progress(output)
     add_settings(parser)
 

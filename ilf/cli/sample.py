@@ -9,7 +9,7 @@ from pathlib import Path
 from .._runtime.installation import asset_path
 from .._runtime.writing import move_into_place, staging, write_bytes
 from ..errors import ExportError
-from .usage import Parser
+from .usage import Parser, add_flags
 
 SAMPLE = "samples/room"
 
@@ -20,7 +20,7 @@ def add_arguments(parser: Parser) -> None:
         "Write the bundled sample, a generated room with the depth defects of a real sensor, into a folder."
     )
     parser.add_argument("folder", metavar="DIR", help="output folder, created if missing")
-    parser.add_argument("--force", action="store_true", help="overwrite files of the same names")
+    add_flags(parser, "--force  overwrite files of the same names")
 
 
 def run(arguments: argparse.Namespace) -> None:

@@ -18,7 +18,7 @@ from ..sources.shards import MERGED_FILE
 from .options import geometry_flags
 from .output import print_json, warn
 from .parsing import reading_options
-from .usage import UsageError, count
+from .usage import UsageError, add_flags
 
 _PER_SHARD, _KEEP = 1000, "depth,expected_error,blocks"
 
@@ -32,22 +32,15 @@ _ONLY_FOLDERS = "static_camera", "neighbours", "rerun_changed", "no_expected_err
 
 def add_shard_arguments(group: argparse._ArgumentGroup) -> None:
     """Add the arguments of shards."""
-    group.add_argument(
-        "--shards",
-        metavar="DIR",
-        help="write WebDataset tars, each with a table, instead of a folder per frame. DIR is a folder or an address "
-        "(s3://bucket/folder). The tables are Parquet, depth has one format: png (default) or npy",
-    )
-    group.add_argument("--per-shard", type=count, metavar="N", help=f"frames in a shard (default: {_PER_SHARD})")
-    group.add_argument(
-        "--keep",
-        metavar="LIST",
-        help=f"what a shard contains: depth, and any of {','.join(KEPT[1:])} (default: {_KEEP})",
-    )
-    group.add_argument("--verify", action="store_true", help="only check all shards of a folder")
-    group.add_argument(
-        "--merge", action="store_true", help=f"only merge the tables of a folder's shards into {MERGED_FILE}"
-    )
+    declared = f"""
+        --shards DIR   write WebDataset tars, each with a table, instead of a folder per frame. DIR is a folder or an
+            address (s3://bucket/folder). The tables are Parquet, depth has one format: png (default) or npy
+        --per-shard N  frames in a shard (default: {_PER_SHARD})
+        --keep LIST    what a shard contains: depth, and any of {",".join(KEPT[1:])} (default: {_KEEP})
+        --verify       only check all shards of a folder
+        --merge        only merge the tables of a folder's shards into {MERGED_FILE}
+    """
+    add_flags(group, declared)
 
 
 def check_shard_arguments(arguments: argparse.Namespace) -> None:

@@ -6,7 +6,9 @@ import argparse
 import os
 import re
 import sys
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Collection, Iterable, Mapping
+from functools import partial
+from inspect import cleandoc
 from itertools import takewhile
 from typing import Any, NoReturn
 
@@ -175,24 +177,87 @@ def add_progress(parser: argparse._ActionsContainer) -> None:
 
 def add_json(parser: argparse._ActionsContainer, contents: str) -> None:
     """Add the flag for JSON output, whose contents its help names."""
-    parser.add_argument(
-        "--json",
-        action="store_true",
-        help=f"print one JSON document instead of text: {contents}. Unknown numbers are null, lengths in metres",
-    )
+    text = f"print one JSON document instead of text: {contents}. Unknown numbers are null, lengths in metres"
+    add_flags(parser, f"--json  {text}")
 
 
-def count(text: str) -> int:
-    """Parse an integer >= 1."""
-    return _whole_number(text, 1)
-
-
-def seed(text: str) -> int:
-    """Parse an integer >= 0."""
-    return _whole_number(text, 0)
-
-
-def _whole_number(text: str, least: int) -> int:
+def _count(text: str, least: int = 1) -> int:
     if not text.isdecimal() or int(text) < least:
         raise argparse.ArgumentTypeError(f"{text!r} is not an integer of at least {least}")
     return int(text)
+
+
+def _range(text: str) -> tuple[int | None, int | None]:
+    match = re.fullmatch(r"(-?\d+)?:(-?\d+)?", text)
+    if match is None:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a range of frames, such as 100:200, :50 or -10:")
+    first, end = (None if number is None else int(number) for number in match.groups())
+    return first, end
+
+
+def _part(text: str) -> tuple[int, int]:
+    match = re.fullmatch(r"(\d+)/(\d+)", text)
+    if match is None or not 1 <= int(match[1]) <= int(match[2]):
+        raise argparse.ArgumentTypeError(f"{text!r} is not a part K/N, such as 3/40")
+    return int(match[1]), int(match[2])
+
+
+def _numbers(text: str) -> frozenset[int]:
+    try:
+        return frozenset(int(part) for part in text.split(","))
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a list of block numbers, such as 3,7,12") from None
+
+
+VALUES: Mapping[str, Callable[[str], Any]] = {
+    **dict.fromkeys(("N", "M"), _count),
+    **dict.fromkeys(("HZ", "UNITS", "WEIGHT"), float),
+    "SEED": partial(_count, least=0),
+    "A:B": _range,
+    "K/N": _part,
+    "N,N,...": _numbers,
+}
+"""What stands for a value in the help -> the function that reads the value; of all others, any text is taken."""
+
+_DECLARED = re.compile(r"(?P<flag>--\S+)(?: (?P<value>\S+))?(?P<repeats> \.\.\.)?\s{2,}(?P<help>.+)")
+
+
+def add_flags(group: argparse._ActionsContainer, text: str, only: Collection[str] = (), /, **defaults: Any) -> None:
+    """Add flags to a parser, or a group of its arguments, that are declared as its help shows them.
+
+    Parameters
+    ----------
+    group : argparse.ArgumentParser or a group of its arguments
+    text : str
+        Each flag begins a line, and its explanation follows after two blanks, and in indented lines below. A flag
+        without a value is a switch. Words joined by | are the choices; anything else, or words of capitals, stand for
+        the value (see `VALUES`). A flag with ... after its value can be repeated.
+    only : collection of str
+        The flags that are added; all if there are none.
+    **defaults
+        Default values, by the names of the flags; the explanation ends with them. None if left out.
+
+    Examples
+    --------
+    >>> parser = Parser()
+    >>> add_flags(parser, "--rate HZ  frames a second\\n--axes camera|world  of the cloud", rate=10.0)
+    >>> parser.parse_args(["--axes", "world"]).rate
+    10.0
+    """
+    for declared in re.split(r"\n(?=--)", cleandoc(text)):
+        found = _DECLARED.fullmatch(re.sub(r"\n\s+", " ", declared))
+        assert found is not None, declared
+        flag, value, repeats, explanation = found.groups()
+        if only and flag not in only:
+            continue
+        default = defaults.get(flag[2:].replace("-", "_"))
+        if default is not None:
+            explanation += f" (default: {f'{default:g}' if isinstance(default, float) else default})"
+        how: dict[str, Any] = {"help": explanation.replace("%", "%%")}
+        if value is None:
+            how |= {"action": "store_true"}
+        elif "|" in value and not re.fullmatch(r"[A-Z|]+", value):
+            how |= {"choices": value.split("|"), "default": default}
+        else:
+            how |= {"metavar": value, "type": VALUES.get(value, str), "default": default}
+        group.add_argument(flag, **how | ({"action": "append", "default": []} if repeats else {}))
