@@ -50,9 +50,8 @@ class Address(str):
         shown = without_credentials(text)
         if CREDENTIALS.search(text) or re.search(r"[?#].", text):
             raise InputError(
-                f"{shown} is given with a user, a password or a query, which would be stored with "
-                "the results. Leave them out: credentials come from the driver's own settings (environment variables, "
-                "configuration files)."
+                f"{shown} has a user, a password or a query, which would be stored with the results. Leave them out: "
+                "credentials come from the driver's own settings (environment variables, configuration files)."
             )
         if "::" in re.sub(r"\[[^/]*", "", text):  # but for the numbers of a server
             raise InputError(f"{shown} is a chain of addresses, which is never opened. Give the address of the files.")
@@ -62,9 +61,7 @@ class Address(str):
             parts.port  # noqa: B018 - raises ValueError
         if protocol.lower() not in _PROTOCOLS:
             known = ", ".join(f"{name}://" for name in _PROTOCOLS[:-1])
-            raise InputError(
-                f"{shown}: Protocol not known or never opened. Give a path, or an address that begins with {known}."
-            )
+            raise InputError(f"{shown}: this protocol is never opened. Give a path, or one that begins with {known}.")
         if not text.isprintable() or not parts.netloc or re.search(r"[\s\\]", parts.netloc):
             raise InputError(f"{shown} is no valid address. Correct it.")
         return super().__new__(cls, f"{protocol.lower()}://{rest.rstrip('/')}")
@@ -319,23 +316,16 @@ class RemoteFiles:
                 "and run the same command again."
             )
         if isinstance(error, FileNotFoundError):
-            return InputError(f"{address}: there is no such file or folder. Check the address.")
-        if isinstance(error, PermissionError) or status in {401, 403}:
-            return InputError(
-                f"{address}: access is denied ({reason}). Check the address, and the credentials in the driver's "
-                "settings."
-            )
-        if getattr(error, "errno", None) == errno.ECONNREFUSED:
-            return InputError(
-                f"{address}: the server refuses the connection. Check the address, and that the server runs."
-            )
-        if isinstance(error, TimeoutError):
-            return InputError(
-                f"{address}: the server does not answer, or too slowly. Check the connection, and try again."
-            )
-        return InputError(
-            f"{address}: cannot be read ({reason}). Check the address, the credentials and the network, and try again."
-        )
+            why = "there is no such file or folder. Check the address."
+        elif isinstance(error, PermissionError) or status in {401, 403}:
+            why = f"access is denied ({reason}). Check the address, and the credentials in the driver's settings."
+        elif getattr(error, "errno", None) == errno.ECONNREFUSED:
+            why = "the server refuses the connection. Check the address, and that the server runs."
+        elif isinstance(error, TimeoutError):
+            why = "the server does not answer, or too slowly. Check the connection, and try again."
+        else:
+            why = f"cannot be read ({reason}). Check the address, the credentials and the network, and try again."
+        return InputError(f"{address}: {why}")
 
 
 class _Reported(io.RawIOBase):

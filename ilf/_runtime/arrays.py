@@ -49,9 +49,7 @@ def real_image(values: ArrayLike, name: str) -> NDArray[Any]:
     """Return values as a plain array; raise InputError if they are not one real number per pixel."""
     array = plain_array(values)
     if array.ndim != 2 or array.size == 0 or array.dtype.kind not in "iuf":
-        raise InputError(
-            f"{name} must be one real number per pixel with shape (H, W), not {array.dtype} with shape {array.shape}."
-        )
+        raise InputError(f"{name} must be one real number per pixel, (H, W), not {array.dtype} {array.shape}.")
     return array
 
 

@@ -147,9 +147,7 @@ def _receive(address: str, part: Path, size: int, progress: Progress | None) -> 
         stated = answer.headers.get("Content-Length")
         whole = size if stated is None else have + int(stated)
         if "text/html" in answer.headers.get("Content-Type", ""):
-            raise InputError(
-                f"{address}: the server sends a page instead of the file, as for a login. Open it in a browser."
-            )
+            raise InputError(f"{address}: the server sends a page instead of the file. Open it in a browser.")
         if address.startswith("https:") and not answer.url.startswith("https:"):
             raise InputError(f"{address}: the server leads to an address without encryption, which is not opened.")
         tolerance = ROUNDED * size
@@ -184,9 +182,7 @@ def _answer(request: Request) -> HTTPResponse | HTTPError:
     except (OSError, HTTPException) as error:
         why = getattr(error, "reason", error)
         reason = cause(why) if isinstance(why, Exception) else str(why)
-        raise InputError(
-            f"{request.full_url}: the server cannot be reached ({reason}). Check the connection, and try again."
-        ) from error
+        raise InputError(f"{request.full_url}: cannot be reached ({reason}). Check the connection.") from error
     return answer
 
 

@@ -26,7 +26,6 @@ from ..run.writing import check_write, write
 from .cluster import SHARED_FOLDER
 from .engine import OTHER_MACHINE, Counts, Sink, facts_here
 from .frame_record import (
-    COLUMNS_WITH_UNITS,
     FRAME_FILE,
     FrameOutcome,
     FrameRecord,
@@ -44,7 +43,7 @@ from .static_camera import files_of, with_temporal_median
 
 MANIFEST_FILE = "manifest.csv"
 
-MANIFEST_COLUMNS = tuple(COLUMNS_WITH_UNITS.get(field.name, field.name) for field in dataclasses.fields(FrameOutcome))
+MANIFEST_COLUMNS = tuple(field.name for field in dataclasses.fields(FrameOutcome))
 
 _REDO_HINT = (
     "Choose another folder, or complete them again (--rerun-changed; in the window, Redo: Frames with changed settings "

@@ -149,7 +149,7 @@ class FrameOutcome:
         Key of the frame.
     folder : str
         Name of the folder with its results.
-    time : float or None
+    time_s : float or None
         Timestamp [s].
     status : FrameStatus
     message : str
@@ -163,12 +163,12 @@ class FrameOutcome:
         Pixels without depth in the frame and in its completion, without those outside the view.
     outside_view : int or None
         Pixels that the depth camera could not see.
-    expected_error_median, expected_error_p90 : float or None
+    expected_error_median_m, expected_error_p90_m : float or None
         Median and 90th percentile of the expected error [m] over the pixels filled by blocks: `median` and `p90` of
         `ilf.completion.confidence.expected_error.error_summary`.
-    hold_out_mae, hold_out_rmse : float or None
+    hold_out_mae_m, hold_out_rmse_m : float or None
         Errors [m] on hold-out, if the batch evaluates it.
-    truth_mae, truth_rmse : float or None
+    truth_mae_m, truth_rmse_m : float or None
         Errors [m] of the filled depth against the frame's ground truth, if it has one.
     plausibility_warnings : str
         Plausibility warnings of its files; "" if there are none.
@@ -176,7 +176,7 @@ class FrameOutcome:
 
     frame: str
     folder: str
-    time: float | None
+    time_s: float | None
     status: FrameStatus
     message: str = ""
     seconds: float | None = None
@@ -185,30 +185,18 @@ class FrameOutcome:
     missing_before: int | None = None
     missing_after: int | None = None
     outside_view: int | None = None
-    expected_error_median: float | None = None
-    expected_error_p90: float | None = None
-    hold_out_mae: float | None = None
-    hold_out_rmse: float | None = None
-    truth_mae: float | None = None
-    truth_rmse: float | None = None
+    expected_error_median_m: float | None = None
+    expected_error_p90_m: float | None = None
+    hold_out_mae_m: float | None = None
+    hold_out_rmse_m: float | None = None
+    truth_mae_m: float | None = None
+    truth_rmse_m: float | None = None
     plausibility_warnings: str = ""
 
     @property
     def is_completed(self) -> bool:
         """Whether the frame was completed; otherwise it failed."""
         return self.status is FrameStatus.COMPLETED
-
-
-COLUMNS_WITH_UNITS = {
-    "time": "time_s",
-    "expected_error_median": "expected_error_median_m",
-    "expected_error_p90": "expected_error_p90_m",
-    "hold_out_mae": "hold_out_mae_m",
-    "hold_out_rmse": "hold_out_rmse_m",
-    "truth_mae": "truth_mae_m",
-    "truth_rmse": "truth_rmse_m",
-}
-"""Field of an outcome -> column of a table, where the column names the unit."""
 
 
 @dataclass(frozen=True)

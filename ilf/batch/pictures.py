@@ -179,7 +179,7 @@ def write_video(folder: Path, outcomes: Sequence[FrameOutcome]) -> Path:
 
 
 def _rate(outcomes: Sequence[FrameOutcome]) -> float:
-    times = [outcome.time for outcome in outcomes if outcome.time is not None]
+    times = [outcome.time_s for outcome in outcomes if outcome.time_s is not None]
     if len(times) < max(len(outcomes), 2):
         return _DEFAULT_RATE
     step = float(np.median(np.diff(times)))

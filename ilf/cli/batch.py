@@ -36,7 +36,7 @@ from .parsing import (
     settings_from,
 )
 from .shards import add_shard_arguments, check_or_merge, check_shard_arguments, open_given_shards
-from .usage import VALUES, Parser, UsageError, add_flags, add_json, add_progress
+from .usage import VALUES, Parser, UsageError, add_json, add_progress, declare
 
 _USAGE = """ilf batch SOURCE... --out DIR [options]
        ilf batch SOURCE... --out DIR [--jobs 4] [--shard 3/40]
@@ -57,8 +57,11 @@ def add_arguments(parser: Parser) -> None:
         "Complete the frames of folders, data sets and recordings, each into its own folder, and write manifest.csv "
         "with the result of each. The same command resumes an interrupted batch."
     )
-    parser.add_argument("sources", nargs="*", metavar="SOURCE", help="folder of frames, data set or recording")
-    add_flags(parser, "--out DIR  output folder, created if missing")
+    declared = """
+        [SOURCE ...]  folder of frames, data set or recording
+        --out DIR     output folder, created if missing
+    """
+    declare(parser, declared)
     add_shard_arguments(parser.add_argument_group("shards: many frames in a file"))
     frames = parser.add_argument_group("selection of frames")
     declared = """
@@ -66,7 +69,7 @@ def add_arguments(parser: Parser) -> None:
         --frames A:B  complete frames A to before B, counted from 0; A or B may be left out, negative numbers count from
             the end
     """
-    add_flags(frames, declared, every=1)
+    declare(frames, declared, every=1)
     frames.set_defaults(frames=(None, None))
     add_pairing(frames)
     declared = """
@@ -77,12 +80,12 @@ def add_arguments(parser: Parser) -> None:
             scheduler, or its scheduler file. A scheduler can run any code here and on its workers: use only one that
             you trust
     """
-    add_flags(parser.add_argument_group("parallel and distributed work"), declared)
+    declare(parser.add_argument_group("parallel and distributed work"), declared)
     declared = """
         --retry-failed   also retry failed frames
         --rerun-changed  also rerun frames whose settings or files have changed since
     """
-    add_flags(parser.add_argument_group("resuming"), declared)
+    declare(parser.add_argument_group("resuming"), declared)
     add_reading(parser.add_argument_group("reading the frames"))
     add_shared(parser, "--strict", "--invalid-mask")
     parser.add_argument(
@@ -103,7 +106,7 @@ def add_arguments(parser: Parser) -> None:
         --ground-truth DIR     depth to evaluate the results against (default: gt.* of a frame)
         --ground-truth-units UNITS  units per metre of the ground truth
     """
-    add_flags(beside, declared)
+    declare(beside, declared)
     add_given_blocks(parser, "--blocks")
     add_shared(parser, "--drawn", "--hold-out", "--seeds")
     output = parser.add_argument_group("output")
@@ -113,7 +116,7 @@ def add_arguments(parser: Parser) -> None:
         --contact-sheet  write contact-sheet.png, all previews with their names
         --video          write video.mp4, all previews in sequence
     """
-    add_flags(output, declared)
+    declare(output, declared)
     add_json(
         output,
         "folder, files, completed, failed, completed_before, failed_before, not_done (frames), seconds and frames. "

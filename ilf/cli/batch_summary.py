@@ -58,8 +58,8 @@ class BatchSummary:
             return
         for name in ("pixels", "missing_before", "missing_after", "outside_view"):
             self._sums[name] += getattr(outcome, name) or 0
-        if outcome.expected_error_median is not None:
-            self._errors.append(outcome.expected_error_median)
+        if outcome.expected_error_median_m is not None:
+            self._errors.append(outcome.expected_error_median_m)
 
     def lines(self, seconds: float) -> list[str]:
         """Describe the frames of a batch that took so many seconds."""

@@ -23,7 +23,7 @@ from ..evaluation.bench.runner import read_earlier_result, run_bench
 from ..io.tables import write_csv
 from ..run.record import PROGRAM
 from .output import Bar, Column, print_json, shows_progress, table, warn
-from .usage import Parser, add_action, add_flags, add_json, add_progress
+from .usage import Parser, add_action, add_json, add_progress, declare
 
 _SEED = "--seed SEED  random seed, 0 or more"
 _NAMES_LISTED = 6
@@ -52,8 +52,8 @@ def add_arguments(parser: Parser) -> None:
         --peers-from RESULT.json  reuse the results of peers that need no blocks from an earlier --json of the same
             frames, patterns and seed; an error if their inputs differ
     """
-    add_flags(depth, declared, pattern="random,areas")
-    add_flags(depth, _SEED, seed=0)
+    declare(depth, declared, pattern="random,areas")
+    declare(depth, _SEED, seed=0)
     _add_common(depth, "any of all; " + "; ".join(f"{group} = {','.join(names)}" for group, names in GROUPS.items()))
 
     blocks = add_action(actions, "blocks", _blocks, "measure the operation blocks of several methods")
@@ -62,18 +62,16 @@ def add_arguments(parser: Parser) -> None:
 
     what = "compare the remaining noise of presets in mode fill+denoise and of other filters on generated scenes"
     denoising = add_action(actions, "denoising", _denoising, what)
-    add_flags(denoising, _SEED, seed=0)
+    declare(denoising, _SEED, seed=0)
     _add_common(denoising, f"any of all,presets,peers,{','.join(DENOISE_GROUPS['all'])}")
 
 
 def _add_frames(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "folders",
-        nargs="+",
-        metavar="FOLDER",
-        help="folder with rgb.*, depth.* and meta.json, or folder of such folders",
-    )
-    add_flags(parser, "--limit N  use only the first N frames")
+    declared = """
+        FOLDER ...  folder with rgb.*, depth.* and meta.json, or folder of such folders
+        --limit N   use only the first N frames
+    """
+    declare(parser, declared)
 
 
 def _add_common(parser: argparse.ArgumentParser, methods: str) -> None:
@@ -82,7 +80,7 @@ def _add_common(parser: argparse.ArgumentParser, methods: str) -> None:
         --jobs N        number of processes; more than 1 distorts the times
         --csv FILE      write the table as CSV
     """
-    add_flags(parser, declared, methods="all", jobs=1)
+    declare(parser, declared, methods="all", jobs=1)
     add_json(parser, "the table, all rows per frame, and the parameters")
     add_progress(parser)
 

@@ -21,7 +21,7 @@ from ..segmentation.extraction import extract, found_blocks
 from ..segmentation.reextraction import with_gaps_filled
 from .output import Column, table, warn
 from .parsing import add_block_parameters, add_frame, add_given_blocks, add_shared, extraction_from, frame_from
-from .usage import Parser, UsageError, add_flags
+from .usage import Parser, UsageError, declare
 
 
 def add_arguments(parser: Parser) -> None:
@@ -35,15 +35,15 @@ def add_arguments(parser: Parser) -> None:
     add_shared(parser, "--invalid-mask")
     taken = parser.add_argument_group("existing blocks")
     add_given_blocks(taken, "--from")
-    add_flags(taken, "--keep N,N,...  keep only these blocks (default: all)")
+    declare(taken, "--keep N,N,...  keep only these blocks (default: all)")
     output = parser.add_argument_group("output")
-    output.add_argument("--out", metavar="FILE", required=True, help="output file, .png or .json")
     declared = f"""
+        --out FILE    required: output file, .png or .json
         --format {"|".join(BLOCK_FORMATS)}  format of the output file (default: png for .png, coco for .json); COCO and
             labelme include names; all formats are exact to the pixel
         --stages DIR  folder for images of all stages of the extraction
     """
-    add_flags(output, declared)
+    declare(output, declared)
     add_shared(output, "--quiet")
     add_block_parameters(parser)
 

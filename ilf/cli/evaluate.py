@@ -35,7 +35,7 @@ from .parsing import (
     value_from,
 )
 from .run_output import ERROR_KEYS, dominant_block, errors_record, unscored, unscored_lines
-from .usage import Parser, UsageError, add_flags, add_json, add_progress
+from .usage import Parser, UsageError, add_json, add_progress, declare
 
 _Named = tuple[str, RunEvaluation]
 """The errors of a preset or value, and its name."""
@@ -68,13 +68,13 @@ def add_arguments(parser: Parser) -> None:
     compared = parser.add_argument_group("evaluation")
     add_shared(compared, "--hold-out", "--seeds")
     sweep = "compare values of a filter parameter; a second --sweep gives a grid"
-    add_flags(compared, f"--sweep NAME=V,V,... ...  {sweep}")
+    declare(compared, f"--sweep NAME=V,V,... ...  {sweep}")
     output = parser.add_argument_group("output")
     declared = """
         --by-block  also print the RMSE of every block
         --csv FILE  write all errors as CSV, including those of every block
     """
-    add_flags(output, declared)
+    declare(output, declared)
     add_json(
         output,
         "frame, against (ground truth or hold-out), unscored (missing pixels without ground truth; null on hold-out), "

@@ -37,7 +37,7 @@ from .output import Column, print_json, table, warn
 from .parsing import add_frame, add_shared, check_plausibility, frame_of_source, reading_options, source_from
 from .record_facts import facts_of_record
 from .run_output import values_text
-from .usage import Parser, UsageError, add_flags, add_json
+from .usage import Parser, UsageError, add_json, declare
 
 _SHOWN = 3
 """Number of keys shown at each end of a long list."""
@@ -72,7 +72,7 @@ def add_arguments(parser: Parser) -> None:
         --presets  list the built-in presets, and your own
         --layouts  list the layouts of folders that are recognised
     """
-    add_flags(lists, declared)
+    declare(lists, declared)
     output = parser.add_argument_group("output")
     add_shared(output, "--strict")
     add_json(output, _KEYS)
@@ -157,10 +157,7 @@ def _of_folder(folder: Path, arguments: argparse.Namespace) -> list[Facts]:
     """Collect the facts about a folder with a frame, a run or both."""
     record = folder / RECORD_FILE
     if interrupted(folder) and not record.is_file():
-        raise InputError(
-            f"{folder} contains an interrupted export: its files do not belong together. Export again; that first "
-            "restores the earlier files."
-        )
+        raise InputError(f"{folder} has an interrupted export. Export again, which first restores the earlier files.")
     found = []
     if is_frame_folder(folder) or not record.is_file():
         found.append(facts_of_frame(FrameRef(str(folder)), reading_options(arguments)))

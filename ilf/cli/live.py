@@ -12,7 +12,7 @@ from ..errors import InputError
 from ..sources.frame_writing import new_frame_files, write_frame
 from ..sources.realsense import SETTLING, capture_frame, connected_realsense
 from .output import warn
-from .usage import Parser, UsageError, add_flags
+from .usage import Parser, UsageError, declare
 
 
 def add_arguments(parser: Parser) -> None:
@@ -24,17 +24,18 @@ def add_arguments(parser: Parser) -> None:
         "window."
     )
     played = parser.add_mutually_exclusive_group(required=True)
-    played.add_argument(
-        "source", nargs="?", metavar="SOURCE", help="recording, data set or folder with frames of one camera"
-    )
-    add_flags(played, "--realsense  the connected RealSense camera")
-    add_flags(parser, "--rate HZ  frames a second (default: by the timestamps; 10 without any, or of a camera)")
+    declared = """
+        [SOURCE]     recording, data set or folder with frames of one camera
+        --realsense  the connected RealSense camera
+    """
+    declare(played, declared)
+    declare(parser, "--rate HZ  frames a second (default: by the timestamps; 10 without any, or of a camera)")
     declared = f"""
         --capture DIR  register the depth of a frame of the camera to colour, and write it into this folder, created if
             missing, which the other commands read
         --settle N     frames to discard first, until the exposure has settled (default: {SETTLING})
     """
-    add_flags(parser.add_argument_group("capturing a frame"), declared)
+    declare(parser.add_argument_group("capturing a frame"), declared)
 
 
 def run(arguments: argparse.Namespace) -> None:

@@ -36,7 +36,7 @@ from ..io.guide_models import (
 from ..segmentation.edges.hed_weights import INPUTS
 from ..segmentation.edges.importing import add_model
 from .output import Bar, Column, shows_progress, table, warn
-from .usage import Parser, UsageError, add_action, add_flags, add_progress
+from .usage import Parser, UsageError, add_action, add_progress, declare
 
 _BUNDLED = {
     BUNDLED: "contours",
@@ -61,7 +61,7 @@ def add_arguments(parser: Parser) -> None:
         description="Fetch a known guide network from its publisher, after which --guide NAME uses it. If it is "
         "interrupted, the same command continues. Nothing is fetched by any other command.",
     )
-    fetching.add_argument("name", metavar="NAME", help="a guide of `ilf models list`")
+    declare(fetching, "NAME  a guide of `ilf models list`")
     add_progress(fetching)
     adding = add_action(
         actions,
@@ -73,9 +73,9 @@ def add_arguments(parser: Parser) -> None:
         "network access or of your own: one with the content or the --name of a known guide, or with --gives. The "
         "network is tested before it is written.",
     )
-    adding.add_argument("file", metavar="FILE", help="file of the network: .onnx, .caffemodel or .h5")
     inputs = "; ".join(f"{name}: {text}" for name, text in INPUTS.items())
     declared = f"""
+        FILE         file of the network: .onnx, .caffemodel or .h5
         --name NAME  name of the network (default: the file's name)
         --gives {"|".join(get_args(Gives))}  add a guide network of your own, and what it predicts: any decreasing
             function of depth, a linear function of inverse depth or of depth, or metres
@@ -83,10 +83,10 @@ def add_arguments(parser: Parser) -> None:
         --logits     apply a sigmoid to the output of an ONNX network
         --replace    replace your network of the same name
     """
-    add_flags(adding, declared, input="rgb")
+    declare(adding, declared, input="rgb")
 
     removing = add_action(actions, "remove", run_remove, "delete one of your networks, or one that was fetched")
-    removing.add_argument("name", metavar="NAME")
+    declare(removing, "NAME  a network of `ilf models list`")
 
 
 def run_list(arguments: argparse.Namespace) -> None:

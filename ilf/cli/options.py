@@ -6,7 +6,7 @@ import argparse
 
 from ..run.formats import FORMATS
 from ..run.options import CLOUD_AXES, CLOUD_FILES, CLOUD_UNITS, DEPTH_FILES, MESH_FILES, ExportOptions
-from .usage import UsageError, add_flags
+from .usage import UsageError, declare, given_flags
 
 _GEOMETRY = ("cloud", "mesh", "normals", "drop_flying", "axes", "cloud_unit")
 """The values of the flags of point cloud and mesh."""
@@ -21,13 +21,13 @@ def add_export_options(group: argparse._ActionsContainer) -> None:
         --png-units UNITS     units per metre of depth.png
         --no-expected-error   omit the expected error, both its files and its values in point cloud and mesh
     """
-    add_flags(group, declared, png_units=usual.depth_units)
+    declare(group, declared, png_units=usual.depth_units)
     declared = f"""
         --cloud {"|".join(CLOUD_FILES)}  format of the point cloud (default: {usual.cloud}); ply and pcd include
             expected error, block and fill state
         --no-cloud  write no point cloud
     """
-    add_flags(group.add_mutually_exclusive_group(), declared)
+    declare(group.add_mutually_exclusive_group(), declared)
     formats = ", ".join(f"{name} ({format.group}: {format.title})" for name, format in FORMATS.items())
     declared = f"""
         --mesh {"|".join(MESH_FILES)}  also write a mesh, cut at depth jumps. glb is always in metres with y up
@@ -40,7 +40,7 @@ def add_export_options(group: argparse._ActionsContainer) -> None:
             takes a FILE, in the format of its extension: one of these, .rrd for the viewer Rerun with images, blocks
             and curves (needs the package rerun-sdk), or one of plugins
     """
-    add_flags(group, declared, axes=usual.axes, cloud_unit=usual.cloud_unit)
+    declare(group, declared, axes=usual.axes, cloud_unit=usual.cloud_unit)
 
 
 def given_exports(arguments: argparse.Namespace) -> tuple[tuple[str, ...], list[str]]:
@@ -81,4 +81,4 @@ def export_options(arguments: argparse.Namespace, *, with_files: bool = False) -
 
 def geometry_flags(arguments: argparse.Namespace) -> list[str]:
     """Return the given flags of point cloud and mesh."""
-    return [flag for name, flag in arguments.given.items() if name in _GEOMETRY]
+    return given_flags(arguments, _GEOMETRY)

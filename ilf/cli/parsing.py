@@ -25,7 +25,7 @@ from ..sources.reading import read_frame
 from ..sources.reading_options import KINDS, OPTIONS, ReadingOption, ReadingOptions
 from ..sources.source import Source
 from .output import warn
-from .usage import UsageError, add_flags
+from .usage import UsageError, declare
 
 BLOCK_PREFIX = "blocks-"
 
@@ -63,20 +63,18 @@ _SHARED = f"""
 
 def add_shared(parser: argparse._ActionsContainer, *flags: str) -> None:
     """Add some of the flags that several commands have."""
-    add_flags(parser, _SHARED, flags, neighbours=0, neighbour_step=1, by_hand_weight=USUAL_WEIGHT, seeds=3)
+    declare(parser, _SHARED, flags, neighbours=0, neighbour_step=1, by_hand_weight=USUAL_WEIGHT, seeds=3)
 
 
 def add_frame(parser: argparse.ArgumentParser, *, companions: bool = True) -> None:
     """Add the arguments of a frame and of how to read it; with `companions`, of its guide and ground truth."""
-    parser.add_argument(
-        "inputs",
-        nargs="*",
-        metavar="INPUT",
-        help="colour file and depth file, or a folder with rgb.*, depth.* and meta.json. With --frame: a folder of "
-        "frames, a data set or a recording",
-    )
+    inputs = """
+        [INPUT ...]  colour file and depth file, or a folder with rgb.*, depth.* and meta.json. With --frame: a folder
+            of frames, a data set or a recording
+    """
+    declare(parser, inputs)
     group = parser.add_argument_group("reading the frame")
-    add_flags(group, "--frame KEY  key of a frame in a folder, data set or recording. `ilf info` lists the keys")
+    declare(group, "--frame KEY  key of a frame in a folder, data set or recording. `ilf info` lists the keys")
     add_pairing(group)
     add_reading(group)
     if companions:
@@ -188,7 +186,7 @@ def add_given_blocks(group: argparse._ActionsContainer, flag: str) -> None:
         help="use these blocks instead of extracting them. Formats: label map (PNG), labelme or COCO JSON, "
         "segment-anything masks (JSON) or a folder of masks (PNG); where masks overlap, the smallest is on top",
     )
-    add_flags(group, f"--fill-gaps  extract blocks in the gaps of {flag}")
+    declare(group, f"--fill-gaps  extract blocks in the gaps of {flag}")
 
 
 def extraction_from(arguments: argparse.Namespace, flag: str, base: BlockParameters | None = None) -> BlockParameters:
@@ -197,9 +195,7 @@ def extraction_from(arguments: argparse.Namespace, flag: str, base: BlockParamet
     if arguments.blocks is None and arguments.fill_gaps:
         raise UsageError(f"--fill-gaps needs blocks: give them with {flag}.")
     if arguments.blocks is not None and given_parameters(arguments, BlockParameters) and not arguments.fill_gaps:
-        raise UsageError(
-            f"With {flag} nothing is extracted: leave out the --{BLOCK_PREFIX}* flags, or add --fill-gaps."
-        )
+        raise UsageError(f"With {flag} nothing is extracted: leave out --{BLOCK_PREFIX}* flags, or add --fill-gaps.")
     return with_given(base or BlockParameters(), arguments)
 
 
@@ -228,9 +224,7 @@ def _frame_of_files(arguments: argparse.Namespace) -> FrameRef:
     if len(inputs) not in {1, 2}:
         raise UsageError(f"Give a colour and a depth file, or one folder, not {len(inputs)} paths.")
     if options != options.of_frame:
-        raise UsageError(
-            "--max-gap, --topics and --layout apply to frames of a folder or a recording: select one with --frame."
-        )
+        raise UsageError("--max-gap, --topics and --layout are for folders and recordings: select one with --frame.")
     rgb, depth = inputs if len(inputs) == 2 else (inputs[0], None)
     return FrameRef(rgb, depth, options=options)
 

@@ -18,7 +18,7 @@ from ..sources.shards import MERGED_FILE
 from .options import geometry_flags
 from .output import print_json, warn
 from .parsing import reading_options
-from .usage import UsageError, add_flags
+from .usage import UsageError, declare, given_flags
 
 _PER_SHARD, _KEEP = 1000, "depth,expected_error,blocks"
 
@@ -40,21 +40,21 @@ def add_shard_arguments(group: argparse._ArgumentGroup) -> None:
         --verify       only check all shards of a folder
         --merge        only merge the tables of a folder's shards into {MERGED_FILE}
     """
-    add_flags(group, declared)
+    declare(group, declared)
 
 
 def check_shard_arguments(arguments: argparse.Namespace) -> None:
     """Raise UsageError for arguments that contradict --shards, or need it."""
     if arguments.shards is None:
-        if given := [_flag(name) for name in _ONLY_SHARDS if getattr(arguments, name)]:
+        if given := given_flags(arguments, _ONLY_SHARDS):
             raise UsageError(f"{given[0]} applies to shards only: add --shards.")
         return
     if arguments.out is not None:
         raise UsageError("--shards replaces --out: leave one of them out.")
-    alone = [_flag(name) for name in ("verify", "merge") if getattr(arguments, name)]
+    alone = given_flags(arguments, ("verify", "merge"))
     if alone and arguments.sources:
         raise UsageError(f"{alone[0]} needs no SOURCE: give only --shards.")
-    given = [_flag(name) for name in _ONLY_FOLDERS if getattr(arguments, name)] + geometry_flags(arguments)
+    given = given_flags(arguments, _ONLY_FOLDERS) + geometry_flags(arguments)
     if given:
         raise UsageError(f"{', '.join(given)} cannot be combined with --shards. Leave it out, or use --out.")
 
@@ -101,9 +101,8 @@ def check_or_merge(arguments: argparse.Namespace) -> None:
         more = f" And {len(state.problems) - _MAX_LISTED} more." if len(state.problems) > _MAX_LISTED else ""
         raise IlfError(" ".join(state.problems[:_MAX_LISTED]) + more)
     if arguments.verify and not state.is_complete:
-        raise IlfError(
-            f"{state.shards - state.finished} of {counted(state.shards, 'shard')} not finished. Run the batch again."
-        )
+        left = state.shards - state.finished
+        raise IlfError(f"{left} of {counted(state.shards, 'shard')} not finished. Run the batch again.")
 
 
 def _request(arguments: argparse.Namespace) -> dict[str, Any]:
@@ -117,7 +116,3 @@ def _request(arguments: argparse.Namespace) -> dict[str, Any]:
         "pairing": {"max_gap": options.time_gap, "topics": topics, "layout": options.layout},
         "reading": options.to_json(),
     }
-
-
-def _flag(name: str) -> str:
-    return f"--{name.replace('_', '-')}"

@@ -148,6 +148,11 @@ class Parser(argparse.ArgumentParser):
         )
 
 
+def given_flags(arguments: argparse.Namespace, names: Collection[str]) -> list[str]:
+    """Return the flags that are given, of those with these names of their values."""
+    return [flag for name, flag in arguments.given.items() if name in names]
+
+
 def check_there(paths: Iterable[object]) -> None:
     """Raise InputError for the first path that leads nowhere; addresses are not opened."""
     from ..io.hdf5_depth import split_dataset  # not before: it imports numpy
@@ -178,7 +183,7 @@ def add_progress(parser: argparse._ActionsContainer) -> None:
 def add_json(parser: argparse._ActionsContainer, contents: str) -> None:
     """Add the flag for JSON output, whose contents its help names."""
     text = f"print one JSON document instead of text: {contents}. Unknown numbers are null, lengths in metres"
-    add_flags(parser, f"--json  {text}")
+    declare(parser, f"--json  {text}")
 
 
 def _count(text: str, least: int = 1) -> int:
@@ -219,19 +224,25 @@ VALUES: Mapping[str, Callable[[str], Any]] = {
 }
 """What stands for a value in the help -> the function that reads the value; of all others, any text is taken."""
 
-_DECLARED = re.compile(r"(?P<flag>--\S+)(?: (?P<value>\S+))?(?P<repeats> \.\.\.)?\s{2,}(?P<help>.+)")
+_COUNTS = {(False, False): None, (True, False): "?", (False, True): "+", (True, True): "*"}
+"""Whether a positional argument may be left out, and has several values -> how argparse says that."""
+
+_DECLARED = re.compile(
+    r"(?P<name>--\S+|\[?[A-Z][\w.]*\]?)(?: (?P<value>[^\s.]\S*))?(?P<repeats> \.\.\.\]?)?\s{2,}(?P<text>.+)"
+)
 
 
-def add_flags(group: argparse._ActionsContainer, text: str, only: Collection[str] = (), /, **defaults: Any) -> None:
-    """Add flags to a parser, or a group of its arguments, that are declared as its help shows them.
+def declare(group: argparse._ActionsContainer, text: str, only: Collection[str] = (), /, **defaults: Any) -> None:
+    """Add arguments to a parser, or a group of them, that are declared as the help shows them.
 
     Parameters
     ----------
     group : argparse.ArgumentParser or a group of its arguments
     text : str
-        Each flag begins a line, and its explanation follows after two blanks, and in indented lines below. A flag
-        without a value is a switch. Words joined by | are the choices; anything else, or words of capitals, stand for
-        the value (see `VALUES`). A flag with ... after its value can be repeated.
+        Each argument begins a line, and its explanation follows after two blanks, and in indented lines below; one that
+        begins with "required" makes a flag so. A flag without a value is a switch. Words joined by | are the choices;
+        anything else, or words of capitals, stand for the value (see `VALUES`). After ..., a flag can be repeated, and
+        a positional argument has several values; it may be left out in brackets.
     only : collection of str
         The flags that are added; all if there are none.
     **defaults
@@ -240,24 +251,30 @@ def add_flags(group: argparse._ActionsContainer, text: str, only: Collection[str
     Examples
     --------
     >>> parser = Parser()
-    >>> add_flags(parser, "--rate HZ  frames a second\\n--axes camera|world  of the cloud", rate=10.0)
-    >>> parser.parse_args(["--axes", "world"]).rate
-    10.0
+    >>> declare(parser, "FILE ...  to play\\n--rate HZ  frames a second\\n--axes camera|world  of the cloud", rate=10.0)
+    >>> found = parser.parse_args(["a.mcap", "b.mcap", "--axes", "world"])
+    >>> found.files, found.rate, found.axes
+    (['a.mcap', 'b.mcap'], 10.0, 'world')
     """
-    for declared in re.split(r"\n(?=--)", cleandoc(text)):
+    for declared in re.split(r"\n(?=\S)", cleandoc(text)):
         found = _DECLARED.fullmatch(re.sub(r"\n\s+", " ", declared))
         assert found is not None, declared
-        flag, value, repeats, explanation = found.groups()
-        if only and flag not in only:
+        name, value, repeats, explanation = found.groups()
+        if only and name not in only:
             continue
-        default = defaults.get(flag[2:].replace("-", "_"))
+        default = defaults.get(name[2:].replace("-", "_"))
         if default is not None:
             explanation += f" (default: {f'{default:g}' if isinstance(default, float) else default})"
         how: dict[str, Any] = {"help": explanation.replace("%", "%%")}
-        if value is None:
+        if not name.startswith("--"):
+            how |= {"metavar": name.strip("[]"), "nargs": _COUNTS[name.startswith("["), repeats is not None]}
+            name = re.split(r"\W", how["metavar"].lower())[0] + "s" * (repeats is not None)
+        elif value is None:
             how |= {"action": "store_true"}
         elif "|" in value and not re.fullmatch(r"[A-Z|]+", value):
             how |= {"choices": value.split("|"), "default": default}
         else:
             how |= {"metavar": value, "type": VALUES.get(value, str), "default": default}
-        group.add_argument(flag, **how | ({"action": "append", "default": []} if repeats else {}))
+            how |= {"required": explanation.startswith("required")}
+            how |= {"action": "append", "default": []} if repeats else {}
+        group.add_argument(name, **how)

@@ -124,9 +124,7 @@ class ExportOptions:
         _require(self.axes, CLOUD_AXES, "axes of the point cloud")
         _require(self.cloud_unit, CLOUD_UNITS, "unit of the point cloud")
         if not (math.isfinite(self.depth_units) and self.depth_units > 0):
-            raise ParameterError(
-                f"Depth units must be a positive number per metre (1000 for millimetres), not {self.depth_units!r}."
-            )
+            raise ParameterError(f"Depth units must be a positive number per metre, as 1000, not {self.depth_units!r}.")
 
     def filenames(self) -> tuple[str, ...]:
         """Names of the selected files; `ilf.run.filenames` adds those that depend on the run."""

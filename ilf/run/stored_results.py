@@ -263,9 +263,7 @@ def result_folders(path: str | os.PathLike[str]) -> list[Path]:
     with told_as(InputError, f"{root}: cannot be read ({{error}}). Give a folder with results.", OSError):
         found = sorted(_result_folders(root), key=lambda inner: natural(inner.name))
     if not found:
-        raise InputError(
-            f"{root} contains no results: there is no {RECORD_FILE} in it or its folders. Give a folder with results."
-        )
+        raise InputError(f"{root} contains no results: no {RECORD_FILE} in it or its folders. Give another folder.")
     return found
 
 

@@ -175,10 +175,7 @@ class OnnxNetwork:
         with cls._intact(path):
             is_outside = has_external_data(content)
         if is_outside:
-            raise FormatError(
-                f"{path.name} reads weights from other files, which is not allowed: it could read any file of this "
-                "computer. Export it again as one file with its weights."
-            )
+            raise FormatError(f"{path.name} reads weights from other files: not allowed. Export it as one file.")
 
     @classmethod
     def _trial(cls, content: NDArray[np.uint8], path: Path, shapes: Shapes) -> None:
