@@ -133,10 +133,7 @@ class RemoteFiles:
             root = driver._strip_protocol(str(self.address))
         except ImportError as error:
             package = getattr(error.__cause__ or error, "name", None) or str(error)
-            raise InputError(
-                f"{self.address.protocol}:// needs the package {package}, which is not installed. Install it: "
-                f"pip install {package}."
-            ) from error
+            raise InputError(f"{self.address.protocol}:// needs {package}: run pip install {package}.") from error
         except ValueError as error:
             raise InputError(f"{self.address}: {one_line(str(error)):.{_LONGEST_CAUSE}}. Check the address.") from error
         return files, root.rstrip("/")
@@ -312,8 +309,7 @@ class RemoteFiles:
         reason = without_credentials(one_line(text))[:_LONGEST_CAUSE].rstrip(".")
         if writing:
             return ExportError(
-                f"Could not write {address} ({reason}). Check the credentials, the network and the space there, "
-                "and run the same command again."
+                f"Could not write {address} ({reason}). Check credentials, network and the space there, and try again."
             )
         if isinstance(error, FileNotFoundError):
             why = "there is no such file or folder. Check the address."

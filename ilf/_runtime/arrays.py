@@ -56,8 +56,5 @@ def real_image(values: ArrayLike, name: str) -> NDArray[Any]:
 def without_mask(colour: ArrayLike) -> NDArray[Any]:
     """Return colour as a plain array; raise InputError if some of it is masked."""
     if np.ma.is_masked(colour):
-        raise InputError(
-            "Colour is a masked array, and colour cannot be missing: give colour.filled(0), or colour.data if its "
-            "values are right, and mask the depth."
-        )
+        raise InputError("Colour is masked, but cannot be missing: give colour.filled(0) or .data, and mask depth.")
     return np.asarray(colour)

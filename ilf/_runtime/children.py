@@ -420,10 +420,7 @@ def run_units(
     here = ((one, work(one)) for one in numbered)
     for (number, _), done in here if jobs == 1 else run_in_processes(work, numbered, jobs=jobs):
         if done is None:
-            raise IlfError(
-                "One of the worker processes ended unexpectedly. Memory may have run out: close other programs, or use "
-                "fewer --jobs."
-            )
+            raise IlfError("A worker process ended. Memory may have run out: close programs, or use fewer --jobs.")
         results[number] = done[0]
         on_done(number)
     return [results[number] for number in range(len(units))]

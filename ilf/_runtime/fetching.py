@@ -121,8 +121,7 @@ def _received(address: str, part: Path, size: int, progress: Progress | None) ->
         except _CutError as error:
             if not left:
                 raise InputError(
-                    f"{address}: the connection is cut again and again ({error}). What has come is kept: repeat the "
-                    "command to continue."
+                    f"{address}: the connection is cut again and again ({error}). Repeat the command, which continues."
                 ) from error
         else:
             return

@@ -65,10 +65,7 @@ def run_on_cluster(
             finally:
                 client.cancel(list(futures))
     except (CancelledError, distributed.comm.CommClosedError) as error:
-        raise IlfError(
-            f"The connection to the Dask scheduler at {address} was lost. What is finished is kept: start the same "
-            "command again to resume."
-        ) from error
+        raise IlfError(f"The Dask scheduler at {address} was lost. What is done is kept: run it again.") from error
 
 
 def threads_of_worker() -> int:

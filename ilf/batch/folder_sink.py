@@ -232,10 +232,8 @@ def open_folder(
     facts = chosen.facts()
     same_settings = before is not None and before[0] == facts
     if before is not None and not same_settings and not anew:
-        raise InputError(
-            f"{target} has frames that were completed with other settings "
-            f"({some(differences(before[0], facts))}). {_REDO_HINT}"
-        )
+        changes = some(differences(before[0], facts))
+        raise InputError(f"{target} has frames completed with other settings ({changes}). {_REDO_HINT}")
     # other settings may come with other frames and another depth range
     levels = before[1] if before is not None and same_settings else depth_levels(frames)
     sink = FolderSink(settings=chosen, strict=strict, folder=target, sha256=sha256_of(facts), levels=levels)

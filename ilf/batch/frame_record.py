@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import hashlib
 import json
 import os
 from collections.abc import Iterable, Sequence
@@ -25,7 +24,7 @@ from ..sources.naming import META_NAME
 from ..sources.neighbours import read_or_none, with_neighbours
 from ..sources.reading_options import OPTIONS
 from .frames import BatchFrame
-from .settings import SCHEMA
+from .settings import SCHEMA, sha256_of
 
 # The input of a frame of a batch: options, files and their content.
 
@@ -77,7 +76,7 @@ def current_content(frame: BatchFrame) -> str | None:
 def reading_sha256(frame: BatchFrame) -> str:
     """Return the SHA-256 of the options that a frame is read with: all of its sources but paths, which may change when
     a data set is moved."""
-    return _sha256(
+    return sha256_of(
         [
             [source.frame, sorted(item for item in source.options.to_json().items() if not OPTIONS[item[0]].is_path)]
             for source in (frame.source, *frame.neighbours)
@@ -108,7 +107,7 @@ def file_stamps(paths: Iterable[str]) -> dict[str, list[int]]:
 
 
 def _content_of(frames: Sequence[RGBDFrame | None]) -> str:
-    return _sha256([None if frame is None else _facts(frame) for frame in frames])
+    return sha256_of([None if frame is None else _facts(frame) for frame in frames])
 
 
 def _facts(frame: RGBDFrame) -> list[Any]:
@@ -123,10 +122,6 @@ def _facts(frame: RGBDFrame) -> list[Any]:
     if frame.neighbours is not None:
         facts += [one.sha256 for one in frame.neighbours.neighbours]
     return facts
-
-
-def _sha256(facts: Any) -> str:
-    return hashlib.sha256(json.dumps(facts).encode()).hexdigest()
 
 
 FRAME_FILE = "frame.json"

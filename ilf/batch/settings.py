@@ -85,21 +85,20 @@ class BatchSettings:
         """
         blocks = self.blocks
         files = {"blocks": blocks.file, "drawn": blocks.drawn, "invalid_mask": self.invalid_mask}
-        return _plain(
-            {
-                "version": __version__,
-                "networks": {name: installed_sha256(name) for name in self._networks()},
-                "parameters": self.parameters.to_dict(),
-                "extraction": blocks.extraction.to_dict(),
-                "extrapolate": self.extrapolate,
-                "fill_gaps": blocks.fill_gaps,
-                "files": {name: _content_sha256(path) for name, path in files.items() if path is not None},
-                "export": dataclasses.asdict(self.options),
-                "steady": self.steady,
-                "hidden": None if self.hidden is None else dataclasses.asdict(self.hidden),
-                **({"neighbours": [self.neighbours, self.neighbour_step]} if self.neighbours else {}),
-            }
-        )
+        facts = {
+            "version": __version__,
+            "networks": {name: installed_sha256(name) for name in self._networks()},
+            "parameters": self.parameters.to_dict(),
+            "extraction": blocks.extraction.to_dict(),
+            "extrapolate": self.extrapolate,
+            "fill_gaps": blocks.fill_gaps,
+            "files": {name: _content_sha256(path) for name, path in files.items() if path is not None},
+            "export": dataclasses.asdict(self.options),
+            "steady": self.steady,
+            "hidden": None if self.hidden is None else dataclasses.asdict(self.hidden),
+            **({"neighbours": [self.neighbours, self.neighbour_step]} if self.neighbours else {}),
+        }
+        return dict(json.loads(json.dumps(facts)))  # as they are read back
 
     def _networks(self) -> list[str]:
         extraction, parameters = self.blocks.extraction, self.parameters
@@ -110,8 +109,8 @@ class BatchSettings:
         return sorted(set(asked))
 
 
-def sha256_of(facts: Mapping[str, Any]) -> str:
-    """Return the SHA-256 of settings' facts; equal settings have equal hashes on all machines."""
+def sha256_of(facts: Any) -> str:
+    """Return the SHA-256 of JSON values; equal ones have equal hashes on all machines."""
     return hashlib.sha256(json.dumps(facts, sort_keys=True).encode()).hexdigest()
 
 
@@ -175,11 +174,6 @@ def _flat(facts: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any
             yield from _flat(value, f"{prefix}{name}.")
         else:
             yield f"{prefix}{name}", value
-
-
-def _plain(facts: dict[str, Any]) -> dict[str, Any]:
-    """Return facts as they are read back from JSON."""
-    return dict(json.loads(json.dumps(facts)))
 
 
 def _content_sha256(path: str) -> str:

@@ -82,7 +82,7 @@ def add_arguments(parser: Parser) -> None:
         f"errors). {ERROR_KEYS}",
     )
     add_progress(output)
-    add_settings(parser, action="append")
+    add_settings(parser, several_presets=True)
 
 
 def run(arguments: argparse.Namespace) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import os
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from typing import Any, TypeVar
@@ -140,20 +139,18 @@ def hold_out_from(arguments: argparse.Namespace) -> HoldOutTest | None:
     return None if arguments.hold_out is None else HoldOutTest(arguments.hold_out, tuple(range(arguments.seeds)))
 
 
-def add_preset(parser: argparse._ActionsContainer, **how: Any) -> None:
+def add_preset(parser: argparse._ActionsContainer, several: bool = False) -> None:
     """Add the flag of the preset."""
-    parser.add_argument(
-        "--preset",
-        metavar="PRESET",
-        help=f"{', '.join(PRESETS)}, one of your own, or a preset file (default: {DEFAULT_PRESET}). `ilf info "
-        "--presets` lists them",
-        **how,
-    )
+    preset = f"""
+        --preset PRESET{" ..." * several}  {", ".join(PRESETS)}, one of your own, or a preset file
+            (default: {DEFAULT_PRESET}). `ilf info --presets` lists them
+    """
+    declare(parser, preset)
 
 
-def add_settings(parser: argparse.ArgumentParser, **preset: Any) -> None:
+def add_settings(parser: argparse.ArgumentParser, several_presets: bool = False) -> None:
     """Add the flags of preset, filter and extraction."""
-    add_preset(parser.add_argument_group("preset"), **preset)
+    add_preset(parser.add_argument_group("preset"), several_presets)
     add_parameters(parser, "filter", PRESETS[DEFAULT_PRESET], presets=PRESETS)
     add_block_parameters(parser)
 
@@ -250,20 +247,11 @@ def frame_from(arguments: argparse.Namespace) -> RGBDFrame:
 def add_block_parameters(parser: argparse.ArgumentParser) -> None:
     """Add the flags of the block extraction, and that of the device."""
     add_parameters(parser, "block extraction", BlockParameters(), prefix=BLOCK_PREFIX)
-    parser.add_argument(
-        "--device",
-        action=_Device,
-        choices=list(DEVICES),
-        help="device that runs the networks. Others than cpu need another distribution of ONNX Runtime (default: cpu, "
-        f"or the environment variable {DEVICE_VARIABLE})",
-    )
-
-
-class _Device(argparse.Action):
-    def __call__(
-        self, parser: object, namespace: argparse.Namespace, values: Any, option_string: object = None
-    ) -> None:
-        os.environ[DEVICE_VARIABLE] = namespace.device = values
+    device = f"""
+        --device {"|".join(DEVICES)}  device that runs the networks. Others than cpu need another distribution of ONNX
+            Runtime (default: cpu, or the environment variable {DEVICE_VARIABLE})
+    """
+    declare(parser, device)
 
 
 def add_parameters(

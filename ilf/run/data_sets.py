@@ -330,10 +330,7 @@ def write_data_set(
         number += 1
         data_set.add(result, result.intrinsics, result.pose, number)
     if not number:
-        raise InputError(
-            "Poses are needed, and none of these results has one. Use frames of TUM sequences, 7-Scenes, ScanNet, "
-            "ARKitScenes, Record3D or Stray Scanner, or give the pose in meta.json."
-        )
+        raise InputError("None of the results has a pose. Use frames of a source with poses, or give it in meta.json.")
     data_set.finish()
     notes = data_set.notes
     if without_pose:

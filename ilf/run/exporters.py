@@ -81,8 +81,5 @@ class Export:
         with atomic_path(self.path) as temporary:
             call(self._entry, self._write, temporary, completion)
             if not (temporary.exists() and temporary.stat().st_size):
-                raise ExportError(
-                    f"{self.path} is not written: the plugin {self._entry.name} of the package "
-                    f"{package_of(self._entry)} has written nothing. Update the package."
-                )
+                raise ExportError(f"{self.path}: {package_of(self._entry)} has written nothing. Update that package.")
         return ()

@@ -332,10 +332,7 @@ def _with_recorded_neighbours(record: RunRecord, frame: RGBDFrame, folders: Sequ
 def _recorded_neighbour(recorded: Neighbour, folders: Sequence[Path]) -> RGBDFrame:
     """A neighbour from its files, at their recorded paths or in one of the folders."""
     if not recorded.source:
-        raise InputError(
-            f"This run cannot be replayed: its neighbour {recorded.name} was not read from files. Save it to files and "
-            "run it again."
-        )
+        raise InputError(f"It cannot be replayed: its neighbour {recorded.name} was not read from files. Run it again.")
 
     def present(path: str) -> str:
         paths = path, *(str(folder / _file_name(path)) for folder in folders)
@@ -352,10 +349,7 @@ def _recorded_neighbour(recorded: Neighbour, folders: Sequence[Path]) -> RGBDFra
     except IlfError as error:
         raise InputError(f"The neighbour {recorded.name} of the recorded run cannot be read. {error}") from error
     if frame.inputs is None or (frame.inputs.rgb.sha256, frame.inputs.depth.sha256) != recorded.sha256:
-        raise InputError(
-            f"{source.depth or source.rgb} is not the neighbour {recorded.name} of the recorded run: its colour or "
-            "depth has changed. Restore it."
-        )
+        raise InputError(f"{source.depth or source.rgb} is not the neighbour {recorded.name} of the run. Restore it.")
     return frame
 
 
@@ -395,10 +389,7 @@ def _place_of(
         return Path(found)
     # a file of that name beside the record may be one of its outputs
     if is_whole and os.path.isfile(first):
-        raise InputError(
-            f"{first} is not the {what} of the recorded run: its content has changed. Restore it, or give the "
-            "original colour and depth file."
-        )
+        raise InputError(f"{first} is not the {what} of the recorded run: its content has changed. Give the original.")
     raise InputError(f"{first}: there is no such file, but it is the {what} of the recorded run. Give its new path.")
 
 

@@ -143,9 +143,8 @@ def device() -> str:
 
 def _unusable(name: str) -> InstallationError:
     return InstallationError(
-        f"ONNX Runtime cannot run networks on the device {name!r} here. It needs the distribution "
-        f"{_DISTRIBUTIONS[name]} in place of the present one, with the drivers and libraries that its page names. Or "
-        "choose the device 'cpu'."
+        f"ONNX Runtime cannot run networks on the device {name!r}. Install {_DISTRIBUTIONS[name]} in its place, with "
+        "the drivers that its page names, or choose the device 'cpu'."
     )
 
 

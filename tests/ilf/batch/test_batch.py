@@ -344,10 +344,7 @@ def test_a_scheduler_that_is_lost_is_told_in_one_line(source, tmp_path):
         [sys.executable, "-c", _LOST, source, tmp_path / "out", told], capture_output=True, text=True
     )
     assert ended.returncode == 1
-    assert ended.stderr == (
-        f"ilf: error: The connection to the Dask scheduler at {told} was lost. What is finished is kept: start the "
-        "same command again to resume.\n"
-    )
+    assert ended.stderr == (f"ilf: error: The Dask scheduler at {told} was lost. What is done is kept: run it again.\n")
     assert "3 not done" in ended.stdout
     assert (tmp_path / "out" / "manifest.csv").exists()
 
