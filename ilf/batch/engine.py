@@ -39,16 +39,10 @@ Outcomes = Generator[FrameOutcome, None, None]
 Unit = Any
 """What a task on a cluster completes: a frame of a folder, or the index of a shard."""
 
-CRASHED = (
-    "The process crashed twice, the second time with no other frame in parallel. Memory may have run out, or the frame "
-    "makes a library crash."
-)
+CRASHED = "The process crashed twice, then alone. Memory may have run out, or the frame makes a library crash."
 """Message of a frame whose process has crashed repeatedly."""
 
-OTHER_MACHINE = (
-    "This machine differs from the one that started the batch in its program version, networks or files, so its "
-    "results would differ. Install the same on all machines."
-)
+OTHER_MACHINE = "This machine differs in program version, networks or files from the batch. Install the same on all."
 """Message of a worker whose settings have another hash."""
 
 

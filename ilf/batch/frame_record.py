@@ -223,15 +223,10 @@ class FrameRecord:
     run: str | None = None
     outputs: tuple[str, ...] = ()
 
-    @property
-    def is_completed(self) -> bool:
-        """Whether the frame was completed; otherwise it failed."""
-        return self.outcome.is_completed
-
     def has_all_files(self, folder: Path) -> bool:
         """Return whether all its output files exist and belong together."""
         there = all(os.path.exists(folder / name) for name in self.outputs)
-        if not self.is_completed or not there:
+        if not self.outcome.is_completed or not there:
             return False
         return self.run is None or file_sha256(folder / RECORD_FILE) == self.run
 

@@ -67,10 +67,8 @@ def file_problems(record: RunRecord, folder: Path) -> tuple[str, ...]:
     if gone:
         sentences.append(f"The set of files is incomplete: missing {', '.join(gone)}.")
     if changed:
-        sentences.append(
-            f"{', '.join(changed)} {'has' if len(changed) == 1 else 'have'} changed since the run was written and no "
-            f"longer match{'es' * (len(changed) == 1)} the record."
-        )
+        has = "has" if len(changed) == 1 else "have"
+        sentences.append(f"{', '.join(changed)} {has} changed since the run was written.")
     return tuple(sentences)
 
 
@@ -129,8 +127,7 @@ def network_differences(record: RunRecord) -> list[str]:
             state = "is not available" if present is None else "has changed"
             if name in (CORRECTION, SPARSE_CORRECTION):
                 sentences.append(
-                    f"The network {name!r} used by the run {state}: filled depth may differ. "
-                    "Install the recorded version."
+                    f"The network {name!r} of the run {state}: depth may differ. Install the recorded one."
                 )
                 continue
             remedy = "Install the recorded version" if name == DEPTH_EDGES else "Import the recorded one"

@@ -71,11 +71,8 @@ def check_cloud_and_mesh(frame: RGBDFrame, options: ExportOptions) -> None:
     if options.axes == WORLD and frame.pose is None and (options.cloud or options.mesh):
         raise InputError("The pose of this frame's camera is not known: select axes other than world.")
     if frame.intrinsics is None and (options.cloud or options.mesh):
-        raise InputError(
-            f"A {'point cloud' if options.cloud else 'mesh'} needs the camera's intrinsics, and this frame has none. "
-            "Give them as a preset (such as nyu-kinect-v1), as fx,fy,cx,cy or as a file; or leave out the "
-            f"{'cloud' if options.cloud else 'mesh'}."
-        )
+        what = "point cloud" if options.cloud else "mesh"
+        raise InputError(f"A {what} needs the camera's intrinsics: give a preset, fx,fy,cx,cy or a file, or no {what}.")
 
 
 def write_cloud_and_mesh(
