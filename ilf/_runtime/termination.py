@@ -168,8 +168,7 @@ def log_error(error: BaseException) -> str:
         with _opened() as file:
             file.write(f"{_head()}\n{without_credentials(''.join(traceback.format_exception(error)))}\n")
     except OSError as unwritable:
-        log_problem = f"the log could not be written ({cause(unwritable)})"
-        return f"Unexpected error in the program ({what:.200}); {log_problem}."
+        return f"Unexpected error in the program ({what:.200}); the log cannot be written ({cause(unwritable)})."
     return f"Unexpected error in the program ({what:.200}). Please report it and attach {error_log_path()}"
 
 

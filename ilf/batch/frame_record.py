@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import json
 import os
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
@@ -13,12 +12,12 @@ from typing import Any
 
 from .._runtime.files import file_sha256, is_address, read_json
 from .._runtime.named_places import may_look_at
-from .._runtime.schema import check_schema, converted
+from .._runtime.schema import check_schema, converted, json_file
 from .._runtime.writing import write_bytes
 from ..data.frame import RGBDFrame
 from ..errors import FormatError, IlfError, InputError
 from ..run.options import RECORD_FILE
-from ..run.record import PROGRAM, array_sha256
+from ..run.record import array_sha256
 from ..sources import reading
 from ..sources.naming import META_NAME
 from ..sources.neighbours import read_or_none, with_neighbours
@@ -256,5 +255,4 @@ def read_frame_record(folder: Path) -> FrameRecord | None:
 
 def write_frame_record(folder: Path, record: FrameRecord) -> None:
     """Write a record into the frame's folder, which is created if missing; raises ExportError as `write_bytes`."""
-    data = {"program": PROGRAM, "schema": SCHEMA, **dataclasses.asdict(record)}
-    write_bytes(folder / FRAME_FILE, f"{json.dumps(data, indent=2)}\n".encode())
+    write_bytes(folder / FRAME_FILE, json_file(SCHEMA, dataclasses.asdict(record)))

@@ -200,7 +200,7 @@ def slice_frames(
     """
     chosen = list(frames[first:end:every])
     if not chosen:
-        raise InputError(f"No frames are selected. They are numbered 0 to {len(frames) - 1}: change the selection.")
+        raise InputError(f"No frames are left of those numbered from 0 to {len(frames) - 1}: change the selection.")
     return chosen
 
 

@@ -14,7 +14,7 @@ from typing import Any
 from .._runtime.files import file_sha256, read_json
 from .._runtime.installation import __version__
 from .._runtime.networks.models import CORRECTION, SPARSE_CORRECTION
-from .._runtime.schema import check_schema, converted
+from .._runtime.schema import PROGRAM, check_schema, converted, json_file
 from .._runtime.writing import write_bytes
 from ..data.frame import RGBDFrame
 from ..data.parameters import Parameters
@@ -24,7 +24,7 @@ from ..evaluation.hold_out import HoldOutTest
 from ..io.labels import with_more_invalid
 from ..run.block_choice import BlockChoice
 from ..run.options import ExportOptions
-from ..run.record import PROGRAM, installed_sha256, requested_networks
+from ..run.record import installed_sha256, requested_networks
 from ..run.run import Run
 
 SETTINGS_FILE = "batch.json"
@@ -147,8 +147,7 @@ class _BatchFile:
 
 def write_settings(folder: Path, facts: Mapping[str, Any], levels: Levels) -> None:
     """Write facts and colour range to the folder of the results."""
-    data = {"program": PROGRAM, "schema": SCHEMA, "settings": facts, "levels": levels}
-    write_bytes(folder / SETTINGS_FILE, f"{json.dumps(data, indent=2)}\n".encode())
+    write_bytes(folder / SETTINGS_FILE, json_file(SCHEMA, {"settings": facts, "levels": levels}))
 
 
 def differences(before: Mapping[str, Any], now: Mapping[str, Any]) -> list[str]:

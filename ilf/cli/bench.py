@@ -12,6 +12,7 @@ from typing import Any
 
 from .._runtime.formatting import counted
 from .._runtime.installation import __version__, library_versions
+from .._runtime.schema import PROGRAM
 from ..errors import InputError
 from ..evaluation.bench.blocks import BLOCK_METHODS, run_block_bench, summarise_blocks
 from ..evaluation.bench.denoising import DENOISE_GROUPS, SCENES, run_denoise_bench
@@ -21,7 +22,6 @@ from ..evaluation.bench.patterns import PATTERNS
 from ..evaluation.bench.results import Line, Skipped, content, summarise
 from ..evaluation.bench.runner import read_earlier_result, run_bench
 from ..io.tables import write_csv
-from ..run.record import PROGRAM
 from .output import Bar, Column, print_json, shows_progress, table, warn
 from .usage import Parser, add_action, add_json, add_progress, declare
 

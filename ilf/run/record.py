@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import hashlib
-import json
 from collections import Counter
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -16,7 +15,7 @@ from numpy.typing import NDArray
 from .._runtime.installation import __version__, library_versions, processor
 from .._runtime.networks.models import CORRECTION, DEPTH_EDGES, SPARSE_CORRECTION, model_path
 from .._runtime.networks.session import device
-from .._runtime.schema import PlainName, plain
+from .._runtime.schema import PlainName, json_file
 from ..completion.correction_network import load_correction_network
 from ..completion.sparse_correction import load_sparse_correction_network
 from ..data.blocks import Blocks
@@ -90,8 +89,6 @@ def installed_sha256(name: str) -> str | None:
     except InputError:
         return None
 
-
-PROGRAM = "ilf-studio"
 
 SCHEMA = 1
 """Version of the record's format."""
@@ -317,8 +314,7 @@ def array_sha256(values: NDArray[Any]) -> str:
 
 def to_json(record: RunRecord) -> bytes:
     """Content of run.json, with null for NaN."""
-    data = {"program": PROGRAM, "schema": SCHEMA, **dataclasses.asdict(record)}
-    return f"{json.dumps(plain(data), indent=2)}\n".encode()
+    return json_file(SCHEMA, dataclasses.asdict(record))
 
 
 def _rows(matrix: NDArray[np.float64]) -> tuple[tuple[float, ...], ...]:

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from .._runtime.cancellation import check_cancelled
 from .._runtime.files import file_sha256, read_json
 from .._runtime.formatting import counted
+from .._runtime.schema import PROGRAM
 from .._runtime.writing import move_into_place, staging, write_bytes
 from ..completion.confidence.expected_error import expected_error, unsupported
 from ..completion.confidence.features import default_edge_notes
@@ -60,7 +61,7 @@ from .options import (
     ExportOptions,
     drop_impossible_cloud,
 )
-from .record import PROGRAM, make_record, to_json
+from .record import make_record, to_json
 from .run import Run
 
 # Point cloud and mesh of a run's result, with values per point.

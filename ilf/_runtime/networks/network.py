@@ -211,10 +211,8 @@ class OnnxNetwork:
 
     def _tell_that_it_runs(self) -> None:
         logging.getLogger(__name__).warning(
-            "%s has been running for %g s and may not end. Cancel the work (Ctrl+C) and choose another %s, or wait.",
-            self.path.name,
-            TRIAL_S,
-            self.KIND,
+            f"{self.path.name} has been running for {TRIAL_S:g} s and may not end. Cancel the work (Ctrl+C) and choose "
+            f"another {self.KIND}, or wait."
         )
 
     def _unlike(self, why: str) -> str:

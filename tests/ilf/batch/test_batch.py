@@ -408,7 +408,7 @@ def test_frames_have_guides_and_truths_by_their_names(source, tmp_path, begun, c
     beside = ["--ground-truth", str(tmp_path / "ground_truth"), "--guide", str(tmp_path / "ground_truth")]
     command = ["batch", str(source), "--out", str(tmp_path / "out"), "--quiet", *beside, *FLAGS]
     assert main(command) == 1
-    assert "no file for rgb/0002. Add one named rgb__0002 or 0002" in capsys.readouterr().err
+    assert "no file for rgb/0002. Add rgb__0002 or 0002" in capsys.readouterr().err
     assert main([*command, "--frames", ":2"]) == 0
     assert all(0 < float(row["truth_mae_m"]) <= float(row["truth_rmse_m"]) for row in manifest(tmp_path / "out"))
     assert (tmp_path / "out" / "rgb__0001" / "guide_used.npy").exists()
