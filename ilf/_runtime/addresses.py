@@ -279,10 +279,9 @@ class RemoteFiles:
         with self._reported(self.address / name, writing=True):
             self._driver.put_file(str(source), self._path(name))
             size = int(self._driver.info(self._path(name))["size"])
-        if size != source.stat().st_size:
+        if size != (whole := source.stat().st_size):
             raise ExportError(
-                f"Could not write {self.address / name}: it has {size} bytes instead of {source.stat().st_size}. "
-                "Run the same command again."
+                f"Could not write {self.address / name}: it has {size} bytes instead of {whole}. Try again."
             )
 
     def remove(self, name: str) -> None:

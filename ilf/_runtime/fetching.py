@@ -94,10 +94,8 @@ def fetch(
             found = file_sha256(part)
             try:
                 if sha256 not in {None, found}:
-                    raise InputError(
-                        f"{address}: the file's SHA-256 is {found} instead of {sha256}: it was changed at its source "
-                        "or on its way, and is not used. Try another network connection, or ask its publisher."
-                    )
+                    why = f"the SHA-256 is {found} instead of {sha256}"
+                    raise InputError(f"{address}: {why}, so the file is not used. Ask its publisher.")
                 if check is not None:
                     check(part, found)
             except InputError:
@@ -120,9 +118,7 @@ def _received(address: str, part: Path, size: int, progress: Progress | None) ->
             _receive(address, part, size, progress)
         except _CutError as error:
             if not left:
-                raise InputError(
-                    f"{address}: the connection is cut again and again ({error}). Repeat the command, which continues."
-                ) from error
+                raise InputError(f"{address}: cut again and again ({error}). Repeat the command to go on.") from error
         else:
             return
 

@@ -116,7 +116,5 @@ def _client(distributed: Any, address: str) -> Any:
             distributed.comm.get_address_host_port(found)  # a client with an invalid address takes a minute to close
         return distributed.Client(found, timeout=_CONNECT_TIMEOUT_S, set_as_default=False)
     except (OSError, ValueError, TypeError) as error:
-        raise InputError(
-            f"There is no Dask scheduler at {address} ({' '.join(str(error).split())}). Start one with `dask "
-            "scheduler`, and give its address or its scheduler file (--scheduler-file)."
-        ) from error
+        why = " ".join(str(error).split())
+        raise InputError(f"There is no Dask scheduler at {address} ({why}). Start one, or give its file.") from error

@@ -104,7 +104,7 @@ def frames_of_sources(
         found += own
         neighbours += [around(files, place, reach) for place in range(len(own))]
     if not found:
-        raise InputError(f"All frames of {', '.join(names)} are results, or in the output folder. Give measured ones.")
+        raise InputError(f"{', '.join(names)}: all are results, or in the output folder. Choose another output folder.")
     return [
         replace(frame, before=before, after=after, neighbour_step=neighbour_step)
         for frame, (before, after) in zip(named_frames(found), neighbours, strict=True)

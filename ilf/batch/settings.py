@@ -53,7 +53,7 @@ class BatchSettings:
         Path of the mask of invalid depth, the same for every frame.
     steady : int
         For a static camera: number of frames before and after each that its temporal median includes
-        (`temporal_median`). 0 for none.
+        (`with_temporal_median`). 0 for none.
     neighbours, neighbour_step : int
         Number of frames before and after each whose depth is added, and their distance (`with_neighbours`). 0 for none.
     """

@@ -81,10 +81,8 @@ class BatchSummary:
             outside = sums["outside_view"] / sums["pixels"]
             lines.append(f"Another {outside:.1%} lie outside the depth camera's view.")
         if self._implausible:
-            lines.append(
-                f"{counted(self._implausible, 'frame')} with plausibility warnings, listed in {self._listed_in} "
-                "(column plausibility_warnings). With --strict such frames fail."
-            )
+            implausible = f"{counted(self._implausible, 'frame')} with plausibility warnings"
+            lines.append(f"{implausible}, listed in {self._listed_in}. With --strict such frames fail.")
         if self._errors:
             lines.append(f"{MEDIAN_NAME}: {millimetres(median(self._errors))} mm in the median frame.")
         return lines

@@ -21,12 +21,12 @@ from ilf._runtime.networks.models import BUNDLED, CORRECTION, SPARSE_CORRECTION
 from ilf.batch.cluster import run_on_cluster
 from ilf.batch.engine import complete_frame, complete_many
 from ilf.batch.folder_sink import FolderSink, open_folder
-from ilf.batch.frame_record import read_frame, read_frame_record
+from ilf.batch.frame_record import LoadedFrame, read_frame, read_frame_record
 from ilf.batch.frames import folder_name, frames_of_sources, named_frames, shard_of, slice_frames
 from ilf.batch.frozen_list import sample_name
 from ilf.batch.pictures import depth_levels, read_preview
 from ilf.batch.settings import BatchSettings, read_settings, write_settings
-from ilf.batch.static_camera import temporal_median
+from ilf.batch.static_camera import with_temporal_median
 from ilf.cli import main
 from ilf.cli.output import FramesBar
 from ilf.errors import FormatError, InputError
@@ -486,7 +486,8 @@ def test_other_views_and_damaged_neighbours_have_no_say(tmp_path):
     other_size = ilf.RGBDFrame(np.full((10, 30, 3), 90, np.uint8), np.full((10, 30), 3.0))
     rng = np.random.default_rng(0)
     other_view = ilf.RGBDFrame(rng.integers(0, 255, (20, 30, 3), np.uint8), np.full((20, 30), 3.0))
-    assert np.all(temporal_median(frame, [other_size, other_view]) == 2.0)
+    steady = with_temporal_median(LoadedFrame(frame, (other_size, other_view), "", {}), tmp_path / "steady")
+    assert np.all(steady.depth == 2.0)
     write_frames(tmp_path, 2)
     (tmp_path / "depth" / "0000.png").write_bytes(b"no image")
     second = frames_of_sources([ilf.open_source(tmp_path)], reach=2)[1]
