@@ -30,15 +30,8 @@ from ..data.results import BlockOutcome, Completion
 from ..errors import InputError
 from ..segmentation.edges.depth_edges import DepthEdgeNetwork
 from ..segmentation.edges.detectors import load_model
-from .options import (
-    DEPTH_BY_HAND_FILE,
-    DRAWN_FILE,
-    GUIDE_FILE,
-    INVALID_MASK_FILE,
-    LABELS_FILE,
-    OUTSIDE_FILE,
-    ExportOptions,
-)
+from . import files
+from .options import ExportOptions
 from .run import Run
 
 # The networks used by a run, by name.
@@ -276,17 +269,17 @@ def make_record(run: Run, completion: Completion, options: ExportOptions) -> Run
     return RunRecord(
         name=frame.name,
         inputs=frame.inputs,
-        invalid_mask=RecordedMask.of(frame.invalid_mask, INVALID_MASK_FILE),
-        drawn=RecordedMask.of(run.blocks.drawn, DRAWN_FILE),
-        by_hand=None if by_hand is None else RecordedByHand.of(by_hand.depth, DEPTH_BY_HAND_FILE, by_hand.weight),
-        outside_view=RecordedMask.of(frame.outside_view if is_of_files else None, OUTSIDE_FILE),
+        invalid_mask=RecordedMask.of(frame.invalid_mask, files.INVALID_MASK),
+        drawn=RecordedMask.of(run.blocks.drawn, files.DRAWN),
+        by_hand=None if by_hand is None else RecordedByHand.of(by_hand.depth, files.DEPTH_BY_HAND, by_hand.weight),
+        outside_view=RecordedMask.of(frame.outside_view if is_of_files else None, files.OUTSIDE),
         guide=None
         if guide is None
-        else RecordedGuide.of(guide.array, GUIDE_FILE, guide.path, guide.network, guide.gives),
+        else RecordedGuide.of(guide.array, files.GUIDE, guide.path, guide.network, guide.gives),
         pose=None if frame.pose is None else _rows(frame.pose),
         neighbours=() if frame.neighbours is None else tuple(map(RecordedNeighbour.of, frame.neighbours.neighbours)),
         extraction=run.blocks.extraction,
-        blocks=RecordedBlocks.of(run.blocks, LABELS_FILE if options.labels else None),
+        blocks=RecordedBlocks.of(run.blocks, files.LABELS if options.labels else None),
         networks=RecordedNetworks(_extraction_networks(run.blocks), _networks(completion)),
         parameters=common,
         block_parameters={

@@ -33,7 +33,8 @@ from ..segmentation.extraction import found_blocks
 from ..sources.frame_ref import FrameRef
 from ..sources.neighbours import seen_by
 from ..sources.reading import load_frame, read_frame
-from .options import DEPTH_FILES, LABELS_FILE, ExportOptions
+from . import files
+from .options import DEPTH_FILES, ExportOptions
 from .record import (
     RecordedMask,
     RunRecord,
@@ -443,7 +444,7 @@ def _found_again(record: RunRecord, frame: RGBDFrame, folder: Path, extract: boo
         if saved is None:
             raise InputError(
                 "The blocks of this run were drawn or edited by hand, and their label map "
-                f"({record.blocks.file or LABELS_FILE}) is not beside the record or has changed. Restore it there."
+                f"({record.blocks.file or files.LABELS}) is not beside the record or has changed. Restore it there."
             )
         return Blocks(saved, extraction=record.extraction, network=network)
     if saved is not None and not extract:
@@ -453,7 +454,7 @@ def _found_again(record: RunRecord, frame: RGBDFrame, folder: Path, extract: boo
         return again
     versions = version_differences(record)
     problem = "The extraction gives different blocks than recorded" + (f" with {versions}" if versions else "")
-    name = record.blocks.file or LABELS_FILE
+    name = record.blocks.file or files.LABELS
     if saved is None:
         remedy = f"{problem}. Install the recorded versions, or put the run's {name} beside the record."
         raise InputError(" ".join((*again.notes, remedy)))

@@ -28,7 +28,8 @@ from ..sources.pairing import natural
 from ..sources.poses import stated_pose
 from ..sources.remote import spelled
 from ..sources.shards import Shards
-from .options import RECORD_FILE, UNSUPPORTED_FILE
+from . import files
+from .options import RECORD_FILE
 from .record import RunRecord
 from .record_file import modes_in, read_record
 
@@ -108,7 +109,7 @@ class StoredResult:
     @cached_property
     def unsupported(self) -> NDArray[np.bool_] | None:
         """Filled pixels that are unsupported by measurements, bool (H, W); None if they were not written."""
-        file = self._file(UNSUPPORTED_FILE)
+        file = self._file(files.UNSUPPORTED)
         return None if file is None else self._checked(file.path.name, read_mask(file))
 
     @cached_property
