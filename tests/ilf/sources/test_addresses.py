@@ -253,7 +253,7 @@ def test_credentials_in_errors_of_drivers_are_not_shown(memory, monkeypatch, tmp
 
 def test_a_missing_driver_is_named(monkeypatch):
     monkeypatch.setitem(sys.modules, "gcsfs", None)
-    with pytest.raises(InputError, match="gs:// needs the package gcsfs, which is not installed"):
+    with pytest.raises(InputError, match="gs:// needs gcsfs: run pip install gcsfs"):
         ilf.open_source("gs://bucket/data")
     with pytest.raises(InputError, match="what://bucket/data: this protocol is never opened"):
         ilf.open_source("what://bucket/data")
