@@ -17,7 +17,7 @@ else:
     Dataset = optional("torch.utils.data", "ilf-studio[torch]", "ilf.torch").Dataset
 
 
-class FrameDataset(Dataset[Any]):
+class FrameDataset(FrameArrays, Dataset[Any]):
     """Frames of a source, or results, as a map-style data set for `torch.utils.data.DataLoader`.
 
     An item is a dict of new, writable tensors. H and W are the size of its frame; NaN is missing depth.
@@ -72,13 +72,10 @@ class FrameDataset(Dataset[Any]):
         fields: Sequence[str] | None = None,
         transform: Callable[[dict[str, Any]], Any] | None = None,
     ) -> None:
-        self._arrays = FrameArrays(source, fields)
-        self.keys, self.fields, self.transform = self._arrays.keys, self._arrays.fields, transform
-
-    def __len__(self) -> int:
-        return len(self._arrays)
+        super().__init__(source, fields)
+        self.transform = transform
 
     def __getitem__(self, number: int) -> Any:
-        arrays = self._arrays[number]
+        arrays = super().__getitem__(number)
         item = {name: one if isinstance(one, str) else torch.from_numpy(one) for name, one in arrays.items()}
         return item if self.transform is None else self.transform(item)

@@ -50,9 +50,8 @@ class Address(str):
         shown = without_credentials(text)
         if CREDENTIALS.search(text) or re.search(r"[?#].", text):
             raise InputError(
-                f"{shown} is given with a user, a password or a query, which would be stored with "
-                "the results. Leave them out: credentials come from the driver's own settings (environment variables, "
-                "configuration files)."
+                f"{shown} has a user, a password or a query, which would be stored with the results. Leave them out: "
+                "credentials come from the driver's own settings (environment variables, configuration files)."
             )
         if "::" in re.sub(r"\[[^/]*", "", text):  # but for the numbers of a server
             raise InputError(f"{shown} is a chain of addresses, which is never opened. Give the address of the files.")
@@ -62,9 +61,7 @@ class Address(str):
             parts.port  # noqa: B018 - raises ValueError
         if protocol.lower() not in _PROTOCOLS:
             known = ", ".join(f"{name}://" for name in _PROTOCOLS[:-1])
-            raise InputError(
-                f"{shown}: Protocol not known or never opened. Give a path, or an address that begins with {known}."
-            )
+            raise InputError(f"{shown}: this protocol is never opened. Give a path, or one that begins with {known}.")
         if not text.isprintable() or not parts.netloc or re.search(r"[\s\\]", parts.netloc):
             raise InputError(f"{shown} is no valid address. Correct it.")
         return super().__new__(cls, f"{protocol.lower()}://{rest.rstrip('/')}")
@@ -136,10 +133,7 @@ class RemoteFiles:
             root = driver._strip_protocol(str(self.address))
         except ImportError as error:
             package = getattr(error.__cause__ or error, "name", None) or str(error)
-            raise InputError(
-                f"{self.address.protocol}:// needs the package {package}, which is not installed. Install it: "
-                f"pip install {package}."
-            ) from error
+            raise InputError(f"{self.address.protocol}:// needs {package}: run pip install {package}.") from error
         except ValueError as error:
             raise InputError(f"{self.address}: {one_line(str(error)):.{_LONGEST_CAUSE}}. Check the address.") from error
         return files, root.rstrip("/")
@@ -285,10 +279,9 @@ class RemoteFiles:
         with self._reported(self.address / name, writing=True):
             self._driver.put_file(str(source), self._path(name))
             size = int(self._driver.info(self._path(name))["size"])
-        if size != source.stat().st_size:
+        if size != (whole := source.stat().st_size):
             raise ExportError(
-                f"Could not write {self.address / name}: it has {size} bytes instead of {source.stat().st_size}. "
-                "Run the same command again."
+                f"Could not write {self.address / name}: it has {size} bytes instead of {whole}. Try again."
             )
 
     def remove(self, name: str) -> None:
@@ -315,27 +308,19 @@ class RemoteFiles:
         reason = without_credentials(one_line(text))[:_LONGEST_CAUSE].rstrip(".")
         if writing:
             return ExportError(
-                f"Could not write {address} ({reason}). Check the credentials, the network and the space there, "
-                "and run the same command again."
+                f"Could not write {address} ({reason}). Check credentials, network and the space there, and try again."
             )
         if isinstance(error, FileNotFoundError):
-            return InputError(f"{address}: there is no such file or folder. Check the address.")
-        if isinstance(error, PermissionError) or status in {401, 403}:
-            return InputError(
-                f"{address}: access is denied ({reason}). Check the address, and the credentials in the driver's "
-                "settings."
-            )
-        if getattr(error, "errno", None) == errno.ECONNREFUSED:
-            return InputError(
-                f"{address}: the server refuses the connection. Check the address, and that the server runs."
-            )
-        if isinstance(error, TimeoutError):
-            return InputError(
-                f"{address}: the server does not answer, or too slowly. Check the connection, and try again."
-            )
-        return InputError(
-            f"{address}: cannot be read ({reason}). Check the address, the credentials and the network, and try again."
-        )
+            why = "there is no such file or folder. Check the address."
+        elif isinstance(error, PermissionError) or status in {401, 403}:
+            why = f"access is denied ({reason}). Check the address, and the credentials in the driver's settings."
+        elif getattr(error, "errno", None) == errno.ECONNREFUSED:
+            why = "the server refuses the connection. Check the address, and that the server runs."
+        elif isinstance(error, TimeoutError):
+            why = "the server does not answer, or too slowly. Check the connection, and try again."
+        else:
+            why = f"cannot be read ({reason}). Check the address, the credentials and the network, and try again."
+        return InputError(f"{address}: {why}")
 
 
 class _Reported(io.RawIOBase):

@@ -49,17 +49,12 @@ def real_image(values: ArrayLike, name: str) -> NDArray[Any]:
     """Return values as a plain array; raise InputError if they are not one real number per pixel."""
     array = plain_array(values)
     if array.ndim != 2 or array.size == 0 or array.dtype.kind not in "iuf":
-        raise InputError(
-            f"{name} must be one real number per pixel with shape (H, W), not {array.dtype} with shape {array.shape}."
-        )
+        raise InputError(f"{name} must be one real number per pixel, (H, W), not {array.dtype} {array.shape}.")
     return array
 
 
 def without_mask(colour: ArrayLike) -> NDArray[Any]:
     """Return colour as a plain array; raise InputError if some of it is masked."""
     if np.ma.is_masked(colour):
-        raise InputError(
-            "Colour is a masked array, and colour cannot be missing: give colour.filled(0), or colour.data if its "
-            "values are right, and mask the depth."
-        )
+        raise InputError("Colour is masked, but cannot be missing: give colour.filled(0) or .data, and mask depth.")
     return np.asarray(colour)

@@ -7,7 +7,7 @@ import threading
 import time
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor, wait
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from typing import Any, TypeVar
 
 from ..errors import Cancelled
@@ -38,8 +38,7 @@ def set_cancel_events(*cancel_events: threading.Event) -> None:
     _thread_state.cancel_events = cancel_events
 
 
-@contextmanager
-def cancelled_by(cancel_event: threading.Event) -> Iterator[None]:
+def cancelled_by(cancel_event: threading.Event) -> AbstractContextManager[None]:
     """Within the block, also cancel work in this thread when the event is set.
 
     Examples
@@ -54,19 +53,18 @@ def cancelled_by(cancel_event: threading.Event) -> Iterator[None]:
     Traceback (most recent call last):
     ilf.errors.Cancelled: The work was cancelled.
     """
-    before = _thread_state.cancel_events
-    _thread_state.cancel_events = (*before, cancel_event)
-    try:
-        yield
-    finally:
-        _thread_state.cancel_events = before
+    return _cancelled_only_by(*current_cancel_events(), cancel_event)
+
+
+def not_cancelled() -> AbstractContextManager[None]:
+    """Within the block, work in this thread that is short goes on to its end although it is cancelled."""
+    return _cancelled_only_by()
 
 
 @contextmanager
-def not_cancelled() -> Iterator[None]:
-    """Within the block, work in this thread that is short goes on to its end although it is cancelled."""
-    before = _thread_state.cancel_events
-    set_cancel_events()
+def _cancelled_only_by(*cancel_events: threading.Event) -> Iterator[None]:
+    before = current_cancel_events()
+    set_cancel_events(*cancel_events)
     try:
         yield
     finally:

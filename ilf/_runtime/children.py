@@ -15,9 +15,9 @@ import sys
 import threading
 import time
 import traceback
-from collections.abc import Callable, Generator, Iterable, Sequence
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from functools import partial
 from itertools import islice
 from queue import SimpleQueue
@@ -233,11 +233,8 @@ def run_in_child(
     (3, 1)
     """
     try:
-        child = (own or _idle).pop()
-    except IndexError:
-        child = _started(file)
-    try:
-        return child.call(function, *arguments, seconds=seconds, memory=memory)
+        with _borrowed(_idle if own is None else own, quiet=True) as child:
+            return child.call(function, *arguments, seconds=seconds, memory=memory)
     except IlfError:
         raise
     except TimeoutError:
@@ -248,17 +245,25 @@ def run_in_child(
         problem = f"crashes ({error})"
     except Exception as error:
         problem = f"fails ({f'{type(error).__name__}: {error}':.200})"
+    raise FormatError(f"{file} is damaged: {doing} {problem}. {_REMEDY}")
+
+
+@contextmanager
+def _borrowed(waiting: list[Child], *, quiet: bool = False) -> Iterator[Child]:
+    """Take one of the children that wait, a quiet one also of those of all files, or start one; it waits again after
+    the block, unless it has ended."""
+    try:
+        child = (waiting or (_idle if quiet else waiting)).pop()
+    except IndexError:
+        with told_as(InputError, "No process can be started ({error}). Try again.", OSError):
+            child = Child(quiet=quiet)
+    try:
+        yield child
     finally:
         if child.has_ended:
             child.close()
         else:
-            (_idle if own is None else own).append(child)
-    raise FormatError(f"{file} is damaged: {doing} {problem}. {_REMEDY}")
-
-
-def _started(file: str) -> Child:
-    with told_as(InputError, f"{file} cannot be checked: no process can be started ({{error}}). Try again.", OSError):
-        return Child(quiet=True)
+            waiting.append(child)
 
 
 _idle: list[Child] = []
@@ -292,7 +297,7 @@ class _Pool:
 
     def __init__(self, jobs: int) -> None:
         self._threads = ThreadPoolExecutor(jobs, "ilf-child")
-        self._own = threading.local()
+        self._waiting: list[Child] = []
         self._children: set[Child] = set()
         self._closed = False
 
@@ -301,19 +306,11 @@ class _Pool:
         return self._threads.submit(self._call, function, item)
 
     def _call(self, function: Callable[[Item], Result], item: Item) -> Result:
-        child: Child | None = getattr(self._own, "child", None)
-        if child is None:
-            child = self._own.child = Child()
+        with _borrowed(self._waiting) as child:
             self._children.add(child)
-        if self._closed:
-            child.end()
-        try:
+            if self._closed:
+                child.end()
             return child.call(function, item)
-        except ChildEnded:
-            self._own.child = None
-            self._children.discard(child)
-            child.close()
-            raise
 
     def __enter__(self) -> _Pool:
         return self
@@ -423,10 +420,7 @@ def run_units(
     here = ((one, work(one)) for one in numbered)
     for (number, _), done in here if jobs == 1 else run_in_processes(work, numbered, jobs=jobs):
         if done is None:
-            raise IlfError(
-                "One of the worker processes ended unexpectedly. Memory may have run out: close other programs, or use "
-                "fewer --jobs."
-            )
+            raise IlfError("A worker process ended. Memory may have run out: close programs, or use fewer --jobs.")
         results[number] = done[0]
         on_done(number)
     return [results[number] for number in range(len(units))]

@@ -94,10 +94,8 @@ def fetch(
             found = file_sha256(part)
             try:
                 if sha256 not in {None, found}:
-                    raise InputError(
-                        f"{address}: the file's SHA-256 is {found} instead of {sha256}: it was changed at its source "
-                        "or on its way, and is not used. Try another network connection, or ask its publisher."
-                    )
+                    why = f"the SHA-256 is {found} instead of {sha256}"
+                    raise InputError(f"{address}: {why}, so the file is not used. Ask its publisher.")
                 if check is not None:
                     check(part, found)
             except InputError:
@@ -120,10 +118,7 @@ def _received(address: str, part: Path, size: int, progress: Progress | None) ->
             _receive(address, part, size, progress)
         except _CutError as error:
             if not left:
-                raise InputError(
-                    f"{address}: the connection is cut again and again ({error}). What has come is kept: repeat the "
-                    "command to continue."
-                ) from error
+                raise InputError(f"{address}: cut again and again ({error}). Repeat the command to go on.") from error
         else:
             return
 
@@ -147,9 +142,7 @@ def _receive(address: str, part: Path, size: int, progress: Progress | None) -> 
         stated = answer.headers.get("Content-Length")
         whole = size if stated is None else have + int(stated)
         if "text/html" in answer.headers.get("Content-Type", ""):
-            raise InputError(
-                f"{address}: the server sends a page instead of the file, as for a login. Open it in a browser."
-            )
+            raise InputError(f"{address}: the server sends a page instead of the file. Open it in a browser.")
         if address.startswith("https:") and not answer.url.startswith("https:"):
             raise InputError(f"{address}: the server leads to an address without encryption, which is not opened.")
         tolerance = ROUNDED * size
@@ -184,9 +177,7 @@ def _answer(request: Request) -> HTTPResponse | HTTPError:
     except (OSError, HTTPException) as error:
         why = getattr(error, "reason", error)
         reason = cause(why) if isinstance(why, Exception) else str(why)
-        raise InputError(
-            f"{request.full_url}: the server cannot be reached ({reason}). Check the connection, and try again."
-        ) from error
+        raise InputError(f"{request.full_url}: cannot be reached ({reason}). Check the connection.") from error
     return answer
 
 

@@ -101,9 +101,7 @@ def open_file(path: str | os.PathLike[str]) -> LimitedReader:
     except (FileNotFoundError, NotADirectoryError) as error:
         raise InputError(f"{os.path.abspath(path)}: there is no such file. Check the name.") from error
     except (OSError, ValueError) as error:
-        raise InputError(
-            f"{path!s:.200}: cannot be read ({cause(error)}). Check the name and its permissions."
-        ) from error
+        raise InputError(f"{path!s:.200}: cannot be read ({cause(error)}). Check its name and permissions.") from error
     if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
         file.close()
         raise InputError(f"{found} is a device or a pipe, not a file. Copy its content into a file first.")

@@ -21,6 +21,9 @@ _CHILD = "--ilf-child"
 _OTHER_PACKAGES = {"libglib-2.0.so.0": "libglib2.0-0", "libgthread-2.0.so.0": "libglib2.0-0", "libz.so.1": "zlib1g"}
 """Shared library -> its package of Debian and Ubuntu, where that is not named by their rule."""
 
+_OTHER_OPENCV = "opencv-python", "opencv-contrib-python", "opencv-contrib-python-headless"
+"""Distributions that install into `cv2`, too."""
+
 _LIBRARY = re.compile(r"\blib[\w.+-]+\.so\.\d+")
 
 
@@ -111,7 +114,7 @@ def system_package(library: str) -> str:
 
 def check_opencv() -> None:
     """Raise InputError if a package of OpenCV 4 has replaced the files of OpenCV 5, which both install into `cv2`."""
-    for name in ("opencv-python", "opencv-contrib-python", "opencv-contrib-python-headless"):
+    for name in _OTHER_OPENCV:
         if _version(name) and (loaded := str(import_module("cv2").__version__)) < "5":
             raise InputError(
                 f"{name} has replaced OpenCV 5 by OpenCV {loaded}. Uninstall it, and then: "
@@ -136,12 +139,7 @@ _DISTRIBUTIONS = {
     "numpy": ("numpy",),
     "scipy": ("scipy",),
     "onnxruntime": ("onnxruntime", "onnxruntime-gpu", "onnxruntime-directml"),
-    "opencv": (
-        "opencv-python-headless",
-        "opencv-python",
-        "opencv-contrib-python",
-        "opencv-contrib-python-headless",
-    ),
+    "opencv": ("opencv-python-headless", *_OTHER_OPENCV),
     "numba": ("numba",),
 }
 

@@ -48,9 +48,7 @@ def memory_limit() -> float:
     except ValueError:
         limit = math.nan
     if not limit > 0:
-        raise ParameterError(
-            f"The environment variable ILF_MEMORY must be a positive number of GB, not {setting!r:.40}."
-        )
+        raise ParameterError(f"ILF_MEMORY must be a positive number of GB, not {setting!r:.40}: correct the variable.")
     return 1e9 * limit
 
 

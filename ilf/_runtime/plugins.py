@@ -73,9 +73,7 @@ def entry_of_file(path: str | os.PathLike[str], entries: tuple[EntryPoint, ...])
     chosen = max(fitting, key=lambda entry: len(entry.name))
     rivals = [package_of(entry) for entry in fitting if entry.name.lower() == chosen.name.lower()]
     if len(rivals) > 1:
-        raise InputError(
-            f"{path}: the packages {' and '.join(rivals)} both read or write .{chosen.name}. Uninstall one of them."
-        )
+        raise InputError(f"{path}: {' and '.join(rivals)} both read or write .{chosen.name}. Uninstall one of them.")
     return chosen
 
 

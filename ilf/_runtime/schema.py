@@ -163,6 +163,13 @@ def is_plain(name: str) -> bool:
 
 # Conversion to strict JSON.
 
+PROGRAM = "ilf-studio"
+
+
+def json_file(schema: int, content: Mapping[str, Any]) -> bytes:
+    """Return a JSON file of this program, with null for NaN: its schema, and the content."""
+    return f"{json.dumps(plain({'program': PROGRAM, 'schema': schema, **content}), indent=2)}\n".encode()
+
 
 def strict_json(value: object) -> bytes:
     """Return JSON without whitespace, with null for NaN."""

@@ -41,12 +41,8 @@ class Interrupted(KeyboardInterrupt):
 
     def __init__(self, number: int) -> None:
         super().__init__("interrupted" if number == signal.SIGINT else f"ended by {signal.Signals(number).name}")
-        self.status = status_of(number)
-
-
-def status_of(number: int) -> int:
-    """Return the exit status of a command ended by a signal."""
-    return 128 + number
+        self.status = 128 + number
+        """The exit status of the command."""
 
 
 @contextmanager
@@ -132,11 +128,12 @@ def _force_exit(receiver: socket.socket, program: str, limit_s: float) -> None:
     with suppress(TimeoutError, BlockingIOError):
         if not receiver.recv(1):
             return
+    end = Interrupted(number)
     if sys.stderr is not None:
         with suppress(OSError):
-            print(f"{program}: error: {Interrupted(number)}", file=sys.stderr, flush=True)
+            print(f"{program}: error: {end}", file=sys.stderr, flush=True)
     remove_temporary_files()
-    os._exit(status_of(number))
+    os._exit(end.status)
 
 
 # The log of unexpected errors, to which a one-line message refers.
@@ -171,8 +168,7 @@ def log_error(error: BaseException) -> str:
         with _opened() as file:
             file.write(f"{_head()}\n{without_credentials(''.join(traceback.format_exception(error)))}\n")
     except OSError as unwritable:
-        log_problem = f"the log could not be written ({cause(unwritable)})"
-        return f"Unexpected error in the program ({what:.200}); {log_problem}."
+        return f"Unexpected error in the program ({what:.200}); the log cannot be written ({cause(unwritable)})."
     return f"Unexpected error in the program ({what:.200}). Please report it and attach {error_log_path()}"
 
 

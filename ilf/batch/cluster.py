@@ -65,10 +65,7 @@ def run_on_cluster(
             finally:
                 client.cancel(list(futures))
     except (CancelledError, distributed.comm.CommClosedError) as error:
-        raise IlfError(
-            f"The connection to the Dask scheduler at {address} was lost. What is finished is kept: start the same "
-            "command again to resume."
-        ) from error
+        raise IlfError(f"The Dask scheduler at {address} was lost. What is done is kept: run it again.") from error
 
 
 def threads_of_worker() -> int:
@@ -119,7 +116,5 @@ def _client(distributed: Any, address: str) -> Any:
             distributed.comm.get_address_host_port(found)  # a client with an invalid address takes a minute to close
         return distributed.Client(found, timeout=_CONNECT_TIMEOUT_S, set_as_default=False)
     except (OSError, ValueError, TypeError) as error:
-        raise InputError(
-            f"There is no Dask scheduler at {address} ({' '.join(str(error).split())}). Start one with `dask "
-            "scheduler`, and give its address or its scheduler file (--scheduler-file)."
-        ) from error
+        why = " ".join(str(error).split())
+        raise InputError(f"There is no Dask scheduler at {address} ({why}). Start one, or give its file.") from error

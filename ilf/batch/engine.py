@@ -20,7 +20,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from .._runtime.cancellation import current_cancel_events, set_cancel_events
+from .._runtime.cancellation import not_cancelled
 from .._runtime.children import run_in_processes
 from .._runtime.threads import available_cores
 from ..completion.confidence.expected_error import error_summary, expected_error
@@ -39,16 +39,10 @@ Outcomes = Generator[FrameOutcome, None, None]
 Unit = Any
 """What a task on a cluster completes: a frame of a folder, or the index of a shard."""
 
-CRASHED = (
-    "The process crashed twice, the second time with no other frame in parallel. Memory may have run out, or the frame "
-    "makes a library crash."
-)
+CRASHED = "The process crashed twice, then alone. Memory may have run out, or the frame makes a library crash."
 """Message of a frame whose process has crashed repeatedly."""
 
-OTHER_MACHINE = (
-    "This machine differs from the one that started the batch in its program version, networks or files, so its "
-    "results would differ. Install the same on all machines."
-)
+OTHER_MACHINE = "This machine differs in program version, networks or files from the batch. Install the same on all."
 """Message of a worker whose settings have another hash."""
 
 
@@ -169,7 +163,6 @@ def complete_many(sink: Sink, *, jobs: int = 1, cluster: str | None = None) -> O
         For errors that affect all frames, such as a full disk or a lost scheduler. An error of a single frame becomes
         its outcome.
     """
-    cancel_events = current_cancel_events()
     try:
         for outcome in _outcomes(sink, jobs, cluster):
             if outcome.is_completed:
@@ -178,9 +171,8 @@ def complete_many(sink: Sink, *, jobs: int = 1, cluster: str | None = None) -> O
                 sink.counts.failed += 1
             yield outcome
     finally:
-        set_cancel_events()  # the conclusion is not cancelled
-        sink.close()
-        set_cancel_events(*cancel_events)
+        with not_cancelled():
+            sink.close()
 
 
 def _outcomes(sink: Sink, jobs: int, cluster: str | None) -> Outcomes:
@@ -346,7 +338,7 @@ def _measured(
     return FrameOutcome(
         frame=frame.key,
         folder=frame.folder,
-        time=frame.time,
+        time_s=frame.time,
         status=FrameStatus.COMPLETED,
         message="" if hidden is None else untrusted_note(run.frame),
         blocks=len(np.unique(run.blocks.labels[run.blocks.labels > 0])),
@@ -354,12 +346,12 @@ def _measured(
         missing_before=int(np.count_nonzero(missing)),
         missing_after=int(np.count_nonzero(missing & np.isnan(completion.depth))),
         outside_view=0 if outside is None else int(np.count_nonzero(outside)),
-        expected_error_median=_rounded(expected.median),
-        expected_error_p90=_rounded(expected.p90),
-        hold_out_mae=_rounded(whole.mae),
-        hold_out_rmse=_rounded(whole.rmse),
-        truth_mae=_rounded(ground_truth.mae),
-        truth_rmse=_rounded(ground_truth.rmse),
+        expected_error_median_m=_rounded(expected.median),
+        expected_error_p90_m=_rounded(expected.p90),
+        hold_out_mae_m=_rounded(whole.mae),
+        hold_out_rmse_m=_rounded(whole.rmse),
+        truth_mae_m=_rounded(ground_truth.mae),
+        truth_rmse_m=_rounded(ground_truth.rmse),
     )
 
 

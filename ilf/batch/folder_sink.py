@@ -26,7 +26,6 @@ from ..run.writing import check_write, write
 from .cluster import SHARED_FOLDER
 from .engine import OTHER_MACHINE, Counts, Sink, facts_here
 from .frame_record import (
-    COLUMNS_WITH_UNITS,
     FRAME_FILE,
     FrameOutcome,
     FrameRecord,
@@ -44,12 +43,9 @@ from .static_camera import files_of, with_temporal_median
 
 MANIFEST_FILE = "manifest.csv"
 
-MANIFEST_COLUMNS = tuple(COLUMNS_WITH_UNITS.get(field.name, field.name) for field in dataclasses.fields(FrameOutcome))
+MANIFEST_COLUMNS = tuple(field.name for field in dataclasses.fields(FrameOutcome))
 
-_REDO_HINT = (
-    "Choose another folder, or complete them again (--rerun-changed; in the window, Redo: Frames with changed settings "
-    "or files)."
-)
+_REDO_HINT = "Choose another folder, or complete them again (--rerun-changed; in the window, by Redo)."
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -90,12 +86,12 @@ class FolderSink(Sink):
         record = read_frame_record(folder)
         if record is None or record.settings != self.sha256:
             return None
-        return record if not record.is_completed or record.has_all_files(folder) else None
+        return record if not record.outcome.is_completed or record.has_all_files(folder) else None
 
     def done(self, frame: BatchFrame) -> FrameOutcome | None:
         """Return the outcome of a frame that is already completed with these settings; else None."""
         record = self.record_of(frame)
-        if record is None or not record.is_completed:
+        if record is None or not record.outcome.is_completed:
             return None
         same = record.is_of(frame)
         if same is None:
@@ -233,27 +229,25 @@ def open_folder(
     facts = chosen.facts()
     same_settings = before is not None and before[0] == facts
     if before is not None and not same_settings and not anew:
-        raise InputError(
-            f"{target} has frames that were completed with other settings "
-            f"({some(differences(before[0], facts))}). {_REDO_HINT}"
-        )
+        changes = some(differences(before[0], facts))
+        raise InputError(f"{target} has frames completed with other settings ({changes}). {_REDO_HINT}")
     # other settings may come with other frames and another depth range
     levels = before[1] if before is not None and same_settings else depth_levels(frames)
     sink = FolderSink(settings=chosen, strict=strict, folder=target, sha256=sha256_of(facts), levels=levels)
     records = {frame: sink.record_of(frame) for frame in (frames if only is None else only)}
     same = unchanged(records)
-    changed = [frame.key for frame, record in records.items() if record and record.is_completed and not same[frame]]
+    changed = [
+        frame.key for frame, record in records.items() if record and record.outcome.is_completed and not same[frame]
+    ]
     if changed and not anew:
-        raise InputError(
-            f"The files of {counted(len(changed), 'frame')} have changed since they were completed into {target}: "
-            f"{some(changed)}. {_REDO_HINT}"
-        )
+        told = f"The files of {counted(len(changed), 'frame')} have changed since they were completed"
+        raise InputError(f"{told} into {target}: {some(changed)}. {_REDO_HINT}")
     if not same_settings:
         write_settings(ensure_folder(target), facts, levels)
     kept = {
         frame: record.outcome
         for frame, record in records.items()
-        if record and same[frame] and (record.is_completed or not retry_failed)
+        if record and same[frame] and (record.outcome.is_completed or not retry_failed)
     }
     finished = tuple(outcome for outcome in kept.values() if outcome.is_completed)
     failed = tuple(outcome for outcome in kept.values() if not outcome.is_completed)
@@ -271,7 +265,9 @@ def unchanged(records: dict[BatchFrame, FrameRecord | None]) -> dict[BatchFrame,
     """Return which frames have a record of the files that they have now. Frames whose file stamps differ are read, in
     separate processes."""
     same = {frame: record is not None and record.is_of(frame) for frame, record in records.items()}
-    doubtful = [frame for frame, record in records.items() if record and record.is_completed and same[frame] is None]
+    doubtful = [
+        frame for frame, record in records.items() if record and record.outcome.is_completed and same[frame] is None
+    ]
     for frame, content in run_in_processes(current_content, doubtful, jobs=available_cores()):
         record = records[frame]
         same[frame] = record is not None and content is not None and content == record.content

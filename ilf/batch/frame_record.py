@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import hashlib
-import json
 import os
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
@@ -14,18 +12,18 @@ from typing import Any
 
 from .._runtime.files import file_sha256, is_address, read_json
 from .._runtime.named_places import may_look_at
-from .._runtime.schema import check_schema, converted
+from .._runtime.schema import check_schema, converted, json_file
 from .._runtime.writing import write_bytes
 from ..data.frame import RGBDFrame
 from ..errors import FormatError, IlfError, InputError
 from ..run.options import RECORD_FILE
-from ..run.record import PROGRAM, array_sha256
+from ..run.record import array_sha256
 from ..sources import reading
 from ..sources.naming import META_NAME
 from ..sources.neighbours import read_or_none, with_neighbours
 from ..sources.reading_options import OPTIONS
 from .frames import BatchFrame
-from .settings import SCHEMA
+from .settings import SCHEMA, sha256_of
 
 # The input of a frame of a batch: options, files and their content.
 
@@ -77,7 +75,7 @@ def current_content(frame: BatchFrame) -> str | None:
 def reading_sha256(frame: BatchFrame) -> str:
     """Return the SHA-256 of the options that a frame is read with: all of its sources but paths, which may change when
     a data set is moved."""
-    return _sha256(
+    return sha256_of(
         [
             [source.frame, sorted(item for item in source.options.to_json().items() if not OPTIONS[item[0]].is_path)]
             for source in (frame.source, *frame.neighbours)
@@ -108,7 +106,7 @@ def file_stamps(paths: Iterable[str]) -> dict[str, list[int]]:
 
 
 def _content_of(frames: Sequence[RGBDFrame | None]) -> str:
-    return _sha256([None if frame is None else _facts(frame) for frame in frames])
+    return sha256_of([None if frame is None else _facts(frame) for frame in frames])
 
 
 def _facts(frame: RGBDFrame) -> list[Any]:
@@ -123,10 +121,6 @@ def _facts(frame: RGBDFrame) -> list[Any]:
     if frame.neighbours is not None:
         facts += [one.sha256 for one in frame.neighbours.neighbours]
     return facts
-
-
-def _sha256(facts: Any) -> str:
-    return hashlib.sha256(json.dumps(facts).encode()).hexdigest()
 
 
 FRAME_FILE = "frame.json"
@@ -149,7 +143,7 @@ class FrameOutcome:
         Key of the frame.
     folder : str
         Name of the folder with its results.
-    time : float or None
+    time_s : float or None
         Timestamp [s].
     status : FrameStatus
     message : str
@@ -163,12 +157,12 @@ class FrameOutcome:
         Pixels without depth in the frame and in its completion, without those outside the view.
     outside_view : int or None
         Pixels that the depth camera could not see.
-    expected_error_median, expected_error_p90 : float or None
+    expected_error_median_m, expected_error_p90_m : float or None
         Median and 90th percentile of the expected error [m] over the pixels filled by blocks: `median` and `p90` of
         `ilf.completion.confidence.expected_error.error_summary`.
-    hold_out_mae, hold_out_rmse : float or None
+    hold_out_mae_m, hold_out_rmse_m : float or None
         Errors [m] on hold-out, if the batch evaluates it.
-    truth_mae, truth_rmse : float or None
+    truth_mae_m, truth_rmse_m : float or None
         Errors [m] of the filled depth against the frame's ground truth, if it has one.
     plausibility_warnings : str
         Plausibility warnings of its files; "" if there are none.
@@ -176,7 +170,7 @@ class FrameOutcome:
 
     frame: str
     folder: str
-    time: float | None
+    time_s: float | None
     status: FrameStatus
     message: str = ""
     seconds: float | None = None
@@ -185,30 +179,18 @@ class FrameOutcome:
     missing_before: int | None = None
     missing_after: int | None = None
     outside_view: int | None = None
-    expected_error_median: float | None = None
-    expected_error_p90: float | None = None
-    hold_out_mae: float | None = None
-    hold_out_rmse: float | None = None
-    truth_mae: float | None = None
-    truth_rmse: float | None = None
+    expected_error_median_m: float | None = None
+    expected_error_p90_m: float | None = None
+    hold_out_mae_m: float | None = None
+    hold_out_rmse_m: float | None = None
+    truth_mae_m: float | None = None
+    truth_rmse_m: float | None = None
     plausibility_warnings: str = ""
 
     @property
     def is_completed(self) -> bool:
         """Whether the frame was completed; otherwise it failed."""
         return self.status is FrameStatus.COMPLETED
-
-
-COLUMNS_WITH_UNITS = {
-    "time": "time_s",
-    "expected_error_median": "expected_error_median_m",
-    "expected_error_p90": "expected_error_p90_m",
-    "hold_out_mae": "hold_out_mae_m",
-    "hold_out_rmse": "hold_out_rmse_m",
-    "truth_mae": "truth_mae_m",
-    "truth_rmse": "truth_rmse_m",
-}
-"""Field of an outcome -> column of a table, where the column names the unit."""
 
 
 @dataclass(frozen=True)
@@ -240,15 +222,10 @@ class FrameRecord:
     run: str | None = None
     outputs: tuple[str, ...] = ()
 
-    @property
-    def is_completed(self) -> bool:
-        """Whether the frame was completed; otherwise it failed."""
-        return self.outcome.is_completed
-
     def has_all_files(self, folder: Path) -> bool:
         """Return whether all its output files exist and belong together."""
         there = all(os.path.exists(folder / name) for name in self.outputs)
-        if not self.is_completed or not there:
+        if not self.outcome.is_completed or not there:
             return False
         return self.run is None or file_sha256(folder / RECORD_FILE) == self.run
 
@@ -278,5 +255,4 @@ def read_frame_record(folder: Path) -> FrameRecord | None:
 
 def write_frame_record(folder: Path, record: FrameRecord) -> None:
     """Write a record into the frame's folder, which is created if missing; raises ExportError as `write_bytes`."""
-    data = {"program": PROGRAM, "schema": SCHEMA, **dataclasses.asdict(record)}
-    write_bytes(folder / FRAME_FILE, f"{json.dumps(data, indent=2)}\n".encode())
+    write_bytes(folder / FRAME_FILE, json_file(SCHEMA, dataclasses.asdict(record)))

@@ -89,9 +89,7 @@ def frames_of_sources(
     """
     names = [source.path.name for source in sources]
     if twice := [name for name, count in Counter(names).items() if count > 1]:
-        raise InputError(
-            f"Two sources are named {twice[0]}: run them one after the other, each with its own output folder."
-        )
+        raise InputError(f"Two sources are named {twice[0]}: run them one by one, with output folders of their own.")
     found, neighbours = [], []
     for name, source in zip(names, sources, strict=True):
         times = source.timestamps or [None] * len(source)
@@ -106,10 +104,7 @@ def frames_of_sources(
         found += own
         neighbours += [around(files, place, reach) for place in range(len(own))]
     if not found:
-        raise InputError(
-            f"All frames of {', '.join(names)} are results of ILF Studio or in the output folder. Choose another "
-            "output folder, or give frames that were measured."
-        )
+        raise InputError(f"{', '.join(names)}: all are results, or in the output folder. Choose another output folder.")
     return [
         replace(frame, before=before, after=after, neighbour_step=neighbour_step)
         for frame, (before, after) in zip(named_frames(found), neighbours, strict=True)
@@ -188,9 +183,7 @@ def with_companion_files(frames: Sequence[BatchFrame], kind: str, folder: str | 
         names = frame.folder, frame.source.name, frame.key.rpartition("/")[2]
         path = next((files[name] for name in names if name in files), None)
         if path is None:
-            raise InputError(
-                f"{folder} has no file for {frame.key}. Add one named {names[0]} or {names[-1]}, with any suffix."
-            )
+            raise InputError(f"{folder} has no file for {frame.key}. Add {names[0]} or {names[-1]}, with any suffix.")
         found.append(replace(frame, source=frame.source.with_options(**{kind: path})))
     return found
 
@@ -207,9 +200,7 @@ def slice_frames(
     """
     chosen = list(frames[first:end:every])
     if not chosen:
-        raise InputError(
-            f"The selection contains no frames. Frames are numbered from 0 to {len(frames) - 1}: change the selection."
-        )
+        raise InputError(f"No frames are left of those numbered from 0 to {len(frames) - 1}: change the selection.")
     return chosen
 
 

@@ -12,8 +12,7 @@ from typing import Any
 
 from .._runtime.files import is_address, parse_json
 from .._runtime.folders import Folder, folder_at
-from .._runtime.schema import Section
-from ..run.record import PROGRAM
+from .._runtime.schema import Section, json_file
 from ..sources.frame_ref import FrameRef
 from ..sources.own_results import SHARDS_FILE
 from ..sources.shards import LIST_FILE, SCHEMA, ShardSet
@@ -68,8 +67,7 @@ def freeze(target: str, facts: dict[str, Any], request: dict[str, Any], list_fra
     folder.put(LIST_FILE, lines())
     sha256 = sha256_of(facts | {"keys": keys.hexdigest()})
     shards = ShardSet(facts, request, sha256, len(frames), per_shard, keep, size, whole.hexdigest(), tuple(offsets))
-    data = {"program": PROGRAM, "schema": SCHEMA, **dataclasses.asdict(shards)}
-    folder.put(SHARDS_FILE, [f"{json.dumps(data, indent=2)}\n".encode()])
+    folder.put(SHARDS_FILE, [json_file(SCHEMA, dataclasses.asdict(shards))])
 
 
 def listed_frames(folder: Folder, shards: ShardSet, index: int) -> dict[int, BatchFrame]:

@@ -9,7 +9,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image, ImageDraw, ImageFont
+from PIL import Image, ImageDraw, ImageFont, ImageOps
 
 from .._runtime.children import run_in_processes
 from .._runtime.installation import optional
@@ -135,7 +135,7 @@ def write_contact_sheet(folder: Path, outcomes: Sequence[FrameOutcome]) -> Path:
         left, top = _GAP + column * width, _GAP + row * height
         failed = outcome.status is FrameStatus.FAILED
         if not failed:
-            sheet.paste(Image.fromarray(_fitted(read_preview(folder / outcome.folder), _CELL)), (left, top))
+            sheet.paste(_fitted(read_preview(folder / outcome.folder), _CELL), (left, top))
         draw.text((left, top + _CELL[1] + 1), _caption(outcome), _WARNING if failed else _INK, font)
     path = folder / SHEET_FILE
     with atomic_path(path) as temporary:
@@ -172,30 +172,23 @@ def write_video(folder: Path, outcomes: Sequence[FrameOutcome]) -> Path:
         stream.width, stream.height = size
         stream.pix_fmt = "yuv420p"
         for outcome in shown:
-            picture = _fitted(read_preview(folder / outcome.folder), size)
+            picture = np.asarray(_fitted(read_preview(folder / outcome.folder), size))
             video.mux(stream.encode(av.VideoFrame.from_ndarray(picture, format="rgb24")))
         video.mux(stream.encode())
     return path
 
 
 def _rate(outcomes: Sequence[FrameOutcome]) -> float:
-    times = [outcome.time for outcome in outcomes if outcome.time is not None]
+    times = [outcome.time_s for outcome in outcomes if outcome.time_s is not None]
     if len(times) < max(len(outcomes), 2):
         return _DEFAULT_RATE
     step = float(np.median(np.diff(times)))
     return float(np.clip(1 / step, *_RATES)) if step > 0 else _DEFAULT_RATE
 
 
-def _fitted(picture: Picture, size: tuple[int, int]) -> Picture:
+def _fitted(picture: Picture, size: tuple[int, int]) -> Image.Image:
     """Scale a picture to fit this width and height, and centre it."""
-    height, width, _ = picture.shape
-    scale = min(size[0] / width, size[1] / height)
-    inside = max(round(width * scale), 1), max(round(height * scale), 1)
-    small = picture if inside == (width, height) else cv2.resize(picture, inside, interpolation=cv2.INTER_AREA)
-    fitted = np.full((size[1], size[0], 3), _PAPER, np.uint8)
-    left, top = (size[0] - inside[0]) // 2, (size[1] - inside[1]) // 2
-    fitted[top : top + inside[1], left : left + inside[0]] = small
-    return fitted
+    return ImageOps.pad(Image.fromarray(picture), size, Image.Resampling.BOX, _PAPER)
 
 
 def _caption(outcome: FrameOutcome) -> str:

@@ -14,7 +14,7 @@ from typing import Any
 from .._runtime.files import file_sha256, read_json
 from .._runtime.installation import __version__
 from .._runtime.networks.models import CORRECTION, SPARSE_CORRECTION
-from .._runtime.schema import check_schema, converted
+from .._runtime.schema import PROGRAM, check_schema, converted, json_file
 from .._runtime.writing import write_bytes
 from ..data.frame import RGBDFrame
 from ..data.parameters import Parameters
@@ -24,7 +24,7 @@ from ..evaluation.hold_out import HoldOutTest
 from ..io.labels import with_more_invalid
 from ..run.block_choice import BlockChoice
 from ..run.options import ExportOptions
-from ..run.record import PROGRAM, installed_sha256, requested_networks
+from ..run.record import installed_sha256, requested_networks
 from ..run.run import Run
 
 SETTINGS_FILE = "batch.json"
@@ -53,7 +53,7 @@ class BatchSettings:
         Path of the mask of invalid depth, the same for every frame.
     steady : int
         For a static camera: number of frames before and after each that its temporal median includes
-        (`temporal_median`). 0 for none.
+        (`with_temporal_median`). 0 for none.
     neighbours, neighbour_step : int
         Number of frames before and after each whose depth is added, and their distance (`with_neighbours`). 0 for none.
     """
@@ -85,21 +85,20 @@ class BatchSettings:
         """
         blocks = self.blocks
         files = {"blocks": blocks.file, "drawn": blocks.drawn, "invalid_mask": self.invalid_mask}
-        return _plain(
-            {
-                "version": __version__,
-                "networks": {name: installed_sha256(name) for name in self._networks()},
-                "parameters": self.parameters.to_dict(),
-                "extraction": blocks.extraction.to_dict(),
-                "extrapolate": self.extrapolate,
-                "fill_gaps": blocks.fill_gaps,
-                "files": {name: _content_sha256(path) for name, path in files.items() if path is not None},
-                "export": dataclasses.asdict(self.options),
-                "steady": self.steady,
-                "hidden": None if self.hidden is None else dataclasses.asdict(self.hidden),
-                **({"neighbours": [self.neighbours, self.neighbour_step]} if self.neighbours else {}),
-            }
-        )
+        facts = {
+            "version": __version__,
+            "networks": {name: installed_sha256(name) for name in self._networks()},
+            "parameters": self.parameters.to_dict(),
+            "extraction": blocks.extraction.to_dict(),
+            "extrapolate": self.extrapolate,
+            "fill_gaps": blocks.fill_gaps,
+            "files": {name: _content_sha256(path) for name, path in files.items() if path is not None},
+            "export": dataclasses.asdict(self.options),
+            "steady": self.steady,
+            "hidden": None if self.hidden is None else dataclasses.asdict(self.hidden),
+            **({"neighbours": [self.neighbours, self.neighbour_step]} if self.neighbours else {}),
+        }
+        return dict(json.loads(json.dumps(facts)))  # as they are read back
 
     def _networks(self) -> list[str]:
         extraction, parameters = self.blocks.extraction, self.parameters
@@ -110,8 +109,8 @@ class BatchSettings:
         return sorted(set(asked))
 
 
-def sha256_of(facts: Mapping[str, Any]) -> str:
-    """Return the SHA-256 of settings' facts; equal settings have equal hashes on all machines."""
+def sha256_of(facts: Any) -> str:
+    """Return the SHA-256 of JSON values; equal ones have equal hashes on all machines."""
     return hashlib.sha256(json.dumps(facts, sort_keys=True).encode()).hexdigest()
 
 
@@ -148,8 +147,7 @@ class _BatchFile:
 
 def write_settings(folder: Path, facts: Mapping[str, Any], levels: Levels) -> None:
     """Write facts and colour range to the folder of the results."""
-    data = {"program": PROGRAM, "schema": SCHEMA, "settings": facts, "levels": levels}
-    write_bytes(folder / SETTINGS_FILE, f"{json.dumps(data, indent=2)}\n".encode())
+    write_bytes(folder / SETTINGS_FILE, json_file(SCHEMA, {"settings": facts, "levels": levels}))
 
 
 def differences(before: Mapping[str, Any], now: Mapping[str, Any]) -> list[str]:
@@ -175,11 +173,6 @@ def _flat(facts: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any
             yield from _flat(value, f"{prefix}{name}.")
         else:
             yield f"{prefix}{name}", value
-
-
-def _plain(facts: dict[str, Any]) -> dict[str, Any]:
-    """Return facts as they are read back from JSON."""
-    return dict(json.loads(json.dumps(facts)))
 
 
 def _content_sha256(path: str) -> str:

@@ -190,10 +190,7 @@ def _check_shard(folder: Folder, name: str, sha256: str, keys: list[str]) -> Non
                 continue
             data = tar.read(row["size"] or 0)
             if row["offset"] != place or hashlib.sha256(data).hexdigest() != row["sha256"]:
-                raise FormatError(
-                    f"{folder}/{name}.tar is damaged: {row['key']} is not where its table says, or has another "
-                    f"content. {remedy}"
-                )
+                raise FormatError(f"{folder}/{name}.tar is damaged: {row['key']} is not as in its table. {remedy}")
             place += len(data)
             digest.update(data)
         digest.update(tar.read(len(END) + 1))

@@ -19,12 +19,12 @@ from ..data.frame import RGBDFrame
 from ..errors import ExportError, FormatError, InputError, cause
 from ..run.options import ExportOptions
 from ..sources.shards import FACTS
-from .frame_record import COLUMNS_WITH_UNITS, FrameOutcome, FrameStatus
+from .frame_record import FrameOutcome, FrameStatus
 
 _LONGEST_ROW = 2**20
 
 COLUMNS = {
-    field.name: {"frame": "key", "folder": "sample"}.get(field.name) or COLUMNS_WITH_UNITS.get(field.name, field.name)
+    field.name: {"frame": "key", "folder": "sample"}.get(field.name, field.name)
     for field in dataclasses.fields(FrameOutcome)
 }
 """Field of an outcome -> its column in the tables."""

@@ -304,9 +304,7 @@ def _shard_set(folder: Folder, facts: dict[str, Any], request: Mapping[str, Any]
             )
     size = folder.size(LIST_FILE)
     if size != shards.list_bytes:
-        raise FormatError(
-            f"{folder}/{LIST_FILE} has {size} bytes instead of {shards.list_bytes}. Choose another folder."
-        )
+        raise FormatError(f"{folder}/{LIST_FILE} has {size}, not {shards.list_bytes} bytes. Choose another folder.")
     return shards
 
 
@@ -318,9 +316,7 @@ def _failures(sink: ShardSink, indices: Sequence[int]) -> dict[int, int]:
         if isinstance(table, FormatError):
             raise table
         if table.sha256 != sink.shards.sha256:
-            raise FormatError(
-                f"{folder}/{name} does not match the settings in its name. Delete it and run the batch again."
-            )
+            raise FormatError(f"{folder}/{name} is not of the settings in its name. Delete it and run the batch again.")
         found[tables[name]] = table.failed
     return found
 

@@ -45,8 +45,9 @@ def files_of(frame: RGBDFrame) -> tuple[str, ...]:
 
 
 def with_temporal_median(reading: LoadedFrame, folder: Path) -> RGBDFrame:
-    """Return a frame with its `temporal_median`, written to and read from files in a folder, so that its run can be
-    replayed.
+    """Return a frame with the temporal median of its depth, written to and read from files in a folder, so that its run
+    can be replayed: per pixel, the median over the frame and its neighbours with unchanged colour. Neighbours of
+    another size, and those whose colour has changed nearly everywhere, are ignored.
 
     Raises
     ------
@@ -80,33 +81,6 @@ def with_temporal_median(reading: LoadedFrame, folder: Path) -> RGBDFrame:
     note = _median_note(frame, depth, len(layers), len(reading.neighbours))
     steady = replace(read, outside_view=frame.outside_view, pose=frame.pose, notes=(*frame.notes, note))
     return steady.with_guide(frame.guide)
-
-
-def temporal_median(frame: RGBDFrame, others: Sequence[RGBDFrame]) -> NDArray[np.float32]:
-    """Compute the temporal median of depth: per pixel, over a frame and its neighbours with unchanged colour.
-
-    A pixel has depth if the frame or any neighbour with unchanged colour has depth there.
-
-    Parameters
-    ----------
-    frame : RGBDFrame
-    others : sequence of RGBDFrame
-        Frames of the same static camera, taken shortly before and after. Frames of another size, and frames whose
-        colour has changed nearly everywhere, are ignored.
-
-    Returns
-    -------
-    ndarray of float32, shape (H, W)
-        Depth [m], NaN = missing.
-
-    Examples
-    --------
-    >>> rgb = np.zeros((20, 30, 3), np.uint8)
-    >>> frames = [RGBDFrame(rgb, np.full((20, 30), depth)) for depth in (2.0, 2.03, 1.99)]
-    >>> float(temporal_median(frames[1], [frames[0], frames[2]])[0, 0])
-    2.0
-    """
-    return median_of_known(_layers(frame, others))
 
 
 def _layers(frame: RGBDFrame, others: Sequence[RGBDFrame]) -> NDArray[np.float32]:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import os
-import re
 import time
 from contextlib import closing
 from dataclasses import astuple, replace
@@ -25,11 +24,11 @@ from .batch_summary import BatchSummary
 from .options import add_export_options, export_options
 from .output import FramesBar, print_json, shows_progress, warn
 from .parsing import (
-    add_flags,
     add_given_blocks,
     add_pairing,
     add_reading,
     add_settings,
+    add_shared,
     checked_neighbours,
     hold_out_from,
     preset_from,
@@ -37,7 +36,7 @@ from .parsing import (
     settings_from,
 )
 from .shards import add_shard_arguments, check_or_merge, check_shard_arguments, open_given_shards
-from .usage import Parser, UsageError, add_json, add_progress, count
+from .usage import VALUES, Parser, UsageError, add_json, add_progress, declare
 
 _USAGE = """ilf batch SOURCE... --out DIR [options]
        ilf batch SOURCE... --out DIR [--jobs 4] [--shard 3/40]
@@ -58,33 +57,40 @@ def add_arguments(parser: Parser) -> None:
         "Complete the frames of folders, data sets and recordings, each into its own folder, and write manifest.csv "
         "with the result of each. The same command resumes an interrupted batch."
     )
-    parser.add_argument("sources", nargs="*", metavar="SOURCE", help="folder of frames, data set or recording")
-    parser.add_argument("--out", metavar="DIR", help="output folder, created if missing")
+    declared = """
+        [SOURCE ...]  folder of frames, data set or recording
+        --out DIR     output folder, created if missing
+    """
+    declare(parser, declared)
     add_shard_arguments(parser.add_argument_group("shards: many frames in a file"))
     frames = parser.add_argument_group("selection of frames")
-    frames.add_argument("--every", type=count, default=1, metavar="N", help="complete every N-th frame only")
-    frames.add_argument(
-        "--frames",
-        type=_range,
-        default=(None, None),
-        metavar="A:B",
-        help="complete frames A to before B, counted from 0; A or B may be left out, negative numbers count from the "
-        "end",
-    )
+    declared = """
+        --every N     complete every N-th frame only
+        --frames A:B  complete frames A to before B, counted from 0; A or B may be left out, negative numbers count from
+            the end
+    """
+    declare(frames, declared, every=1)
+    frames.set_defaults(frames=(None, None))
     add_pairing(frames)
-    _add_sharing(parser.add_argument_group("parallel and distributed work"))
-    again = parser.add_argument_group("resuming")
-    again.add_argument("--retry-failed", action="store_true", help="also retry failed frames")
-    again.add_argument(
-        "--rerun-changed",
-        action="store_true",
-        help="also rerun frames whose settings or files have changed since",
-    )
+    declared = """
+        --jobs N        number of processes on this machine (default: 1)
+        --shard K/N     complete only the K-th of N parts of the frames, while other machines complete the other parts
+            into the same folder; with --shards, of the shards
+        --dask ADDRESS  run on a Dask cluster, frame by frame, or shard by shard with --shards: address of the
+            scheduler, or its scheduler file. A scheduler can run any code here and on its workers: use only one that
+            you trust
+    """
+    declare(parser.add_argument_group("parallel and distributed work"), declared)
+    declared = """
+        --retry-failed   also retry failed frames
+        --rerun-changed  also rerun frames whose settings or files have changed since
+    """
+    declare(parser.add_argument_group("resuming"), declared)
     add_reading(parser.add_argument_group("reading the frames"))
-    add_flags(parser, "--strict", "--invalid-mask")
+    add_shared(parser, "--strict", "--invalid-mask")
     parser.add_argument(
         "--static-camera",
-        type=count,
+        type=VALUES["N"],
         nargs="?",
         const=_STATIC_RADIUS,
         default=0,
@@ -92,27 +98,25 @@ def add_arguments(parser: Parser) -> None:
         help="for a static camera: fuse the depth of N frames before and after each one where colour is unchanged "
         f"(default: {_STATIC_RADIUS} if N is left out)",
     )
-    add_flags(parser, "--neighbours", "--neighbour-step")
+    add_shared(parser, "--neighbours", "--neighbour-step")
     beside = parser.add_argument_group("guides and ground truth: folders with one file per frame, named as the frame")
-    beside.add_argument(
-        "--guide",
-        metavar="DIR|FILE|NAME",
-        help="depth or inverse depth from another source; or one network that predicts it, an ONNX file or a name of "
-        "`ilf models list` (default: guide.* of a frame)",
-    )
-    beside.add_argument(
-        "--ground-truth", metavar="DIR", help="depth to evaluate the results against (default: gt.* of a frame)"
-    )
-    beside.add_argument("--ground-truth-units", type=float, metavar="N", help="units per metre of the ground truth")
+    declared = """
+        --guide DIR|FILE|NAME  depth or inverse depth from another source; or one network that predicts it, an ONNX file
+            or a name of `ilf models list` (default: guide.* of a frame)
+        --ground-truth DIR     depth to evaluate the results against (default: gt.* of a frame)
+        --ground-truth-units UNITS  units per metre of the ground truth
+    """
+    declare(beside, declared)
     add_given_blocks(parser, "--blocks")
-    add_flags(parser, "--drawn", "--hold-out", "--seeds")
+    add_shared(parser, "--drawn", "--hold-out", "--seeds")
     output = parser.add_argument_group("output")
     add_export_options(output)
-    add_flags(output, "--extrapolate")
-    output.add_argument(
-        "--contact-sheet", action="store_true", help="write contact-sheet.png, all previews with their names"
-    )
-    output.add_argument("--video", action="store_true", help="write video.mp4, all previews in sequence")
+    add_shared(output, "--extrapolate")
+    declared = """
+        --contact-sheet  write contact-sheet.png, all previews with their names
+        --video          write video.mp4, all previews in sequence
+    """
+    declare(output, declared)
     add_json(
         output,
         "folder, files, completed, failed, completed_before, failed_before, not_done (frames), seconds and frames. "
@@ -121,7 +125,7 @@ def add_arguments(parser: Parser) -> None:
         "finished, frames, completed, failed, problems",
     )
     add_progress(output)
-    add_flags(output, "--quiet")
+    add_shared(output, "--quiet")
     add_settings(parser)
 
 
@@ -157,23 +161,6 @@ def run(arguments: argparse.Namespace) -> None:
         elif not arguments.quiet:
             print(f"Written to {arguments.out}: {', '.join(files)}, and a folder for each frame.")
     summary.check_failures()
-
-
-def _add_sharing(group: argparse._ArgumentGroup) -> None:
-    group.add_argument("--jobs", type=count, metavar="N", help="number of processes on this machine (default: 1)")
-    group.add_argument(
-        "--shard",
-        type=_shard,
-        metavar="K/N",
-        help="complete only the K-th of N parts of the frames, while other machines complete the other parts into the "
-        "same folder; with --shards, of the shards",
-    )
-    group.add_argument(
-        "--dask",
-        metavar="ADDRESS",
-        help="run on a Dask cluster, frame by frame, or shard by shard with --shards: address of the scheduler, or its "
-        "scheduler file. A scheduler can run any code here and on its workers: use only one that you trust",
-    )
 
 
 def _opened_folder(arguments: argparse.Namespace, settings: BatchSettings) -> FolderSink:
@@ -254,18 +241,3 @@ def _complete(sink: Sink, arguments: argparse.Namespace, summary: BatchSummary) 
             if not (arguments.quiet or arguments.json):
                 print("\n".join(summary.lines(seconds)), flush=True)
     return seconds
-
-
-def _range(text: str) -> tuple[int | None, int | None]:
-    match = re.fullmatch(r"(-?\d+)?:(-?\d+)?", text)
-    if match is None:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a range of frames, such as 100:200, :50 or -10:")
-    first, end = (None if number is None else int(number) for number in match.groups())
-    return first, end
-
-
-def _shard(text: str) -> tuple[int, int]:
-    match = re.fullmatch(r"(\d+)/(\d+)", text)
-    if match is None or not 1 <= int(match[1]) <= int(match[2]):
-        raise argparse.ArgumentTypeError(f"{text!r} is not a part K/N, such as 3/40")
-    return int(match[1]), int(match[2])

@@ -20,6 +20,10 @@ _MAX_LISTED = 5
 """Maximum number of failed frames listed on the terminal."""
 
 
+_ALWAYS = "completed", "failed"
+"""What is told of the frames even if there are none."""
+
+
 class BatchSummary:
     """Sums over the frames of a batch, which may be a million.
 
@@ -58,16 +62,14 @@ class BatchSummary:
             return
         for name in ("pixels", "missing_before", "missing_after", "outside_view"):
             self._sums[name] += getattr(outcome, name) or 0
-        if outcome.expected_error_median is not None:
-            self._errors.append(outcome.expected_error_median)
+        if outcome.expected_error_median_m is not None:
+            self._errors.append(outcome.expected_error_median_m)
 
     def lines(self, seconds: float) -> list[str]:
         """Describe the frames of a batch that took so many seconds."""
         counts, sums = self._counts, self._sums
-        parts = [f"{counts.completed} completed", f"{counts.failed} failed"]
-        parts += [f"{counts.before} completed before"] * bool(counts.before)
-        parts += [f"{counts.failed_before} failed before"] * bool(counts.failed_before)
-        parts += [f"{counts.left} not done"] * bool(counts.left)
+        numbers = self._numbers()
+        parts = [f"{numbers[what]} {what.replace('_', ' ')}" for what in numbers if numbers[what] or what in _ALWAYS]
         rate = f" ({counts.completed / seconds:.2g} frames per second)" if counts.completed else ""
         lines = [f"{counted(counts.total, 'frame')}: {', '.join(parts)}, in {seconds:.0f} s{rate}."]
         if counts.left:
@@ -79,25 +81,20 @@ class BatchSummary:
             outside = sums["outside_view"] / sums["pixels"]
             lines.append(f"Another {outside:.1%} lie outside the depth camera's view.")
         if self._implausible:
-            lines.append(
-                f"{counted(self._implausible, 'frame')} with plausibility warnings, listed in {self._listed_in} "
-                "(column plausibility_warnings). With --strict such frames fail."
-            )
+            implausible = f"{counted(self._implausible, 'frame')} with plausibility warnings"
+            lines.append(f"{implausible}, listed in {self._listed_in}. With --strict such frames fail.")
         if self._errors:
             lines.append(f"{MEDIAN_NAME}: {millimetres(median(self._errors))} mm in the median frame.")
         return lines
 
     def as_json(self, seconds: float) -> dict[str, Any]:
         """Return the numbers of frames for JSON."""
+        return {**self._numbers(), "seconds": seconds}
+
+    def _numbers(self) -> dict[str, int]:
         counts = self._counts
-        return {
-            "completed": counts.completed,
-            "failed": counts.failed,
-            "completed_before": counts.before,
-            "failed_before": counts.failed_before,
-            "not_done": counts.left,
-            "seconds": seconds,
-        }
+        before = {"completed_before": counts.before, "failed_before": counts.failed_before}
+        return {"completed": counts.completed, "failed": counts.failed, **before, "not_done": counts.left}
 
     def check_failures(self) -> None:
         """Raise IlfError if frames have failed."""

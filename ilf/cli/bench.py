@@ -12,6 +12,7 @@ from typing import Any
 
 from .._runtime.formatting import counted
 from .._runtime.installation import __version__, library_versions
+from .._runtime.schema import PROGRAM
 from ..errors import InputError
 from ..evaluation.bench.blocks import BLOCK_METHODS, run_block_bench, summarise_blocks
 from ..evaluation.bench.denoising import DENOISE_GROUPS, SCENES, run_denoise_bench
@@ -21,11 +22,10 @@ from ..evaluation.bench.patterns import PATTERNS
 from ..evaluation.bench.results import Line, Skipped, content, summarise
 from ..evaluation.bench.runner import read_earlier_result, run_bench
 from ..io.tables import write_csv
-from ..run.record import PROGRAM
 from .output import Bar, Column, print_json, shows_progress, table, warn
-from .usage import Parser, add_action, add_json, add_progress, count, seed
+from .usage import Parser, add_action, add_json, add_progress, declare
 
-_PATTERNS_USED = "random,areas"
+_SEED = "--seed SEED  random seed, 0 or more"
 _NAMES_LISTED = 6
 
 _Table = tuple[str, Sequence[Column], Sequence[Line]]
@@ -47,20 +47,13 @@ def add_arguments(parser: Parser) -> None:
         "pixels that a method leaves missing are scored with their nearest known depth.",
     )
     _add_frames(depth)
-    depth.add_argument(
-        "--pattern",
-        default=_PATTERNS_USED,
-        metavar="LIST",
-        help=f"hold-out patterns (default: {_PATTERNS_USED}), any of "
-        + "; ".join(f"{name}: {what}" for name, what in PATTERNS.items()).replace("%", "%%"),
-    )
-    depth.add_argument(
-        "--peers-from",
-        metavar="RESULT.json",
-        help="reuse the results of peers that need no blocks from an earlier --json of the same frames, patterns and "
-        "seed; an error if their inputs differ",
-    )
-    _add_seed(depth)
+    declared = f"""
+        --pattern LIST  hold-out patterns, any of {"; ".join(f"{name}: {what}" for name, what in PATTERNS.items())}
+        --peers-from RESULT.json  reuse the results of peers that need no blocks from an earlier --json of the same
+            frames, patterns and seed; an error if their inputs differ
+    """
+    declare(depth, declared, pattern="random,areas")
+    declare(depth, _SEED, seed=0)
     _add_common(depth, "any of all; " + "; ".join(f"{group} = {','.join(names)}" for group, names in GROUPS.items()))
 
     blocks = add_action(actions, "blocks", _blocks, "measure the operation blocks of several methods")
@@ -69,29 +62,25 @@ def add_arguments(parser: Parser) -> None:
 
     what = "compare the remaining noise of presets in mode fill+denoise and of other filters on generated scenes"
     denoising = add_action(actions, "denoising", _denoising, what)
-    _add_seed(denoising)
+    declare(denoising, _SEED, seed=0)
     _add_common(denoising, f"any of all,presets,peers,{','.join(DENOISE_GROUPS['all'])}")
 
 
 def _add_frames(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "folders",
-        nargs="+",
-        metavar="FOLDER",
-        help="folder with rgb.*, depth.* and meta.json, or folder of such folders",
-    )
-    parser.add_argument("--limit", type=count, metavar="N", help="use only the first N frames")
-
-
-def _add_seed(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--seed", type=seed, default=0, metavar="N", help="random seed, 0 or more (default: 0)")
+    declared = """
+        FOLDER ...  folder with rgb.*, depth.* and meta.json, or folder of such folders
+        --limit N   use only the first N frames
+    """
+    declare(parser, declared)
 
 
 def _add_common(parser: argparse.ArgumentParser, methods: str) -> None:
-    parser.add_argument("--methods", default="all", metavar="LIST", help=f"{methods} (default: all)")
-    jobs = "number of processes; more than 1 distorts the times (default: 1)"
-    parser.add_argument("--jobs", type=count, default=1, metavar="N", help=jobs)
-    parser.add_argument("--csv", metavar="FILE", help="write the table as CSV")
+    declared = f"""
+        --methods LIST  {methods}
+        --jobs N        number of processes; more than 1 distorts the times
+        --csv FILE      write the table as CSV
+    """
+    declare(parser, declared, methods="all", jobs=1)
     add_json(parser, "the table, all rows per frame, and the parameters")
     add_progress(parser)
 

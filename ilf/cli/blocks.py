@@ -20,8 +20,8 @@ from ..run.writing import check_not_an_input
 from ..segmentation.extraction import extract, found_blocks
 from ..segmentation.reextraction import with_gaps_filled
 from .output import Column, table, warn
-from .parsing import add_block_parameters, add_flags, add_frame, add_given_blocks, extraction_from, frame_from
-from .usage import Parser, UsageError
+from .parsing import add_block_parameters, add_frame, add_given_blocks, add_shared, extraction_from, frame_from
+from .usage import Parser, UsageError, declare
 
 
 def add_arguments(parser: Parser) -> None:
@@ -32,20 +32,19 @@ def add_arguments(parser: Parser) -> None:
         "(16-bit PNG, 0 = no block), COCO or labelme JSON. `ilf complete --blocks` reads all these formats."
     )
     add_frame(parser, companions=False)
-    add_flags(parser, "--invalid-mask")
+    add_shared(parser, "--invalid-mask")
     taken = parser.add_argument_group("existing blocks")
     add_given_blocks(taken, "--from")
-    taken.add_argument("--keep", type=_numbers, metavar="N,N,...", help="keep only these blocks (default: all)")
+    declare(taken, "--keep N,N,...  keep only these blocks (default: all)")
     output = parser.add_argument_group("output")
-    output.add_argument("--out", metavar="FILE", required=True, help="output file, .png or .json")
-    output.add_argument(
-        "--format",
-        choices=tuple(BLOCK_FORMATS),
-        help="format of the output file (default: png for .png, coco for .json); COCO and labelme include names; all "
-        "formats are exact to the pixel",
-    )
-    output.add_argument("--stages", metavar="DIR", help="folder for images of all stages of the extraction")
-    add_flags(output, "--quiet")
+    declared = f"""
+        --out FILE    required: output file, .png or .json
+        --format {"|".join(BLOCK_FORMATS)}  format of the output file (default: png for .png, coco for .json); COCO and
+            labelme include names; all formats are exact to the pixel
+        --stages DIR  folder for images of all stages of the extraction
+    """
+    declare(output, declared)
+    add_shared(output, "--quiet")
     add_block_parameters(parser)
 
 
@@ -99,13 +98,6 @@ def _report(blocks: LoadedBlocks, frame: RGBDFrame) -> list[str]:
     labels = [label for label in np.flatnonzero(pixels).tolist() if label > 0]
     share = np.count_nonzero(blocks.labels) / blocks.labels.size
     return [*table(columns, labels), "", f"{covered(len(labels), share)}."]
-
-
-def _numbers(text: str) -> frozenset[int]:
-    try:
-        return frozenset(int(part) for part in text.split(","))
-    except ValueError:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a list of block numbers, such as 3,7,12") from None
 
 
 def _only(found: LoadedBlocks, chosen: Collection[int]) -> LoadedBlocks:

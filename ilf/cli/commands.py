@@ -59,6 +59,8 @@ def _status(parser: Parser, words: Sequence[str]) -> int:
         if is_address(vars(arguments).get("out")):
             raise UsageError("--out takes a path, not an address: only `ilf batch --shards` writes to addresses.")
         check_opencv()
+        if device := vars(arguments).get("device"):
+            os.environ["ILF_DEVICE"] = device
         with allow_address(*vars(arguments).get("allow_address", ())):
             arguments.command(arguments)
         sys.stdout.flush()

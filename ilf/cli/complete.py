@@ -17,9 +17,9 @@ from ..sources.frame_folder import frame_folder
 from ..sources.opening import is_recording
 from .options import add_export_options, export_options, geometry_flags, given_exports
 from .output import print_json, shows_progress, warn
-from .parsing import add_flags, add_frame, add_given_blocks, add_settings, frame_from, preset_from, settings_from
+from .parsing import add_frame, add_given_blocks, add_settings, add_shared, frame_from, preset_from, settings_from
 from .run_output import COMPLETION_KEYS, FinishedRun, completed, completion_record, completion_report
-from .usage import Parser, UsageError, add_json, add_progress
+from .usage import Parser, UsageError, add_json, add_progress, declare
 
 _USAGE = """ilf complete RGB DEPTH [options]
        ilf complete FOLDER [options]
@@ -36,25 +36,21 @@ def add_arguments(parser: Parser) -> None:
     """Add the command's arguments to its parser."""
     parser.usage = _USAGE
     parser.description = "Extract the blocks of a frame, complete their depth, and write the results."
-    parser.add_argument("--replay", metavar="run.json", help="replay a recorded run with the record's settings")
+    declare(parser, "--replay run.json  replay a recorded run with the record's settings")
     add_frame(parser)
-    add_flags(
-        parser.add_argument_group("measured depth"), "--strict", "--invalid-mask", "--neighbours", "--neighbour-step"
-    )
+    measured = parser.add_argument_group("measured depth")
+    add_shared(measured, "--strict", "--invalid-mask", "--neighbours", "--neighbour-step")
     blocks = parser.add_argument_group("blocks and depth by hand")
     add_given_blocks(blocks, "--blocks")
-    add_flags(blocks, "--drawn", "--by-hand", "--by-hand-weight")
+    add_shared(blocks, "--drawn", "--by-hand", "--by-hand-weight")
     output = parser.add_argument_group("output")
-    output.add_argument(
-        "--out",
-        metavar="DIR",
-        help="output folder (default: NAME-ilf). It is created if missing; existing files are overwritten",
-    )
-    add_flags(output, "--extrapolate")
+    out = "output folder (default: NAME-ilf). It is created if missing; existing files are overwritten"
+    declare(output, f"--out DIR  {out}")
+    add_shared(output, "--extrapolate")
     add_export_options(output)
     add_json(output, COMPLETION_KEYS)
     add_progress(output)
-    add_flags(output, "--quiet")
+    add_shared(output, "--quiet")
     add_settings(parser)
 
 
@@ -107,9 +103,7 @@ def _new(arguments: argparse.Namespace) -> tuple[Run, ExportOptions, Sequence[st
 def _recorded(arguments: argparse.Namespace) -> Replay:
     """Return the recorded run that is replayed, with the files that are given or recorded."""
     if also := [flag for flag in arguments.given.values() if flag not in _WITH_REPLAY]:
-        raise UsageError(
-            f"With --replay, all settings but --no-cloud come from the record: leave out {', '.join(also)}."
-        )
+        raise UsageError(f"With --replay, settings but --no-cloud are the record's: leave out {', '.join(also)}.")
     inputs = arguments.inputs
     if len(inputs) == 1 and not is_recording(inputs[0]):
         files = frame_folder(inputs[0])

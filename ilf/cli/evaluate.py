@@ -24,10 +24,10 @@ from ..run.block_choice import BlockChoice
 from ..run.run import Run
 from .output import Bar, Column, print_json, shows_progress, table, warn
 from .parsing import (
-    add_flags,
     add_frame,
     add_given_blocks,
     add_settings,
+    add_shared,
     frame_from,
     hold_out_from,
     preset_from,
@@ -35,7 +35,7 @@ from .parsing import (
     value_from,
 )
 from .run_output import ERROR_KEYS, dominant_block, errors_record, unscored, unscored_lines
-from .usage import Parser, UsageError, add_json, add_progress
+from .usage import Parser, UsageError, add_json, add_progress, declare
 
 _Named = tuple[str, RunEvaluation]
 """The errors of a preset or value, and its name."""
@@ -61,22 +61,20 @@ def add_arguments(parser: Parser) -> None:
         "truth). Errors are computed over the pixels that all of them fill."
     )
     add_frame(parser)
-    add_flags(parser, "--invalid-mask")
+    add_shared(parser, "--invalid-mask")
     blocks = parser.add_argument_group("blocks")
     add_given_blocks(blocks, "--blocks")
-    add_flags(blocks, "--drawn")
+    add_shared(blocks, "--drawn")
     compared = parser.add_argument_group("evaluation")
-    add_flags(compared, "--hold-out", "--seeds")
-    compared.add_argument(
-        "--sweep",
-        action="append",
-        default=[],
-        metavar="NAME=V,V,...",
-        help="compare values of a filter parameter; a second --sweep gives a grid",
-    )
+    add_shared(compared, "--hold-out", "--seeds")
+    sweep = "compare values of a filter parameter; a second --sweep gives a grid"
+    declare(compared, f"--sweep NAME=V,V,... ...  {sweep}")
     output = parser.add_argument_group("output")
-    output.add_argument("--by-block", action="store_true", help="also print the RMSE of every block")
-    output.add_argument("--csv", metavar="FILE", help="write all errors as CSV, including those of every block")
+    declared = """
+        --by-block  also print the RMSE of every block
+        --csv FILE  write all errors as CSV, including those of every block
+    """
+    declare(output, declared)
     add_json(
         output,
         "frame, against (ground truth or hold-out), unscored (missing pixels without ground truth; null on hold-out), "
@@ -84,7 +82,7 @@ def add_arguments(parser: Parser) -> None:
         f"errors). {ERROR_KEYS}",
     )
     add_progress(output)
-    add_settings(parser, action="append")
+    add_settings(parser, several_presets=True)
 
 
 def run(arguments: argparse.Namespace) -> None:

@@ -7,10 +7,8 @@ from contextlib import contextmanager
 from typing import Any
 
 from ..data.camera import Camera, camera_text
-from ..data.results import BlockOutcome
 from ..errors import InputError
 from .output import fact_lines
-from .run_output import outcome_lines, outcome_record
 
 
 class Facts:
@@ -25,22 +23,19 @@ class Facts:
     def __init__(self, kind: str) -> None:
         self.kind = kind
         self._lines: list[tuple[str, str]] = []
-        self._entries: dict[str, Any] = {}
-        self._outcomes: Sequence[BlockOutcome] | None = None
+        self.entries: dict[str, Any] = {}
+        """Of the JSON document."""
+        self.table: Sequence[str] = ()
+        """Lines below the others."""
 
     def add(self, name: str, text: str, /, **entries: Any) -> None:
         """Add a line, and its entries in the JSON document."""
         self._lines.append((name, text))
-        self._entries |= entries
+        self.entries |= entries
 
     def add_camera(self, name: str, camera: Camera | None) -> None:
         """Add a camera, whose entry has its name."""
         self.add(name, camera_text(camera), **{name.replace(" ", "_"): None if camera is None else camera.to_json()})
-
-    def add_outcomes(self, outcomes: Sequence[BlockOutcome]) -> None:
-        """Add the blocks that were run, as a table."""
-        self._outcomes = outcomes
-        self._entries["blocks"] = [outcome_record(outcome) for outcome in outcomes]
 
     def tell(self, kind: str, *texts: str) -> None:
         """Add lines of a kind: "warning" (of plausibility), "note" or "problem"; no line for an empty text."""
@@ -61,8 +56,8 @@ class Facts:
     def record(self) -> dict[str, Any]:
         """Return the facts for the JSON document."""
         lists = {"plausibility_warnings": "warning", "notes": "note", "problems": "problem"}
-        return self._entries | {name: self.told(kind) for name, kind in lists.items()}
+        return self.entries | {name: self.told(kind) for name, kind in lists.items()}
 
     def lines(self) -> list[str]:
         """Format the facts as lines."""
-        return fact_lines(self._lines) + ([] if self._outcomes is None else ["", *outcome_lines(self._outcomes)])
+        return fact_lines(self._lines) + (["", *self.table] if self.table else [])

@@ -34,10 +34,10 @@ from ..sources.source import Source
 from .facts import Facts
 from .frame_facts import facts_of_colour, facts_of_frame
 from .output import Column, print_json, table, warn
-from .parsing import add_flags, add_frame, check_plausibility, frame_of_source, reading_options, source_from
+from .parsing import add_frame, add_shared, check_plausibility, frame_of_source, reading_options, source_from
 from .record_facts import facts_of_record
 from .run_output import values_text
-from .usage import Parser, UsageError, add_json
+from .usage import Parser, UsageError, add_json, declare
 
 _SHOWN = 3
 """Number of keys shown at each end of a long list."""
@@ -68,10 +68,13 @@ def add_arguments(parser: Parser) -> None:
     )
     add_frame(parser)
     lists = parser.add_argument_group("lists")
-    lists.add_argument("--presets", action="store_true", help="list the built-in presets, and your own")
-    lists.add_argument("--layouts", action="store_true", help="list the layouts of folders that are recognised")
+    declared = """
+        --presets  list the built-in presets, and your own
+        --layouts  list the layouts of folders that are recognised
+    """
+    declare(lists, declared)
     output = parser.add_argument_group("output")
-    add_flags(output, "--strict")
+    add_shared(output, "--strict")
     add_json(output, _KEYS)
 
 
@@ -154,10 +157,7 @@ def _of_folder(folder: Path, arguments: argparse.Namespace) -> list[Facts]:
     """Collect the facts about a folder with a frame, a run or both."""
     record = folder / RECORD_FILE
     if interrupted(folder) and not record.is_file():
-        raise InputError(
-            f"{folder} contains an interrupted export: its files do not belong together. Export again; that first "
-            "restores the earlier files."
-        )
+        raise InputError(f"{folder} has an interrupted export. Export again, which first restores the earlier files.")
     found = []
     if is_frame_folder(folder) or not record.is_file():
         found.append(facts_of_frame(FrameRef(str(folder)), reading_options(arguments)))

@@ -12,7 +12,7 @@ from ..errors import InputError
 from ..sources.frame_writing import new_frame_files, write_frame
 from ..sources.realsense import SETTLING, capture_frame, connected_realsense
 from .output import warn
-from .usage import Parser, UsageError, count
+from .usage import Parser, UsageError, declare
 
 
 def add_arguments(parser: Parser) -> None:
@@ -24,29 +24,18 @@ def add_arguments(parser: Parser) -> None:
         "window."
     )
     played = parser.add_mutually_exclusive_group(required=True)
-    played.add_argument(
-        "source", nargs="?", metavar="SOURCE", help="recording, data set or folder with frames of one camera"
-    )
-    played.add_argument("--realsense", action="store_true", help="the connected RealSense camera")
-    parser.add_argument(
-        "--rate",
-        type=float,
-        metavar="HZ",
-        help="frames a second (default: by the timestamps; 10 without any, or of a camera)",
-    )
-    capturing = parser.add_argument_group("capturing a frame")
-    capturing.add_argument(
-        "--capture",
-        metavar="DIR",
-        help="register the depth of a frame of the camera to colour, and write it into this folder, created if "
-        "missing, which the other commands read",
-    )
-    capturing.add_argument(
-        "--settle",
-        type=count,
-        metavar="N",
-        help=f"frames to discard first, until the exposure has settled (default: {SETTLING})",
-    )
+    declared = """
+        [SOURCE]     recording, data set or folder with frames of one camera
+        --realsense  the connected RealSense camera
+    """
+    declare(played, declared)
+    declare(parser, "--rate HZ  frames a second (default: by the timestamps; 10 without any, or of a camera)")
+    declared = f"""
+        --capture DIR  register the depth of a frame of the camera to colour, and write it into this folder, created if
+            missing, which the other commands read
+        --settle N     frames to discard first, until the exposure has settled (default: {SETTLING})
+    """
+    declare(parser.add_argument_group("capturing a frame"), declared)
 
 
 def run(arguments: argparse.Namespace) -> None:

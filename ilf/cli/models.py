@@ -36,7 +36,7 @@ from ..io.guide_models import (
 from ..segmentation.edges.hed_weights import INPUTS
 from ..segmentation.edges.importing import add_model
 from .output import Bar, Column, shows_progress, table, warn
-from .usage import Parser, UsageError, add_action, add_progress
+from .usage import Parser, UsageError, add_action, add_progress, declare
 
 _BUNDLED = {
     BUNDLED: "contours",
@@ -61,7 +61,7 @@ def add_arguments(parser: Parser) -> None:
         description="Fetch a known guide network from its publisher, after which --guide NAME uses it. If it is "
         "interrupted, the same command continues. Nothing is fetched by any other command.",
     )
-    fetching.add_argument("name", metavar="NAME", help="a guide of `ilf models list`")
+    declare(fetching, "NAME  a guide of `ilf models list`")
     add_progress(fetching)
     adding = add_action(
         actions,
@@ -73,27 +73,20 @@ def add_arguments(parser: Parser) -> None:
         "network access or of your own: one with the content or the --name of a known guide, or with --gives. The "
         "network is tested before it is written.",
     )
-    adding.add_argument("file", metavar="FILE", help="file of the network: .onnx, .caffemodel or .h5")
-    adding.add_argument("--name", metavar="NAME", help="name of the network (default: the file's name)")
-    adding.add_argument(
-        "--gives",
-        choices=get_args(Gives),
-        help="add a guide network of your own, and what it predicts: any decreasing function of depth, a linear "
-        "function of inverse depth or of depth, or metres",
-    )
-    adding.add_argument(
-        "--input",
-        choices=INPUTS,
-        default="rgb",
-        dest="inputs",
-        help="input of an ONNX network for edges: " + "; ".join(f"{name}: {text}" for name, text in INPUTS.items())
-        + " (default: rgb)",
-    )  # fmt: skip
-    adding.add_argument("--logits", action="store_true", help="apply a sigmoid to the output of an ONNX network")
-    adding.add_argument("--replace", action="store_true", help="replace your network of the same name")
+    inputs = "; ".join(f"{name}: {text}" for name, text in INPUTS.items())
+    declared = f"""
+        FILE         file of the network: .onnx, .caffemodel or .h5
+        --name NAME  name of the network (default: the file's name)
+        --gives {"|".join(get_args(Gives))}  add a guide network of your own, and what it predicts: any decreasing
+            function of depth, a linear function of inverse depth or of depth, or metres
+        --input {"|".join(INPUTS)}  input of an ONNX network for edges: {inputs}
+        --logits     apply a sigmoid to the output of an ONNX network
+        --replace    replace your network of the same name
+    """
+    declare(adding, declared, input="rgb")
 
     removing = add_action(actions, "remove", run_remove, "delete one of your networks, or one that was fetched")
-    removing.add_argument("name", metavar="NAME")
+    declare(removing, "NAME  a network of `ilf models list`")
 
 
 def run_list(arguments: argparse.Namespace) -> None:
@@ -152,14 +145,14 @@ def run_add(arguments: argparse.Namespace) -> None:
     file, name = arguments.file, arguments.name
     note = ""
     if arguments.gives is None and not is_guide_file(file, name):
-        path = add_model(file, name, inputs=arguments.inputs, logits=arguments.logits, replace=arguments.replace)
-        if Path(file).suffix.lower() == ".onnx" and "inputs" not in arguments.given:
+        path = add_model(file, name, inputs=arguments.input, logits=arguments.logits, replace=arguments.replace)
+        if Path(file).suffix.lower() == ".onnx" and "input" not in arguments.given:
             note = (
                 f"\nIt is taken as a network for edges whose input is {INPUTS['rgb']}. If its input is another, say so "
                 f"by --input; if it predicts depth, it is a guide: remove it (ilf models remove {path.stem}), and add "
                 f"it with what it gives, --gives {'|'.join(get_args(Gives))}."
             )
-    elif arguments.logits or "inputs" in arguments.given:
+    elif arguments.logits or "input" in arguments.given:
         raise UsageError("--input and --logits are for edge networks: leave them out for a guide.")
     else:
         path = add_guide(file, name, arguments.gives or "relative-inverse", again=arguments.replace)

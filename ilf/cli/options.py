@@ -6,7 +6,7 @@ import argparse
 
 from ..run.formats import FORMATS
 from ..run.options import CLOUD_AXES, CLOUD_FILES, CLOUD_UNITS, DEPTH_FILES, MESH_FILES, ExportOptions
-from .usage import UsageError
+from .usage import UsageError, declare, given_flags
 
 _GEOMETRY = ("cloud", "mesh", "normals", "drop_flying", "axes", "cloud_unit")
 """The values of the flags of point cloud and mesh."""
@@ -15,61 +15,32 @@ _GEOMETRY = ("cloud", "mesh", "normals", "drop_flying", "axes", "cloud_unit")
 def add_export_options(group: argparse._ActionsContainer) -> None:
     """Add the flags to a parser or a group of its flags."""
     usual = ExportOptions()
-    group.add_argument(
-        "--depth-formats",
-        metavar="LIST",
-        help=f"formats of the depth files, any of {','.join(DEPTH_FILES)} (default: {','.join(usual.depth_formats)})",
-    )
-    group.add_argument(
-        "--png-units",
-        type=float,
-        default=usual.depth_units,
-        metavar="N",
-        help=f"units per metre of depth.png (default: {usual.depth_units:g})",
-    )
-    group.add_argument(
-        "--no-expected-error",
-        action="store_true",
-        help="omit the expected error, both its files and its values in point cloud and mesh",
-    )
-    cloud = group.add_mutually_exclusive_group()
-    cloud.add_argument(
-        "--cloud",
-        choices=tuple(CLOUD_FILES),
-        help=f"format of the point cloud (default: {usual.cloud}); ply and pcd include expected error, block and fill "
-        "state",
-    )
-    cloud.add_argument("--no-cloud", action="store_true", help="write no point cloud")
-    group.add_argument(
-        "--mesh",
-        choices=tuple(MESH_FILES),
-        help="also write a mesh, cut at depth jumps. glb is always in metres with y up",
-    )
-    group.add_argument("--normals", action="store_true", help="add normals to point cloud (not xyz) and mesh")
-    group.add_argument("--drop-flying", action="store_true", help="remove flying pixels from point cloud and mesh")
-    group.add_argument(
-        "--axes",
-        choices=CLOUD_AXES,
-        default=usual.axes,
-        help="axes of point cloud and mesh: camera (x right, y down, z forward; default), y-up, or world (needs a "
-        "pose)",
-    )
-    group.add_argument(
-        "--cloud-unit",
-        choices=CLOUD_UNITS,
-        default=usual.cloud_unit,
-        help=f"unit of point cloud and mesh (default: {usual.cloud_unit})",
-    )
-    group.add_argument(
-        "--export",
-        metavar="FORMAT",
-        action="append",
-        default=[],
-        help="also write a file for another program; can be repeated: "
-        + ", ".join(f"{name} ({format.group}: {format.title})" for name, format in FORMATS.items())
-        + ". `ilf complete` also takes a FILE, in the format of its extension: one of these, .rrd for the viewer Rerun "
-        "with images, blocks and curves (needs the package rerun-sdk), or one of plugins",
-    )
+    declared = f"""
+        --depth-formats LIST  formats of the depth files, any of {",".join(DEPTH_FILES)}
+            (default: {",".join(usual.depth_formats)})
+        --png-units UNITS     units per metre of depth.png
+        --no-expected-error   omit the expected error, both its files and its values in point cloud and mesh
+    """
+    declare(group, declared, png_units=usual.depth_units)
+    declared = f"""
+        --cloud {"|".join(CLOUD_FILES)}  format of the point cloud (default: {usual.cloud}); ply and pcd include
+            expected error, block and fill state
+        --no-cloud  write no point cloud
+    """
+    declare(group.add_mutually_exclusive_group(), declared)
+    formats = ", ".join(f"{name} ({format.group}: {format.title})" for name, format in FORMATS.items())
+    declared = f"""
+        --mesh {"|".join(MESH_FILES)}  also write a mesh, cut at depth jumps. glb is always in metres with y up
+        --normals      add normals to point cloud (not xyz) and mesh
+        --drop-flying  remove flying pixels from point cloud and mesh
+        --axes {"|".join(CLOUD_AXES)}  axes of point cloud and mesh: camera (x right, y down, z forward), y-up, or world
+            (needs a pose)
+        --cloud-unit {"|".join(CLOUD_UNITS)}  unit of point cloud and mesh
+        --export FORMAT ...  also write a file for another program; can be repeated: {formats}. `ilf complete` also
+            takes a FILE, in the format of its extension: one of these, .rrd for the viewer Rerun with images, blocks
+            and curves (needs the package rerun-sdk), or one of plugins
+    """
+    declare(group, declared, axes=usual.axes, cloud_unit=usual.cloud_unit)
 
 
 def given_exports(arguments: argparse.Namespace) -> tuple[tuple[str, ...], list[str]]:
@@ -110,4 +81,4 @@ def export_options(arguments: argparse.Namespace, *, with_files: bool = False) -
 
 def geometry_flags(arguments: argparse.Namespace) -> list[str]:
     """Return the given flags of point cloud and mesh."""
-    return [flag for name, flag in arguments.given.items() if name in _GEOMETRY]
+    return given_flags(arguments, _GEOMETRY)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import os
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from typing import Any, TypeVar
@@ -25,7 +24,7 @@ from ..sources.reading import read_frame
 from ..sources.reading_options import KINDS, OPTIONS, ReadingOption, ReadingOptions
 from ..sources.source import Source
 from .output import warn
-from .usage import UsageError, count
+from .usage import UsageError, declare
 
 BLOCK_PREFIX = "blocks-"
 
@@ -33,96 +32,48 @@ _SWITCH = {"on": True, "true": True, "off": False, "false": False}
 
 Set = TypeVar("Set", bound=ParameterSet)
 
-_FLAGS: Mapping[str, Mapping[str, Any]] = {
-    "--strict": {
-        "action": "store_true",
-        "help": "fail, or fail the frame of a batch, if a plausibility check of the files fails, instead of printing a "
-        "warning",
-    },
-    "--invalid-mask": {
-        "metavar": "MASK.png",
-        "help": "mask of measured depth to treat as missing, because it is wrong: behind glass, at flying pixels, by "
-        "glare. A single-channel image of the frame's size, non-zero where depth is invalid",
-    },
-    "--neighbours": {
-        "type": count,
-        "default": 0,
-        "metavar": "N",
-        "help": "also use the depth that N frames before and N after have measured, where a frame has none. Needs "
-        "intrinsics, and poses or the package open3d (extra app). The pixels are marked in from_neighbours.png",
-    },
-    "--neighbour-step": {
-        "type": count,
-        "default": 1,
-        "metavar": "M",
-        "help": "with --neighbours: use every M-th frame before and after (default: 1)",
-    },
-    "--drawn": {
-        "metavar": "MASK.png",
-        "help": "mask of drawn borders of blocks, which no depth crosses: a single-channel image of the frame's size, "
-        "non-zero at block pixels along such a border",
-    },
-    "--by-hand": {
-        "metavar": "FILE",
-        "help": "depth that you state where it is missing or marked invalid: an image in the encoding of the frame's "
-        "depth, or floating-point numbers in metres, such as NPY; 0 or NaN states none. It is marked in the results "
-        "(by_hand.png) and never counts as measured",
-    },
-    "--by-hand-weight": {
-        "type": float,
-        "default": USUAL_WEIGHT,
-        "metavar": "WEIGHT",
-        "help": f"weight of a pixel's depth by hand, 0 to 1; a measured pixel has weight 1 (default: {USUAL_WEIGHT:g})",
-    },
-    "--extrapolate": {
-        "action": "store_true",
-        "help": "extrapolate the depth that is still missing after the run, and write its mask extrapolated.png",
-    },
-    "--hold-out": {
-        "choices": tuple(HOLD_OUT_PATTERNS),
-        "help": "evaluate on hold-out depth of this pattern, with a run per seed: "
-        + "; ".join(f"{name}: {what}" for name, what in HOLD_OUT_PATTERNS.items()).replace("%", "%%"),
-    },
-    "--seeds": {"type": count, "default": 3, "metavar": "N", "help": "number of random hold-outs (default: 3)"},
-    "--look-in": {
-        "action": "append",
-        "default": [],
-        "metavar": "DIR",
-        "help": "folder where files that have been moved are now; can be repeated",
-    },
-    "--allow-address": {
-        "action": "append",
-        "default": [],
-        "metavar": "PREFIX",
-        "help": "open what files name (projects, run records, lists, shards) at and below this address or path, "
-        "outside their own folder or store; can be repeated",
-    },
-    "--quiet": {"action": "store_true", "help": "print only warnings and errors"},
-}
+_HOLD_OUTS = "; ".join(f"{name}: {what}" for name, what in HOLD_OUT_PATTERNS.items())
+
+_SHARED = f"""
+    --strict             fail, or fail the frame of a batch, if a plausibility check of the files fails, instead of
+        printing a warning
+    --invalid-mask MASK.png  mask of measured depth to treat as missing, because it is wrong: behind glass, at flying
+        pixels, by glare. A single-channel image of the frame's size, non-zero where depth is invalid
+    --neighbours N       also use the depth that N frames before and N after have measured, where a frame has none.
+        Needs intrinsics, and poses or the package open3d (extra app). The pixels are marked in from_neighbours.png
+    --neighbour-step M   with --neighbours: use every M-th frame before and after
+    --drawn MASK.png     mask of drawn borders of blocks, which no depth crosses: a single-channel image of the frame's
+        size, non-zero at block pixels along such a border
+    --by-hand FILE       depth that you state where it is missing or marked invalid: an image in the encoding of the
+        frame's depth, or floating-point numbers in metres, such as NPY; 0 or NaN states none. It is marked in the
+        results (by_hand.png) and never counts as measured
+    --by-hand-weight WEIGHT  weight of a pixel's depth by hand, 0 to 1; a measured pixel has weight 1
+    --extrapolate        extrapolate the depth that is still missing after the run, and write its mask extrapolated.png
+    --hold-out {"|".join(HOLD_OUT_PATTERNS)}  evaluate on hold-out depth of this pattern, with a run per seed:
+        {_HOLD_OUTS}
+    --seeds N            number of random hold-outs
+    --look-in DIR ...    folder where files that have been moved are now; can be repeated
+    --allow-address PREFIX ...  open what files name (projects, run records, lists, shards) at and below this address or
+        path, outside their own folder or store; can be repeated
+    --quiet              print only warnings and errors
+"""
 """The flags that several commands have."""
 
 
-def add_flags(parser: argparse._ActionsContainer, *names: str) -> None:
+def add_shared(parser: argparse._ActionsContainer, *flags: str) -> None:
     """Add some of the flags that several commands have."""
-    for name in names:
-        parser.add_argument(name, **_FLAGS[name])
+    declare(parser, _SHARED, flags, neighbours=0, neighbour_step=1, by_hand_weight=USUAL_WEIGHT, seeds=3)
 
 
 def add_frame(parser: argparse.ArgumentParser, *, companions: bool = True) -> None:
     """Add the arguments of a frame and of how to read it; with `companions`, of its guide and ground truth."""
-    parser.add_argument(
-        "inputs",
-        nargs="*",
-        metavar="INPUT",
-        help="colour file and depth file, or a folder with rgb.*, depth.* and meta.json. With --frame: a folder of "
-        "frames, a data set or a recording",
-    )
+    inputs = """
+        [INPUT ...]  colour file and depth file, or a folder with rgb.*, depth.* and meta.json. With --frame: a folder
+            of frames, a data set or a recording
+    """
+    declare(parser, inputs)
     group = parser.add_argument_group("reading the frame")
-    group.add_argument(
-        "--frame",
-        metavar="KEY",
-        help="key of a frame in a folder, data set or recording. `ilf info` lists the keys",
-    )
+    declare(group, "--frame KEY  key of a frame in a folder, data set or recording. `ilf info` lists the keys")
     add_pairing(group)
     add_reading(group)
     if companions:
@@ -147,7 +98,7 @@ def add_reading(parser: argparse._ActionsContainer) -> None:
     """Add the arguments of the reading options of all frames, see `reading_options`, and of what files may name."""
     of_all = {name: option for name, option in OPTIONS.items() if not (option.one_frame or option.of_source)}
     add_options(parser, of_all)
-    add_flags(parser, "--allow-address")
+    add_shared(parser, "--allow-address")
 
 
 def add_options(parser: argparse._ActionsContainer, options: Mapping[str, ReadingOption]) -> None:
@@ -188,20 +139,18 @@ def hold_out_from(arguments: argparse.Namespace) -> HoldOutTest | None:
     return None if arguments.hold_out is None else HoldOutTest(arguments.hold_out, tuple(range(arguments.seeds)))
 
 
-def add_preset(parser: argparse._ActionsContainer, **how: Any) -> None:
+def add_preset(parser: argparse._ActionsContainer, several: bool = False) -> None:
     """Add the flag of the preset."""
-    parser.add_argument(
-        "--preset",
-        metavar="PRESET",
-        help=f"{', '.join(PRESETS)}, one of your own, or a preset file (default: {DEFAULT_PRESET}). `ilf info "
-        "--presets` lists them",
-        **how,
-    )
+    preset = f"""
+        --preset PRESET{" ..." * several}  {", ".join(PRESETS)}, one of your own, or a preset file
+            (default: {DEFAULT_PRESET}). `ilf info --presets` lists them
+    """
+    declare(parser, preset)
 
 
-def add_settings(parser: argparse.ArgumentParser, **preset: Any) -> None:
+def add_settings(parser: argparse.ArgumentParser, several_presets: bool = False) -> None:
     """Add the flags of preset, filter and extraction."""
-    add_preset(parser.add_argument_group("preset"), **preset)
+    add_preset(parser.add_argument_group("preset"), several_presets)
     add_parameters(parser, "filter", PRESETS[DEFAULT_PRESET], presets=PRESETS)
     add_block_parameters(parser)
 
@@ -234,7 +183,7 @@ def add_given_blocks(group: argparse._ActionsContainer, flag: str) -> None:
         help="use these blocks instead of extracting them. Formats: label map (PNG), labelme or COCO JSON, "
         "segment-anything masks (JSON) or a folder of masks (PNG); where masks overlap, the smallest is on top",
     )
-    group.add_argument("--fill-gaps", action="store_true", help=f"extract blocks in the gaps of {flag}")
+    declare(group, f"--fill-gaps  extract blocks in the gaps of {flag}")
 
 
 def extraction_from(arguments: argparse.Namespace, flag: str, base: BlockParameters | None = None) -> BlockParameters:
@@ -243,9 +192,7 @@ def extraction_from(arguments: argparse.Namespace, flag: str, base: BlockParamet
     if arguments.blocks is None and arguments.fill_gaps:
         raise UsageError(f"--fill-gaps needs blocks: give them with {flag}.")
     if arguments.blocks is not None and given_parameters(arguments, BlockParameters) and not arguments.fill_gaps:
-        raise UsageError(
-            f"With {flag} nothing is extracted: leave out the --{BLOCK_PREFIX}* flags, or add --fill-gaps."
-        )
+        raise UsageError(f"With {flag} nothing is extracted: leave out --{BLOCK_PREFIX}* flags, or add --fill-gaps.")
     return with_given(base or BlockParameters(), arguments)
 
 
@@ -274,9 +221,7 @@ def _frame_of_files(arguments: argparse.Namespace) -> FrameRef:
     if len(inputs) not in {1, 2}:
         raise UsageError(f"Give a colour and a depth file, or one folder, not {len(inputs)} paths.")
     if options != options.of_frame:
-        raise UsageError(
-            "--max-gap, --topics and --layout apply to frames of a folder or a recording: select one with --frame."
-        )
+        raise UsageError("--max-gap, --topics and --layout are for folders and recordings: select one with --frame.")
     rgb, depth = inputs if len(inputs) == 2 else (inputs[0], None)
     return FrameRef(rgb, depth, options=options)
 
@@ -302,20 +247,11 @@ def frame_from(arguments: argparse.Namespace) -> RGBDFrame:
 def add_block_parameters(parser: argparse.ArgumentParser) -> None:
     """Add the flags of the block extraction, and that of the device."""
     add_parameters(parser, "block extraction", BlockParameters(), prefix=BLOCK_PREFIX)
-    parser.add_argument(
-        "--device",
-        action=_Device,
-        choices=list(DEVICES),
-        help="device that runs the networks. Others than cpu need another distribution of ONNX Runtime (default: cpu, "
-        f"or the environment variable {DEVICE_VARIABLE})",
-    )
-
-
-class _Device(argparse.Action):
-    def __call__(
-        self, parser: object, namespace: argparse.Namespace, values: Any, option_string: object = None
-    ) -> None:
-        os.environ[DEVICE_VARIABLE] = namespace.device = values
+    device = f"""
+        --device {"|".join(DEVICES)}  device that runs the networks. Others than cpu need another distribution of ONNX
+            Runtime (default: cpu, or the environment variable {DEVICE_VARIABLE})
+    """
+    declare(parser, device)
 
 
 def add_parameters(

@@ -33,9 +33,9 @@ from ..sources.opening import is_recording
 from ..sources.reading import read_frame
 from .options import add_export_options, export_options, geometry_flags
 from .output import Column, fact_lines, print_json, shows_progress, table, warn
-from .parsing import add_flags, add_reading, reading_options
+from .parsing import add_reading, add_shared, reading_options
 from .run_output import completed, parameters_text
-from .usage import Parser, UsageError, add_action, add_json, add_progress, check_there
+from .usage import Parser, UsageError, add_action, add_json, add_progress, check_there, declare
 
 # Output of `ilf project info`: as text, and as JSON.
 
@@ -155,12 +155,13 @@ def add_arguments(parser: Parser) -> None:
         "make a project from frames, without edits and results",
         usage="ilf project new FILE.ilf (FOLDER... | RGB DEPTH) [options]",
     )
-    making.add_argument("file", metavar="FILE.ilf", help="output file, which must not exist")
-    making.add_argument(
-        "inputs", nargs="+", metavar="FRAME", help="folder of a frame or of frames, or a colour file and a depth file"
-    )
+    declared = """
+        FILE.ilf   output file, which must not exist
+        FRAME ...  folder of a frame or of frames, or a colour file and a depth file
+        --embed    embed the frames' files in the project
+    """
+    declare(making, declared)
     add_reading(making.add_argument_group("reading the frames"))
-    making.add_argument("--embed", action="store_true", help="embed the frames' files in the project")
 
     telling = add_action(actions, "info", run_info, "show the contents of a project and its problems")
     _add_project(telling)
@@ -174,31 +175,17 @@ def add_arguments(parser: Parser) -> None:
     usage = "ilf project export (FILE.ilf | RESULT... --to FORMAT) --out DIR [options]"
     exporting = add_action(actions, "export", run_export, text, usage=usage)
     _add_project(exporting)
-    exporting.add_argument(
-        "results",
-        nargs="*",
-        metavar="RESULT",
-        help="with --to: output folders of `ilf complete`, folders of such folders, or of shards",
-    )
-    exporting.add_argument(
-        "--out",
-        required=True,
-        metavar="DIR",
-        help="output folder with one folder per frame; existing files are overwritten, unchanged frames skipped. With "
-        "--to, a new or empty folder",
-    )
-    exporting.add_argument(
-        "--to",
-        choices=tuple(DATA_SETS),
-        help="write a data set of the results of `ilf complete` or `ilf batch`, with the poses of the frames' source. "
-        + "; ".join(f"{name}: {one.contents}" for name, one in DATA_SETS.items()),
-    )
-    exporting.add_argument(
-        "--complete",
-        action="store_true",
-        help="export all frames: those with blocks without a result are completed first, untouched ones with their "
-        "extracted blocks",
-    )
+    contents = "; ".join(f"{name}: {one.contents}" for name, one in DATA_SETS.items())
+    declared = f"""
+        [RESULT ...]  with --to: output folders of `ilf complete`, folders of such folders, or of shards
+        --out DIR     required: output folder with one folder per frame; existing files are overwritten, unchanged
+            frames skipped. With --to, a new or empty folder
+        --to {"|".join(DATA_SETS)}  write a data set of the results of `ilf complete` or `ilf batch`, with the poses of
+            the frames' source. {contents}
+        --complete  export all frames: those with blocks without a result are completed first, untouched ones with
+            their extracted blocks
+    """
+    declare(exporting, declared)
     _add_selection(exporting)
     add_export_options(exporting.add_argument_group("files"))
 
@@ -209,23 +196,17 @@ def add_arguments(parser: Parser) -> None:
 
 
 def _add_project(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("file", metavar="FILE.ilf")
-    add_flags(parser, "--look-in", "--allow-address")
+    declare(parser, "FILE.ilf  the project")
+    add_shared(parser, "--look-in", "--allow-address")
 
 
 def _add_selection(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "--frame",
-        action="append",
-        default=[],
-        metavar="NAME_OR_ID",
-        help="only this frame; can be repeated (default: all with results)",
-    )
+    declare(parser, "--frame NAME_OR_ID ...  only this frame; can be repeated (default: all with results)")
 
 
 def run_new(arguments: argparse.Namespace) -> None:
     """Make a project."""
-    check_there(arguments.inputs)
+    check_there(arguments.frames)
     path = Path(arguments.file)
     if path.suffix.lower() != SUFFIX:
         raise UsageError(f"The name of a project file must end in {SUFFIX}, not {path.name!r}.")
@@ -309,14 +290,12 @@ def run_replay(arguments: argparse.Namespace) -> None:
                 other.append(frame.name)
             print(f"{frame.name}: {' '.join(sentences) or 'identical to the stored result, bit for bit.'}")
     if other:
-        raise InputError(
-            f"The results of {len(other)} of {counted(count, 'frame')} differ from the stored ones: {', '.join(other)}."
-        )
+        raise InputError(f"{len(other)} of {counted(count, 'frame')} differ from what is stored: {', '.join(other)}.")
 
 
 def _sources(arguments: argparse.Namespace) -> Iterator[FrameRef]:
     """Yield the frames that the arguments name."""
-    inputs, how = arguments.inputs, reading_options(arguments)
+    inputs, how = arguments.frames, reading_options(arguments)
     if all(os.path.isdir(path) or is_recording(path) for path in inputs):
         for path in inputs:
             listing = list_frames(path, how)

@@ -12,7 +12,7 @@ from ..run.record import RunRecord
 from ..run.record_file import read_record
 from ..run.replaying import file_problems
 from .facts import Facts
-from .run_output import parameters_text, values_text
+from .run_output import outcome_lines, outcome_record, parameters_text, values_text
 
 
 def facts_of_record(path: Path) -> Facts:
@@ -42,7 +42,8 @@ def facts_of_record(path: Path) -> Facts:
     files = list(record.outputs or record.export.filenames())
     facts.add("files", ", ".join(files), files=files)
     facts.tell("problem", *file_problems(record, path.absolute().parent))
-    facts.add_outcomes(record.blocks_outcome)
+    facts.entries["blocks"] = [outcome_record(outcome) for outcome in record.blocks_outcome]
+    facts.table = outcome_lines(record.blocks_outcome)
     return facts
 
 

@@ -14,7 +14,6 @@ from .._runtime.stepping import run_to_end
 from ..data.parameters import BlockParameters
 from ..data.results import Completion
 from ..errors import IlfError, InputError
-from ..evaluation.evaluation import Progress
 from ..evaluation.hold_out import completion_steps
 from ..project.file import SUFFIX, OpenedProject, open_project
 from ..project.project import ProjectFrame
@@ -24,12 +23,11 @@ from ..run.options import RECORD_FILE, as_file_name
 from ..run.replaying import replay
 from ..run.run import Run
 from .output import Bar, shows_progress, warn
-from .parsing import add_flags, add_frame, add_settings, frame_from, hold_out_from, preset_from, with_given
-from .usage import Parser, UsageError, add_progress
+from .parsing import add_frame, add_settings, add_shared, frame_from, hold_out_from, preset_from, with_given
+from .usage import Parser, UsageError, add_progress, declare
 
-OnStep = Callable[[Progress], None]
-Read = Callable[[list[str], OnStep], Subject]
-"""Reads a frame to report on, adds notes and reports progress."""
+Read = Callable[[list[str], Bar], Subject]
+"""Reads a frame to report on, adds notes and shows its progress."""
 
 
 def _sources(arguments: argparse.Namespace, opened: ExitStack) -> list[tuple[str, Read]]:
@@ -46,7 +44,8 @@ def _sources(arguments: argparse.Namespace, opened: ExitStack) -> list[tuple[str
         if path.is_dir() and not record.is_file():
             sources.append((str(path), partial(_completed, arguments, [str(path)])))
             continue
-        _refuse_flags(arguments, record)
+        if also := [flag for flag in arguments.given.values() if flag not in _WITH_RUNS]:
+            raise UsageError(f"{record} contains the settings of its runs: leave out {', '.join(also)}.")
         if record.suffix.lower() == SUFFIX:
             sources += _of_project(opened.enter_context(open_project(path)), arguments.look_in)
         else:  # the output folder of a run can be read as a frame, too, but is reported as a run
@@ -54,31 +53,25 @@ def _sources(arguments: argparse.Namespace, opened: ExitStack) -> list[tuple[str
     return sources
 
 
-def _subjects(sources: Sequence[tuple[str, Read]], notes: list[str], show: OnStep) -> Iterator[Subject | Unreadable]:
+def _subjects(sources: Sequence[tuple[str, Read]], notes: list[str], bar: Bar) -> Iterator[Subject | Unreadable]:
     """Yield the subjects and add their notes; if there are several, an unreadable one is reported and skipped."""
-    total = len(sources)
-    for number, (name, read) in enumerate(sources):
-
-        def show_own(step: Progress, number: int = number) -> None:
-            show(Progress(number / total, step.text))
-
+    is_single = len(sources) == 1
+    for name, read in sources:
         own: list[str] = []
         try:
-            subject = read(own, show_own)
-        except UsageError:
-            raise
+            subject = read(own, bar)
         except IlfError as error:
-            if total == 1:
+            if is_single or isinstance(error, UsageError):
                 raise
             notes.append(f"{name} is not in the report: {error}")
             yield Unreadable(name, str(error))
         else:
-            before = f"{subject.run.frame.name}: " if total > 1 else ""
+            before = "" if is_single else f"{subject.run.frame.name}: "
             notes += [before + note for note in own]
             yield subject
 
 
-def _completed(arguments: argparse.Namespace, inputs: list[str], notes: list[str], show: OnStep) -> Subject:
+def _completed(arguments: argparse.Namespace, inputs: list[str], notes: list[str], bar: Bar) -> Subject:
     """Complete a frame with the settings of the arguments."""
     chosen = preset_from(arguments.preset)
     parameters = with_given(chosen.parameters, arguments)
@@ -86,19 +79,16 @@ def _completed(arguments: argparse.Namespace, inputs: list[str], notes: list[str
     frame = frame_from(argparse.Namespace(**{**vars(arguments), "inputs": inputs}))
     made = Run.of(frame, preset=parameters, extraction=extraction)
     if not made.blocks.labels.any():
-        raise InputError(
-            f"No blocks were found in {frame.name}, so there is nothing to report on. Change the extraction "
-            "(--blocks-* options)."
-        )
-    completion = _complete(made, show)
+        raise InputError(f"No blocks were found in {frame.name}. Change the extraction (--blocks-* options).")
+    completion = _complete(made, bar)
     notes += [*made.blocks.notes, *completion.notes]
     return Subject(made, completion)
 
 
-def _replayed(record: Path, notes: list[str], show: OnStep) -> Subject:
+def _replayed(record: Path, notes: list[str], bar: Bar) -> Subject:
     """Replay a recorded run."""
     again = replay(record)
-    completion = _complete(again.run, show)
+    completion = _complete(again.run, bar)
     notes += [*again.differences, *again.run.blocks.notes, *completion.notes, *again.verdict(completion)]
     return Subject(again.run, completion, again=shlex.join(["ilf", "complete", "--replay", str(record.absolute())]))
 
@@ -107,7 +97,7 @@ def _of_project(opened: OpenedProject, folders: Sequence[str]) -> list[tuple[str
     """List a project's frames with work on them; their files are also searched in `folders`."""
     project, places = opened.project, replace(opened.places, folders=tuple(map(Path, folders)))
 
-    def stored(frame: ProjectFrame, notes: list[str], _: OnStep) -> Subject:
+    def stored(frame: ProjectFrame, notes: list[str], _: Bar) -> Subject:
         decoded = opened.state(frame.id, places)
         notes += decoded.problems
         state = decoded.state.with_current_settings(frame.summary.note, project.common if project.for_all else None)
@@ -116,21 +106,13 @@ def _of_project(opened: OpenedProject, folders: Sequence[str]) -> list[tuple[str
 
     frames = [frame for frame in project.frames if frame.has_state and frame.summary.has_work]
     if not frames:
-        raise InputError(
-            f"{opened.path} has no frame with edits or results, so there is nothing to report on. Run blocks first."
-        )
+        raise InputError(f"{opened.path} has no frame with edits or results to report on. Run blocks first.")
     return [(frame.name, partial(stored, frame)) for frame in frames]
 
 
-def _refuse_flags(arguments: argparse.Namespace, file: Path) -> None:
-    """Raise UsageError for flags whose settings the file already contains."""
-    if also := [flag for flag in arguments.given.values() if flag not in _WITH_RUNS]:
-        raise UsageError(f"{file} contains the settings of its runs: leave out {', '.join(also)}.")
-
-
-def _complete(made: Run, show: OnStep) -> Completion:
+def _complete(made: Run, bar: Bar) -> Completion:
     name = made.frame.name
-    return run_to_end(completion_steps(made, None), lambda step: show(Progress(0.0, f"{name}: {step.text}")))
+    return run_to_end(completion_steps(made, None), lambda step: bar.show(bar.n, f"{name}: {step.text}"))
 
 
 _WITH_RUNS = {"--look-in", "--hold-out", "--seeds", "--out", "--progress", "--no-progress", "--device"}
@@ -149,9 +131,9 @@ def add_arguments(parser: Parser) -> None:
         "page in a browser, or use File > Report… in the window."
     )
     add_frame(parser)
-    add_flags(parser, "--invalid-mask", "--look-in", "--hold-out", "--seeds")
+    add_shared(parser, "--invalid-mask", "--look-in", "--hold-out", "--seeds")
     output = parser.add_argument_group("output")
-    output.add_argument("--out", metavar="FILE.html", help="output file (default: NAME-report.html)")
+    declare(output, "--out FILE.html  output file (default: NAME-report.html)")
     add_progress(output)
     add_settings(parser)
 
@@ -161,21 +143,14 @@ def run(arguments: argparse.Namespace) -> None:
     hidden = hold_out_from(arguments)
     out = None if arguments.out is None else Path(arguments.out)
     if out is not None and out.suffix.lower() not in (".html", ".htm"):
-        raise UsageError(
-            f"--out must end in .html, not {out.name}. For PDF, print the page in a browser, or use "
-            "File > Report… in the window."
-        )
+        raise UsageError(f"--out must end in .html, not {out.name}. For PDF, print the page, or use the window.")
     notes: list[str] = []
     with ExitStack() as opened:
         sources = _sources(arguments, opened)
         bar = opened.enter_context(Bar(shown=shows_progress(arguments)))
-
-        def show(step: Progress) -> None:
-            bar.show(step.share, step.text)
-
         title = Path(arguments.inputs[0]).stem if len(arguments.inputs) == 1 else "Report"
-        steps = report_steps(_subjects(sources, notes, show), ReportOptions(title, hidden), len(sources))
-        content = run_to_end(steps, show)
+        steps = report_steps(_subjects(sources, notes, bar), ReportOptions(title, hidden), len(sources))
+        content = run_to_end(steps, lambda step: bar.show(step.share, step.text))
     warn(notes)
     path = out or Path(f"{as_file_name(content.title)}-report.html")
     write_report(path, content)

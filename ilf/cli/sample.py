@@ -9,7 +9,7 @@ from pathlib import Path
 from .._runtime.installation import asset_path
 from .._runtime.writing import move_into_place, staging, write_bytes
 from ..errors import ExportError
-from .usage import Parser
+from .usage import Parser, declare
 
 SAMPLE = "samples/room"
 
@@ -19,22 +19,23 @@ def add_arguments(parser: Parser) -> None:
     parser.description = (
         "Write the bundled sample, a generated room with the depth defects of a real sensor, into a folder."
     )
-    parser.add_argument("folder", metavar="DIR", help="output folder, created if missing")
-    parser.add_argument("--force", action="store_true", help="overwrite files of the same names")
+    declared = """
+        DIR      output folder, created if missing
+        --force  overwrite files of the same names
+    """
+    declare(parser, declared)
 
 
 def run(arguments: argparse.Namespace) -> None:
     """Run the command."""
-    folder = Path(arguments.folder)
+    folder = Path(arguments.dir)
     contents = {
         folder / path.name: path.read_bytes() for path in sorted(asset_path(SAMPLE).iterdir()) if path.is_file()
     }
     if not arguments.force:
         for path, content in contents.items():
             if os.path.exists(path) and (path.is_dir() or path.read_bytes() != content):
-                raise ExportError(
-                    f"{path} exists with different content. Choose another folder, or overwrite it with --force."
-                )
+                raise ExportError(f"{path} exists and differs. Choose another folder, or overwrite it with --force.")
     with staging(folder) as staged:
         for path, content in contents.items():
             write_bytes(staged / path.name, content)

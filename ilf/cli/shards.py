@@ -18,7 +18,7 @@ from ..sources.shards import MERGED_FILE
 from .options import geometry_flags
 from .output import print_json, warn
 from .parsing import reading_options
-from .usage import UsageError, count
+from .usage import UsageError, declare, given_flags
 
 _PER_SHARD, _KEEP = 1000, "depth,expected_error,blocks"
 
@@ -32,36 +32,29 @@ _ONLY_FOLDERS = "static_camera", "neighbours", "rerun_changed", "no_expected_err
 
 def add_shard_arguments(group: argparse._ArgumentGroup) -> None:
     """Add the arguments of shards."""
-    group.add_argument(
-        "--shards",
-        metavar="DIR",
-        help="write WebDataset tars, each with a table, instead of a folder per frame. DIR is a folder or an address "
-        "(s3://bucket/folder). The tables are Parquet, depth has one format: png (default) or npy",
-    )
-    group.add_argument("--per-shard", type=count, metavar="N", help=f"frames in a shard (default: {_PER_SHARD})")
-    group.add_argument(
-        "--keep",
-        metavar="LIST",
-        help=f"what a shard contains: depth, and any of {','.join(KEPT[1:])} (default: {_KEEP})",
-    )
-    group.add_argument("--verify", action="store_true", help="only check all shards of a folder")
-    group.add_argument(
-        "--merge", action="store_true", help=f"only merge the tables of a folder's shards into {MERGED_FILE}"
-    )
+    declared = f"""
+        --shards DIR   write WebDataset tars, each with a table, instead of a folder per frame. DIR is a folder or an
+            address (s3://bucket/folder). The tables are Parquet, depth has one format: png (default) or npy
+        --per-shard N  frames in a shard (default: {_PER_SHARD})
+        --keep LIST    what a shard contains: depth, and any of {",".join(KEPT[1:])} (default: {_KEEP})
+        --verify       only check all shards of a folder
+        --merge        only merge the tables of a folder's shards into {MERGED_FILE}
+    """
+    declare(group, declared)
 
 
 def check_shard_arguments(arguments: argparse.Namespace) -> None:
     """Raise UsageError for arguments that contradict --shards, or need it."""
     if arguments.shards is None:
-        if given := [_flag(name) for name in _ONLY_SHARDS if getattr(arguments, name)]:
+        if given := given_flags(arguments, _ONLY_SHARDS):
             raise UsageError(f"{given[0]} applies to shards only: add --shards.")
         return
     if arguments.out is not None:
         raise UsageError("--shards replaces --out: leave one of them out.")
-    alone = [_flag(name) for name in ("verify", "merge") if getattr(arguments, name)]
+    alone = given_flags(arguments, ("verify", "merge"))
     if alone and arguments.sources:
         raise UsageError(f"{alone[0]} needs no SOURCE: give only --shards.")
-    given = [_flag(name) for name in _ONLY_FOLDERS if getattr(arguments, name)] + geometry_flags(arguments)
+    given = given_flags(arguments, _ONLY_FOLDERS) + geometry_flags(arguments)
     if given:
         raise UsageError(f"{', '.join(given)} cannot be combined with --shards. Leave it out, or use --out.")
 
@@ -108,9 +101,8 @@ def check_or_merge(arguments: argparse.Namespace) -> None:
         more = f" And {len(state.problems) - _MAX_LISTED} more." if len(state.problems) > _MAX_LISTED else ""
         raise IlfError(" ".join(state.problems[:_MAX_LISTED]) + more)
     if arguments.verify and not state.is_complete:
-        raise IlfError(
-            f"{state.shards - state.finished} of {counted(state.shards, 'shard')} not finished. Run the batch again."
-        )
+        left = state.shards - state.finished
+        raise IlfError(f"{left} of {counted(state.shards, 'shard')} not finished. Run the batch again.")
 
 
 def _request(arguments: argparse.Namespace) -> dict[str, Any]:
@@ -124,7 +116,3 @@ def _request(arguments: argparse.Namespace) -> dict[str, Any]:
         "pairing": {"max_gap": options.time_gap, "topics": topics, "layout": options.layout},
         "reading": options.to_json(),
     }
-
-
-def _flag(name: str) -> str:
-    return f"--{name.replace('_', '-')}"

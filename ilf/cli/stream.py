@@ -20,7 +20,7 @@ from ..stream.recording import MCAP, StreamRecorder, stamped
 from ..stream.stream import Stream
 from .output import Bar, shows_progress, warn
 from .parsing import add_pairing, add_preset, add_reading, preset_from, source_from
-from .usage import Parser, UsageError, add_progress, count
+from .usage import Parser, UsageError, add_progress, declare
 
 
 def add_arguments(parser: Parser) -> None:
@@ -31,39 +31,25 @@ def add_arguments(parser: Parser) -> None:
         "the program ends early, it contains the frames up to then. With --results, the completed depth of runs is "
         "written as it is."
     )
-    parser.add_argument(
-        "inputs",
-        nargs="+",
-        metavar="SOURCE",
-        help="recording, data set or folder with frames of one moving camera; with --results output folders of "
-        "`ilf complete`, or folders of such folders, as written by `ilf batch`",
-    )
-    parser.add_argument("--results", action="store_true", help="write the completed depth of runs, in order of time")
+    declared = """
+        INPUT ...  recording, data set or folder with frames of one moving camera; with --results output folders of
+            `ilf complete`, or folders of such folders, as written by `ilf batch`
+        --results  write the completed depth of runs, in order of time
+    """
+    declare(parser, declared)
     output = parser.add_argument_group("output")
-    output.add_argument(
-        "--out",
-        required=True,
-        metavar="PATH",
-        help=f"a ROS 2 recording in one file (*{MCAP}) with colour, completed depth, expected error, camera_info and, "
-        "where poses are known, tf; or a folder with a folder for each frame",
-    )
-    output.add_argument(
-        "--bag", choices=STORAGES, help="--out is the folder of a ROS 2 bag stored so, written as a whole"
-    )
-    output.add_argument(
-        "--rate", type=float, metavar="HZ", help="frame rate, for frames without timestamps in a recording"
-    )
-    output.add_argument(
-        "--ros-encoding",
-        choices=ENCODINGS_OF_ROS,
-        default=ENCODINGS_OF_ROS[0],
-        help="encoding of depth in a recording: 32FC1 for metres (default), 16UC1 for millimetres",
-    )
-    output.add_argument(
-        "--frame-id", default="camera", metavar="ID", help="coordinate frame of the camera (default: camera)"
-    )
+    declared = f"""
+        --out PATH     required: a ROS 2 recording in one file (*{MCAP}) with colour, completed depth, expected error,
+            camera_info and, where poses are known, tf; or a folder with a folder for each frame
+        --bag {"|".join(STORAGES)}  --out is the folder of a ROS 2 bag stored so, written as a whole
+        --rate HZ      frame rate, for frames without timestamps in a recording
+        --ros-encoding {"|".join(ENCODINGS_OF_ROS)}  encoding of depth in a recording: 32FC1 for metres, 16UC1 for
+            millimetres
+        --frame-id ID  coordinate frame of the camera
+    """
+    declare(output, declared, ros_encoding=ENCODINGS_OF_ROS[0], frame_id="camera")
     add_preset(parser)
-    parser.add_argument("--threads", type=count, default=2, metavar="N", help="number of threads (default: 2)")
+    declare(parser, "--threads N  number of threads", threads=2)
     add_progress(parser)
     add_pairing(parser)
     add_reading(parser.add_argument_group("reading the frames"))

@@ -6,7 +6,9 @@ import argparse
 import os
 import re
 import sys
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Collection, Iterable, Mapping
+from functools import partial
+from inspect import cleandoc
 from itertools import takewhile
 from typing import Any, NoReturn
 
@@ -146,6 +148,11 @@ class Parser(argparse.ArgumentParser):
         )
 
 
+def given_flags(arguments: argparse.Namespace, names: Collection[str]) -> list[str]:
+    """Return the flags that are given, of those with these names of their values."""
+    return [flag for name, flag in arguments.given.items() if name in names]
+
+
 def check_there(paths: Iterable[object]) -> None:
     """Raise InputError for the first path that leads nowhere; addresses are not opened."""
     from ..io.hdf5_depth import split_dataset  # not before: it imports numpy
@@ -175,24 +182,99 @@ def add_progress(parser: argparse._ActionsContainer) -> None:
 
 def add_json(parser: argparse._ActionsContainer, contents: str) -> None:
     """Add the flag for JSON output, whose contents its help names."""
-    parser.add_argument(
-        "--json",
-        action="store_true",
-        help=f"print one JSON document instead of text: {contents}. Unknown numbers are null, lengths in metres",
-    )
+    text = f"print one JSON document instead of text: {contents}. Unknown numbers are null, lengths in metres"
+    declare(parser, f"--json  {text}")
 
 
-def count(text: str) -> int:
-    """Parse an integer >= 1."""
-    return _whole_number(text, 1)
-
-
-def seed(text: str) -> int:
-    """Parse an integer >= 0."""
-    return _whole_number(text, 0)
-
-
-def _whole_number(text: str, least: int) -> int:
+def _count(text: str, least: int = 1) -> int:
     if not text.isdecimal() or int(text) < least:
         raise argparse.ArgumentTypeError(f"{text!r} is not an integer of at least {least}")
     return int(text)
+
+
+def _range(text: str) -> tuple[int | None, int | None]:
+    match = re.fullmatch(r"(-?\d+)?:(-?\d+)?", text)
+    if match is None:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a range of frames, such as 100:200, :50 or -10:")
+    first, end = (None if number is None else int(number) for number in match.groups())
+    return first, end
+
+
+def _part(text: str) -> tuple[int, int]:
+    match = re.fullmatch(r"(\d+)/(\d+)", text)
+    if match is None or not 1 <= int(match[1]) <= int(match[2]):
+        raise argparse.ArgumentTypeError(f"{text!r} is not a part K/N, such as 3/40")
+    return int(match[1]), int(match[2])
+
+
+def _numbers(text: str) -> frozenset[int]:
+    try:
+        return frozenset(int(part) for part in text.split(","))
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a list of block numbers, such as 3,7,12") from None
+
+
+VALUES: Mapping[str, Callable[[str], Any]] = {
+    **dict.fromkeys(("N", "M"), _count),
+    **dict.fromkeys(("HZ", "UNITS", "WEIGHT"), float),
+    "SEED": partial(_count, least=0),
+    "A:B": _range,
+    "K/N": _part,
+    "N,N,...": _numbers,
+}
+"""What stands for a value in the help -> the function that reads the value; of all others, any text is taken."""
+
+_COUNTS = {(False, False): None, (True, False): "?", (False, True): "+", (True, True): "*"}
+"""Whether a positional argument may be left out, and has several values -> how argparse says that."""
+
+_DECLARED = re.compile(
+    r"(?P<name>--\S+|\[?[A-Z][\w.]*\]?)(?: (?P<value>[^\s.]\S*))?(?P<repeats> \.\.\.\]?)?\s{2,}(?P<text>.+)"
+)
+
+
+def declare(group: argparse._ActionsContainer, text: str, only: Collection[str] = (), /, **defaults: Any) -> None:
+    """Add arguments to a parser, or a group of them, that are declared as the help shows them.
+
+    Parameters
+    ----------
+    group : argparse.ArgumentParser or a group of its arguments
+    text : str
+        Each argument begins a line, and its explanation follows after two blanks, and in indented lines below; one that
+        begins with "required" makes a flag so. A flag without a value is a switch. Words joined by | are the choices;
+        anything else, or words of capitals, stand for the value (see `VALUES`). After ..., a flag can be repeated, and
+        a positional argument has several values; it may be left out in brackets.
+    only : collection of str
+        The flags that are added; all if there are none.
+    **defaults
+        Default values, by the names of the flags; the explanation ends with them. None if left out.
+
+    Examples
+    --------
+    >>> parser = Parser()
+    >>> declare(parser, "FILE ...  to play\\n--rate HZ  frames a second\\n--axes camera|world  of the cloud", rate=10.0)
+    >>> found = parser.parse_args(["a.mcap", "b.mcap", "--axes", "world"])
+    >>> found.files, found.rate, found.axes
+    (['a.mcap', 'b.mcap'], 10.0, 'world')
+    """
+    for declared in re.split(r"\n(?=\S)", cleandoc(text)):
+        found = _DECLARED.fullmatch(re.sub(r"\n\s+", " ", declared))
+        assert found is not None, declared
+        name, value, repeats, explanation = found.groups()
+        if only and name not in only:
+            continue
+        default = defaults.get(name[2:].replace("-", "_"))
+        if default is not None:
+            explanation += f" (default: {f'{default:g}' if isinstance(default, float) else default})"
+        how: dict[str, Any] = {"help": explanation.replace("%", "%%")}
+        if not name.startswith("--"):
+            how |= {"metavar": name.strip("[]"), "nargs": _COUNTS[name.startswith("["), repeats is not None]}
+            name = re.split(r"\W", how["metavar"].lower())[0] + "s" * (repeats is not None)
+        elif value is None:
+            how |= {"action": "store_true"}
+        elif "|" in value and not re.fullmatch(r"[A-Z|]+", value):
+            how |= {"choices": value.split("|"), "default": default}
+        else:
+            how |= {"metavar": value, "type": VALUES.get(value, str), "default": default}
+            how |= {"required": explanation.startswith("required")}
+            how |= {"action": "append", "default": []} if repeats else {}
+        group.add_argument(name, **how)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import base64
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 from .._runtime.formatting import length_text
 from ..data.results import History, IterationRecord
@@ -34,14 +34,6 @@ class Line:
     sample: str
 
 
-@dataclass(frozen=True)
-class Plot:
-    """A plot of several blocks as the data URI of an SVG."""
-
-    title: str
-    image: str = field(repr=False)
-
-
 def curve_lines(subject: Subject) -> list[Line]:
     """Choose the blocks whose curves are shown: the iterated blocks that have filled most pixels."""
     iterated = {label: result for label, result in subject.completion.results.items() if len(result.history)}
@@ -52,8 +44,8 @@ def curve_lines(subject: Subject) -> list[Line]:
     ]
 
 
-def curve_plots(subject: Subject, lines: Sequence[Line]) -> list[Plot]:
-    """Plot sigma_i and the L1 norm of the lines' blocks over the iterations."""
+def curve_plots(subject: Subject, lines: Sequence[Line]) -> dict[str, str]:
+    """Plot sigma_i and the L1 norm of the lines' blocks over the iterations: title -> data URI of an SVG."""
     results = subject.completion.results
 
     def points(value: Callable[[IterationRecord, History], float]) -> list[tuple[Line, Points]]:
@@ -64,23 +56,22 @@ def curve_plots(subject: Subject, lines: Sequence[Line]) -> list[Plot]:
             found.append((line, _thinned([point for point in values if math.isfinite(point[1])])))
         return [(line, places) for line, places in found if places]
 
-    plots = []
+    plots = {}
     if sigma := points(lambda record, _: math.log10(record.sigma_i) if record.sigma_i > 0 else math.nan):
         limits = {results[line.label].parameters.s_criteria for line in lines}
         limit = math.log10(limits.pop()) if len(limits) == 1 and min(limits) > 0 else None
-        plots.append(_plot("sigma_i", sigma, lambda power: length_text(10.0**power), least_step=1, criterion=limit))
+        plots["sigma_i"] = _plot(sigma, lambda power: length_text(10.0**power), least_step=1, criterion=limit)
     if l1 := points(lambda record, history: 100 * record.l1 / history[-1].l1 if history[-1].l1 > 0 else math.nan):
-        plots.append(_plot("L1 norm, in percent of its last value", l1, lambda share: f"{share:.6g} %"))
+        plots["L1 norm, in percent of its last value"] = _plot(l1, lambda share: f"{share:.6g} %")
     return plots
 
 
 def _plot(
-    title: str,
     curves: Sequence[tuple[Line, Points]],
     text: Callable[[float], str],
     least_step: float = 0.02,
     criterion: float | None = None,
-) -> Plot:
+) -> str:
     """Draw curves; the axis has about five ticks at round values, `text` is their label."""
     values = [y for _, places in curves for _, y in places] + ([] if criterion is None else [criterion])
     step = max(round_up(max(max(values) - min(values), 1e-9) / 5), least_step)
@@ -97,7 +88,7 @@ def _plot(
         ticks={number * step: text(number * step) for number in range(first, last + 1)},
         criterion=criterion,
     )
-    return Plot(title, f"data:image/svg+xml;base64,{base64.b64encode(svg.encode()).decode()}")
+    return f"data:image/svg+xml;base64,{base64.b64encode(svg.encode()).decode()}"
 
 
 def _line_colour(colour: tuple[int, int, int]) -> str:

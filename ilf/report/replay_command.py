@@ -23,18 +23,18 @@ def replay_text(run: Run) -> tuple[str, str]:
     inputs, frame = run.frame.inputs, run.frame
     if inputs is None:
         return "The frame was not read from files, so no command reproduces the run.", ""
-    blocks, replay = run.blocks, "ilf complete --replay run.json"
+    blocks = run.blocks
     by_hand = any(one is not None for one in (frame.invalid_mask, blocks.drawn, blocks.by_hand))
     edited = blocks.edited or blocks.own or by_hand
+    why = ""
     if edited or blocks.extraction is None or (frame.guide is not None and frame.guide.path is None):
-        return "Blocks, parameters or depth were edited by hand. Export the frame and replay its run.json.", replay
-    if inputs.lenses is not None:
-        return "The frame was undistorted on reading. Export the frame and replay its run.json.", replay
-    if inputs.depth_to_colour is not None:
-        return (
-            "Depth was registered from a camera beside that of colour. Export the frame and replay its run.json.",
-            replay,
-        )
+        why = "Blocks, parameters or depth were edited by hand"
+    elif inputs.lenses is not None:
+        why = "The frame was undistorted on reading"
+    elif inputs.depth_to_colour is not None:
+        why = "Depth was registered from a camera beside that of colour"
+    if why or blocks.extraction is None:
+        return f"{why}. Export the frame and replay its run.json.", "ilf complete --replay run.json"
     nearest = nearest_preset(run.parameters)
     files = [inputs.rgb.path, inputs.depth.path] if inputs.frame is None else [inputs.rgb.path, "--frame", inputs.frame]
     words = ["ilf", "complete", *files, "--depth-encoding", _text(inputs.encoding or inputs.depth_units)]

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Self
 
 from ..data.blocks import block_colour
@@ -25,8 +24,6 @@ class Subject:
         All blocks of the frame, and their parameters as they are set.
     completion : Completion
         Its results; without blocks if nothing has been run yet.
-    names, colours : mapping of int
-        Block label -> name and colour; the defaults follow from the label.
     note : str
         The user's note on the frame.
     kept : tuple of StoredRun
@@ -39,8 +36,6 @@ class Subject:
 
     run: Run
     completion: Completion
-    names: Mapping[int, str] = field(default_factory=dict)
-    colours: Mapping[int, Colour] = field(default_factory=dict)
     note: str = ""
     kept: tuple[StoredRun, ...] = ()
     again: str = ""
@@ -49,25 +44,16 @@ class Subject:
     @classmethod
     def of_state(cls, state: FrameState, again: str = "", problems: tuple[str, ...] = ()) -> Self:
         """Return the subject of a frame in a project, with its present results."""
-        infos = state.blocks.infos
-        return cls(
-            replace(state.run(), extrapolate=state.extrapolation is not None),
-            present_completion(state),
-            {label: info.name for label, info in infos.items()},
-            {label: info.colour for label, info in infos.items()},
-            state.note,
-            state.runs,
-            again,
-            problems,
-        )
+        run = replace(state.run(), extrapolate=state.extrapolation is not None)
+        return cls(run, present_completion(state), state.note, state.runs, again, problems)
 
     def name_of(self, label: int) -> str:
         """Return the name of a block."""
-        return self.names.get(label) or f"Block {label}"
+        return self.run.blocks.names.get(label) or f"Block {label}"
 
     def colour_of(self, label: int) -> Colour:
         """Return the colour of a block."""
-        return self.colours.get(label) or block_colour(label)
+        return self.run.blocks.colours.get(label) or block_colour(label)
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,6 @@ import json
 import os
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -25,6 +24,8 @@ from ..sources.poses import OPENGL_AXES
 from .stored_results import StoredResult, StoredResults
 from .writing import Written
 
+Pose = NDArray[np.float64]
+
 _UNITS = 1000.0
 """Units per metre of depth images."""
 
@@ -33,16 +34,6 @@ _PIXEL_CENTRE = 0.5
 
 _HALF_WEIGHT = 0.01
 """Expected error, as a share of the depth, that halves its weight."""
-
-
-@dataclass(frozen=True, eq=False)
-class _Posed:
-    """A result with its camera and pose, and its number in the data set, from 1."""
-
-    result: StoredResult
-    intrinsics: Camera
-    pose: NDArray[np.float64]
-    number: int
 
 
 class _DataSet(ABC):
@@ -57,8 +48,8 @@ class _DataSet(ABC):
         self.notes: list[str] = []
 
     @abstractmethod
-    def add(self, frame: _Posed) -> None:
-        """Write the images of a frame."""
+    def add(self, result: StoredResult, camera: Camera, pose: Pose, number: int) -> None:
+        """Write the images of a frame with its camera and pose; `number` is its place in the data set, from 1."""
 
     @abstractmethod
     def finish(self) -> None:
@@ -133,9 +124,9 @@ class _Nerfstudio(_DataSet):
         super().__init__(folder, count)
         self._frames: list[dict[str, Any]] = []
 
-    def add(self, frame: _Posed) -> None:
-        result, stem = frame.result, f"{frame.number:05}"
-        colour, camera = result.recorded_colour(frame.intrinsics)
+    def add(self, result: StoredResult, camera: Camera, pose: Pose, number: int) -> None:
+        stem = f"{number:05}"
+        colour, camera = result.recorded_colour(camera)
         names = {"file_path": f"images/{stem}.jpg", "depth_file_path": f"depths/{stem}.png"}
         self._write_colour(names["file_path"], colour)
         self._write_depth(names["depth_file_path"], result)
@@ -146,7 +137,7 @@ class _Nerfstudio(_DataSet):
             {
                 **names,
                 "name": result.name,
-                "transform_matrix": (frame.pose @ OPENGL_AXES).tolist(),
+                "transform_matrix": (pose @ OPENGL_AXES).tolist(),
                 "fl_x": camera.fx,
                 "fl_y": camera.fy,
                 "cx": camera.cx + _PIXEL_CENTRE,
@@ -189,21 +180,21 @@ class _GaussianSplatting(_DataSet):
         self._missing = self._near = self._pixels = 0
         self._off_centre = 0.0
 
-    def add(self, frame: _Posed) -> None:
-        stem = f"{frame.number:05}"
-        colour, camera = frame.result.recorded_colour(frame.intrinsics)
+    def add(self, result: StoredResult, camera: Camera, pose: Pose, number: int) -> None:
+        stem, depth_camera = f"{number:05}", camera
+        colour, camera = result.recorded_colour(depth_camera)
         height, width = colour.shape[:2]
         self._write_colour(f"images/{stem}.jpg", colour)
-        self._write(f"depths/{stem}.png", encode_image(".png", self._inverse(frame.result.depth)))
+        self._write(f"depths/{stem}.png", encode_image(".png", self._inverse(result.depth)))
         self._parameters[stem] = {"scale": self._SCALE, "offset": 0.0}
         centre = camera.cx + _PIXEL_CENTRE, camera.cy + _PIXEL_CENTRE
         self._off_centre = max(self._off_centre, abs(centre[0] - width / 2), abs(centre[1] - height / 2))
-        number = self._cameras.setdefault((width, height, camera.fx, camera.fy, *centre), len(self._cameras) + 1)
-        to_camera = np.linalg.inv(frame.pose)
+        known = self._cameras.setdefault((width, height, camera.fx, camera.fy, *centre), len(self._cameras) + 1)
+        to_camera = np.linalg.inv(pose)
         x, y, z, w = Rotation.from_matrix(to_camera[:3, :3]).as_quat()
         # the second line lists the points that the image shows, here none
-        self._images.append(f"{frame.number} {_text((w, x, y, z, *to_camera[:3, 3]))} {number} {stem}.jpg\n\n")
-        self._add_points(frame)
+        self._images.append(f"{number} {_text((w, x, y, z, *to_camera[:3, 3]))} {known} {stem}.jpg\n\n")
+        self._add_points(result, depth_camera, pose, number)
 
     def _inverse(self, depth: NDArray[np.float32]) -> NDArray[np.uint16]:
         """Values (H, W) of the image of inverse depth, 0 where it is missing; counts what cannot be expressed."""
@@ -213,15 +204,15 @@ class _GaussianSplatting(_DataSet):
         self._near += int(np.count_nonzero(values > UINT16_MAX))
         return np.nan_to_num(np.minimum(values, UINT16_MAX)).astype(np.uint16)
 
-    def _add_points(self, frame: _Posed) -> None:
+    def _add_points(self, result: StoredResult, camera: Camera, pose: Pose, number: int) -> None:
         """Choose pixels of reliable depth at random, the same ones in every export."""
-        result, weight = frame.result, _weight(frame.result)
+        weight = _weight(result)
         reliable = np.isfinite(result.depth) if weight is None else weight >= self._MIN_WEIGHT
         places = np.flatnonzero(reliable)
         count = min(-(-self._POINTS // self._count), len(places))
         chosen = np.zeros(reliable.shape, bool)
-        chosen.flat[np.random.default_rng(frame.number).choice(places, count, replace=False)] = True
-        cloud = in_world(point_cloud(result.depth, result.rgb, frame.intrinsics, only=chosen), frame.pose)
+        chosen.flat[np.random.default_rng(number).choice(places, count, replace=False)] = True
+        cloud = in_world(point_cloud(result.depth, result.rgb, camera, only=chosen), pose)
         self._points += [
             f"{at} {x:.6f} {y:.6f} {z:.6f} {red} {green} {blue} 0\n"
             for at, ((x, y, z), (red, green, blue)) in enumerate(
@@ -263,19 +254,17 @@ class _Open3D(_DataSet):
         self._camera: dict[str, Any] = {}
         self._poses: list[str] = []
 
-    def add(self, frame: _Posed) -> None:
-        result, camera = frame.result, frame.intrinsics
+    def add(self, result: StoredResult, camera: Camera, pose: Pose, number: int) -> None:
         height, width = result.depth.shape
         columns = [camera.fx, 0, 0, 0, camera.fy, 0, camera.cx, camera.cy, 1]
         described = {"width": width, "height": height, "intrinsic_matrix": columns}
         if self._camera not in ({}, described):
             raise InputError(f"{result} has another camera than the results before it; Open3D has one for all.")
         self._camera = described
-        self._write_colour(f"color/{frame.number:05}.jpg", result.rgb)
-        self._write_depth(f"depth/{frame.number:05}.png", result)
-        before = frame.number - 1
-        rows = "".join(f"{_text(row)}\n" for row in frame.pose)
-        self._poses.append(f"{before} {before} {frame.number}\n{rows}")
+        self._write_colour(f"color/{number:05}.jpg", result.rgb)
+        self._write_depth(f"depth/{number:05}.png", result)
+        rows = "".join(f"{_text(row)}\n" for row in pose)
+        self._poses.append(f"{number - 1} {number - 1} {number}\n{rows}")
 
     def finish(self) -> None:
         self._write("trajectory.log", "".join(self._poses))
@@ -339,12 +328,9 @@ def write_data_set(
         if result.intrinsics is None:
             raise InputError(f"{result}: the camera's intrinsics are not known, but needed. Give --intrinsics.")
         number += 1
-        data_set.add(_Posed(result, result.intrinsics, result.pose, number))
+        data_set.add(result, result.intrinsics, result.pose, number)
     if not number:
-        raise InputError(
-            "Poses are needed, and none of these results has one. Use frames of TUM sequences, 7-Scenes, ScanNet, "
-            "ARKitScenes, Record3D or Stray Scanner, or give the pose in meta.json."
-        )
+        raise InputError("None of the results has a pose. Use frames of a source with poses, or give it in meta.json.")
     data_set.finish()
     notes = data_set.notes
     if without_pose:

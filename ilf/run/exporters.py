@@ -6,7 +6,6 @@ import os
 from collections.abc import Callable, Sequence
 from importlib.metadata import EntryPoint
 from pathlib import Path
-from typing import Protocol
 
 from .._runtime.plugins import EXPORTERS, call, entry_of_file, entry_points, load, package_of
 from .._runtime.writing import atomic_path, ensure_folder, write_bytes
@@ -16,14 +15,6 @@ from .formats import FORMATS, check_format, colour_seen_from
 from .run import Run
 
 _BUILT_IN = (EntryPoint("rrd", "ilf.run.rerun_file:RerunFile", EXPORTERS),)
-
-
-class Exporter(Protocol):
-    """A file format: a class without arguments, whose name an entry point `ilf.exporters` gives, under the extension
-    of its files. An object is made before the run, so that a missing package is reported then."""
-
-    def write(self, path: Path, completion: Completion) -> None:
-        """Write a completed frame into the existing, empty file at `path`, which is moved into place afterwards."""
 
 
 class Export:
@@ -54,7 +45,8 @@ class Export:
         self._write: Callable[[Path, Completion], None] | None = (
             None if entry in of_table else call(entry, lambda: load(entry)().write)
         )
-        """Of what is not in the table."""
+        """Of what is not in the table: of an object that the class of the entry point makes, before the run, so that a
+        missing package is reported then. It writes into the existing, empty file at the path."""
 
     def check(self, run: Run) -> None:
         """Raise InputError if the file cannot be made of a run."""
@@ -81,8 +73,5 @@ class Export:
         with atomic_path(self.path) as temporary:
             call(self._entry, self._write, temporary, completion)
             if not (temporary.exists() and temporary.stat().st_size):
-                raise ExportError(
-                    f"{self.path} is not written: the plugin {self._entry.name} of the package "
-                    f"{package_of(self._entry)} has written nothing. Update the package."
-                )
+                raise ExportError(f"{self.path}: {package_of(self._entry)} has written nothing. Update that package.")
         return ()

@@ -11,19 +11,9 @@ from ..data.points import AXES
 from ..errors import ParameterError
 from ..io.clouds import UNITS_PER_METRE
 from ..sources.own_results import RECORD_FILE
+from . import files
 from .formats import FORMATS
 from .run import Run
-
-LABELS_FILE, CURVES_FILE = "blocks.png", "curves.csv"
-EXTRAPOLATED_FILE, INVALID_MASK_FILE, DRAWN_FILE = "extrapolated.png", "invalid_mask.png", "drawn.png"
-OUTSIDE_FILE = "outside_view.png"
-FROM_NEIGHBOURS_FILE = "from_neighbours.png"
-"""Mask of the filled pixels that neighbours of the frame have measured."""
-COLOUR_FILE = "rgb.png"
-"""Colour of the frame, if no file contains it: from a recording, or undistorted."""
-GUIDE_FILE = "guide_used.npy"
-DEPTH_BY_HAND_FILE, BY_HAND_FILE = "depth_by_hand.npy", "by_hand.png"
-"""Depth by hand as given, and the mask of the filled pixels that have it."""
 
 DEPTH_FILES = {"png": "depth.png", "tiff": "depth.tiff", "npy": "depth.npy"}
 """Depth format -> file name. PNG is 16 bit in `depth_units`; TIFF and NPY are float32 metres."""
@@ -33,9 +23,6 @@ ALIGNED_FILES = {"png": "depth_aligned.png", "tiff": "depth_aligned.tiff", "npy"
 
 ERROR_FILES = {"png": "expected_error.png", "tiff": "expected_error.tiff", "npy": "expected_error.npy"}
 """Depth format -> file name of the expected error, in the same units."""
-
-UNSUPPORTED_FILE = "unsupported.png"
-"""Mask, beside the expected errors, of the filled pixels that are unsupported by measurements."""
 
 CLOUD_FILES = {
     "ply": "cloud.ply",
@@ -124,20 +111,18 @@ class ExportOptions:
         _require(self.axes, CLOUD_AXES, "axes of the point cloud")
         _require(self.cloud_unit, CLOUD_UNITS, "unit of the point cloud")
         if not (math.isfinite(self.depth_units) and self.depth_units > 0):
-            raise ParameterError(
-                f"Depth units must be a positive number per metre (1000 for millimetres), not {self.depth_units!r}."
-            )
+            raise ParameterError(f"Depth units must be a positive number per metre, as 1000, not {self.depth_units!r}.")
 
     def filenames(self) -> tuple[str, ...]:
         """Names of the selected files; `ilf.run.filenames` adds those that depend on the run."""
         names = [DEPTH_FILES[depth_format] for depth_format in self.depth_formats]
         if self.expected_error:
             names += [ERROR_FILES[depth_format] for depth_format in self.depth_formats]
-            names += [UNSUPPORTED_FILE] if self.depth_formats else []
+            names += [files.UNSUPPORTED] if self.depth_formats else []
         if self.labels:
-            names.append(LABELS_FILE)
+            names.append(files.LABELS)
         if self.curves:
-            names.append(CURVES_FILE)
+            names.append(files.CURVES)
         if self.cloud is not None:
             names.append(CLOUD_FILES[self.cloud])
         if self.mesh is not None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import hashlib
-import json
 from collections import Counter
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -16,7 +15,7 @@ from numpy.typing import NDArray
 from .._runtime.installation import __version__, library_versions, processor
 from .._runtime.networks.models import CORRECTION, DEPTH_EDGES, SPARSE_CORRECTION, model_path
 from .._runtime.networks.session import device
-from .._runtime.schema import PlainName, plain
+from .._runtime.schema import PlainName, json_file
 from ..completion.correction_network import load_correction_network
 from ..completion.sparse_correction import load_sparse_correction_network
 from ..data.blocks import Blocks
@@ -31,15 +30,8 @@ from ..data.results import BlockOutcome, Completion
 from ..errors import InputError
 from ..segmentation.edges.depth_edges import DepthEdgeNetwork
 from ..segmentation.edges.detectors import load_model
-from .options import (
-    DEPTH_BY_HAND_FILE,
-    DRAWN_FILE,
-    GUIDE_FILE,
-    INVALID_MASK_FILE,
-    LABELS_FILE,
-    OUTSIDE_FILE,
-    ExportOptions,
-)
+from . import files
+from .options import ExportOptions
 from .run import Run
 
 # The networks used by a run, by name.
@@ -90,8 +82,6 @@ def installed_sha256(name: str) -> str | None:
     except InputError:
         return None
 
-
-PROGRAM = "ilf-studio"
 
 SCHEMA = 1
 """Version of the record's format."""
@@ -279,17 +269,17 @@ def make_record(run: Run, completion: Completion, options: ExportOptions) -> Run
     return RunRecord(
         name=frame.name,
         inputs=frame.inputs,
-        invalid_mask=RecordedMask.of(frame.invalid_mask, INVALID_MASK_FILE),
-        drawn=RecordedMask.of(run.blocks.drawn, DRAWN_FILE),
-        by_hand=None if by_hand is None else RecordedByHand.of(by_hand.depth, DEPTH_BY_HAND_FILE, by_hand.weight),
-        outside_view=RecordedMask.of(frame.outside_view if is_of_files else None, OUTSIDE_FILE),
+        invalid_mask=RecordedMask.of(frame.invalid_mask, files.INVALID_MASK),
+        drawn=RecordedMask.of(run.blocks.drawn, files.DRAWN),
+        by_hand=None if by_hand is None else RecordedByHand.of(by_hand.depth, files.DEPTH_BY_HAND, by_hand.weight),
+        outside_view=RecordedMask.of(frame.outside_view if is_of_files else None, files.OUTSIDE),
         guide=None
         if guide is None
-        else RecordedGuide.of(guide.array, GUIDE_FILE, guide.path, guide.network, guide.gives),
+        else RecordedGuide.of(guide.array, files.GUIDE, guide.path, guide.network, guide.gives),
         pose=None if frame.pose is None else _rows(frame.pose),
         neighbours=() if frame.neighbours is None else tuple(map(RecordedNeighbour.of, frame.neighbours.neighbours)),
         extraction=run.blocks.extraction,
-        blocks=RecordedBlocks.of(run.blocks, LABELS_FILE if options.labels else None),
+        blocks=RecordedBlocks.of(run.blocks, files.LABELS if options.labels else None),
         networks=RecordedNetworks(_extraction_networks(run.blocks), _networks(completion)),
         parameters=common,
         block_parameters={
@@ -317,8 +307,7 @@ def array_sha256(values: NDArray[Any]) -> str:
 
 def to_json(record: RunRecord) -> bytes:
     """Content of run.json, with null for NaN."""
-    data = {"program": PROGRAM, "schema": SCHEMA, **dataclasses.asdict(record)}
-    return f"{json.dumps(plain(data), indent=2)}\n".encode()
+    return json_file(SCHEMA, dataclasses.asdict(record))
 
 
 def _rows(matrix: NDArray[np.float64]) -> tuple[tuple[float, ...], ...]:

@@ -8,13 +8,13 @@ from pathlib import Path
 from typing import Any
 
 from .._runtime.files import read_json
-from .._runtime.schema import check_schema, converted
+from .._runtime.schema import PROGRAM, check_schema, converted
 from ..data.camera import checked_transform
 from ..data.frame import FrameInputs
 from ..data.parameters import BlockParameters, Parameters
 from ..errors import FormatError, InputError, ParameterError, told_as
 from ..io.encodings import encoding_of
-from .record import PROGRAM, SCHEMA, RunRecord
+from .record import SCHEMA, RunRecord
 
 
 def read_record(path: str | os.PathLike[str]) -> RunRecord:

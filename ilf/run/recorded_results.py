@@ -20,8 +20,9 @@ from ..data.presets import preset
 from ..data.results import BlockOutcome, BlockResult, Completion, History, compose
 from ..io.depth import depth_in_metres, read_depth_values
 from ..io.labels import read_mask
+from . import files
 from .curves import read_curves
-from .options import CURVES_FILE, DEPTH_FILES, EXTRAPOLATED_FILE
+from .options import DEPTH_FILES
 from .record import RunRecord, array_sha256, requested_networks
 from .run import Run
 
@@ -45,11 +46,11 @@ def recorded_completion(
         return None
     extrapolated = np.zeros(depth.shape, bool)
     if record.extrapolate:
-        if not _is_as_written(record, folder, EXTRAPOLATED_FILE):
+        if not _is_as_written(record, folder, files.EXTRAPOLATED):
             return None
-        extrapolated = read_mask(folder / EXTRAPOLATED_FILE, depth.shape)
+        extrapolated = read_mask(folder / files.EXTRAPOLATED, depth.shape)
     of_blocks = np.where(extrapolated, np.float32(np.nan), depth)
-    curves = read_curves(folder / CURVES_FILE) if _is_as_written(record, folder, CURVES_FILE) else {}
+    curves = read_curves(folder / files.CURVES) if _is_as_written(record, folder, files.CURVES) else {}
     blocks = find_blocks(run.blocks.labels, run.only)
     results = {
         outcome.label: _result(run, record, blocks[outcome.label], outcome, of_blocks, curves.get(outcome.label, ()))

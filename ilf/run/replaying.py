@@ -33,7 +33,8 @@ from ..segmentation.extraction import found_blocks
 from ..sources.frame_ref import FrameRef
 from ..sources.neighbours import seen_by
 from ..sources.reading import load_frame, read_frame
-from .options import DEPTH_FILES, LABELS_FILE, ExportOptions
+from . import files
+from .options import DEPTH_FILES, ExportOptions
 from .record import (
     RecordedMask,
     RunRecord,
@@ -67,10 +68,8 @@ def file_problems(record: RunRecord, folder: Path) -> tuple[str, ...]:
     if gone:
         sentences.append(f"The set of files is incomplete: missing {', '.join(gone)}.")
     if changed:
-        sentences.append(
-            f"{', '.join(changed)} {'has' if len(changed) == 1 else 'have'} changed since the run was written and no "
-            f"longer match{'es' * (len(changed) == 1)} the record."
-        )
+        has = "has" if len(changed) == 1 else "have"
+        sentences.append(f"{', '.join(changed)} {has} changed since the run was written.")
     return tuple(sentences)
 
 
@@ -129,8 +128,7 @@ def network_differences(record: RunRecord) -> list[str]:
             state = "is not available" if present is None else "has changed"
             if name in (CORRECTION, SPARSE_CORRECTION):
                 sentences.append(
-                    f"The network {name!r} used by the run {state}: filled depth may differ. "
-                    "Install the recorded version."
+                    f"The network {name!r} of the run {state}: depth may differ. Install the recorded one."
                 )
                 continue
             remedy = "Install the recorded version" if name == DEPTH_EDGES else "Import the recorded one"
@@ -269,9 +267,7 @@ def replay(
     blocks = _recorded_blocks(record, frame, folder, extract)
     gone = sorted(set(record.own_parameters) - set(np.unique(blocks.labels).tolist()))
     if gone:
-        raise InputError(
-            f"The record has been changed: it has outcomes of blocks that its label map lacks: {gone}. Restore it."
-        )
+        raise InputError(f"The record was changed: its label map lacks blocks of its outcomes, {gone}. Restore it.")
     if versions := version_differences(record):
         differences.append(f"The run was made with {versions}: results may differ in the last digits, or more.")
     if another := processor_difference(record):
@@ -288,9 +284,7 @@ def _recorded_frame(
 ) -> RGBDFrame:
     inputs = record.inputs
     if inputs is None:
-        raise InputError(
-            "This run cannot be replayed: its frame was not read from files. Save it to files and run it again."
-        )
+        raise InputError("This run cannot be replayed: its frame was not read from files. Save it, and run it again.")
     paths: tuple[str | os.PathLike[str], str | os.PathLike[str] | None]
     note_opened(rgb, depth)
     pairs = (rgb, inputs.rgb), (depth, inputs.depth)
@@ -299,28 +293,19 @@ def _recorded_frame(
         paths = (places[0], places[1] if inputs.frame is None else None)  # compared when they have been read
     elif inputs.frame is None:
         paths = (
-            _recorded_file(inputs.rgb, "colour file", folder, rgb),
-            _recorded_file(inputs.depth, "depth file", folder, depth),
+            _place_of(inputs.rgb, "colour file", folder, rgb),
+            _place_of(inputs.depth, "depth file", folder, depth),
         )
     else:
-        paths = (_recording_of(inputs.rgb, folder, rgb), None)
+        paths = (_place_of(inputs.rgb, "recording", folder, rgb, is_whole=False), None)
     others = {"rgb", "depth", "ground_truth", "ground_truth_units"}
     how = {name: value for name, value in inputs.arguments.items() if name not in others}
     frame = load_frame(*paths, **how, name=record.name, beside=False, warn=False)
-    if (
-        frame.inputs is None
-        or frame.inputs.rgb.sha256 != inputs.rgb.sha256
-        or frame.inputs.depth.sha256 != inputs.depth.sha256
-    ):
+    read = frame.inputs
+    if read is None or (read.rgb.sha256, read.depth.sha256) != (inputs.rgb.sha256, inputs.depth.sha256):
         if inputs.frame is not None:
-            raise InputError(
-                f"{paths[0]} is not the recording of the recorded run: its frame {inputs.frame} is different. Give the "
-                "original recording."
-            )
-        raise InputError(
-            "The colour or the depth file of the recorded run is another, or changed while it was read. Try again, or "
-            "give the original files."
-        )
+            raise InputError(f"{paths[0]} is not the run's recording: frame {inputs.frame} differs. Give the original.")
+        raise InputError("The run's colour or depth file has changed. Try again, or give the original files.")
     pose = frame.pose if record.pose is None else np.array(record.pose)
     frame = replace(frame, inputs=replace(inputs, ground_truth=None), pose=pose)
     if record.outside_view is not None:
@@ -345,10 +330,7 @@ def _with_recorded_neighbours(record: RunRecord, frame: RGBDFrame, folders: Sequ
 def _recorded_neighbour(recorded: Neighbour, folders: Sequence[Path]) -> RGBDFrame:
     """A neighbour from its files, at their recorded paths or in one of the folders."""
     if not recorded.source:
-        raise InputError(
-            f"This run cannot be replayed: its neighbour {recorded.name} was not read from files. Save it to files and "
-            "run it again."
-        )
+        raise InputError(f"It cannot be replayed: its neighbour {recorded.name} was not read from files. Run it again.")
 
     def present(path: str) -> str:
         paths = path, *(str(folder / _file_name(path)) for folder in folders)
@@ -365,10 +347,7 @@ def _recorded_neighbour(recorded: Neighbour, folders: Sequence[Path]) -> RGBDFra
     except IlfError as error:
         raise InputError(f"The neighbour {recorded.name} of the recorded run cannot be read. {error}") from error
     if frame.inputs is None or (frame.inputs.rgb.sha256, frame.inputs.depth.sha256) != recorded.sha256:
-        raise InputError(
-            f"{source.depth or source.rgb} is not the neighbour {recorded.name} of the recorded run: its colour or "
-            "depth has changed. Restore it."
-        )
+        raise InputError(f"{source.depth or source.rgb} is not the neighbour {recorded.name} of the run. Restore it.")
     return frame
 
 
@@ -380,7 +359,7 @@ def _with_recorded_ground_truth(record: RunRecord, frame: RGBDFrame, folder: Pat
     if is_address(recorded.path):
         named_in(recorded.path, folder)
     try:
-        found = _recorded_file(recorded, "ground-truth file", folder, None)
+        found = _place_of(recorded, "ground-truth file", folder, None)
         ground_truth, _, _ = ground_truth_of(frame, found, recorded.units, recorded.dataset)
         return frame.with_ground_truth(ground_truth, recorded), ()
     except NotAllowed:
@@ -389,49 +368,27 @@ def _with_recorded_ground_truth(record: RunRecord, frame: RGBDFrame, folder: Pat
         return frame, (f"The run is not evaluated against ground truth, and its curves have no error. {error}",)
 
 
-def _recorded_file(recorded: InputFile, what: str, folder: Path, given: str | os.PathLike[str] | None) -> Path:
-    """The file with the recorded content: the given one, at its recorded path, or beside the record."""
-    found = _place_of(
-        recorded, folder, given, lambda path: os.path.isfile(path) and file_sha256(path) == recorded.sha256
-    )
-    if found is not None:
-        return found
-    first = recorded.path if given is None else given
-    # a file of that name beside the record may be one of its outputs
-    if os.path.isfile(first):
-        raise InputError(
-            f"{first} is not the {what} of the recorded run: its content has changed. Restore it, or give the "
-            "original colour and depth file."
-        )
-    raise InputError(
-        f"{first}: there is no such file, but it is the {what} of the recorded run. "
-        "Give the new paths of the colour and the depth file."
-    )
-
-
-def _recording_of(recorded: InputFile, folder: Path, given: str | os.PathLike[str] | None) -> Path:
-    """The recording: the given one, at its recorded path, or beside the record. Its frame is compared later."""
-    found = _place_of(recorded, folder, given, os.path.exists, is_whole=False)
-    if found is not None:
-        return found
-    first = recorded.path if given is None else given
-    raise InputError(f"{first}: there is no such recording, but it contains the frame of the run. Give its new path.")
-
-
 def _place_of(
-    recorded: InputFile,
-    folder: Path,
-    given: str | os.PathLike[str] | None,
-    is_wanted: Callable[[str], bool],
-    is_whole: bool = True,
-) -> Path | None:
-    """A file of the run: the given one, at its recorded path, or beside the record; None if it is at none of them.
-    `is_whole`: its recorded hash is that of the whole file."""
-    if given is not None:
-        return Path(given) if is_wanted(os.fspath(given)) else None
-    paths = recorded.path, _file_name(recorded.path)
-    found = first_allowed(paths, folder, is_wanted, recorded.sha256 if is_whole else "")
-    return None if found is None else Path(found)
+    recorded: InputFile, what: str, folder: Path, given: str | os.PathLike[str] | None, is_whole: bool = True
+) -> Path:
+    """A file of the run: the given one, at its recorded path, or beside the record. `is_whole`: its recorded hash is
+    that of the whole file, which it has then."""
+
+    def is_it(path: str) -> bool:
+        return os.path.isfile(path) and file_sha256(path) == recorded.sha256 if is_whole else os.path.exists(path)
+
+    first = recorded.path if given is None else os.fspath(given)
+    if given is None:
+        paths = first, _file_name(first)
+        found = first_allowed(paths, folder, is_it, recorded.sha256 if is_whole else "")
+    else:
+        found = first if is_it(first) else None
+    if found is not None:
+        return Path(found)
+    # a file of that name beside the record may be one of its outputs
+    if is_whole and os.path.isfile(first):
+        raise InputError(f"{first} is not the {what} of the recorded run: its content has changed. Give the original.")
+    raise InputError(f"{first}: there is no such file, but it is the {what} of the recorded run. Give its new path.")
 
 
 def _file_name(path: str) -> str:
@@ -451,9 +408,7 @@ def _beside(
         return None
     path = folder / recorded.file
     if not os.path.isfile(path):
-        raise InputError(
-            f"{what[0].upper()}{what[1:]} of this run ({path.name}) is not beside the record. Put it there."
-        )
+        raise InputError(f"{what.capitalize()} of this run ({path.name}) is not beside the record. Put it there.")
     found = read(path)
     if array_sha256(array(found)) != recorded.sha256:
         raise InputError(f"{path} is not {what} of the recorded run: its content has changed. Restore it.")
@@ -489,7 +444,7 @@ def _found_again(record: RunRecord, frame: RGBDFrame, folder: Path, extract: boo
         if saved is None:
             raise InputError(
                 "The blocks of this run were drawn or edited by hand, and their label map "
-                f"({record.blocks.file or LABELS_FILE}) is not beside the record or has changed. Restore it there."
+                f"({record.blocks.file or files.LABELS}) is not beside the record or has changed. Restore it there."
             )
         return Blocks(saved, extraction=record.extraction, network=network)
     if saved is not None and not extract:
@@ -499,7 +454,7 @@ def _found_again(record: RunRecord, frame: RGBDFrame, folder: Path, extract: boo
         return again
     versions = version_differences(record)
     problem = "The extraction gives different blocks than recorded" + (f" with {versions}" if versions else "")
-    name = record.blocks.file or LABELS_FILE
+    name = record.blocks.file or files.LABELS
     if saved is None:
         remedy = f"{problem}. Install the recorded versions, or put the run's {name} beside the record."
         raise InputError(" ".join((*again.notes, remedy)))

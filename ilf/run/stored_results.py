@@ -28,7 +28,8 @@ from ..sources.pairing import natural
 from ..sources.remote import spelled
 from ..sources.shards import Shards
 from ..sources.trajectories import stated_pose
-from .options import RECORD_FILE, UNSUPPORTED_FILE
+from . import files
+from .options import RECORD_FILE
 from .record import RunRecord
 from .record_file import modes_in, read_record
 
@@ -108,7 +109,7 @@ class StoredResult:
     @cached_property
     def unsupported(self) -> NDArray[np.bool_] | None:
         """Filled pixels that are unsupported by measurements, bool (H, W); None if they were not written."""
-        file = self._file(UNSUPPORTED_FILE)
+        file = self._file(files.UNSUPPORTED)
         return None if file is None else self._checked(file.path.name, read_mask(file))
 
     @cached_property
@@ -263,9 +264,7 @@ def result_folders(path: str | os.PathLike[str]) -> list[Path]:
     with told_as(InputError, f"{root}: cannot be read ({{error}}). Give a folder with results.", OSError):
         found = sorted(_result_folders(root), key=lambda inner: natural(inner.name))
     if not found:
-        raise InputError(
-            f"{root} contains no results: there is no {RECORD_FILE} in it or its folders. Give a folder with results."
-        )
+        raise InputError(f"{root} contains no results: no {RECORD_FILE} in it or its folders. Give another folder.")
     return found
 
 

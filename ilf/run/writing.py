@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from .._runtime.cancellation import check_cancelled
 from .._runtime.files import file_sha256, read_json
 from .._runtime.formatting import counted
+from .._runtime.schema import PROGRAM
 from .._runtime.writing import move_into_place, staging, write_bytes
 from ..completion.confidence.expected_error import expected_error, unsupported
 from ..completion.confidence.features import default_edges
@@ -34,33 +35,22 @@ from ..io.labels import write_labels, write_mask
 from ..io.meshes import write_mesh
 from ..sources.naming import META_NAME
 from ..sources.registration import aligned
+from . import files
 from .curves import write_curves
 from .exporters import Export
 from .formats import FORMATS, check_format, colour_seen_from
 from .options import (
     ALIGNED_FILES,
-    BY_HAND_FILE,
     CLOUD_FILES,
-    COLOUR_FILE,
-    CURVES_FILE,
-    DEPTH_BY_HAND_FILE,
     DEPTH_FILES,
-    DRAWN_FILE,
     ERROR_FILES,
-    EXTRAPOLATED_FILE,
-    FROM_NEIGHBOURS_FILE,
-    GUIDE_FILE,
-    INVALID_MASK_FILE,
-    LABELS_FILE,
     MESH_FILES,
-    OUTSIDE_FILE,
     RECORD_FILE,
-    UNSUPPORTED_FILE,
     WORLD,
     ExportOptions,
     drop_impossible_cloud,
 )
-from .record import PROGRAM, make_record, to_json
+from .record import make_record, to_json
 from .run import Run
 
 # Point cloud and mesh of a run's result, with values per point.
@@ -71,11 +61,8 @@ def check_cloud_and_mesh(frame: RGBDFrame, options: ExportOptions) -> None:
     if options.axes == WORLD and frame.pose is None and (options.cloud or options.mesh):
         raise InputError("The pose of this frame's camera is not known: select axes other than world.")
     if frame.intrinsics is None and (options.cloud or options.mesh):
-        raise InputError(
-            f"A {'point cloud' if options.cloud else 'mesh'} needs the camera's intrinsics, and this frame has none. "
-            "Give them as a preset (such as nyu-kinect-v1), as fx,fy,cx,cy or as a file; or leave out the "
-            f"{'cloud' if options.cloud else 'mesh'}."
-        )
+        what = "point cloud" if options.cloud else "mesh"
+        raise InputError(f"A {what} needs the camera's intrinsics: give a preset, fx,fy,cx,cy or a file, or no {what}.")
 
 
 def write_cloud_and_mesh(
@@ -174,7 +161,7 @@ def filenames(run: Run, options: ExportOptions) -> tuple[str, ...]:
         names += [ALIGNED_FILES[depth_format] for depth_format in options.depth_formats]
     names += _arrays(run)
     if run.frame.inputs is not None and options.depth_formats:
-        names += [COLOUR_FILE, META_NAME] if not run.frame.inputs.has_colour_file else [META_NAME]
+        names += [files.COLOUR, META_NAME] if not run.frame.inputs.has_colour_file else [META_NAME]
     if options.run_record:
         names.append(RECORD_FILE)
     return tuple(names)
@@ -237,9 +224,9 @@ def write(
         for name, content, found in exported_files(target, completion, chosen):
             write_bytes(staged / name, content)
             notes += [f"{name}: {note}" for note in found]
-        if COLOUR_FILE in names:
+        if files.COLOUR in names:
             # the encoder expects BGR
-            write_bytes(staged / COLOUR_FILE, encode_image(".png", run.frame.rgb[..., ::-1]))
+            write_bytes(staged / files.COLOUR, encode_image(".png", run.frame.rgb[..., ::-1]))
         if META_NAME in names and run.frame.inputs is not None:
             write_bytes(staged / META_NAME, _meta(run.frame, run.frame.inputs, chosen))
         if chosen.run_record:
@@ -247,7 +234,7 @@ def write(
             record = dataclasses.replace(make_record(run, completion, chosen), outputs=outputs)
             write_bytes(staged / RECORD_FILE, to_json(record))
             if run.blocks.edited and not chosen.labels:
-                notes.append(f"{RECORD_FILE} cannot be replayed without {LABELS_FILE}: the blocks were edited.")
+                notes.append(f"{RECORD_FILE} cannot be replayed without {files.LABELS}: the blocks were edited.")
         if names:
             move_into_place(staged, target, names)
     return Written(tuple(target / name for name in names), tuple(notes), tuple(remarks))
@@ -258,7 +245,7 @@ def exported_files(
 ) -> Iterator[tuple[str, bytes, Sequence[str]]]:
     """Make the files of other programs among the results in a folder: name, content, and what it does not preserve."""
     run = completion.run
-    image = COLOUR_FILE if COLOUR_FILE in filenames(run, options) else colour_seen_from(folder, run.frame)
+    image = files.COLOUR if files.COLOUR in filenames(run, options) else colour_seen_from(folder, run.frame)
     for name in options.exports:
         yield FORMATS[name].file, *FORMATS[name].content(completion, image)
 
@@ -348,7 +335,7 @@ def _write_results(
     notes: list[str] = []
     remarks: list[str] = []
     if run.extrapolate and (count := np.count_nonzero(completion.extrapolated)):
-        remarks.append(f"Extrapolated, not completed by a block: {counted(count, 'pixel')}, see {EXTRAPOLATED_FILE}.")
+        remarks.append(f"Extrapolated, not completed by a block: {counted(count, 'pixel')}, see {files.EXTRAPOLATED}.")
     for name, array in _arrays(run, completion).items():
         (write_mask if array.dtype == np.bool_ else write_array)(folder / name, array)
     for depth_format in options.depth_formats:
@@ -369,13 +356,13 @@ def _write_results(
             found = write_expected_error(folder / name, error, options.depth_units)
             notes += [f"{name}: {note}" for note in found]
         if options.depth_formats:
-            write_mask(folder / UNSUPPORTED_FILE, unsupported_mask)
+            write_mask(folder / files.UNSUPPORTED, unsupported_mask)
             if count := np.count_nonzero(unsupported_mask & ~completion.extrapolated):
-                remarks.append(f"Unsupported by measurements: {counted(count, 'pixel')}, see {UNSUPPORTED_FILE}.")
+                remarks.append(f"Unsupported by measurements: {counted(count, 'pixel')}, see {files.UNSUPPORTED}.")
     if options.labels:
-        write_labels(folder / LABELS_FILE, run.blocks.labels)
+        write_labels(folder / files.LABELS, run.blocks.labels)
     if options.curves:
-        write_curves(folder / CURVES_FILE, completion.history)
+        write_curves(folder / files.CURVES, completion.history)
     notes += write_cloud_and_mesh(folder, run, completion, options, error, unsupported_mask)
     return notes, remarks
 
@@ -385,14 +372,14 @@ def _arrays(run: Run, completion: Completion | None = None) -> dict[str, NDArray
     a completion."""
     frame, by_hand, none = run.frame, run.blocks.by_hand, np.zeros(0, bool)
     arrays = {
-        EXTRAPOLATED_FILE: (none if completion is None else completion.extrapolated) if run.extrapolate else None,
-        INVALID_MASK_FILE: frame.invalid_mask,
-        DRAWN_FILE: run.blocks.drawn,
-        OUTSIDE_FILE: frame.outside_view,
-        FROM_NEIGHBOURS_FILE: frame.from_neighbours,
-        DEPTH_BY_HAND_FILE: None if by_hand is None else by_hand.depth,
-        BY_HAND_FILE: None if by_hand is None else none if completion is None else completion.by_hand,
-        GUIDE_FILE: None if frame.guide is None else frame.guide.array,
+        files.EXTRAPOLATED: (none if completion is None else completion.extrapolated) if run.extrapolate else None,
+        files.INVALID_MASK: frame.invalid_mask,
+        files.DRAWN: run.blocks.drawn,
+        files.OUTSIDE: frame.outside_view,
+        files.FROM_NEIGHBOURS: frame.from_neighbours,
+        files.DEPTH_BY_HAND: None if by_hand is None else by_hand.depth,
+        files.BY_HAND: None if by_hand is None else none if completion is None else completion.by_hand,
+        files.GUIDE: None if frame.guide is None else frame.guide.array,
     }
     return {name: array for name, array in arrays.items() if array is not None}
 
@@ -420,12 +407,12 @@ def _meta(frame: RGBDFrame, inputs: FrameInputs, options: ExportOptions) -> byte
         "program": PROGRAM,
         "name": f"{frame.name}-completed",
         "size": [frame.shape[1], frame.shape[0]],
-        "rgb": inputs.rgb.path if inputs.has_colour_file else COLOUR_FILE,
+        "rgb": inputs.rgb.path if inputs.has_colour_file else files.COLOUR,
         "depth": DEPTH_FILES[depth_format],
         "depth_units_per_m": options.depth_units if depth_format == "png" else 1.0,
         "K": None if camera is None else [camera.fx, camera.fy, camera.cx, camera.cy],
         "run": RECORD_FILE if options.run_record else None,
         **({} if frame.pose is None else {"pose": frame.pose.tolist()}),
-        **({} if frame.outside_view is None else {"outside_view": OUTSIDE_FILE}),
+        **({} if frame.outside_view is None else {"outside_view": files.OUTSIDE}),
     }
     return f"{json.dumps(meta, indent=2)}\n".encode()

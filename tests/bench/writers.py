@@ -161,7 +161,7 @@ def _sample(folder: Path) -> Write:
     def write(target: Path, version: int) -> None:
         source = asset_path("samples/room") if version else older
         with patch("ilf.cli.sample.asset_path", lambda _: source), redirect_stdout(io.StringIO()):
-            write_sample(argparse.Namespace(folder=str(target), force=True))
+            write_sample(argparse.Namespace(dir=str(target), force=True))
 
     return write
 

@@ -133,8 +133,8 @@ def _figures(outcome: FrameOutcome) -> str:
     if outcome.missing_before is not None and outcome.missing_after is not None and outcome.pixels:
         before, after = outcome.missing_before / outcome.pixels, outcome.missing_after / outcome.pixels
         figures.append(f"missing {before:.1%} → {after:.1%}")
-    if outcome.expected_error_median is not None:
-        figures.append(f"{MEDIAN_NAME.lower()} {millimetres(outcome.expected_error_median)} mm")
+    if outcome.expected_error_median_m is not None:
+        figures.append(f"{MEDIAN_NAME.lower()} {millimetres(outcome.expected_error_median_m)} mm")
     if outcome.seconds is not None:
         figures.append(f"{outcome.seconds:.1f} s")
     return f"{', '.join(figures)}.".capitalize() if figures else ""
@@ -149,15 +149,7 @@ _OF_CONTENT = 0.8
 def subject_of(document: Document) -> Subject:
     """Snapshot of an open frame; later changes do not affect it."""
     run, completion = present_frame(document)
-    infos = {label: document.info(label) for label in document.counts()}
-    return Subject(
-        run,
-        completion or compose(run, {}),
-        {label: info.name for label, info in infos.items()},
-        {label: info.colour for label, info in infos.items()},
-        document.state.note,
-        tuple(document.state.runs),
-    )
+    return Subject(run, completion or compose(run, {}), document.state.note, tuple(document.state.runs))
 
 
 def subjects_of(

@@ -175,10 +175,7 @@ class OnnxNetwork:
         with cls._intact(path):
             is_outside = has_external_data(content)
         if is_outside:
-            raise FormatError(
-                f"{path.name} reads weights from other files, which is not allowed: it could read any file of this "
-                "computer. Export it again as one file with its weights."
-            )
+            raise FormatError(f"{path.name} reads weights from other files: not allowed. Export it as one file.")
 
     @classmethod
     def _trial(cls, content: NDArray[np.uint8], path: Path, shapes: Shapes) -> None:
@@ -214,10 +211,8 @@ class OnnxNetwork:
 
     def _tell_that_it_runs(self) -> None:
         logging.getLogger(__name__).warning(
-            "%s has been running for %g s and may not end. Cancel the work (Ctrl+C) and choose another %s, or wait.",
-            self.path.name,
-            TRIAL_S,
-            self.KIND,
+            f"{self.path.name} has been running for {TRIAL_S:g} s and may not end. Cancel the work (Ctrl+C) and choose "
+            f"another {self.KIND}, or wait."
         )
 
     def _unlike(self, why: str) -> str:

@@ -65,7 +65,9 @@ class Session:
 
     def __init__(self, content: NDArray[np.uint8]) -> None:
         runtime = _runtime()
-        provider = _provider(runtime, device())
+        provider = DEVICES[device()]
+        if provider[0] not in runtime.get_available_providers():
+            raise _unusable(device())
         options = runtime.SessionOptions()
         options.intra_op_num_threads = _THREADS
         options.inter_op_num_threads = 1
@@ -135,24 +137,14 @@ def device() -> str:
     """
     chosen = os.environ.get(DEVICE_VARIABLE) or "cpu"
     if chosen not in DEVICES:
-        raise InputError(
-            f"The environment variable {DEVICE_VARIABLE} must be {', '.join(DEVICES)}, not {chosen!r:.40}."
-        )
+        raise InputError(f"{DEVICE_VARIABLE} must be {', '.join(DEVICES)}, not {chosen!r:.40}: correct the variable.")
     return chosen
-
-
-def _provider(runtime: ModuleType, name: str) -> tuple[str, dict[str, Any]]:
-    """The provider of a device, and its options."""
-    if DEVICES[name][0] not in runtime.get_available_providers():
-        raise _unusable(name)
-    return DEVICES[name]
 
 
 def _unusable(name: str) -> InstallationError:
     return InstallationError(
-        f"ONNX Runtime cannot run networks on the device {name!r} here. It needs the distribution "
-        f"{_DISTRIBUTIONS[name]} in place of the present one, with the drivers and libraries that its page names. Or "
-        "choose the device 'cpu'."
+        f"ONNX Runtime cannot run networks on the device {name!r}. Install {_DISTRIBUTIONS[name]} in its place, with "
+        "the drivers that its page names, or choose the device 'cpu'."
     )
 
 
@@ -161,21 +153,19 @@ def runtime_version() -> str:
     return str(_runtime().__version__)
 
 
+@cache
 def _runtime() -> ModuleType:
     """Import ONNX Runtime; raise InstallationError if it cannot be imported."""
-    with told_as(
-        InstallationError,
-        "ONNX Runtime, which the networks for edges and correction need, cannot be loaded ({error}). Restore: "
-        'pip install --force-reinstall "onnxruntime>=1.20,<2". Or run without networks: '
-        "--blocks-detector canny --edges canny --no-correction.",
-        (ImportError, OSError),
-    ):
-        return _imported()
-
-
-@cache
-def _imported() -> ModuleType:
-    with _silenced():  # it warns of graphics cards that it cannot identify
+    with (
+        told_as(
+            InstallationError,
+            "ONNX Runtime, which the networks for edges and correction need, cannot be loaded ({error}). Restore: "
+            'pip install --force-reinstall "onnxruntime>=1.20,<2". Or run without networks: '
+            "--blocks-detector canny --edges canny --no-correction.",
+            (ImportError, OSError),
+        ),
+        _silenced(),
+    ):  # it warns of graphics cards that it cannot identify
         import onnxruntime
     onnxruntime.set_default_logger_severity(_FATAL)
     onnxruntime.disable_telemetry_events()

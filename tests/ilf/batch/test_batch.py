@@ -21,12 +21,12 @@ from ilf._runtime.networks.models import BUNDLED, CORRECTION, SPARSE_CORRECTION
 from ilf.batch.cluster import run_on_cluster
 from ilf.batch.engine import complete_frame, complete_many
 from ilf.batch.folder_sink import FolderSink, open_folder
-from ilf.batch.frame_record import read_frame, read_frame_record
+from ilf.batch.frame_record import LoadedFrame, read_frame, read_frame_record
 from ilf.batch.frames import folder_name, frames_of_sources, named_frames, shard_of, slice_frames
 from ilf.batch.frozen_list import sample_name
 from ilf.batch.pictures import depth_levels, read_preview
 from ilf.batch.settings import BatchSettings, read_settings, write_settings
-from ilf.batch.static_camera import temporal_median
+from ilf.batch.static_camera import with_temporal_median
 from ilf.cli import main
 from ilf.cli.output import FramesBar
 from ilf.errors import FormatError, InputError
@@ -344,10 +344,7 @@ def test_a_scheduler_that_is_lost_is_told_in_one_line(source, tmp_path):
         [sys.executable, "-c", _LOST, source, tmp_path / "out", told], capture_output=True, text=True
     )
     assert ended.returncode == 1
-    assert ended.stderr == (
-        f"ilf: error: The connection to the Dask scheduler at {told} was lost. What is finished is kept: start the "
-        "same command again to resume.\n"
-    )
+    assert ended.stderr == (f"ilf: error: The Dask scheduler at {told} was lost. What is done is kept: run it again.\n")
     assert "3 not done" in ended.stdout
     assert (tmp_path / "out" / "manifest.csv").exists()
 
@@ -411,7 +408,7 @@ def test_frames_have_guides_and_truths_by_their_names(source, tmp_path, begun, c
     beside = ["--ground-truth", str(tmp_path / "ground_truth"), "--guide", str(tmp_path / "ground_truth")]
     command = ["batch", str(source), "--out", str(tmp_path / "out"), "--quiet", *beside, *FLAGS]
     assert main(command) == 1
-    assert "no file for rgb/0002. Add one named rgb__0002 or 0002" in capsys.readouterr().err
+    assert "no file for rgb/0002. Add rgb__0002 or 0002" in capsys.readouterr().err
     assert main([*command, "--frames", ":2"]) == 0
     assert all(0 < float(row["truth_mae_m"]) <= float(row["truth_rmse_m"]) for row in manifest(tmp_path / "out"))
     assert (tmp_path / "out" / "rgb__0001" / "guide_used.npy").exists()
@@ -489,7 +486,8 @@ def test_other_views_and_damaged_neighbours_have_no_say(tmp_path):
     other_size = ilf.RGBDFrame(np.full((10, 30, 3), 90, np.uint8), np.full((10, 30), 3.0))
     rng = np.random.default_rng(0)
     other_view = ilf.RGBDFrame(rng.integers(0, 255, (20, 30, 3), np.uint8), np.full((20, 30), 3.0))
-    assert np.all(temporal_median(frame, [other_size, other_view]) == 2.0)
+    steady = with_temporal_median(LoadedFrame(frame, (other_size, other_view), "", {}), tmp_path / "steady")
+    assert np.all(steady.depth == 2.0)
     write_frames(tmp_path, 2)
     (tmp_path / "depth" / "0000.png").write_bytes(b"no image")
     second = frames_of_sources([ilf.open_source(tmp_path)], reach=2)[1]

@@ -164,7 +164,7 @@ def test_workers_that_see_or_are_something_else(batch, begun, as_worker, tmp_pat
     with pytest.raises(InputError, match="does not see the shards"):
         complete_unit(replace(batch, shards=replace(batch.shards, sha256="other")), 0)
     monkeypatch.setattr("ilf.batch.shard_sink.facts_here", lambda settings: {"version": "other"})
-    with pytest.raises(InputError, match="This machine differs from the one that started the batch"):
+    with pytest.raises(InputError, match="This machine differs in program version, networks or files"):
         complete_unit(batch, 0)
     monkeypatch.setattr(ilf.batch.engine, "run_on_cluster", lambda work, items, _: ((item, True) for item in items))
     with pytest.raises(InputError, match=r"000000\.parquet, but it is missing in .*out here"):

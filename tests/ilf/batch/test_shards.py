@@ -71,7 +71,10 @@ def test_shards_contain_what_folders_do(source, tmp_path, begun, capsys):
             assert sample[name] == (folders / key / name).read_bytes()
         outcome = json.loads((folders / key / "frame.json").read_text())["outcome"]
         facts = json.loads(sample["frame.json"])
-        assert (facts["key"], facts["expected_error_median_m"]) == (outcome["frame"], outcome["expected_error_median"])
+        assert (facts["key"], facts["expected_error_median_m"]) == (
+            outcome["frame"],
+            outcome["expected_error_median_m"],
+        )
         assert (facts["size"], facts["depth_units_per_m"], facts["K"]) == ([32, 24], 1000, None)
     table = rows(out)
     assert [row["status"] for row in table] == ["completed", "completed", "failed", "completed", "completed"]

@@ -48,7 +48,7 @@ def test_a_frame_by_its_key_its_record_and_its_folder(tmp_path, labels):
     moved = tmp_path / "elsewhere.bag"
     close_all()
     path.rename(moved)
-    with pytest.raises(InputError, match=f"^{re.escape(str(path))}: there is no such recording"):
+    with pytest.raises(InputError, match=f"^{re.escape(str(path))}: there is no such file, but it is the recording"):
         ilf.replay(out / "run.json")
     assert (
         main(["complete", "--replay", str(out / "run.json"), str(moved), "--out", str(tmp_path / "b"), "--quiet"]) == 0
@@ -66,7 +66,7 @@ def test_another_recording_is_not_taken_for_it(tmp_path, labels):
     with bag(tmp_path, "ros1") as changed:
         changed.image("/camera/color/image_raw", COLOUR, "rgb8", 33_000_000)
         changed.image("/camera/aligned_depth_to_color/image_raw", DEPTH, "16UC1", 33_000_000)
-    with pytest.raises(InputError, match=f"its frame {KEY} is different"):
+    with pytest.raises(InputError, match=f"frame {KEY} differs"):
         ilf.replay(out / "run.json")
 
 

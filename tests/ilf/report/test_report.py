@@ -117,7 +117,9 @@ def run(tmp_path_factory):
     made = small_run(tmp_path_factory.mktemp("frame"))
     ground_truth = np.where(np.isfinite(made.frame.depth), made.frame.depth, np.float32(2.0)) + np.float32(0.01)
     frame = replace(made.frame.with_ground_truth(ground_truth), name=NASTY)
-    return replace(made.with_parameters(made.parameters, {1: made.parameters.replace(smoothness=3)}), frame=frame)
+    made = made.with_parameters(made.parameters, {1: made.parameters.replace(smoothness=3)})
+    infos = {1: BlockInfo(NASTY, (250, 240, 10))}
+    return replace(made, frame=frame, blocks=replace(made.blocks, infos=infos))
 
 
 @pytest.fixture(scope="module")
@@ -127,7 +129,7 @@ def subject(run):
     kept = StoredRun(
         3, NASTY, run, completion.results, 1.25, (200, 0, 0), NASTY, done=frozenset({1}), ground_truth_error=0.0123
     )
-    return Subject(run, completion, {1: NASTY}, {1: (250, 240, 10)}, NASTY, (kept,))
+    return Subject(run, completion, NASTY, (kept,))
 
 
 def test_the_page_of_a_frame_is_whole_and_its_numbers_are_those_of_the_judgements(run, subject):

@@ -203,7 +203,7 @@ def test_what_cannot_become_one_is_told(framed, tmp_path):
     with pytest.raises(InputError, match="no results"):
         write_data_set(tmp_path / "data", [tmp_path / "frame"])
     without = written(tmp_path / "out", replace(framed, pose=None))
-    with pytest.raises(InputError, match="none of these results has one"):
+    with pytest.raises(InputError, match="None of the results has a pose"):
         write_data_set(tmp_path / "data", [without])
     blind = written(tmp_path / "blind", replace(framed, intrinsics=None))
     with pytest.raises(InputError, match="intrinsics are not known"):

@@ -116,7 +116,7 @@ def test_without_the_network_canny_is_taken_and_that_is_said(foreign, tmp_path, 
 @pytest.fixture
 def missing_runtime(monkeypatch):
     """As after pip uninstall onnxruntime."""
-    monkeypatch.setattr(session, "_imported", session._imported.__wrapped__)
+    monkeypatch.setattr(session, "_runtime", session._runtime.__wrapped__)
     monkeypatch.setitem(sys.modules, "onnxruntime", None)
     monkeypatch.setattr("ilf._runtime.networks.network._networks", {})
 

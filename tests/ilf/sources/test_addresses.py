@@ -253,9 +253,9 @@ def test_credentials_in_errors_of_drivers_are_not_shown(memory, monkeypatch, tmp
 
 def test_a_missing_driver_is_named(monkeypatch):
     monkeypatch.setitem(sys.modules, "gcsfs", None)
-    with pytest.raises(InputError, match="gs:// needs the package gcsfs, which is not installed"):
+    with pytest.raises(InputError, match="gs:// needs gcsfs: run pip install gcsfs"):
         ilf.open_source("gs://bucket/data")
-    with pytest.raises(InputError, match="what://bucket/data: Protocol not known"):
+    with pytest.raises(InputError, match="what://bucket/data: this protocol is never opened"):
         ilf.open_source("what://bucket/data")
     monkeypatch.setitem(sys.modules, "fsspec.core", None)
     with pytest.raises(InputError, match=r"s3:// needs the package fsspec, .*ilf-studio\[cluster\]"):
