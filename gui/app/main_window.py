@@ -134,7 +134,7 @@ class MainWindow(QMainWindow):
     def _make_state(self, persistent: bool) -> None:
         self.workspace = Workspace(self)
         self.recorder = Recorder(self.workspace, WorkStore(autosave_folder() if persistent else None), self)
-        self.loader = FrameLoader(self.workspace, self)
+        self.loader = FrameLoader(self.workspace, self.recorder.store, self)
         self.runs = RunController(self.workspace, self)
         self.runs.state_changed.connect(lambda: self.workspace.note(Part.RUNNING))
         self.loader.busy_changed.connect(lambda: self.workspace.note(Part.LOADING))

@@ -6,6 +6,7 @@ import os
 import uuid
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any, Protocol
 from weakref import WeakSet
@@ -100,6 +101,15 @@ class StoredFrames(Protocol):
         """Read that state; called in the background thread."""
 
 
+def state_reader(entry: Entry, stored: StoredFrames) -> Callable[[], Any] | None:
+    """Return a function that reads the state of a frame of the list in any thread: the present state if the frame is
+    open, else the stored one; None if there is neither."""
+    if entry.document is not None:
+        present = Decoded(entry.document.snapshot())
+        return lambda: present
+    return partial(stored.read, entry.id) if entry.has_state and stored.has(entry.id) else None
+
+
 @dataclass(frozen=True, eq=False)
 class _Opened:
     """Data for a document, which is made in the GUI's thread because of its undo stack."""
@@ -151,11 +161,10 @@ class FrameLoader(QObject):
     not_allowed = Signal(object, object, object)
     idle = Signal()
 
-    def __init__(self, workspace: Workspace, parent: QObject | None = None) -> None:
+    def __init__(self, workspace: Workspace, stored: StoredFrames, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self._workspace = workspace
-        self.stored: StoredFrames | None = None
-        """Storage of the states of frames that are not open."""
+        self.stored = stored
         self.replace: Callable[[Sequence[Entry], Callable[[], None]], None] = lambda entries, then: then()
         """Prepares removal of frames that are read again: calls `then` unless the user cancels."""
         self._reading, self._extracting = self._lines = JobQueue(self), JobQueue(self)
@@ -247,15 +256,13 @@ class FrameLoader(QObject):
         if entry.document is not None:
             self._workspace.show(entry.document)
             return
-        stored = self.stored
-        if entry.has_state and stored is not None and stored.has(entry.id):
-            do: Callable[[], object] = lambda: stored.read(entry.id)  # noqa: E731
-            take: Callable[[Any], None] = lambda decoded: self._take_restored(entry, decoded)  # noqa: E731
+        take: Callable[[Any], None]
+        if do := state_reader(entry, self.stored):
+            take = partial(self._take_restored, entry)
         else:
             source, parameters = entry.source or FrameRef(entry.key), self._workspace.parameters.extraction
-            places = None if stored is None else stored.places
-            do = lambda: _open(source, parameters, places=places)  # noqa: E731
-            take = lambda opened: self._take_entry(entry, opened)  # noqa: E731
+            do = partial(_open, source, parameters, places=self.stored.places)
+            take = partial(self._take_entry, entry)
 
         def wanted() -> bool:
             return entry.document is None and self._workspace.entries.of(entry.id) is entry

@@ -177,10 +177,9 @@ class ExportFeature(Feature):
 
     def _report(self, export: Export, chosen: Sequence[Entry]) -> Generator[Progress, None, None]:
         store, shared = self.context.recorder.store, self.context.workspace.parameters.shared
-        entries = [entry for entry in chosen if entry.document is not None or store.has(entry.id)]
-        subjects = subjects_of(entries, store, shared.values if shared.on else None)
+        subjects = subjects_of(chosen, store, shared.values if shared.on else None)
         options = ReportOptions("Report", export.test, threads=spare_cores())
-        return report_file_steps(self.dialog.report_file(export), subjects, len(entries), options)
+        return report_file_steps(self.dialog.report_file(export), subjects, options)
 
     # the dialog
 

@@ -48,11 +48,9 @@ class FramesFeature(Panel):
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)
-        store, loader, workspace = context.recorder.store, context.loader, context.workspace
-        loader.stored = store
-        self.panel.thumbnails.stored = partial(_stored_picture, store)
+        self.panel.thumbnails.stored = partial(_stored_picture, context.recorder.store)
         self.open_frames = OpenFrameLimiter(context)
-        workspace.on(Part.FRAME, self._forget_wanted)
+        context.workspace.on(Part.FRAME, self._forget_wanted)
         self._connect_list()
 
     def make(self) -> QWidget:

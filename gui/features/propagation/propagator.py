@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Generator, Sequence
+from collections.abc import Generator, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
@@ -24,36 +25,21 @@ from ...state.entries import Entry
 from ...state.workspace import Workspace
 from ...widgets.notices import error_text
 from ...work.jobs import Worker
-from ...work.loading import FrameLoader, StoredFrames
+from ...work.loading import FrameLoader, StoredFrames, state_reader
 
 # Frames as input of the propagation: states, which may be read in any thread.
 
 
-def state_reader(entry: Entry, stored: StoredFrames | None) -> Callable[[], Decoded]:
-    """Return a function that reads the state of a frame of the list in any thread: the current state if the frame is
-    open, else the stored one, else its files without blocks."""
-    if entry.document is not None:
-        read = Decoded(entry.document.snapshot())
-        return lambda: read
-    id = entry.id
-    if entry.has_state and stored is not None and stored.has(id):
-        return lambda: stored.read(id)
-
-    def load() -> Decoded:
-        frame = measured_frame(_origin(entry), None if stored is None else stored.places)
-        return Decoded(FrameState(id, frame, Blocks(np.zeros(frame.shape, np.int32))))
-
-    return load
+def read_without_blocks(entry: Entry, stored: StoredFrames) -> Decoded:
+    """Read the files of a frame of the list that has no state."""
+    frame = measured_frame(entry.source or FrameRef(entry.key), stored.places)
+    return Decoded(FrameState(entry.id, frame, Blocks(np.zeros(frame.shape, np.int32))))
 
 
 def document_of(entry: Entry, state: FrameState) -> Document:
     """Return a document of a frame that is not open, from its state."""
     origin = entry.source or (Path(entry.key) if entry.has_state else FrameRef(entry.key))
     return Document.of_state(state, origin, entry.key)
-
-
-def _origin(entry: Entry) -> FrameRef:
-    return entry.source or FrameRef(entry.key)
 
 
 _WORKED_ON = Stage.EDITED, Stage.RUN, Stage.FAILED
@@ -178,7 +164,8 @@ class Propagator(QObject):
         self._present = entry = self._waiting.popleft()
         self._read = None
         before, how = self._before, propagation_run.how
-        read = state_reader(entry, self._loader.stored)
+        stored = self._loader.stored
+        read = state_reader(entry, stored) or partial(read_without_blocks, entry, stored)
         stays = before is None or (entry is not propagation_run.source and self._keeps(entry, propagation_run))
 
         def job() -> Generator[Decoded, None, Propagated | FrameState]:
