@@ -186,7 +186,8 @@ def test_frames_that_are_taken_out_of_the_list_on_the_way_stay_out(listed, part,
     workspace.add_entries([Entry.of(FrameRef(f"/nowhere/{number}")) for number in range(1500)])
 
     def remove():
-        if part.propagator.present is entries[2]:
+        propagation_run = part.propagator.propagation_run
+        if propagation_run is not None and propagation_run.present is entries[2]:
             part.propagator.changed.disconnect(remove)
             workspace.remove_entries(list(entries)[2:])
 
