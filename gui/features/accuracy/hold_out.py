@@ -90,22 +90,19 @@ class HoldOutOutcome:
         """Result of the values at the time of the test; None if they were not tested."""
         return next((one for one in self.tested if one.candidate.run is self.present), None)
 
-    def has_values_of(self, document: Document) -> bool:
-        """Whether the values have the same effect as at the time of the test."""
-        return all(self._has_values_of(document, label) for label in document.counts())
-
     def _has_values_of(self, document: Document, label: int) -> bool:
+        """Whether the values of a block have the same effect as at the time of the test."""
         return self.present.parameters_of(label).same_effect(document.parameters_of(label))
 
     def described(self, document: Document) -> tuple[str, str]:
         """Return a text on the test, when it was made and whether it is still valid; and the tone of the message."""
-        pattern = {"areas": "areas", "random": "random pixels"}.get(self.test.pattern, self.test.pattern)
+        pattern = "random pixels" if self.test.pattern == "random" else self.test.pattern
         left_out = untrusted_note(self.present.frame)
         seeds = counted(len(self.test.seeds), "seed")
         text = f"Held out: {pattern}, {seeds}, at {self.when:%H:%M}. {left_out}".rstrip()
         if not self.is_valid_for(document):
             return f"{text} {_OUTDATED}", "warning"
-        if self.current_result is not None and not self.has_values_of(document):
+        if self.current_result and not all(self._has_values_of(document, label) for label in document.counts()):
             return f"{text} {_OTHER_VALUES}", "warning"
         return text, "muted"
 
