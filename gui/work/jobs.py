@@ -15,6 +15,8 @@ from PySide6.QtCore import QObject, Qt, QTimer, Signal
 from ilf._runtime.cancellation import set_cancel_events
 from ilf._runtime.threads import available_cores
 
+DRAIN_INTERVAL_MS = 33
+
 # A thread that drives a generator and can be paused, stepped and cancelled.
 
 Make = Callable[[], Generator[Any, None, Any]]
@@ -42,8 +44,6 @@ class JobThread:
         Given a yielded item, returns whether the job may pause after it.
     notify : callable
         Called in the thread when it ends, and when an item is yielded after a silence.
-    silence : float
-        Duration of such a silence [s].
     interruptible : bool
         Whether the current step is interrupted when the job is cancelled.
 
@@ -65,13 +65,12 @@ class JobThread:
         command: Order,
         is_step_end: Callable[[Any], bool],
         notify: Callable[[], None],
-        silence: float,
         interruptible: bool,
     ) -> None:
         self.items: deque[Any] = deque()
         self.end: tuple[str, Any] | None = None
         self.waiting = False
-        self._make, self._is_step_end, self._notify, self._silence = make, is_step_end, notify, silence
+        self._make, self._is_step_end, self._notify = make, is_step_end, notify
         self._interruptible = interruptible
         self.command = command
         self._cancel_event = threading.Event()
@@ -126,7 +125,7 @@ class JobThread:
             self.items.append(item)
             step_done = self._is_step_end(item)
             now = time.monotonic()
-            if now - silent_since > self._silence:
+            if now - silent_since > DRAIN_INTERVAL_MS / 1000:
                 self._notify_listener()
             silent_since = now
         steps.close()
@@ -149,7 +148,6 @@ class JobThread:
             return self.command is not Order.CANCEL
 
 
-DRAIN_INTERVAL_MS = 33
 DETACH_MS = 100
 """Time [ms] to wait for a cancelled job; a busy library cannot be interrupted."""
 SHUTDOWN_LIMIT_S = 0.1
@@ -209,8 +207,7 @@ class Worker(QObject):
             raise RuntimeError("a job is already in progress")
         self._announced_pause = False
         command = Order.STEP if paused else Order.RUN
-        silence = DRAIN_INTERVAL_MS / 1000
-        self._job = JobThread(job, command, is_step_end, self._wake.emit, silence, interruptible=not self._must_finish)
+        self._job = JobThread(job, command, is_step_end, self._wake.emit, interruptible=not self._must_finish)
         self._timer.start()
 
     def order(self, command: Order) -> None:
