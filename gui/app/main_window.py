@@ -45,6 +45,7 @@ from ..features.shortcuts import ShortcutsFeature
 from ..features.status import StatusFeature
 from ..features.tools import ToolsFeature
 from ..features.views import ViewsFeature
+from ..project.loading import FrameLoader
 from ..project.recorder import Recorder
 from ..project.store import WorkStore
 from ..state.parts import Part
@@ -59,7 +60,6 @@ from ..widgets.log_panel import LogPanel
 from ..widgets.notices import Notes
 from ..widgets.toasts import Toasts
 from ..work.jobs import stop_workers
-from ..work.loading import FrameLoader
 from ..work.refresh import Refresh
 from ..work.runs import RunController
 from .drops import FileDrops

@@ -27,10 +27,10 @@ from ilf.report.subject import Subject, Unreadable
 from ilf.run.run import Run
 from ilf.sources.reading import read_frame
 
+from ...project.loading import state_reader
 from ...project.store import WorkStore
 from ...state.document import Document
 from ...state.entries import Entry
-from ...work.loading import state_reader
 from .pdf import pdf_steps
 
 Step = ExportedFrame | Progress

@@ -100,31 +100,6 @@ class PropagateDialog(QDialog):
         )
 
 
-# Line under the views during a propagation: target frame, progress, and a button to stop.
-
-_MIN_TEXT_WIDTH = 120
-
-
-class PropagateStrip(QWidget):
-    """Line with the progress of a propagation; hidden otherwise."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.label = PlainLabel()
-        self.label.setMinimumWidth(_MIN_TEXT_WIDTH)
-        self.work = WorkRow("propagation of blocks")
-        lay_out(QHBoxLayout(self), self.label, self.work, margins=(8, 2, 8, 2), stretched=(self.label, self.work))
-        self.hide()
-
-    def show_progress(self, name: str, done: int, total: int) -> None:
-        """Show the target frame, and that `done` of `total` frames are finished."""
-        if self.isHidden():
-            self.work.begin()
-            self.show()
-        self.label.setText(f"Propagating blocks to {name} ({done + 1} of {total})")
-        self.work.show_share(done / total)
-
-
 # Messages after a propagation.
 
 _DONE = {"copied": "copied", "flow": "propagated along optical flow", "pose": "propagated by the camera pose"}
@@ -171,6 +146,7 @@ def _of_many(run: PropagationRun) -> str:
     return f"{text} {need if look else 'No block needs a check.'}"
 
 
+_MIN_TEXT_WIDTH = 120
 _HOW_KEY = "carrying/how"
 _PREFIX = "propagate_"
 
@@ -190,9 +166,15 @@ class PropagationFeature(Feature):
             Command(name, text, hint, group="propagate_how", handler=partial(_remember, name))
             for name, (text, hint) in _WAYS.items()
         )
-        self.strip = PropagateStrip()
+        self.label, self.work = PlainLabel(), WorkRow("propagation of blocks")
+        self.label.setMinimumWidth(_MIN_TEXT_WIDTH)
+        self.strip = QWidget()
+        """Line under the views during a propagation: target frame, progress, and a button to stop."""
+        parts = self.label, self.work
+        lay_out(QHBoxLayout(self.strip), *parts, margins=(8, 2, 8, 2), stretched=parts)
+        self.strip.hide()
         context.centre.add_strip(self.strip)
-        self.strip.work.cancelled.connect(self.propagator.stop)
+        self.work.cancelled.connect(self.propagator.stop)
         self.propagator.changed.connect(self._show)
         self.propagator.changed.connect(actions.refresh)
         self.propagator.ended.connect(self._tell)
@@ -314,7 +296,12 @@ class PropagationFeature(Feature):
         if run is None:
             self.strip.hide()
         elif run.total > 0:
-            self.strip.show_progress(run.present.name, min(run.processed, run.total - 1), run.total)
+            if self.strip.isHidden():
+                self.work.begin()
+                self.strip.show()
+            done = min(run.processed, run.total - 1)
+            self.label.setText(f"Propagating blocks to {run.present.name} ({done + 1} of {run.total})")
+            self.work.show_share(done / run.total)
 
     def _tell(self, run: PropagationRun) -> None:
         notes, workspace, text = self.context.notes, self.context.workspace, summary(run)

@@ -6,7 +6,6 @@ from collections import deque
 from collections.abc import Generator, Sequence
 from dataclasses import dataclass, field
 from functools import partial
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -20,26 +19,21 @@ from ilf.project.recorded_frames import measured_frame
 from ilf.project.state_codec import Decoded
 from ilf.sources.frame_ref import FrameRef
 
+from ...project.loading import FrameLoader, state_reader
+from ...project.store import WorkStore
 from ...state.document import Document
 from ...state.entries import Entry
 from ...state.workspace import Workspace
 from ...widgets.notices import error_text
 from ...work.jobs import Worker
-from ...work.loading import FrameLoader, StoredFrames, state_reader
 
 # Frames as input of the propagation: states, which may be read in any thread.
 
 
-def read_without_blocks(entry: Entry, stored: StoredFrames) -> Decoded:
+def read_without_blocks(entry: Entry, store: WorkStore) -> Decoded:
     """Read the files of a frame of the list that has no state."""
-    frame = measured_frame(entry.source or FrameRef(entry.key), stored.places)
+    frame = measured_frame(entry.source or FrameRef(entry.key), store.places)
     return Decoded(FrameState(entry.id, frame, Blocks(np.zeros(frame.shape, np.int32))))
-
-
-def document_of(entry: Entry, state: FrameState) -> Document:
-    """Return a document of a frame that is not open, from its state."""
-    origin = entry.source or (Path(entry.key) if entry.has_state else FrameRef(entry.key))
-    return Document.of_state(state, origin, entry.key)
 
 
 _WORKED_ON = Stage.EDITED, Stage.RUN, Stage.FAILED
@@ -163,8 +157,8 @@ class Propagator(QObject):
             return
         entry = run.present = run.waiting.popleft()
         run.read = None
-        before, stored = run.before, self._loader.stored
-        read = state_reader(entry, stored) or partial(read_without_blocks, entry, stored)
+        before, store = run.before, self._loader.store
+        read = state_reader(entry, store) or partial(read_without_blocks, entry, store)
         stays = before is None or (entry is not run.source and _keeps(entry, run))
 
         def job() -> Generator[Decoded, None, Propagated | FrameState]:
@@ -211,13 +205,7 @@ class Propagator(QObject):
 
     def _open(self, entry: Entry, found: Decoded) -> Document:
         """Return the document of a frame, which is opened if necessary."""
-        if entry.document is None:
-            document = document_of(entry, found.state)
-            self._workspace.open_document(document, restored=entry.has_state, show=False)
-            if found.problems:
-                self._loader.incomplete.emit(document, found.problems)
-            return document
-        return entry.document
+        return entry.document or self._loader.open_state(entry, found, show=False)
 
     def _fail(self, error: Exception) -> None:
         run = self._going()
