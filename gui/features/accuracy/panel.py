@@ -183,10 +183,11 @@ class AccuracyPanel(Panel):
         """Have the current result and the compared runs evaluated, if there is ground truth."""
         if document is None or document.id != self._evaluated:
             self._forget_errors("")
-        completion = None if document is None else document.completion()
-        if document is None or document.frame.ground_truth is None or completion is None:
-            without = document is not None and document.frame.ground_truth is None
-            self._forget_errors(_NO_GROUND_TRUTH if without else _NO_RESULT if document else "")
+        if document is None:
+            return
+        completion = document.completion()
+        if document.frame.ground_truth is None or completion is None:
+            self._forget_errors(_NO_GROUND_TRUTH if document.frame.ground_truth is None else _NO_RESULT)
             return
         entries = [EvaluatedResult("Current", completion)]
         entries += [EvaluatedResult(kept.name, kept.completion, kept.colour) for kept in document.compared]

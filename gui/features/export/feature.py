@@ -200,9 +200,8 @@ class ExportFeature(Feature):
         if not replaced:
             self._accept(export)
             return
-        more = ", ".join(replaced[:_MAX_NAMED]) + (
-            f" and {len(replaced) - _MAX_NAMED} more" * (len(replaced) > _MAX_NAMED)
-        )
+        more = ", ".join(replaced[:_MAX_NAMED])
+        more += f" and {len(replaced) - _MAX_NAMED} more" * (len(replaced) > _MAX_NAMED)
         text = f"{export.folder} has files of an earlier export. Replace them?"
         ask(self.dialog, "Replace files?", text, f"{more}.", (("&Replace", DESTROY, lambda: self._accept(export)),))
 
@@ -286,12 +285,9 @@ def behind(document: Document) -> str:
     counts = document.counts()
     without = len(counts.keys() - document.valid_results().keys())
     otherwise = len(document.changed_blocks()) - without
-    sentences = []
-    if without:
-        sentences.append(
-            f"Not run in their current state, so that their missing depth stays missing: {without} of {len(counts)} "
-            "blocks."
-        )
-    if otherwise:
-        sentences.append(f"Run with other parameters than the current ones: {otherwise} of {len(counts)} blocks.")
+    lacks = {
+        "Not run in their current state, so that their missing depth stays missing": without,
+        "Run with other parameters than the current ones": otherwise,
+    }
+    sentences = [f"{what}: {count} of {len(counts)} blocks." for what, count in lacks.items() if count]
     return " ".join([*sentences, "Run them first (F5)."] if sentences else [])

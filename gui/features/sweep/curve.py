@@ -70,9 +70,8 @@ class ErrorCurve(Themed, pg.PlotWidget):
 
     def set_present(self, value: float) -> None:
         """Mark the current value of the parameter, if it is in the range."""
-        shown = not (self._logarithmic and value <= 0)
-        place = self._place(value) if shown else math.nan
-        shown = shown and bool(self._places) and self._places[0] <= place <= self._places[-1]
+        place = math.nan if self._logarithmic and value <= 0 else self._place(value)
+        shown = bool(self._places) and self._places[0] <= place <= self._places[-1]
         self.present.setVisible(shown)
         if shown:
             self.present.setValue(place)

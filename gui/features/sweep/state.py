@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Collection, Generator, Mapping
-from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -13,10 +12,12 @@ from numpy.typing import NDArray
 from PySide6.QtCore import QSize, Qt
 
 from ilf._runtime.formatting import counted
+from ilf._runtime.stepping import mapped_steps
 from ilf.data.declarations import Value
 from ilf.data.label_map import Box
 from ilf.data.parameters import Parameters
 from ilf.drawing.colours import robust_depth_levels, robust_difference_level
+from ilf.evaluation.evaluation import Progress
 from ilf.evaluation.sweep import Sweep, SweepPoint, SweepResult, sweep_steps
 from ilf.evaluation.ties import Ties
 from ilf.segmentation.editing.patches import box_of, grown
@@ -86,25 +87,24 @@ class SweepState:
 
     def answer(self) -> Generator[float, None, SweepResult]:
         """Run the sweep; yields shares done. Called in a worker thread."""
-        steps, share = sweep_steps(self.sweep, threads=spare_cores()), 0.0
-        while True:
-            try:
-                step = next(steps)
-            except StopIteration as end:
-                result: SweepResult = end.value
-                return result
+        share = 0.0
+
+        def share_after(step: Progress | SweepPoint) -> float:
+            nonlocal share
             if isinstance(step, SweepPoint):
                 self._arrived.append(step)
             else:
                 share = step.share
-            yield share
+            return share
+
+        return (yield from mapped_steps(sweep_steps(self.sweep, threads=spare_cores()), share_after))
 
     def take_arrived(self) -> bool:
         """Add the points that have been finished; whether there are any."""
-        count = len(self._arrived)
-        for _ in range(count):
+        any_arrived = bool(self._arrived)
+        while self._arrived:
             self.add(self._arrived.popleft())
-        return count > 0
+        return any_arrived
 
     @property
     def picture_size(self) -> QSize:
@@ -192,15 +192,10 @@ class SweepState:
     def pictures(self, differences: bool, colour_map: str, dark: bool) -> tuple[Mapping[int, Picture], Scale]:
         """Pictures of the points by number, with a common scale: depth [m] or differences [mm]."""
         if not differences:
-            return self._depths, Scale(_depth_table(colour_map), *self._levels)
+            return self._depths, Scale(depth_table(colour_map), *self._levels)
         all_values = [picture.ravel()[::7] for picture in self._differences.values()]
         level = robust_difference_level(np.concatenate(all_values)) if all_values else 1.0
-        return self._differences, Scale(_difference_table(dark), -level, level)
-
-
-# cached: the identical table each time, so that pictures need not be redrawn
-_depth_table = lru_cache(maxsize=None)(depth_table)
-_difference_table = lru_cache(maxsize=None)(difference_table)
+        return self._differences, Scale(difference_table(dark), -level, level)
 
 
 def small(values: Picture) -> Picture:
