@@ -10,7 +10,7 @@ from enum import Enum
 from typing import Any, NamedTuple
 
 import numpy as np
-from PySide6.QtCore import QObject, QTimer, Signal
+from PySide6.QtCore import QObject, Signal
 
 from ilf._runtime.cancellation import check_cancelled
 from ilf._runtime.formatting import counted
@@ -131,8 +131,6 @@ class FrameRuns(QObject):
         """What follows the current re-solve, if it is no other re-solve."""
         self._waiting: tuple[int, ...] = ()
         """The blocks of the re-solve that follows the current one."""
-        self._patience = QTimer(self, singleShot=True)
-        self._patience.timeout.connect(self._worker.cancel)
         self._sizes: dict[int, int] = {}
         """Pixels of the run's blocks."""
         self._begun: set[int] = set()
@@ -222,20 +220,13 @@ class FrameRuns(QObject):
             return False
         self._waiting = tuple(dict.fromkeys((*blocks, *self._waiting)))
         age_ms = math.ceil(1000 * (time.perf_counter() - self._started))
-        self._end_resolve_in(0 if edited else max(_PATIENCE_MS - age_ms, 0))
+        self._worker.cancel(0 if edited else max(_PATIENCE_MS - age_ms, 0))
         return True
 
     def _follow_up(self, action: Callable[[], None]) -> None:
         """Cancel the re-solve and call an action when it has ended."""
         self._next, self._waiting = action, ()
-        self._end_resolve_in(0)
-
-    def _end_resolve_in(self, patience_ms: int) -> None:
-        if patience_ms == 0:
-            self._patience.stop()
-            self._worker.cancel()
-        elif not self._patience.isActive():
-            self._patience.start(patience_ms)
+        self._worker.cancel()
 
     def _begin_resolve(self, blocks: Sequence[int]) -> None:
         there = self.document.counts()
@@ -315,11 +306,6 @@ class FrameRuns(QObject):
             self.cancel()
         self.document.clear_results()
 
-    def shutdown(self) -> bool:
-        """Stop permanently. True if the thread has ended."""
-        self._patience.stop()
-        return self._worker.shutdown()
-
     def _take(self, batch: list[_WithPreviews]) -> None:
         run = self._run
         if self._abandoned or run is None:
@@ -356,7 +342,6 @@ class FrameRuns(QObject):
             # blocks that were iterated keep their results, though they are not corrected yet
             self.document.store_results(list(steps.uncorrected.values()), run.frame)
             done.update(steps.uncorrected)
-        self._patience.stop()
         self._preview_time = 0.0
         self._stopping = self._abandoned = False
         # another re-solve follows: the previews stay until then

@@ -186,6 +186,8 @@ class Worker(QObject):
         self._timer.timeout.connect(self._drain)
         self._patience = QTimer(self, singleShot=True, interval=DETACH_MS)
         self._patience.timeout.connect(self._detach)
+        self._later = QTimer(self, singleShot=True)
+        self._later.timeout.connect(self.cancel)
         self._wake.connect(self._drain, Qt.ConnectionType.QueuedConnection)
 
     @property
@@ -215,24 +217,26 @@ class Worker(QObject):
         if self._job is not None and self._job.order(command):
             self._announced_pause = False
 
-    def cancel(self) -> None:
-        """Cancel the job; `cancelled` follows."""
+    def cancel(self, after_ms: int = 0) -> None:
+        """Cancel the job, at once, or after a time that a later call does not extend; `cancelled` follows."""
+        if after_ms:
+            if not self._later.isActive():
+                self._later.start(after_ms)
+            return
+        self._later.stop()
         self.order(Order.CANCEL)
         if self.busy and not self._must_finish and not self._patience.isActive():
             self._patience.start()
 
     def shutdown(self) -> bool:
-        """Cancel and wait for the thread, for a limited time. True if it has ended; no signal follows."""
-        self._timer.stop()
-        self._patience.stop()
-        if self._job is None:
+        """Cancel and wait for the thread, for a limited time. True if it has ended; no signal of it follows."""
+        job = self._job
+        self._forget()
+        if job is None:
             return True
-        self._job.detach()
-        self._job.order(Order.CANCEL)
-        ended = self._job.join(FINISH_LIMIT_S if self._must_finish else SHUTDOWN_LIMIT_S)
-        if ended:
-            self._job = None
-        return ended
+        job.detach()
+        job.order(Order.CANCEL)
+        return job.join(FINISH_LIMIT_S if self._must_finish else SHUTDOWN_LIMIT_S)
 
     def _drain(self) -> None:
         job = self._job
@@ -272,8 +276,8 @@ class Worker(QObject):
             self.progressed.emit(batch)
 
     def _forget(self) -> None:
-        self._timer.stop()
-        self._patience.stop()
+        for timer in (self._timer, self._patience, self._later):
+            timer.stop()
         self._job = None
 
 

@@ -58,11 +58,6 @@ class RunController(RunNews):
         """Whether a run of the current frame can be paused or cancelled."""
         return self.state in (RunState.RUNNING, RunState.PAUSED, RunState.EXTRAPOLATING)
 
-    def shutdown(self) -> bool:
-        """Stop permanently, before the window closes. True if all threads have ended."""
-        ended = [runs.shutdown() for runs in self._all.values()]
-        return all(ended)
-
     def _cancel_closed(self) -> None:
         """Cancel the runs of frames that are no longer open."""
         for document, runs in list(self._all.items()):

@@ -149,7 +149,7 @@ class Bench:
     @property
     def patience(self) -> QTimer:
         """What lets a re-solve of the first frame end when its values have changed."""
-        return self.runs.of(self.document)._patience
+        return self.runs.of(self.document)._worker._later
 
     @property
     def run(self) -> ScriptedSteps:

@@ -81,10 +81,6 @@ class HoldOutOutcome:
     best: Mapping[int, Ties | None]
     when: datetime
 
-    def is_valid_for(self, document: Document) -> bool:
-        """Whether blocks and depth are unchanged since the test."""
-        return document.has_inputs_of(self.present)
-
     @property
     def current_result(self) -> CandidateResult | None:
         """Result of the values at the time of the test; None if they were not tested."""
@@ -100,7 +96,7 @@ class HoldOutOutcome:
         left_out = untrusted_note(self.present.frame)
         seeds = counted(len(self.test.seeds), "seed")
         text = f"Held out: {pattern}, {seeds}, at {self.when:%H:%M}. {left_out}".rstrip()
-        if not self.is_valid_for(document):
+        if not document.has_inputs_of(self.present):
             return f"{text} {_OUTDATED}", "warning"
         if self.current_result and not all(self._has_values_of(document, label) for label in document.counts()):
             return f"{text} {_OTHER_VALUES}", "warning"
@@ -109,7 +105,7 @@ class HoldOutOutcome:
     def errors_of(self, document: Document) -> dict[int, float]:
         """Label -> RMSE [m] of the blocks whose values are unchanged since the test."""
         found = self.current_result
-        if found is None or not self.is_valid_for(document):
+        if found is None or not document.has_inputs_of(self.present):
             return {}
         return {
             label: evaluation.rmse

@@ -89,8 +89,6 @@ class Export:
         "html" or "pdf"; "" for no report.
     test : HoldOutTest or None
         Of the frames of the report.
-    opens : bool
-        Whether the report is opened when it is written.
     """
 
     folder: Path
@@ -103,7 +101,6 @@ class Export:
     anew: bool = False
     report: str = ""
     test: HoldOutTest | None = None
-    opens: bool = False
 
 
 class ExportDialog(QDialog):
@@ -226,7 +223,6 @@ class ExportDialog(QDialog):
             self.anew.isChecked(),
             str(self.format.currentData()) if self.report.isChecked() and not from_files else "",
             self.hold_out.test() if self.hidden.isChecked() else None,
-            self.opens.isChecked(),
         )
 
     def report_file(self, export: Export) -> Path:

@@ -255,7 +255,7 @@ class ExportFeature(Feature):
         self.context.notes.show_message(" ".join([summary, *notes]))
         if not self.dialog.isVisible():
             self.context.notes.warn(f"Not exported: {counted(len(failed), 'frame')}", failed)
-        if report is not None and export.opens:
+        if report is not None and self.dialog.opens.isChecked():
             QDesktopServices.openUrl(QUrl.fromLocalFile(str(report.absolute())))
         self.ended.emit(done)
 

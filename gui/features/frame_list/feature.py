@@ -193,8 +193,7 @@ class FramesFeature(Panel):
         self.context.feature(DocumentsFeature).remove_entries(entries, go_on)
 
     def _tell_listed(self, how: FrameRef, listing: Listing) -> None:
-        count = len(listing.sources)
-        text = f"{how.name}: {counted(count, 'frame')}."
+        text = f"{how.name}: {counted(len(listing.sources), 'frame')}."
         self.context.notes.show_message(" ".join((text, *listing.notes)))
 
     def _show_menu(self, at: QPoint) -> None:

@@ -95,34 +95,26 @@ class Thumbnails(QObject):
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self.stored: Callable[[str], bytes | None] = lambda id: None
-        self._made: OrderedDict[str, QPixmap] = OrderedDict()
+        self._made: OrderedDict[str, QPixmap | None] = OrderedDict()
+        """Id of a frame -> its thumbnail, None while it is pending or being made."""
         self._pending: OrderedDict[str, tuple[NDArray[np.uint8] | None, FrameRef | None]] = OrderedDict()
         """Id of a frame -> its colour image if it is open, and its files."""
-        self._asked: set[str] = set()
-        """Ids of pending thumbnails and of those being made."""
         self._worker = Worker(self)
         self._worker.progressed.connect(self._take)
         self._worker.finished.connect(lambda _: self._start())
         self._worker.failed.connect(lambda _: self._start())
 
-    @property
-    def busy(self) -> bool:
-        """Whether thumbnails are pending."""
-        return self._worker.busy or bool(self._pending)
-
     def of(self, entry: Entry) -> QPixmap | None:
         """Return the thumbnail of an entry; None while it is pending, an empty one if it cannot be made."""
-        picture = self._made.get(entry.id)
-        if picture is not None:
-            self._made.move_to_end(entry.id)
-        elif entry.id not in self._asked:
-            self._asked.add(entry.id)
+        if entry.id not in self._made:
+            self._made[entry.id] = None
             rgb = None if entry.document is None else entry.document.frame.rgb
             self._pending[entry.id] = rgb, entry.source
             if len(self._pending) > _MAX_PENDING:
-                self._asked.discard(self._pending.popitem(last=False)[0])
+                self._made.pop(self._pending.popitem(last=False)[0], None)
             self._start()
-        return picture
+        self._made.move_to_end(entry.id)
+        return self._made[entry.id]
 
     def _start(self) -> None:
         if self._pending and not self._worker.busy:
@@ -150,7 +142,6 @@ class Thumbnails(QObject):
 
     def _take(self, batch: list[tuple[str, QImage]]) -> None:
         for id, image in batch:
-            self._asked.discard(id)
             self._made[id] = QPixmap.fromImage(image)
         while len(self._made) > MAX_THUMBNAILS:
             self._made.popitem(last=False)

@@ -226,12 +226,6 @@ class RunsPanel(Panel):
 
     # the selection
 
-    def select(self, stored: StoredRun) -> None:
-        """Select only this run, and scroll to it."""
-        index = self.view.proxy.mapFromSource(self.model.index(self.model.runs.index(stored), Column.NAME))
-        self.view.selectRow(index.row())
-        self.view.scrollTo(index)
-
     def selected(self) -> list[StoredRun]:
         """Return the selected runs of the current frame in table order; a hidden table may show another frame."""
         workspace = self.context.workspace

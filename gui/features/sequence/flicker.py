@@ -32,11 +32,6 @@ class FlickerFeature(Feature):
             when=partial(context.views.shows, "before"),
         )
 
-    @property
-    def busy(self) -> bool:
-        """Whether the frame before is being read."""
-        return self._questions.busy
-
     def show(self) -> None:
         """Find the change against the frame before, which a view shows."""
         workspace, views = self.context.workspace, self.context.views

@@ -325,8 +325,8 @@ class SweepFeature(Panel):
         self.pictures.arrange(heads, found.picture_size)
         name = "Error" if found.document.frame.ground_truth is not None else "Difference to the result"
         self.content.setItemText(_DIFFERENCE, name)
-        self.content.setEnabled(found.has_differences)
-        if not found.has_differences:
+        self.content.setEnabled(found.reference is not None)
+        if found.reference is None:
             self.content.setCurrentIndex(_DEPTH)
 
     def _show_found(self) -> None:
@@ -364,7 +364,7 @@ class SweepFeature(Panel):
         text = error if coverage > _FULL_COVERAGE else f"{error}, fills {coverage:.0%}"
         best, present = number in found.marked, number == found.present
         marks = ["best" if found.ties is None else "equal"] * best + ["current"] * present
-        caption = found.caption_of(number)
+        caption = " · ".join(f"{value:g}" for value in found.points[number].values())
         hint = f"{', '.join([caption, text, *marks])}. Click to apply."
         caption += f" ({', '.join(marks)})" if marks else ""
         return Cell(f"{caption}\n{text}", hint, best, present, self._icon(number, picture, scale))

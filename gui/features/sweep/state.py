@@ -83,7 +83,8 @@ class SweepState:
         reference = (
             frame.ground_truth if frame.ground_truth is not None else None if completion is None else completion.depth
         )
-        self._reference = None if reference is None else small(reference[self._box])
+        self.reference = None if reference is None else small(reference[self._box])
+        """What differences are taken to: ground truth, or a result; None if there is neither."""
 
     def answer(self) -> Generator[float, None, SweepResult]:
         """Run the sweep; yields shares done. Called in a worker thread."""
@@ -115,11 +116,6 @@ class SweepState:
         return area.scaled(room, Qt.AspectRatioMode.KeepAspectRatio).expandedTo(_LEAST_PICTURE)
 
     @property
-    def has_differences(self) -> bool:
-        """Whether there is a reference for differences: ground truth, or a result."""
-        return self._reference is not None
-
-    @property
     def best(self) -> int | None:
         """The point with the smallest error among those that fill enough, or that with the current values if these
         cannot be told apart; None if there is none."""
@@ -147,10 +143,6 @@ class SweepState:
         labels = {name: declaration.label for name, declaration in Parameters.declarations().items()}
         return ", ".join(f"{labels[name]} {value:g}" for name, value in self.points[number].items())
 
-    def caption_of(self, number: int) -> str:
-        """Short text of the values of a point."""
-        return " · ".join(f"{value:g}" for value in self.points[number].values())
-
     def text_of_several(self, numbers: Collection[int]) -> str:
         """Text of the values of several points: all of one parameter up to a few, otherwise their number."""
         if len(numbers) > _LISTED or len(self.sweep.values) > 1:
@@ -176,8 +168,8 @@ class SweepState:
         number = self._number(point)
         self.errors[number], self.coverage[number] = point.whole.rmse, point.coverage
         depth = self._depths[number] = small(point.depth[self._box])
-        if self._reference is not None:
-            self._differences[number] = 1000 * (depth - self._reference)
+        if self.reference is not None:
+            self._differences[number] = 1000 * (depth - self.reference)
 
     def finish(self, result: SweepResult) -> None:
         """Set the final errors, over the same pixels."""

@@ -283,8 +283,7 @@ def test_thumbnails_come_from_files_from_the_store_and_fail_quietly(tmp_path, qt
     monkeypatch.setattr(thumbnails_module, "MAX_THUMBNAILS", 2)
     thumbnails.of(of_file)
     other = Entry.of(FrameRef(str(tmp_path / "rgb.png"), "other.png"))
-    thumbnails.of(other)
-    qtbot.waitUntil(lambda: not thumbnails.busy)
+    qtbot.waitUntil(lambda: thumbnails.of(other) is not None)
     assert len(thumbnails._made) == 2
     assert stop_workers(thumbnails)
 

@@ -12,6 +12,7 @@ from gui.state.document import Document
 from gui.state.entries import Entry
 from gui.state.parts import Part
 from gui.state.workspace import Workspace
+from gui.work.jobs import stop_workers
 from gui.work.runs import RunController
 from ilf.data.blocks import Blocks
 from ilf.data.parameters import Parameters
@@ -105,7 +106,7 @@ def test_a_block_needs_no_look_once_it_is_edited_or_looked_at(workspace, documen
     assert not document.state.to_check
     document.undo_stack.undo()
     assert document.state.to_check == {2}
-    runs.shutdown()
+    assert stop_workers(runs)
 
 
 def test_what_a_stroke_edits_has_been_looked_at(workspace, document, propagated):
