@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Generator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import datetime
-from typing import Self
 
 from ilf._runtime.formatting import counted
 from ilf._runtime.stepping import mapped_steps
@@ -43,11 +42,6 @@ class Candidate:
     run: Run
     kept: StoredRun | None = None
     run_when_selected: Run | None = None
-
-    @classmethod
-    def of(cls, kept: StoredRun) -> Self:
-        """Candidate of a stored run, with all its blocks."""
-        return cls(kept.name, replace(kept.run, only=None, extrapolate=False), kept, kept.run)
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,7 +121,9 @@ class HoldOutRequest:
 def candidates(document: Document, present: Run) -> list[tuple[Candidate, bool]]:
     """Candidates, and whether they are initially ticked, as the current values and the compared runs are."""
     found = [(Candidate(CURRENT, present), True)]
-    found += [(Candidate.of(kept), kept in document.compared) for kept in document.state.runs]
+    for kept in document.state.runs:
+        run = replace(kept.run, only=None, extrapolate=False)
+        found.append((Candidate(kept.name, run, kept, kept.run), kept in document.compared))
     presets = PRESETS | {name: preset.parameters for name, preset in list_presets().presets.items()}
     plain = replace(present, blocks=replace(present.blocks, own={}))
     for name, parameters in presets.items():

@@ -157,8 +157,6 @@ class PlayFeature(Feature):
         self.pace = Pace()
         self.shown: PlayedFrame | None = None
         """The frame shown by playing; None once an open one is shown again."""
-        self.rate = 0.0
-        """Frames a second that are shown."""
         self._speed: float | None = 1.0
         self._times: dict[str, float] = {}
         """Key of a frame -> its time [s], where it is known."""
@@ -302,12 +300,11 @@ class PlayFeature(Feature):
         self.context.views.show_played(moment.frame, moment.depth, moment.text, shown.before)
         self._frames.show_played(self._entries[shown.row])
         self._clock.append(time.monotonic())
-        self.rate = measured_rate(self._clock)
         self._status.show_playing(self._text(shown))
 
     def _text(self, shown: PlayedFrame) -> str:
         wanted = "" if self.pace.rate is None else f" of {self.pace.rate:.1f}"
-        parts = [f"{self.rate:.1f}{wanted} frames a second"]
+        parts = [f"{measured_rate(self._clock):.1f}{wanted} frames a second"]
         parts += [f"{shown.left_out} left out"] * bool(shown.left_out)
         parts += [f"{shown.unreadable} unreadable"] * bool(shown.unreadable)
         return f"{shown.moment.name} ({shown.row + 1} of {len(self._entries)}): {', '.join(parts)}"

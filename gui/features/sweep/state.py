@@ -154,8 +154,7 @@ class SweepState:
     @property
     def present_values(self) -> dict[str, Value]:
         """Name -> current value."""
-        common = self.document.state.common
-        now = self.document.parameters_of(self.label) if self.label else common
+        now = self.document.parameters_of(self.label) if self.label else self.document.state.common
         return {name: getattr(now, name) for name in self.sweep.values}
 
     @property
