@@ -44,6 +44,7 @@ from ..features.start_page import StartPageFeature
 from ..features.status import StatusFeature
 from ..features.tools import ToolsFeature
 from ..features.views import ViewsFeature
+from ..project.loading import FrameLoader
 from ..project.recorder import Recorder
 from ..project.store import WorkStore
 from ..state.parts import Part
@@ -58,7 +59,6 @@ from ..widgets.log_panel import LogPanel
 from ..widgets.notices import Notes
 from ..widgets.toasts import Toasts
 from ..work.jobs import stop_workers
-from ..work.loading import FrameLoader
 from ..work.refresh import Refresh
 from ..work.runs import RunController
 from .drops import FileDrops
@@ -132,7 +132,7 @@ class MainWindow(QMainWindow):
     def _make_state(self, persistent: bool) -> None:
         self.workspace = Workspace(self)
         self.recorder = Recorder(self.workspace, WorkStore(autosave_folder() if persistent else None), self)
-        self.loader = FrameLoader(self.workspace, self)
+        self.loader = FrameLoader(self.workspace, self.recorder.store, self)
         self.runs = RunController(self.workspace, self)
         self.runs.state_changed.connect(lambda: self.workspace.note(Part.RUNNING))
         self.loader.busy_changed.connect(lambda: self.workspace.note(Part.LOADING))

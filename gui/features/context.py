@@ -11,6 +11,7 @@ from PySide6.QtWidgets import QMainWindow
 
 from ..base.commands import Actions, commands_of
 from ..base.needs import NOTHING, Need
+from ..project.loading import FrameLoader
 from ..project.recorder import Recorder
 from ..state.document import Document
 from ..state.workspace import Workspace
@@ -20,7 +21,6 @@ from ..views.cloud.cloud_view import CloudView
 from ..views.linked_views import LinkedViews
 from ..widgets.docks import Docks
 from ..widgets.notices import Notes
-from ..work.loading import FrameLoader
 from ..work.refresh import Refresh
 from ..work.runs import RunController
 

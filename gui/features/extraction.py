@@ -249,8 +249,10 @@ class ExtractionPanel(Panel):
         They are there at once if the preview has them.
         """
         document, held = self.context.workspace.current, self._held
-        matches = held is not None and held.matches(document.frame, self.context.workspace.parameters.extraction)
-        self.context.loader.extract(document, held if matches else None)
+        if held is not None and held.matches(document.frame, self.context.workspace.parameters.extraction):
+            self.context.loader.take_extraction(document, held)
+        else:
+            self.context.loader.extract(document)
 
     def _hold(self, found: FoundBlocks) -> None:
         """Reuse the extraction of a frame's blocks for the view."""

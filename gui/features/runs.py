@@ -65,10 +65,6 @@ class RunsFeature(Feature):
         keys = keys_text(self.context.actions["run"].shortcuts())
         self._rest.setText(f"{counted(len(stale), 'block')} {is_are} stale: run" + (f" ({keys})" if keys else ""))
 
-    def shutdown(self) -> None:
-        """Cancel all runs."""
-        self._runs.shutdown()
-
     @command("live", "&Live", icon="ph.lightning", keys="Ctrl+Shift+L", checkable=True)
     def _remember_live(self, on: bool) -> None:
         """Complete blocks again after each edit, and the selected block after each change of a filter parameter."""

@@ -28,10 +28,10 @@ from ilf.sources.frame_ref import FrameRef
 from ilf.sources.listing import list_frames
 
 from ..base import theme
+from ..project.loading import contains_frames
 from ..views.pixel_items import rgb_image
 from ..widgets.basics import TEXT_BESIDE_ICON, Message, PlainLabel, Themed, command_button, lay_out, literal_text
 from ..work.jobs import Worker
-from ..work.loading import contains_frames
 from .context import Context, Feature
 from .documents.feature import DocumentsFeature
 from .frame_list.thumbnails import read_thumbnail, stored_thumbnail

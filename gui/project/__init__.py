@@ -1,1 +1,1 @@
-"""The project of the window: its file, the stored states of frames, and the autosave."""
+"""The project of the window: its file, the stored states of frames, the autosave, and loading of frames."""

@@ -1,1 +1,1 @@
-"""Background work: worker threads, job queues, runs, loading of frames, and deferred refresh of widgets."""
+"""Background work: worker threads, job queues, runs, and deferred refresh of widgets."""

@@ -5,15 +5,16 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Generator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from enum import Enum
 from typing import Any, NamedTuple
 
 import numpy as np
-from PySide6.QtCore import QObject, QTimer, Signal
+from PySide6.QtCore import QObject, Signal
 
 from ilf._runtime.cancellation import check_cancelled
 from ilf._runtime.formatting import counted
+from ilf._runtime.stepping import mapped_steps
 from ilf.completion.extrapolation import extrapolation_steps
 from ilf.data.results import NO_BLOCK, Completion, IterationRecord, Step, notes_of
 from ilf.run.run import EXTRAPOLATED, Execution, Run
@@ -75,14 +76,6 @@ class RunOutcome(NamedTuple):
     resolved: bool
 
 
-@dataclass(frozen=True)
-class _FollowUp:
-    """What follows the current re-solve: another re-solve, or an action, which no re-solve replaces."""
-
-    blocks: tuple[int, ...] = ()
-    action: Callable[[], None] | None = None
-
-
 class RunNews(QObject):
     """What runs tell.
 
@@ -90,8 +83,6 @@ class RunNews(QObject):
     -------
     state_changed()
         `state` or `queued` has changed, of any frame.
-    records(int, list)
-        New records of a block of the current frame, in batches.
     ended(str)
         A run has ended; a message with its outcome.
     resolved(str)
@@ -105,7 +96,6 @@ class RunNews(QObject):
     """
 
     state_changed = Signal()
-    records = Signal(int, list)
     ended = Signal(str)
     resolved = Signal(str)
     run_ended = Signal(object)
@@ -137,9 +127,10 @@ class FrameRuns(QObject):
         self._abandoned = False
         self.resolving: tuple[int, ...] = ()
         """The blocks that are being re-solved."""
-        self._next: _FollowUp | None = None
-        self._patience = QTimer(self, singleShot=True)
-        self._patience.timeout.connect(self._worker.cancel)
+        self._next: Callable[[], None] | None = None
+        """What follows the current re-solve, if it is no other re-solve."""
+        self._waiting: tuple[int, ...] = ()
+        """The blocks of the re-solve that follows the current one."""
         self._sizes: dict[int, int] = {}
         """Pixels of the run's blocks."""
         self._begun: set[int] = set()
@@ -225,25 +216,17 @@ class FrameRuns(QObject):
         if self.state is RunState.IDLE:
             self._begin_resolve(blocks)
             return True
-        if not self.resolving or (self._next is not None and self._next.action is not None):
+        if not self.resolving or self._next is not None:
             return False
-        waiting = () if self._next is None else self._next.blocks
-        self._next = _FollowUp((*blocks, *(one for one in waiting if one not in blocks)))
+        self._waiting = tuple(dict.fromkeys((*blocks, *self._waiting)))
         age_ms = math.ceil(1000 * (time.perf_counter() - self._started))
-        self._end_resolve_in(0 if edited else max(_PATIENCE_MS - age_ms, 0))
+        self._worker.cancel(0 if edited else max(_PATIENCE_MS - age_ms, 0))
         return True
 
     def _follow_up(self, action: Callable[[], None]) -> None:
         """Cancel the re-solve and call an action when it has ended."""
-        self._next = _FollowUp(action=action)
-        self._end_resolve_in(0)
-
-    def _end_resolve_in(self, patience_ms: int) -> None:
-        if patience_ms == 0:
-            self._patience.stop()
-            self._worker.cancel()
-        elif not self._patience.isActive():
-            self._patience.start(patience_ms)
+        self._next, self._waiting = action, ()
+        self._worker.cancel()
 
     def _begin_resolve(self, blocks: Sequence[int]) -> None:
         there = self.document.counts()
@@ -282,15 +265,10 @@ class FrameRuns(QObject):
         self._started = time.perf_counter()
         present = replace(completion, run=self.document.run(self.document.state.common))
 
-        def job() -> Generator[_WithPreviews, None, Completion]:
-            steps = extrapolation_steps(present)
-            while True:
-                try:
-                    yield Step(EXTRAPOLATED, record=next(steps)), None
-                except StopIteration as end:
-                    return end.value
+        def told(record: IterationRecord) -> _WithPreviews:
+            return Step(EXTRAPOLATED, record=record), None
 
-        self._worker.start(job)
+        self._worker.start(lambda: mapped_steps(extrapolation_steps(present), told))
         self._news.state_changed.emit()
 
     def _due_previews(self, steps: Execution) -> list[Preview] | None:
@@ -317,7 +295,7 @@ class FrameRuns(QObject):
         """Cancel after the current iteration; completed blocks keep their results."""
         if self._worker.busy:
             self._stopping = True
-            self._next = None
+            self._next, self._waiting = None, ()
             self._worker.cancel()
             self._news.state_changed.emit()
 
@@ -327,11 +305,6 @@ class FrameRuns(QObject):
             self._abandoned = self._extrapolating is None
             self.cancel()
         self.document.clear_results()
-
-    def shutdown(self) -> bool:
-        """Stop permanently. True if the thread has ended."""
-        self._patience.stop()
-        return self._worker.shutdown()
 
     def _take(self, batch: list[_WithPreviews]) -> None:
         run = self._run
@@ -345,8 +318,6 @@ class FrameRuns(QObject):
         self._begun.update(fresh)
         for label, records in fresh.items():
             self.document.add_records(label, records)
-            if self._workspace.is_shown(self.document):
-                self._news.records.emit(label, records)
         for _, previews in batch:
             if previews is not None:
                 self.document.add_previews(previews)
@@ -358,45 +329,42 @@ class FrameRuns(QObject):
 
     def _end(self, how: str, found: Completion | None = None) -> None:
         if self._extrapolating is not None:
-            self._end_extrapolation(how, found)
+            self._end_extrapolation(self._extrapolating, how, found)
             return
         run, self._run = self._run, None
         steps, self._steps = self._steps, None
         done, self._done, self._begun = self._done, set(), set()
         resolved, self.resolving = self.resolving, ()
         following, self._next = self._next, None
+        waiting, self._waiting = self._waiting, ()
         seconds = time.perf_counter() - self._started
         if run is not None and steps is not None and how != "finished" and not (resolved or self._abandoned):
             # blocks that were iterated keep their results, though they are not corrected yet
             self.document.store_results(list(steps.uncorrected.values()), run.frame)
             done.update(steps.uncorrected)
-        self._patience.stop()
         self._preview_time = 0.0
         self._stopping = self._abandoned = False
         # another re-solve follows: the previews stay until then
-        again = following is not None and following.action is None
-        self.document.end_run(keep_previews=again)
-        if following is None:
-            self._news.state_changed.emit()
-        elif following.action is not None:
-            following.action()
+        self.document.end_run(keep_previews=bool(waiting))
+        if waiting:
+            self._begin_resolve(tuple(dict.fromkeys((*waiting, *(one for one in resolved if one not in done)))))
+        elif following is not None:
+            following()
         else:
-            self._begin_resolve(
-                (*following.blocks, *(one for one in resolved if one not in done and one not in following.blocks))
-            )
+            self._news.state_changed.emit()
         if run is not None:
             self._news.run_ended.emit(RunOutcome(self.document, run, frozenset(done), seconds, how, bool(resolved)))
         if resolved:
-            self._report_resolved([label for label in resolved if label in done], seconds)
+            self._report_resolved(resolved, done, seconds)
         elif steps is not None:
             self._report_ended(steps, how, done, seconds)
 
-    def _report_resolved(self, done: list[int], seconds: float) -> None:
+    def _report_resolved(self, blocks: Sequence[int], done: set[int], seconds: float) -> None:
         results = self.document.valid_results()
-        done = [label for label in done if label in results]
-        if done and self._workspace.is_shown(self.document):
-            count = sum(results[label].outcome.iterations for label in done)
-            what = self.document.info(done[0]).name if len(done) == 1 else counted(len(done), "block")
+        there = [label for label in blocks if label in done and label in results]
+        if there and self._workspace.is_shown(self.document):
+            count = sum(results[label].outcome.iterations for label in there)
+            what = self.document.info(there[0]).name if len(there) == 1 else counted(len(there), "block")
             self._news.resolved.emit(f"{what}: {counted(count, 'iteration')} in {1000 * seconds:.0f} ms")
 
     def _report_ended(self, steps: Execution, how: str, done: set[int], seconds: float) -> None:
@@ -419,30 +387,29 @@ class FrameRuns(QObject):
         else:
             self._news.finished.emit(self.document)
 
-    def _end_extrapolation(self, how: str, found: Completion | None) -> None:
-        base, self._extrapolating = self._extrapolating, None
-        self._stopping = False
+    def _end_extrapolation(self, base: Completion, how: str, found: Completion | None) -> None:
+        self._extrapolating, self._stopping = None, False
         document = self.document
-        text = f"{document.name}: extrapolation {how}."
         holds = found is not None and document.completion() is base
-        if base is not None and found is not None:
+        if found is None:
+            text = f"extrapolation {how}."
+        elif not (count := int(np.count_nonzero(found.extrapolated))):
+            text = "no depth is missing; nothing to extrapolate."
+        elif not holds:
+            text = "blocks were edited during the extrapolation: extrapolate again."
+        else:
+            seconds = time.perf_counter() - self._started
+            text = f"{counted(count, 'pixel')} extrapolated in {seconds:.1f} s (unsupported by measurements)."
+        if found is not None:
+            text = " ".join((text, *(note for note in found.notes if note not in base.notes)))
             if holds:
                 document.store_extrapolation(base, found)
-            seconds = time.perf_counter() - self._started
-            count = int(np.count_nonzero(found.extrapolated))
-            pixels = counted(count, "pixel")
-            text = f"{document.name}: {pixels} extrapolated in {seconds:.1f} s (unsupported by measurements)."
-            if count == 0:
-                text = f"{document.name}: no depth is missing; nothing to extrapolate."
-            elif not holds:
-                text = f"{document.name}: blocks were edited during the extrapolation: extrapolate again."
-            text = " ".join((text, *(note for note in found.notes if note not in base.notes)))
         self._news.state_changed.emit()
-        self._news.ended.emit(text)
+        self._news.ended.emit(f"{document.name}: {text}")
         if holds:
             self._news.finished.emit(document)
 
     def _fail(self, error: Any) -> None:
-        self._next = None
+        self._next, self._waiting = None, ()
         self._end("failed")
         self._news.failed.emit(error)

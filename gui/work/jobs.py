@@ -15,6 +15,8 @@ from PySide6.QtCore import QObject, Qt, QTimer, Signal
 from ilf._runtime.cancellation import set_cancel_events
 from ilf._runtime.threads import available_cores
 
+DRAIN_INTERVAL_MS = 33
+
 # A thread that drives a generator and can be paused, stepped and cancelled.
 
 Make = Callable[[], Generator[Any, None, Any]]
@@ -42,8 +44,6 @@ class JobThread:
         Given a yielded item, returns whether the job may pause after it.
     notify : callable
         Called in the thread when it ends, and when an item is yielded after a silence.
-    silence : float
-        Duration of such a silence [s].
     interruptible : bool
         Whether the current step is interrupted when the job is cancelled.
 
@@ -65,13 +65,12 @@ class JobThread:
         command: Order,
         is_step_end: Callable[[Any], bool],
         notify: Callable[[], None],
-        silence: float,
         interruptible: bool,
     ) -> None:
         self.items: deque[Any] = deque()
         self.end: tuple[str, Any] | None = None
         self.waiting = False
-        self._make, self._is_step_end, self._notify, self._silence = make, is_step_end, notify, silence
+        self._make, self._is_step_end, self._notify = make, is_step_end, notify
         self._interruptible = interruptible
         self.command = command
         self._cancel_event = threading.Event()
@@ -126,7 +125,7 @@ class JobThread:
             self.items.append(item)
             step_done = self._is_step_end(item)
             now = time.monotonic()
-            if now - silent_since > self._silence:
+            if now - silent_since > DRAIN_INTERVAL_MS / 1000:
                 self._notify_listener()
             silent_since = now
         steps.close()
@@ -149,7 +148,6 @@ class JobThread:
             return self.command is not Order.CANCEL
 
 
-DRAIN_INTERVAL_MS = 33
 DETACH_MS = 100
 """Time [ms] to wait for a cancelled job; a busy library cannot be interrupted."""
 SHUTDOWN_LIMIT_S = 0.1
@@ -188,6 +186,8 @@ class Worker(QObject):
         self._timer.timeout.connect(self._drain)
         self._patience = QTimer(self, singleShot=True, interval=DETACH_MS)
         self._patience.timeout.connect(self._detach)
+        self._later = QTimer(self, singleShot=True)
+        self._later.timeout.connect(self.cancel)
         self._wake.connect(self._drain, Qt.ConnectionType.QueuedConnection)
 
     @property
@@ -209,8 +209,7 @@ class Worker(QObject):
             raise RuntimeError("a job is already in progress")
         self._announced_pause = False
         command = Order.STEP if paused else Order.RUN
-        silence = DRAIN_INTERVAL_MS / 1000
-        self._job = JobThread(job, command, is_step_end, self._wake.emit, silence, interruptible=not self._must_finish)
+        self._job = JobThread(job, command, is_step_end, self._wake.emit, interruptible=not self._must_finish)
         self._timer.start()
 
     def order(self, command: Order) -> None:
@@ -218,24 +217,26 @@ class Worker(QObject):
         if self._job is not None and self._job.order(command):
             self._announced_pause = False
 
-    def cancel(self) -> None:
-        """Cancel the job; `cancelled` follows."""
+    def cancel(self, after_ms: int = 0) -> None:
+        """Cancel the job, at once, or after a time that a later call does not extend; `cancelled` follows."""
+        if after_ms:
+            if not self._later.isActive():
+                self._later.start(after_ms)
+            return
+        self._later.stop()
         self.order(Order.CANCEL)
         if self.busy and not self._must_finish and not self._patience.isActive():
             self._patience.start()
 
     def shutdown(self) -> bool:
-        """Cancel and wait for the thread, for a limited time. True if it has ended; no signal follows."""
-        self._timer.stop()
-        self._patience.stop()
-        if self._job is None:
+        """Cancel and wait for the thread, for a limited time. True if it has ended; no signal of it follows."""
+        job = self._job
+        self._forget()
+        if job is None:
             return True
-        self._job.detach()
-        self._job.order(Order.CANCEL)
-        ended = self._job.join(FINISH_LIMIT_S if self._must_finish else SHUTDOWN_LIMIT_S)
-        if ended:
-            self._job = None
-        return ended
+        job.detach()
+        job.order(Order.CANCEL)
+        return job.join(FINISH_LIMIT_S if self._must_finish else SHUTDOWN_LIMIT_S)
 
     def _drain(self) -> None:
         job = self._job
@@ -275,8 +276,8 @@ class Worker(QObject):
             self.progressed.emit(batch)
 
     def _forget(self) -> None:
-        self._timer.stop()
-        self._patience.stop()
+        for timer in (self._timer, self._patience, self._later):
+            timer.stop()
         self._job = None
 
 

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from collections import deque
-from collections.abc import Callable, Generator
+from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
 from typing import Any
 
 from PySide6.QtCore import QObject, Signal
 
-from .jobs import Worker
+from .latest_request import LatestRequest
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,15 +35,15 @@ class Job:
 
     what: str
     do: Callable[[], Any]
-    take: Callable[[Any], None]
+    take: Callable[[Any], object]
     fail: Callable[[Exception], None]
     still_wanted: Callable[[], bool] = lambda: True
     transient: bool = False
     about: object = None
 
 
-class JobQueue(QObject):
-    """A queue of jobs.
+class JobQueue(LatestRequest[Job, Any]):
+    """Requests that are jobs: all of them are done, in their order, but for transient ones.
 
     Signals
     -------
@@ -56,70 +54,48 @@ class JobQueue(QObject):
     changed = Signal()
 
     def __init__(self, parent: QObject | None = None) -> None:
-        super().__init__(parent)
-        self._waiting: deque[Job] = deque()
-        self._job: Job | None = None
+        super().__init__(lambda job: job.do(), parent)
         self.done = 0
         """Number of jobs that have ended since the queue was last idle."""
-        self._worker = Worker(self)
-        self._worker.finished.connect(lambda answer: self._end(lambda job: job.take(answer)))
-        self._worker.failed.connect(lambda error: self._end(lambda job: job.fail(error)))
-        self._worker.cancelled.connect(lambda: self._end(lambda job: None))
-
-    @property
-    def busy(self) -> bool:
-        """Whether a job is in progress or waiting."""
-        return self._job is not None or bool(self._waiting)
+        self.answered.connect(lambda job, answer: job.take(answer))
+        self.failed.connect(lambda job, error: job.fail(error))
 
     @property
     def present(self) -> str:
         """Description of the job in progress; "" for none."""
-        return "" if self._job is None else self._job.what
+        return self.question.what if self.question else ""
 
     @property
     def pending_count(self) -> int:
         """Number of jobs that have not ended."""
-        return len(self._waiting) + (self._job is not None)
+        return len(self._waiting) + len(self._current)
 
     def has(self, about: object) -> bool:
         """Whether a job on this object is in progress or waiting."""
-        jobs = self._waiting if self._job is None else (self._job, *self._waiting)
-        return any(job.about is about for job in jobs)
+        return any(job.about is about for job in (*self._current, *self._waiting))
 
-    def add(self, job: Job) -> None:
+    def ask(self, question: Job) -> None:
         """Append a job."""
-        if job.transient:
-            self._waiting = deque(other for other in self._waiting if not other.transient)
-        self._waiting.append(job)
-        self._next()
+        if question.transient:
+            self._waiting = [other for other in self._waiting if not other.transient]
+        self._waiting.append(question)
+        self._start()
 
     def cancel_if(self, unwanted: Callable[[object], bool]) -> None:
         """Cancel the current job if its object is no longer wanted; it does not report."""
-        if self._job is not None and self._job.about is not None and unwanted(self._job.about):
+        if self.question and self.question.about is not None and unwanted(self.question.about):
+            self._current = []
             self._worker.cancel()
 
-    def _next(self) -> None:
-        if self._job is not None:
-            return
-        while self._waiting and self._job is None:
-            job = self._waiting.popleft()
-            if job.still_wanted():
-                self._job = job
-                self._worker.start(partial(_steps, job))
-        if self._job is None:
-            self.done = 0
-        self.changed.emit()
-
-    def _end(self, handle: Callable[[Job], None]) -> None:
-        job, self._job = self._job, None
+    def _go_on(self) -> None:
         self.done += 1
-        try:
-            if job is not None:
-                handle(job)
-        finally:
-            self._next()
+        super()._go_on()
 
-
-def _steps(job: Job) -> Generator[None, None, Any]:
-    yield None  # so that it can be cancelled before it starts
-    return job.do()
+    def _start(self) -> None:
+        if not self._worker.busy:
+            while self._waiting and not self._waiting[0].still_wanted():
+                del self._waiting[0]
+            if not self._waiting:
+                self.done = 0
+        super()._start()
+        self.changed.emit()

@@ -28,12 +28,8 @@ _Step = ReferenceType[QUndoCommand] | None
 """An undo step, None for none. A weak reference, because steps reference their document."""
 
 
-class _Solved(NamedTuple):
-    """A re-solve, the undo step before it, and the name of the edit that started it."""
-
-    ended: RunOutcome
-    step: _Step
-    edit: str
+_Solved = tuple[RunOutcome, _Step, str]
+"""A re-solve, the undo step before it, and the name of the edit that started it."""
 
 
 class _LiveRow(NamedTuple):
@@ -82,7 +78,7 @@ class RunRecorder(QObject):
             return
         if ended.done and ended.resolved:
             step = _last_step(document)
-            self._waiting[document] = _Solved(ended, None if step is None else ref(step), _edit(step))
+            self._waiting[document] = ended, None if step is None else ref(step), _edit(step)
         elif ended.done:
             self._waiting.pop(document, None)
             self._live.pop(document, None)

@@ -23,10 +23,9 @@ class RunController(RunNews):
         super().__init__(parent)
         self._workspace = workspace
         self._all: dict[Document, FrameRuns] = {}
-        self._closed: list[FrameRuns] = []
-        """Runs of closed frames that have not ended."""
+        """By frame, also those of closed frames until they have ended."""
         workspace.on(Part.LIST, self._cancel_closed)
-        self.state_changed.connect(self._forget_idle)
+        self.state_changed.connect(self._forget_closed)
 
     def of(self, document: Document) -> FrameRuns:
         """Return the runs of a frame."""
@@ -42,7 +41,7 @@ class RunController(RunNews):
     @property
     def running(self) -> list[Document]:
         """Frames with a run or an extrapolation in progress."""
-        return [document for document, runs in self._all.items() if not runs.free]
+        return [document for document, runs in self._all.items() if not runs.free and document in self._workspace.open]
 
     @property
     def state(self) -> RunState:
@@ -59,24 +58,19 @@ class RunController(RunNews):
         """Whether a run of the current frame can be paused or cancelled."""
         return self.state in (RunState.RUNNING, RunState.PAUSED, RunState.EXTRAPOLATING)
 
-    def shutdown(self) -> bool:
-        """Stop permanently, before the window closes. True if all threads have ended."""
-        ended = [runs.shutdown() for runs in (*self._all.values(), *self._closed)]
-        return all(ended)
-
     def _cancel_closed(self) -> None:
         """Cancel the runs of frames that are no longer open."""
-        for document in [document for document in self._all if document not in self._workspace.open]:
-            runs = self._all.pop(document)
-            self._closed.append(runs)
-            runs.cancel()
-        self._forget_idle()
+        for document, runs in list(self._all.items()):
+            if document not in self._workspace.open:
+                runs.cancel()
+        self._forget_closed()
 
-    def _forget_idle(self) -> None:
+    def _forget_closed(self) -> None:
         """Delete the runs of closed frames that have ended."""
-        for runs in [runs for runs in self._closed if runs.state is RunState.IDLE]:
-            self._closed.remove(runs)
-            runs.deleteLater()
+        for document, runs in list(self._all.items()):
+            if runs.state is RunState.IDLE and document not in self._workspace.open:
+                del self._all[document]
+                runs.deleteLater()
 
 
 # Live depth: blocks that an edit has changed are re-solved automatically.

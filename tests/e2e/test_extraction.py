@@ -128,7 +128,7 @@ def test_extract_takes_what_the_preview_has_found_at_once(staged, qtbot, monkeyp
     staged.workspace.parameters.set_extraction(BlockParameters(min_size=48.0, use_depth=False))
     _settle(staged, qtbot)
     expected = extract(document.frame, staged.workspace.parameters.extraction).blocks
-    monkeypatch.delattr("gui.work.loading.find")
+    monkeypatch.delattr("gui.project.loading.find")
     staged.actions_["extract"].trigger()
     assert not staged.loader.busy
     np.testing.assert_array_equal(document.labels, expected)
@@ -226,7 +226,7 @@ def test_the_first_frame_is_extracted_once_for_blocks_and_view(window, qtbot, fr
         assert may_go_on.wait(60)
         return find(frame, parameters)
 
-    monkeypatch.setattr("gui.work.loading.find", after_the_view_has_been_drawn)
+    monkeypatch.setattr("gui.project.loading.find", after_the_view_has_been_drawn)
     monkeypatch.delattr("gui.features.extraction.find")
     window.views.sheet.set_layout("extraction")
     window.loader.open(FrameRef(str(frame_folder)))
@@ -245,7 +245,7 @@ def test_the_view_says_that_the_first_extraction_failed(window, qtbot, frame_fol
     def fail(frame: RGBDFrame, parameters: BlockParameters) -> FoundBlocks:
         raise IlfError("no edges")
 
-    monkeypatch.setattr("gui.work.loading.find", fail)
+    monkeypatch.setattr("gui.project.loading.find", fail)
     monkeypatch.setattr("gui.features.extraction.find", fail)
     monkeypatch.setattr(window.notes, "report", lambda *_: None)  # which would ask to be read
     window.views.sheet.set_layout("extraction")
@@ -426,7 +426,7 @@ def test_a_frame_is_shown_before_its_blocks_are_found(window, qtbot, frame_folde
         assert go_on.wait(60)
         return find(frame, parameters)
 
-    monkeypatch.setattr("gui.work.loading.find", slow)
+    monkeypatch.setattr("gui.project.loading.find", slow)
     window.loader.open(FrameRef(str(frame_folder)))
     qtbot.waitUntil(lambda: window.workspace.has_current)
     window.refresh.now()

@@ -110,8 +110,8 @@ def test_blocks_that_run_at_once_give_what_they_give_alone(opened, qtbot, monkey
     labels = list(workspace.current.counts())
     together: list[list[int]] = []
     previews: list[int] = []
-    opened.runs.records.connect(lambda *_: together.append(opened.workspace.current.results.running))
     results = workspace.current.results
+    workspace.on(Part.RECORDS, lambda: together.append(results.running))
     workspace.changed.connect(lambda parts: previews.append(len(results.previews)) if parts & Part.PREVIEWS else None)
     with qtbot.waitSignal(opened.runs.ended):
         opened.actions_["run"].trigger()

@@ -169,8 +169,8 @@ def test_blocks_edited_by_hand_are_carried_on_from_where_they_are_stored(listed,
 def test_it_can_be_stopped_and_says_how_far_it_is(listed, part, qtbot):
     window = listed
     shown: list[str] = []
-    part.propagator.changed.connect(lambda: shown.append(part.strip.label.text() if part.strip.isVisible() else ""))
-    part.propagator.changed.connect(lambda: part.strip.work.cancel_button.click() if len(shown) == 3 else None)
+    part.propagator.changed.connect(lambda: shown.append(part.label.text() if part.strip.isVisible() else ""))
+    part.propagator.changed.connect(lambda: part.work.cancel_button.click() if len(shown) == 3 else None)
     with qtbot.waitSignal(part.propagator.ended) as ended:
         part.propagate_through(4)
     (propagation_run,) = ended.args
@@ -186,7 +186,8 @@ def test_frames_that_are_taken_out_of_the_list_on_the_way_stay_out(listed, part,
     workspace.add_entries([Entry.of(FrameRef(f"/nowhere/{number}")) for number in range(1500)])
 
     def remove():
-        if part.propagator.present is entries[2]:
+        propagation_run = part.propagator.propagation_run
+        if propagation_run is not None and propagation_run.present is entries[2]:
             part.propagator.changed.disconnect(remove)
             workspace.remove_entries(list(entries)[2:])
 
@@ -218,7 +219,7 @@ def test_what_cannot_be_read_of_a_frame_on_the_way_is_told(listed, part, qtbot):
         entry.id, read_frame(entry.source), Blocks(np.zeros(window.workspace.current.labels.shape, np.int32))
     )
     damaged = SimpleNamespace(state=state, problems=("Its runs cannot be read.",))
-    window.loader.stored = SimpleNamespace(has=lambda id: True, read=lambda id: damaged)
+    window.loader.store = SimpleNamespace(has=lambda id: True, read=lambda id: damaged)
     entry.has_state = True
     told: list[tuple[Document, tuple[str, ...]]] = []
     window.loader.incomplete.connect(lambda document, problems: told.append((document, problems)))

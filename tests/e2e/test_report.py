@@ -24,6 +24,9 @@ from ilf.report.subject import Subject, Unreadable
 class Store:
     """A store that has one frame, and one that cannot be read."""
 
+    def has(self, id):
+        return True
+
     def read(self, id):
         if id == "lost":
             raise InputError("depth.png is not there any more.")
@@ -34,9 +37,10 @@ class Store:
 
 
 def test_frames_that_are_not_open_are_read_when_it_is_their_turn():
-    entries = [Entry("stored", "/a/depth.png", "put away", has_state=True), Entry("lost", "/b/depth.png", "gone")]
+    places = ("stored", "/a/depth.png", "put away"), ("lost", "/b/depth.png", "gone")
+    entries = [Entry(*place, has_state=True) for place in places]
     entries[0].set_summary(FrameSummary(note="for tomorrow"))  # noted since it was stored
-    first, second = subjects_of(entries, cast(WorkStore, Store()), preset("paper"))
+    first, second = (read() for read in subjects_of(entries, cast(WorkStore, Store()), preset("paper")))
     assert isinstance(first, Subject)
     assert (first.note, first.problems) == ("for tomorrow", ("Its names are lost.",))
     assert first.run.parameters == preset("paper")

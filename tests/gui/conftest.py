@@ -3,6 +3,7 @@ import pytest
 
 from gui.state.document import Document
 from gui.state.workspace import Workspace
+from gui.work.jobs import stop_workers
 from ilf.data.blocks import Blocks
 from ilf.data.parameters import BlockParameters
 from ilf.run.run import Run, complete
@@ -29,7 +30,7 @@ def bench(qtbot, small_frame, small_labels, script):
     bench = Bench(small_frame, small_labels, script)
     yield bench
     script.allow()
-    assert bench.runs.shutdown()
+    assert stop_workers(bench.runs)
 
 
 @pytest.fixture

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -117,6 +117,7 @@ class Bench:
     def __init__(self, frame: RGBDFrame, labels: NDArray[np.int32], script: Script) -> None:
         self.frame, self.labels, self.script = frame, labels, script
         self.workspace = Workspace()
+        self.records: list[tuple[int, list[int]]] = []
         self.document = self.open("first")
         self.workspace.tell()
         self.runs = RunController(self.workspace)
@@ -124,26 +125,31 @@ class Bench:
         self.resolved: list[str] = []
         self.failed: list[Exception] = []
         self.finished: list[Document] = []
-        self.records: list[tuple[int, list[int]]] = []
         self.states: list[RunState] = []
         runs = self.runs
         runs.ended.connect(self.said.append)
         runs.resolved.connect(self.resolved.append)
         runs.failed.connect(self.failed.append)
         runs.finished.connect(self.finished.append)
-        runs.records.connect(lambda label, records: self.records.append((label, [record.i for record in records])))
         runs.state_changed.connect(lambda: self.states.append(runs.state))
 
     def open(self, name: str) -> Document:
         frame = replace(self.frame, name=name)
         document = Document.of(Run(frame, self.labels), None, name)
         self.workspace.open_document(document)
+        add = document.add_records
+
+        def note(label: int, records: Sequence[IterationRecord]) -> None:
+            self.records.append((label, [record.i for record in records]))
+            add(label, records)
+
+        document.add_records = note  # type: ignore[method-assign]
         return document
 
     @property
     def patience(self) -> QTimer:
         """What lets a re-solve of the first frame end when its values have changed."""
-        return self.runs.of(self.document)._patience
+        return self.runs.of(self.document)._worker._later
 
     @property
     def run(self) -> ScriptedSteps:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import NamedTuple
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -13,7 +14,7 @@ from ilf.completion.confidence.expected_error import expected_error
 from ilf.data.frame import RGBDFrame
 from ilf.data.label_map import Box
 from ilf.data.results import Completion
-from ilf.evaluation.evaluation import Evaluated, Evaluation, PixelErrors, evaluate_completion
+from ilf.evaluation.evaluation import Evaluated, Evaluation, PixelErrors
 from ilf.evaluation.ground_truth import shared_pixels
 from ilf.evaluation.ties import Ties
 
@@ -23,23 +24,11 @@ Area = tuple[int, ...] | Box | None
 """A part of a frame: labels of blocks, a rectangle, or None for all of it."""
 
 
-@dataclass(frozen=True, eq=False)
-class EvaluatedResult:
-    """A result to evaluate: the current one, or that of a run.
-
-    Attributes
-    ----------
-    name : str
-    completion : Completion
-    frame : RGBDFrame
-        Frame of the result.
-    colour : (int, int, int) or None
-        Colour of the run.
-    """
+class EvaluatedResult(NamedTuple):
+    """A result to evaluate: name and completion, and the colour of its run, None for the current one."""
 
     name: str
     completion: Completion
-    frame: RGBDFrame
     colour: tuple[int, int, int] | None = None
 
 
@@ -88,31 +77,31 @@ class Evaluator:
 
     def __call__(self, request: EvaluationRequest) -> dict[str, AreaErrors]:
         """Return the errors by the name of the area; called in a worker thread."""
+        ground_truth = request.frame.ground_truth
+        assert ground_truth is not None
         shared = shared_pixels([entry.completion for entry in request.entries], every=request.every)
         found = {}
         for name, area in request.areas.items():
-            where = shared & _inside(area, request.labels)
-            evaluated = tuple(self._evaluated(request, entry, where) for entry in request.entries)
-            found[name] = AreaErrors(
-                evaluated, find_best([_pixel_errors(request, entry, where) for entry in request.entries])
-            )
+            places = np.flatnonzero(shared & np.isfinite(ground_truth) & _inside(area, request.labels))
+            there = ground_truth.ravel()[places]
+            parts = (self._errors(request, entry.completion, places, there) for entry in request.entries)
+            evaluated = [Evaluated(request.labels, (part,)) for part in parts]
+            found[name] = AreaErrors(tuple(one.whole for one in evaluated), find_best(evaluated))
         return found
 
-    def _evaluated(self, request: EvaluationRequest, entry: EvaluatedResult, where: NDArray[np.bool_]) -> Evaluation:
-        expected, ground_truth = self._expected.get(entry.completion), request.frame.ground_truth
+    def _errors(
+        self, request: EvaluationRequest, completion: Completion, places: NDArray[np.intp], there: NDArray[np.float32]
+    ) -> PixelErrors:
+        """Return the errors of a completion at flat indices with this ground truth."""
+        expected = self._expected.get(completion)
         if expected is None and request.with_expected:
-            expected = self._expected[entry.completion] = expected_error(entry.completion)
-        frame = entry.frame
-        if frame.ground_truth is not ground_truth:
-            frame = frame.with_ground_truth(ground_truth)
-        return evaluate_completion(frame, entry.completion, where, every=request.every, expected=expected)
-
-
-def _pixel_errors(request: EvaluationRequest, entry: EvaluatedResult, where: NDArray[np.bool_]) -> Evaluated:
-    ground_truth = request.frame.ground_truth
-    assert ground_truth is not None
-    errors = PixelErrors.at(where & np.isfinite(ground_truth), entry.completion.depth, ground_truth)
-    return Evaluated(request.labels, (errors,))
+            expected = self._expected[completion] = expected_error(completion)
+        depth = completion.depth.ravel()[places]
+        if not request.every:
+            depth[~(completion.filled & completion.run.frame.missing).ravel()[places]] = np.nan
+        return PixelErrors(
+            places, depth, there, np.full_like(depth, np.nan) if expected is None else expected.ravel()[places]
+        )
 
 
 def _inside(area: Area, labels: NDArray[np.int32]) -> NDArray[np.bool_]:

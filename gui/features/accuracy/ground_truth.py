@@ -107,9 +107,6 @@ def _units(text: str) -> float | None:
     if text.strip() in ("", _AUTOMATIC):
         return None
     try:
-        units = float(text.split("(")[0])
+        return float(text.split("(")[0])
     except ValueError:
-        units = 0.0
-    if not 0 < units < float("inf"):
-        raise InputError(f"Units per metre must be a number above 0, such as 1000, not {text!r:.30}.")
-    return units
+        raise InputError(f"Units per metre must be a number above 0, such as 1000, not {text!r:.30}.") from None

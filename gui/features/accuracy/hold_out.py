@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Generator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import datetime
-from typing import Self
 
 from ilf._runtime.formatting import counted
 from ilf._runtime.stepping import mapped_steps
@@ -44,11 +43,6 @@ class Candidate:
     kept: StoredRun | None = None
     run_when_selected: Run | None = None
 
-    @classmethod
-    def of(cls, kept: StoredRun) -> Self:
-        """Candidate of a stored run, with all its blocks."""
-        return cls(kept.name, replace(kept.run, only=None, extrapolate=False), kept, kept.run)
-
 
 @dataclass(frozen=True, eq=False)
 class CandidateResult:
@@ -81,38 +75,31 @@ class HoldOutOutcome:
     best: Mapping[int, Ties | None]
     when: datetime
 
-    def is_valid_for(self, document: Document) -> bool:
-        """Whether blocks and depth are unchanged since the test."""
-        return document.has_inputs_of(self.present)
-
     @property
     def current_result(self) -> CandidateResult | None:
         """Result of the values at the time of the test; None if they were not tested."""
         return next((one for one in self.tested if one.candidate.run is self.present), None)
 
-    def has_values_of(self, document: Document) -> bool:
-        """Whether the values have the same effect as at the time of the test."""
-        return all(self._has_values_of(document, label) for label in document.counts())
-
     def _has_values_of(self, document: Document, label: int) -> bool:
+        """Whether the values of a block have the same effect as at the time of the test."""
         return self.present.parameters_of(label).same_effect(document.parameters_of(label))
 
     def described(self, document: Document) -> tuple[str, str]:
         """Return a text on the test, when it was made and whether it is still valid; and the tone of the message."""
-        pattern = {"areas": "areas", "random": "random pixels"}.get(self.test.pattern, self.test.pattern)
+        pattern = "random pixels" if self.test.pattern == "random" else self.test.pattern
         left_out = untrusted_note(self.present.frame)
         seeds = counted(len(self.test.seeds), "seed")
         text = f"Held out: {pattern}, {seeds}, at {self.when:%H:%M}. {left_out}".rstrip()
-        if not self.is_valid_for(document):
+        if not document.has_inputs_of(self.present):
             return f"{text} {_OUTDATED}", "warning"
-        if self.current_result is not None and not self.has_values_of(document):
+        if self.current_result and not all(self._has_values_of(document, label) for label in document.counts()):
             return f"{text} {_OTHER_VALUES}", "warning"
         return text, "muted"
 
     def errors_of(self, document: Document) -> dict[int, float]:
         """Label -> RMSE [m] of the blocks whose values are unchanged since the test."""
         found = self.current_result
-        if found is None or not self.is_valid_for(document):
+        if found is None or not document.has_inputs_of(self.present):
             return {}
         return {
             label: evaluation.rmse
@@ -134,7 +121,9 @@ class HoldOutRequest:
 def candidates(document: Document, present: Run) -> list[tuple[Candidate, bool]]:
     """Candidates, and whether they are initially ticked, as the current values and the compared runs are."""
     found = [(Candidate(CURRENT, present), True)]
-    found += [(Candidate.of(kept), kept in document.compared) for kept in document.state.runs]
+    for kept in document.state.runs:
+        run = replace(kept.run, only=None, extrapolate=False)
+        found.append((Candidate(kept.name, run, kept, kept.run), kept in document.compared))
     presets = PRESETS | {name: preset.parameters for name, preset in list_presets().presets.items()}
     plain = replace(present, blocks=replace(present.blocks, own={}))
     for name, parameters in presets.items():

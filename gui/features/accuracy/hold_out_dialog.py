@@ -35,10 +35,10 @@ class HoldOutDialog(QDialog):
         self.hold_out = HoldOutChoice()
         self.candidates = QListWidget()
         self.candidates.setToolTip("Candidates; tick those to test and compare")
-        self._offered = [candidate for candidate, _ in candidates]
         for candidate, ticked in candidates:
             item = QListWidgetItem(candidate.name, self.candidates)
             item.setFlags(item.flags() | Qt.ItemFlag.ItemIsUserCheckable)
+            item.setData(Qt.ItemDataRole.UserRole, candidate)
             item.setCheckState(Qt.CheckState.Checked if ticked else Qt.CheckState.Unchecked)
         self.amount = PlainLabel()
         hint = "Test the ticked candidates in the background; the panel Accuracy shows the errors"
@@ -55,11 +55,9 @@ class HoldOutDialog(QDialog):
     def chosen(self) -> list[Candidate]:
         """The ticked candidates."""
         items = (self.candidates.item(number) for number in range(self.candidates.count()))
-        pairs = zip(self._offered, items, strict=True)
-        return [candidate for candidate, item in pairs if item.checkState() == Qt.CheckState.Checked]
+        return [item.data(Qt.ItemDataRole.UserRole) for item in items if item.checkState() == Qt.CheckState.Checked]
 
     def _describe(self) -> None:
-        count, seeds = len(self.chosen()), len(self.hold_out.test().seeds)
-        self.test_button.setEnabled(count > 0)
-        runs = count * seeds
-        self.amount.setText(counted(runs, "run") if count else "Tick at least one candidate.")
+        runs = len(self.chosen()) * len(self.hold_out.test().seeds)
+        self.test_button.setEnabled(runs > 0)
+        self.amount.setText(counted(runs, "run") if runs else "Tick at least one candidate.")

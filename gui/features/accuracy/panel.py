@@ -183,14 +183,14 @@ class AccuracyPanel(Panel):
         """Have the current result and the compared runs evaluated, if there is ground truth."""
         if document is None or document.id != self._evaluated:
             self._forget_errors("")
-        completion = None if document is None else document.completion()
-        if document is None or document.frame.ground_truth is None or completion is None:
-            without = document is not None and document.frame.ground_truth is None
-            self._forget_errors(_NO_GROUND_TRUTH if without else _NO_RESULT if document else "")
+        if document is None:
             return
-        entries = [EvaluatedResult("Current", completion, document.frame)]
-        for kept in document.compared:
-            entries.append(EvaluatedResult(kept.name, kept.completion, kept.run.frame, kept.colour))
+        completion = document.completion()
+        if document.frame.ground_truth is None or completion is None:
+            self._forget_errors(_NO_GROUND_TRUTH if document.frame.ground_truth is None else _NO_RESULT)
+            return
+        entries = [EvaluatedResult("Current", completion)]
+        entries += [EvaluatedResult(kept.name, kept.completion, kept.colour) for kept in document.compared]
         self._evaluated = document.id
         if not self.ground_truth_table.rows:
             self.ground_truth_table.set_rows([], _EVALUATING)
@@ -229,14 +229,13 @@ class AccuracyPanel(Panel):
         document = self.context.workspace.current
         present = document.run(document.state.common)
         dialog = HoldOutDialog(document.name, candidates(document, present), self.context.window)
-        open_once(
-            dialog, lambda: self._test(HoldOutRequest(document, dialog.chosen(), present, dialog.hold_out.test()))
-        )
 
-    def _test(self, request: HoldOutRequest) -> None:
-        self._testing = request.document
-        self.ask(request)
-        self.redraw()
+        def start() -> None:
+            self._testing = document
+            self.ask(HoldOutRequest(document, dialog.chosen(), present, dialog.hold_out.test()))
+            self.redraw()
+
+        open_once(dialog, start)
 
     compute = staticmethod(outcome_steps)
 

@@ -21,6 +21,7 @@ from ilf.sources.frame_ref import FrameRef
 from ...base.commands import command
 from ...base.needs import Need
 from ...base.paths import sort_paths
+from ...project.loading import FolderPreview, contains_frames, preview_folder
 from ...state.document import Document
 from ...state.entries import Entry
 from ...state.parts import Part
@@ -28,7 +29,6 @@ from ...widgets.basics import open_once
 from ...widgets.file_choice import save_folder
 from ...work.found_blocks import describe_blocks
 from ...work.latest_request import LatestRequest
-from ...work.loading import FolderPreview, contains_frames, preview_folder
 from ..context import Context, Feature
 from ..project.feature import ProjectFeature
 from ..project.recent import Origin, RecentMenu

@@ -46,11 +46,11 @@ from ilf.sources.reading import described_beside, read_depth, read_frame
 from ilf.sources.reading_options import DEPTH_VIEW, OPTIONS, ReadingOptions
 
 from ...base.paths import PROJECT_SUFFIX
+from ...project.loading import FolderPreview, contains_frames
 from ...widgets.basics import TAKES_FILES, Message, answers, combo, form, label_of, lay_out, row, stack, typed_list
 from ...widgets.file_choice import choose_file, choose_folder, remember_folder
 from ...widgets.notices import error_text
 from ...work.latest_request import LatestRequest
-from ...work.loading import FolderPreview, contains_frames
 from ..guide_networks import GIVES
 from .file_dialogs import Preview
 from .frame_files import files_of, guide_files, looks_like_depth, pair_of, recording_files

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from PySide6.QtCore import QSettings, Qt, Signal
+from PySide6.QtCore import QSettings, QSignalBlocker, Qt, Signal
 from PySide6.QtGui import QStandardItemModel
 from PySide6.QtWidgets import (
     QCheckBox,
@@ -64,6 +64,8 @@ _FROM_FILES = (
     "skipped. manifest.csv lists the result of each frame."
 )
 
+_OF_SEVERAL = "Blocks without a result are run first. Frames unchanged since an earlier export are skipped."
+
 
 @dataclass(frozen=True)
 class Export:
@@ -87,8 +89,6 @@ class Export:
         "html" or "pdf"; "" for no report.
     test : HoldOutTest or None
         Of the frames of the report.
-    opens : bool
-        Whether the report is opened when it is written.
     """
 
     folder: Path
@@ -101,7 +101,6 @@ class Export:
     anew: bool = False
     report: str = ""
     test: HoldOutTest | None = None
-    opens: bool = False
 
 
 class ExportDialog(QDialog):
@@ -177,22 +176,17 @@ class ExportDialog(QDialog):
         for key, field in self._remembered.items():
             if (value := QSettings().value(key)) is not None:
                 field.setProperty(_user_property(field), value)
-        self.scope.currentIndexChanged.connect(self._turn)
-        self.source.currentIndexChanged.connect(self._turn)
-        self.folder_path.textChanged.connect(self.update_message)
-        self.files.changed.connect(self.update_message)
-        for box in (self.report, self.hidden):
-            box.toggled.connect(self.update_message)
-        self.format.currentIndexChanged.connect(self.update_message)
+        for choice in (self.scope, self.source):
+            choice.currentIndexChanged.connect(self._turn)
+        of_report = self.report.toggled, self.hidden.toggled, self.format.currentIndexChanged
+        for changed in (self.folder_path.textChanged, self.files.changed, *of_report):
+            changed.connect(self.update_message)
 
     def prepare(self, scope: str, from_files: bool, only_report: bool) -> None:
         """Offer a new export, with the last settings."""
-        for field in (self.scope, self.source):
-            field.blockSignals(True)
-        self.scope.setCurrentIndex(self.scope.findData(scope))
-        self.source.setCurrentIndex(self.source.findData(from_files))
-        for field in (self.scope, self.source):
-            field.blockSignals(False)
+        with QSignalBlocker(self.scope), QSignalBlocker(self.source):
+            self.scope.setCurrentIndex(self.scope.findData(scope))
+            self.source.setCurrentIndex(self.source.findData(from_files))
         self.folder_path.setText("")
         self._turn()
         self.files.restore(None if self._run is None else self._run.frame.inputs)
@@ -229,7 +223,6 @@ class ExportDialog(QDialog):
             self.anew.isChecked(),
             str(self.format.currentData()) if self.report.isChecked() and not from_files else "",
             self.hold_out.test() if self.hidden.isChecked() else None,
-            self.opens.isChecked(),
         )
 
     def report_file(self, export: Export) -> Path:
@@ -277,12 +270,9 @@ class ExportDialog(QDialog):
 
     def update_message(self) -> None:
         """Say what the export would write, or why it cannot."""
-        with_report = self.report.isChecked()
-        for field, on in (
-            (self.hold_out, with_report and self.hidden.isChecked()),
-            *((field, with_report) for field in (self.format, self.hidden, self.opens)),
-        ):
-            field.setEnabled(on)
+        for field in (self.format, self.hidden, self.opens):
+            field.setEnabled(self.report.isChecked())
+        self.hold_out.setEnabled(self.report.isChecked() and self.hidden.isChecked())
         if self._busy or not self._counts:
             return
         self._allow()
@@ -319,11 +309,8 @@ class ExportDialog(QDialog):
             return f"Writes a folder per frame with {files}. {_FROM_FILES}", ""
         if export.scope != THIS:
             folders = counted(self._counts[export.scope], "folder")
-            return (
-                f"Writes {folders}, one per frame, with {files}, as far as the frame has them. Blocks without a result "
-                "are run first. Frames that have not changed since an earlier export are skipped.",
-                "",
-            )
+            text = f"Writes {folders}, one per frame, with {files}, as far as the frame has them. {_OF_SEVERAL}"
+            return text, ""
         text = f"Writes {files}." if export.folder.is_dir() else f"Creates the folder, writes {files}."
         if self._completion is None:
             return text, "No block has been run in its current state: the input depth is exported."
@@ -360,9 +347,8 @@ class ExportDialog(QDialog):
         return Path(os.path.abspath(os.path.expanduser(self.folder_path.text().strip())))
 
     def _browse(self) -> None:
-        start = self._folder()
-        while not start.is_dir() and start != start.parent:
-            start = start.parent
+        folder = self._folder()
+        start = next((place for place in (folder, *folder.parents) if place.is_dir()), folder)
         if path := QFileDialog.getExistingDirectory(self, "Choose target folder", str(start)):
             self.folder_path.setText(path)
 

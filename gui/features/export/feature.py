@@ -177,10 +177,9 @@ class ExportFeature(Feature):
 
     def _report(self, export: Export, chosen: Sequence[Entry]) -> Generator[Progress, None, None]:
         store, shared = self.context.recorder.store, self.context.workspace.parameters.shared
-        entries = [entry for entry in chosen if entry.document is not None or store.has(entry.id)]
-        subjects = subjects_of(entries, store, shared.values if shared.on else None)
+        subjects = subjects_of(chosen, store, shared.values if shared.on else None)
         options = ReportOptions("Report", export.test, threads=spare_cores())
-        return report_file_steps(self.dialog.report_file(export), subjects, len(entries), options)
+        return report_file_steps(self.dialog.report_file(export), subjects, options)
 
     # the dialog
 
@@ -201,9 +200,8 @@ class ExportFeature(Feature):
         if not replaced:
             self._accept(export)
             return
-        more = ", ".join(replaced[:_MAX_NAMED]) + (
-            f" and {len(replaced) - _MAX_NAMED} more" * (len(replaced) > _MAX_NAMED)
-        )
+        more = ", ".join(replaced[:_MAX_NAMED])
+        more += f" and {len(replaced) - _MAX_NAMED} more" * (len(replaced) > _MAX_NAMED)
         text = f"{export.folder} has files of an earlier export. Replace them?"
         ask(self.dialog, "Replace files?", text, f"{more}.", (("&Replace", DESTROY, lambda: self._accept(export)),))
 
@@ -257,7 +255,7 @@ class ExportFeature(Feature):
         self.context.notes.show_message(" ".join([summary, *notes]))
         if not self.dialog.isVisible():
             self.context.notes.warn(f"Not exported: {counted(len(failed), 'frame')}", failed)
-        if report is not None and export.opens:
+        if report is not None and self.dialog.opens.isChecked():
             QDesktopServices.openUrl(QUrl.fromLocalFile(str(report.absolute())))
         self.ended.emit(done)
 
@@ -286,12 +284,9 @@ def behind(document: Document) -> str:
     counts = document.counts()
     without = len(counts.keys() - document.valid_results().keys())
     otherwise = len(document.changed_blocks()) - without
-    sentences = []
-    if without:
-        sentences.append(
-            f"Not run in their current state, so that their missing depth stays missing: {without} of {len(counts)} "
-            "blocks."
-        )
-    if otherwise:
-        sentences.append(f"Run with other parameters than the current ones: {otherwise} of {len(counts)} blocks.")
+    lacks = {
+        "Not run in their current state, so that their missing depth stays missing": without,
+        "Run with other parameters than the current ones": otherwise,
+    }
+    sentences = [f"{what}: {count} of {len(counts)} blocks." for what, count in lacks.items() if count]
     return " ".join([*sentences, "Run them first (F5)."] if sentences else [])

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import closing
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -20,11 +21,13 @@ from ilf.errors import IlfError, InputError
 from ilf.evaluation.evaluation import Progress, scaled_progress
 from ilf.project.exporting import ExportedFrame, ExportStatus, FrameToExport, folder_names, run_and_completion
 from ilf.project.recorded_frames import recorded_run
+from ilf.project.state_codec import Decoded
 from ilf.report.report import ReportOptions, report_steps, write_report
 from ilf.report.subject import Subject, Unreadable
 from ilf.run.run import Run
 from ilf.sources.reading import read_frame
 
+from ...project.loading import state_reader
 from ...project.store import WorkStore
 from ...state.document import Document
 from ...state.entries import Entry
@@ -73,24 +76,23 @@ def frames_to_export(
 
 
 def _reader(entry: Entry, store: WorkStore, make_run: MakeRun, for_all: Parameters | None) -> Read:
-    if entry.document is not None and entry.document.counts():
-        present = _of_document(entry.document)
-        return lambda: present
-    if entry.document is None and entry.has_state and store.has(entry.id):
-        return partial(_of_store, entry, store, for_all)
-    return partial(_of_files, entry, store, make_run)
+    read = _state_reader(entry, store, for_all)
+    if read is None or (entry.document is not None and not entry.document.counts()):
+        return partial(_of_files, entry, store, make_run)
+    return lambda: run_and_completion(read().state)
 
 
-def _of_document(document: Document) -> tuple[Run, Completion | None]:
-    """The run of an open frame, and its completion if every block has a result."""
-    if document.counts().keys() - document.valid_results().keys():
-        return document.run(document.state.common, extrapolate=document.state.extrapolate), None
-    return present_frame(document)
+def _state_reader(entry: Entry, store: WorkStore, for_all: Parameters | None) -> Callable[[], Decoded] | None:
+    """As `state_reader`; a stored state gets the settings that were made since."""
+    read, note = state_reader(entry, store), entry.note
+    if read is None or entry.document is not None:
+        return read
 
+    def read_stored() -> Decoded:
+        decoded = read()
+        return replace(decoded, state=decoded.state.with_current_settings(note, for_all))
 
-def _of_store(entry: Entry, store: WorkStore, for_all: Parameters | None) -> tuple[Run, Completion | None]:
-    state = store.read(entry.id).state
-    return run_and_completion(state.with_current_settings(entry.note, for_all))
+    return read_stored
 
 
 def _of_files(entry: Entry, store: WorkStore, make_run: MakeRun) -> tuple[Run, Completion | None]:
@@ -146,36 +148,30 @@ _OF_CONTENT = 0.8
 """Share of the work done before the pages are written."""
 
 
-def subject_of(document: Document) -> Subject:
-    """Snapshot of an open frame; later changes do not affect it."""
-    run, completion = present_frame(document)
-    return Subject(run, completion or compose(run, {}), document.state.note, tuple(document.state.runs))
-
-
 def subjects_of(
     entries: Sequence[Entry], store: WorkStore, for_all: Parameters | None
-) -> Iterator[Subject | Unreadable]:
-    """Subjects of frames, open or not; closed frames are read when they are reached.
+) -> list[Callable[[], Subject | Unreadable]]:
+    """Return functions that read the subjects of frames in any thread, of those that are open or stored: open ones as
+    they are now.
 
-    Call in the GUI thread, iterate in any thread. `for_all`: the parameters shared by all frames, if any.
+    `for_all`: the parameters shared by all frames, if any.
     """
-    open_ones = {entry.id: subject_of(entry.document) for entry in entries if entry.document is not None}
-    noted = [(entry, entry.note) for entry in entries]
-    return (open_ones.get(entry.id) or _stored(entry, note, store, for_all) for entry, note in noted)
+    readers = ((entry.name, _state_reader(entry, store, for_all)) for entry in entries)
+    return [partial(_subject, name, read) for name, read in readers if read is not None]
 
 
-def _stored(entry: Entry, note: str, store: WorkStore, for_all: Parameters | None) -> Subject | Unreadable:
+def _subject(name: str, read: Callable[[], Decoded]) -> Subject | Unreadable:
     try:
-        decoded = store.read(entry.id)
+        decoded = read()
     except IlfError as error:
-        return Unreadable(entry.name, str(error))
-    return Subject.of_state(decoded.state.with_current_settings(note, for_all), problems=decoded.problems)
+        return Unreadable(name, str(error))
+    return Subject.of_state(decoded.state, problems=decoded.problems)
 
 
 def report_file_steps(
-    path: Path, subjects: Iterable[Subject | Unreadable], count: int, options: ReportOptions
+    path: Path, subjects: Sequence[Callable[[], Subject | Unreadable]], options: ReportOptions
 ) -> Generator[Progress, None, None]:
-    """Write a report of `count` subjects, as PDF if that is the suffix, otherwise as HTML.
+    """Write a report, as PDF if that is the suffix, otherwise as HTML; a subject is read when it is reached.
 
     Raises
     ------
@@ -184,7 +180,8 @@ def report_file_steps(
     ExportError
         If the file cannot be written; an existing file stays unchanged.
     """
-    report = yield from scaled_progress(report_steps(subjects, options, count), 0.0, _OF_CONTENT)
+    steps = report_steps((read() for read in subjects), options, len(subjects))
+    report = yield from scaled_progress(steps, 0.0, _OF_CONTENT)
     ensure_folder(path.parent)
     if path.suffix.lower() == ".pdf":
         write_bytes(path, (yield from scaled_progress(pdf_steps(report), _OF_CONTENT, 1 - _OF_CONTENT, "writing ")))

@@ -7,7 +7,7 @@ from functools import partial
 from pathlib import Path
 
 from PySide6.QtCore import QPoint, QUrl
-from PySide6.QtGui import QAction, QDesktopServices, QGuiApplication
+from PySide6.QtGui import QDesktopServices, QGuiApplication
 from PySide6.QtWidgets import QMenu, QWidget
 
 from ilf._runtime.formatting import counted
@@ -27,7 +27,6 @@ from ..context import Context
 from ..documents.feature import DocumentsFeature
 from ..panel import Panel
 from .limiter import OpenFrameLimiter
-from .model import counts
 from .panel import FramesPanel
 from .place import FramesPlace
 
@@ -48,12 +47,17 @@ class FramesFeature(Panel):
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)
-        store, loader, workspace = context.recorder.store, context.loader, context.workspace
-        loader.stored = store
-        self.panel.thumbnails.stored = partial(_stored_picture, store)
+        self.panel.thumbnails.stored = partial(_stored_picture, context.recorder.store)
         self.open_frames = OpenFrameLimiter(context)
-        workspace.on(Part.FRAME, self._forget_wanted)
-        self._connect_list()
+        context.workspace.on(Part.FRAME, self._forget_wanted)
+        panel = self.panel
+        panel.filter_changed.connect(self._show_list)
+        panel.noted.connect(context.workspace.set_note)
+        panel.view.opened.connect(self.open)
+        panel.view.note_requested.connect(self._note)
+        panel.view.removal_requested.connect(self.remove)
+        panel.view.customContextMenuRequested.connect(self._show_menu)
+        context.loader.listed.connect(self._tell_listed)
 
     def make(self) -> QWidget:
         """Make the list, which is visible in one of its shapes."""
@@ -75,35 +79,22 @@ class FramesFeature(Panel):
         """Show the previous frame in the order of the list."""
         self.turn(-1)
 
-    def _connect_list(self) -> None:
-        panel, context = self.panel, self.context
-        panel.filter_changed.connect(self._show_list)
-        panel.noted.connect(context.workspace.set_note)
-        panel.view.opened.connect(self.open)
-        panel.view.note_requested.connect(self._note)
-        panel.view.removal_requested.connect(self.remove)
-        panel.view.customContextMenuRequested.connect(self._show_menu)
-        context.loader.listed.connect(self._tell_listed)
-
     # display
 
     def refresh(self, parts: Part) -> None:
         """Show the frames, their states and which is the current one."""
-        self.panel.show_several(len(self.context.workspace.entries) > 1)
-        if self.panel.filter_row.isVisible():
-            self.panel.show_counts(counts(self.context.workspace.entries))
+        self.panel.describe(list(self.context.workspace.entries))
         self._show_list()
 
     def _show_list(self) -> None:
         """Show the frames that match the filter, in their order."""
         present, model = self._present(), self.panel.model
-        row = model.row_of(present)
-        model.set_entries(self.panel.frame_filter.shown(self.context.workspace.entries, present))
+        former, row = model.present, model.row_of(present)
+        model.present = present
+        model.set_entries(self.panel.filtered(self.context.workspace.entries, present))
         model.note_all_changed()
-        if present is not model.present:
-            self.panel.show_present(present)
-        elif model.row_of(present) != row:
-            self.panel.scroll_to_present(present)
+        if present is not former or model.row_of(present) != row:
+            self.panel.show_present(selects=present is not former)
         self.panel.show_note()
 
     def show_played(self, entry: Entry | None) -> None:
@@ -180,10 +171,9 @@ class FramesFeature(Panel):
     @command("note_frame", "N&ote on the frame", icon="ph.note-pencil", needs=Need.LISTED)
     def write_note(self) -> None:
         """Write a note on the current frame."""
-        index = self.panel.view.currentIndex()
-        entry = self.panel.model.entries[index.row()] if index.isValid() else self._present()
-        if entry is not None:
-            self._note(entry)
+        self._show_list()
+        if self.panel.noting is not None:
+            self._note(self.panel.noting)
 
     def _note(self, entry: Entry) -> None:
         """Edit the note on a frame in the open panel."""
@@ -203,37 +193,28 @@ class FramesFeature(Panel):
         self.context.feature(DocumentsFeature).remove_entries(entries, go_on)
 
     def _tell_listed(self, how: FrameRef, listing: Listing) -> None:
-        count = len(listing.sources)
-        text = f"{how.name}: {counted(count, 'frame')}."
+        text = f"{how.name}: {counted(len(listing.sources), 'frame')}."
         self.context.notes.show_message(" ".join((text, *listing.notes)))
 
     def _show_menu(self, at: QPoint) -> None:
         chosen = self.panel.view.chosen()
         if not chosen:
             return
-        menu = QMenu(self.panel)
-        for icon, text, do in self._commands_on(chosen):
-            action = QAction(theme.icon(icon, menu.palette()), text, menu)
-            action.triggered.connect(lambda _=False, do=do: do())
-            menu.addAction(action)
+        first, several, menu = chosen[0], len(chosen) > 1, QMenu(self.panel)
+        paths = "\n".join(entry.key for entry in chosen)
+
+        def add(icon: str, text: str, do: Callable[[], object]) -> None:
+            menu.addAction(theme.icon(icon, menu.palette()), text, lambda: do())
+
+        if not several:
+            add("ph.image", "&Open", lambda: self.open(first))
+            add("ph.note-pencil", "&Note…", lambda: self._note(first))
+            add("ph.folder-open", "Show in &file manager", lambda: _show_files(first))
+        add("ph.copy", "&Copy paths" if several else "&Copy path", lambda: QGuiApplication.clipboard().setText(paths))
+        removal = f"&Remove {len(chosen)} frames from the list" if several else "&Remove from the list"
+        add("ph.x", removal, lambda: self.remove(chosen))
         menu.aboutToHide.connect(menu.deleteLater)
         menu.popup(self.panel.view.viewport().mapToGlobal(at))
-
-    def _commands_on(self, chosen: Sequence[Entry]) -> list[tuple[str, str, Callable[[], object]]]:
-        """Return the commands on the selected frames: icon, text, handler."""
-        first, several = chosen[0], len(chosen) > 1
-        paths = "\n".join(entry.key for entry in chosen)
-        removal = f"&Remove {len(chosen)} frames from the list" if several else "&Remove from the list"
-        of_one: list[tuple[str, str, Callable[[], object]]] = [
-            ("ph.image", "&Open", lambda: self.open(first)),
-            ("ph.note-pencil", "&Note…", lambda: self._note(first)),
-            ("ph.folder-open", "Show in &file manager", lambda: _show_files(first)),
-        ]
-        return [
-            *([] if several else of_one),
-            ("ph.copy", "&Copy paths" if several else "&Copy path", lambda: QGuiApplication.clipboard().setText(paths)),
-            ("ph.x", removal, lambda: self.remove(chosen)),
-        ]
 
     def shutdown(self) -> None:
         """Take the note that is being edited."""

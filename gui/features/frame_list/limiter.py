@@ -4,14 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from PySide6.QtCore import QObject, QSettings
+from PySide6.QtCore import QObject
 
 from ...state.document import Document
 from ...state.parts import Part
 from ..context import Context
-
-MAX_OPEN_FRAMES = 8
-_KEY = "frames/most_open"
 
 
 class OpenFrameLimiter(QObject):
@@ -21,9 +18,10 @@ class OpenFrameLimiter(QObject):
     or running.
     """
 
+    max_open = 8
+
     def __init__(self, context: Context) -> None:
         super().__init__(context.window)
-        self.max_open = max(int(str(QSettings().value(_KEY, MAX_OPEN_FRAMES, int))), 0) or MAX_OPEN_FRAMES
         self._context, self._workspace = context, context.workspace
         self._recently_shown: list[Document] = []
         """In the order in which they were shown; the current one is the last."""

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
 from functools import lru_cache
 
 from PySide6.QtCore import QAbstractListModel, QModelIndex, QObject, QPersistentModelIndex, Qt
@@ -94,13 +93,6 @@ class FrameListModel(QAbstractListModel):
         self.present: Entry | None = None
         """The current frame."""
 
-    def set_present(self, entry: Entry | None) -> None:
-        """Set the current frame."""
-        former, self.present = self.present, entry
-        for one in (former, entry):
-            if one is not None:
-                self.note_changed(one)
-
     def row_of(self, entry: Entry | None) -> int:
         """Return the row of an entry; -1 if it is not shown."""
         return -1 if entry is None else self._rows.get(entry.id, -1)
@@ -109,12 +101,6 @@ class FrameListModel(QAbstractListModel):
         """Return the model index of an entry; invalid if it is not shown."""
         row = self.row_of(entry)
         return self.index(row, 0) if row >= 0 else QModelIndex()
-
-    def note_changed(self, entry: Entry) -> None:
-        """Report that an entry has changed."""
-        index = self.index_of(entry)
-        if index.isValid():
-            self.dataChanged.emit(index, index)
 
     def note_all_changed(self) -> None:
         """Report that any entry may have changed: only visible rows are drawn."""
@@ -187,35 +173,31 @@ _KEYS: dict[str, Callable[[Entry], object]] = {
 }
 
 
-@dataclass(frozen=True)
-class FrameFilter:
-    """Filter and order of the list, chosen by the user.
+def shown_entries(
+    entries: Iterable[Entry], text: str = "", state: str = "all", order: str = "list", always: Entry | None = None
+) -> list[Entry]:
+    """Return the entries that match a filter, in order; the entry `always` is never filtered out.
 
-    Attributes
+    Parameters
     ----------
+    entries : iterable of Entry
     text : str
         Words that must all occur in name or note.
     state : str
         One of `STATES`.
     order : str
         One of `ORDERS`.
+    always : Entry or None
     """
+    words = text.casefold().split()
 
-    text: str = ""
-    state: str = "all"
-    order: str = "list"
+    def matches(entry: Entry) -> bool:
+        about = f"{entry.name} {entry.note}".casefold()
+        return (state == "all" or state in states_of(entry)) and all(word in about for word in words)
 
-    def shown(self, entries: Iterable[Entry], always: Entry | None = None) -> list[Entry]:
-        """Return the matching entries in the chosen order; the entry `always` is never filtered out."""
-        words = self.text.casefold().split()
-        through = [
-            entry
-            for entry in entries
-            if entry is always
-            or ((self.state == "all" or self.state in states_of(entry)) and (not words or _has(entry, words)))
-        ]
-        key = _KEYS.get(self.order)
-        return through if key is None else sorted(through, key=key)  # type: ignore[arg-type]
+    through = [entry for entry in entries if entry is always or matches(entry)]
+    key = _KEYS.get(order)
+    return through if key is None else sorted(through, key=key)  # type: ignore[arg-type]
 
 
 def states_of(entry: Entry) -> tuple[str, ...]:
@@ -231,8 +213,3 @@ def states_of(entry: Entry) -> tuple[str, ...]:
 def counts(entries: Iterable[Entry]) -> Counter[str]:
     """Count the entries of each state."""
     return Counter(state for entry in entries for state in states_of(entry))
-
-
-def _has(entry: Entry, words: list[str]) -> bool:
-    text = f"{entry.name} {entry.note}".casefold()
-    return all(word in text for word in words)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from PySide6.QtCore import QModelIndex, QPersistentModelIndex, QPoint, QPointF, QRect, QRectF, QSize, Qt
-from PySide6.QtGui import QColor, QFont, QFontMetrics, QPainter, QPalette, QPen, QPixmap
+from PySide6.QtGui import QColor, QFont, QPainter, QPalette, QPen, QPixmap
 from PySide6.QtWidgets import QStyle, QStyledItemDelegate, QStyleOptionViewItem
 
 from ilf.project.project import Stage
@@ -40,7 +40,7 @@ class FramePainter(QStyledItemDelegate):
         """All frames have one size; a row is as wide as the view."""
         if self.strip_height:
             return QSize(4 * self.strip_height // 3, self.strip_height)
-        return QSize(1, max(_THUMBNAIL.height(), 3 * _spacing(option.fontMetrics)) + 2 * _MARGIN)
+        return QSize(1, max(_THUMBNAIL.height(), 3 * (option.fontMetrics.height() + 1)) + 2 * _MARGIN)
 
     def paint(self, painter: QPainter, option: QStyleOptionViewItem, index: Index) -> None:
         painter.save()
@@ -65,10 +65,10 @@ def _paint_in_strip(painter: QPainter, option: QStyleOptionViewItem, index: Inde
         painter.fillRect(QRect(box.left(), box.bottom() + 1 - _BAR, box.width(), _BAR), bar)
     plate = QRectF(box.right() - _PLATE - 1, box.top() + 2, _PLATE, _PLATE)
     if entry.summary.done:
-        _paint_disc(painter, plate, colours.background)
+        _paint_disc(painter, plate.center(), _PLATE, colours.background)
         _paint_tick(painter, plate.center(), colours.good)
     elif entry.summary.to_check:
-        _paint_disc(painter, plate, colours.warning)
+        _paint_disc(painter, plate.center(), _PLATE, colours.warning)
         painter.setPen(colours.background)
         painter.drawText(plate, Qt.AlignmentFlag.AlignCenter, "!")
     tint = option.palette.color(QPalette.ColorRole.Highlight)
@@ -128,7 +128,7 @@ def _paint_lines(painter: QPainter, option: QStyleOptionViewItem, entry: Entry, 
     colours, summary = theme.colours(option.palette), entry.summary
     left = option.rect.left() + 2 * _MARGIN + _BAR + _THUMBNAIL.width()
     right = (close_box(option.rect).left() if hovered else option.rect.right()) - _MARGIN
-    spacing = _spacing(option.fontMetrics)
+    spacing = option.fontMetrics.height() + 1
     top = option.rect.center().y() - 3 * spacing // 2
     boxes = [QRect(left, top + number * spacing, right - left, spacing) for number in range(3)]
     fonts = QFont(option.font), QFont(option.font), QFont(option.font)
@@ -139,7 +139,7 @@ def _paint_lines(painter: QPainter, option: QStyleOptionViewItem, entry: Entry, 
     if summary.done:
         _paint_tick(painter, centre, colours.good)
     else:
-        _paint_mark(painter, centre, _mark_colour(summary.stage, colours))
+        _paint_disc(painter, centre, _MARK, _mark_colour(summary.stage, colours))
     boxes[1].setLeft(left + _MARK + 5)
     check = colours.warning if summary.to_check else colours.muted
     pens = colours.text, colours.error if summary.stage is Stage.FAILED else check, colours.muted
@@ -162,16 +162,11 @@ def _mark_colour(stage: Stage, colours: theme.Colours) -> QColor | None:
     }[stage]
 
 
-def _paint_mark(painter: QPainter, centre: QPointF, colour: QColor | None) -> None:
+def _paint_disc(painter: QPainter, centre: QPointF, diameter: int, colour: QColor | None) -> None:
+    """Paint a disc; an outline without a colour."""
     painter.setPen(QPen(painter.pen().color(), 1.2) if colour is None else Qt.PenStyle.NoPen)
     painter.setBrush(Qt.BrushStyle.NoBrush if colour is None else colour)
-    painter.drawEllipse(centre, _MARK / 2, _MARK / 2)
-
-
-def _paint_disc(painter: QPainter, box: QRectF, colour: QColor) -> None:
-    painter.setPen(Qt.PenStyle.NoPen)
-    painter.setBrush(colour)
-    painter.drawEllipse(box)
+    painter.drawEllipse(centre, diameter / 2, diameter / 2)
 
 
 def _paint_tick(painter: QPainter, centre: QPointF, colour: QColor) -> None:
@@ -180,7 +175,3 @@ def _paint_tick(painter: QPainter, centre: QPointF, colour: QColor) -> None:
     half = _MARK / 2
     corner = centre + QPointF(-half / 3, half)
     painter.drawPolyline([centre + QPointF(-half, half / 4), corner, centre + QPointF(half, -half)])
-
-
-def _spacing(metrics: QFontMetrics) -> int:
-    return metrics.height() + 1

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Iterable
 
 from PySide6.QtCore import QEvent, QModelIndex, QSize, Qt, Signal
-from PySide6.QtGui import QActionGroup, QKeyEvent, QMouseEvent, QPaintEvent, QResizeEvent, QWheelEvent
+from PySide6.QtGui import QActionGroup, QKeyEvent, QMouseEvent, QPaintEvent, QResizeEvent
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QBoxLayout,
@@ -21,7 +21,7 @@ from PySide6.QtWidgets import (
 from ...base import theme
 from ...state.entries import Entry
 from ...widgets.basics import Themed, combo, lay_out, paint_hint
-from .model import ENTRY, ORDERS, STATES, FrameFilter, FrameListModel
+from .model import ENTRY, ORDERS, STATES, FrameListModel, counts, shown_entries
 from .painter import FramePainter, close_box
 from .thumbnails import Thumbnails
 
@@ -106,16 +106,6 @@ class FrameView(QListView):
         if len(self.selectedIndexes()) <= 1:  # a selection of several frames is for other commands
             self.opened.emit(index.data(ENTRY))
 
-    def wheelEvent(self, event: QWheelEvent) -> None:
-        """Scroll a strip sideways by the usual wheel."""
-        if not self.is_strip:
-            super().wheelEvent(event)
-            return
-        turn = event.angleDelta().y() or event.angleDelta().x()
-        bar = self.horizontalScrollBar()
-        bar.setValue(bar.value() - turn * 4 * self._painter.strip_height // 360)
-        event.accept()
-
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Keep the current frame of a strip visible."""
         super().resizeEvent(event)
@@ -190,7 +180,7 @@ class FramesPanel(QWidget):
         self.model = FrameListModel(self.thumbnails.of, self)
         self._bar = 0
         self._several = False
-        self._noting: Entry | None = None
+        self.noting: Entry | None = None
         """The frame of the note in the line below."""
         self.text = QLineEdit(placeholderText="Name or note", clearButtonEnabled=True)
         self.text.setAccessibleName("Filter frames by name or note")
@@ -214,7 +204,7 @@ class FramesPanel(QWidget):
         self.note.editingFinished.connect(self.take_note)
         self.note.returnPressed.connect(self.view.setFocus)
         self.note.given_up.connect(self._give_up_note)
-        self.view.selectionModel().currentChanged.connect(lambda *_: self._switch_note())
+        self.view.selectionModel().currentChanged.connect(lambda *_: self.show_note())
 
     def _lay_out(self) -> None:
         self.filter_row = QWidget()
@@ -253,42 +243,35 @@ class FramesPanel(QWidget):
         self.filter_row.setVisible(self._several and not self._bar)
         self._fit_note()
 
-    @property
-    def frame_filter(self) -> FrameFilter:
-        """Filter and order chosen by the user."""
-        return FrameFilter(self.text.text(), str(self.state.currentData()), self.order.order)
+    def filtered(self, entries: Iterable[Entry], always: Entry | None) -> list[Entry]:
+        """Return the entries that match the user's filter, and `always`, in the chosen order."""
+        return shown_entries(entries, self.text.text(), str(self.state.currentData()), self.order.order, always)
 
-    def show_counts(self, counts: Mapping[str, int]) -> None:
-        """Show the number of frames in each state."""
-        for row, (state, text) in enumerate(STATES.items()):
-            self.state.setItemText(row, f"{text} ({counts.get(state, 0)})")
+    def describe(self, entries: Collection[Entry]) -> None:
+        """Show the filter if the list has several frames, with the number of frames in each state."""
+        self._several = len(entries) > 1
+        self.filter_row.setVisible(self._several and not self._bar)
+        self.view.hint = _NONE_SHOWN if self._several else _NOTHING_OPEN
+        if self.filter_row.isVisible():
+            found = counts(entries)
+            for row, (state, text) in enumerate(STATES.items()):
+                self.state.setItemText(row, f"{text} ({found[state]})")
 
-    def show_several(self, several: bool) -> None:
-        """Show the filter if the list has several frames."""
-        self._several = several
-        self.filter_row.setVisible(several and not self._bar)
-        self.view.hint = _NONE_SHOWN if several else _NOTHING_OPEN
-
-    def show_present(self, entry: Entry | None) -> None:
-        """Mark the current frame and scroll to it."""
-        self.model.set_present(entry)
-        index = self.model.index_of(entry)
+    def show_present(self, selects: bool) -> None:
+        """Scroll to the current frame; select it with `selects`, or if no frame is."""
+        index = self.model.index_of(self.model.present)
         if index.isValid():
-            self.view.setCurrentIndex(index)
-            self.view.show_frame(index)
-        self._switch_note()
-
-    def scroll_to_present(self, entry: Entry | None) -> None:
-        """Scroll to the current frame after it has moved in the list."""
-        index = self.model.index_of(entry)
-        if index.isValid():
-            if not self.view.currentIndex().isValid():
+            if selects or not self.view.currentIndex().isValid():
                 self.view.setCurrentIndex(index)
             self.view.show_frame(index)
 
     def show_note(self) -> None:
-        """Show the note on the frame, unless it is being edited."""
-        entry = self._noting
+        """Show the note on the selected frame, else on the current one, unless it is being edited."""
+        row = self.view.currentIndex().row()
+        entry = self.model.entries[row] if 0 <= row < len(self.model.entries) else self.model.present
+        if entry is not self.noting:
+            self.take_note()
+            self.noting = entry
         self._fit_note()
         self.note.setPlaceholderText("" if entry is None else f"Note on {entry.name}")
         if not self.note.isModified() or not self.note.hasFocus():
@@ -297,22 +280,14 @@ class FramesPanel(QWidget):
     def write_note(self, entry: Entry) -> None:
         """Edit the note on a frame."""
         self.view.setCurrentIndex(self.model.index_of(entry))
-        self._switch_note()
+        self.show_note()
         self.note.show()
         self.note.setFocus(Qt.FocusReason.ShortcutFocusReason)
         self.note.selectAll()
 
-    def _switch_note(self) -> None:
-        row = self.view.currentIndex().row()
-        entry = self.model.entries[row] if 0 <= row < len(self.model.entries) else self.model.present
-        if entry is not self._noting:
-            self.take_note()
-            self._noting = entry
-        self.show_note()
-
     def _fit_note(self) -> None:
         """Show the line of the note if there is enough space, if it has text, or if it is being edited."""
-        entry, roomy = self._noting, self.height() > _ROOMY and not self.view.is_strip
+        entry, roomy = self.noting, self.height() > _ROOMY and not self.view.is_strip
         wanted = entry is not None and (self.note.hasFocus() or bool(entry.note) or roomy)
         self.note.setVisible(wanted and not self._bar)
 
@@ -322,7 +297,7 @@ class FramesPanel(QWidget):
 
     def take_note(self) -> None:
         """Take the note that is being edited."""
-        entry, text = self._noting, self.note.text().strip()
+        entry, text = self.noting, self.note.text().strip()
         if entry is not None and self.note.isModified():
             self.note.setModified(False)
             self.noted.emit(entry, text)

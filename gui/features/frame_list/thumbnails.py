@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 from PySide6.QtCore import QObject, Signal
 from PySide6.QtGui import QImage, QPixmap
 
-from ilf._runtime.files import FileContent, read_file
+from ilf._runtime.files import FileContent
 from ilf.errors import FormatError, IlfError
-from ilf.io.images import check_checksums, check_pixel_count, image_header, read_colour, without_log
+from ilf.io.images import read_colour
 from ilf.sources.frame_folder import frame_folder
 from ilf.sources.frame_ref import FrameRef
 from ilf.sources.opening import opened
@@ -25,45 +25,24 @@ from ...state.entries import Entry
 from ...views.pixel_items import rgb_image
 from ...work.jobs import Worker
 
-# Thumbnail of a frame's colour image, decoded at reduced size.
+# Thumbnail of a frame's colour image.
 
 THUMBNAIL_WIDTH = 160
-_REDUCED = ((8, cv2.IMREAD_REDUCED_COLOR_8), (4, cv2.IMREAD_REDUCED_COLOR_4), (2, cv2.IMREAD_REDUCED_COLOR_2))
 
 
-def read_thumbnail(source: FrameRef, width: int = THUMBNAIL_WIDTH) -> NDArray[np.uint8]:
-    """Read a thumbnail of the colour image of a frame that is not open.
-
-    Returns
-    -------
-    ndarray of uint8, shape (h, width, 3)
-        RGB.
+def read_thumbnail(source: FrameRef) -> NDArray[np.uint8]:
+    """Read a thumbnail of the colour image of a frame that is not open, uint8 (h, `THUMBNAIL_WIDTH`, 3).
 
     Raises
     ------
-    InputError
-        If there is no such file.
-    FormatError
-        If it cannot be decoded.
+    InputError, FormatError
+        As `ilf.io.images.read_colour`, and from a recording.
     """
     source = source.allowed()
     if source.frame is not None:
         with opened(source.rgb) as recording:
-            return thumbnail_of(recording.colour(source.frame), width)
-    path = frame_folder(source.rgb).rgb if source.depth is None else Path(source.rgb)
-    data = read_file(path).data
-    content = data.tobytes()
-    header = image_header(path, content)
-    check_pixel_count(path, header.width, header.height)
-    if header.kind == "PNG":  # its decoder would allocate the memory that a damaged length field requests
-        check_checksums(path, content)
-    flag = next((flag for factor, flag in _REDUCED if header.width >= factor * width), cv2.IMREAD_COLOR)
-    image = without_log(lambda: cv2.imdecode(data, flag | cv2.IMREAD_IGNORE_ORIENTATION))
-    if image is None:
-        raise FormatError(
-            f"{path}: this {header.kind} cannot be decoded: it is truncated, damaged, or of an unsupported kind."
-        )
-    return thumbnail_of(np.asarray(image)[..., ::-1], width)
+            return thumbnail_of(recording.colour(source.frame))
+    return thumbnail_of(read_colour(frame_folder(source.rgb).rgb if source.depth is None else source.rgb))
 
 
 _MOST_HEIGHT = 8
@@ -75,14 +54,15 @@ def stored_thumbnail(content: bytes) -> NDArray[np.uint8]:
     return thumbnail_of(read_colour(FileContent(Path("thumbnail"), np.frombuffer(content, np.uint8))))
 
 
-def thumbnail_of(rgb: NDArray[Any], width: int = THUMBNAIL_WIDTH) -> NDArray[np.uint8]:
-    """Resize a colour image, uint8 (H, W, 3), to a width of `width` pixels; one that is far higher is shortened.
+def thumbnail_of(rgb: NDArray[Any]) -> NDArray[np.uint8]:
+    """Resize a colour image, uint8 (H, W, 3), to `THUMBNAIL_WIDTH` pixels; one that is far higher is shortened.
 
     Examples
     --------
     >>> thumbnail_of(np.zeros((480, 640, 3), np.uint8)).shape
     (120, 160, 3)
     """
+    width = THUMBNAIL_WIDTH
     height = min(max(round(width * rgb.shape[0] / rgb.shape[1]), 1), _MOST_HEIGHT * width)
     small = cv2.resize(np.ascontiguousarray(rgb), (width, height), interpolation=cv2.INTER_AREA)
     return small.astype(np.uint8, copy=False)
@@ -100,7 +80,7 @@ class Thumbnails(QObject):
 
     Attributes
     ----------
-    stored : callable or None
+    stored : callable
         Returns the stored thumbnail of the frame with an id as JPEG bytes; None if there is none. Called in a worker
         thread.
 
@@ -114,35 +94,27 @@ class Thumbnails(QObject):
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
-        self.stored: Callable[[str], bytes | None] | None = None
-        self._made: OrderedDict[str, QPixmap] = OrderedDict()
+        self.stored: Callable[[str], bytes | None] = lambda id: None
+        self._made: OrderedDict[str, QPixmap | None] = OrderedDict()
+        """Id of a frame -> its thumbnail, None while it is pending or being made."""
         self._pending: OrderedDict[str, tuple[NDArray[np.uint8] | None, FrameRef | None]] = OrderedDict()
         """Id of a frame -> its colour image if it is open, and its files."""
-        self._asked: set[str] = set()
-        """Ids of pending thumbnails and of those being made."""
         self._worker = Worker(self)
         self._worker.progressed.connect(self._take)
         self._worker.finished.connect(lambda _: self._start())
         self._worker.failed.connect(lambda _: self._start())
 
-    @property
-    def busy(self) -> bool:
-        """Whether thumbnails are pending."""
-        return self._worker.busy or bool(self._pending)
-
     def of(self, entry: Entry) -> QPixmap | None:
         """Return the thumbnail of an entry; None while it is pending, an empty one if it cannot be made."""
-        picture = self._made.get(entry.id)
-        if picture is not None:
-            self._made.move_to_end(entry.id)
-        elif entry.id not in self._asked:
-            self._asked.add(entry.id)
+        if entry.id not in self._made:
+            self._made[entry.id] = None
             rgb = None if entry.document is None else entry.document.frame.rgb
             self._pending[entry.id] = rgb, entry.source
             if len(self._pending) > _MAX_PENDING:
-                self._asked.discard(self._pending.popitem(last=False)[0])
+                self._made.pop(self._pending.popitem(last=False)[0], None)
             self._start()
-        return picture
+        self._made.move_to_end(entry.id)
+        return self._made[entry.id]
 
     def _start(self) -> None:
         if self._pending and not self._worker.busy:
@@ -161,8 +133,7 @@ class Thumbnails(QObject):
         try:
             if rgb is not None:
                 return rgb_image(thumbnail_of(rgb))
-            stored = self.stored(id) if self.stored is not None else None
-            if stored is not None:
+            if (stored := self.stored(id)) is not None:
                 with suppress(FormatError):
                     return rgb_image(stored_thumbnail(stored))
             return QImage() if source is None else rgb_image(read_thumbnail(source))
@@ -171,7 +142,6 @@ class Thumbnails(QObject):
 
     def _take(self, batch: list[tuple[str, QImage]]) -> None:
         for id, image in batch:
-            self._asked.discard(id)
             self._made[id] = QPixmap.fromImage(image)
         while len(self._made) > MAX_THUMBNAILS:
             self._made.popitem(last=False)

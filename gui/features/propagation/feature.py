@@ -17,7 +17,7 @@ from PySide6.QtWidgets import (
 
 from ilf._runtime.formatting import counted
 
-from ...base.commands import Command, command, hint_of, plain
+from ...base.commands import Command, command, plain
 from ...base.needs import Need
 from ...state.entries import Entry
 from ...widgets.basics import Message, PlainLabel, answers, combo, form, lay_out, open_once, stack
@@ -55,15 +55,11 @@ class PropagateDialog(QDialog):
         The frame with the original blocks.
     names : sequence of str
         Names of the frames after it.
-    ways : sequence of (str, str, str)
-        Methods: name, text and explanation.
     how : str
-        Name of the initial method.
+        The initial method, one of `_WAYS`.
     """
 
-    def __init__(
-        self, frame_name: str, names: Sequence[str], ways: Sequence[tuple[str, str, str]], how: str, parent: QWidget
-    ) -> None:
+    def __init__(self, frame_name: str, names: Sequence[str], how: str, parent: QWidget) -> None:
         super().__init__(parent)
         self.setWindowTitle(f"Propagate Blocks of {frame_name}")
         self._names = names
@@ -74,11 +70,11 @@ class PropagateDialog(QDialog):
         )
         self.count = QSpinBox(minimum=1, maximum=len(names), value=min(_USUAL, len(names)))
         self.count.setToolTip("Number of following frames in the list")
-        texts = {name: text for name, text, _ in ways}
+        texts = {name: plain(text) for name, (text, _) in _WAYS.items()}
         self.how = combo(texts, "Method that transfers the blocks to the next frame")
-        for number, (_, _, hint) in enumerate(ways):
+        for number, (_, hint) in enumerate(_WAYS.values()):
             self.how.setItemData(number, hint, Qt.ItemDataRole.ToolTipRole)
-        self.how.setCurrentIndex(max(self.how.findData(how), 0))
+        self.how.setCurrentIndex(self.how.findData(how))
         self.replaces = QCheckBox("&Replace blocks that have been edited or run")
         self.replaces.setToolTip(
             "Also replace the blocks of frames that have been worked on. Otherwise these frames keep their blocks, "
@@ -104,69 +100,34 @@ class PropagateDialog(QDialog):
         )
 
 
-# Line under the views during a propagation: target frame, progress, and a button to stop.
-
-_MIN_TEXT_WIDTH = 120
-
-
-class PropagateStrip(QWidget):
-    """Line with the progress of a propagation; hidden otherwise."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.label = PlainLabel()
-        self.label.setTextFormat(Qt.TextFormat.PlainText)
-        self.label.setMinimumWidth(_MIN_TEXT_WIDTH)
-        self.work = WorkRow("propagation of blocks")
-        lay_out(QHBoxLayout(self), self.label, self.work, margins=(8, 2, 8, 2), stretched=(self.label, self.work))
-        self.hide()
-
-    def show_progress(self, name: str, done: int, total: int) -> None:
-        """Show the target frame, and that `done` of `total` frames are finished."""
-        if self.isHidden():
-            self.work.begin()
-            self.show()
-        self.label.setText(f"Propagating blocks to {name} ({done + 1} of {total})")
-        self.work.show_share(done / total)
-
-    def end(self) -> None:
-        """Hide the line after the propagation."""
-        self.work.hide()
-        self.hide()
-
-
 # Messages after a propagation.
 
 _DONE = {"copied": "copied", "flow": "propagated along optical flow", "pose": "propagated by the camera pose"}
 _MAX_NAMED = 3
 
 
-def summary(propagation_run: PropagationRun) -> str:
+def summary(run: PropagationRun) -> str:
     """Summarise a propagation in a few sentences; "" if nothing was done."""
-    texts = (
-        [_of_one(propagation_run.done[0]) if len(propagation_run.done) == 1 else _of_many(propagation_run)]
-        if propagation_run.done
-        else []
-    )
-    if propagation_run.kept:
-        kept = counted(len(propagation_run.kept), "frame")
-        texts.append(
-            f"{kept} ({_named(propagation_run.kept)}) had been edited or run: their blocks were kept and "
-            f"propagated further."
-        )
-    if propagation_run.stopped:
-        texts.append(f"Stopped after {propagation_run.processed} of {counted(propagation_run.total, 'frame')}.")
+    texts = []
+    if run.done:
+        texts.append(_of_one(run.done[0]) if len(run.done) == 1 else _of_many(run))
+    if run.kept:
+        named = ", ".join(run.kept[:_MAX_NAMED]) + ", …" * (len(run.kept) > _MAX_NAMED)
+        kept = counted(len(run.kept), "frame")
+        texts.append(f"{kept} ({named}) had been edited or run: their blocks were kept and propagated further.")
+    if run.stopped:
+        texts.append(f"Stopped after {run.processed} of {counted(run.total, 'frame')}.")
     return " ".join(texts)
 
 
-def notes_of(propagation_run: PropagationRun) -> list[str]:
+def notes_of(run: PropagationRun) -> list[str]:
     """Return notes on single frames, a sentence each."""
-    return [*propagation_run.problems, *(f"{one.name}: {note}" for one in propagation_run.done for note in one.notes)]
+    return [*run.problems, *(f"{one.name}: {note}" for one in run.done for note in one.notes)]
 
 
-def to_check(propagation_run: PropagationRun) -> int:
+def to_check(run: PropagationRun) -> int:
     """Count the blocks that need a check."""
-    return sum(one.to_check for one in propagation_run.done)
+    return sum(one.to_check for one in run.done)
 
 
 def _of_one(one: PropagatedFrame) -> str:
@@ -176,19 +137,16 @@ def _of_one(one: PropagatedFrame) -> str:
     return ", ".join(parts) + "."
 
 
-def _of_many(propagation_run: PropagationRun) -> str:
-    ways = [one.how for one in propagation_run.done]
+def _of_many(run: PropagationRun) -> str:
+    ways = [one.how for one in run.done]
     how = " and ".join(f"{ways.count(way)} {_DONE[way]}" for way in _DONE if way in ways)
-    text = f"Blocks of {propagation_run.source.name} propagated to {counted(len(ways), 'frame')}: {how}."
-    look, marked = to_check(propagation_run), sum(one.to_check > 0 for one in propagation_run.done)
+    text = f"Blocks of {run.source.name} propagated to {counted(len(ways), 'frame')}: {how}."
+    look, marked = to_check(run), sum(one.to_check > 0 for one in run.done)
     need = f"{counted(look, 'block')} in {counted(marked, 'frame')} need{'s' * (look == 1)} a check."
     return f"{text} {need if look else 'No block needs a check.'}"
 
 
-def _named(names: list[str]) -> str:
-    return ", ".join(names[:_MAX_NAMED]) + ", …" * (len(names) > _MAX_NAMED)
-
-
+_MIN_TEXT_WIDTH = 120
 _HOW_KEY = "carrying/how"
 _PREFIX = "propagate_"
 
@@ -208,9 +166,15 @@ class PropagationFeature(Feature):
             Command(name, text, hint, group="propagate_how", handler=partial(_remember, name))
             for name, (text, hint) in _WAYS.items()
         )
-        self.strip = PropagateStrip()
+        self.label, self.work = PlainLabel(), WorkRow("propagation of blocks")
+        self.label.setMinimumWidth(_MIN_TEXT_WIDTH)
+        self.strip = QWidget()
+        """Line under the views during a propagation: target frame, progress, and a button to stop."""
+        parts = self.label, self.work
+        lay_out(QHBoxLayout(self.strip), *parts, margins=(8, 2, 8, 2), stretched=parts)
+        self.strip.hide()
         context.centre.add_strip(self.strip)
-        self.strip.work.cancelled.connect(self.propagator.stop)
+        self.work.cancelled.connect(self.propagator.stop)
         self.propagator.changed.connect(self._show)
         self.propagator.changed.connect(actions.refresh)
         self.propagator.ended.connect(self._tell)
@@ -221,7 +185,7 @@ class PropagationFeature(Feature):
         "stop_propagation",
         "&Stop",
         icon="ph.stop",
-        why_off=lambda self: "" if self._in_progress else "No propagation is in progress.",
+        why_off=lambda self: "" if self.propagator.propagation_run else "No propagation is in progress.",
     )
     def _stop(self) -> None:
         """Stop the propagation; frames that have the blocks keep them."""
@@ -234,10 +198,10 @@ class PropagationFeature(Feature):
 
     def pending_work(self) -> list[PendingWork]:
         """The propagation to a frame, which must stay open meanwhile."""
-        entry, propagation_run = self.propagator.present, self.propagator.propagation_run
-        if entry is None or propagation_run is None or entry is propagation_run.source:
+        run = self.propagator.propagation_run
+        if run is None or run.present is run.source:
             return []
-        return [PendingWork(f"propagation of blocks to {entry.name}", entry.document)]
+        return [PendingWork(f"propagation of blocks to {run.present.name}", run.present.document)]
 
     @property
     def how(self) -> str:
@@ -257,9 +221,8 @@ class PropagationFeature(Feature):
     )
     def propagate_next(self) -> None:
         """Propagate the blocks to the next frame of the list, with names, locks and parameters, and show it."""
-        present, following = self.context.workspace.current_entry, self._following(1)
-        if present is not None and following:
-            self.propagator.start(present, following, self.how, replaces=True, shows=True)
+        present, following = self._present(), self._following(1)
+        self.propagator.start(present, following, self.how, replaces=True, shows=True)
 
     @command(
         "propagate_previous",
@@ -271,15 +234,12 @@ class PropagationFeature(Feature):
     )
     def propagate_previous(self) -> None:
         """Propagate the blocks of the previous frame of the list to this one, with names, locks and parameters."""
-        present, before = self.context.workspace.current_entry, self._preceding()
-        if present is not None and before is not None:
-            self.propagator.start(before, [present], self.how, replaces=True)
+        (before,) = self._preceding()
+        self.propagator.start(before, [self._present()], self.how, replaces=True)
 
     def propagate_through(self, count: int, replaces: bool = False) -> None:
         """Propagate the blocks through the next `count` frames."""
-        present = self.context.workspace.current_entry
-        if present is not None:
-            self.propagator.start(present, self._following(count), self.how, replaces)
+        self.propagator.start(self._present(), self._following(count), self.how, replaces)
 
     @command(
         "propagate_through",
@@ -290,71 +250,63 @@ class PropagationFeature(Feature):
     )
     def ask_propagate_through(self) -> None:
         """Propagate the blocks through a number of following frames."""
-        following, actions = self._following(), self.context.actions
-        ways = [(name, plain(actions[name].text()), hint_of(actions[name])) for name in HOW]
-        how = _PREFIX + self.how
-        name = self.context.workspace.current.name
-        dialog = PropagateDialog(name, [entry.name for entry in following], ways, how, self.context.window)
+        names = [entry.name for entry in self._following()]
+        dialog = PropagateDialog(self._present().name, names, _PREFIX + self.how, self.context.window)
 
         def take() -> None:
-            actions[dialog.chosen_way].trigger()
+            self.context.actions[dialog.chosen_way].trigger()
             self.propagate_through(dialog.count.value(), dialog.replaces.isChecked())
 
         open_once(dialog, take)
 
     # frames of the list
 
-    def _row(self) -> int:
-        """Return the row of the current frame in the list."""
+    def _present(self) -> Entry:
+        """The current frame."""
         present = self.context.workspace.current_entry
-        return 0 if present is None else list(self.context.workspace.entries).index(present)
+        assert present is not None
+        return present
 
     def _following(self, most: int | None = None) -> list[Entry]:
         """Return the frames after the current one in the list, at most `most` of them."""
-        first, entries = self._row() + 1, self.context.workspace.entries
-        end = len(entries) if most is None else min(first + most, len(entries))
-        return [entries[row] for row in range(first, end)]
+        entries = list(self.context.workspace.entries)
+        return entries[entries.index(self._present()) + 1 :][:most]
 
-    def _preceding(self) -> Entry | None:
-        row = self._row()
-        return self.context.workspace.entries[row - 1] if row > 0 else None
+    def _preceding(self) -> list[Entry]:
+        """Return the frame before the current one in the list, if there is one."""
+        entries = list(self.context.workspace.entries)
+        row = entries.index(self._present())
+        return entries[max(row - 1, 0) : row]
 
     # why a command cannot be used
 
-    @property
-    def _in_progress(self) -> bool:
-        return self.propagator.propagation_run is not None
-
     def _why_busy(self) -> str:
-        return "A propagation is in progress: wait, or stop it." if self._in_progress else ""
+        return "A propagation is in progress: wait, or stop it." if self.propagator.propagation_run else ""
 
     def _why_last(self) -> str:
         return "" if self._following(1) else "This is the last frame of the list."
 
     def _why_first(self) -> str:
-        return "" if self._preceding() is not None else "This is the first frame of the list."
+        return "" if self._preceding() else "This is the first frame of the list."
 
     # messages
 
     def _show(self) -> None:
-        propagation_run = self.propagator.propagation_run
-        if propagation_run is None:
-            self.strip.end()
-        elif self.propagator.present is not None and propagation_run.total > 0:
-            self.strip.show_progress(
-                self.propagator.present.name,
-                min(propagation_run.processed, propagation_run.total - 1),
-                propagation_run.total,
-            )
+        run = self.propagator.propagation_run
+        if run is None:
+            self.strip.hide()
+        elif run.total > 0:
+            if self.strip.isHidden():
+                self.work.begin()
+                self.strip.show()
+            done = min(run.processed, run.total - 1)
+            self.label.setText(f"Propagating blocks to {run.present.name} ({done + 1} of {run.total})")
+            self.work.show_share(done / run.total)
 
-    def _tell(self, propagation_run: PropagationRun) -> None:
-        notes, text = self.context.notes, summary(propagation_run)
+    def _tell(self, run: PropagationRun) -> None:
+        notes, workspace, text = self.context.notes, self.context.workspace, summary(run)
         if text:
             notes.show_message(text)
-        if (
-            to_check(propagation_run)
-            and self.context.workspace.has_current
-            and self.context.workspace.current.state.to_check
-        ):
+        if to_check(run) and workspace.has_current and workspace.current.state.to_check:
             notes.offer(text, self.context.actions["next_check"])
-        notes.warn("Propagation of blocks", notes_of(propagation_run))
+        notes.warn("Propagation of blocks", notes_of(run))

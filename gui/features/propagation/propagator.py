@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Generator, Sequence
+from collections.abc import Generator, Sequence
 from dataclasses import dataclass, field
-from pathlib import Path
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -19,41 +19,21 @@ from ilf.project.recorded_frames import measured_frame
 from ilf.project.state_codec import Decoded
 from ilf.sources.frame_ref import FrameRef
 
+from ...project.loading import FrameLoader, state_reader
+from ...project.store import WorkStore
 from ...state.document import Document
 from ...state.entries import Entry
 from ...state.workspace import Workspace
 from ...widgets.notices import error_text
 from ...work.jobs import Worker
-from ...work.loading import FrameLoader, StoredFrames
 
 # Frames as input of the propagation: states, which may be read in any thread.
 
 
-def state_reader(entry: Entry, stored: StoredFrames | None) -> Callable[[], Decoded]:
-    """Return a function that reads the state of a frame of the list in any thread: the current state if the frame is
-    open, else the stored one, else its files without blocks."""
-    if entry.document is not None:
-        read = Decoded(entry.document.snapshot())
-        return lambda: read
-    id = entry.id
-    if entry.has_state and stored is not None and stored.has(id):
-        return lambda: stored.read(id)
-
-    def load() -> Decoded:
-        frame = measured_frame(_origin(entry), None if stored is None else stored.places)
-        return Decoded(FrameState(id, frame, Blocks(np.zeros(frame.shape, np.int32))))
-
-    return load
-
-
-def document_of(entry: Entry, state: FrameState) -> Document:
-    """Return a document of a frame that is not open, from its state."""
-    origin = entry.source or (Path(entry.key) if entry.has_state else FrameRef(entry.key))
-    return Document.of_state(state, origin, entry.key)
-
-
-def _origin(entry: Entry) -> FrameRef:
-    return entry.source or FrameRef(entry.key)
+def read_without_blocks(entry: Entry, store: WorkStore) -> Decoded:
+    """Read the files of a frame of the list that has no state."""
+    frame = measured_frame(entry.source or FrameRef(entry.key), store.places)
+    return Decoded(FrameState(entry.id, frame, Blocks(np.zeros(frame.shape, np.int32))))
 
 
 _WORKED_ON = Stage.EDITED, Stage.RUN, Stage.FAILED
@@ -87,8 +67,16 @@ class PropagationRun:
         are propagated further.
     shows : bool
         Whether each frame is shown as soon as it is read.
+    waiting : deque of Entry
+        Frames that follow; the source is the first.
     total : int
         Number of frames after the source.
+    present : Entry
+        The target frame; the source while that is read.
+    read : Decoded or None
+        State of the target frame before the propagation, once it has been read.
+    before : FrameState or None
+        State of the frame whose blocks are propagated next; None before the source was read.
     done : list of PropagatedFrame
         Frames that have received blocks.
     kept : list of str
@@ -101,7 +89,11 @@ class PropagationRun:
     how: str
     replaces: bool
     shows: bool
+    waiting: deque[Entry]
     total: int
+    present: Entry
+    read: Decoded | None = None
+    before: FrameState | None = None
     done: list[PropagatedFrame] = field(default_factory=list)
     kept: list[str] = field(default_factory=list)
     problems: list[str] = field(default_factory=list)
@@ -133,122 +125,106 @@ class Propagator(QObject):
         self._loader = loader
         self.propagation_run: PropagationRun | None = None
         """The propagation in progress; None for none."""
-        self._waiting: deque[Entry] = deque()
-        self._present: Entry | None = None
-        self._before: FrameState | None = None
-        """State of the frame whose blocks are propagated next."""
-        self._read: Decoded | None = None
-        """State of the target frame before the propagation."""
         self._worker = Worker(self)
         self._worker.progressed.connect(self._take_read)
         self._worker.finished.connect(self._take)
         self._worker.failed.connect(self._fail)
         self._worker.cancelled.connect(self._end)
 
-    @property
-    def present(self) -> Entry | None:
-        """The target frame; None for none."""
-        return None if self.propagation_run is None else self._present
-
     def start(
         self, source: Entry, targets: Sequence[Entry], how: str, replaces: bool = False, shows: bool = False
     ) -> None:
         """Propagate blocks from a frame through others; do nothing if a propagation is in progress."""
         if self.propagation_run is None and targets:
-            self.propagation_run = PropagationRun(source, how, replaces, shows, len(targets))
-            self._waiting = deque((source, *targets))
-            self._before = None
-            self._next()
+            waiting = deque((source, *targets))
+            self.propagation_run = PropagationRun(source, how, replaces, shows, waiting, len(targets), source)
+            self._next(self.propagation_run)
 
     def stop(self) -> None:
         """Stop the propagation; `ended` follows."""
         if self.propagation_run is not None:
             self.propagation_run.stopped = True
-            self._waiting.clear()
+            self.propagation_run.waiting.clear()
             self._worker.cancel()
 
-    def _next(self) -> None:
-        propagation_run = self.propagation_run
-        while propagation_run is not None and self._waiting and self._waiting[0] not in self._workspace.entries:
-            self._waiting.popleft()
-            propagation_run.total -= 1
-        if propagation_run is None or not self._waiting:
+    def _next(self, run: PropagationRun) -> None:
+        """Read the next frame that is still listed, and propagate the blocks of the one before to it."""
+        while run.waiting and run.waiting[0] not in self._workspace.entries:
+            run.waiting.popleft()
+            run.total -= 1
+        if not run.waiting:
             self._end()
             return
-        self._present = entry = self._waiting.popleft()
-        self._read = None
-        before, how = self._before, propagation_run.how
-        read = state_reader(entry, self._loader.stored)
-        stays = before is None or (entry is not propagation_run.source and self._keeps(entry, propagation_run))
+        entry = run.present = run.waiting.popleft()
+        run.read = None
+        before, store = run.before, self._loader.store
+        read = state_reader(entry, store) or partial(read_without_blocks, entry, store)
+        stays = before is None or (entry is not run.source and _keeps(entry, run))
 
         def job() -> Generator[Decoded, None, Propagated | FrameState]:
             found = read()
             yield found
-            return found.state if stays or before is None else propagate_state(before, found.state, how)
+            return found.state if stays or before is None else propagate_state(before, found.state, run.how)
 
         self._worker.start(job)
         self.changed.emit()
 
-    @staticmethod
-    def _keeps(entry: Entry, propagation_run: PropagationRun) -> bool:
-        summary = entry.summary
-        return not propagation_run.replaces and summary.blocks > 0 and summary.stage in _WORKED_ON
+    def _going(self) -> PropagationRun:
+        """The propagation in progress, which the worker works for."""
+        assert self.propagation_run is not None
+        return self.propagation_run
 
     def _take_read(self, found: list[Decoded]) -> None:
         """Show a frame that has been read while blocks are propagated to it."""
-        entry, self._read, propagation_run = self._present, found[-1], self.propagation_run
-        shows = propagation_run is not None and propagation_run.shows and entry is not propagation_run.source
-        if shows and entry is not None and entry in self._workspace.entries:
-            self._workspace.show(self._open(entry, self._read))
+        run = self._going()
+        run.read = found[-1]
+        if run.shows and run.present is not run.source and run.present in self._workspace.entries:
+            self._workspace.show(self._open(run.present, run.read))
 
     def _take(self, outcome: Propagated | FrameState) -> None:
-        propagation_run, entry = self.propagation_run, self._present
-        if propagation_run is None or entry is None:
-            return
+        run = self._going()
+        entry = run.present
         if entry not in self._workspace.entries:  # it has been removed from the list meanwhile
-            propagation_run.total -= 1
-            if entry is propagation_run.source:
-                self._waiting.clear()
-        elif isinstance(outcome, Propagated) and self._read is not None:
-            document, source = self._open(entry, self._read), outcome.state.blocks.propagated_from
+            run.total -= 1
+            if entry is run.source:
+                run.waiting.clear()
+        elif isinstance(outcome, Propagated):
+            assert run.read is not None
+            document, source = self._open(entry, run.read), outcome.state.blocks.propagated_from
             self._workspace.take_propagated(document, outcome.state, f"Propagate blocks from {source}")
-            propagation_run.done.append(_arrival(document, outcome))
-            self._before = outcome.state
-        elif isinstance(outcome, FrameState) and outcome.blocks.labels.any():
-            if entry is not propagation_run.source:
-                propagation_run.kept.append(entry.name)
-            self._before = outcome
+            run.done.append(_arrival(document, outcome))
+            run.before = outcome.state
+        elif outcome.blocks.labels.any():
+            if entry is not run.source:
+                run.kept.append(entry.name)
+            run.before = outcome
         else:
-            propagation_run.problems.append(f"{entry.name} has no blocks to propagate: extract or draw some first.")
-            self._waiting.clear()
-        self._next()
+            run.problems.append(f"{entry.name} has no blocks to propagate: extract or draw some first.")
+            run.waiting.clear()
+        self._next(run)
 
     def _open(self, entry: Entry, found: Decoded) -> Document:
         """Return the document of a frame, which is opened if necessary."""
-        if entry.document is None:
-            document = document_of(entry, found.state)
-            self._workspace.open_document(document, restored=entry.has_state, show=False)
-            if found.problems:
-                self._loader.incomplete.emit(document, found.problems)
-            return document
-        return entry.document
+        return entry.document or self._loader.open_state(entry, found, show=False)
 
     def _fail(self, error: Exception) -> None:
-        propagation_run, entry = self.propagation_run, self._present
-        if propagation_run is not None and entry is not None:
-            propagation_run.problems.append(f"{entry.name}: {error_text(error)}")
-            if self._read is None:
-                self._workspace.note_problem(entry, error_text(error))
-            if self._before is None:
-                self._waiting.clear()
-        self._next()
+        run = self._going()
+        run.problems.append(f"{run.present.name}: {error_text(error)}")
+        if run.read is None:
+            self._workspace.note_problem(run.present, error_text(error))
+        if run.before is None:
+            run.waiting.clear()
+        self._next(run)
 
     def _end(self) -> None:
         propagation_run, self.propagation_run = self.propagation_run, None
-        self._present = self._before = self._read = None
         self.changed.emit()
-        if propagation_run is not None:
-            self.ended.emit(propagation_run)
+        self.ended.emit(propagation_run)
+
+
+def _keeps(entry: Entry, run: PropagationRun) -> bool:
+    summary = entry.summary
+    return not run.replaces and summary.blocks > 0 and summary.stage in _WORKED_ON
 
 
 def _arrival(document: Document, propagated: Propagated) -> PropagatedFrame:

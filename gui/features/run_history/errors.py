@@ -34,12 +34,10 @@ def measure(run: Run, results: Mapping[int, BlockResult], ground_truth: GroundTr
     completion = compose(run, results)
     if not completion.filled.any():
         return RunErrors()
-    return RunErrors(
-        ground_truth_error=math.nan
-        if ground_truth is None
-        else evaluate(completion.depth, ground_truth, completion.filled).rmse,
-        expected_error=error_summary(expected_error(completion), completion).rms,
-    )
+    expected = error_summary(expected_error(completion), completion).rms
+    if ground_truth is None:
+        return RunErrors(expected_error=expected)
+    return RunErrors(evaluate(completion.depth, ground_truth, completion.filled).rmse, expected)
 
 
 def best_of(runs: Sequence[StoredRun], error: str) -> list[StoredRun]:

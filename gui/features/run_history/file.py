@@ -10,7 +10,7 @@ from ilf.io.tables import write_csv
 from ilf.project.run_history import StoredRun
 
 from ...state.document import Document
-from .table import ERRORS, values_of
+from .table import values_of
 
 
 def write_runs(path: str | os.PathLike[str], document: Document) -> None:
@@ -29,8 +29,6 @@ def write_runs(path: str | os.PathLike[str], document: Document) -> None:
 def _line(document: Document, stored: StoredRun) -> dict[str, object]:
     parameters = stored.run.parameters
     values = parameters.to_dict()
-    names = "rmse_truth [mm]", "rmse_hold_out [mm]", "expected_error_rms [mm]"
-    errors: list[float | None] = [getattr(stored, error) for error in ERRORS.values()]
     return {
         "number": stored.number,
         "name": stored.name,
@@ -43,10 +41,9 @@ def _line(document: Document, stored: StoredRun) -> dict[str, object]:
         "blocks_with_result": len(stored.results),
         "blocks": stored.block_count,
         "filled [px]": stored.recovered,
-        **{
-            name: "" if error is None or math.isnan(error) else f"{1000 * error:.3f}"
-            for name, error in zip(names, errors, strict=True)
-        },
+        "rmse_truth [mm]": _in_millimetres(stored.ground_truth_error),
+        "rmse_hold_out [mm]": _in_millimetres(stored.hold_out_error),
+        "expected_error_rms [mm]": _in_millimetres(stored.expected_error),
         "preset": nearest_preset(parameters).preset,
         "values": values_of(document, stored),
         **{
@@ -56,3 +53,7 @@ def _line(document: Document, stored: StoredRun) -> dict[str, object]:
             for name, declaration in Parameters.declarations().items()
         },
     }
+
+
+def _in_millimetres(error: float | None) -> str:
+    return "" if error is None or math.isnan(error) else f"{1000 * error:.3f}"

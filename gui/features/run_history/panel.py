@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from PySide6.QtCore import QModelIndex, QPoint, QSize, QSortFilterProxyModel
+from PySide6.QtCore import QModelIndex, QPoint, QSize
 from PySide6.QtWidgets import QHBoxLayout, QVBoxLayout, QWidget
 
 from ilf._runtime.formatting import counted
@@ -44,12 +44,6 @@ class _Request:
     run: Run
     results: Mapping[int, BlockResult]
     ground_truth: GroundTruth
-
-    def __eq__(self, other: object) -> bool:
-        """Whether both are of the same objects; arrays are not compared."""
-        if not isinstance(other, _Request):
-            return False
-        return all(value is getattr(other, name) for name, value in vars(self).items())
 
 
 class RunsPanel(Panel):
@@ -232,12 +226,6 @@ class RunsPanel(Panel):
 
     # the selection
 
-    def select(self, stored: StoredRun) -> None:
-        """Select only this run, and scroll to it."""
-        index = self._proxy.mapFromSource(self.model.index(self.model.runs.index(stored), Column.NAME))
-        self.view.selectRow(index.row())
-        self.view.scrollTo(index)
-
     def selected(self) -> list[StoredRun]:
         """Return the selected runs of the current frame in table order; a hidden table may show another frame."""
         workspace = self.context.workspace
@@ -245,7 +233,7 @@ class RunsPanel(Panel):
             return []
         there = workspace.current.state.runs
         rows = sorted(self.view.selectionModel().selectedRows(), key=QModelIndex.row)
-        chosen = [self.model.runs[self._proxy.mapToSource(index).row()] for index in rows]
+        chosen = [self.model.runs[self.view.proxy.mapToSource(index).row()] for index in rows]
         return [stored for stored in chosen if stored in there]
 
     def _edit_cell(self, column: Column) -> None:
@@ -253,12 +241,6 @@ class RunsPanel(Panel):
         for index in self.view.selectionModel().selectedRows(column)[:1]:
             self.view.setCurrentIndex(index)
             self.view.edit(index)
-
-    @property
-    def _proxy(self) -> QSortFilterProxyModel:
-        proxy = self.view.model()
-        assert isinstance(proxy, QSortFilterProxyModel)
-        return proxy
 
     def _edit(self, stored: StoredRun, what: str, value: Any) -> None:
         workspace = self.context.workspace

@@ -177,7 +177,6 @@ class RunModel(QStandardItemModel):
         super().__init__(0, len(Column), parent)
         self.runs: list[StoredRun] = []
         """The run of every row."""
-        self._shown: list[dict[Column, _Cell]] = []
         self._parent = parent
         for column, (text, hint) in _HEADERS.items():
             header = QStandardItem(text)
@@ -186,18 +185,17 @@ class RunModel(QStandardItemModel):
             self.setHorizontalHeaderItem(column, header)
 
     def show_runs(self, document: Document | None) -> None:
-        """Show the runs of a frame; only cells that have changed are drawn, so that editors stay open."""
+        """Show the runs of a frame. Items tell only of what changes, so that editors stay open."""
         runs = [] if document is None else list(reversed(document.state.runs))
         for row in reversed(range(len(self.runs))):
             if self.runs[row] not in runs:
-                del self.runs[row], self._shown[row]
+                del self.runs[row]
                 self.removeRow(row)
         present = {} if document is None else document.valid_results()
         best = {column: best_of(runs[::-1], error) for column, error in ERRORS.items()}
         for row, run in enumerate(runs):
             if row == len(self.runs) or self.runs[row] is not run:
                 self.runs.insert(row, run)
-                self._shown.insert(row, {})
                 self.insertRow(row, [_item(run, column) for column in Column])
             if document is not None:
                 smallest = frozenset(column for column, those in best.items() if run in those)
@@ -205,8 +203,6 @@ class RunModel(QStandardItemModel):
 
     def _draw(self, row: int, cells: dict[Column, _Cell]) -> None:
         for column, cell in cells.items():
-            if self._shown[row].get(column) == cell:
-                continue
             item = self.item(row, column)
             if column == Column.COMPARED:
                 item.setCheckState(Qt.CheckState.Checked if cell.strong else Qt.CheckState.Unchecked)
@@ -220,14 +216,13 @@ class RunModel(QStandardItemModel):
         name.setData(QColor(*self.runs[row].colour), Qt.ItemDataRole.DecorationRole)
         name.setAccessibleText(f"{name.text()}, current" if cells[Column.NAME].strong else name.text())
         self.item(row, Column.COMPARED).setAccessibleText(f"Compare {self.runs[row].name}")
-        self._shown[row] = cells
 
     def data(self, index: QModelIndex | QPersistentModelIndex, role: int = Qt.ItemDataRole.DisplayRole) -> Any:
         column = index.column()
         if role == Qt.ItemDataRole.EditRole and column == Column.NAME:
             return self.runs[index.row()].name
         if role == Qt.ItemDataRole.ForegroundRole and column in ERRORS:
-            best = self._shown[index.row()][Column(column)].strong
+            best = self.item(index.row(), column).font().bold()
             return theme.colours(self._parent.palette()).good if best else None
         return super().data(index, role)
 
@@ -261,10 +256,10 @@ class RunView(QTableView):
 
     def __init__(self, model: RunModel) -> None:
         super().__init__()
-        proxy = QSortFilterProxyModel(self)
-        proxy.setSourceModel(model)
-        proxy.setSortRole(_SORT_ROLE)
-        self.setModel(proxy)
+        self.proxy = QSortFilterProxyModel(self)
+        self.proxy.setSourceModel(model)
+        self.proxy.setSortRole(_SORT_ROLE)
+        self.setModel(self.proxy)
         set_up_table(self)
         self.setItemDelegate(RowDelegate((), self))
         self.setAccessibleName("Run history")

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import partial
-from typing import NamedTuple
 
-from ...project.store import WorkStore
-from ...state.entries import Entry
 from ...state.parts import Part
 from ...views.view_data import Before
 from ...work.latest_request import LatestRequest
@@ -15,20 +13,13 @@ from ..frame_list.feature import FramesFeature
 from .moments import Moment
 
 
-class _Question(NamedTuple):
-    now: Moment
-    before: Moment | Entry
-    """The frame before; its entry if it is not open."""
-    store: WorkStore
-
-
 class FlickerFeature(Feature):
     """The depth of the frame before the current one in the list, as the views of flicker need it."""
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)
         self._frames = context.feature(FramesFeature)
-        self._questions = LatestRequest[_Question, Before](_find, self)
+        self._questions = LatestRequest[Callable[[], Before], Before](lambda find: find(), self)
         self._questions.answered.connect(lambda _, before: context.views.show_found(before=before))
         self._questions.failed.connect(lambda _, error: context.views.show_found(before=Before(text=str(error))))
         context.workspace.on(Part.FRAME, self._questions.forget)
@@ -41,11 +32,6 @@ class FlickerFeature(Feature):
             when=partial(context.views.shows, "before"),
         )
 
-    @property
-    def busy(self) -> bool:
-        """Whether the frame before is being read."""
-        return self._questions.busy
-
     def show(self) -> None:
         """Find the change against the frame before, which a view shows."""
         workspace, views = self.context.workspace, self.context.views
@@ -57,11 +43,6 @@ class FlickerFeature(Feature):
         if now is None or row == 0:
             views.show_found(before=Before(text="The list has no frame before this one"))
             return
-        before = shown[row - 1]
-        self._questions.ask(_Question(now, Moment.of_open(before) or before, self.context.recorder.store))
-
-
-def _find(question: _Question) -> Before:
-    """Read the frame before; called in a worker thread."""
-    before = question.before
-    return question.now.since(Moment.read(before, question.store) if isinstance(before, Entry) else before)
+        entry, store = shown[row - 1], self.context.recorder.store
+        open_one = Moment.of_open(entry)
+        self._questions.ask(lambda: now.since(open_one or Moment.read(entry, store)))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections import deque
 from collections.abc import Callable, Generator, Iterator, Mapping
-from contextlib import ExitStack, closing
+from contextlib import closing
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -28,7 +28,6 @@ from ...views.view_data import Before
 from ...widgets.basics import command_button, lay_out
 from ...work.jobs import Order, Worker
 from ..context import Context, Feature
-from ..export.result import BatchResult
 from ..frame_list.feature import FramesFeature
 from ..status import StatusFeature
 from .moments import Moment
@@ -97,16 +96,13 @@ def play(
         Of the filter, to complete frames.
     """
     before, shown, left_out, unreadable, failed = None, row, 0, 0, 0
-    with ExitStack() as stack:
-        stream: Stream | None = None
-        due = stack.enter_context(closing(latest_of(_rows(count, row, pace), lambda: pace.rate)))
+    rows = latest_of(_rows(count, row, pace), lambda: pace.rate)
+    with closing(rows) as due, Stream(parameters, rate=pace.rate or USUAL_RATE) as stream:
         for row, late in due:
             left_out += late
             try:
                 moment = read(row)
                 if pace.completes and moment.depth is None:
-                    if stream is None:
-                        stream = stack.enter_context(Stream(parameters, rate=pace.rate or USUAL_RATE))
                     depth = stream.complete(moment.frame).depth
                     moment = replace(moment, depth=depth, text="completed as it plays")
             except IlfError:
@@ -161,8 +157,6 @@ class PlayFeature(Feature):
         self.pace = Pace()
         self.shown: PlayedFrame | None = None
         """The frame shown by playing; None once an open one is shown again."""
-        self.rate = 0.0
-        """Frames a second that are shown."""
         self._speed: float | None = 1.0
         self._times: dict[str, float] = {}
         """Key of a frame -> its time [s], where it is known."""
@@ -227,9 +221,10 @@ class PlayFeature(Feature):
 
     def _begin(self) -> None:
         """Close the current frame as on going to another one, and play from it on; after the last, from the first."""
+        from ..export.feature import ExportFeature  # made on use
+
         workspace = self.context.workspace
         self._entries, row = self._frames.shown()
-        self._entries = list(self._entries)
         if row == len(self._entries) - 1:
             row = 0
         self.shown, self._left = None, workspace.current if workspace.has_current else None
@@ -239,7 +234,7 @@ class PlayFeature(Feature):
         workspace.show(None)
         self.context.actions.refresh()
         entries, store, parameters = self._entries, self.context.recorder.store, workspace.parameters.current
-        results = self._results_of_batch()
+        results = dict(self.context.feature(ExportFeature).results)
         opened = {entry.id: moment for entry in entries if (moment := Moment.of_open(entry)) is not None}
 
         def read(row: int) -> Moment:
@@ -254,11 +249,6 @@ class PlayFeature(Feature):
             self.worker.cancelled.connect(start, Qt.ConnectionType.SingleShotConnection)
         else:
             start()
-
-    def _results_of_batch(self) -> dict[str, BatchResult]:
-        from ..export.feature import ExportFeature  # made on use
-
-        return dict(self.context.feature(ExportFeature).results)
 
     def _pause(self) -> None:
         """Open the frame shown."""
@@ -310,12 +300,11 @@ class PlayFeature(Feature):
         self.context.views.show_played(moment.frame, moment.depth, moment.text, shown.before)
         self._frames.show_played(self._entries[shown.row])
         self._clock.append(time.monotonic())
-        self.rate = measured_rate(self._clock)
         self._status.show_playing(self._text(shown))
 
     def _text(self, shown: PlayedFrame) -> str:
         wanted = "" if self.pace.rate is None else f" of {self.pace.rate:.1f}"
-        parts = [f"{self.rate:.1f}{wanted} frames a second"]
+        parts = [f"{measured_rate(self._clock):.1f}{wanted} frames a second"]
         parts += [f"{shown.left_out} left out"] * bool(shown.left_out)
         parts += [f"{shown.unreadable} unreadable"] * bool(shown.unreadable)
         return f"{shown.moment.name} ({shown.row + 1} of {len(self._entries)}): {', '.join(parts)}"

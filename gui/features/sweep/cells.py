@@ -22,7 +22,7 @@ from ...widgets.basics import Themed
 _GAP = 4
 _RING = 2.5
 _LEAST_CELL = QSize(40, 20)
-_BEST, _PRESENT = Qt.ItemDataRole.UserRole, Qt.ItemDataRole.UserRole + 1
+_NUMBER, _BEST, _PRESENT = (Qt.ItemDataRole.UserRole + number for number in range(3))
 
 
 class Cell(NamedTuple):
@@ -112,9 +112,8 @@ class PointCells(Themed, QTableWidget):
         self.viewport().update()
 
     def _take(self, row: int, column: int) -> None:
-        number = column * self._rows + self._rows - 1 - row if self._rows else row * self.columnCount() + column
-        if 0 <= number < len(self._cells):
-            self.taken.emit(number)
+        if item := self.item(row, column):
+            self.taken.emit(item.data(_NUMBER))
 
     def _fill(self) -> None:
         if not self._rows:
@@ -128,6 +127,7 @@ class PointCells(Themed, QTableWidget):
             item = QTableWidgetItem(cell.text)
             item.setToolTip(cell.hint)
             item.setData(Qt.ItemDataRole.AccessibleTextRole, cell.hint)
+            item.setData(_NUMBER, number)
             item.setData(_BEST, cell.is_best)
             item.setData(_PRESENT, cell.is_present)
             if cell.picture is not None:

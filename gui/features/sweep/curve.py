@@ -70,9 +70,8 @@ class ErrorCurve(Themed, pg.PlotWidget):
 
     def set_present(self, value: float) -> None:
         """Mark the current value of the parameter, if it is in the range."""
-        shown = not (self._logarithmic and value <= 0)
-        place = self._place(value) if shown else math.nan
-        shown = shown and bool(self._places) and self._places[0] <= place <= self._places[-1]
+        place = math.nan if self._logarithmic and value <= 0 else self._place(value)
+        shown = bool(self._places) and self._places[0] <= place <= self._places[-1]
         self.present.setVisible(shown)
         if shown:
             self.present.setValue(place)
@@ -94,18 +93,11 @@ class ErrorCurve(Themed, pg.PlotWidget):
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
         super().mouseReleaseEvent(event)
         if event.button() == Qt.MouseButton.LeftButton and self._places:
-            at = event.position()
-            distances = [abs(self._screen(place) - at.x()) for place in self._places]
+            on_screen = (self.getViewBox().mapViewToScene(QPointF(place, 0)).x() for place in self._places)
+            distances = [abs(x - event.position().x()) for x in on_screen]
             nearest = int(np.argmin(distances))
             if distances[nearest] <= _CLICK_DISTANCE:
                 self.taken.emit(nearest)
-
-    def point(self, number: int) -> QPointF:
-        """Widget position of a value, at half height."""
-        return QPointF(self._screen(self._places[number]), self.height() / 2)
-
-    def _screen(self, place: float) -> float:
-        return float(self.getViewBox().mapViewToScene(QPointF(place, 0)).x())
 
     def _place(self, value: float) -> float:
         return math.log10(value) if self._logarithmic else value

@@ -89,7 +89,9 @@ class SweepFeature(Panel):
     def make(self) -> QWidget:
         self._workspace, self._filter = self.context.workspace, self.context.feature(FilterPanel)
         self.found: SweepState | None = None
-        self._icons: dict[int, tuple[Picture, Scale, QIcon]] = {}
+        self._icons: dict[int, QIcon] = {}
+        """Pictures by the number of their points, as long as `_coloured` is the same."""
+        self._coloured: tuple[object, ...] = ()
         window = SweepWindow(self._show_found, self.context.window)
         self.first, self.second = RangeBox("First parameter"), RangeBox("Second parameter", optional=True)
         self.criterion = CriterionBox()
@@ -120,7 +122,7 @@ class SweepFeature(Panel):
         self.apply_button = QPushButton("&Apply best", autoDefault=False)
         self.apply_button.setToolTip("Apply the value with the smallest error; undo it with Ctrl+Z in the main window")
         self.apply_button.setEnabled(False)
-        self.apply_button.clicked.connect(lambda _: self._apply_best())
+        self.apply_button.clicked.connect(lambda _: self.apply(self.found.best if self.found else None))
         content = QWidget()
         settings = self.first, self.second, self.criterion, self.start_button
         below = self.work, self.state, self.apply_button, None
@@ -254,10 +256,10 @@ class SweepFeature(Panel):
         self._set_busy(True)
         self._show_found()
 
-    def apply(self, number: int) -> None:
+    def apply(self, number: int | None) -> None:
         """Apply the values of a point to all blocks, or to the only block swept."""
         found, workspace = self.found, self._workspace
-        if found is None:
+        if found is None or number is None:
             return
         workspace.show(found.document)
         if found.label and found.label not in found.document.counts():
@@ -270,10 +272,6 @@ class SweepFeature(Panel):
             self.context.notes.offer(text, self.context.actions["run"])
         else:
             self.context.notes.show_message(text)
-
-    def _apply_best(self) -> None:
-        if self.found is not None and self.found.best is not None:
-            self.apply(self.found.best)
 
     def _take_arrived(self) -> None:
         if self.found is not None and self.found.take_arrived():
@@ -327,8 +325,8 @@ class SweepFeature(Panel):
         self.pictures.arrange(heads, found.picture_size)
         name = "Error" if found.document.frame.ground_truth is not None else "Difference to the result"
         self.content.setItemText(_DIFFERENCE, name)
-        self.content.setEnabled(found.has_differences)
-        if not found.has_differences:
+        self.content.setEnabled(found.reference is not None)
+        if found.reference is None:
             self.content.setCurrentIndex(_DEPTH)
 
     def _show_found(self) -> None:
@@ -338,16 +336,19 @@ class SweepFeature(Panel):
             return
         numbers = range(len(found.points))
         differences = self.content.currentIndex() == _DIFFERENCE
-        colour_map = self.context.views.data.depth_map
-        pictures, scale = found.pictures(differences, colour_map, theme.is_dark(self.widget.palette()))
+        colours = differences, self.context.views.data.depth_map, theme.is_dark(self.widget.palette())
+        pictures, scale = found.pictures(*colours)
+        if (coloured := (*colours, scale.low, scale.high)) != self._coloured:
+            self._icons.clear()
+            self._coloured = coloured
         self._show_scale(scale, "mm" if differences else "m")
         self.pictures.show_cells([self._picture_cell(found, number, pictures.get(number), scale) for number in numbers])
         if len(found.sweep.values) == 1:
             self.curve.set_present(float(next(iter(found.present_values.values()))))
             self.curve.set_points(list(found.errors), list(found.errors.values()), found.marked)
         else:
-            colours = _error_colours([found.errors.get(number, math.nan) for number in numbers])
-            self.grid.show_cells([self._error_cell(found, *numbered) for numbered in enumerate(colours)])
+            errors = _error_colours([found.errors.get(number, math.nan) for number in numbers])
+            self.grid.show_cells([self._error_cell(found, *numbered) for numbered in enumerate(errors)])
         self.apply_button.setEnabled(found.best is not None and found.best != found.present)
 
     def _show_scale(self, scale: Scale, unit: str) -> None:
@@ -363,7 +364,7 @@ class SweepFeature(Panel):
         text = error if coverage > _FULL_COVERAGE else f"{error}, fills {coverage:.0%}"
         best, present = number in found.marked, number == found.present
         marks = ["best" if found.ties is None else "equal"] * best + ["current"] * present
-        caption = found.caption_of(number)
+        caption = " · ".join(f"{value:g}" for value in found.points[number].values())
         hint = f"{', '.join([caption, text, *marks])}. Click to apply."
         caption += f" ({', '.join(marks)})" if marks else ""
         return Cell(f"{caption}\n{text}", hint, best, present, self._icon(number, picture, scale))
@@ -375,14 +376,12 @@ class SweepFeature(Panel):
             blank = QPixmap(size)
             blank.fill(theme.colours(self.widget.palette()).panel)
             return QIcon(blank)
-        known = self._icons.get(number)
-        if known is not None and known[0] is picture and known[1][0] is scale[0] and known[1][1:] == scale[1:]:
-            return known[2]
-        image = rgb_image(scale.table[to_indices(picture, scale.low, scale.high)][..., :3])
-        smooth = Qt.TransformationMode.SmoothTransformation
-        icon = QIcon(QPixmap.fromImage(image.scaled(size, Qt.AspectRatioMode.KeepAspectRatio, smooth)))
-        self._icons[number] = picture, scale, icon
-        return icon
+        if number not in self._icons:
+            image = rgb_image(scale.table[to_indices(picture, scale.low, scale.high)][..., :3])
+            smooth = Qt.TransformationMode.SmoothTransformation
+            image = image.scaled(size, Qt.AspectRatioMode.KeepAspectRatio, smooth)
+            self._icons[number] = QIcon(QPixmap.fromImage(image))
+        return self._icons[number]
 
     def _error_cell(self, found: SweepState, number: int, colour: QColor | None) -> Cell:
         error = found.errors.get(number, math.nan)
@@ -412,13 +411,12 @@ class SweepFeature(Panel):
 def _error_colours(errors: Sequence[float]) -> list[QColor | None]:
     """Colours of errors on a logarithmic scale from the smallest to the largest; None without an error."""
     logs = np.log(np.maximum(errors, 1e-6))
-    if not np.isfinite(logs).any():
+    known = logs[np.isfinite(logs)]
+    if not known.size:
         return [None] * len(errors)
-    low, high = np.nanmin(logs), np.nanmax(logs)
-    table = error_table()
-    shares = (logs - low) / (high - low) if high > low else np.where(np.isfinite(logs), 0.0, np.nan)
-    places = [None if math.isnan(share) else 1 + round(254 * share) for share in shares]
-    return [None if place is None else QColor(*table[place, :3].tolist()) for place in places]
+    low, table = known.min(), error_table()
+    indices = to_indices(logs, low, max(known.max(), low + 1e-6))
+    return [QColor(*table[index, :3].tolist()) if index else None for index in indices]
 
 
 def _with_unit(box: RangeBox) -> str:

@@ -81,20 +81,15 @@ class RangeBox(QGroupBox):
         return Parameters.declarations()[str(self.names.currentData())]
 
     @property
-    def present(self) -> Value:
-        """Current value of the parameter."""
-        value: Value = getattr(self._parameters, self.declaration.name)
-        return value
-
-    @property
     def logarithmic(self) -> bool:
         """Whether the values have equal ratios."""
         return self.scale.currentText() == "log"
 
     def values(self) -> tuple[Value, ...]:
         """Values to test; raises ParameterError with a message for an invalid range."""
-        low, high = self.low.value(), self.high.value()
-        return spread(self.declaration, low, high, self.steps.value(), self.logarithmic, self.present)
+        declaration, low, high = self.declaration, self.low.value(), self.high.value()
+        present = getattr(self._parameters, declaration.name)
+        return spread(declaration, low, high, self.steps.value(), self.logarithmic, present)
 
     def set_parameters(self, parameters: Parameters) -> None:
         """Offer the parameters that have an effect with these values, the main ones first; keep the range if its
@@ -123,7 +118,7 @@ class RangeBox(QGroupBox):
 
     def _set_usual_range(self) -> None:
         declaration = self.declaration
-        low, high = suggested_range(declaration, self.present)
+        low, high = suggested_range(declaration, getattr(self._parameters, declaration.name))
         for spin, value in ((self.low, low), (self.high, high)):
             with QSignalBlocker(spin):
                 least = declaration.minimum if declaration.minimum is not None else -_LARGEST

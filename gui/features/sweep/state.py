@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Collection, Generator, Mapping
-from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -13,10 +12,12 @@ from numpy.typing import NDArray
 from PySide6.QtCore import QSize, Qt
 
 from ilf._runtime.formatting import counted
+from ilf._runtime.stepping import mapped_steps
 from ilf.data.declarations import Value
 from ilf.data.label_map import Box
 from ilf.data.parameters import Parameters
 from ilf.drawing.colours import robust_depth_levels, robust_difference_level
+from ilf.evaluation.evaluation import Progress
 from ilf.evaluation.sweep import Sweep, SweepPoint, SweepResult, sweep_steps
 from ilf.evaluation.ties import Ties
 from ilf.segmentation.editing.patches import box_of, grown
@@ -82,29 +83,29 @@ class SweepState:
         reference = (
             frame.ground_truth if frame.ground_truth is not None else None if completion is None else completion.depth
         )
-        self._reference = None if reference is None else small(reference[self._box])
+        self.reference = None if reference is None else small(reference[self._box])
+        """What differences are taken to: ground truth, or a result; None if there is neither."""
 
     def answer(self) -> Generator[float, None, SweepResult]:
         """Run the sweep; yields shares done. Called in a worker thread."""
-        steps, share = sweep_steps(self.sweep, threads=spare_cores()), 0.0
-        while True:
-            try:
-                step = next(steps)
-            except StopIteration as end:
-                result: SweepResult = end.value
-                return result
+        share = 0.0
+
+        def share_after(step: Progress | SweepPoint) -> float:
+            nonlocal share
             if isinstance(step, SweepPoint):
                 self._arrived.append(step)
             else:
                 share = step.share
-            yield share
+            return share
+
+        return (yield from mapped_steps(sweep_steps(self.sweep, threads=spare_cores()), share_after))
 
     def take_arrived(self) -> bool:
         """Add the points that have been finished; whether there are any."""
-        count = len(self._arrived)
-        for _ in range(count):
+        any_arrived = bool(self._arrived)
+        while self._arrived:
             self.add(self._arrived.popleft())
-        return count > 0
+        return any_arrived
 
     @property
     def picture_size(self) -> QSize:
@@ -113,11 +114,6 @@ class SweepState:
         area = QSize(columns.stop - columns.start, rows.stop - rows.start)
         room = PICTURE if len(self.sweep.values) == 1 else SMALL_PICTURE
         return area.scaled(room, Qt.AspectRatioMode.KeepAspectRatio).expandedTo(_LEAST_PICTURE)
-
-    @property
-    def has_differences(self) -> bool:
-        """Whether there is a reference for differences: ground truth, or a result."""
-        return self._reference is not None
 
     @property
     def best(self) -> int | None:
@@ -147,10 +143,6 @@ class SweepState:
         labels = {name: declaration.label for name, declaration in Parameters.declarations().items()}
         return ", ".join(f"{labels[name]} {value:g}" for name, value in self.points[number].items())
 
-    def caption_of(self, number: int) -> str:
-        """Short text of the values of a point."""
-        return " · ".join(f"{value:g}" for value in self.points[number].values())
-
     def text_of_several(self, numbers: Collection[int]) -> str:
         """Text of the values of several points: all of one parameter up to a few, otherwise their number."""
         if len(numbers) > _LISTED or len(self.sweep.values) > 1:
@@ -162,8 +154,7 @@ class SweepState:
     @property
     def present_values(self) -> dict[str, Value]:
         """Name -> current value."""
-        common = self.document.state.common
-        now = self.document.parameters_of(self.label) if self.label else common
+        now = self.document.parameters_of(self.label) if self.label else self.document.state.common
         return {name: getattr(now, name) for name in self.sweep.values}
 
     @property
@@ -176,8 +167,8 @@ class SweepState:
         number = self._number(point)
         self.errors[number], self.coverage[number] = point.whole.rmse, point.coverage
         depth = self._depths[number] = small(point.depth[self._box])
-        if self._reference is not None:
-            self._differences[number] = 1000 * (depth - self._reference)
+        if self.reference is not None:
+            self._differences[number] = 1000 * (depth - self.reference)
 
     def finish(self, result: SweepResult) -> None:
         """Set the final errors, over the same pixels."""
@@ -192,15 +183,10 @@ class SweepState:
     def pictures(self, differences: bool, colour_map: str, dark: bool) -> tuple[Mapping[int, Picture], Scale]:
         """Pictures of the points by number, with a common scale: depth [m] or differences [mm]."""
         if not differences:
-            return self._depths, Scale(_depth_table(colour_map), *self._levels)
+            return self._depths, Scale(depth_table(colour_map), *self._levels)
         all_values = [picture.ravel()[::7] for picture in self._differences.values()]
         level = robust_difference_level(np.concatenate(all_values)) if all_values else 1.0
-        return self._differences, Scale(_difference_table(dark), -level, level)
-
-
-# cached: the identical table each time, so that pictures need not be redrawn
-_depth_table = lru_cache(maxsize=None)(depth_table)
-_difference_table = lru_cache(maxsize=None)(difference_table)
+        return self._differences, Scale(difference_table(dark), -level, level)
 
 
 def small(values: Picture) -> Picture:

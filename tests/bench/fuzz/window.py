@@ -39,7 +39,6 @@ def settings(folder: Path) -> list[bytes]:
     room = window.screen().availableGeometry()
     values: dict[str, object] = {
         f"window/geometry-{room.width()}x{room.height()}": window.saveGeometry(),
-        "frames/most_open": 5,
         "export/options": json.dumps({"cloud": "ply"}),
         "export/folder": str(folder),
         "open/folder": str(folder),

@@ -41,8 +41,7 @@ def test_the_best_is_found_among_those_evaluated_on_as_many_pixels():
 def test_ties_are_called_ties(equal, marked, said):
     frame = RGBDFrame(np.zeros((4, 4, 3), np.uint8), np.ones((4, 4)))
     entries = [
-        EvaluatedResult(name, compose(Run(frame, np.zeros((4, 4), int)), {}), frame)
-        for name in ("Run 1", "Run 2", "Run 3")
+        EvaluatedResult(name, compose(Run(frame, np.zeros((4, 4), int)), {})) for name in ("Run 1", "Run 2", "Run 3")
     ]
     evaluations = tuple(Evaluation(9, rmse, rmse, rmse, 0.0) for rmse in (0.0122, 0.012, 0.02))
     rows = ground_truth_rows({"All": AreaErrors(evaluations, Ties(1, frozenset(equal), 0.0002))}, entries)

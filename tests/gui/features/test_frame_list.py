@@ -12,7 +12,7 @@ from PySide6.QtWidgets import QListView
 from gui.app.main_window import MainWindow
 from gui.features.frame_list import thumbnails as thumbnails_module
 from gui.features.frame_list.feature import FramesFeature
-from gui.features.frame_list.model import FrameFilter, FrameListModel, counts, last_line, tooltip_text
+from gui.features.frame_list.model import FrameListModel, counts, last_line, shown_entries, tooltip_text
 from gui.features.frame_list.painter import close_box
 from gui.features.frame_list.panel import FramesPanel
 from gui.features.frame_list.thumbnails import Thumbnails
@@ -51,25 +51,25 @@ def _names(entries: list[Entry]) -> list[str]:
 
 
 @pytest.mark.parametrize(
-    ("frame_filter", "names"),
+    ("chosen", "names"),
     [
-        (FrameFilter(), ["frame-10", "frame-2", "Frame-1", "broken"]),
-        (FrameFilter("FRAME"), ["frame-10", "frame-2", "Frame-1"]),
-        (FrameFilter("glass fra"), ["frame-2"]),
-        (FrameFilter(state="failed"), ["broken"]),
-        (FrameFilter(state="note"), ["frame-2"]),
-        (FrameFilter(state="check"), ["frame-2"]),
-        (FrameFilter(state="unsaved"), []),
-        (FrameFilter("1", "edited"), ["Frame-1"]),
-        (FrameFilter(order="name"), ["broken", "Frame-1", "frame-2", "frame-10"]),
-        (FrameFilter(order="state"), ["frame-10", "Frame-1", "frame-2", "broken"]),
-        (FrameFilter(order="missing"), ["Frame-1", "frame-2", "frame-10", "broken"]),
+        ({}, ["frame-10", "frame-2", "Frame-1", "broken"]),
+        ({"text": "FRAME"}, ["frame-10", "frame-2", "Frame-1"]),
+        ({"text": "glass fra"}, ["frame-2"]),
+        ({"state": "failed"}, ["broken"]),
+        ({"state": "note"}, ["frame-2"]),
+        ({"state": "check"}, ["frame-2"]),
+        ({"state": "unsaved"}, []),
+        ({"text": "1", "state": "edited"}, ["Frame-1"]),
+        ({"order": "name"}, ["broken", "Frame-1", "frame-2", "frame-10"]),
+        ({"order": "state"}, ["frame-10", "Frame-1", "frame-2", "broken"]),
+        ({"order": "missing"}, ["Frame-1", "frame-2", "frame-10", "broken"]),
     ],
 )
-def test_sieve_leaves_out_and_sorts(frame_filter, names):
+def test_sieve_leaves_out_and_sorts(chosen, names):
     entries = _entries()
-    assert _names(frame_filter.shown(entries)) == names
-    assert entries[0] in frame_filter.shown(entries, entries[0]), "the frame that is looked at stays"
+    assert _names(shown_entries(entries, **chosen)) == names
+    assert entries[0] in shown_entries(entries, **chosen, always=entries[0]), "the frame that is looked at stays"
 
 
 def test_states_are_counted():
@@ -135,7 +135,7 @@ def test_row_says_all_in_words(qapp):
 def test_frames_with_blocks_that_have_not_converged_are_found(qapp):
     one, other, *_ = entries = _entries()
     other.set_summary(replace(other.summary, not_converged=2))
-    assert FrameFilter(state="not converged").shown(entries) == [other]
+    assert shown_entries(entries, state="not converged") == [other]
     assert counts([one, other])["not converged"] == 1
 
 
@@ -143,9 +143,9 @@ def test_frames_with_blocks_that_have_not_converged_are_found(qapp):
 def panel(shown):
     panel = FramesPanel()
     panel.model.set_entries(_entries())
-    panel.show_several(True)
-    panel.show_counts(counts(panel.model.entries))
-    panel.show_present(panel.model.entries[0])
+    panel.describe(panel.model.entries)
+    panel.model.present = panel.model.entries[0]
+    panel.show_present(selects=True)
     shown(panel, 300, 400)
     yield panel
     stop_workers(panel)
@@ -283,8 +283,7 @@ def test_thumbnails_come_from_files_from_the_store_and_fail_quietly(tmp_path, qt
     monkeypatch.setattr(thumbnails_module, "MAX_THUMBNAILS", 2)
     thumbnails.of(of_file)
     other = Entry.of(FrameRef(str(tmp_path / "rgb.png"), "other.png"))
-    thumbnails.of(other)
-    qtbot.waitUntil(lambda: not thumbnails.busy)
+    qtbot.waitUntil(lambda: thumbnails.of(other) is not None)
     assert len(thumbnails._made) == 2
     assert stop_workers(thumbnails)
 

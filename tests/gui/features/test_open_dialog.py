@@ -14,9 +14,9 @@ from PySide6.QtWidgets import QApplication, QDialog
 
 from gui.features.documents.frame_files import pair_of
 from gui.features.documents.open_dialog import OpenDialog
+from gui.project.loading import preview_folder
 from gui.work.jobs import stop_workers
 from gui.work.latest_request import LatestRequest
-from gui.work.loading import preview_folder
 from ilf.errors import FormatError, InputError
 from ilf.sources.reading import load_frame, read_frame
 from tests.ilf.phone_files import write_record3d
@@ -355,7 +355,7 @@ def test_a_recording_whose_first_frame_is_damaged_can_be_opened(dialog, recordin
     def damaged(*_: object) -> None:
         raise FormatError("The depth of this frame is damaged.")
 
-    monkeypatch.setattr("gui.work.loading.read_frame", damaged)
+    monkeypatch.setattr("gui.project.loading.read_frame", damaged)
     dialog.set_files(str(recording))
     qtbot.waitUntil(lambda: "The first frame cannot be read: The depth of this frame" in dialog.message.text())
     assert dialog.open_button.isEnabled()

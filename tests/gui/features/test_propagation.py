@@ -6,17 +6,20 @@ import numpy as np
 import pytest
 
 from gui.features.blocks.feature import block_rows
-from gui.features.propagation.propagator import document_of
+from gui.project.loading import FrameLoader
+from gui.project.store import WorkStore
 from gui.state.document import Document
 from gui.state.entries import Entry
 from gui.state.parts import Part
 from gui.state.workspace import Workspace
+from gui.work.jobs import stop_workers
 from gui.work.runs import RunController
 from ilf.data.blocks import Blocks
 from ilf.data.parameters import Parameters
 from ilf.project.frame_state import FrameState
 from ilf.project.project import Stage
 from ilf.project.propagation import propagate_state
+from ilf.project.state_codec import Decoded
 from ilf.segmentation.editing.patches import LabelPatch, patch_between
 from ilf.sources.frame_ref import FrameRef
 
@@ -103,7 +106,7 @@ def test_a_block_needs_no_look_once_it_is_edited_or_looked_at(workspace, documen
     assert not document.state.to_check
     document.undo_stack.undo()
     assert document.state.to_check == {2}
-    runs.shutdown()
+    assert stop_workers(runs)
 
 
 def test_what_a_stroke_edits_has_been_looked_at(workspace, document, propagated):
@@ -131,6 +134,6 @@ def test_of_frames_of_the_same_files_the_chosen_one_is_opened(workspace, small_f
     chosen, other = (Entry.of(FrameRef("/frames/one")) for _ in range(2))
     workspace.add_entries([chosen, other])
     state = FrameState(chosen.id, small_frame, Blocks(np.zeros(small_frame.shape, np.int32)))
-    workspace.open_document(document_of(chosen, state), show=False)
+    FrameLoader(workspace, WorkStore(None)).open_state(chosen, Decoded(state), show=False)
     assert chosen.document is not None
     assert other.document is None

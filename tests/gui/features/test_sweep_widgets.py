@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from PySide6.QtCore import QPoint, QSize, Qt
+from PySide6.QtCore import QPoint, QPointF, QSize, Qt
 from PySide6.QtGui import QColor
 
 import ilf
@@ -63,10 +63,11 @@ def test_a_click_on_the_curve_takes_the_nearest_value(qtbot, shown):
     assert curve.curve.getData()[1].tolist() == [10.0, 30.0]
     assert curve.present.isVisible()
     assert curve.present.value() == 0.0
-    first, middle, last = (curve.point(number).x() for number in range(3))
+    box = curve.getViewBox()
+    first, middle, last = (box.mapViewToScene(QPointF(place, 0)).x() for place in (-1, 0, 1))
     assert middle - first == pytest.approx(last - middle, abs=1)
     with qtbot.waitSignal(curve.taken) as taken:
-        qtbot.mouseClick(curve.viewport(), Qt.MouseButton.LeftButton, pos=curve.point(2).toPoint())
+        qtbot.mouseClick(curve.viewport(), Qt.MouseButton.LeftButton, pos=QPoint(round(last), 100))
     assert taken.args == [2]
     curve.set_present(99.0)
     assert not curve.present.isVisible()

@@ -6,6 +6,7 @@ import pytest
 
 from gui.work import frame_runs as runs_module
 from gui.work.frame_runs import RunState
+from gui.work.jobs import stop_workers
 from ilf import preset
 
 
@@ -195,7 +196,7 @@ def test_a_re_solve_shows_its_first_preview_after_a_moment(bench, until, monkeyp
     assert bench.run.previews == 1
 
 
-def test_shutdown_stops_the_patience(bench, until, monkeypatch):
+def test_stopping_all_stops_the_patience(bench, until, monkeypatch):
     monkeypatch.setattr("gui.work.frame_runs._PATIENCE_MS", 100_000)  # however busy the machine is
     bench.script.records = 1000
     bench.runs.current.resolve([1])
@@ -204,7 +205,7 @@ def test_shutdown_stops_the_patience(bench, until, monkeypatch):
     bench.runs.current.resolve([1])
     assert bench.patience.isActive()
     bench.script.allow()
-    assert bench.runs.shutdown()
+    assert stop_workers(bench.runs)
     assert not bench.patience.isActive()
 
 

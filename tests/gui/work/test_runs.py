@@ -8,6 +8,7 @@ from gui.features.blocks.feature import block_rows
 from gui.state.parts import Part
 from gui.work import frame_runs as runs_module
 from gui.work.frame_runs import RunState
+from gui.work.jobs import stop_workers
 from ilf import preset
 from ilf._runtime.cancellation import current_cancel_events
 from ilf.data.label_map import Block, find_blocks
@@ -291,7 +292,7 @@ def test_shutdown_ends_the_thread_and_says_nothing(bench, qtbot):
     bench.script.records = 100_000
     bench.script.allow(200_000)
     bench.runs.current.start()
-    assert bench.runs.shutdown()
+    assert stop_workers(bench.runs)
     assert bench.runs.state is RunState.IDLE
     assert bench.run.closed
     qtbot.wait(60)

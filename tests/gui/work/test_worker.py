@@ -156,15 +156,16 @@ def test_nothing_is_heard_after_a_shutdown(worker, said, qtbot):
     assert said == []
 
 
-def test_a_thread_that_does_not_end_is_not_waited_for_for_ever(worker, monkeypatch):
+def test_a_thread_that_does_not_end_is_not_waited_for_for_ever(worker, said, until, monkeypatch):
     monkeypatch.setattr("gui.work.jobs.SHUTDOWN_LIMIT_S", 0.05)
     job = Job()
     worker.start(job)
     assert not worker.shutdown()
-    assert worker.busy
+    assert not worker.busy
     job.gate.release(3)
-    monkeypatch.setattr("gui.work.jobs.SHUTDOWN_LIMIT_S", 20)
-    assert worker.shutdown()
+    until(lambda: job.closed)
+    worker.cancel()
+    assert said == [], "what it does later is not heard"
 
 
 def test_what_a_job_has_given_is_not_kept(worker, until):

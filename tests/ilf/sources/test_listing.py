@@ -233,11 +233,11 @@ def test_thumbnail_is_the_colour_image_made_small(tmp_path):
     ramp = np.zeros((300, 900, 3), np.uint8)
     ramp[..., 0], ramp[:, 450:, 2] = np.linspace(0, 255, 900), 255
     cv2.imwrite(str(tmp_path / "a.png"), ramp[..., ::-1])
-    small = read_thumbnail(FrameRef(str(tmp_path / "a.png"), "unread.png"), 90)
-    assert small.shape == (30, 90, 3)
-    assert np.abs(small[15, :, 0].astype(int) - np.linspace(1, 254, 90)).max() < 5
-    assert small[5, 80, 2] == 255
-    assert small[5, 10, 2] == 0
+    small = read_thumbnail(FrameRef(str(tmp_path / "a.png"), "unread.png"))
+    assert small.shape == (53, 160, 3)
+    assert np.abs(small[26, :, 0].astype(int) - np.linspace(1, 254, 160)).max() < 5
+    assert small[9, 140, 2] == 255
+    assert small[9, 18, 2] == 0
     (tmp_path / "a.png").write_bytes((tmp_path / "a.png").read_bytes()[:400])
     with pytest.raises(FormatError):
         read_thumbnail(FrameRef(str(tmp_path / "a.png"), "unread.png"))

@@ -6,8 +6,9 @@ import os
 import uuid
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 from weakref import WeakSet
 
 import numpy as np
@@ -37,8 +38,9 @@ from ..state.document import Document
 from ..state.entries import Entry
 from ..state.parts import Part
 from ..state.workspace import Workspace
-from .found_blocks import FoundBlocks, describe_blocks, find
-from .queue import Job, JobQueue
+from ..work.found_blocks import FoundBlocks, describe_blocks, find
+from ..work.queue import Job, JobQueue
+from .store import WorkStore
 
 _RECORDED = "They are those of a recorded run, which is shown with its result."
 
@@ -87,28 +89,17 @@ def preview_folder(how: FrameRef) -> FolderPreview:
         return FolderPreview(listing, None, str(error))
 
 
-class StoredFrames(Protocol):
-    """Storage of the states of frames that are not open."""
-
-    places: Places
-    """Possible locations of frames' files."""
-
-    def has(self, id: str) -> bool:
-        """Whether it contains the state of a frame."""
-
-    def read(self, id: str) -> Decoded:
-        """Read that state; called in the background thread."""
+def state_reader(entry: Entry, store: WorkStore) -> Callable[[], Any] | None:
+    """Return a function that reads the state of a frame of the list in any thread: the present state if the frame is
+    open, else the stored one; None if there is neither."""
+    if entry.document is not None:
+        present = Decoded(entry.document.snapshot())
+        return lambda: present
+    return partial(store.read, entry.id) if entry.has_state and store.has(entry.id) else None
 
 
-@dataclass(frozen=True, eq=False)
-class _Opened:
-    """Data for a document, which is made in the GUI's thread because of its undo stack."""
-
-    run: Run
-    origin: FrameRef | Path
-    key: str
-    record_replay: Replay | None = None
-    """The record that the run was read from; None if its blocks are not extracted yet."""
+_Opened = tuple[Run, Replay | None]
+"""A run, and the record that it was read from; None if its blocks are not extracted yet."""
 
 
 class FrameLoader(QObject):
@@ -151,11 +142,10 @@ class FrameLoader(QObject):
     not_allowed = Signal(object, object, object)
     idle = Signal()
 
-    def __init__(self, workspace: Workspace, parent: QObject | None = None) -> None:
+    def __init__(self, workspace: Workspace, store: WorkStore, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self._workspace = workspace
-        self.stored: StoredFrames | None = None
-        """Storage of the states of frames that are not open."""
+        self.store = store
         self.replace: Callable[[Sequence[Entry], Callable[[], None]], None] = lambda entries, then: then()
         """Prepares removal of frames that are read again: calls `then` unless the user cancels."""
         self._reading, self._extracting = self._lines = JobQueue(self), JobQueue(self)
@@ -180,10 +170,8 @@ class FrameLoader(QObject):
     @property
     def share_done(self) -> float:
         """Share of the queued frames and extractions that is done, 0-1; 0 for a single one."""
-        done, pending_count = (
-            sum(counts) for counts in zip(*((line.done, line.pending_count) for line in self._lines), strict=True)
-        )
-        return done / max(done + pending_count, 1)
+        done, pending = (sum(getattr(line, name) for line in self._lines) for name in ("done", "pending_count"))
+        return done / max(done + pending, 1)
 
     # opening
 
@@ -198,8 +186,9 @@ class FrameLoader(QObject):
             self.open_entry(entry)
         elif entry is None and is_result_folder(source):
             self.open_new(source, source.name)
-        elif not self._shown_already(source, source.key):
-            self.read(f"Opening {Path(source.key).name}", lambda: _open(source, parameters, frame), self._take_opened)
+        elif not self._shown_already(source):
+            do, take = partial(_open, source, parameters, frame), partial(self._take_opened, source)
+            self.read(f"Opening {Path(source.key).name}", do, take)
 
     def read_again(self, entry: Entry, source: FrameRef, replace: Callable[[RGBDFrame | None], None]) -> None:
         """Read an open frame with other options. If only its camera differs, it is taken over, and the work on the
@@ -226,12 +215,9 @@ class FrameLoader(QObject):
         entry = self._workspace.entries.of_key(str(record))
         if entry is not None and entry.document is None:
             self.open_entry(entry)
-        elif not self._shown_already(record, str(record)):
-            self.read(
-                f"Opening {record.name}",
-                lambda: _opened_run(replay(record, extract=False), record, str(record)),
-                self._take_opened,
-            )
+        elif not self._shown_already(record):
+            do = lambda: _replayed(replay(record, extract=False))  # noqa: E731
+            self.read(f"Opening {record.name}", do, partial(self._take_opened, record))
 
     def open_folder(self, how: FrameRef, show: bool = True) -> None:
         """Add the frames of a folder to the list, with the reading options of `how`; with `show`, open the first, and
@@ -247,20 +233,18 @@ class FrameLoader(QObject):
         if entry.document is not None:
             self._workspace.show(entry.document)
             return
-        stored = self.stored
-        if entry.has_state and stored is not None and stored.has(entry.id):
-            do: Callable[[], object] = lambda: stored.read(entry.id)  # noqa: E731
-            take: Callable[[Any], None] = lambda decoded: self._take_restored(entry, decoded)  # noqa: E731
+        take: Callable[[Any], object]
+        if do := state_reader(entry, self.store):
+            take = partial(self.open_state, entry)
         else:
             source, parameters = entry.source or FrameRef(entry.key), self._workspace.parameters.extraction
-            places = None if stored is None else stored.places
-            do = lambda: _open(source, parameters, places=places)  # noqa: E731
-            take = lambda opened: self._take_entry(entry, opened)  # noqa: E731
+            do = partial(_open, source, parameters, places=self.store.places)
+            take = partial(self._take_entry, entry, source)
 
         def wanted() -> bool:
             return entry.document is None and self._workspace.entries.of(entry.id) is entry
 
-        self._reading.add(
+        self._reading.ask(
             Job(
                 f"Opening {entry.name}",
                 do,
@@ -294,33 +278,33 @@ class FrameLoader(QObject):
             else:
                 give_up(error)
 
-        self._reading.add(Job(what, do, take, report))
+        self._reading.ask(Job(what, do, take, report))
 
-    def _shown_already(self, origin: FrameRef | Path, key: str) -> bool:
-        document = self._workspace.document_of(key)
+    def _shown_already(self, origin: FrameRef | Path) -> bool:
+        document = self._workspace.document_of(_key(origin))
         if document is None or document.origin != origin:
             return False
         self._workspace.show(document)
         return True
 
-    def _take_entry(self, entry: Entry, opened: _Opened) -> None:
+    def _take_entry(self, entry: Entry, source: FrameRef, opened: _Opened) -> None:
         """Show a frame of the list that was read; other frames of the same files are not affected."""
-        document = Document.of(opened.run, opened.origin, opened.key, opened.record_replay)
+        document = _document(source, opened)
         document.change(id=entry.id)
-        self._show_opened(document, opened, transient=True)
+        self._show_opened(document, transient=True)
 
-    def _take_opened(self, opened: _Opened) -> None:
-        if self._shown_already(opened.origin, opened.key):
+    def _take_opened(self, origin: FrameRef | Path, opened: _Opened) -> None:
+        if self._shown_already(origin):
             return
-        document = Document.of(opened.run, opened.origin, opened.key, opened.record_replay)
-        replaced = self._workspace.entries.of_key(opened.key)
+        document = _document(origin, opened)
+        replaced = self._workspace.entries.of_key(document.key)
         if replaced is not None:
             self._workspace.remove_entries([replaced])
-        self._show_opened(document, opened)
+        self._show_opened(document)
 
-    def _show_opened(self, document: Document, opened: _Opened, transient: bool = False) -> None:
+    def _show_opened(self, document: Document, transient: bool = False) -> None:
         """Show what was opened: a frame, whose blocks are extracted then (`transient` as there), or a recorded run."""
-        again = opened.record_replay
+        again = document.record_replay
         if again is None:
             self._workspace.open_document(document)
             self._extract_first(document, transient)
@@ -329,11 +313,14 @@ class FrameLoader(QObject):
         self._report_blocks(document, _RECORDED, *again.run.blocks.notes)
         self.replayed.emit(document)
 
-    def _take_restored(self, entry: Entry, decoded: Decoded) -> None:
-        document = Document.of_state(decoded.state, entry.source or Path(entry.key), entry.key)
-        self._workspace.open_document(document, restored=True)
+    def open_state(self, entry: Entry, decoded: Decoded, show: bool = True) -> Document:
+        """Open a frame of the list in a state and, with `show`, make it the current one."""
+        origin = entry.source or (Path(entry.key) if entry.has_state else FrameRef(entry.key))
+        document = Document.of_state(decoded.state, origin, entry.key)
+        self._workspace.open_document(document, restored=entry.has_state, show=show)
         if decoded.problems:
             self.incomplete.emit(document, decoded.problems)
+        return document
 
     def _take_listing(self, how: FrameRef, listing: Listing, found: Sequence[Entry], show: bool) -> None:
         workspace, entries = self._workspace, self._workspace.entries
@@ -362,17 +349,11 @@ class FrameLoader(QObject):
 
     # extracting
 
-    def extract(self, document: Document, found: FoundBlocks | None = None) -> None:
-        """Extract the blocks of an open frame again, with the workspace's parameters.
-
-        With `found`, which must be the extraction with these parameters, its blocks are set at once.
-        """
-        if found is not None:
-            self._take_extraction(document, found)
-            return
+    def extract(self, document: Document) -> None:
+        """Extract the blocks of an open frame again, with the workspace's parameters."""
         frame, parameters = document.frame, self._workspace.parameters.extraction
         self._add_extraction(
-            document, lambda: find(frame, parameters), lambda found: self._take_extraction(document, found)
+            document, lambda: find(frame, parameters), lambda found: self.take_extraction(document, found)
         )
 
     def is_extracting(self, document: Document) -> bool:
@@ -412,7 +393,7 @@ class FrameLoader(QObject):
         wanted: Callable[[], bool] = lambda: True,
     ) -> None:
         what, documents = f"Extracting blocks of {document.name}", self._workspace.open
-        self._extracting.add(
+        self._extracting.ask(
             Job(
                 what,
                 do,
@@ -447,7 +428,8 @@ class FrameLoader(QObject):
         beside = described_beside(document.origin) if isinstance(document.origin, FrameRef) else ""
         self._report_blocks(document, beside, *document.frame.notes, *found.extraction.notes)
 
-    def _take_extraction(self, document: Document, found: FoundBlocks) -> None:
+    def take_extraction(self, document: Document, found: FoundBlocks) -> None:
+        """Set the blocks of an extraction with the workspace's parameters."""
         keeps_handmade = self._workspace.parameters.keeps_handmade
         kept = document.set_extracted(found.extraction, found.parameters, keeps_handmade)
         if self._workspace.is_shown(document):
@@ -488,20 +470,30 @@ def _is_read_otherwise(present: Entry, found: Entry) -> bool:
     return present.source is not None and found.source is not None and present.source.options != found.source.options
 
 
+def _key(origin: FrameRef | Path) -> str:
+    return origin.key if isinstance(origin, FrameRef) else str(origin)
+
+
+def _document(origin: FrameRef | Path, opened: _Opened) -> Document:
+    """Make the document of what was opened, in the GUI's thread because of its undo stack."""
+    run, again = opened
+    return Document.of(run, origin, _key(origin), again)
+
+
 def _open(
     source: FrameRef, parameters: BlockParameters, frame: RGBDFrame | None = None, places: Places | None = None
 ) -> _Opened:
     again = recorded_run(source, places) if frame is None else None
     if again is not None:
-        return _opened_run(again, source, source.key)
+        return _replayed(again)
     frame = read_frame(source) if frame is None else frame
     no_blocks = np.zeros(frame.shape, np.int32)
-    return _Opened(Run(frame, Blocks(no_blocks, extraction=parameters, extracted=no_blocks)), source, source.key)
+    return Run(frame, Blocks(no_blocks, extraction=parameters, extracted=no_blocks)), None
 
 
-def _opened_run(again: Replay, origin: FrameRef | Path, key: str) -> _Opened:
+def _replayed(again: Replay) -> _Opened:
     again.completion  # noqa: B018 - read here, in the background
-    return _Opened(again.run, origin, key, again)
+    return again.run, again
 
 
 def _extract_first(frame: RGBDFrame, parameters: BlockParameters) -> FoundBlocks:
