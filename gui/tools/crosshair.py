@@ -7,16 +7,10 @@ from dataclasses import replace
 import numpy as np
 from PySide6.QtCore import Qt
 
-from ..views.interaction import PointerEvent, PointerKind
+from ..views.interaction import ARROWS, PointerEvent, PointerKind
 from ..views.linked_views import LinkedViews
 from .editor import Editor
 
-ARROWS: dict[int, tuple[int, int]] = {
-    Qt.Key.Key_Left: (-1, 0),
-    Qt.Key.Key_Right: (1, 0),
-    Qt.Key.Key_Up: (0, -1),
-    Qt.Key.Key_Down: (0, 1),
-}
 FAR = 10
 """Pixels of a long step."""
 _ABOUT = (

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 import numpy as np
 import pyqtgraph as pg
 from numpy.typing import NDArray
-from PySide6.QtCore import QEvent, QPointF, QRect, QRectF, QSize, Qt, Signal
+from PySide6.QtCore import QEvent, QLineF, QPointF, QRect, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import QBrush, QColor, QFont, QFontMetricsF, QPainter, QPainterPath, QResizeEvent, QTransform
 from PySide6.QtWidgets import QGraphicsItem, QGraphicsRectItem, QStyleOptionGraphicsItem, QWidget
 
@@ -199,7 +199,7 @@ class ImageView(pg.GraphicsView):
         self._message = ""
         self._muted = QColor()
         self._pixel_size = 1.0
-        self.image = self.add_layer(0)
+        self.image = self.add_picture(PixelItem(0))
         self._hatches: list[Hatch] = []
         self.hatch = self.add_hatch(-1)
         self.points = PointsItem(3)
@@ -226,9 +226,10 @@ class ImageView(pg.GraphicsView):
         for item in (self.points, self.stripes, self.lines, self.names, self.preview, *self._cross):
             self.add_overlay(item)
 
-    def add_layer(self, z: float) -> PixelItem:
-        """Add a picture at height z: the view's own is at 0, overlays at 4 and above."""
-        return self.place(PixelItem(z))
+    def add_picture(self, item: PixelItem) -> PixelItem:
+        """Add a picture: the view's own is at height 0, overlays are at 4 and above."""
+        self.addItem(item)
+        return item
 
     def add_overlay(self, item: ViewItem) -> None:
         """Add an item over the picture, visible while there is a picture."""
@@ -243,11 +244,6 @@ class ImageView(pg.GraphicsView):
         self.addItem(hatch)
         self._hatches.append(hatch)
         return hatch
-
-    def place(self, item: PixelItem) -> PixelItem:
-        """Add a picture to the scene."""
-        self.addItem(item)
-        return item
 
     def set_frame_size(self, width: int, height: int) -> None:
         """Set the frame's size in image pixels."""
@@ -346,18 +342,15 @@ class ImageView(pg.GraphicsView):
         paths = (QPainterPath(), QPainterPath())
         if pixel is not None:
             x, y = pixel[0] + 0.5, pixel[1] + 0.5
-            scale = self.transform().m11()
+            scale, frame = self.transform().m11(), self._frame
             gap = max(_CROSS_GAP / scale, 0.5 + 3 / scale)
-            frame = self._frame
-            for path, centre, low, high in (
-                (paths[0], x, frame.left(), frame.right()),
-                (paths[1], y, frame.top(), frame.bottom()),
-            ):
-                for start, stop in ((low, centre - gap), (centre + gap, high)):
-                    if start < stop:
-                        ends = ((start, y), (stop, y)) if path is paths[0] else ((x, start), (x, stop))
-                        path.moveTo(*ends[0])
-                        path.lineTo(*ends[1])
+            across = QLineF(frame.left(), y, x - gap, y), QLineF(x + gap, y, frame.right(), y)
+            down = QLineF(x, frame.top(), x, y - gap), QLineF(x, y + gap, x, frame.bottom())
+            for path, lines in zip(paths, (across, down), strict=True):
+                for line in lines:
+                    if line.dx() > 0 or line.dy() > 0:
+                        path.moveTo(line.p1())
+                        path.lineTo(line.p2())
         for item, path in zip(self._cross, paths, strict=True):
             item.set_path(path)
 

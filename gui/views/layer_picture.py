@@ -11,12 +11,11 @@ from PySide6.QtGui import QColor
 
 from ilf.data.label_map import Box, union
 from ilf.drawing.colours import sample
-from ilf.segmentation.editing.patches import bounds
 
 from .colour_bar import ColourBar
 from .image_view import ImageView
 from .layers import STRIPE, Layer
-from .pixel_items import changed_box, whole
+from .pixel_items import PixelItem, changed_box, whole
 from .scene_items import hatch_brush
 
 EVERYWHERE: Box = slice(None), slice(None)
@@ -31,7 +30,7 @@ class LayerPicture:
         self.drawn: list[NDArray[Any]] = []
         """Copies of the drawn arrays, the layer's parts first, since the originals may be changed in place."""
         # from below: the hatch of missing depth, marks or extrapolated depth, stripes over it, and the picture
-        self.below = view.add_layer(-0.8)
+        self.below = view.add_picture(PixelItem(-0.8))
         self.stripes = view.add_hatch(-0.6)
         self.stripes.set_brush(hatch_brush(QColor(0, 0, 0, 0), STRIPE))
         self.stripes.setVisible(False)
@@ -80,7 +79,7 @@ class LayerPicture:
 
     def _draw_changes(self, layer: Layer) -> None:
         arrays = _arrays(layer)
-        changed = [_changed(drawn, now) for drawn, now in zip(self.drawn, arrays, strict=True)]
+        changed = [changed_box(drawn, now) for drawn, now in zip(self.drawn, arrays, strict=True)]
         boxes = [box for box in changed if box is not None]
         if not boxes:
             return
@@ -139,7 +138,3 @@ def _look_same(former: Layer, layer: Layer) -> bool:
         and np.array_equal(former.table, layer.table)
         and (former_marks is None or marks is None or np.array_equal(former_marks, marks))
     )
-
-
-def _changed(drawn: NDArray[Any], now: NDArray[Any]) -> Box | None:
-    return bounds(drawn != now) if now.dtype == np.uint8 else changed_box(drawn, now)

@@ -158,13 +158,13 @@ class CloudView(Themed, QWidget):
         self.strip.set_title(scene.title)
         self.strip.set_text(", ".join(notes))
         self.strip.set_legend([(QBrush(QColor(*colour)), text) for colour, text in colouring.legend])
-        scale = colouring.scale
-        if scale is None:
+        layer = colouring.layer
+        if layer is None:
             self.bar.set_levels(None)
         else:
-            self.bar.set_unit(scale.unit)
-            self.bar.set_table(scale.table)
-            self.bar.set_levels(scale.levels, scale.logarithmic)
+            self.bar.set_unit(colouring.unit)
+            self.bar.set_table(layer.table)
+            self.bar.set_levels(layer.levels, layer.logarithmic)
 
     def set_message(self, text: str = EMPTY_TEXT) -> None:
         """Show a text in place of the cloud."""
@@ -176,7 +176,7 @@ class CloudView(Themed, QWidget):
 
     def set_colour_by(self, colour_by: ColourBy) -> None:
         """Select what colours the points."""
-        self.colour_by = ColourBy(colour_by)
+        self.colour_by = colour_by
         self._choices[self.colour_by].setChecked(True)
         self._colour_button.setText(f"{self.colour_by.text} \u25be")
         self.colours_changed.emit()

@@ -24,6 +24,7 @@ class ScrubBar(Themed, QWidget):
     def __init__(self) -> None:
         super().__init__()
         self._slider = _Slider(Qt.Orientation.Horizontal)
+        self._slider.setMinimumWidth(60)
         self._slider.setAccessibleName("Iteration shown")
         self._slider.valueChanged.connect(self._report_position)
         self._text = PlainLabel()
@@ -95,10 +96,6 @@ class ScrubBar(Themed, QWidget):
 
 class _Slider(QSlider):
     """Slider that also goes to its end on Escape."""
-
-    def __init__(self, orientation: Qt.Orientation) -> None:
-        super().__init__(orientation)
-        self.setMinimumWidth(60)
 
     def event(self, event: QEvent) -> bool:
         """Reserve Escape for the slider while it is not at its end."""
