@@ -115,6 +115,8 @@ class Document(FrameData):
     def note_edit(self) -> None:
         """Note an edit that the undo stack does not report; undo steps call this through their signal."""
         self._edits += 1
+        if self.changes is not None:
+            self.changes.touch(self)
 
     def note_other_change(self) -> None:
         """Note a change that is not an undo step."""
@@ -165,7 +167,7 @@ class Document(FrameData):
             self.note(Part.SELECTION)
 
     def stroke(self, patch: LabelPatch | None) -> None:
-        """Change the label map as part of a stroke; `end_stroke` makes it an undo step, `drop_stroke` cancels it."""
+        """Change the label map as part of a stroke, which `drop_stroke` takes back: it is no undo step."""
         if patch is None:
             return
         if self._before_stroke is None:
@@ -178,29 +180,13 @@ class Document(FrameData):
         """Whether a stroke is in progress."""
         return self._before_stroke is not None
 
-    @property
-    def stroke_so_far(self) -> LabelPatch | None:
-        """What the stroke in progress has changed; None for nothing."""
-        return None if self._before_stroke is None else patch_between(self._before_stroke, self.labels)
-
-    def end_stroke(self, text: str) -> LabelPatch | None:
-        """Make the stroke one undo step and return what it changed; None for nothing."""
-        patch = self._take_stroke()
+    def drop_stroke(self) -> LabelPatch | None:
+        """Restore the pixels of the stroke in progress, and return what it changed; None for nothing."""
+        before, self._before_stroke = self._before_stroke, None
+        patch = None if before is None else patch_between(before, self.labels)
         if patch is not None:
-            self.undo_stack.push(EditLabels(self, patch, text, done=True))
-        return patch
-
-    def drop_stroke(self) -> bool:
-        """Restore the pixels of the stroke in progress; False if there is none."""
-        patch = self._take_stroke()
-        if patch is None:
-            return False
-        self.apply(patch, forward=False)
-        self._note_labels(patch.box, Part.STROKE)
-        return True
-
-    def _take_stroke(self) -> LabelPatch | None:
-        patch, self._before_stroke = self.stroke_so_far, None
+            self.apply(patch, forward=False)
+            self._note_labels(patch.box, Part.STROKE)
         return patch
 
     def prepare_change(self) -> None:

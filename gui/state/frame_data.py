@@ -419,7 +419,7 @@ class FrameData:
 
     def fitting_results(self, kept: StoredRun) -> list[BlockResult]:
         """Return the results of a stored run whose blocks have not changed since."""
-        return [result for result in kept.results.values() if self._fits(StoredBlockResult.of(result, kept.run.frame))]
+        return [result for result in kept.results.values() if self._fits(StoredBlockResult(result, kept.run.frame))]
 
     def changed_blocks(self) -> list[int]:
         """Return the blocks without an up-to-date result, in ascending order."""

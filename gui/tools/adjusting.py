@@ -214,12 +214,10 @@ class AdjustableTool(LineTool):
         """Whether there is a line that was not applied yet, or a point of one is held."""
         return super().busy or self._grip is not None
 
-    def cancel(self, host: Host) -> bool:
+    def cancel(self, host: Host) -> None:
         """Cancel the line, or end its adjustment."""
-        pending_work = self.busy
         self._grip = self._applied = None
         super().cancel(host)
-        return pending_work
 
     def finish(self, host: Host) -> bool:
         """End the adjustment of the line."""

@@ -88,10 +88,6 @@ class Host(Protocol):
         whole change, None for none. `label` is the block that is painted or drawn, 0 for none."""
         ...
 
-    def end_stroke(self, text: str, label: int = 0) -> bool:
-        """Make the document's stroke one undo step, as `commit`; False if it changed nothing."""
-        ...
-
     def attempt(self, change: Callable[[], bool]) -> bool:
         """Change the document by a function that returns whether it did; False, with a message, on an InputError."""
         ...
@@ -212,9 +208,8 @@ class Tool:
         """Handle a double click; False if the second of two quick clicks is a normal press."""
         return False
 
-    def cancel(self, host: Host) -> bool:
-        """Cancel the action in progress without any effect; False if there is none."""
-        return False
+    def cancel(self, host: Host) -> None:
+        """Cancel the action in progress without any effect."""
 
     def remove(self, host: Host) -> bool:
         """Remove the tool's mark from the image; False if there is none."""

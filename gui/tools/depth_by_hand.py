@@ -13,7 +13,6 @@ from PySide6.QtGui import QPainterPath
 
 from ilf.completion.continuation import continue_plane, nearer_or_farther
 from ilf.errors import InputError
-from ilf.segmentation.editing.patches import bounds
 
 from ..state.document import Document
 from ..views.interaction import PointerEvent, PointerKind, Preview
@@ -115,12 +114,11 @@ class DepthByHandTool(StrokeTool):
         else:
             host.show_message(_NOT_SELECTED if document.selected and document.labels[missing].any() else _NO_BLOCK)
 
-    def cancel(self, host: Host) -> bool:
+    def cancel(self, host: Host) -> None:
         """Cancel the stroke and drop the proposal."""
-        pending_work, self._surface, self._kept = self.busy, None, None
+        self._surface = self._kept = None
         super().cancel(host)
         host.document.propose(None)
-        return pending_work
 
     def finish(self, host: Host) -> bool:
         """Take the proposal as depth by hand."""
@@ -184,8 +182,7 @@ class DepthByHandTool(StrokeTool):
         proposal = self._proposal
         host.document.propose(proposal)
         large = cv2.morphologyEx(np.isfinite(proposal).astype(np.uint8), cv2.MORPH_OPEN, np.ones((3, 3), np.uint8)) > 0
-        box = bounds(large)
-        self._outline = QPainterPath() if box is None else boundary_path(large[box], box[1].start, box[0].start)
+        self._outline = boundary_path(large)
         host.show_preview(Preview(self._outline, dashed=True))
 
     def show_brush(self, event: PointerEvent, host: Host) -> None:

@@ -53,10 +53,10 @@ class GiveTool(LineTool):
         if self._press is None:
             self.cancel(host)
 
-    def cancel(self, host: Host) -> bool:
+    def cancel(self, host: Host) -> None:
         """Cancel the line, and drop the shown piece, because the label map may have changed."""
         self._piece = None
-        return super().cancel(host)
+        super().cancel(host)
 
     def look_ahead(self, line: list[Point], host: Host) -> Callable[[], _Cut | None]:
         """Return a function that computes what the line would cut off."""
@@ -88,7 +88,7 @@ class GiveTool(LineTool):
         if inside and shown is not None and shown[row, column] and event.ctrl == self._by_region:
             return
         self._piece, self._by_region = self._at(event, host), event.ctrl
-        host.show_preview(None if self._piece is None else piece_preview(self._piece))
+        host.show_preview(None if self._piece is None else Preview(boundary_path(self._piece)))
 
     def _at(self, event: PointerEvent, host: Host) -> NDArray[np.bool_] | None:
         """Return the piece under the pointer; None outside the frame."""
@@ -165,12 +165,3 @@ def give_piece(host: Host, piece: NDArray[np.bool_], source: int) -> None:
     name = document.info(label).name
     if not host.commit(give(document.labels, piece, label, document.locked), f"Give a piece to {name}", label):
         host.show_message(f"This piece already belongs to {name}. Shift+click selects another block.")
-
-
-def piece_preview(piece: NDArray[np.bool_]) -> Preview:
-    """Return the outline of a piece, bool (H, W)."""
-    rows = np.flatnonzero(piece.any(axis=1))
-    columns = np.flatnonzero(piece[rows[0] : rows[-1] + 1].any(axis=0))
-    box = piece[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1]
-    path = boundary_path(box, int(columns[0]), int(rows[0]))
-    return Preview(path)

@@ -58,18 +58,19 @@ class MeasureTool(Tool):
         host.show_preview(preview)
         return event.kind is not PointerKind.DOUBLE  # the second of two quick clicks is a normal press
 
-    def cancel(self, host: Host) -> bool:
+    def cancel(self, host: Host) -> None:
         """Restore a dragged end, or drop the first point."""
-        was_busy, press = self.busy, self._press
+        press = self._press
         self._press = self._start = None
         host.show_preview(None)
         if press is not None and press.drags and self._held is not None:
             host.document.set_measurements(self._before)
-        return was_busy
 
     def undo_last(self, host: Host) -> bool:
         """Drop the first point."""
-        return self.cancel(host)
+        was_busy = self.busy
+        self.cancel(host)
+        return was_busy
 
     def _click(self, at: Point, host: Host) -> None:
         if not _has_place(at, host):
@@ -157,12 +158,11 @@ class ShapeTool(Tool, Generic[Shape, Grip]):
                 self._press = None
         return event.kind is not PointerKind.DOUBLE  # the second of two quick clicks is a normal press
 
-    def cancel(self, host: Host) -> bool:
+    def cancel(self, host: Host) -> None:
         """Restore the former shape."""
-        pending_work, self._press = self.busy, None
-        if pending_work:
+        if self.busy:
+            self._press = None
             self._put(host.document, self._before)
-        return pending_work
 
     def remove(self, host: Host) -> bool:
         """Remove the shape."""

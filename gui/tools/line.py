@@ -201,13 +201,12 @@ class LineTool(Tool):
         """Whether there is a line, or the button is pressed."""
         return super().busy or self._pen.down
 
-    def cancel(self, host: Host) -> bool:
+    def cancel(self, host: Host) -> None:
         """Cancel the line."""
-        pending_work, self._press, self._by_clicks = self.busy, None, False
+        self._press = self._line_preview = None
+        self._by_clicks = False
         self._pen.lift()
-        self._line_preview = None
         host.show_preview(None)
-        return pending_work
 
     def undo_last(self, host: Host) -> bool:
         """Remove what the last click added."""

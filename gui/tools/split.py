@@ -62,12 +62,10 @@ class SplitTool(LineTool):
             self.finish(host)
         return self._by_clicks
 
-    def cancel(self, host: Host) -> bool:
+    def cancel(self, host: Host) -> None:
         """Cancel the line."""
-        pending_work = self.busy
         self._forget_suggestion()
         super().cancel(host)
-        return pending_work
 
     def finish(self, host: Host) -> bool:
         """Cut along the line; if a suggestion is still being searched, as soon as it is found."""

@@ -51,9 +51,6 @@ class ToolHost:
     def commit(self, patch: LabelPatch | None, text: str, label: int = 0) -> LabelPatch | None:
         return patch if self.workspace.current.edit(patch, text) else None
 
-    def end_stroke(self, text: str, label: int = 0) -> bool:
-        return self.workspace.current.end_stroke(text) is not None
-
     def attempt(self, change: Callable[[], bool]) -> bool:
         return change()
 
@@ -108,3 +105,9 @@ class Hand:
 
     def hover(self, at: Point, keys: str = "") -> None:
         self.send(PointerKind.HOVER, at, keys)
+
+    def cancel(self) -> bool:
+        """Cancel what the tool does; return whether there was anything to cancel."""
+        was_busy = self.tool.busy
+        self.tool.cancel(self.host)
+        return was_busy

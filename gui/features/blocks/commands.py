@@ -143,9 +143,10 @@ class BlockCommands(QObject):
     def _edit_each(self, edit: Callable[[int], LabelPatch | None], text: str) -> bool:
         """Edit the selected blocks one after another, as one undo step."""
         self._editor.cancel()
-        for label in list(self._workspace.current.selected):
-            self._workspace.current.stroke(edit(label))
-        return self._editor.end_stroke(text, self._workspace.chosen)
+        document = self._workspace.current
+        for label in document.selected:
+            document.stroke(edit(label))
+        return self._editor.commit(document.drop_stroke(), text, document.chosen) is not None
 
     def _edit(self, edit: Callable[[], LabelPatch | None], text: str) -> bool:
         """Edit the label map after cancelling a stroke in progress."""

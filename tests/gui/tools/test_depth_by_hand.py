@@ -99,7 +99,7 @@ def test_a_plane_is_proposed_limited_and_taken(hand):
     assert host.steps == ["Continue plane"]
 
     _tool(hand).propose_plane(host)
-    assert hand.tool.cancel(host)
+    assert hand.cancel()
     assert host.document.proposal is None
     assert len(host.steps) == 1
 
