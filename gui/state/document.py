@@ -16,7 +16,7 @@ from ilf.data.blocks import BlockInfo, Blocks, block_colour
 from ilf.data.by_hand import DepthByHand
 from ilf.data.frame import GroundTruthFile, RGBDFrame, read_only
 from ilf.data.guide import Guide
-from ilf.data.label_map import Box
+from ilf.data.label_map import Box, whole
 from ilf.data.neighbours import NeighbourDepth
 from ilf.data.parameters import BlockParameters
 from ilf.data.results import BlockResult, Completion, IterationRecord
@@ -197,7 +197,7 @@ class Document(FrameData):
 
     def _note_labels(self, box: Box, part: Part) -> None:
         if self.changes is not None and self.changes.is_shown(self):
-            (self.changes.stroke_changed if part is Part.STROKE else self.changes.labels_changed).emit(box)
+            self.changes.labels_changed.emit(box)
         self.note(part)
 
     # blocks
@@ -208,9 +208,7 @@ class Document(FrameData):
         self.take_blocks(Blocks(labels, extraction=used, network=extraction.network, extracted=read_only(labels)))
         self.set_labels(labels)
         self.touch(viewing=True)
-        self._note_labels(
-            (slice(0, labels.shape[0]), slice(0, labels.shape[1])), Part.LABELS | Part.REPLACED | Part.RESULTS
-        )
+        self._note_labels(whole(labels.shape), Part.LABELS | Part.REPLACED | Part.RESULTS)
 
     def set_extracted(self, extraction: Extraction, used: BlockParameters, keep_handmade: bool) -> KeptBlocks:
         """Replace the blocks by those of another extraction as one undo step; locked blocks stay, and with
@@ -458,7 +456,9 @@ class Document(FrameData):
     def set_camera(self, read: RGBDFrame, origin: object) -> bool:
         """Take over the camera of the frame as it was read again, and what was read; no undo step. Return False, and
         change nothing, if its images are others, or if depth of neighbours was brought here by the present camera."""
-        if self.frame.neighbours is not None or not self.has_images_of(read):
+        images = ((self.frame.rgb, read.rgb), (self.frame.measured, read.measured))
+        same = (np.array_equal(here, there, equal_nan=here.dtype.kind == "f") for here, there in images)
+        if self.frame.neighbours is not None or not all(same):
             return False
         self.take_camera(read)
         self.origin = origin
@@ -477,7 +477,9 @@ class Document(FrameData):
         InputError
             If it does not fit the frame.
         """
-        self.take_ground_truth(ground_truth, file)
+        self.change(frame=self.frame.with_ground_truth(ground_truth, file))
+        for kept in self.state.runs:
+            kept.ground_truth_error = None
         self.touch()
         self.note(Part.GROUND_TRUTH)
 
@@ -496,7 +498,9 @@ class Document(FrameData):
 
     def add_previews(self, previews: Sequence[Preview]) -> None:
         """Store the depth so far of running blocks."""
-        super().add_previews(previews)
+        self.results.add_previews(previews)
+        for block, _ in previews:
+            self._shown.note(block.box)
         self.note(Part.PREVIEWS)
 
     def store_results(self, results: Sequence[BlockResult], frame: RGBDFrame | None = None) -> None:
@@ -519,7 +523,9 @@ class Document(FrameData):
 
     def end_run(self, keep_previews: bool = False) -> None:
         """End the run; with `keep_previews`, another run of the same blocks starts next."""
-        super().end_run(keep_previews)
+        for block, _ in self.results.previews.values():
+            self._shown.note(block.box)
+        self.results.end_run(keep_previews)
         self.note(Part.RESULTS)
 
     def clear_results(self) -> None:

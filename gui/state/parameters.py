@@ -212,10 +212,9 @@ class DocumentParameters:
         Returns the open frames that had other parameters.
         """
         shared = SharedParameters(True, self.current)
-        states = {document: document.state for document in self._frames.open}
-        others = [one for one, state in states.items() if not state.own_parameters and state.common != self.current]
+        others = [one for one in self._frames.open if not one.state.own_parameters and one.state.common != self.current]
         self._push_sharing(shared, own=False, text="Use parameters for all frames")
-        return [one for one in others if one is not self._frames.current]
+        return others
 
     def keep_own(self) -> None:
         """Give the current frame its own parameters while others are shared, as one undo step."""

@@ -105,7 +105,8 @@ class Host(Protocol):
         ...
 
     def run_in_background(self, find: Callable[[], Result], take: Callable[[Result], None]) -> None:
-        """Call `find` in the background, then `take` with its result; not after a label map change or `cancel`."""
+        """Call `find` in the background, then `take` with its result, or show the message of its InputError; neither
+        after a label map change or `cancel`."""
         ...
 
     def show_message(self, message: str) -> None:

@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from PySide6.QtGui import QPainterPath
 
 from ilf.completion.continuation import continue_plane, nearer_or_farther
-from ilf.errors import InputError
 
 from ..state.document import Document
 from ..views.interaction import PointerEvent, PointerKind, Preview
@@ -168,13 +167,10 @@ class DepthByHandTool(StrokeTool):
     def _find(self, host: Host, find: Callable[[], Surface]) -> None:
         """Find a surface in the background and propose it."""
         self.cancel(host)
-        host.run_in_background(partial(_or_reason, find), partial(self._take, host))
+        host.run_in_background(find, partial(self._take, host))
 
-    def _take(self, host: Host, answer: Surface | str) -> None:
-        if isinstance(answer, str):
-            host.show_message(answer)
-            return
-        self._surface, self._kept = answer, None
+    def _take(self, host: Host, surface: Surface) -> None:
+        self._surface, self._kept = surface, None
         self._show(host)
 
     def _show(self, host: Host) -> None:
@@ -226,14 +222,6 @@ def _selected(document: Document) -> Mask:
 def _constant(host: Host) -> Depth:
     """Return the set depth at every pixel."""
     return np.full(host.document.frame.shape, host.options.hand_depth, np.float32)
-
-
-def _or_reason(find: Callable[[], Surface]) -> Surface | str:
-    """Return what `find` finds, or the message of its InputError."""
-    try:
-        return find()
-    except InputError as error:
-        return str(error)
 
 
 def _hole_of(host: Host) -> Mask | None:

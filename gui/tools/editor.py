@@ -63,7 +63,7 @@ class Editor(QObject):
         self._jobs = LatestRequest[_Job, Any](lambda job: job.find(), self)
         self._jobs.answered.connect(self._take_answer)
         for requests in (self._jobs, self.edge_data_source.requests):
-            requests.failed.connect(lambda _, error: self.failed.emit(error))
+            requests.failed.connect(self._take_error)
         self.tools = Tools()
         self.options = ToolOptions()
         self.tool_name = "select"
@@ -226,6 +226,12 @@ class Editor(QObject):
     def run_in_background(self, find: Callable[[], Result], take: Callable[[Result], None]) -> None:
         """Call `find` in the background, then `take` with its result, unless the tool is cancelled before."""
         self._jobs.ask(_Job(find, take))
+
+    def _take_error(self, _: object, error: Exception) -> None:
+        if isinstance(error, InputError):
+            self.show_message(str(error))
+        else:
+            self.failed.emit(error)
 
     @property
     def working(self) -> bool:

@@ -7,7 +7,6 @@ from collections.abc import Mapping, Sequence
 from typing import Generic, TypeVar
 
 from ilf.data.label_map import Box
-from ilf.errors import InputError
 from ilf.evaluation.measuring import Line, point_in_space
 
 from ..state.document import Document
@@ -85,12 +84,8 @@ class MeasureTool(Tool):
 def _has_place(point: Point, host: Host) -> bool:
     """Return whether the pixel at image coordinates has a position in space; if not, show a message why."""
     frame, depth = host.document.frame, host.document.current_depth()
-    try:
-        point_in_space(frame.depth if depth is None else depth, point, frame.intrinsics)
-    except InputError as error:
-        host.show_message(str(error))
-        return False
-    return True
+    shown = frame.depth if depth is None else depth
+    return host.attempt(lambda: point_in_space(shown, point, frame.intrinsics) is not None)
 
 
 def _held(lines: Sequence[Line], event: PointerEvent) -> tuple[int, int] | None:

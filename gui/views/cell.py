@@ -11,7 +11,6 @@ from PySide6.QtWidgets import QVBoxLayout, QWidget
 from ..base.theme import Colours
 from ..widgets.basics import lay_out
 from .content_menu import ContentMenu
-from .focus_frame import FOCUS_WIDTH, FocusFrame
 from .image_view import ImageView
 from .layer_picture import LayerPicture
 from .layers import Layer, Legend, Look, checked, content_of, title_of, uses
@@ -46,7 +45,6 @@ class Cell(QWidget):
         self.strip.titled.connect(self.view.setAccessibleName)
         self.bar = self.strip.bar
         lay_out(QVBoxLayout(self), self.strip, self.view, spacing=0, stretched=self.view)
-        self.focus_frame = FocusFrame(self, self.view)
         self._legend: Legend = []
         self._stripe_legend: Legend = []
         self.picture = LayerPicture(self.view, self.bar)
@@ -156,7 +154,6 @@ class Cell(QWidget):
         """Apply the theme's colours; `draw_again` draws the picture with them."""
         self.strip.set_colours(colours)
         self.view.set_colours(colours, hatch)
-        self.focus_frame.setStyleSheet(f"border: {FOCUS_WIDTH}px solid {colours.accent.name()};")
         self._look = Look(colours, hatch)
 
     def draw_again(self) -> None:
@@ -208,4 +205,3 @@ class Cell(QWidget):
         strip = self.strip.height()
         self.strip.setGeometry(0, 0, self.width(), strip)
         self.view.setGeometry(0, strip, self.width(), max(self.height() - strip, 0))
-        self.focus_frame.setGeometry(self.view.geometry())

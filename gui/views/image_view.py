@@ -160,6 +160,7 @@ class NamesItem(ViewItem):
         painter.restore()
 
 
+FOCUS_WIDTH = 2
 _CROSS_GAP = 9
 _MIN_SHARE_FOR_NAMES = 0.5
 
@@ -197,7 +198,7 @@ class ImageView(pg.GraphicsView):
         """Ratio of this view's scale to the transform's, for a view of another size."""
         self._frame = QRectF()
         self._message = ""
-        self._muted = QColor()
+        self._muted = self._accent = QColor()
         self._pixel_size = 1.0
         self.image = self.add_picture(PixelItem(0))
         self._hatches: list[Hatch] = []
@@ -283,7 +284,7 @@ class ImageView(pg.GraphicsView):
 
     def set_colours(self, colours: Colours, hatch: QBrush) -> None:
         """Apply the theme's colours."""
-        self._muted = colours.muted
+        self._muted, self._accent = colours.muted, colours.accent
         self.setBackground(colours.background)
         self.hatch.set_brush(hatch)
         self.viewport().update()
@@ -355,12 +356,18 @@ class ImageView(pg.GraphicsView):
             item.set_path(path)
 
     def drawForeground(self, painter: QPainter, rect: QRectF) -> None:
-        if self.image.image is not None or not self._message:
-            return
+        """Draw the message, and a frame in the accent colour while the view has the keyboard focus."""
+        room = self.viewport().rect()
         painter.save()
         painter.resetTransform()
         painter.setPen(self._muted)
-        painter.drawText(self.viewport().rect(), Qt.AlignmentFlag.AlignCenter, self._message)
+        if self.image.image is None:
+            painter.drawText(room, Qt.AlignmentFlag.AlignCenter, self._message)
+        if self.hasFocus():
+            painter.setPen(self._accent)
+            painter.setBrush(Qt.BrushStyle.NoBrush)
+            for inset in range(FOCUS_WIDTH):
+                painter.drawRect(room.adjusted(inset, inset, -inset - 1, -inset - 1))
         painter.restore()
 
     def sizeHint(self) -> QSize:
@@ -379,6 +386,8 @@ class ImageView(pg.GraphicsView):
         if event.type() in self._KEYS and self._on_event(self, event):
             event.accept()
             return True
+        if event.type() in (QEvent.Type.FocusIn, QEvent.Type.FocusOut):
+            self.viewport().update()
         return super().event(event)
 
     def keyPressEvent(self, event: QEvent) -> None:

@@ -328,8 +328,3 @@ def changed_box(before: NDArray[Any], after: NDArray[Any]) -> Box | None:
     """
     plain = np.int32 if before.dtype == np.float32 else before.dtype
     return bounds(before.view(plain) != after.view(plain))
-
-
-def whole(shape: tuple[int, ...]) -> Box:
-    """Box of a whole array."""
-    return slice(0, shape[0]), slice(0, shape[1])

@@ -11,11 +11,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from ilf.data.label_map import Box
+from ilf.data.label_map import Box, whole
 from ilf.segmentation.editing.patches import bounds, grown
 
 from .image_view import ImageView
-from .pixel_items import whole
 from .screen_items import Argb, Rims, Sampling
 
 # Lines around blocks in screen pixels: the same width at every zoom, visible on any picture. No Qt.

@@ -9,7 +9,7 @@ from PySide6.QtWidgets import QWidget
 
 from ..base.theme import Colours
 from .colours import strength_table
-from .image_view import ImageView
+from .image_view import FOCUS_WIDTH, ImageView
 from .layers import BAND
 from .pixel_items import image_over, packed
 from .view_data import Spectrum
@@ -51,7 +51,7 @@ class SpectrumPicture(QWidget):
     def _cover(self) -> None:
         view = self.parentWidget()
         if view is not None:
-            self.setGeometry(view.rect())
+            self.setGeometry(view.rect().adjusted(FOCUS_WIDTH, FOCUS_WIDTH, -FOCUS_WIDTH, -FOCUS_WIDTH))
 
     def paintEvent(self, event: QPaintEvent) -> None:
         painter = QPainter(self)

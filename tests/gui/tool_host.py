@@ -11,6 +11,7 @@ from gui.tools.base import Point, Result, Tool, ToolOptions
 from gui.tools.edge_data import EdgeData, edge_data_of
 from gui.views.interaction import PointerEvent, PointerKind, Preview
 from ilf.data.frame import RGBDFrame
+from ilf.errors import InputError
 from ilf.run.run import Run
 from ilf.segmentation.editing.patches import LabelPatch
 
@@ -52,7 +53,11 @@ class ToolHost:
         return patch if self.workspace.current.edit(patch, text) else None
 
     def attempt(self, change: Callable[[], bool]) -> bool:
-        return change()
+        try:
+            return change()
+        except InputError as error:
+            self.show_message(str(error))
+            return False
 
     def set_option(self, name: str, value: float | bool) -> None:
         setattr(self.options, name, value)
@@ -62,10 +67,19 @@ class ToolHost:
 
     def run_in_background(self, find: Callable[[], Result], take: Callable[[Result], None]) -> None:
         """At once, unless a test lets it wait."""
+
+        def answer() -> None:
+            try:
+                found = find()
+            except InputError as error:
+                self.show_message(str(error))
+            else:
+                take(found)
+
         if self.waits:
-            self.waiting.append(lambda: take(find()))
+            self.waiting.append(answer)
         else:
-            take(find())
+            answer()
 
     def show_message(self, message: str) -> None:
         self.said.append(message)

@@ -7,16 +7,11 @@ from collections.abc import Mapping
 from functools import partial
 
 from PySide6.QtCore import QSignalBlocker, Qt, Signal
-from PySide6.QtGui import (
-    QAction,
-    QActionGroup,
-    QBrush,
-    QColor,
-)
-from PySide6.QtWidgets import QHBoxLayout, QMenu, QSlider, QToolBar, QToolButton, QVBoxLayout, QWidget
+from PySide6.QtGui import QAction, QActionGroup, QBrush, QColor
+from PySide6.QtWidgets import QHBoxLayout, QMenu, QSlider, QToolBar, QVBoxLayout, QWidget
 
 from ...base import theme
-from ...widgets.basics import PlainLabel, Themed, lay_out, menu_button
+from ...widgets.basics import PlainLabel, Themed, flat_button, lay_out, menu_button
 from ..title_strip import TitleStrip
 from .canvas import EMPTY_TEXT, CloudCanvas
 from .colouring import ColourBy
@@ -44,11 +39,7 @@ class DepthClip(QWidget):
         """Depth range [m] that is drawn."""
         self.near, self.far = self._slider("Nearest depth"), self._slider("Farthest depth")
         self._labels = PlainLabel(), PlainLabel()
-        everything = QToolButton(autoRaise=True)
-        everything.setText("All")
-        everything.setAccessibleName("Draw all depths")
-        everything.setToolTip("Draw all depths again")
-        everything.clicked.connect(self.clear)
+        everything = flat_button("Draw all depths again", self.clear, "All", "Draw all depths")
         layout = lay_out(QHBoxLayout(self), PlainLabel("Depth"), margins=(8, 0, 8, 2))
         for slider, label in zip((self.near, self.far), self._labels, strict=True):
             label.setFixedWidth(self.fontMetrics().horizontalAdvance("00.00 m"))

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from PySide6.QtCore import QEvent, QSignalBlocker, Qt, Signal
 from PySide6.QtGui import QKeyEvent
-from PySide6.QtWidgets import QHBoxLayout, QSlider, QToolButton, QWidget
+from PySide6.QtWidgets import QHBoxLayout, QSlider, QWidget
 
 from ...base import theme
-from ...widgets.basics import PlainLabel, Themed, lay_out, use_even_digits
+from ...widgets.basics import PlainLabel, Themed, flat_button, lay_out, use_even_digits
 
 
 class ScrubBar(Themed, QWidget):
@@ -29,19 +29,10 @@ class ScrubBar(Themed, QWidget):
         self._slider.valueChanged.connect(self._report_position)
         self._text = PlainLabel()
         use_even_digits(self._text)
-        self._end = QToolButton(autoRaise=True)
-        self._end.setAccessibleName("Go to the last iteration")
-        self._end.setToolTip("Go to the last iteration, the current depth (Esc or End)")
-        self._end.clicked.connect(self.go_to_end)
-        lay_out(
-            QHBoxLayout(self),
-            self._slider,
-            self._text,
-            self._end,
-            margins=(8, 0, 0, 2),
-            spacing=4,
-            stretched=self._slider,
-        )
+        hint = "Go to the last iteration, the current depth (Esc or End)"
+        self._end = flat_button(hint, self.go_to_end, name="Go to the last iteration")
+        parts = self._slider, self._text, self._end
+        lay_out(QHBoxLayout(self), *parts, margins=(8, 0, 0, 2), spacing=4, stretched=self._slider)
         self.set_range(0)
         self._take_theme()
 
