@@ -437,10 +437,6 @@ class Document(FrameData):
             self.proposal = depth
             self.note(Part.PROPOSAL)
 
-    def set_region(self, box: Box | None) -> None:
-        """Set or remove the rectangle (rows, columns)."""
-        self.look(Part.REGION, region=box)
-
     def set_measurements(self, lines: Sequence[Line]) -> None:
         """Set all measurements."""
         self.look(Part.MARKS, viewing=False, measurements=tuple(lines))

@@ -21,7 +21,7 @@ from ilf.project.run_history import Extrapolation, StoredRun
 from ilf.run.key_frames import KeyFrames
 from ilf.run.replaying import Replay
 from ilf.run.run import Run
-from ilf.segmentation.editing.patches import LabelPatch
+from ilf.segmentation.editing.patches import LabelPatch, values_at
 from ilf.segmentation.reextraction import made_by_hand
 
 from .block_counts import BlockCounts, BlockTally
@@ -214,9 +214,7 @@ class FrameData:
 
     def label_at(self, x: float, y: float) -> int:
         """Return the block at image coordinates; 0 for none or outside the frame."""
-        row, column = int(y // 1), int(x // 1)
-        height, width = self.labels.shape
-        return int(self.labels[row, column]) if 0 <= row < height and 0 <= column < width else 0
+        return int(values_at(self.labels, np.array([[x, y]]), beyond=0)[0])
 
     def take_blocks(self, blocks: Blocks) -> Blocks:
         """Replace all that is said about the blocks, other than depth by hand, and return the former blocks; the label

@@ -112,7 +112,6 @@ class Frames(Changes):
     def close(self, document: Document) -> None:
         """Close a frame permanently; the previous one in the list becomes the current one."""
         entry = self.entries.of(document.id)
-        self._close(document)
         if entry is not None:
             self.remove_entries([entry])
 

@@ -200,8 +200,8 @@ class AdjustableTool(LineTool):
     @property
     def adjust_hint(self) -> str:
         """Hint while the line can be adjusted; empty if there is none."""
-        if self._grip is not None and self._line_preview is not None:
-            return f"Release: {self._line_preview.text} | Shift: straight | Esc: cancel"
+        if self._grip is not None and self.release_hint:
+            return self.release_hint
         if self._applied is None:
             return ""
         return (

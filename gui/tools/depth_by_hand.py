@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from PySide6.QtGui import QPainterPath
 
 from ilf.completion.continuation import continue_plane, nearer_or_farther
+from ilf.segmentation.editing.patches import values_at
 
 from ..state.document import Document
 from ..views.interaction import PointerEvent, PointerKind, Preview
@@ -247,10 +248,7 @@ def pick_depth(host: Host, x: float, y: float) -> None:
 
 
 def _depth_at(document: Document, x: float, y: float) -> float | None:
-    row, column = int(y // 1), int(x // 1)
-    height, width = document.frame.shape
-    if not (0 <= row < height and 0 <= column < width):
-        return None
     completed = document.current_depth()
-    depth = float((document.frame.depth if completed is None else completed)[row, column])
-    return depth if np.isfinite(depth) else None
+    shown = document.frame.depth if completed is None else completed
+    depth = float(values_at(shown, np.array([[x, y]]), beyond=0)[0])
+    return depth if depth > 0 else None

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ilf.segmentation.editing.cleaning import pixels_apart
 from ilf.segmentation.editing.cutting import cut_off, piece_at
 from ilf.segmentation.editing.painting import give
-from ilf.segmentation.editing.patches import LabelPatch, Labels
+from ilf.segmentation.editing.patches import LabelPatch, Labels, values_at
 
 from ..views.interaction import PointerEvent, Preview
 from ..views.pixel_items import boundary_path
@@ -36,9 +36,8 @@ class GiveTool(LineTool):
     @property
     def hint(self) -> str:
         """Hint: what a click or a drag would do."""
-        if self._line_preview is not None:
-            return f"Release: {self._line_preview.text} | Shift: straight | Esc: cancel"
-        return "Click: give this piece to the selected block | Ctrl: this region | Shift: select | drag: cut off a part"
+        idle = "Click: give this piece to the selected block | Ctrl: this region | Shift: select | drag: cut off a part"
+        return self.release_hint or idle
 
     def _release(self, press: Press, event: PointerEvent, host: Host) -> None:
         """Cut a part off after a drag; give the piece after a click."""
@@ -82,10 +81,8 @@ class GiveTool(LineTool):
 
     def _hover(self, event: PointerEvent, host: Host) -> None:
         """Show the piece under the pointer."""
-        shown = self._piece
-        row, column = int(event.y // 1), int(event.x // 1)
-        inside = shown is not None and 0 <= row < shown.shape[0] and 0 <= column < shown.shape[1]
-        if inside and shown is not None and shown[row, column] and event.ctrl == self._by_region:
+        at, shown = np.array([[event.x, event.y]]), self._piece
+        if shown is not None and event.ctrl == self._by_region and values_at(shown, at, beyond=0)[0]:
             return
         self._piece, self._by_region = self._at(event, host), event.ctrl
         host.show_preview(None if self._piece is None else Preview(boundary_path(self._piece)))

@@ -40,9 +40,8 @@ class SplitTool(LineTool):
         cut = "cut" if self._line_preview is None else self._line_preview.text
         if self._by_clicks:
             return f"Click: next point | Shift: straight | Enter or double-click: {cut} | Backspace: remove last"
-        if self._line_preview is not None:
-            return f"Release: {cut} | Shift: straight | Esc: cancel"
-        return "Drag: cut along a line | Shift: straight | click: suggest a line | Ctrl+click: point by point"
+        idle = "Drag: cut along a line | Shift: straight | click: suggest a line | Ctrl+click: point by point"
+        return self.release_hint or idle
 
     @property
     def busy(self) -> bool:

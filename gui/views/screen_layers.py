@@ -50,7 +50,6 @@ class BlockLines:
         self._lines = self._bands = np.zeros(1, np.uint32)
         self._selected: tuple[int, ...] = ()
         self._labels_to_check: tuple[int, ...] = ()
-        self._marked_selected = self._marked_to_check = np.zeros(1, np.uint8)
 
     def set_colours(self, colours: NDArray[np.uint8]) -> None:
         """Set the colours of blocks, RGBA uint8 (N + 1, 4) by label; alpha 0 means no line."""
@@ -59,24 +58,18 @@ class BlockLines:
         visible[0] = False
         self._shown = np.where(visible, np.arange(len(colours), dtype=np.int32), 0)
         self._lines, self._bands = _argb(colours, 255), _argb(colours, _BAND_ALPHA)
-        self._mark()
 
     def set_selected(self, labels: Iterable[int]) -> list[int]:
         """Set the selected blocks; return the labels whose selection changed."""
         before, now = self._selected, tuple(labels)
         self._selected = now
-        self._mark()
         tints = (len(before) > 1) != (len(now) > 1)
         return sorted(set(before) | set(now) if tints else set(before) ^ set(now))
 
     def set_to_check(self, labels: Iterable[int]) -> list[int]:
         """Set the blocks that need checking; return the labels that changed."""
         before, self._labels_to_check = self._labels_to_check, tuple(labels)
-        self._mark()
         return sorted(set(before) ^ set(self._labels_to_check))
-
-    def _mark(self) -> None:
-        self._marked_selected, self._marked_to_check = self.marked(self._selected), self.marked(self._labels_to_check)
 
     def marked(self, labels: Iterable[int]) -> NDArray[np.uint8]:
         """Label -> whether it is one of these."""
@@ -131,9 +124,9 @@ class BlockLines:
             line[shown == 0] = 0
         if ratio > 1:
             line[:] = cv2.dilate(line, _SQUARE, iterations=ratio // 2)
-        drawn = np.zeros(shown.shape, np.uint32)
+        drawn, selected = np.zeros(shown.shape, np.uint32), self.marked(self._selected)
         if len(self._selected) > 1:
-            drawn[self._marked_selected[here] > 0] = _TINT
+            drawn[selected[here] > 0] = _TINT
         if self.in_colours:
             band = (cv2.dilate(line, _SQUARE, iterations=_BAND * ratio) > 0) & (shown > 0)
             drawn[band] = self._bands[shown[band]]
@@ -141,8 +134,8 @@ class BlockLines:
         on_line = line > 0
         drawn[on_line] = self._lines[shown[on_line]] if self.in_colours else np.uint32(_LINE)
         for marked, colour in (
-            (self._marked_to_check & self._shown.astype(bool), _TO_CHECK),
-            (self._marked_selected, _SELECTED),
+            (self.marked(self._labels_to_check) & self._shown.astype(bool), _TO_CHECK),
+            (selected, _SELECTED),
         ):
             if marked.any():
                 self._draw_rim(marked[here], rims, drawn, colour, ratio)

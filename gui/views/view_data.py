@@ -308,16 +308,12 @@ class ViewData:
         first, second = (self.depth(side) for side in self.sides)
         if first is None or second is None:
             return None
-        depth = second.depth.copy()
-        depth[:, :column] = first.depth[:, :column]
+        columns = np.arange(first.depth.shape[1]) < column
         marks: list[Mask | None] = []
         for left, right in ((first.extrapolated, second.extrapolated), (first.stale, second.stale)):
-            both = None
-            if left is not None or right is not None:
-                both = np.zeros(depth.shape, bool) if right is None else right.copy()
-                both[:, :column] = False if left is None else left[:, :column]
-            marks.append(both)
-        return ShownDepth(depth, *marks)
+            there = (False if mask is None else mask for mask in (left, right))
+            marks.append(None if left is right is None else np.where(columns, *there))
+        return ShownDepth(np.where(columns, first.depth, second.depth), *marks)
 
     @property
     def side_blocks(self) -> tuple[Blocks | None, Blocks | None]:
