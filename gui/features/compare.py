@@ -221,7 +221,7 @@ class CompareFeature(Feature):
         self.context.actions["compare_two"].setChecked(name == COMPARE)
         if name == COMPARE:
             self.context.actions["swipe"].setChecked(False)
-        elif self.context.views.sides.swipe.on:
+        elif self.context.views.sides.is_divided:
             self._restore_contents()
             self._show_result()
 
@@ -240,7 +240,7 @@ class CompareFeature(Feature):
         """
         views = self.context.views
         if not on:
-            views.sides.swipe.set_on(False)
+            views.sides.divide(False)
             self._restore_contents()
             if self._was_compared:
                 views.sheet.toggle_layout(COMPARE)
@@ -250,7 +250,7 @@ class CompareFeature(Feature):
             views.sheet.toggle_layout(COMPARE)
         self._was_compared = was_compared  # until another layout is chosen
         self._show_result()
-        views.sides.swipe.set_on(True)
+        views.sides.divide(True)
 
     def _show_result(self) -> None:
         """Show the result in the active view if no view does."""

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ilf.data.label_map import Box
+from ilf.data.label_map import Box, whole
 
 
 @dataclass(frozen=True)
@@ -30,7 +30,7 @@ class BlockTally:
         self._labels = labels
         self._known = known
         self._counts = np.zeros((2, 1), np.int64)
-        self.add((slice(0, labels.shape[0]), slice(0, labels.shape[1])))
+        self.add(whole(labels.shape))
 
     def add(self, box: Box) -> None:
         """Add the pixels of a box to the counts."""

@@ -20,9 +20,7 @@ class Changes(QObject):
     edited(object)
         An undoable change of what the depth of blocks depends on, of any document, at once: an `Edit`.
     labels_changed(object)
-        The box (rows, columns) of the current label map that has changed, at once.
-    stroke_changed(object)
-        The same, by a stroke in progress, which may still be cancelled.
+        The box (rows, columns) of the current label map that has changed, at once, also by a stroke in progress.
     about_to_change()
         The current document or its label map is about to change: strokes in progress must end.
     touched(object)
@@ -32,7 +30,6 @@ class Changes(QObject):
     changed = Signal(object)
     edited = Signal(object)
     labels_changed = Signal(object)
-    stroke_changed = Signal(object)
     about_to_change = Signal()
     touched = Signal(object)
     _wanted = Signal()

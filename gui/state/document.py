@@ -16,7 +16,7 @@ from ilf.data.blocks import BlockInfo, Blocks, block_colour
 from ilf.data.by_hand import DepthByHand
 from ilf.data.frame import GroundTruthFile, RGBDFrame, read_only
 from ilf.data.guide import Guide
-from ilf.data.label_map import Box
+from ilf.data.label_map import Box, whole
 from ilf.data.neighbours import NeighbourDepth
 from ilf.data.parameters import BlockParameters
 from ilf.data.results import BlockResult, Completion, IterationRecord
@@ -115,6 +115,8 @@ class Document(FrameData):
     def note_edit(self) -> None:
         """Note an edit that the undo stack does not report; undo steps call this through their signal."""
         self._edits += 1
+        if self.changes is not None:
+            self.changes.touch(self)
 
     def note_other_change(self) -> None:
         """Note a change that is not an undo step."""
@@ -165,7 +167,7 @@ class Document(FrameData):
             self.note(Part.SELECTION)
 
     def stroke(self, patch: LabelPatch | None) -> None:
-        """Change the label map as part of a stroke; `end_stroke` makes it an undo step, `drop_stroke` cancels it."""
+        """Change the label map as part of a stroke, which `drop_stroke` takes back: it is no undo step."""
         if patch is None:
             return
         if self._before_stroke is None:
@@ -178,29 +180,13 @@ class Document(FrameData):
         """Whether a stroke is in progress."""
         return self._before_stroke is not None
 
-    @property
-    def stroke_so_far(self) -> LabelPatch | None:
-        """What the stroke in progress has changed; None for nothing."""
-        return None if self._before_stroke is None else patch_between(self._before_stroke, self.labels)
-
-    def end_stroke(self, text: str) -> LabelPatch | None:
-        """Make the stroke one undo step and return what it changed; None for nothing."""
-        patch = self._take_stroke()
+    def drop_stroke(self) -> LabelPatch | None:
+        """Restore the pixels of the stroke in progress, and return what it changed; None for nothing."""
+        before, self._before_stroke = self._before_stroke, None
+        patch = None if before is None else patch_between(before, self.labels)
         if patch is not None:
-            self.undo_stack.push(EditLabels(self, patch, text, done=True))
-        return patch
-
-    def drop_stroke(self) -> bool:
-        """Restore the pixels of the stroke in progress; False if there is none."""
-        patch = self._take_stroke()
-        if patch is None:
-            return False
-        self.apply(patch, forward=False)
-        self._note_labels(patch.box, Part.STROKE)
-        return True
-
-    def _take_stroke(self) -> LabelPatch | None:
-        patch, self._before_stroke = self.stroke_so_far, None
+            self.apply(patch, forward=False)
+            self._note_labels(patch.box, Part.STROKE)
         return patch
 
     def prepare_change(self) -> None:
@@ -211,7 +197,7 @@ class Document(FrameData):
 
     def _note_labels(self, box: Box, part: Part) -> None:
         if self.changes is not None and self.changes.is_shown(self):
-            (self.changes.stroke_changed if part is Part.STROKE else self.changes.labels_changed).emit(box)
+            self.changes.labels_changed.emit(box)
         self.note(part)
 
     # blocks
@@ -222,9 +208,7 @@ class Document(FrameData):
         self.take_blocks(Blocks(labels, extraction=used, network=extraction.network, extracted=read_only(labels)))
         self.set_labels(labels)
         self.touch(viewing=True)
-        self._note_labels(
-            (slice(0, labels.shape[0]), slice(0, labels.shape[1])), Part.LABELS | Part.REPLACED | Part.RESULTS
-        )
+        self._note_labels(whole(labels.shape), Part.LABELS | Part.REPLACED | Part.RESULTS)
 
     def set_extracted(self, extraction: Extraction, used: BlockParameters, keep_handmade: bool) -> KeptBlocks:
         """Replace the blocks by those of another extraction as one undo step; locked blocks stay, and with
@@ -453,10 +437,6 @@ class Document(FrameData):
             self.proposal = depth
             self.note(Part.PROPOSAL)
 
-    def set_region(self, box: Box | None) -> None:
-        """Set or remove the rectangle (rows, columns)."""
-        self.look(Part.REGION, region=box)
-
     def set_measurements(self, lines: Sequence[Line]) -> None:
         """Set all measurements."""
         self.look(Part.MARKS, viewing=False, measurements=tuple(lines))
@@ -472,7 +452,9 @@ class Document(FrameData):
     def set_camera(self, read: RGBDFrame, origin: object) -> bool:
         """Take over the camera of the frame as it was read again, and what was read; no undo step. Return False, and
         change nothing, if its images are others, or if depth of neighbours was brought here by the present camera."""
-        if self.frame.neighbours is not None or not self.has_images_of(read):
+        images = ((self.frame.rgb, read.rgb), (self.frame.measured, read.measured))
+        same = (np.array_equal(here, there, equal_nan=here.dtype.kind == "f") for here, there in images)
+        if self.frame.neighbours is not None or not all(same):
             return False
         self.take_camera(read)
         self.origin = origin
@@ -491,7 +473,9 @@ class Document(FrameData):
         InputError
             If it does not fit the frame.
         """
-        self.take_ground_truth(ground_truth, file)
+        self.change(frame=self.frame.with_ground_truth(ground_truth, file))
+        for kept in self.state.runs:
+            kept.ground_truth_error = None
         self.touch()
         self.note(Part.GROUND_TRUTH)
 
@@ -510,7 +494,9 @@ class Document(FrameData):
 
     def add_previews(self, previews: Sequence[Preview]) -> None:
         """Store the depth so far of running blocks."""
-        super().add_previews(previews)
+        self.results.add_previews(previews)
+        for block, _ in previews:
+            self._shown.note(block.box)
         self.note(Part.PREVIEWS)
 
     def store_results(self, results: Sequence[BlockResult], frame: RGBDFrame | None = None) -> None:
@@ -533,7 +519,9 @@ class Document(FrameData):
 
     def end_run(self, keep_previews: bool = False) -> None:
         """End the run; with `keep_previews`, another run of the same blocks starts next."""
-        super().end_run(keep_previews)
+        for block, _ in self.results.previews.values():
+            self._shown.note(block.box)
+        self.results.end_run(keep_previews)
         self.note(Part.RESULTS)
 
     def clear_results(self) -> None:

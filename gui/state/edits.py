@@ -83,16 +83,13 @@ class EditLabels(QUndoCommand):
     """A change of the label map.
 
     New borders become drawn borders. With `blocks`, they do not: all that is said about the blocks changes too, as when
-    all blocks are replaced. With `done`, the map is already changed (a brush paints while it moves).
+    all blocks are replaced.
     """
 
-    def __init__(
-        self, document: Document, patch: LabelPatch, text: str, done: bool = False, blocks: Blocks | None = None
-    ) -> None:
+    def __init__(self, document: Document, patch: LabelPatch, text: str, blocks: Blocks | None = None) -> None:
         super().__init__(text)
         self._document = document
         self._patch = patch
-        self._done = done
         self._other_blocks = blocks
         to_check = document.state.to_check
         if to_check:
@@ -106,20 +103,16 @@ class EditLabels(QUndoCommand):
 
     def redo(self) -> None:
         """Apply the change."""
-        if not self._done:
-            self._document.prepare_change()
-            self._document.apply(self._patch)
-        self._done = False
-        self._tell(forward=True)
+        self._take(forward=True)
 
     def undo(self) -> None:
         """Undo the change."""
-        self._document.prepare_change()
-        self._document.apply(self._patch, forward=False)
-        self._tell(forward=False)
+        self._take(forward=False)
 
-    def _tell(self, forward: bool) -> None:
+    def _take(self, forward: bool) -> None:
         document, edit = self._document, None
+        document.prepare_change()
+        document.apply(self._patch, forward)
         to_check = document.state.to_check
         document.change(to_check=self._other_to_check)
         self._other_to_check = to_check

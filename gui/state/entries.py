@@ -51,8 +51,8 @@ class Entry:
     problem: str = ""
     _summary: FrameSummary = field(default_factory=FrameSummary)
     _stamp: tuple[int, ...] = ()
-    _unsaved: bool = False
-    _unsaved_words: str = ""
+    _unsaved: str = ""
+    """Its unsaved changes while it is not open."""
 
     @classmethod
     def of(cls, source: FrameRef, from_folder: bool = False) -> Self:
@@ -82,17 +82,15 @@ class Entry:
     @property
     def unsaved(self) -> bool:
         """Whether it has changes that are not in the project file."""
-        return self._unsaved if self.document is None else self.document.unsaved
+        return bool(self.unsaved_summary())
 
     def unsaved_summary(self) -> str:
         """Return a summary of the unsaved changes, as "3 edits, 1 run"; "" for none."""
-        if self.document is not None:
-            return self.document.unsaved_summary()
-        return (self._unsaved_words or "changes") if self._unsaved else ""
+        return self._unsaved if self.document is None else self.document.unsaved_summary()
 
     def set_unsaved(self, unsaved: bool) -> None:
         """Set whether a frame that is not open has unsaved changes."""
-        self._unsaved = unsaved
+        self._unsaved = (self._unsaved or "changes") if unsaved else ""
         self.changes += unsaved
 
     @property
@@ -190,7 +188,7 @@ class Entries(QObject):
 
     def detach(self, entry: Entry, stored: bool) -> None:
         """Detach a closed frame from its entry; `stored`: whether its state is stored."""
-        entry._unsaved_words = entry.unsaved_summary()
+        entry._unsaved = entry.unsaved_summary()
         entry.set_unsaved(entry.unsaved)
         entry.set_summary(entry.summary)
         entry.document, entry.has_state = None, stored

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ilf.data.blocks import BlockInfo, Blocks, block_colour
 from ilf.data.by_hand import DepthByHand, as_by_hand
-from ilf.data.frame import GroundTruthFile, RGBDFrame, read_only
+from ilf.data.frame import RGBDFrame, read_only
 from ilf.data.label_map import Box
 from ilf.data.parameters import Parameters
 from ilf.data.results import BlockResult, Completion, IterationRecord, compose
@@ -21,12 +21,12 @@ from ilf.project.run_history import Extrapolation, StoredRun
 from ilf.run.key_frames import KeyFrames
 from ilf.run.replaying import Replay
 from ilf.run.run import Run
-from ilf.segmentation.editing.patches import LabelPatch
+from ilf.segmentation.editing.patches import LabelPatch, values_at
 from ilf.segmentation.reextraction import made_by_hand
 
 from .block_counts import BlockCounts, BlockTally
 from .block_errors import BlockErrors
-from .results import FrameResults, Preview, Results, StoredBlockResult, same_depth, same_layers, same_mask
+from .results import FrameResults, Results, StoredBlockResult, same_depth, same_layers, same_mask
 from .shown_depth import ShownDepth
 
 LARGEST_LABEL = 65535
@@ -63,7 +63,7 @@ class FrameData:
         """Depth [m] that is shown in place of the completed one until it is taken or dropped; NaN for none."""
         self.record_replay: Replay | None = None
         """The record that the document was opened from."""
-        self._shown = ShownDepth(state.frame)
+        self._shown = ShownDepth(state.frame.depth)
         self._tally: BlockTally | None = None
         self._fitting: dict[int, list[BlockResult]] = {}
         self._valid: dict[int, BlockResult] | None = None
@@ -214,9 +214,7 @@ class FrameData:
 
     def label_at(self, x: float, y: float) -> int:
         """Return the block at image coordinates; 0 for none or outside the frame."""
-        row, column = int(y // 1), int(x // 1)
-        height, width = self.labels.shape
-        return int(self.labels[row, column]) if 0 <= row < height and 0 <= column < width else 0
+        return int(values_at(self.labels, np.array([[x, y]]), beyond=0)[0])
 
     def take_blocks(self, blocks: Blocks) -> Blocks:
         """Replace all that is said about the blocks, other than depth by hand, and return the former blocks; the label
@@ -238,13 +236,7 @@ class FrameData:
             )
         self.change(frame=frame)
         self._tally = self._completion = None
-        self._shown.take_frame(frame)
         self._forget_results()
-
-    def has_images_of(self, read: RGBDFrame) -> bool:
-        """Whether colour and measured depth are the frame's own."""
-        images = ((self.frame.rgb, read.rgb), (self.frame.measured, read.measured))
-        return all(np.array_equal(here, there, equal_nan=here.dtype.kind == "f") for here, there in images)
 
     def take_camera(self, read: RGBDFrame) -> None:
         """Replace the frame by itself with the camera and the notes of the same frame as `read`. Results of blocks
@@ -256,12 +248,6 @@ class FrameData:
         self.change(frame=replace(self.frame, depth=self.frame.measured, inputs=inputs, **camera))
         self.results.extrapolation = None
         self._completion = None
-
-    def take_ground_truth(self, ground_truth: NDArray[np.float32] | None, file: GroundTruthFile | None = None) -> None:
-        """Set the ground truth [m], float32 (H, W), or None; results stay valid."""
-        self.change(frame=self.frame.with_ground_truth(ground_truth, file))
-        for kept in self.state.runs:
-            kept.ground_truth_error = None
 
     def remember_parameters(self) -> None:
         """Remember the current parameters of the blocks, because undo may bring them back."""
@@ -322,18 +308,6 @@ class FrameData:
         """Store the extrapolation of a completion; valid while that completion is the current one."""
         self.results.extrapolation = base, extrapolation
         self._shown.note_all()
-
-    def add_previews(self, previews: Sequence[Preview]) -> None:
-        """Store the depth so far of running blocks."""
-        self.results.add_previews(previews)
-        for block, _ in previews:
-            self._shown.note(block.box)
-
-    def end_run(self, keep_previews: bool = False) -> None:
-        """End the run; with `keep_previews`, another run of the same blocks starts next."""
-        for block, _ in self.results.previews.values():
-            self._shown.note(block.box)
-        self.results.end_run(keep_previews)
 
     def add_results(self, results: Sequence[BlockResult], frame: RGBDFrame | None = None) -> None:
         """Store results of blocks; `frame` is the frame as it was when they started, if it has changed since."""
@@ -408,18 +382,14 @@ class FrameData:
         sizes = np.bincount(run.blocks.labels.ravel())
         found = {}
         for label in sorted(label for label in self.results.kept if label < sizes.size and sizes[label]):
-            wanted, size = run.parameters_of(label), int(sizes[label])
-            fitting = [
-                kept.result for kept in reversed(self.results.kept[label]) if kept.fits(run.blocks, size, run.frame)
-            ]
-            if fitting:
-                same = (result for result in fitting if result.parameters.same_effect(wanted))
-                found[label] = next(same, fitting[0])
-        return found
+            latest, size = reversed(self.results.kept[label]), int(sizes[label])
+            fitting = [kept.result for kept in latest if kept.fits(run.blocks, size, run.frame)]
+            found[label] = _best_of(fitting, run.parameters_of(label))
+        return {label: result for label, result in found.items() if result is not None}
 
     def fitting_results(self, kept: StoredRun) -> list[BlockResult]:
         """Return the results of a stored run whose blocks have not changed since."""
-        return [result for result in kept.results.values() if self._fits(StoredBlockResult.of(result, kept.run.frame))]
+        return [result for result in kept.results.values() if self._fits(StoredBlockResult(result, kept.run.frame))]
 
     def changed_blocks(self) -> list[int]:
         """Return the blocks without an up-to-date result, in ascending order."""
@@ -433,8 +403,7 @@ class FrameData:
     def _best(self, label: int) -> BlockResult | None:
         if label not in self._fitting:
             self._fitting[label] = [kept.result for kept in reversed(self.results.kept[label]) if self._fits(kept)]
-        fitting, wanted = self._fitting[label], self.parameters_of(label)
-        return next((result for result in fitting if result.parameters.same_effect(wanted)), next(iter(fitting), None))
+        return _best_of(self._fitting[label], self.parameters_of(label))
 
     def completion(self) -> Completion | None:
         """Return the completion from all valid results, extrapolated if that was done.
@@ -488,7 +457,8 @@ class FrameData:
         """Update the current depth and return the changed box (rows, columns); None if nothing changed."""
         completion = self.completion()
         valid, previews = self.valid_results(), self.results.previews.values()
-        return self._shown.update(self.labels, valid, completion, previews, self._outdated)
+        depth = self.frame.depth if completion is None else completion.depth
+        return self._shown.update(self.labels, valid, depth, previews, self._outdated)
 
     def records_of(self, label: int) -> Sequence[IterationRecord]:
         """Return the records of the block so far if it is running, else those of its result."""
@@ -519,6 +489,11 @@ def touched_by(patch: LabelPatch) -> frozenset[int]:
     changed = patch.before != patch.after
     counts = (np.bincount(labels[changed]) for labels in (patch.before, patch.after))
     return frozenset(int(label) for count in counts for label in np.flatnonzero(count)) - {0}
+
+
+def _best_of(fitting: Sequence[BlockResult], wanted: Parameters) -> BlockResult | None:
+    """Return the first result with these parameters, or else the first one; None for none."""
+    return next((result for result in fitting if result.parameters.same_effect(wanted)), next(iter(fitting), None))
 
 
 def _same(some: Mapping[int, BlockResult], others: Mapping[int, BlockResult]) -> bool:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 from dataclasses import replace
-from weakref import ref
 
 from PySide6.QtCore import QObject, Signal
 from PySide6.QtGui import QUndoGroup, QUndoStack
@@ -92,8 +91,6 @@ class Frames(Changes):
         listed = len(self.entries)
         self.entries.attach(document)
         self.undo_group.addStack(document.undo_stack)
-        opened = ref(document)  # a strong reference would keep the document alive through its history
-        document.undo_stack.indexChanged.connect(lambda _: self._note_step(opened()))
         self.note(Part.LIST)
         if show:
             self.show(document)
@@ -113,7 +110,6 @@ class Frames(Changes):
     def close(self, document: Document) -> None:
         """Close a frame permanently; the previous one in the list becomes the current one."""
         entry = self.entries.of(document.id)
-        self._close(document)
         if entry is not None:
             self.remove_entries([entry])
 
@@ -157,11 +153,6 @@ class Frames(Changes):
         document.undo_stack.setParent(None)  # PySide treats it as owned by the group while the group exists
         document.undo_stack.clear()  # commands and document reference each other and would never be freed
         self.note(Part.LIST)
-
-    def _note_step(self, document: Document | None) -> None:
-        """Note that a step of a frame was made, undone or redone."""
-        if document is not None and document in self.open:
-            self.touch(document)
 
     def set_note(self, entry: Entry, note: str) -> None:
         """Set the user's note on a frame, open or not."""

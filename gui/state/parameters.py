@@ -26,9 +26,6 @@ from .edits import Swap
 from .frames import Frames
 from .parts import Part
 
-OwnChange = Mapping[int, tuple[OwnValues | None, OwnValues | None]]
-"""Block label -> its own parameters before and after, None for none."""
-
 DRAG_S = 0.7
 """Changes of the same parameters within this time [s] are one undo step."""
 
@@ -44,13 +41,8 @@ class SharedParameters(NamedTuple):
         """Whether a frame has the shared parameters."""
         return self.on and not document.state.own_parameters
 
-    def apply_to(self, document: Document) -> None:
-        """Set the shared parameters in a restored frame, unless it has its own."""
-        if self.applies_to(document):
-            document.change(common=self.values)
-
-    def apply_to_all(self, documents: Iterable[Document], transient: bool = False) -> None:
-        """Set the shared parameters in all frames without own ones; with `transient`, undo does not lead back."""
+    def apply_to(self, documents: Iterable[Document], transient: bool = False) -> None:
+        """Set the shared parameters in frames without own ones; with `transient`, undo does not lead back."""
         for document in documents:
             if self.applies_to(document) and document.state.common != self.values:
                 if not transient:
@@ -92,7 +84,7 @@ class DocumentParameters:
 
     def leave(self) -> None:
         """Remember the parameters of the current frame for the next one; called before another one is shown."""
-        self.shared = SharedParameters(self.shared.on, self.of_next_frame)
+        self.shared = self.shared._replace(values=self.of_next_frame)
 
     def start(self, document: Document, recorded: Run | None = None, restored: bool = False) -> None:
         """Set the parameters of a frame that is about to be opened: those of the next frame, or of a recorded run.
@@ -100,7 +92,7 @@ class DocumentParameters:
         A `restored` frame keeps its own, unless it shares them.
         """
         if restored:
-            self.shared.apply_to(document)
+            self.shared.apply_to([document], transient=True)
         else:
             document.change(common=self.of_next_frame)
         if recorded is None:
@@ -121,77 +113,61 @@ class DocumentParameters:
         For blocks, the values that differ from the common ones become own parameters. Values set while a slider moves
         belong to the same step.
         """
+        values = parameters.differences_from(self.current)
         if blocks is None:
-            self._edit((self.current, parameters), {}, parameters.differences_from(self.current).keys())
-            return
-        labels = [blocks] if isinstance(blocks, int) else blocks
-        self._edit_own(dict.fromkeys(labels, parameters.differences_from(self.current)))
+            self._edit(values, {})
+        else:
+            self._edit({}, dict.fromkeys([blocks] if isinstance(blocks, int) else blocks, values))
 
     def set_own(self, values: OwnValues, blocks: Collection[int]) -> None:
         """Add own parameters to blocks; values equal to the common ones are removed."""
         common, own = self.current.to_dict(), self._frames.current.blocks.own
         merged = {label: {**own.get(label, {}), **values} for label in blocks}
-        self._edit_own(
+        self._edit(
+            {},
             {
                 label: {name: value for name, value in one.items() if value != common[name]}
                 for label, one in merged.items()
-            }
+            },
         )
 
     def reset_own(self, blocks: Collection[int]) -> None:
         """Remove all own parameters from blocks."""
-        self._edit_own({label: {} for label in blocks})
+        self._edit({}, {label: {} for label in blocks})
 
     def copy_own(self, source: int, blocks: Collection[int]) -> None:
         """Copy the own parameters of a block to others."""
-        values = self._frames.current.blocks.own.get(source, {})
-        self._edit_own(dict.fromkeys(blocks, values))
+        self._edit({}, dict.fromkeys(blocks, self._frames.current.blocks.own.get(source, {})))
 
-    def _edit_own(self, wanted: Mapping[int, OwnValues]) -> None:
-        changes = self._own_changes(wanted)
-        self._edit(None, changes, names_in(changes))
-
-    def _own_changes(self, wanted: Mapping[int, OwnValues]) -> OwnChange:
-        """Return the changes that give blocks these own parameters."""
-        own = self._frames.current.blocks.own
-        return {
-            label: (own.get(label), values or None)
-            for label, values in wanted.items()
-            if values != (own.get(label) or {})
-        }
-
-    def _edit(
-        self,
-        common: tuple[Parameters, Parameters] | None,
-        own: OwnChange,
-        names: Collection[str],
-    ) -> None:
-        if not names:
-            return
+    def _edit(self, common: OwnValues, own: Mapping[int, OwnValues]) -> None:
+        """Set common parameters, and all own parameters of blocks, as one undo step, or as part of the last one."""
         if not self._frames.has_current:
-            if common is not None:
-                self.set_shared(SharedParameters(self.shared.on, common[1]))
+            if common:
+                self.set_shared(self.shared._replace(values=self.shared.values.replace(**common)))
             return
         document = self._frames.current
-        stack = document.undo_stack
-        last = stack.command(stack.index() - 1) if not stack.isClean() else None
-        if isinstance(last, EditParameters) and stack.index() == stack.count() and last.extend(common, own, names):
-            document.note_edit()
-            self._frames.touch(document)
+        step, stack = EditParameters(self, document, common, own), document.undo_stack
+        if not step.names:
             return
-        what = parameter_labels(names)[0] if len(names) == 1 else f"{len(names)} filter parameters"
-        blocks = f" of {document.info(min(own)).name}" if len(own) == 1 else f" of {len(own)} blocks"
-        where = blocks if own else self.all_frames_text(document)
-        stack.push(EditParameters(self, document, common, own, names, f"Set {what}{where}"))
+        last = stack.command(stack.index() - 1) if not stack.isClean() else None
+        if isinstance(last, EditParameters) and stack.index() == stack.count() and last.extend(step):
+            document.note_edit()
+            return
+        count = len(step.names)
+        what = parameter_labels(step.names)[0] if count == 1 else f"{count} filter parameters"
+        labels = step.blocks
+        blocks = f" of {document.info(min(labels)).name}" if len(labels) == 1 else f" of {len(labels)} blocks"
+        step.setText(f"Set {what}{blocks if labels else self.all_frames_text(document)}")
+        stack.push(step)
 
     def all_frames_text(self, document: Document) -> str:
         """Return the end of the text of an undo step on a frame's common parameters."""
         return " for all frames" if self.shared.applies_to(document) else ""
 
     def take(
-        self, document: Document, common: OwnValues, own: Mapping[int, OwnValues | None], transient: bool = False
+        self, document: Document, common: OwnValues, own: Mapping[int, OwnValues], transient: bool = False
     ) -> None:
-        """Set some of the common parameters and own parameters of blocks (None for none). Called by commands.
+        """Set some of the common parameters and all own parameters of blocks. Called by commands.
 
         With `transient`, undo does not lead back to the present ones.
         """
@@ -204,7 +180,7 @@ class DocumentParameters:
         document.change(common=document.state.common.replace(**common))
         if common and self.shared.applies_to(document):
             self.shared = SharedParameters(True, document.state.common)
-            self.shared.apply_to_all(self._frames.open, transient)
+            self.shared.apply_to(self._frames.open, transient)
             self._frames.project_touched.emit()
         document.note(Part.PARAMETERS)
         if document.valid_results() != before:  # results of earlier parameters are valid again
@@ -216,13 +192,13 @@ class DocumentParameters:
         With `own`, they are its own while parameters are shared by all frames.
         """
         document.change(common=common, own_parameters=own)
-        self.shared.apply_to(document)
+        self.shared.apply_to([document], transient=True)
         document.note(Part.PARAMETERS)
 
     def set_shared(self, shared: SharedParameters) -> None:
         """Set whether parameters are shared by all frames, and which; also on loading a project, before its frames."""
         former, self.shared = self.shared, shared
-        shared.apply_to_all(self._frames.open)
+        shared.apply_to(self._frames.open)
         if former.on and not shared.on:  # from now on they are stored with each frame
             for document in self._frames.open:
                 if document.counts() or document.unsaved:
@@ -236,10 +212,9 @@ class DocumentParameters:
         Returns the open frames that had other parameters.
         """
         shared = SharedParameters(True, self.current)
-        states = {document: document.state for document in self._frames.open}
-        others = [one for one, state in states.items() if not state.own_parameters and state.common != self.current]
+        others = [one for one in self._frames.open if not one.state.own_parameters and one.state.common != self.current]
         self._push_sharing(shared, own=False, text="Use parameters for all frames")
-        return [one for one in others if one is not self._frames.current]
+        return others
 
     def keep_own(self) -> None:
         """Give the current frame its own parameters while others are shared, as one undo step."""
@@ -260,7 +235,13 @@ class DocumentParameters:
         def exchange(to: _Sharing) -> _Sharing:
             before = self.shared, document.state.common, document.state.own_parameters
             others = WeakKeyDictionary({one: one.state.common for one in frames.open})
-            self._take_sharing(document, to)
+            results = document.valid_results()
+            document.remember_parameters()
+            document.change(common=to.common, own_parameters=to.own)
+            self.set_shared(to.shared)
+            frames.note(Part.LIST)
+            if document.valid_results() != results:
+                document.note(Part.RESULTS)
             if to.others is not None and not self.shared.on:
                 for one, common in to.others.items():
                     if one in frames.open and one.state.common != common:
@@ -275,28 +256,17 @@ class DocumentParameters:
         common = document.state.common if own or not shared.on else shared.values
         document.undo_stack.push(Swap(text, _Sharing(shared, common, own), exchange))
 
-    def _take_sharing(self, document: Document, to: _Sharing) -> None:
-        before = document.valid_results()
-        document.remember_parameters()
-        document.change(common=to.common, own_parameters=to.own)
-        self.set_shared(to.shared)
-        self._frames.note(Part.LIST)
-        if document.valid_results() != before:
-            document.note(Part.RESULTS)
-
     def restore(self, kept: StoredRun) -> bool:
         """Restore common and own parameters of a stored run in the current frame, as one undo step; False if they are
         the current ones."""
         document, run = self._frames.current, kept.run
         there = set(document.counts()).intersection(np.unique(run.blocks.labels).tolist())
         own = {label: run.parameters_of(label).differences_from(run.parameters) for label in there}
-        changes = self._own_changes(own)
-        names = names_in(changes).union(run.parameters.differences_from(document.state.common))
-        if not names:
+        step = EditParameters(self, document, run.parameters.differences_from(document.state.common), own)
+        if not step.names:
             return False
-        common = document.state.common, run.parameters
-        text = f"Restore parameters of {kept.name}{self.all_frames_text(document)}"
-        document.undo_stack.push(EditParameters(self, document, common, changes, names, text))
+        step.setText(f"Restore parameters of {kept.name}{self.all_frames_text(document)}")
+        document.undo_stack.push(step)
         return True
 
     def set_extraction(self, parameters: BlockParameters) -> None:
@@ -312,73 +282,59 @@ class DocumentParameters:
         self._frames.project_touched.emit()
 
 
-def names_in(changes: OwnChange) -> set[str]:
-    """Return the names of the parameters that change."""
-    return {name for before, after in changes.values() for name in _differing_names(before or {}, after or {})}
-
-
 class EditParameters(QUndoCommand):
-    """A change of the common parameters, or of own parameters of blocks.
+    """A change of common parameters, or of own parameters of blocks.
 
     Parameters
     ----------
-    common : (Parameters, Parameters) or None
-        Before and after; None if unchanged.
-    own : mapping of int to (mapping or None, mapping or None)
-        Block label -> its own parameters before and after, None for none.
-    names : collection of str
+    common : mapping of str to Value
+        New values of common parameters.
+    own : mapping of int to OwnValues
+        Block label -> all own parameters that it gets.
+
+    Attributes
+    ----------
+    names : set of str
         The parameters that change.
     """
 
     def __init__(
-        self,
-        host: DocumentParameters,
-        document: Document,
-        common: tuple[Parameters, Parameters] | None,
-        own: OwnChange,
-        names: Collection[str],
-        text: str,
+        self, host: DocumentParameters, document: Document, common: OwnValues, own: Mapping[int, OwnValues]
     ) -> None:
-        super().__init__(text)
+        super().__init__()
         self._host = host
         self._document = document
-        self._common = common
-        self._own = own
-        self._names = frozenset(names)
+        present, former = document.state.common.to_dict(), {label: document.blocks.own.get(label, {}) for label in own}
+        changed = {label: values for label, values in own.items() if values != former[label]}
+        self._after = common, changed
+        self._before = {name: present[name] for name in common}, {label: former[label] for label in changed}
+        self.names = {*common}.union(*(_differing_names(former[label], changed[label]) for label in changed))
         self._time = time.monotonic()
 
-    def extend(self, common: tuple[Parameters, Parameters] | None, own: OwnChange, names: Collection[str]) -> bool:
+    @property
+    def blocks(self) -> Collection[int]:
+        """The blocks whose own parameters change."""
+        return self._after[1].keys()
+
+    def extend(self, further: EditParameters) -> bool:
         """Extend the step by new values of the same parameters if they follow quickly, as from a moving slider.
 
         False if they do not.
         """
-        now = time.monotonic()
-        same = (self._common is None) == (common is None) and self._own.keys() == own.keys()
-        if not same or self._names != frozenset(names) or now - self._time > DRAG_S:
+        what, others = ((step.names, step.blocks, step._after[0].keys()) for step in (self, further))
+        if what != others or further._time - self._time > DRAG_S:
             return False
-        if self._common is not None and common is not None:
-            self._common = self._common[0], common[1]
-        self._own = {label: (self._own[label][0], own[label][1]) for label in own}
-        self._time = now
-        self._take(1, transient=True)
+        self._after, self._time = further._after, further._time
+        self._host.take(self._document, *self._after, transient=True)
         return True
 
     def redo(self) -> None:
         """Apply the change."""
-        self._take(1)
+        self._host.take(self._document, *self._after)
 
     def undo(self) -> None:
         """Undo the change."""
-        self._take(0)
-
-    def _take(self, which: int, transient: bool = False) -> None:
-        values = {} if self._common is None else self._common[which].to_dict()
-        self._host.take(
-            self._document,
-            {name: value for name, value in values.items() if name in self._names},
-            {label: values[which] for label, values in self._own.items()},
-            transient,
-        )
+        self._host.take(self._document, *self._before)
 
 
 def _differing_names(one: OwnValues, other: OwnValues) -> set[str]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import NamedTuple, Self, TypeVar
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,17 +23,10 @@ Preview = tuple[Block, NDArray[np.float32]]
 
 
 class StoredBlockResult(NamedTuple):
-    """A result with the invalid mask, the guide and the neighbours of its frame."""
+    """A result with its frame: that has the invalid mask, the guide and the neighbours that it depends on."""
 
     result: BlockResult
-    invalid_mask: NDArray[np.bool_] | None
-    guide: Guide | None = None
-    neighbours: NeighbourDepth | None = None
-
-    @classmethod
-    def of(cls, result: BlockResult, frame: RGBDFrame) -> Self:
-        """Make it from a result and its frame."""
-        return cls(result, frame.invalid_mask, frame.guide, frame.neighbours)
+    frame: RGBDFrame
 
     def is_of_state(self, other: StoredBlockResult) -> bool:
         """Whether both have the same block pixels, drawn borders, depth by hand, edges, invalid mask, guide and depth
@@ -45,15 +38,10 @@ class StoredBlockResult(NamedTuple):
             and np.array_equal(one.block.mask, another.block.mask)
             and same_mask(one.drawn, another.drawn)
             and same_depth(one.by_hand, another.by_hand)
-            and same_layers(self, other)
+            and same_layers(self.frame, other.frame)
         )
 
-    def fits(
-        self,
-        blocks: Blocks,
-        pixels: int,
-        frame: RGBDFrame,
-    ) -> bool:
+    def fits(self, blocks: Blocks, pixels: int, frame: RGBDFrame) -> bool:
         """Whether its block has the same pixels among these blocks, `pixels` in number, and the same drawn borders,
         depth by hand, extraction parameters, invalid mask, guide and depth of neighbours."""
         result = self.result
@@ -62,7 +50,7 @@ class StoredBlockResult(NamedTuple):
             pixels == result.depth.size
             and result.edges == edge_parameters(result.parameters, blocks.extraction)
             and np.array_equal(blocks.labels[block.box] == block.label, block.mask)
-            and same_layers(self, frame)
+            and same_layers(self.frame, frame)
             and same_mask(result.drawn, drawn_of(block, blocks.drawn))
             and same_depth(result.by_hand, by_hand_of(block, blocks.by_hand, frame))
         )
@@ -145,7 +133,7 @@ class Results:
         """Store results of finished blocks; `frame` is the frame as it was when they started."""
         for result in results:
             label = result.block.label
-            self._keep(label, StoredBlockResult.of(result, frame))
+            self._keep(label, StoredBlockResult(result, frame))
             self.live.pop(label, None)
             self.previews.pop(label, None)
 
@@ -190,7 +178,7 @@ def same_mask(one: NDArray[np.bool_] | None, other: NDArray[np.bool_] | None) ->
     return one is other or np.array_equal(one, other)
 
 
-def same_layers(one: RGBDFrame | StoredBlockResult, other: RGBDFrame | StoredBlockResult) -> bool:
+def same_layers(one: RGBDFrame, other: RGBDFrame) -> bool:
     """Return whether invalid mask, guide and depth of neighbours are equal."""
     return (
         same_mask(one.invalid_mask, other.invalid_mask)

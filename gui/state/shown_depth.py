@@ -8,9 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ilf.data.frame import RGBDFrame
-from ilf.data.label_map import Box, union
-from ilf.data.results import BlockResult, Completion
+from ilf.data.label_map import Box, union, whole
+from ilf.data.results import BlockResult
 
 from .results import Preview
 
@@ -28,17 +27,11 @@ class ShownDepth:
         Pixels whose depth is from before their block or its parameters changed. Changed in place.
     """
 
-    def __init__(self, frame: RGBDFrame) -> None:
-        self._raw = frame.depth
-        self.depth: Depth = frame.depth.copy()
-        self.stale: NDArray[np.bool_] = np.zeros(frame.shape, bool)
-        self._last: Depth = np.full(frame.shape, np.nan, np.float32)
+    def __init__(self, depth: Depth) -> None:
+        self.depth = depth.copy()
+        self.stale: NDArray[np.bool_] = np.zeros(depth.shape, bool)
+        self._last: Depth = np.full(depth.shape, np.nan, np.float32)
         self._changed: Box | None = None
-
-    def take_frame(self, frame: RGBDFrame) -> None:
-        """Replace the frame by one of the same shape, for example after a change of the invalid mask."""
-        self._raw = frame.depth
-        self.note_all()
 
     def keep(self, results: Iterable[BlockResult]) -> None:
         """Store the depth of results; it is shown until there is newer depth, also when the blocks change."""
@@ -57,15 +50,15 @@ class ShownDepth:
 
     def note_all(self) -> None:
         """Mark the whole frame as changed."""
-        self._changed = _whole(self._raw.shape)
+        self._changed = whole(self.depth.shape)
 
     def update(
         self,
         labels: NDArray[np.int32],
         valid: Collection[int],
-        completion: Completion | None,
+        depth: Depth,
         previews: Iterable[Preview],
-        outdated: Collection[int] = (),
+        outdated: Collection[int],
     ) -> Box | None:
         """Bring `depth` and `stale` up to date.
 
@@ -75,8 +68,8 @@ class ShownDepth:
             The current label map.
         valid : collection of int
             Blocks whose results are up to date with it.
-        completion : Completion or None
-            The completion from these results, extrapolated depth included.
+        depth : ndarray of float32, shape (H, W)
+            The completion from these results, extrapolated depth included; or what is known without any.
         previews : iterable of (Block, ndarray)
         outdated : collection of int
             Blocks whose results have other parameters than the current ones.
@@ -89,8 +82,7 @@ class ShownDepth:
         box, self._changed = self._changed, None
         if box is None:
             return None
-        part = (self._raw if completion is None else completion.depth)[box].copy()
-        here = labels[box]
+        part, here = depth[box].copy(), labels[box]
         fresh = np.zeros(max(int(here.max()), 0) + 1, bool)
         fresh[[0, *(label for label in valid if label < fresh.size)]] = True
         stale = ~fresh[here]
@@ -108,10 +100,6 @@ class ShownDepth:
             self.depth[block.box][mask] = preview[still]
             self.stale[block.box][mask] = False
         return box
-
-
-def _whole(shape: tuple[int, ...]) -> Box:
-    return slice(0, shape[0]), slice(0, shape[1])
 
 
 @dataclass(frozen=True, eq=False)

@@ -117,8 +117,8 @@ class Workspace(Frames):
         document, parameters, common = self.current, self.parameters, kept.run.parameters
         results = document.fitting_results(kept)
         former, former_own = document.state.common, document.blocks.own
-        own: dict[int, OwnValues | None] = {
-            result.block.label: None
+        own: dict[int, OwnValues] = {
+            result.block.label: {}
             if result.parameters.same_effect(common)
             else result.parameters.differences_from(common)
             for result in results
@@ -131,7 +131,7 @@ class Workspace(Frames):
                 former_results = document.restore_results(results, kept.extrapolation)
                 document.note(Part.RESULTS)
                 return former_results, document.results.snapshot()
-            parameters.take(document, former.to_dict(), {label: former_own.get(label) for label in own})
+            parameters.take(document, former.to_dict(), {label: former_own.get(label, {}) for label in own})
             newer = document.swap_results(FrameResults({})).without(accepted[1])
             document.swap_results(accepted[0].with_newer(newer))
             document.note(Part.RESULTS)

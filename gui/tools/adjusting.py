@@ -200,8 +200,8 @@ class AdjustableTool(LineTool):
     @property
     def adjust_hint(self) -> str:
         """Hint while the line can be adjusted; empty if there is none."""
-        if self._grip is not None and self._line_preview is not None:
-            return f"Release: {self._line_preview.text} | Shift: straight | Esc: cancel"
+        if self._grip is not None and self.release_hint:
+            return self.release_hint
         if self._applied is None:
             return ""
         return (
@@ -214,12 +214,10 @@ class AdjustableTool(LineTool):
         """Whether there is a line that was not applied yet, or a point of one is held."""
         return super().busy or self._grip is not None
 
-    def cancel(self, host: Host) -> bool:
+    def cancel(self, host: Host) -> None:
         """Cancel the line, or end its adjustment."""
-        pending_work = self.busy
         self._grip = self._applied = None
         super().cancel(host)
-        return pending_work
 
     def finish(self, host: Host) -> bool:
         """End the adjustment of the line."""

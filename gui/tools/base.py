@@ -88,10 +88,6 @@ class Host(Protocol):
         whole change, None for none. `label` is the block that is painted or drawn, 0 for none."""
         ...
 
-    def end_stroke(self, text: str, label: int = 0) -> bool:
-        """Make the document's stroke one undo step, as `commit`; False if it changed nothing."""
-        ...
-
     def attempt(self, change: Callable[[], bool]) -> bool:
         """Change the document by a function that returns whether it did; False, with a message, on an InputError."""
         ...
@@ -109,7 +105,8 @@ class Host(Protocol):
         ...
 
     def run_in_background(self, find: Callable[[], Result], take: Callable[[Result], None]) -> None:
-        """Call `find` in the background, then `take` with its result; not after a label map change or `cancel`."""
+        """Call `find` in the background, then `take` with its result, or show the message of its InputError; neither
+        after a label map change or `cancel`."""
         ...
 
     def show_message(self, message: str) -> None:
@@ -212,9 +209,8 @@ class Tool:
         """Handle a double click; False if the second of two quick clicks is a normal press."""
         return False
 
-    def cancel(self, host: Host) -> bool:
-        """Cancel the action in progress without any effect; False if there is none."""
-        return False
+    def cancel(self, host: Host) -> None:
+        """Cancel the action in progress without any effect."""
 
     def remove(self, host: Host) -> bool:
         """Remove the tool's mark from the image; False if there is none."""

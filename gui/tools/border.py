@@ -26,11 +26,8 @@ class BorderTool(AdjustableTool):
     @property
     def hint(self) -> str:
         """Hint: what a drag would do."""
-        if self.adjust_hint:
-            return self.adjust_hint
-        if self._line_preview is not None:
-            return f"Release: {self._line_preview.text} | Shift: straight | Esc: cancel"
-        return "Drag: redraw a border | Shift: straight | click: select a block"
+        idle = "Drag: redraw a border | Shift: straight | click: select a block"
+        return self.adjust_hint or self.release_hint or idle
 
     def _release(self, press: Press, event: PointerEvent, host: Host) -> None:
         """Change the blocks on both sides of the line, or select the block under a click."""
@@ -78,14 +75,11 @@ class OutlineTool(AdjustableTool):
     @property
     def hint(self) -> str:
         """Hint: what a drag, a click or a key would do."""
-        if self.adjust_hint:
-            return self.adjust_hint
         close = "close" if self._line_preview is None else self._line_preview.text
-        if self._by_clicks:
+        if self._by_clicks and not self.adjust_hint:
             return f"Click: next corner | Shift: straight | Enter or double-click: {close} | Backspace: remove last"
-        if self._line_preview is not None:
-            return f"Release: {close} | Shift: straight | Esc: cancel"
-        return "Drag or click corners: make the inside a new block | Ctrl: add it to the selected block"
+        idle = "Drag or click corners: make the inside a new block | Ctrl: add it to the selected block"
+        return self.adjust_hint or self.release_hint or idle
 
     def _double(self, host: Host) -> bool:
         """Close the outline; it was begun by the first of the two clicks."""

@@ -65,11 +65,10 @@ class StrokeTool(Tool):
         self.show_brush(event, host)
         return event.kind is not PointerKind.DOUBLE  # the second of two quick clicks is a normal press
 
-    def cancel(self, host: Host) -> bool:
+    def cancel(self, host: Host) -> None:
         """Cancel the stroke."""
-        pending_work, self._swept = self._swept is not None, None
+        self._swept = None
         host.show_preview(None)
-        return pending_work
 
     def begin(self, event: PointerEvent, host: Host) -> bool:
         """Prepare for a press; return whether it starts a stroke."""
@@ -138,11 +137,10 @@ class PaintTool(StrokeTool):
         self._similar: Similar | None = None
         self._label = 0
 
-    def cancel(self, host: Host) -> bool:
+    def cancel(self, host: Host) -> None:
         """Restore the stroke's pixels."""
-        pending_work, self._swept = self.busy, None
+        self._swept = None
         host.document.drop_stroke()
-        return pending_work
 
     def begin(self, event: PointerEvent, host: Host) -> bool:
         """Choose the block; False without one, or if it is locked."""
@@ -181,19 +179,13 @@ class PaintTool(StrokeTool):
     def apply(self, swept: Swept, host: Host) -> None:
         """Make the stroke one undo step; erased pixels go to the neighbours that fit best."""
         document = host.document
-        name = document.info(self._label).name
-        if not self._erasing:
-            if not host.end_stroke(f"Paint {name}", self._label):
-                warn_if_any_locked(host, np.unique(document.labels[swept.mask]).tolist())
-            return
-        text = f"Erase from {name}"
-        if host.options.to_no_block:
-            host.end_stroke(text, self._label)
-            return
-        host.document.drop_stroke()  # the best neighbour can only be found for all pixels together
-        if swept.stroke is not None:
+        patch = document.drop_stroke()
+        if self._erasing and not host.options.to_no_block and swept.stroke is not None:
+            # the best neighbour can only be found for all pixels together
             patch = erase(document.labels, swept.stroke, self._label, document.locked, frame=document.frame)
-            host.commit(patch, text, self._label)
+        text = f"{'Erase from' if self._erasing else 'Paint'} {document.info(self._label).name}"
+        if not host.commit(patch, text, self._label) and not self._erasing:
+            warn_if_any_locked(host, np.unique(document.labels[swept.mask]).tolist())
 
 
 class EraseTool(PaintTool):

@@ -7,16 +7,10 @@ from dataclasses import replace
 import numpy as np
 from PySide6.QtCore import Qt
 
-from ..views.interaction import PointerEvent, PointerKind
+from ..views.interaction import ARROWS, PointerEvent, PointerKind
 from ..views.linked_views import LinkedViews
 from .editor import Editor
 
-ARROWS: dict[int, tuple[int, int]] = {
-    Qt.Key.Key_Left: (-1, 0),
-    Qt.Key.Key_Right: (1, 0),
-    Qt.Key.Key_Up: (0, -1),
-    Qt.Key.Key_Down: (0, 1),
-}
 FAR = 10
 """Pixels of a long step."""
 _ABOUT = (
@@ -41,11 +35,9 @@ class Crosshair:
 
     def show(self) -> None:
         """Show it where the mouse was last, where it was before, or in the middle of what is seen."""
-        height, width = self._editor.document.frame.shape
         seen = self._views.active.view.visible_box()
         middle = (seen[1].start + seen[1].stop) // 2, (seen[0].start + seen[0].stop) // 2
-        x, y = (self._at if self.active else None) or self._views.navigation.pixel or self._at or middle
-        self._put(min(max(x, 0), width - 1), min(max(y, 0), height - 1))
+        self._put(*((self._at if self.active else None) or self._views.navigation.pixel or self._at or middle))
         if not self._explained:
             self._explained = True
             self._editor.show_message(_ABOUT)
@@ -57,9 +49,7 @@ class Crosshair:
         assert self._at is not None
         along, down = ARROWS[key]
         step = self._to_border(along, down) if to_border else FAR if far else 1
-        height, width = self._editor.document.frame.shape
-        x, y = self._at[0] + step * along, self._at[1] + step * down
-        self._put(min(max(x, 0), width - 1), min(max(y, 0), height - 1))
+        self._put(self._at[0] + step * along, self._at[1] + step * down)
 
     def press(self, modifiers: Qt.KeyboardModifier) -> None:
         """Press the button, with modifiers that hold until it is released."""
@@ -85,7 +75,9 @@ class Crosshair:
         return self._press is None
 
     def _put(self, x: int, y: int) -> None:
-        """Put it on a pixel, and keep that in sight."""
+        """Put it on a pixel, or on the next one of the frame, and keep that in sight."""
+        height, width = self._editor.document.frame.shape
+        x, y = min(max(x, 0), width - 1), min(max(y, 0), height - 1)
         rows, columns = self._views.active.view.visible_box()
         if not (rows.start <= y < rows.stop and columns.start <= x < columns.stop):
             self._views.set_place(x + 0.5, y + 0.5, 1 / self._views.pixel_size)

@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 from PySide6.QtGui import QPainterPath
 
 from ilf.completion.continuation import continue_plane, nearer_or_farther
-from ilf.errors import InputError
-from ilf.segmentation.editing.patches import bounds
+from ilf.segmentation.editing.patches import values_at
 
 from ..state.document import Document
 from ..views.interaction import PointerEvent, PointerKind, Preview
@@ -115,12 +114,11 @@ class DepthByHandTool(StrokeTool):
         else:
             host.show_message(_NOT_SELECTED if document.selected and document.labels[missing].any() else _NO_BLOCK)
 
-    def cancel(self, host: Host) -> bool:
+    def cancel(self, host: Host) -> None:
         """Cancel the stroke and drop the proposal."""
-        pending_work, self._surface, self._kept = self.busy, None, None
+        self._surface = self._kept = None
         super().cancel(host)
         host.document.propose(None)
-        return pending_work
 
     def finish(self, host: Host) -> bool:
         """Take the proposal as depth by hand."""
@@ -170,13 +168,10 @@ class DepthByHandTool(StrokeTool):
     def _find(self, host: Host, find: Callable[[], Surface]) -> None:
         """Find a surface in the background and propose it."""
         self.cancel(host)
-        host.run_in_background(partial(_or_reason, find), partial(self._take, host))
+        host.run_in_background(find, partial(self._take, host))
 
-    def _take(self, host: Host, answer: Surface | str) -> None:
-        if isinstance(answer, str):
-            host.show_message(answer)
-            return
-        self._surface, self._kept = answer, None
+    def _take(self, host: Host, surface: Surface) -> None:
+        self._surface, self._kept = surface, None
         self._show(host)
 
     def _show(self, host: Host) -> None:
@@ -184,8 +179,7 @@ class DepthByHandTool(StrokeTool):
         proposal = self._proposal
         host.document.propose(proposal)
         large = cv2.morphologyEx(np.isfinite(proposal).astype(np.uint8), cv2.MORPH_OPEN, np.ones((3, 3), np.uint8)) > 0
-        box = bounds(large)
-        self._outline = QPainterPath() if box is None else boundary_path(large[box], box[1].start, box[0].start)
+        self._outline = boundary_path(large)
         host.show_preview(Preview(self._outline, dashed=True))
 
     def show_brush(self, event: PointerEvent, host: Host) -> None:
@@ -231,14 +225,6 @@ def _constant(host: Host) -> Depth:
     return np.full(host.document.frame.shape, host.options.hand_depth, np.float32)
 
 
-def _or_reason(find: Callable[[], Surface]) -> Surface | str:
-    """Return what `find` finds, or the message of its InputError."""
-    try:
-        return find()
-    except InputError as error:
-        return str(error)
-
-
 def _hole_of(host: Host) -> Mask | None:
     """Return the missing depth of the selected blocks, bool (H, W); None, with a message, if there is none."""
     document = host.document
@@ -262,10 +248,7 @@ def pick_depth(host: Host, x: float, y: float) -> None:
 
 
 def _depth_at(document: Document, x: float, y: float) -> float | None:
-    row, column = int(y // 1), int(x // 1)
-    height, width = document.frame.shape
-    if not (0 <= row < height and 0 <= column < width):
-        return None
     completed = document.current_depth()
-    depth = float((document.frame.depth if completed is None else completed)[row, column])
-    return depth if np.isfinite(depth) else None
+    shown = document.frame.depth if completed is None else completed
+    depth = float(values_at(shown, np.array([[x, y]]), beyond=0)[0])
+    return depth if depth > 0 else None

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QObject, Signal
+from PySide6.QtCore import QObject
 
 from ilf.data.frame import RGBDFrame
 from ilf.data.parameters import BlockParameters
@@ -38,38 +39,18 @@ class EdgeData:
     snapper: Snapper
 
 
-@dataclass(frozen=True, eq=False)
-class _Request:
-    document: Document
-    frame: RGBDFrame
-    parameters: BlockParameters
-    found: FoundBlocks | None
-
-
-class EdgeDataSource(QObject):
+class EdgeDataSource:
     """Computes the aid of one document's frame at a time, in a background thread.
 
     Later changes of the invalid mask do not change the aid.
-
-    Signals
-    -------
-    found()
-        The aid that was requested last is available.
-    failed(object)
-        The exception that was raised.
     """
 
-    found = Signal()
-    failed = Signal(object)
-
-    def __init__(self, parent: QObject | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, parent: QObject) -> None:
         self._document: Document | None = None
         self._edge_data: EdgeData | None = None
         self._extraction: FoundBlocks | None = None
-        self._requests = LatestRequest[_Request, EdgeData](_find, self)
-        self._requests.answered.connect(self._take)
-        self._requests.failed.connect(lambda _, error: self.failed.emit(error))
+        self.requests = LatestRequest[partial[EdgeData], EdgeData](lambda find: find(), parent)
+        self.requests.answered.connect(self._take)
 
     def of(self, document: Document, parameters: BlockParameters) -> EdgeData | None:
         """Return the aid of a document's frame; None while it is being computed.
@@ -79,7 +60,8 @@ class EdgeDataSource(QObject):
         if document is not self._document:
             self._document, self._edge_data = document, None
             held = self._extraction if self._extraction and self._extraction.frame is document.frame else None
-            self._requests.ask(_Request(document, document.frame, parameters, held))
+            self.requests.forget()
+            self.requests.ask(partial(_find, document.frame, parameters, held))
         return self._edge_data
 
     def hold(self, extraction: FoundBlocks) -> None:
@@ -94,18 +76,16 @@ class EdgeDataSource(QObject):
             self._extraction = None
         if document is not self._document:
             self._document = self._edge_data = None
-            self._requests.forget()
+            self.requests.forget()
 
-    def _take(self, question: _Request, edge_data: EdgeData) -> None:
-        if question.document is self._document:
-            self._edge_data = edge_data
-            self.found.emit()
+    def _take(self, _: object, edge_data: EdgeData) -> None:
+        self._edge_data = edge_data
 
 
-def _find(question: _Request) -> EdgeData:
+def _find(frame: RGBDFrame, parameters: BlockParameters, found: FoundBlocks | None) -> EdgeData:
     """Compute the aid; called in the background thread."""
-    extraction = (question.found or find(question.frame, question.parameters)).extraction
-    return edge_data_of(question.frame, extraction.strength, extraction.contracted)
+    extraction = (found or find(frame, parameters)).extraction
+    return edge_data_of(frame, extraction.strength, extraction.contracted)
 
 
 def edge_data_of(frame: RGBDFrame, strength: NDArray[np.float32], regions: NDArray[np.int32]) -> EdgeData:

@@ -7,14 +7,13 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from PySide6.QtCore import QObject, Signal
 
 from ilf._runtime.formatting import grouped
 from ilf.data.parameters import BlockParameters
 from ilf.errors import InputError
 from ilf.segmentation.editing.cleaning import count_slivers, tidied
-from ilf.segmentation.editing.patches import LabelPatch, patch_between
+from ilf.segmentation.editing.patches import LabelPatch
 
 from ..state.document import Document
 from ..state.parts import Part
@@ -61,10 +60,10 @@ class Editor(QObject):
         self._workspace = workspace
         self._views = views
         self.edge_data_source = EdgeDataSource(self)
-        self.edge_data_source.failed.connect(self.failed)
         self._jobs = LatestRequest[_Job, Any](lambda job: job.find(), self)
         self._jobs.answered.connect(self._take_answer)
-        self._jobs.failed.connect(lambda _, error: self.failed.emit(error))
+        for requests in (self._jobs, self.edge_data_source.requests):
+            requests.failed.connect(self._take_error)
         self.tools = Tools()
         self.options = ToolOptions()
         self.tool_name = "select"
@@ -109,7 +108,10 @@ class Editor(QObject):
     def cancel(self) -> bool:
         """Cancel the tool's action in progress; False if there is none."""
         self._jobs.forget()
-        return self._update_hint(self._workspace.has_current and self.tool.cancel(self))
+        was_busy = self.busy
+        if self._workspace.has_current:
+            self.tool.cancel(self)
+        return self._update_hint(was_busy)
 
     def escape(self) -> None:
         """Cancel the tool's action in progress, or else remove its mark, or else clear the selection."""
@@ -208,29 +210,10 @@ class Editor(QObject):
         """Make a change of the label map, with what it would leave behind, one undo step."""
         if patch is None:
             return None
-        whole = self._tidied(self.document.labels, patch, label)
-        if whole is not None and self._workspace.current.edit(whole, text):
+        whole = self._tidied(patch, label)
+        if self.document.edit(whole, text) and whole is not None:
             self._tell_of_rests(patch, whole)
         return whole
-
-    def end_stroke(self, text: str, label: int = 0) -> bool:
-        """Make the stroke, with what it would leave behind, one undo step."""
-        document = self.document
-        patch = document.stroke_so_far
-        if patch is None:
-            document.drop_stroke()
-            return False
-        labels = document.labels.copy()
-        patch.revert(labels)
-        whole = self._tidied(labels, patch, label)
-        if whole is not None:
-            whole.apply(labels)
-        document.stroke(patch_between(document.labels, labels))
-        if whole is None or document.end_stroke(text) is None:
-            document.drop_stroke()
-            return False
-        self._tell_of_rests(patch, whole)
-        return True
 
     def attempt(self, change: Callable[[], bool]) -> bool:
         """Change the document; show a message if the change is refused."""
@@ -243,6 +226,12 @@ class Editor(QObject):
     def run_in_background(self, find: Callable[[], Result], take: Callable[[Result], None]) -> None:
         """Call `find` in the background, then `take` with its result, unless the tool is cancelled before."""
         self._jobs.ask(_Job(find, take))
+
+    def _take_error(self, _: object, error: Exception) -> None:
+        if isinstance(error, InputError):
+            self.show_message(str(error))
+        else:
+            self.failed.emit(error)
 
     @property
     def working(self) -> bool:
@@ -261,9 +250,9 @@ class Editor(QObject):
         """Show a message to the user."""
         self.message.emit(message)
 
-    def _tidied(self, labels: NDArray[np.int32], patch: LabelPatch, label: int) -> LabelPatch | None:
+    def _tidied(self, patch: LabelPatch, label: int) -> LabelPatch | None:
         """The change without slivers and rests; `label` is the block that is painted or drawn."""
-        document, by_hand = self.document, self.document.blocks.by_hand
+        document, labels, by_hand = self.document, self.document.labels, self.document.blocks.by_hand
         known = document.frame.known if by_hand is None else document.frame.known | np.isfinite(by_hand.depth)
         smallest_block = (document.blocks.extraction or BlockParameters()).smallest_block(labels.size)
         whole = tidied(

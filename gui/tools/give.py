@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ilf.segmentation.editing.cleaning import pixels_apart
 from ilf.segmentation.editing.cutting import cut_off, piece_at
 from ilf.segmentation.editing.painting import give
-from ilf.segmentation.editing.patches import LabelPatch, Labels
+from ilf.segmentation.editing.patches import LabelPatch, Labels, values_at
 
 from ..views.interaction import PointerEvent, Preview
 from ..views.pixel_items import boundary_path
@@ -36,9 +36,8 @@ class GiveTool(LineTool):
     @property
     def hint(self) -> str:
         """Hint: what a click or a drag would do."""
-        if self._line_preview is not None:
-            return f"Release: {self._line_preview.text} | Shift: straight | Esc: cancel"
-        return "Click: give this piece to the selected block | Ctrl: this region | Shift: select | drag: cut off a part"
+        idle = "Click: give this piece to the selected block | Ctrl: this region | Shift: select | drag: cut off a part"
+        return self.release_hint or idle
 
     def _release(self, press: Press, event: PointerEvent, host: Host) -> None:
         """Cut a part off after a drag; give the piece after a click."""
@@ -53,10 +52,10 @@ class GiveTool(LineTool):
         if self._press is None:
             self.cancel(host)
 
-    def cancel(self, host: Host) -> bool:
+    def cancel(self, host: Host) -> None:
         """Cancel the line, and drop the shown piece, because the label map may have changed."""
         self._piece = None
-        return super().cancel(host)
+        super().cancel(host)
 
     def look_ahead(self, line: list[Point], host: Host) -> Callable[[], _Cut | None]:
         """Return a function that computes what the line would cut off."""
@@ -82,13 +81,11 @@ class GiveTool(LineTool):
 
     def _hover(self, event: PointerEvent, host: Host) -> None:
         """Show the piece under the pointer."""
-        shown = self._piece
-        row, column = int(event.y // 1), int(event.x // 1)
-        inside = shown is not None and 0 <= row < shown.shape[0] and 0 <= column < shown.shape[1]
-        if inside and shown is not None and shown[row, column] and event.ctrl == self._by_region:
+        at, shown = np.array([[event.x, event.y]]), self._piece
+        if shown is not None and event.ctrl == self._by_region and values_at(shown, at, beyond=0)[0]:
             return
         self._piece, self._by_region = self._at(event, host), event.ctrl
-        host.show_preview(None if self._piece is None else piece_preview(self._piece))
+        host.show_preview(None if self._piece is None else Preview(boundary_path(self._piece)))
 
     def _at(self, event: PointerEvent, host: Host) -> NDArray[np.bool_] | None:
         """Return the piece under the pointer; None outside the frame."""
@@ -165,12 +162,3 @@ def give_piece(host: Host, piece: NDArray[np.bool_], source: int) -> None:
     name = document.info(label).name
     if not host.commit(give(document.labels, piece, label, document.locked), f"Give a piece to {name}", label):
         host.show_message(f"This piece already belongs to {name}. Shift+click selects another block.")
-
-
-def piece_preview(piece: NDArray[np.bool_]) -> Preview:
-    """Return the outline of a piece, bool (H, W)."""
-    rows = np.flatnonzero(piece.any(axis=1))
-    columns = np.flatnonzero(piece[rows[0] : rows[-1] + 1].any(axis=0))
-    box = piece[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1]
-    path = boundary_path(box, int(columns[0]), int(rows[0]))
-    return Preview(path)

@@ -7,7 +7,6 @@ from collections.abc import Mapping, Sequence
 from typing import Generic, TypeVar
 
 from ilf.data.label_map import Box
-from ilf.errors import InputError
 from ilf.evaluation.measuring import Line, point_in_space
 
 from ..state.document import Document
@@ -58,18 +57,19 @@ class MeasureTool(Tool):
         host.show_preview(preview)
         return event.kind is not PointerKind.DOUBLE  # the second of two quick clicks is a normal press
 
-    def cancel(self, host: Host) -> bool:
+    def cancel(self, host: Host) -> None:
         """Restore a dragged end, or drop the first point."""
-        was_busy, press = self.busy, self._press
+        press = self._press
         self._press = self._start = None
         host.show_preview(None)
         if press is not None and press.drags and self._held is not None:
             host.document.set_measurements(self._before)
-        return was_busy
 
     def undo_last(self, host: Host) -> bool:
         """Drop the first point."""
-        return self.cancel(host)
+        was_busy = self.busy
+        self.cancel(host)
+        return was_busy
 
     def _click(self, at: Point, host: Host) -> None:
         if not _has_place(at, host):
@@ -84,12 +84,8 @@ class MeasureTool(Tool):
 def _has_place(point: Point, host: Host) -> bool:
     """Return whether the pixel at image coordinates has a position in space; if not, show a message why."""
     frame, depth = host.document.frame, host.document.current_depth()
-    try:
-        point_in_space(frame.depth if depth is None else depth, point, frame.intrinsics)
-    except InputError as error:
-        host.show_message(str(error))
-        return False
-    return True
+    shown = frame.depth if depth is None else depth
+    return host.attempt(lambda: point_in_space(shown, point, frame.intrinsics) is not None)
 
 
 def _held(lines: Sequence[Line], event: PointerEvent) -> tuple[int, int] | None:
@@ -157,12 +153,11 @@ class ShapeTool(Tool, Generic[Shape, Grip]):
                 self._press = None
         return event.kind is not PointerKind.DOUBLE  # the second of two quick clicks is a normal press
 
-    def cancel(self, host: Host) -> bool:
+    def cancel(self, host: Host) -> None:
         """Restore the former shape."""
-        pending_work, self._press = self.busy, None
-        if pending_work:
+        if self.busy:
+            self._press = None
             self._put(host.document, self._before)
-        return pending_work
 
     def remove(self, host: Host) -> bool:
         """Remove the shape."""

@@ -10,8 +10,9 @@ from PySide6.QtWidgets import QAbstractSpinBox, QApplication, QDockWidget, QLine
 from shiboken6 import isValid
 
 from ..views.image_view import ImageView
+from ..views.interaction import ARROWS
 from ..views.linked_views import LinkedViews
-from .crosshair import ARROWS, Crosshair
+from .crosshair import Crosshair
 from .editor import Editor
 
 _Modifier = Qt.KeyboardModifier

@@ -43,13 +43,9 @@ class Pen:
 
     def __init__(self) -> None:
         self._start: Point | None = None
-        self._stretches: list[Stretch] = []
-        self._open = False
-
-    @property
-    def stretches(self) -> Sequence[Stretch]:
+        self.stretches: list[Stretch] = []
         """The segments of the line."""
-        return tuple(self._stretches)
+        self._open = False
 
     @property
     def down(self) -> bool:
@@ -60,25 +56,25 @@ class Pen:
     def line(self) -> list[Point]:
         """The points of the line after snapping."""
         points = self._first
-        for stretch in self._stretches:
+        for stretch in self.stretches:
             points += stretch.line[1:]
         return points
 
     @property
     def corners(self) -> list[Point]:
         """The start of the line and the ends of its segments."""
-        return self._first + [stretch.line[-1] for stretch in self._stretches]
+        return self._first + [stretch.line[-1] for stretch in self.stretches]
 
     @property
     def _first(self) -> list[Point]:
         if self._start is None:
             return []
-        return self._stretches[0].line[:1] if self._stretches else [self._start]
+        return self.stretches[0].line[:1] if self.stretches else [self._start]
 
     def lift(self) -> None:
         """Remove the line."""
         self._start = None
-        self._stretches = []
+        self.stretches = []
         self._open = False
 
     def begin(self, point: Point) -> None:
@@ -88,11 +84,11 @@ class Pen:
 
     def drag(self, point: Point, straight: bool, snap: Snap) -> None:
         """Draw on to a point; a segment continues while it is drawn in the same way."""
-        if not self._open or self._stretches[-1].straight != straight:
+        if not self._open or self.stretches[-1].straight != straight:
             end = self.corners[-1]
-            self._stretches.append(Stretch([end], [end], straight))
+            self.stretches.append(Stretch([end], [end], straight))
             self._open = True
-        stretch = self._stretches[-1]
+        stretch = self.stretches[-1]
         if straight:
             stretch.drawn = stretch.line = [stretch.drawn[0], straightened(stretch.drawn[0], point)]
         elif len(stretch.drawn) == 1 or math.dist(stretch.drawn[-1], point) >= _STEP:
@@ -117,8 +113,8 @@ class Pen:
     def undo_last(self) -> None:
         """Remove the last segment, or the start if there is none."""
         self._open = False
-        if self._stretches:
-            self._stretches.pop()
+        if self.stretches:
+            self.stretches.pop()
         else:
             self._start = None
 
@@ -188,26 +184,30 @@ class LineTool(Tool):
         self._line_preview: LinePreview | None = None
         """Preview of the effect of the line, or of its shape a moment ago."""
 
-    def look_ahead(self, line: list[Point], host: Host) -> Callable[[], Any] | None:
-        """Return a function that computes the effect of a line, called in the background; None for no preview."""
-        return None
+    def look_ahead(self, line: list[Point], host: Host) -> Callable[[], Any]:
+        """Return a function that computes the effect of a line, called in the background."""
+        raise NotImplementedError
 
     def line_preview(self, answer: Any, host: Host) -> LinePreview:
         """Return the preview from the result of the function from `look_ahead`."""
         raise NotImplementedError
 
     @property
+    def release_hint(self) -> str:
+        """Hint: what a release would do; "" as long as that is not known."""
+        return f"Release: {self._line_preview.text} | Shift: straight | Esc: cancel" if self._line_preview else ""
+
+    @property
     def busy(self) -> bool:
         """Whether there is a line, or the button is pressed."""
         return super().busy or self._pen.down
 
-    def cancel(self, host: Host) -> bool:
+    def cancel(self, host: Host) -> None:
         """Cancel the line."""
-        pending_work, self._press, self._by_clicks = self.busy, None, False
+        self._press = self._line_preview = None
+        self._by_clicks = False
         self._pen.lift()
-        self._line_preview = None
         host.show_preview(None)
-        return pending_work
 
     def undo_last(self, host: Host) -> bool:
         """Remove what the last click added."""
@@ -257,9 +257,8 @@ class LineTool(Tool):
             line = line + self._pen.reach((event.x, event.y), event.shift, self._snap(host))[1:]
         self._shown = line
         self._draw(host)
-        find = self.look_ahead(line, host) if len(line) > 1 else None
-        if find is not None:
-            host.run_in_background(find, partial(self._take_line_preview, host))
+        if len(line) > 1:
+            host.run_in_background(self.look_ahead(line, host), partial(self._take_line_preview, host))
 
     def _take_line_preview(self, host: Host, answer: Any) -> None:
         if self._pen.down:

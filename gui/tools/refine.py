@@ -46,10 +46,10 @@ class RefineTool(StrokeTool):
         self._at = event
         return edges_ready(host)
 
-    def cancel(self, host: Host) -> bool:
+    def cancel(self, host: Host) -> None:
         """Cancel the stroke."""
         self._effect = self._decide = None
-        return super().cancel(host)
+        super().cancel(host)
 
     def _sweep(self, swept: Swept, point: Point, host: Host) -> None:
         super()._sweep(swept, point, host)
@@ -102,7 +102,6 @@ class RefineTool(StrokeTool):
             host.show_preview(None)
             return
         line = brush_preview(event, host).line
-        band = None if self._swept is None else self._swept.stroke
-        if band is not None:
-            line.addPath(boundary_path(band.mask, band.box[1].start, band.box[0].start))
+        if self._swept is not None:
+            line.addPath(boundary_path(self._swept.mask))
         host.show_preview(Preview(line, line_preview=None if self._effect is None else self._effect.path))

@@ -14,8 +14,8 @@ from ilf.segmentation.editing.cleaning import merge, parts_touch
 
 from ..state.document import Document
 from ..views.interaction import PointerEvent, PointerKind, Preview
+from ..views.pixel_items import boundary_path
 from .base import Host, Point, Press, Tool, crossed, line_path
-from .give import piece_preview
 
 
 class _Act(Enum):
@@ -82,12 +82,11 @@ class SelectTool(Tool):
                 self._show([], None, host)
         return False
 
-    def cancel(self, host: Host) -> bool:
+    def cancel(self, host: Host) -> None:
         """Cancel the drag, and drop the outline, because the label map may have changed."""
-        pending_work, self._press, self._effect = self.busy, None, ""
+        self._press, self._effect = None, ""
         self._found, self._outline = [], QPainterPath()
         host.show_preview(None)
-        return pending_work
 
     def _follow(self, press: Press, event: PointerEvent, host: Host) -> None:
         document = host.document
@@ -115,7 +114,7 @@ class SelectTool(Tool):
         if found != self._found:
             merges = drawn is not None and self._act is _Act.MERGE
             mask = np.isin(document.labels, [one for one in found if not merges or one not in document.locked])
-            self._found, self._outline = found, piece_preview(mask).line if mask.any() else QPainterPath()
+            self._found, self._outline = found, boundary_path(mask)
         if drawn is None and not found:
             host.show_preview(None)
             return

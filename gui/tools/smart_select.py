@@ -18,9 +18,8 @@ from ilf.segmentation.selection import select_region
 
 from ..state.document import Document
 from ..views.interaction import PointerEvent, PointerKind, Preview
-from ..views.pixel_items import filled_path
+from ..views.pixel_items import boundary_path, filled_path
 from .base import Host, Point, Press, Tool, line_path, warn_if_locked
-from .give import piece_preview
 from .line_preview import disconnected_text
 
 Mask = NDArray[np.bool_]
@@ -143,12 +142,11 @@ class SmartSelectTool(Tool):
                 self._show(host)
         return event.kind is not PointerKind.DOUBLE  # the second of two quick clicks is a normal press
 
-    def cancel(self, host: Host) -> bool:
+    def cancel(self, host: Host) -> None:
         """Drop the selection."""
-        pending_work, self._press, self._clicks = self.busy, None, _Clicks()
-        self._mask, self._next, self._finishes, self._before_steps = None, None, False, None
+        self._press = self._mask = self._next = self._before_steps = None
+        self._clicks, self._finishes = _Clicks(), False
         host.show_preview(None)
-        return pending_work
 
     def undo_last(self, host: Host) -> bool:
         """Remove the last click, or else the box."""
@@ -290,7 +288,8 @@ class SmartSelectTool(Tool):
         """Show the outline of the selection, dashed that of a further click's change, a square at each click inside,
         the strokes, and a cross at each click outside."""
         half, corners = _CROSS * self._pixel, list[Point]()
-        path, ahead, changed = _outline(self._mask), _outline(self._next), QPainterPath()
+        path, ahead = (QPainterPath() if mask is None else boundary_path(mask) for mask in (self._mask, self._next))
+        changed = QPainterPath()
         if self._label and self._mask is not None:
             changed = filled_path(self._mask ^ (host.document.labels == self._label))
         for click in self._clicks.clicks:
@@ -305,10 +304,6 @@ class SmartSelectTool(Tool):
                 path.lineTo(x + half, y + slope * half)
         seen = not path.isEmpty() or not ahead.isEmpty() or corners
         host.show_preview(Preview(path, corners, area=changed, line_preview=ahead) if seen else None)
-
-
-def _outline(mask: Mask | None) -> QPainterPath:
-    return piece_preview(mask).line if mask is not None and mask.any() else QPainterPath()
 
 
 def _start(event: PointerEvent, host: Host) -> int:

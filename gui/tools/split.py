@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import partial
 
 from ilf.segmentation.editing.cutting import extend_to_boundary, split, suggest_split
@@ -15,18 +14,13 @@ from .line import LineTool
 from .line_preview import LinePreview
 
 
-@dataclass(frozen=True)
-class _Suggestion:
-    label: int
-    line: list[Point]
-
-
 class SplitTool(LineTool):
     """The tool Split: draw a line across a block, freely or by clicks, or accept the line that a click suggests."""
 
     def __init__(self) -> None:
         super().__init__()
-        self._suggestion: _Suggestion | None = None
+        self._suggestion: tuple[int, list[Point]] | None = None
+        """The block to cut, and the line."""
         self._searched: tuple[int, Point] | None = None
         self._at_once = False
 
@@ -40,9 +34,8 @@ class SplitTool(LineTool):
         cut = "cut" if self._line_preview is None else self._line_preview.text
         if self._by_clicks:
             return f"Click: next point | Shift: straight | Enter or double-click: {cut} | Backspace: remove last"
-        if self._line_preview is not None:
-            return f"Release: {cut} | Shift: straight | Esc: cancel"
-        return "Drag: cut along a line | Shift: straight | click: suggest a line | Ctrl+click: point by point"
+        idle = "Drag: cut along a line | Shift: straight | click: suggest a line | Ctrl+click: point by point"
+        return self.release_hint or idle
 
     @property
     def busy(self) -> bool:
@@ -62,12 +55,10 @@ class SplitTool(LineTool):
             self.finish(host)
         return self._by_clicks
 
-    def cancel(self, host: Host) -> bool:
+    def cancel(self, host: Host) -> None:
         """Cancel the line."""
-        pending_work = self.busy
         self._forget_suggestion()
         super().cancel(host)
-        return pending_work
 
     def finish(self, host: Host) -> bool:
         """Cut along the line; if a suggestion is still being searched, as soon as it is found."""
@@ -78,10 +69,7 @@ class SplitTool(LineTool):
         if offer is None and len(line) < 2:
             return False
         self.cancel(host)
-        if offer is not None:
-            _cut(offer.label, offer.line, host)
-        else:
-            _cut(*_cut_target(host.document.labels, line, self._near), host)
+        _cut(*(offer or _cut_target(host.document.labels, line, self._near)), host)
         return True
 
     def look_ahead(self, line: list[Point], host: Host) -> Callable[[], tuple[int, list[Point]]]:
@@ -123,7 +111,7 @@ class SplitTool(LineTool):
         at_once = self._at_once
         self._forget_suggestion()
         if line is not None:
-            self._suggestion = _Suggestion(label, line)
+            self._suggestion = label, line
             host.show_preview(Preview(line_path(line), dashed=True))
             if at_once:
                 self.finish(host)

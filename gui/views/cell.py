@@ -10,28 +10,18 @@ from PySide6.QtWidgets import QVBoxLayout, QWidget
 
 from ..base.theme import Colours
 from ..widgets.basics import lay_out
-from .content_menu import content_menu
-from .focus_frame import FOCUS_WIDTH, FocusFrame
+from .content_menu import ContentMenu
 from .image_view import ImageView
 from .layer_picture import LayerPicture
 from .layers import Layer, Legend, Look, checked, content_of, title_of, uses
-from .pixel_items import BlockOverlay
+from .pixel_items import BlockOverlay, PixelItem
+from .screen_layers import STYLES
 from .spectrum_picture import SpectrumPicture
 from .stages import StagePicker
 from .title_strip import TitleStrip
 from .view_data import ViewData
 
 EventHandler = Callable[[ImageView, QEvent], bool]
-
-_STRIPES = {
-    "missing": (QColor(230, 230, 230), Qt.BrushStyle.FDiagPattern),
-    "outside view": (QColor(60, 140, 220), Qt.BrushStyle.BDiagPattern),
-    "suspect": (QColor(230, 190, 0), Qt.BrushStyle.FDiagPattern),
-    "invalid": (QColor(255, 144, 32), Qt.BrushStyle.BDiagPattern),
-    "by hand": (QColor(158, 110, 206), Qt.BrushStyle.FDiagPattern),
-    "unsupported": (QColor(128, 128, 128), Qt.BrushStyle.BDiagPattern),
-}
-"""What is striped, in the order of the legend -> its brush there."""
 
 
 class Cell(QWidget):
@@ -55,19 +45,18 @@ class Cell(QWidget):
         self.strip.titled.connect(self.view.setAccessibleName)
         self.bar = self.strip.bar
         lay_out(QVBoxLayout(self), self.strip, self.view, spacing=0, stretched=self.view)
-        self.focus_frame = FocusFrame(self, self.view)
         self._legend: Legend = []
         self._stripe_legend: Legend = []
         self.picture = LayerPicture(self.view, self.bar)
         self._data = data
         self._overlay = overlay
         # fills of the blocks, and of those of the two sides, if divided and different from the current ones
-        self._fills = [self.view.place(overlay.new_item()), self.view.add_layer(1), self.view.add_layer(1)]
+        self._fills = [self.view.add_picture(item) for item in (overlay.new_item(), PixelItem(1), PixelItem(1))]
         self._widget: SpectrumPicture | StagePicker | None = None
         self._look: Look | None = None
         self._needs_draw = False
         self._pixel: tuple[int, int] | None = None
-        self._menu = content_menu(self)
+        self._menu = ContentMenu(self)
         self._menu.triggered.connect(lambda action: self.chosen.emit(action.data()))
         self.strip.menuRequested.connect(self.open_menu)
         self.strip.doubleClicked.connect(self._menu.close)
@@ -136,7 +125,9 @@ class Cell(QWidget):
 
     def set_stripe_legend(self, names: Collection[str]) -> None:
         """Set which stripes lie over the picture, for the legend."""
-        self._stripe_legend = [(QBrush(*brush), name) for name, brush in _STRIPES.items() if name in names]
+        styles = [(name, STYLES[name]) for name in names]
+        patterns = {1: Qt.BrushStyle.FDiagPattern, -1: Qt.BrushStyle.BDiagPattern}
+        self._stripe_legend = [(QBrush(QColor(style.legend), patterns[style.lean]), name) for name, style in styles]
         self.set_legend(self._legend)
 
     def redraw(self, parts: Set[str]) -> None:
@@ -163,7 +154,6 @@ class Cell(QWidget):
         """Apply the theme's colours; `draw_again` draws the picture with them."""
         self.strip.set_colours(colours)
         self.view.set_colours(colours, hatch)
-        self.focus_frame.setStyleSheet(f"border: {FOCUS_WIDTH}px solid {colours.accent.name()};")
         self._look = Look(colours, hatch)
 
     def draw_again(self) -> None:
@@ -215,4 +205,3 @@ class Cell(QWidget):
         strip = self.strip.height()
         self.strip.setGeometry(0, 0, self.width(), strip)
         self.view.setGeometry(0, strip, self.width(), max(self.height() - strip, 0))
-        self.focus_frame.setGeometry(self.view.geometry())

@@ -16,6 +16,9 @@ _SIDE_TEXTS = {"a": "Side A", "b": "Side B"}
 class ContentMenu(QMenu):
     """Menu of contents, refilled each time it opens, since runs change. The data of an action is a content's name."""
 
+    def __init__(self, parent: QWidget) -> None:
+        super().__init__("Content of the view", parent, toolTipsVisible=True)
+
     def offer(self, data: ViewData, content: str) -> None:
         """Fill the menu with the available contents; check `content`."""
         self.clear()
@@ -61,10 +64,3 @@ class ContentMenu(QMenu):
         why_off = lacking(content, self._data)
         action.setEnabled(not why_off)
         action.setToolTip(why_off)
-
-
-def content_menu(parent: QWidget) -> ContentMenu:
-    """Create an empty menu."""
-    menu = ContentMenu("Content of the view", parent)
-    menu.setToolTipsVisible(True)
-    return menu

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 import numpy as np
 import pyqtgraph as pg
 from numpy.typing import NDArray
-from PySide6.QtCore import QEvent, QPointF, QRect, QRectF, QSize, Qt, Signal
+from PySide6.QtCore import QEvent, QLineF, QPointF, QRect, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import QBrush, QColor, QFont, QFontMetricsF, QPainter, QPainterPath, QResizeEvent, QTransform
 from PySide6.QtWidgets import QGraphicsItem, QGraphicsRectItem, QStyleOptionGraphicsItem, QWidget
 
@@ -160,6 +160,7 @@ class NamesItem(ViewItem):
         painter.restore()
 
 
+FOCUS_WIDTH = 2
 _CROSS_GAP = 9
 _MIN_SHARE_FOR_NAMES = 0.5
 
@@ -197,9 +198,9 @@ class ImageView(pg.GraphicsView):
         """Ratio of this view's scale to the transform's, for a view of another size."""
         self._frame = QRectF()
         self._message = ""
-        self._muted = QColor()
+        self._muted = self._accent = QColor()
         self._pixel_size = 1.0
-        self.image = self.add_layer(0)
+        self.image = self.add_picture(PixelItem(0))
         self._hatches: list[Hatch] = []
         self.hatch = self.add_hatch(-1)
         self.points = PointsItem(3)
@@ -226,9 +227,10 @@ class ImageView(pg.GraphicsView):
         for item in (self.points, self.stripes, self.lines, self.names, self.preview, *self._cross):
             self.add_overlay(item)
 
-    def add_layer(self, z: float) -> PixelItem:
-        """Add a picture at height z: the view's own is at 0, overlays at 4 and above."""
-        return self.place(PixelItem(z))
+    def add_picture(self, item: PixelItem) -> PixelItem:
+        """Add a picture: the view's own is at height 0, overlays are at 4 and above."""
+        self.addItem(item)
+        return item
 
     def add_overlay(self, item: ViewItem) -> None:
         """Add an item over the picture, visible while there is a picture."""
@@ -243,11 +245,6 @@ class ImageView(pg.GraphicsView):
         self.addItem(hatch)
         self._hatches.append(hatch)
         return hatch
-
-    def place(self, item: PixelItem) -> PixelItem:
-        """Add a picture to the scene."""
-        self.addItem(item)
-        return item
 
     def set_frame_size(self, width: int, height: int) -> None:
         """Set the frame's size in image pixels."""
@@ -287,7 +284,7 @@ class ImageView(pg.GraphicsView):
 
     def set_colours(self, colours: Colours, hatch: QBrush) -> None:
         """Apply the theme's colours."""
-        self._muted = colours.muted
+        self._muted, self._accent = colours.muted, colours.accent
         self.setBackground(colours.background)
         self.hatch.set_brush(hatch)
         self.viewport().update()
@@ -346,28 +343,31 @@ class ImageView(pg.GraphicsView):
         paths = (QPainterPath(), QPainterPath())
         if pixel is not None:
             x, y = pixel[0] + 0.5, pixel[1] + 0.5
-            scale = self.transform().m11()
+            scale, frame = self.transform().m11(), self._frame
             gap = max(_CROSS_GAP / scale, 0.5 + 3 / scale)
-            frame = self._frame
-            for path, centre, low, high in (
-                (paths[0], x, frame.left(), frame.right()),
-                (paths[1], y, frame.top(), frame.bottom()),
-            ):
-                for start, stop in ((low, centre - gap), (centre + gap, high)):
-                    if start < stop:
-                        ends = ((start, y), (stop, y)) if path is paths[0] else ((x, start), (x, stop))
-                        path.moveTo(*ends[0])
-                        path.lineTo(*ends[1])
+            across = QLineF(frame.left(), y, x - gap, y), QLineF(x + gap, y, frame.right(), y)
+            down = QLineF(x, frame.top(), x, y - gap), QLineF(x, y + gap, x, frame.bottom())
+            for path, lines in zip(paths, (across, down), strict=True):
+                for line in lines:
+                    if line.dx() > 0 or line.dy() > 0:
+                        path.moveTo(line.p1())
+                        path.lineTo(line.p2())
         for item, path in zip(self._cross, paths, strict=True):
             item.set_path(path)
 
     def drawForeground(self, painter: QPainter, rect: QRectF) -> None:
-        if self.image.image is not None or not self._message:
-            return
+        """Draw the message, and a frame in the accent colour while the view has the keyboard focus."""
+        room = self.viewport().rect()
         painter.save()
         painter.resetTransform()
         painter.setPen(self._muted)
-        painter.drawText(self.viewport().rect(), Qt.AlignmentFlag.AlignCenter, self._message)
+        if self.image.image is None:
+            painter.drawText(room, Qt.AlignmentFlag.AlignCenter, self._message)
+        if self.hasFocus():
+            painter.setPen(self._accent)
+            painter.setBrush(Qt.BrushStyle.NoBrush)
+            for inset in range(FOCUS_WIDTH):
+                painter.drawRect(room.adjusted(inset, inset, -inset - 1, -inset - 1))
         painter.restore()
 
     def sizeHint(self) -> QSize:
@@ -386,6 +386,8 @@ class ImageView(pg.GraphicsView):
         if event.type() in self._KEYS and self._on_event(self, event):
             event.accept()
             return True
+        if event.type() in (QEvent.Type.FocusIn, QEvent.Type.FocusOut):
+            self.viewport().update()
         return super().event(event)
 
     def keyPressEvent(self, event: QEvent) -> None:

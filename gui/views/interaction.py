@@ -16,6 +16,14 @@ from PySide6.QtWidgets import QStyleOptionGraphicsItem, QWidget
 
 from .scene_items import ViewItem
 
+ARROWS: dict[int, tuple[int, int]] = {
+    Qt.Key.Key_Left: (-1, 0),
+    Qt.Key.Key_Right: (1, 0),
+    Qt.Key.Key_Up: (0, -1),
+    Qt.Key.Key_Down: (0, 1),
+}
+"""Arrow keys -> their directions: right and down."""
+
 
 class PointerKind(Enum):
     """Kind of a pointer event."""

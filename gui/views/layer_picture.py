@@ -9,14 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtGui import QColor
 
-from ilf.data.label_map import Box, union
+from ilf.data.label_map import Box, union, whole
 from ilf.drawing.colours import sample
-from ilf.segmentation.editing.patches import bounds
 
 from .colour_bar import ColourBar
 from .image_view import ImageView
 from .layers import STRIPE, Layer
-from .pixel_items import changed_box, whole
+from .pixel_items import PixelItem, changed_box
 from .scene_items import hatch_brush
 
 EVERYWHERE: Box = slice(None), slice(None)
@@ -31,7 +30,7 @@ class LayerPicture:
         self.drawn: list[NDArray[Any]] = []
         """Copies of the drawn arrays, the layer's parts first, since the originals may be changed in place."""
         # from below: the hatch of missing depth, marks or extrapolated depth, stripes over it, and the picture
-        self.below = view.add_layer(-0.8)
+        self.below = view.add_picture(PixelItem(-0.8))
         self.stripes = view.add_hatch(-0.6)
         self.stripes.set_brush(hatch_brush(QColor(0, 0, 0, 0), STRIPE))
         self.stripes.setVisible(False)
@@ -46,7 +45,7 @@ class LayerPicture:
                 self._forget()
                 self._view.set_picture(layer.picture())
                 self._bar.set_levels(None)
-        elif self.drawn and _look_same(former, layer):
+        elif self.drawn and _look(former) == _look(layer):
             self._draw_changes(layer)
         else:
             self._draw_all(layer)
@@ -80,7 +79,7 @@ class LayerPicture:
 
     def _draw_changes(self, layer: Layer) -> None:
         arrays = _arrays(layer)
-        changed = [_changed(drawn, now) for drawn, now in zip(self.drawn, arrays, strict=True)]
+        changed = [changed_box(drawn, now) for drawn, now in zip(self.drawn, arrays, strict=True)]
         boxes = [box for box in changed if box is not None]
         if not boxes:
             return
@@ -127,19 +126,8 @@ def _are_same(some: tuple[NDArray[Any], ...], others: tuple[NDArray[Any], ...]) 
     return len(some) == len(others) and all(one is other for one, other in zip(some, others, strict=True))
 
 
-def _look_same(former: Layer, layer: Layer) -> bool:
-    """Whether only pixels can differ: the same arrays of the same size are there, in the same colours."""
-    there = [one is None for one in (former.stale, former.extrapolated, former.mark_table)]
-    now = [one is None for one in (layer.stale, layer.extrapolated, layer.mark_table)]
-    former_marks, marks = (one.mark_table for one in (former, layer))
-    return (
-        former.levels == layer.levels
-        and there == now
-        and [part.shape for part in former.parts] == [part.shape for part in layer.parts]
-        and np.array_equal(former.table, layer.table)
-        and (former_marks is None or marks is None or np.array_equal(former_marks, marks))
-    )
-
-
-def _changed(drawn: NDArray[Any], now: NDArray[Any]) -> Box | None:
-    return bounds(drawn != now) if now.dtype == np.uint8 else changed_box(drawn, now)
+def _look(layer: Layer) -> list[Any]:
+    """All but the pixels: which arrays are there, their size, and their colours."""
+    tables = [None if table is None else table.tobytes() for table in (layer.table, layer.mark_table)]
+    shapes = [part.shape for part in layer.parts]
+    return [layer.levels, layer.stale is None, layer.extrapolated is None, shapes, tables]

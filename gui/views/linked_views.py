@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QEvent, Qt, QTimer, Signal
+from PySide6.QtCore import QEvent, QTimer, Signal
 from PySide6.QtGui import QShowEvent
 from PySide6.QtWidgets import QStackedWidget, QVBoxLayout, QWidget
 
@@ -77,7 +77,6 @@ class LinkedViews(Themed, QWidget):
     def __init__(self, workspace: Workspace) -> None:
         super().__init__()
         self._transform = ViewTransform()
-        self.navigation = Navigation(self._transform, self)
         self.extraction = StageModel(self)
         self.data = ViewData(workspace, self.extraction)
         self.blocks = ShownBlocks(workspace, self.data)
@@ -88,11 +87,12 @@ class LinkedViews(Themed, QWidget):
             name: Cell(content, self._handle, self.data, self.blocks.overlay) for name, (_, content) in CELLS.items()
         }
         self._views = self.blocks.views = [cell.view for cell in self.cells.values()]
+        self.navigation = Navigation(self._transform, self._views, self)
         self._active = next(iter(self.cells))
         self._last_levels: tuple[float, float] | None = None
         self.ranges = ColourRanges(self.data, self)
         self.ranges.changed.connect(self._follow_ranges)
-        self.sides = SideComparison(self.data, self._views, self._content_of, self)
+        self.sides = SideComparison(self.data, self.cells.values(), self)
         self.sides.changed.connect(self._follow_sides)
 
         self._empty = QWidget()
@@ -110,7 +110,6 @@ class LinkedViews(Themed, QWidget):
         self.extraction.changed.connect(lambda: self._draw("stage"))
         self.navigation.cursorMoved.connect(self._move_cursor)
         self.navigation.transformChanged.connect(self._show_transform)
-        self.navigation.cursorShapeChanged.connect(self._set_cursor_shape)
         self._old_pictures: list[Cell] = []
         """Cells whose pictures have the colours of the last theme."""
         self._draw_timer = QTimer(self, singleShot=True, interval=0)
@@ -119,12 +118,7 @@ class LinkedViews(Themed, QWidget):
 
     def set_empty_page(self, page: QWidget) -> None:
         """Set the page that is shown while there is no frame."""
-        self._pages.insertWidget(0, page)
-        if self._pages.currentWidget() is self._empty:
-            self._pages.setCurrentWidget(page)
-        self._pages.removeWidget(self._empty)
-        self._empty.deleteLater()
-        self._empty = page
+        lay_out(QVBoxLayout(self._empty), page)
 
     # the frame and its result
 
@@ -229,7 +223,7 @@ class LinkedViews(Themed, QWidget):
             cell.follow()
             cell.redraw(set(changed) or cell.uses)
         if not changed or not {"runs", "result"}.isdisjoint(changed):
-            self.sides.update_labels()
+            self.sides.show_divider()
         levels = self.ranged.bar.levels
         if levels != self._last_levels:
             self._last_levels = levels
@@ -263,7 +257,7 @@ class LinkedViews(Themed, QWidget):
             self.cells[cell].set_content(content)
             self.blocks.layers.show([cell.view for cell in self.sheet.shown])
             self._show_marks()
-            self.sides.swipe.show()
+            self.sides.show_divider()
             self.shownChanged.emit()
             self.rangeChanged.emit()
 
@@ -387,19 +381,12 @@ class LinkedViews(Themed, QWidget):
             cell.point_at(pixel)
         self.cursorMoved.emit(pixel)
 
-    def _set_cursor_shape(self, shape: Qt.CursorShape) -> None:
-        for view in self._views:
-            view.viewport().setCursor(shape)
-
     def _handle(self, view: ImageView, event: QEvent) -> bool:
         """Handle the events of all views."""
         if event.type() == QEvent.Type.MouseButtonPress:
             self.activate(view)
             self.pressed.emit()
-        return self.sides.swipe.handle(view, event) or self.navigation.handle(view, event)
-
-    def _content_of(self, view: ImageView) -> str:
-        return next(cell.concrete for cell in self.cells.values() if cell.view is view)
+        return self.sides.handle(view, event) or self.navigation.handle(view, event)
 
     def activate(self, view: ImageView) -> None:
         """Make a view the active one, if it is one of these."""

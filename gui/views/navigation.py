@@ -3,26 +3,20 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from enum import Enum, auto
 
 from PySide6.QtCore import QEvent, QObject, QPoint, QPointF, Qt, Signal
 from PySide6.QtGui import QContextMenuEvent, QKeyEvent, QMouseEvent, QWheelEvent
 
 from .image_view import ImageView, ViewTransform
-from .interaction import PointerEvent, PointerHandler, PointerKind
+from .interaction import ARROWS, PointerEvent, PointerHandler, PointerKind
 
 ZOOM_STEP = 1.25
 """Factor per notch of the wheel or press of a key."""
 PAN_STEP = 60
 """Screen pixels per press of an arrow key with Alt."""
 
-_ARROWS: dict[int, tuple[int, int]] = {
-    Qt.Key.Key_Left: (PAN_STEP, 0),
-    Qt.Key.Key_Right: (-PAN_STEP, 0),
-    Qt.Key.Key_Up: (0, PAN_STEP),
-    Qt.Key.Key_Down: (0, -PAN_STEP),
-}
 _ZOOM_KEYS: dict[int, float] = {
     Qt.Key.Key_Plus: ZOOM_STEP,
     Qt.Key.Key_Equal: ZOOM_STEP,
@@ -49,18 +43,16 @@ class Navigation(QObject):
         Position on the screen and in the image.
     transformChanged()
         The transform was panned or zoomed.
-    cursorShapeChanged(Qt.CursorShape)
-        The mouse cursor that the views should show.
     """
 
     cursorMoved = Signal(object)
     contextMenuRequested = Signal(QPoint, float, float)
     transformChanged = Signal()
-    cursorShapeChanged = Signal(object)
 
-    def __init__(self, transform: ViewTransform, parent: QObject) -> None:
+    def __init__(self, transform: ViewTransform, views: Sequence[ImageView], parent: QObject) -> None:
         super().__init__(parent)
         self._transform = transform
+        self._views = views
         self._frame: tuple[int, int] | None = None
         self._handler: PointerHandler | None = None
         self._drag = _Drag.NONE
@@ -165,8 +157,9 @@ class Navigation(QObject):
         key, modifiers = event.key(), event.modifiers() & ~Qt.KeyboardModifier.KeypadModifier
         if event.type() != QEvent.Type.KeyPress:
             return False
-        if key in _ARROWS and modifiers == Qt.KeyboardModifier.AltModifier:
-            self._pan(*_ARROWS[key])
+        if key in ARROWS and modifiers == Qt.KeyboardModifier.AltModifier:
+            right, down = ARROWS[key]
+            self._pan(-PAN_STEP * right, -PAN_STEP * down)
             return True
         if key in _ZOOM_KEYS and not modifiers & ~Qt.KeyboardModifier.ShiftModifier:
             self._transform.zoom(_ZOOM_KEYS[key], self._transform.x, self._transform.y)
@@ -239,4 +232,5 @@ class Navigation(QObject):
             shape = _Shape.OpenHandCursor
         else:
             shape = _Shape.ArrowCursor if self._handler is None else _Shape.CrossCursor
-        self.cursorShapeChanged.emit(shape)
+        for view in self._views:
+            view.viewport().setCursor(shape)

@@ -224,16 +224,7 @@ class BlockOverlay:
         return self._find_fills(colour_table)[labels]
 
     def set_blocks(self, labels: NDArray[np.int32], colour_table: NDArray[np.uint8]) -> None:
-        """Draw a label map, int32 (H, W), with colours uint8 (N + 1, 4) RGBA by label; alpha 0 hides a block.
-
-        Raises
-        ------
-        ValueError
-            If shapes differ or a label has no colour.
-        """
-        if labels.ndim != 2 or colour_table.ndim != 2 or colour_table.shape[1] != 4:
-            raise ValueError(f"need labels (H, W) and colours (N + 1, 4), not {labels.shape}, {colour_table.shape}")
-        self._check_range(labels, len(colour_table))
+        """Draw a label map, int32 (H, W), with colours uint8 (N + 1, 4) RGBA by label; alpha 0 hides a block."""
         self.labels = np.array(labels, np.int32)
         self.colours = np.array(colour_table, np.uint8)
         self._rebuild()
@@ -257,9 +248,7 @@ class BlockOverlay:
 
     def update_region(self, box: Box, labels: NDArray[np.int32]) -> None:
         """Replace the labels of a box (rows, columns) with non-negative bounds by an array of its shape."""
-        if self.labels is None:
-            raise ValueError("there are no blocks to update: call set_blocks first")
-        self._check_range(labels, len(self.colours))
+        assert self.labels is not None
         self.labels[box] = labels
         if self.pixels is not None:
             self.pixels[box] = self._fills[labels]
@@ -294,18 +283,16 @@ class BlockOverlay:
         fills[:, 3] *= self._opacity if self._is_filled else 0.0
         return packed(fills.round().astype(np.uint8))
 
-    @staticmethod
-    def _check_range(labels: NDArray[np.int32], colours: int) -> None:
-        if labels.size and (labels.min() < 0 or labels.max() >= colours):
-            raise ValueError(f"labels span {labels.min()} to {labels.max()}, but there are {colours} colours")
-
 
 def boundary_path(mask: NDArray[np.bool_], x: int = 0, y: int = 0) -> QPainterPath:
-    """Outline of a mask, bool (h, w), with its corner at (x, y).
+    """Outline of a mask, bool (h, w), with its corner at (x, y); empty if no pixel is marked.
 
     The path follows pixel edges, not centres, so it never covers half a pixel of a neighbouring block.
     """
-    padded = np.pad(mask, 1)
+    box = bounds(mask)
+    if box is None:
+        return QPainterPath()
+    x, y, padded = x + box[1].start, y + box[0].start, np.pad(mask[box], 1)
     rows, left, right = _runs(padded[1:, 1:-1] != padded[:-1, 1:-1])
     columns, top, bottom = _runs((padded[1:-1, 1:] != padded[1:-1, :-1]).T)
     ends_x = np.concatenate((np.column_stack((left, right)).ravel(), np.repeat(columns, 2)))
@@ -337,12 +324,7 @@ def _runs(edges: NDArray[np.bool_]) -> tuple[NDArray[np.intp], NDArray[np.intp],
 def changed_box(before: NDArray[Any], after: NDArray[Any]) -> Box | None:
     """Smallest box (rows, columns) that contains all differences of two arrays (H, W); None if equal (NaN == NaN).
 
-    Both have the same shape and type: bool, or a number of 4 bytes.
+    Both have the same shape and type: float32, or one without NaN.
     """
-    plain = np.bool_ if before.dtype == np.bool_ else np.int32
+    plain = np.int32 if before.dtype == np.float32 else before.dtype
     return bounds(before.view(plain) != after.view(plain))
-
-
-def whole(shape: tuple[int, ...]) -> Box:
-    """Box of a whole array."""
-    return slice(0, shape[0]), slice(0, shape[1])

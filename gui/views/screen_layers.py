@@ -5,16 +5,16 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
+from typing import NamedTuple
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from ilf.data.label_map import Box
+from ilf.data.label_map import Box, whole
 from ilf.segmentation.editing.patches import bounds, grown
 
 from .image_view import ImageView
-from .pixel_items import whole
 from .screen_items import Argb, Rims, Sampling
 
 # Lines around blocks in screen pixels: the same width at every zoom, visible on any picture. No Qt.
@@ -50,7 +50,6 @@ class BlockLines:
         self._lines = self._bands = np.zeros(1, np.uint32)
         self._selected: tuple[int, ...] = ()
         self._labels_to_check: tuple[int, ...] = ()
-        self._marked_selected = self._marked_to_check = np.zeros(1, np.uint8)
 
     def set_colours(self, colours: NDArray[np.uint8]) -> None:
         """Set the colours of blocks, RGBA uint8 (N + 1, 4) by label; alpha 0 means no line."""
@@ -59,32 +58,20 @@ class BlockLines:
         visible[0] = False
         self._shown = np.where(visible, np.arange(len(colours), dtype=np.int32), 0)
         self._lines, self._bands = _argb(colours, 255), _argb(colours, _BAND_ALPHA)
-        self._mark()
 
     def set_selected(self, labels: Iterable[int]) -> list[int]:
         """Set the selected blocks; return the labels whose selection changed."""
         before, now = self._selected, tuple(labels)
         self._selected = now
-        self._mark()
         tints = (len(before) > 1) != (len(now) > 1)
         return sorted(set(before) | set(now) if tints else set(before) ^ set(now))
 
     def set_to_check(self, labels: Iterable[int]) -> list[int]:
         """Set the blocks that need checking; return the labels that changed."""
         before, self._labels_to_check = self._labels_to_check, tuple(labels)
-        self._mark()
         return sorted(set(before) ^ set(self._labels_to_check))
 
-    def mask_of(self, here: NDArray[np.int32], labels: Iterable[int]) -> NDArray[np.bool_]:
-        """Mask of an array of labels: where it has any of these labels (with a colour)."""
-        wanted = np.zeros(len(self._colours), bool)
-        wanted[[label for label in labels if label < len(wanted)]] = True
-        return wanted[here]
-
-    def _mark(self) -> None:
-        self._marked_selected, self._marked_to_check = self._marked(self._selected), self._marked(self._labels_to_check)
-
-    def _marked(self, labels: Iterable[int]) -> NDArray[np.uint8]:
+    def marked(self, labels: Iterable[int]) -> NDArray[np.uint8]:
         """Label -> whether it is one of these."""
         marked = np.zeros(len(self._colours), np.uint8)
         marked[[label for label in labels if 0 < label < len(marked)]] = 1
@@ -137,9 +124,9 @@ class BlockLines:
             line[shown == 0] = 0
         if ratio > 1:
             line[:] = cv2.dilate(line, _SQUARE, iterations=ratio // 2)
-        drawn = np.zeros(shown.shape, np.uint32)
+        drawn, selected = np.zeros(shown.shape, np.uint32), self.marked(self._selected)
         if len(self._selected) > 1:
-            drawn[self._marked_selected[here] > 0] = _TINT
+            drawn[selected[here] > 0] = _TINT
         if self.in_colours:
             band = (cv2.dilate(line, _SQUARE, iterations=_BAND * ratio) > 0) & (shown > 0)
             drawn[band] = self._bands[shown[band]]
@@ -147,8 +134,8 @@ class BlockLines:
         on_line = line > 0
         drawn[on_line] = self._lines[shown[on_line]] if self.in_colours else np.uint32(_LINE)
         for marked, colour in (
-            (self._marked_to_check & self._shown.astype(bool), _TO_CHECK),
-            (self._marked_selected, _SELECTED),
+            (self.marked(self._labels_to_check) & self._shown.astype(bool), _TO_CHECK),
+            (selected, _SELECTED),
         ):
             if marked.any():
                 self._draw_rim(marked[here], rims, drawn, colour, ratio)
@@ -179,27 +166,34 @@ def _argb(colours: NDArray[np.uint8], alpha: int) -> NDArray[np.uint32]:
 _PERIOD = 8
 _WIDTH = 2
 
-Style = tuple[np.uint32, np.uint32, int]
-"""Colours of a stripe and of the dark one beside it, and the direction of their slope."""
 
-STYLES: dict[str, Style] = {
-    "missing": (np.uint32(0xE6E6E6E6), np.uint32(0x96000000), 1),
-    "outside view": (np.uint32(0xFF3C8CDC), np.uint32(0x961E4678), -1),
-    "unsupported": (np.uint32(0xFFFFFFFF), np.uint32(0xDC000000), -1),
-    "suspect": (np.uint32(0xFFFFE040), np.uint32(0xDC000000), 1),
-    "invalid": (np.uint32(0xFFFF9020), np.uint32(0xB4000000), -1),
-    "by hand": (np.uint32(0xFF9E6ECE), np.uint32(0xA0FFFFFF), 1),
+class Style(NamedTuple):
+    """Colours of a stripe and of the dark one beside it, the direction of their slope, and the colour in legends."""
+
+    stripe: int
+    shade: int
+    lean: int
+    legend: str
+
+
+STYLES = {
+    "missing": Style(0xE6E6E6E6, 0x96000000, 1, "#e6e6e6"),
+    "outside view": Style(0xFF3C8CDC, 0x961E4678, -1, "#3c8cdc"),
+    "unsupported": Style(0xFFFFFFFF, 0xDC000000, -1, "#808080"),
+    "suspect": Style(0xFFFFE040, 0xDC000000, 1, "#e6be00"),
+    "invalid": Style(0xFFFF9020, 0xB4000000, -1, "#ff9020"),
+    "by hand": Style(0xFF9E6ECE, 0xA0FFFFFF, 1, "#9e6ece"),
 }
 """What is striped -> how; later ones lie over earlier ones."""
 
 
 def stripes(mask: NDArray[np.bool_], sampling: Sampling, box: Box, style: Style, ratio: int = 1) -> Argb:
     """Stripes in a mask, bool (H, W), on a box of the frame's device pixels; transparent elsewhere."""
-    stripe, shade, lean = style
+    stripe, shade = np.uint32(style.stripe), np.uint32(style.shade)
     period, width = _PERIOD * ratio, _WIDTH * ratio
     down = np.arange(box[0].start, box[0].stop) + sampling.top - sampling.y
     along = np.arange(box[1].start, box[1].stop) + sampling.left - sampling.x
-    phase = (down[:, None] + lean * along[None]) % period
+    phase = (down[:, None] + style.lean * along[None]) % period
     pattern = np.where(phase < width, stripe, np.where(phase < 2 * width, shade, np.uint32(0)))
     return np.where(sampling.sample(mask, box), pattern, np.uint32(0)).astype(np.uint32)
 
@@ -270,7 +264,7 @@ class ScreenLayers:
     def _redraw_blocks(self, others: Sequence[int]) -> None:
         for sampling, lines in self._lines.items():
             if lines.labels is not None and others:
-                part = bounds(self._blocks.mask_of(lines.labels, others))
+                part = bounds(self._blocks.marked(others)[lines.labels] > 0)
                 if part is not None:
                     self._redraw(sampling, lines.labels, part)
 

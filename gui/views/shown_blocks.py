@@ -36,8 +36,7 @@ class ShownBlocks:
         self._boxes: list[Box] = []
         """Where it has changed since."""
         self._shows_names = False
-        for signal in (workspace.labels_changed, workspace.stroke_changed):
-            signal.connect(self._boxes.append)
+        workspace.labels_changed.connect(self._boxes.append)
 
     def draw(self, parts: Part) -> None:
         """Draw what has changed: all if colours have, else the changed boxes, the selection and the names."""

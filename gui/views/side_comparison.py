@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Collection
 
 from PySide6.QtCore import QEvent, QObject, QPointF, QRectF, Qt, Signal
 from PySide6.QtGui import QColor, QCursor, QFont, QFontMetricsF, QMouseEvent, QPainter, QPen
 from PySide6.QtWidgets import QStyleOptionGraphicsItem, QWidget
 
+from .cell import Cell
 from .contents import COMPARABLE, capital, short_title
 from .image_view import ImageView
 from .scene_items import ViewItem
@@ -94,91 +95,111 @@ class SwipeItem(ViewItem):
             painter.drawText(plate, Qt.AlignmentFlag.AlignCenter, elided)
 
 
-class Swipe(QObject):
-    """One divider shared by several views.
+class SideComparison(QObject):
+    """Sides A and B of the comparison: by default the compared run, or depth in, and the result. A divider in the views
+    that show both has side A at its left and side B at its right.
 
     Parameters
     ----------
-    views : list of ImageView
-    is_swiped : callable
-        Whether a view shows the two sides.
-    has_grip : callable
-        Whether such a view also has grip and labels; others have a thin line.
+    data : ViewData
+    cells : collection of Cell
 
     Signals
     -------
-    moved()
-        The divider was moved, shown or hidden.
+    changed(str)
+        The part of the data that changed.
     """
 
-    moved = Signal()
+    changed = Signal(str)
 
-    def __init__(
-        self,
-        views: list[ImageView],
-        is_swiped: Callable[[ImageView], bool],
-        has_grip: Callable[[ImageView], bool],
-        parent: QObject,
-    ) -> None:
+    def __init__(self, data: ViewData, cells: Collection[Cell], parent: QObject) -> None:
         super().__init__(parent)
-        self._takes_part, self._has_grip = is_swiped, has_grip
+        self._data = data
+        self._cells = {cell.view: cell for cell in cells}
+        self._items = {view: SwipeItem(6.5) for view in self._cells}
+        for view, item in self._items.items():
+            view.add_overlay(item)
         self._frame = QRectF()
-        self._labels: tuple[Label, Label] = (("", None), ("", None))
         self._dragged: ImageView | None = None
         self._near: ImageView | None = None
         self._near_before = QCursor()
-        self._items: dict[ImageView, SwipeItem] = {}
-        self.on = False
+        self.is_divided = False
         self.x = 0.0
         """Position of the divider, in image coordinates."""
-        for view in views:
-            self._items[view] = SwipeItem(6.5)
-            view.add_overlay(self._items[view])
+
+    def choose(self, first: str = "", second: str = "") -> None:
+        """Select the two depths to compare by their names; "" for automatic.
+
+        Raises
+        ------
+        ValueError
+            If a depth does not exist.
+        """
+        for name in (first, second):
+            if name not in ("", *COMPARABLE):
+                raise ValueError(f"a side must be one of {', '.join(COMPARABLE)}, not {name!r}")
+        self._data.chosen_sides = first, second
+        self.changed.emit("runs")
+        self.changed.emit("swipe")
+
+    def show_a_as_result(self, on: bool) -> None:
+        """Show side A in place of the result, or the result again."""
+        if on != self._data.shows_a_as_result:
+            self._data.shows_a_as_result = on
+            self.changed.emit("result")
 
     def set_frame(self, width: int, height: int) -> None:
-        """Set the frame's size and put the divider in the middle."""
+        """Set the size of a new frame; the divider moves to its middle."""
         self._frame = QRectF(0, 0, width, height)
-        self.x, self._dragged = width / 2, None
-        self.show()
+        self._dragged = None
+        self._place(width / 2)
 
-    def set_on(self, on: bool) -> None:
-        """Show or hide the divider: side A is left of it, side B right of it.
-
-        If it would be out of sight, it moves to the middle of what is visible.
-        """
-        if on != self.on:
-            self.on, self._dragged = on, None
+    def divide(self, on: bool) -> None:
+        """Show or hide the divider. If it would be out of sight, it moves to the middle of what is visible."""
+        if on != self.is_divided:
+            self.is_divided, self._dragged, x = on, None, self.x
             for view in (view for view in self._items if self._takes_part(view) and view.isVisible()):
                 columns = view.visible_box()[1]
-                if not columns.start < self.x < columns.stop:
-                    self.x = float((columns.start + columns.stop) // 2)
-            self.show()
-            self.moved.emit()
-
-    def set_labels(self, labels: tuple[Label, Label]) -> None:
-        """Set the labels at the left and at the right."""
-        self._labels = labels
-        self.show()
-
-    def show(self) -> None:
-        """Update the divider in all views."""
-        for view, item in self._items.items():
-            is_shown = self.on and self._takes_part(view)
-            item.setVisible(is_shown)
-            if is_shown:
-                item.place(self._frame, self.x, self._labels if self._has_grip(view) else None)
+                if not columns.start < x < columns.stop:
+                    x = float((columns.start + columns.stop) // 2)
+            self._place(x)
+            self.changed.emit("swipe")
 
     def move_to(self, x: float) -> None:
         """Move the divider to a column of the frame."""
         x = float(min(max(round(x), self._frame.left()), self._frame.right()))
         if x != self.x:
-            self.x = x
-            self.show()
-            self.moved.emit()
+            self._place(x)
+            self.changed.emit("swipe")
+
+    def _place(self, x: float) -> None:
+        self.x = x
+        self._data.swipe_column = round(x) if self.is_divided else None
+        self.show_divider()
+
+    def show_divider(self) -> None:
+        """Update the divider in all views, with the names of the sides beside it where it can be dragged."""
+        first, second = (self._label(depth) for depth in self._data.sides)
+        for view, item in self._items.items():
+            is_shown = self.is_divided and self._takes_part(view)
+            item.setVisible(is_shown)
+            if is_shown:
+                item.place(self._frame, self.x, (first, second) if self._cells[view].concrete == "result" else None)
+
+    def _label(self, depth: str) -> Label:
+        run = self._data.run(depth)
+        return capital(short_title(depth, self._data.names)), None if run is None else run.colour
+
+    def _takes_part(self, view: ImageView) -> bool:
+        """Whether a view is divided: the result, and the blocks if the sides have others; none if a side is missing."""
+        if any(self._data.depth(side) is None for side in self._data.sides):
+            return False
+        shown = {"result", "colour"} if any(self._data.side_blocks) else {"result"}
+        return self._cells[view].concrete in shown
 
     def handle(self, view: ImageView, event: QEvent) -> bool:
         """Handle an event of a view if it concerns the divider; True if it did."""
-        if not self.on or not isinstance(event, QMouseEvent):
+        if not self.is_divided or not isinstance(event, QMouseEvent):
             return False
         kind, at = event.type(), view.to_image(event.position())
         if self._dragged is view:
@@ -206,80 +227,3 @@ class Swipe(QObject):
         if view is not None:
             self._near_before = view.viewport().cursor()
             view.viewport().setCursor(Qt.CursorShape.SplitHCursor)
-
-
-class SideComparison(QObject):
-    """Sides A and B of the comparison: by default the compared run, or depth in, and the result.
-
-    Parameters
-    ----------
-    data : ViewData
-    views : list of ImageView
-    content_of : callable
-        The concrete content of a view.
-
-    Signals
-    -------
-    changed(str)
-        The part of the data that changed.
-    """
-
-    changed = Signal(str)
-
-    def __init__(
-        self, data: ViewData, views: list[ImageView], content_of: Callable[[ImageView], str], parent: QObject
-    ) -> None:
-        super().__init__(parent)
-        self._data = data
-        self._content_of = content_of
-        self.swipe = Swipe(views, self._is_swiped, lambda view: content_of(view) == "result", self)
-        self.swipe.moved.connect(self._follow_handle)
-
-    def choose(self, first: str = "", second: str = "") -> None:
-        """Select the two depths to compare by their names; "" for automatic.
-
-        Raises
-        ------
-        ValueError
-            If a depth does not exist.
-        """
-        for name in (first, second):
-            if name not in ("", *COMPARABLE):
-                raise ValueError(f"a side must be one of {', '.join(COMPARABLE)}, not {name!r}")
-        self._data.chosen_sides = first, second
-        self.changed.emit("runs")
-        self._follow_handle()
-
-    def show_a_as_result(self, on: bool) -> None:
-        """Show side A in place of the result, or the result again."""
-        if on != self._data.shows_a_as_result:
-            self._data.shows_a_as_result = on
-            self.changed.emit("result")
-
-    def set_frame(self, width: int, height: int) -> None:
-        """Set the size of a new frame; the divider moves to its middle."""
-        self.swipe.set_frame(width, height)
-        self._place()
-
-    def update_labels(self) -> None:
-        """Write the names of the sides at the divider."""
-        first, second = (self._label(depth) for depth in self._data.sides)
-        self.swipe.set_labels((first, second))
-
-    def _label(self, depth: str) -> Label:
-        run = self._data.run(depth)
-        return capital(short_title(depth, self._data.names)), None if run is None else run.colour
-
-    def _is_swiped(self, view: ImageView) -> bool:
-        """Whether a view is divided: the result, and the blocks if the sides have others; none if a side is missing."""
-        if any(self._data.depth(side) is None for side in self._data.sides):
-            return False
-        shown = {"result", "colour"} if any(self._data.side_blocks) else {"result"}
-        return self._content_of(view) in shown
-
-    def _follow_handle(self) -> None:
-        self._place()
-        self.changed.emit("swipe")
-
-    def _place(self) -> None:
-        self._data.swipe_column = round(self.swipe.x) if self.swipe.on else None

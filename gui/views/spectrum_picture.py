@@ -9,9 +9,9 @@ from PySide6.QtWidgets import QWidget
 
 from ..base.theme import Colours
 from .colours import strength_table
-from .image_view import ImageView
+from .image_view import FOCUS_WIDTH, ImageView
 from .layers import BAND
-from .pixel_items import packed
+from .pixel_items import image_over, packed
 from .view_data import Spectrum
 
 _HALO = QColor(0, 0, 0, 170)
@@ -45,15 +45,13 @@ class SpectrumPicture(QWidget):
         self._message = spectrum if isinstance(spectrum, str) else ""
         if self._spectrum is not None:
             indices = 1 + np.round(254 * self._spectrum.magnitude).astype(np.uint8)
-            pixels = packed(strength_table())[indices]
-            height, width = pixels.shape
-            self._image = QImage(pixels.data, width, height, 4 * width, QImage.Format.Format_RGBA8888).copy()
+            self._image = image_over(packed(strength_table())[indices], QImage.Format.Format_RGBA8888).copy()
         self.update()
 
     def _cover(self) -> None:
         view = self.parentWidget()
         if view is not None:
-            self.setGeometry(view.rect())
+            self.setGeometry(view.rect().adjusted(FOCUS_WIDTH, FOCUS_WIDTH, -FOCUS_WIDTH, -FOCUS_WIDTH))
 
     def paintEvent(self, event: QPaintEvent) -> None:
         painter = QPainter(self)

@@ -12,7 +12,7 @@ from PySide6.QtWidgets import QButtonGroup, QHBoxLayout, QToolButton, QWidget
 from ilf.drawing.blocks import STAGES, stage_count, stage_legend
 from ilf.segmentation.extraction import Extraction
 
-from ..widgets.basics import combo, lay_out
+from ..widgets.basics import combo, flat_button, lay_out
 
 
 class StagePicker(QWidget):
@@ -33,11 +33,9 @@ class StagePicker(QWidget):
         group = QButtonGroup(self)
         self._box = combo(STAGES, "Stage of the extraction", "Stage of the extraction")
         for name, text in STAGES.items():
-            button = QToolButton()
-            button.setText(text)
-            button.setCheckable(True)
-            button.setAutoRaise(True)
+            button = flat_button("", text=text)
             button.clicked.connect(lambda _=False, name=name: self.chosen.emit(name))
+            button.setCheckable(True)
             group.addButton(button)
             layout.addWidget(button)
             self._buttons[name] = button

@@ -233,10 +233,14 @@ class ViewData:
         self.suspect = suspect_islands(completion.frame) if completion is not None and completion.suspect else None
 
     def _read_runs(self, document: Document) -> None:
-        self.runs, self.earlier = document.compared, earlier_run(document)
+        newest, results = [*reversed(document.state.runs)], document.valid_results()
+        present = [
+            kept for kept in newest if all(kept.results.get(label) is result for label, result in results.items())
+        ]
+        self.runs, self.earlier = document.compared, next((kept for kept in newest if kept not in present), None)
         # keeps it from being composed again every time
         self._earlier_completion = None if self.earlier is None else self.earlier.completion
-        self.result_number = _number_of_result(document)
+        self.result_number = present[0].number if present and results else 0
         self._run_blocks = {}
         for kept in (*self.runs, *([] if self.earlier is None else [self.earlier])):
             labels = kept.run.blocks.labels
@@ -304,16 +308,12 @@ class ViewData:
         first, second = (self.depth(side) for side in self.sides)
         if first is None or second is None:
             return None
-        depth = second.depth.copy()
-        depth[:, :column] = first.depth[:, :column]
+        columns = np.arange(first.depth.shape[1]) < column
         marks: list[Mask | None] = []
         for left, right in ((first.extrapolated, second.extrapolated), (first.stale, second.stale)):
-            both = None
-            if left is not None or right is not None:
-                both = np.zeros(depth.shape, bool) if right is None else right.copy()
-                both[:, :column] = False if left is None else left[:, :column]
-            marks.append(both)
-        return ShownDepth(depth, *marks)
+            there = (False if mask is None else mask for mask in (left, right))
+            marks.append(None if left is right is None else np.where(columns, *there))
+        return ShownDepth(np.where(columns, first.depth, second.depth), *marks)
 
     @property
     def side_blocks(self) -> tuple[Blocks | None, Blocks | None]:
@@ -385,22 +385,6 @@ def _plain(depth: Depth | None) -> ShownDepth | None:
 def _any(mask: Mask) -> Mask | None:
     """Return the mask, or None if it has no pixels."""
     return mask if mask.any() else None
-
-
-def earlier_run(document: Document) -> StoredRun | None:
-    """The latest stored run whose results are not the current ones."""
-    return next((kept for kept in reversed(document.state.runs) if not _is_present(kept, document)), None)
-
-
-def _number_of_result(document: Document) -> int:
-    """The number of the latest stored run whose results are the current ones; 0 for none."""
-    there = reversed(document.state.runs) if document.valid_results() else ()
-    return next((kept.number for kept in there if _is_present(kept, document)), 0)
-
-
-def _is_present(kept: StoredRun, document: Document) -> bool:
-    """Whether the results of a stored run are the current ones."""
-    return all(kept.results.get(label) is result for label, result in document.valid_results().items())
 
 
 def colour_table(document: Document, min_label: int) -> NDArray[np.uint8]:

@@ -272,13 +272,21 @@ def command_button(action: QAction, style: Qt.ToolButtonStyle = Qt.ToolButtonSty
     return button
 
 
+def flat_button(hint: str, clicked: Callable[[], object] = lambda: None, text: str = "", name: str = "") -> QToolButton:
+    """Return a flat button with a hint, which is also its accessible name if there is no other."""
+    button = QToolButton(autoRaise=True)
+    button.setText(text)
+    button.setToolTip(hint)
+    button.setAccessibleName(name or hint)
+    button.clicked.connect(clicked)
+    return button
+
+
 def menu_button(menu: QMenu, text: str, hint: str) -> QToolButton:
     """Return a flat button that opens a menu, without Qt's arrow."""
-    button = QToolButton(popupMode=QToolButton.ToolButtonPopupMode.InstantPopup, autoRaise=True)
-    button.setText(text)
+    button = flat_button(hint, text=text)
+    button.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
     button.setStyleSheet("QToolButton::menu-indicator { image: none; }")
-    button.setToolTip(hint)
-    button.setAccessibleName(hint)
     button.setMenu(menu)
     return button
 

@@ -8,11 +8,11 @@ from typing import NamedTuple
 
 from PySide6.QtCore import QByteArray, QObject, QRect, QSettings, QSize, Qt, QTimer
 from PySide6.QtGui import QAction, QPalette
-from PySide6.QtWidgets import QDockWidget, QHBoxLayout, QMainWindow, QTabBar, QTabWidget, QToolButton, QWidget
+from PySide6.QtWidgets import QDockWidget, QHBoxLayout, QMainWindow, QTabBar, QTabWidget, QWidget
 
 from ..base import theme
 from ..base.commands import HINT, describe
-from .basics import PlainLabel, Themed, lay_out
+from .basics import PlainLabel, Themed, flat_button, lay_out
 
 DEFAULT_SIZE = QSize(1440, 900)
 _FRAME = QSize(0, 40)
@@ -32,13 +32,11 @@ class PanelTitle(Themed, QWidget):
 
     def __init__(self, dock: QDockWidget) -> None:
         super().__init__(dock)
-        self._close = QToolButton(autoRaise=True)
+        name, title = dock.windowTitle(), PlainLabel(dock.windowTitle())
+        hint = f"Close the panel {name}; View > Panels opens it again"
+        self._close = flat_button(hint, dock.close, name=f"Close {name}")
         self._close.setObjectName("close")
-        self._close.setAccessibleName(f"Close {dock.windowTitle()}")
-        self._close.setToolTip(f"Close the panel {dock.windowTitle()}; View > Panels opens it again")
         self._close.setFocusPolicy(Qt.FocusPolicy.NoFocus)
-        self._close.clicked.connect(dock.close)
-        title = PlainLabel(dock.windowTitle())
         lay_out(QHBoxLayout(self), title, self._close, margins=(8, 1, 2, 1), stretched=title)
         self.setToolTip("Drag the title, or double-click it, to move the panel out of the window")
         self._take_theme()

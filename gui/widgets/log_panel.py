@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from datetime import datetime
 
-from PySide6.QtCore import Qt
 from PySide6.QtGui import QGuiApplication
-from PySide6.QtWidgets import QHBoxLayout, QPlainTextEdit, QToolButton, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QHBoxLayout, QPlainTextEdit, QVBoxLayout, QWidget
 
-from .basics import lay_out
+from .basics import flat_button, lay_out
 
 MAXIMUM_LINES = 2000
 
@@ -24,10 +23,8 @@ class LogPanel(QWidget):
         self.text.setFrameShape(QPlainTextEdit.Shape.NoFrame)
         self.text.setPlaceholderText("Messages appear here.")
         self.text.setAccessibleName("Log")
-        self.copy_button = _button("Copy", "Copy the log, or the selected part of it")
-        self.copy_button.clicked.connect(self.copy)
-        self.clear_button = _button("Clear", "Clear the log")
-        self.clear_button.clicked.connect(self.text.clear)
+        self.copy_button = flat_button("Copy the log, or the selected part of it", self.copy, "Copy", "Copy")
+        self.clear_button = flat_button("Clear the log", self.text.clear, "Clear", "Clear")
         buttons = lay_out(QVBoxLayout(), self.copy_button, self.clear_button, None, margins=(4, 4, 4, 4), spacing=2)
         lay_out(QHBoxLayout(self), self.text, buttons, spacing=0, stretched=self.text)
         self.setFocusProxy(self.text)
@@ -41,12 +38,3 @@ class LogPanel(QWidget):
         cursor = self.text.textCursor()
         chosen = cursor.selection().toPlainText() if cursor.hasSelection() else self.text.toPlainText()
         QGuiApplication.clipboard().setText(chosen)
-
-
-def _button(text: str, hint: str) -> QToolButton:
-    button = QToolButton()
-    button.setText(text)
-    button.setToolTip(hint)
-    button.setAutoRaise(True)
-    button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
-    return button

@@ -141,11 +141,6 @@ def ask_yes_no(
     box.open()
 
 
-def warn(parent: QWidget, title: str, text: str, details: str = "") -> None:
-    """Show a warning without blocking."""
-    ProblemBox(title, text, details, parent).open()
-
-
 def error_text(error: Exception) -> str:
     """Return the text of an error for the user; with its type if it is unexpected."""
     return to_text(error) if _is_expected(error) else without_credentials(f"{type(error).__name__}: {error}")
@@ -205,7 +200,7 @@ class Notes(QObject):
         for text in texts:
             self._log.add(f"{what}: {text}")
         if texts:
-            warn(self._window, what, "\n\n".join(texts), details)
+            ProblemBox(what, "\n\n".join(texts), details, self._window).open()
 
     def report(self, what: str, error: Exception) -> None:
         """Show and log an error."""

@@ -32,7 +32,7 @@ from PySide6.QtWidgets import (
 from ilf.data.declarations import Declaration, ParameterSet, Value
 
 from ..base import theme
-from .basics import Message, PlainLabel, Themed, lay_out, literal_text
+from .basics import Message, PlainLabel, Themed, flat_button, lay_out, literal_text
 
 # Sliders of parameters: which parameters have one, and the mapping of positions to values.
 
@@ -173,8 +173,6 @@ class ParameterForm(Themed, QScrollArea):
         self._controlling = {item.when[0] for item in declarations.values() if item.when}
         """Parameters that determine whether others have an effect."""
 
-        content = QWidget()
-        column = lay_out(QVBoxLayout(content), margins=(8, 6, 4, 10), spacing=2)
         groups: dict[str, list[Declaration]] = {_FIRST: []}
         for declaration in declarations.values():
             groups.setdefault(declaration.group, []).append(declaration)
@@ -184,20 +182,15 @@ class ParameterForm(Themed, QScrollArea):
         self._groups = {name: declaration.group for name, declaration in declarations.items()}
         """The section that a parameter is in at present."""
         self._sections = {group: self._section(group, members) for group, members in groups.items()}
-        for section in self._sections.values():
-            column.addWidget(section)
         self._key = f"parameters/all_{set_class.__name__}"
         self.all_button = QToolButton(autoRaise=True)
         self.all_button.setCheckable(True)
         self.all_button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
         self.all_button.setChecked(QSettings().value(self._key, False, bool) is True)
         self.all_button.toggled.connect(self._show_all)
-        self.footer = QHBoxLayout()
-        self.footer.addWidget(self.all_button)
-        self.footer.addStretch(1)
-        column.addLayout(self.footer)
-        column.addStretch(1)
-
+        self.footer = lay_out(QHBoxLayout(), self.all_button, None)
+        content, sections = QWidget(), self._sections.values()
+        lay_out(QVBoxLayout(content), *sections, self.footer, None, margins=(8, 6, 4, 10), spacing=2)
         self.setWidget(content)
         self.setWidgetResizable(True)
         self.setFrameShape(QFrame.Shape.NoFrame)
@@ -248,13 +241,11 @@ class ParameterForm(Themed, QScrollArea):
         return QSize(300, 520)
 
     def _section(self, group: str, members: list[Declaration]) -> QWidget:
-        section = QWidget()
-        column = lay_out(QVBoxLayout(section), margins=(0, 0, 0, 6), spacing=2)
-        header = QToolButton()
+        section, body, header = QWidget(), QWidget(), QToolButton(autoRaise=True)
+        lay_out(QVBoxLayout(section), header, body, margins=(0, 0, 0, 6), spacing=2)
         header.setText(group)
         header.setCheckable(True)
         header.setChecked(True)
-        header.setAutoRaise(True)
         header.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
         header.setArrowType(Qt.ArrowType.DownArrow)
         header.setStyleSheet("QToolButton { border: none; padding: 3px 0; }")
@@ -262,9 +253,7 @@ class ParameterForm(Themed, QScrollArea):
         font = header.font()
         font.setBold(True)
         header.setFont(font)
-        body = QWidget()
-        rows = lay_out(QVBoxLayout(body), margins=(2, 2, 0, 2), spacing=5)
-        self._rows_of[group] = rows
+        self._rows_of[group] = rows = lay_out(QVBoxLayout(body), margins=(2, 2, 0, 2), spacing=5)
         for declaration in members:
             self._places[declaration.name] = place = QWidget()
             rows.addWidget(place)
@@ -275,8 +264,6 @@ class ParameterForm(Themed, QScrollArea):
 
         header.toggled.connect(fold)
         self._headers[group] = header
-        column.addWidget(header)
-        column.addWidget(body)
         return section
 
     def _make_row(self, name: str) -> None:
@@ -315,12 +302,11 @@ class ParameterForm(Themed, QScrollArea):
         slider = self._slider(declaration) if has_slider(declaration) else None
         if slider is not None:
             grid.addWidget(slider, 1, 0, 1, 2)
-        reset = QToolButton(autoRaise=True)
+        reset = flat_button("", name=f"Reset {declaration.label}")
+        reset.clicked.connect(lambda: self._edited(name, getattr(self._base, name)))
         reset.setFixedSize(_RESET_SIZE, _RESET_SIZE)
         reset.setObjectName(f"reset_{name}")
-        reset.setAccessibleName(f"Reset {declaration.label}")
         reset.setIcon(self._reset_icon())
-        reset.clicked.connect(lambda: self._edited(name, getattr(self._base, name)))
         policy = reset.sizePolicy()
         policy.setRetainSizeWhenHidden(True)
         reset.setSizePolicy(policy)

@@ -9,7 +9,7 @@ from PySide6.QtGui import QAccessible, QAccessibleEvent, QAction, QEnterEvent
 from PySide6.QtWidgets import QFrame, QHBoxLayout, QMainWindow, QToolButton
 
 from ..base import theme
-from .basics import ElidedLabel, Themed, lay_out
+from .basics import ElidedLabel, Themed, flat_button, lay_out
 
 MAX_TOASTS = 3
 """Maximum number of messages at a time; a new one replaces the oldest."""
@@ -37,14 +37,10 @@ class Toast(Themed, QFrame):
         self.offered = tuple(actions)
         self.commands = [self._button(action) for action in actions]
         self.label = ElidedLabel(Qt.TextElideMode.ElideMiddle)
-        self.close_button = QToolButton()
-        self.close_button.setAccessibleName("Close this message")
-        self.close_button.setToolTip("Close this message")
-        self.close_button.clicked.connect(self._go)
+        self.close_button = flat_button("Close this message", self._go)
         row = lay_out(QHBoxLayout(self), self.label, margins=(6, 0, 1, 0), spacing=4, stretched=self.label)
         for button in (*self.commands, self.close_button):
             button.setFocusPolicy(Qt.FocusPolicy.NoFocus)
-            button.setAutoRaise(button is self.close_button)
             row.addWidget(button)
         self._over = QTimer(self, singleShot=True)
         self._over.timeout.connect(self._go)

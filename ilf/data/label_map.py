@@ -26,6 +26,11 @@ def within(inside: Box, outside: Box) -> Box:
     return rows, columns
 
 
+def whole(shape: tuple[int, ...]) -> Box:
+    """The box of a whole array."""
+    return slice(0, shape[0]), slice(0, shape[1])
+
+
 def union(one: Box, other: Box) -> Box:
     """Return the smallest box that encloses two boxes."""
     rows, columns = (slice(min(a.start, b.start), max(a.stop, b.stop)) for a, b in zip(one, other, strict=True))

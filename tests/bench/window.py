@@ -71,4 +71,4 @@ def paint_across(window: MainWindow, label: int) -> None:
     stroke = brush_stroke((height, width), line, 5.0)
     assert stroke is not None
     document.stroke(paint(document.labels, stroke, label, document.locked))
-    document.end_stroke("Paint")
+    document.edit(document.drop_stroke(), "Paint")

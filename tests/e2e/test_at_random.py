@@ -81,7 +81,7 @@ def test_commands_in_any_order(window, qtbot, small_frame, tmp_path):
         document, (height, width) = workspace.current, workspace.current.frame.shape
         ends = [(chance.random() * width, chance.random() * height) for _ in range(2)]
         document.look(Part.MARKS, line=chance.choice([None, (ends[0], ends[1])]))
-        document.set_region(chance.choice([None, (slice(3, 30), slice(5, 40))]))
+        document.look(Part.REGION, region=chance.choice([None, (slice(3, 30), slice(5, 40))]))
         document.set_measurements([*document.state.looked.measurements[-2:], (ends[0], ends[1])])
 
     others: list[Callable[[], object]] = [

@@ -66,24 +66,24 @@ def test_the_cloud_follows_what_is_known_of_the_frame(opened, qtbot, run_all):
     assert len(shown(opened, qtbot)) == np.isfinite(completion.depth).sum()
 
     cloud.set_colour_by(ColourBy.EXPECTED)
-    scale = shown(opened, qtbot).colouring.scale
-    assert scale is not None, "worked out for who looks at it here"
-    assert (scale.unit, scale.logarithmic) == ("mm", True)
+    colouring = shown(opened, qtbot).colouring
+    assert colouring.layer is not None, "worked out for who looks at it here"
+    assert (colouring.unit, colouring.layer.logarithmic) == ("mm", True)
     opened.workspace.current.set_ground_truth(completion.depth - np.float32(0.02))
     cloud.set_colour_by(ColourBy.ERROR)
     colours = shown(opened, qtbot).colouring.colours
     assert (colours == colours[0]).all(), "20 mm everywhere"
     assert colours[0, 0] > colours[0, 2], "too far is red"
     opened.workspace.current.set_ground_truth(None)
-    assert shown(opened, qtbot).colouring.scale is None
+    assert shown(opened, qtbot).colouring.layer is None
 
     other = StoredRun(1, "Run 1", document.run(document.state.common), dict(document.valid_results()), 1.0, (1, 2, 3))
     document.keep_run(other)
     opened.workspace.current.compare_runs([other])
     cloud.set_colour_by(ColourBy.DIFFERENCE)
-    scale = shown(opened, qtbot).colouring.scale
-    assert scale is not None
-    assert scale.unit == "mm"
+    colouring = shown(opened, qtbot).colouring
+    assert colouring.layer is not None
+    assert colouring.unit == "mm"
 
     opened.workspace.select([1])
     actions["cloud_selected_only"].setChecked(True)

@@ -65,7 +65,7 @@ def test_runs_come_to_the_views_and_one_looks_at_the_other_while_a_key_is_held(r
     qtbot.keyRelease(out.view, Qt.Key.Key_V)
     assert out.picture.value_at(column, row) == now
     window.actions_["swipe"].trigger()
-    window.views.sides.swipe.move_to(window.workspace.current.frame.shape[1])
+    window.views.sides.move_to(window.workspace.current.frame.shape[1])
     assert out.picture.value_at(column, row) == kept.completion.depth[row, column]
     window.feature(StatusFeature).point_at((int(column), int(row)))
     assert "Best" in window.feature(StatusFeature).bar.readout.text()
@@ -100,7 +100,7 @@ def test_swiping_leaves_every_layout_as_it_was_and_another_one_of_the_window_end
     assert views.contents()["colour"] == "colour"
 
     window.actions_["layout_standard"].trigger()
-    handles = views.sides.swipe._items
+    handles = views.sides._items
 
     def is_swiped():
         return any(cell.concrete == "result" and handles[cell.view].isVisible() for cell in views.sheet.shown)
@@ -238,10 +238,10 @@ def test_the_divider_starts_where_it_is_seen_and_a_side_that_is_to_be_worked_out
     settle(window, qtbot)
     window.views.zoom_to(slice(0, 12), slice(0, 12))
     window.actions_["swipe"].trigger()
-    swipe = window.views.sides.swipe
+    sides = window.views.sides
     seen = window.views.cells["depth-out"].view.visible_box()[1]
     assert seen.stop < window.workspace.current.frame.shape[1] / 2, "the middle of the frame is out of sight"
-    assert seen.start < swipe.x < seen.stop
+    assert seen.start < sides.x < seen.stop
 
     material = window.views.data
     settle(window, qtbot)

@@ -99,7 +99,7 @@ def test_errors_against_a_truth_and_on_hidden_depth(window, qtbot, frame_folder,
     label = next(iter(document.counts()))
     box = slice(8, 24), slice(4, 24)
     workspace.select([label])
-    workspace.current.set_region(box)
+    workspace.current.look(Part.REGION, region=box)
     qtbot.waitUntil(lambda: len(panel.ground_truth_table.rows) == 3)
     completion = document.completion()
     blocks = evaluate_blocks(document.frame, completion, document.labels)

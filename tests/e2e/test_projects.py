@@ -23,6 +23,7 @@ from gui.features.project.saving import SaveRequest
 from gui.features.run_history.panel import RunsPanel
 from gui.features.sweep.feature import SweepFeature
 from gui.state.document import Document
+from gui.state.parts import Part
 from ilf.project.file import open_project as read_project
 from ilf.project.project import Stage
 from ilf.run.options import ExportOptions
@@ -73,7 +74,7 @@ def work_on(window, qtbot, run_all) -> Document:
     workspace.current.set_ground_truth(np.full(document.labels.shape, 2.0, np.float32))
     run_all(window)
     workspace.set_note(window.workspace.entries[0], "Look at the corner.")
-    workspace.current.set_region((slice(3, 20), slice(5, 30)))
+    workspace.current.look(Part.REGION, region=(slice(3, 20), slice(5, 30)))
     workspace.select([second])
     document.change_run(document.state.runs[0], note="the first")
     workspace.current.compare_runs(document.state.runs[:1])

@@ -11,6 +11,7 @@ from gui.tools.base import Point, Result, Tool, ToolOptions
 from gui.tools.edge_data import EdgeData, edge_data_of
 from gui.views.interaction import PointerEvent, PointerKind, Preview
 from ilf.data.frame import RGBDFrame
+from ilf.errors import InputError
 from ilf.run.run import Run
 from ilf.segmentation.editing.patches import LabelPatch
 
@@ -51,11 +52,12 @@ class ToolHost:
     def commit(self, patch: LabelPatch | None, text: str, label: int = 0) -> LabelPatch | None:
         return patch if self.workspace.current.edit(patch, text) else None
 
-    def end_stroke(self, text: str, label: int = 0) -> bool:
-        return self.workspace.current.end_stroke(text) is not None
-
     def attempt(self, change: Callable[[], bool]) -> bool:
-        return change()
+        try:
+            return change()
+        except InputError as error:
+            self.show_message(str(error))
+            return False
 
     def set_option(self, name: str, value: float | bool) -> None:
         setattr(self.options, name, value)
@@ -65,10 +67,19 @@ class ToolHost:
 
     def run_in_background(self, find: Callable[[], Result], take: Callable[[Result], None]) -> None:
         """At once, unless a test lets it wait."""
+
+        def answer() -> None:
+            try:
+                found = find()
+            except InputError as error:
+                self.show_message(str(error))
+            else:
+                take(found)
+
         if self.waits:
-            self.waiting.append(lambda: take(find()))
+            self.waiting.append(answer)
         else:
-            take(find())
+            answer()
 
     def show_message(self, message: str) -> None:
         self.said.append(message)
@@ -108,3 +119,9 @@ class Hand:
 
     def hover(self, at: Point, keys: str = "") -> None:
         self.send(PointerKind.HOVER, at, keys)
+
+    def cancel(self) -> bool:
+        """Cancel what the tool does; return whether there was anything to cancel."""
+        was_busy = self.tool.busy
+        self.tool.cancel(self.host)
+        return was_busy

@@ -138,9 +138,9 @@ class BlockCommands(QObject):
             return
         text = f"{self._text(verb)} by {amount} px"
         self._editor.cancel()
-        for label in list(document.selected):
+        for label in document.selected:
             document.stroke(change(document.labels, label, amount, document.locked))
-        if not self._editor.end_stroke(text, self._workspace.chosen):
+        if not self._editor.commit(document.drop_stroke(), text, document.chosen):
             self._editor.show_message(f"{verb}: nothing to change by {amount} px here.")
 
     def _edit(self, edit: Callable[[], LabelPatch | None], text: str) -> bool:

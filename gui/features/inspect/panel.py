@@ -195,7 +195,7 @@ class InspectPanel(Panel):
         """Remove the profile line and the rectangle."""
         document = self.context.workspace.current
         document.look(Part.MARKS, line=None)
-        document.set_region(None)
+        document.look(Part.REGION, region=None)
 
     # profile
 

@@ -27,6 +27,7 @@ from ilf.drawing.clouds import NEAR, Look, OrbitCamera
 
 from ...base import theme
 from ...base.theme import Colours
+from ..interaction import ARROWS
 from .drawing import CloudDrawing
 from .scene import Scene, empty_scene
 
@@ -313,14 +314,10 @@ class CloudCanvas(QWidget):
 
     # the point under the pointer
 
-    def _point_at(self, position: QPointF) -> int | None:
-        """Index of the visible point at a position of the widget, or near it."""
-        ratio = self.devicePixelRatioF()
-        return self.drawing.point_at(position.x() * ratio, position.y() * ratio, _HIT_RADIUS * ratio)
-
     def _pixel_at(self, position: QPointF) -> tuple[int, int] | None:
-        index = self._point_at(position)
-        return None if index is None else self.scene.pixel_of(index)
+        """Pixel (x, y) of the visible point at a position of the widget, or near it."""
+        ratio = self.devicePixelRatioF()
+        return self.drawing.pixel_at(position.x() * ratio, position.y() * ratio, _HIT_RADIUS * ratio)
 
     def _set_pixel(self, pixel: tuple[int, int] | None) -> None:
         if pixel != self._pixel:
@@ -362,7 +359,8 @@ class CloudCanvas(QWidget):
     def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
         """Set the centre of rotation to the double-clicked point; beside the cloud, show all of it."""
         self._last = event.position()
-        index = self._point_at(event.position())
+        pixel = self._pixel_at(event.position())
+        index = None if pixel is None else self.scene.index_of(pixel)
         if index is None:
             self.look("home")
         else:
@@ -383,15 +381,9 @@ class CloudCanvas(QWidget):
         self.hover_changed.emit(False)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        arrows: dict[int, tuple[int, int]] = {
-            Qt.Key.Key_Left: (-1, 0),
-            Qt.Key.Key_Right: (1, 0),
-            Qt.Key.Key_Up: (0, -1),
-            Qt.Key.Key_Down: (0, 1),
-        }
         key = event.key()
-        if key in arrows:
-            x, y = arrows[key]
+        if key in ARROWS:
+            x, y = ARROWS[key]
             if event.modifiers() & Qt.KeyboardModifier.ShiftModifier:
                 self._pan(x * _PAN_STEP, y * _PAN_STEP)
             else:

@@ -7,16 +7,11 @@ from collections.abc import Mapping
 from functools import partial
 
 from PySide6.QtCore import QSignalBlocker, Qt, Signal
-from PySide6.QtGui import (
-    QAction,
-    QActionGroup,
-    QBrush,
-    QColor,
-)
-from PySide6.QtWidgets import QHBoxLayout, QMenu, QSlider, QToolBar, QToolButton, QVBoxLayout, QWidget
+from PySide6.QtGui import QAction, QActionGroup, QBrush, QColor
+from PySide6.QtWidgets import QHBoxLayout, QMenu, QSlider, QToolBar, QVBoxLayout, QWidget
 
 from ...base import theme
-from ...widgets.basics import PlainLabel, Themed, lay_out, menu_button
+from ...widgets.basics import PlainLabel, Themed, flat_button, lay_out, menu_button
 from ..title_strip import TitleStrip
 from .canvas import EMPTY_TEXT, CloudCanvas
 from .colouring import ColourBy
@@ -44,11 +39,7 @@ class DepthClip(QWidget):
         """Depth range [m] that is drawn."""
         self.near, self.far = self._slider("Nearest depth"), self._slider("Farthest depth")
         self._labels = PlainLabel(), PlainLabel()
-        everything = QToolButton(autoRaise=True)
-        everything.setText("All")
-        everything.setAccessibleName("Draw all depths")
-        everything.setToolTip("Draw all depths again")
-        everything.clicked.connect(self.clear)
+        everything = flat_button("Draw all depths again", self.clear, "All", "Draw all depths")
         layout = lay_out(QHBoxLayout(self), PlainLabel("Depth"), margins=(8, 0, 8, 2))
         for slider, label in zip((self.near, self.far), self._labels, strict=True):
             label.setFixedWidth(self.fontMetrics().horizontalAdvance("00.00 m"))
@@ -158,13 +149,13 @@ class CloudView(Themed, QWidget):
         self.strip.set_title(scene.title)
         self.strip.set_text(", ".join(notes))
         self.strip.set_legend([(QBrush(QColor(*colour)), text) for colour, text in colouring.legend])
-        scale = colouring.scale
-        if scale is None:
+        layer = colouring.layer
+        if layer is None:
             self.bar.set_levels(None)
         else:
-            self.bar.set_unit(scale.unit)
-            self.bar.set_table(scale.table)
-            self.bar.set_levels(scale.levels, scale.logarithmic)
+            self.bar.set_unit(colouring.unit)
+            self.bar.set_table(layer.table)
+            self.bar.set_levels(layer.levels, layer.logarithmic)
 
     def set_message(self, text: str = EMPTY_TEXT) -> None:
         """Show a text in place of the cloud."""
@@ -176,7 +167,7 @@ class CloudView(Themed, QWidget):
 
     def set_colour_by(self, colour_by: ColourBy) -> None:
         """Select what colours the points."""
-        self.colour_by = ColourBy(colour_by)
+        self.colour_by = colour_by
         self._choices[self.colour_by].setChecked(True)
         self._colour_button.setText(f"{self.colour_by.text} \u25be")
         self.colours_changed.emit()

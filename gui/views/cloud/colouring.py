@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from enum import StrEnum
+from enum import Enum
 from typing import Any
 
 import numpy as np
@@ -18,54 +18,29 @@ from ...base.theme import Colours
 from ..colours import difference_table
 from ..contents import RUNS, difference_of
 from ..layers import Layer
-from .scene import Colouring, Scale, Scene
+from .scene import Colouring, Scene
 
 _DIMMED = 0.8
 
 
-class ColourBy(StrEnum):
-    """Quantity that colours the points."""
+class ColourBy(Enum):
+    """What colours the points: its text and tooltip in the window, and the content of the images whose layer it is, ""
+    for none."""
 
-    COLOUR = "colour"
-    DEPTH = "depth"
-    BLOCK = "block"
-    EXPECTED = "expected error"
-    ERROR = "error"
-    DIFFERENCE = "difference"
-    FILLED = "filled"
+    COLOUR = "Colour", "The colours of the image"
+    DEPTH = "Depth", "Depth along the camera's axis, as in the depth views", "result"
+    BLOCK = "Block", "The colours of the blocks"
+    EXPECTED = "Expected error", "Expected error of the filled depth, estimated without ground truth", "expected-error"
+    ERROR = "Error", "Depth minus ground truth: red is too far, blue too near", "error"
+    DIFFERENCE = (
+        "Difference to a run",
+        "Depth minus the first run ticked for comparison: red is farther, blue nearer",
+        difference_of("result", RUNS[0]),
+    )
+    FILLED = "Measured or filled", "Which depth was measured, filled or extrapolated"
 
-    @property
-    def text(self) -> str:
-        """Text in the window."""
-        return _TEXTS.get(self, self.value).capitalize()
-
-    @property
-    def hint(self) -> str:
-        """Tooltip."""
-        return _HINTS[self]
-
-    @property
-    def content(self) -> str:
-        """The content of the images whose layer colours the points; "" for none."""
-        return _CONTENTS.get(self, "")
-
-
-_CONTENTS = {
-    ColourBy.DEPTH: "result",
-    ColourBy.EXPECTED: "expected-error",
-    ColourBy.ERROR: "error",
-    ColourBy.DIFFERENCE: difference_of("result", RUNS[0]),
-}
-_TEXTS = {ColourBy.DIFFERENCE: "difference to a run", ColourBy.FILLED: "measured or filled"}
-_HINTS = {
-    ColourBy.COLOUR: "The colours of the image",
-    ColourBy.DEPTH: "Depth along the camera's axis, as in the depth views",
-    ColourBy.BLOCK: "The colours of the blocks",
-    ColourBy.EXPECTED: "Expected error of the filled depth, estimated without ground truth",
-    ColourBy.ERROR: "Depth minus ground truth: red is too far, blue too near",
-    ColourBy.DIFFERENCE: "Depth minus the first run ticked for comparison: red is farther, blue nearer",
-    ColourBy.FILLED: "Which depth was measured, filled or extrapolated",
-}
+    def __init__(self, text: str, hint: str, content: str = "") -> None:
+        self.text, self.hint, self.content = text, hint, content
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,7 +86,7 @@ def colours_of(subject: Subject, by: ColourBy, pixels: NDArray[np.int32]) -> Col
         labels = subject.labels.reshape(-1)[pixels]
         return Colouring(table[labels], legend=() if labels.all() else ((none, "no block"),))
     if subject.layer.parts:
-        colouring = _by_layer(subject, subject.layer, pixels)
+        colouring = _by_layer(subject, pixels)
     else:
         notes = {ColourBy.COLOUR: "", ColourBy.FILLED: "image colours where measured"}
         note = notes.get(by, "image colours until it is computed")
@@ -125,13 +100,14 @@ def colours_of(subject: Subject, by: ColourBy, pixels: NDArray[np.int32]) -> Col
     return replace(colouring, legend=tuple(legend))
 
 
-def _by_layer(subject: Subject, layer: Layer, pixels: NDArray[np.int32]) -> Colouring:
+def _by_layer(subject: Subject, pixels: NDArray[np.int32]) -> Colouring:
     """Colours of a layer, with a plain colour for points without value."""
+    layer = subject.layer
     indices = layer.indices(*(part.reshape(-1)[pixels] for part in layer.parts))
-    scale = Scale(subject.unit, layer.table, layer.levels, layer.logarithmic)
     plain, table = _no_value_colour(subject.shades), layer.table[:, :3].copy()
     table[0] = plain
-    return Colouring(table[indices], scale, ((plain, subject.lacking),) if not indices.all() else ())
+    legend = ((plain, subject.lacking),) if not indices.all() else ()
+    return Colouring(table[indices], layer, subject.unit, legend)
 
 
 def signed_table() -> NDArray[np.uint8]:
@@ -183,9 +159,7 @@ class CloudRequest:
 
     def is_same(self, other: CloudRequest | None) -> bool:
         """Whether another request would give the same scene."""
-        if other is None or (self.by, self.title) != (other.by, other.title):
-            return False
-        return self.has_same_points(other) and _same(self.subject, other.subject)
+        return other is not None and self.has_same_points(other) and self._look() == other._look()
 
     def has_same_points(self, other: CloudRequest) -> bool:
         """Whether the scene of another request has the same points."""
@@ -197,35 +171,23 @@ class CloudRequest:
             and (self.chosen is None or self.subject.labels is other.subject.labels)
         )
 
+    def _look(self) -> list[Any]:
+        """What the colours follow from: identities of arrays, and values."""
+        subject, layer = self.subject, self.subject.layer
+        masks = [mask for mask, _, _ in subject.marks]
+        arrays = subject.rgb, subject.labels, subject.block_colours, *layer.parts, *masks
+        marks = [(colour, name) for _, colour, name in subject.marks]
+        scale = layer.levels, layer.logarithmic, layer.table.tobytes(), subject.unit, subject.lacking
+        return [self.by, self.title, subject.shades, [id(array) for array in arrays], marks, *scale]
+
 
 def compose(request: CloudRequest, before: Scene | None = None) -> Scene:
     """Compute the requested scene; `before` is a scene with the same points to reuse."""
     subject = request.subject
-    if before is None:
-        only = (
-            None if request.chosen is None or subject.labels is None else np.isin(subject.labels, list(request.chosen))
-        )
-        points, pixels = back_project(subject.depth, request.intrinsics, only)
-        spacing = spacing_of(points)
-        depths = (float(points[:, 2].min()), float(points[:, 2].max())) if len(points) else (0.0, 1.0)
-    else:
-        points, pixels, spacing, depths = before.points, before.pixels, before.spacing, before.depths
+    if before is not None:
+        return replace(before, colouring=colours_of(subject, request.by, before.pixels), title=request.title)
+    only = None if request.chosen is None or subject.labels is None else np.isin(subject.labels, list(request.chosen))
+    points, pixels = back_project(subject.depth, request.intrinsics, only)
+    depths = (float(points[:, 2].min()), float(points[:, 2].max())) if len(points) else (0.0, 1.0)
     colouring = colours_of(subject, request.by, pixels)
-    return Scene(points, pixels, subject.depth.shape[1], colouring, spacing, depths, request.title)
-
-
-def _same(one: Subject, other: Subject) -> bool:
-    """Whether two subjects have identical arrays and equal values."""
-    return all(map(_equal, _facts(one), _facts(other))) and len(one.marks) == len(other.marks)
-
-
-def _facts(subject: Subject) -> list[Any]:
-    layer = subject.layer
-    of_layer = (*layer.parts, layer.levels, layer.logarithmic, layer.table.tobytes())
-    marks = (fact for mark in subject.marks for fact in mark)
-    plain = (subject.rgb, subject.depth, subject.shades, subject.unit, subject.lacking)
-    return [*plain, subject.labels, subject.block_colours, len(layer.parts), *of_layer, *marks]
-
-
-def _equal(one: Any, other: Any) -> bool:
-    return one is other or (not isinstance(one, np.ndarray) and not isinstance(other, np.ndarray) and one == other)
+    return Scene(points, pixels, subject.depth.shape[1], colouring, spacing_of(points), depths, request.title)

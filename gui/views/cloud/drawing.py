@@ -6,7 +6,6 @@ import math
 import time
 from collections.abc import Generator
 from dataclasses import dataclass, replace
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +15,7 @@ from PySide6.QtGui import QImage
 from ilf.drawing.clouds import Look, Splat, splat, splat_steps
 
 from ...work.latest_request import LatestRequest
-from .scene import Points, Rgb, Scene, empty_scene
+from .scene import Colouring, Scene, empty_scene
 
 # Level of detail of a moving cloud, from the drawing speed of this machine. No widgets.
 
@@ -75,29 +74,16 @@ IDLE_MS = 120
 
 @dataclass(frozen=True, eq=False)
 class _Picture:
-    """A drawn picture with its scene and look; `side` is that of its pixels [screen px], `some` the indices of the
-    points drawn, None for all."""
+    """A drawn picture with its scene, or part of one, and look; `side` is that of its pixels [screen px]."""
 
     image: QImage
     scene: Scene
     look: Look
     nearest: NDArray[np.int32]
     side: int = 1
-    some: NDArray[np.intp] | None = None
 
 
-@dataclass(frozen=True, eq=False)
-class _Subset:
-    """An evenly spread subset of a scene's points."""
-
-    some: NDArray[np.intp]
-    points: Points
-    colours: Rgb
-
-
-class _Asked(NamedTuple):
-    scene: Scene
-    look: Look
+_Asked = tuple[Scene, Look]
 
 
 class CloudDrawing(QObject):
@@ -120,7 +106,8 @@ class CloudDrawing(QObject):
         self.detail = DetailLevel()
         self._look: Look | None = None
         self._picture: _Picture | None = None
-        self._subset: _Subset | None = None
+        self._subset: Scene | None = None
+        """Some of the points, for a coarse picture."""
         self._is_due = False
         """Whether `image` draws a new picture."""
         self._whole = LatestRequest[_Asked, Splat](_whole_steps, self)
@@ -160,21 +147,22 @@ class CloudDrawing(QObject):
     def is_full(self) -> bool:
         """Whether the picture is the full one for the current look."""
         picture = self._picture
-        if picture is None or self._is_due or picture.scene is not self.scene:
+        if picture is None or self._is_due:
             return False
-        return picture.some is None and picture.look == self._look
+        return picture.scene is self.scene and picture.look == self._look
 
     def finish(self) -> None:
         """Draw the full picture immediately, in the calling thread."""
         if self._look is not None and len(self.scene) and not self.is_full:
             scene = self.scene
             drawn = splat(scene.points, scene.colouring.colours, self._look, scene.spacing)
-            self._take_whole(_Asked(scene, self._look), drawn)
+            self._take_whole((scene, self._look), drawn)
 
-    def point_at(self, x: float, y: float, reach: float) -> int | None:
-        """Index of the visible point nearest to a position, within `reach` [screen px]; None if there is none."""
+    def pixel_at(self, x: float, y: float, reach: float) -> tuple[int, int] | None:
+        """Pixel (x, y) of the visible point nearest to a position, within `reach` [screen px]; None if there is
+        none."""
         picture = self._picture
-        if picture is None or picture.scene is not self.scene:
+        if picture is None or picture.scene not in (self.scene, self._subset):
             return None
         column, row, around = int(x / picture.side), int(y / picture.side), max(round(reach / picture.side), 1)
         top, left = max(row - around, 0), max(column - around, 0)
@@ -183,8 +171,7 @@ class CloudDrawing(QObject):
         if not len(rows):
             return None
         closest = int(np.argmin((rows + top - row) ** 2 + (columns + left - column) ** 2))
-        index = int(near[rows[closest], columns[closest]])
-        return index if picture.some is None else int(picture.some[index])
+        return picture.scene.pixel_of(int(near[rows[closest], columns[closest]]))
 
     def pause(self) -> None:
         """Stop drawing while the view is hidden."""
@@ -202,35 +189,32 @@ class CloudDrawing(QObject):
         return self._rest.isActive() or self._whole.busy
 
     def _draw_now(self, look: Look) -> None:
-        scene, total = self.scene, len(self.scene)
-        side, count = self.detail.choose(total, look.width * look.height)
+        side, count = self.detail.choose(len(self.scene), look.width * look.height)
         coarse = look if side == 1 else _coarse(look, side)
-        few = None if count == total else self._subset_of(count)
+        scene = self.scene if count == len(self.scene) else self._subset_of(count)
         begun = time.perf_counter()
-        if few is None:
-            drawn = splat(scene.points, scene.colouring.colours, coarse, scene.spacing)
-        else:
-            drawn = splat(few.points, few.colours, coarse, scene.spacing * math.sqrt(total / count))
+        drawn = splat(scene.points, scene.colouring.colours, coarse, scene.spacing)
         self.detail.note(time.perf_counter() - begun, count, coarse.width * coarse.height)
-        some = None if few is None else few.some
-        self._picture = _Picture(_image_of(drawn), scene, coarse, drawn.nearest, side, some)
+        self._picture = _Picture(_image_of(drawn), scene, coarse, drawn.nearest, side)
         self._is_due = False
         if not self.is_full:
             self._rest.start()
 
-    def _subset_of(self, count: int) -> _Subset:
-        if self._subset is None or len(self._subset.some) != count:
+    def _subset_of(self, count: int) -> Scene:
+        """An evenly spread part of the scene."""
+        if self._subset is None or len(self._subset) != count:
             # one random point per run of points: a fixed stride interferes with the image's rows and shows stripes
-            total = len(self.scene)
+            scene, total = self.scene, len(self.scene)
             starts = np.linspace(0, total, count, endpoint=False)
             some = (starts + np.random.default_rng(0).random(count) * (total / count)).astype(np.intp)
-            self._subset = _Subset(some, self.scene.points[some], self.scene.colouring.colours[some])
+            colours, spacing = Colouring(scene.colouring.colours[some]), scene.spacing * math.sqrt(total / count)
+            self._subset = Scene(scene.points[some], scene.pixels[some], scene.width, colours, spacing)
         return self._subset
 
     def _ask_whole(self) -> None:
         """Ask for the full picture; an outdated one is cancelled."""
         if self._look is not None and len(self.scene):
-            asked = _Asked(self.scene, self._look)
+            asked = self.scene, self._look
             if self._whole.question != asked:
                 self._whole.cancel()
             self._whole.ask(asked)

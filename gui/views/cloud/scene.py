@@ -7,29 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ..layers import Layer
+
 Points = NDArray[np.float32]
 Rgb = NDArray[np.uint8]
 Legend = tuple[tuple[tuple[int, int, int], str], ...]
-
-
-@dataclass(frozen=True, eq=False)
-class Scale:
-    """Scale of a colour bar.
-
-    Parameters
-    ----------
-    unit : str
-    table : ndarray
-        uint8 (256, 4) RGBA; entries 1-255 run from the low to the high end.
-    levels : tuple of float
-        Values at the ends, in the unit.
-    logarithmic : bool
-    """
-
-    unit: str
-    table: NDArray[np.uint8]
-    levels: tuple[float, float]
-    logarithmic: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,8 +22,10 @@ class Colouring:
     ----------
     colours : ndarray
         uint8 (N, 3), red first.
-    scale : Scale, optional
-        For the colour bar.
+    layer : Layer, optional
+        The one whose colours these are, for the colour bar.
+    unit : str
+        Of its values.
     legend : tuple
         Colours, red first, and their meaning.
     note : str
@@ -49,7 +33,8 @@ class Colouring:
     """
 
     colours: Rgb
-    scale: Scale | None = None
+    layer: Layer | None = None
+    unit: str = ""
     legend: Legend = ()
     note: str = ""
 
@@ -82,14 +67,6 @@ class Scene:
     spacing: float = 0.0
     depths: tuple[float, float] = (0.0, 0.0)
     title: str = ""
-
-    def __post_init__(self) -> None:
-        if self.points.ndim != 2 or self.points.shape[1] != 3 or self.points.shape != self.colouring.colours.shape:
-            raise ValueError(
-                f"points and colours must both be (N, 3), not {self.points.shape} and {self.colouring.colours.shape}"
-            )
-        if self.pixels.shape != (len(self.points),):
-            raise ValueError(f"pixels must be ({len(self.points)},), not {self.pixels.shape}")
 
     def __len__(self) -> int:
         return len(self.points)

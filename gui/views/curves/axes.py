@@ -13,13 +13,17 @@ _AXIS_WIDTH = 64
 _MIN_TICK_DISTANCE = 17  # minimum distance between the labels of a vertical axis [px]
 
 
-class LengthAxis(pg.AxisItem):
-    """Vertical axis whose values are log10 of metres and whose labels are lengths."""
+class _Axis(pg.AxisItem):
+    """Vertical axis of the width that all have, without prefixes of units."""
 
     def __init__(self) -> None:
         super().__init__("left")
         self.enableAutoSIPrefix(False)
         self.setWidth(_AXIS_WIDTH)
+
+
+class LengthAxis(_Axis):
+    """Vertical axis whose values are log10 of metres and whose labels are lengths."""
 
     def tickValues(self, minVal: float, maxVal: float, size: float) -> list[tuple[float, list[float]]]:
         """Whole decades, thinned to fit the labels; 1, 2, 5 where few decades are in view."""
@@ -38,13 +42,11 @@ class LengthAxis(pg.AxisItem):
         return [length_text(10.0**value) for value in values]
 
 
-class SumAxis(pg.AxisItem):
-    """Vertical axis for sums of metres: plain numbers with thousands separated, no unit prefix."""
+class SumAxis(_Axis):
+    """Vertical axis for sums of metres: plain numbers with thousands separated."""
 
     def __init__(self) -> None:
-        super().__init__("left")
-        self.enableAutoSIPrefix(False)
-        self.setWidth(_AXIS_WIDTH)
+        super().__init__()
         self.setStyle(maxTickLevel=0)
 
     def tickValues(self, minVal: float, maxVal: float, size: float) -> list[tuple[float, list[float]]]:

@@ -32,7 +32,7 @@ class CriterionLines:
     @property
     def texts(self) -> list[str]:
         """Labels of the lines."""
-        return [line.label.toPlainText() for line in self._lines if line.isVisible()]
+        return [line.label.toPlainText() for line in self._lines]
 
     def show(self, criteria: Sequence[tuple[float, str]]) -> None:
         """Draw these criteria [m], each with a remark; equal ones only once."""
@@ -41,18 +41,16 @@ class CriterionLines:
             return
         self._shown = different
         self._plot.marked = [math.log10(max(metres, FLOOR)) for metres, _ in different]
-        while len(self._lines) < len(different):
-            line = pg.InfiniteLine(angle=0, label="", labelOpts=_LABEL)
+        for line in self._lines:
+            self._plot.removeItem(line)
+        self._lines.clear()
+        for place, (metres, remark) in zip(self._plot.marked, different, strict=True):
+            text = f"S_criteria {length_text(metres)}{f' ({remark})' if remark else ''}"
+            line = pg.InfiniteLine(place, angle=0, label=text, labelOpts=_LABEL)
             line.setZValue(5)  # its label stays readable over the curves
             self._lines.append(line)
             self._plot.addItem(line, ignoreBounds=True)
             self._paint(line)
-        for line, place, (metres, remark) in zip(self._lines, self._plot.marked, different, strict=False):
-            line.setValue(place)
-            line.label.setFormat(f"S_criteria {length_text(metres)}{f' ({remark})' if remark else ''}")
-            line.setVisible(True)
-        for line in self._lines[len(different) :]:
-            line.setVisible(False)
 
     def set_colours(self, colours: theme.Colours, font: QFont) -> None:
         """Apply the theme's colours."""

@@ -91,51 +91,47 @@ class Columns:
 
     Attributes
     ----------
-    count : int
-        Number of iterations.
     stages : list of int
         Starts of stages that follow a stage of more than one iteration.
     """
 
     def __init__(self) -> None:
-        self.count = 0
         self.stages: list[int] = []
         self._table = np.zeros((0, 2 + len(QUANTITIES)))
         self._records: Sequence[IterationRecord] = ()
         self._weighted: list[int] = []
 
+    @property
+    def count(self) -> int:
+        """Number of iterations."""
+        return len(self._table)
+
     def take(self, records: Sequence[IterationRecord]) -> None:
         """Read new records; the sequence must begin with those read before, unless it is another one."""
         if records is not self._records:
-            self.count = 0
+            self._table = self._table[:0]
             self.stages, self._weighted, self._records = [], [], records
-        fresh = records[self.count :]
-        count = self.count + len(fresh)
-        if count > len(self._table):
-            table = np.zeros((max(2 * len(self._table), count, 64), self._table.shape[1]))
-            table[: self.count] = self._table[: self.count]
-            self._table = table
-        if fresh:
-            rows = [(r.i, r.seconds, r.sigma_i, r.error, r.held_out, r.residual, r.l1) for r in fresh]
-            self._table[self.count : count] = rows
-            lengths = self._table[self.count : count, 2 : 2 + len(_LENGTHS)]
-            lengths[:] = np.log10(np.maximum(lengths, FLOOR))
-        for place in range(self.count, count):
+        known = self.count
+        rows = [(r.i, r.seconds, r.sigma_i, r.error, r.held_out, r.residual, r.l1) for r in records[known:]]
+        fresh = np.array(rows, np.float64).reshape(-1, self._table.shape[1])
+        lengths = fresh[:, 2 : 2 + len(_LENGTHS)]
+        lengths[:] = np.log10(np.maximum(lengths, FLOOR))
+        self._table = np.concatenate((self._table, fresh))
+        for place in range(known, self.count):
             if place >= 2 and records[place].stage != records[place - 1].stage == records[place - 2].stage:
                 self.stages.append(place)
             record = records[place]
             if isinstance(record, PassBandRecord) and record.weighted:
                 self._weighted.append(place)
-        self.count = count
 
     @property
     def has_times(self) -> bool:
         """Whether the time of the iterations is known: not of those that a run record has kept."""
-        return not np.isnan(self._table[: self.count, 1]).any()
+        return not np.isnan(self._table[:, 1]).any()
 
     def along(self, by_time: bool) -> Values:
         """Positions of the iterations: their numbers, or seconds since the start of the block."""
-        return self._table[: self.count, int(by_time)]
+        return self._table[:, int(by_time)]
 
     def values(self, quantity: str) -> Values:
         """One of `QUANTITIES`: log10 of a length [m], or a sum [m]; NaN where unknown.
@@ -145,7 +141,7 @@ class Columns:
         if quantity == "l1_left":
             sums = self.values("l1")
             return 100 * (sums / sums[-1] - 1) if sums[-1] else np.zeros(self.count)
-        return self._table[: self.count, 2 + QUANTITIES.index(quantity)]
+        return self._table[:, 2 + QUANTITIES.index(quantity)]
 
     def has(self, quantity: str) -> bool:
         """Whether the quantity has any finite value."""

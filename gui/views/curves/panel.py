@@ -9,12 +9,12 @@ from dataclasses import replace
 import numpy as np
 from PySide6.QtCore import QSettings, Qt
 from PySide6.QtGui import QColor, QFont, QResizeEvent
-from PySide6.QtWidgets import QBoxLayout, QHBoxLayout, QStackedWidget, QToolButton, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QBoxLayout, QHBoxLayout, QStackedWidget, QVBoxLayout, QWidget
 
 from ilf.data.results import IterationRecord
 
 from ...base import theme
-from ...widgets.basics import PlainLabel, Themed, lay_out
+from ...widgets.basics import PlainLabel, Themed, flat_button, lay_out
 from .axes import LengthAxis, SumAxis
 from .criterion import CriterionLines
 from .curve import FLOOR, Columns, Curve, legible, readout
@@ -32,6 +32,7 @@ _MIN_ROWS = 4  # minimum rows of the readout over the plots
 _READOUT_WIDTH = 330  # width of the readout beside the plots [px]
 _MIN_DECADES = 1.2  # minimum range in view
 _BY_TIME = "curves/by_time"
+_TIME_HINT = "Plot the curves over the time since the start of each block, not over iterations"
 _READOUT_HINT = (
     "i: iteration. σ: deviation sigma_i. err: error against ground truth: of the current depth, after the learned "
     "correction, as in the table of blocks; or of the depth at the iteration shown."
@@ -67,11 +68,9 @@ class CurvesPanel(Themed, QWidget):
         self.readout = Readout()
         self.readout.setToolTip(_READOUT_HINT)
         self.scrub_bar = ScrubBar()
-        self._time_button = QToolButton(autoRaise=True)
+        self._time_button = flat_button(_TIME_HINT, name="Curves over time")
         self._time_button.setCheckable(True)
         self._time_button.setChecked(self._by_time)
-        self._time_button.setAccessibleName("Curves over time")
-        self._time_button.setToolTip("Plot the curves over the time since the start of each block, not over iterations")
         self._time_button.toggled.connect(self.set_by_time)
 
         plots = QWidget()

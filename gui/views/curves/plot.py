@@ -173,19 +173,16 @@ class ConvergencePlot(pg.PlotWidget):
         if looks == self._marked:
             return
         self._marked = looks
-        while len(self._stages) < len(stages):
-            group = pg.VTickGroup()
+        for group in self._stages:
+            self.removeItem(group)
+        self._stages.clear()
+        for row, places in enumerate(stages):
+            height = [0, 1] if len(stages) == 1 else [row * _MARK_ROW, (row + 0.8) * _MARK_ROW]
+            pen = self._stage_pen if len(stages) == 1 else pg.mkPen(colours[row])
+            group = pg.VTickGroup(list(places), height, pen)
             group.setZValue(-10)
             self._stages.append(group)
             self.addItem(group, ignoreBounds=True)
-        for group in self._stages[len(stages) :]:
-            group.setVisible(False)
-        for row, (group, places) in enumerate(zip(self._stages, stages, strict=False)):
-            alone = len(stages) == 1
-            group.setYRange([0, 1] if alone else [row * _MARK_ROW, (row + 0.8) * _MARK_ROW])
-            group.setPen(self._stage_pen if alone else pg.mkPen(colours[row]))
-            group.setVisible(bool(places))
-            group.setXVals(list(places))
 
     def show_span(self, span: tuple[float, float] | None) -> None:
         """Shade the colour-weighted iterations."""

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from PySide6.QtCore import QEvent, QSignalBlocker, Qt, Signal
 from PySide6.QtGui import QKeyEvent
-from PySide6.QtWidgets import QHBoxLayout, QSlider, QToolButton, QWidget
+from PySide6.QtWidgets import QHBoxLayout, QSlider, QWidget
 
 from ...base import theme
-from ...widgets.basics import PlainLabel, Themed, lay_out, use_even_digits
+from ...widgets.basics import PlainLabel, Themed, flat_button, lay_out, use_even_digits
 
 
 class ScrubBar(Themed, QWidget):
@@ -24,23 +24,15 @@ class ScrubBar(Themed, QWidget):
     def __init__(self) -> None:
         super().__init__()
         self._slider = _Slider(Qt.Orientation.Horizontal)
+        self._slider.setMinimumWidth(60)
         self._slider.setAccessibleName("Iteration shown")
         self._slider.valueChanged.connect(self._report_position)
         self._text = PlainLabel()
         use_even_digits(self._text)
-        self._end = QToolButton(autoRaise=True)
-        self._end.setAccessibleName("Go to the last iteration")
-        self._end.setToolTip("Go to the last iteration, the current depth (Esc or End)")
-        self._end.clicked.connect(self.go_to_end)
-        lay_out(
-            QHBoxLayout(self),
-            self._slider,
-            self._text,
-            self._end,
-            margins=(8, 0, 0, 2),
-            spacing=4,
-            stretched=self._slider,
-        )
+        hint = "Go to the last iteration, the current depth (Esc or End)"
+        self._end = flat_button(hint, self.go_to_end, name="Go to the last iteration")
+        parts = self._slider, self._text, self._end
+        lay_out(QHBoxLayout(self), *parts, margins=(8, 0, 0, 2), spacing=4, stretched=self._slider)
         self.set_range(0)
         self._take_theme()
 
@@ -95,10 +87,6 @@ class ScrubBar(Themed, QWidget):
 
 class _Slider(QSlider):
     """Slider that also goes to its end on Escape."""
-
-    def __init__(self, orientation: Qt.Orientation) -> None:
-        super().__init__(orientation)
-        self.setMinimumWidth(60)
 
     def event(self, event: QEvent) -> bool:
         """Reserve Escape for the slider while it is not at its end."""

@@ -127,7 +127,7 @@ class RandomUser:
         self.at = after
         self.strokes_left -= 1
         if not self.strokes_left:
-            self.workspace.current.end_stroke("Paint")
+            document.edit(document.drop_stroke(), "Paint")
 
     def _split(self) -> None:
         document, block = self.workspace.current, self._block()

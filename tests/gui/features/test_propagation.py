@@ -115,7 +115,7 @@ def test_what_a_stroke_edits_has_been_looked_at(workspace, document, propagated)
     before = document.labels[box].copy()
     workspace.current.stroke(LabelPatch(box, before, np.zeros_like(before)))
     assert document.state.to_check == {2}
-    workspace.current.end_stroke("Erase")
+    workspace.current.edit(workspace.current.drop_stroke(), "Erase")
     assert not document.state.to_check
 
 

@@ -72,7 +72,7 @@ def test_a_stroke_in_progress_copies_nothing(workspace, document):
     for row in range(3):
         workspace.current.stroke(patch_between(document.labels, painted(document, 2, np.s_[row : row + 1])))
     assert document.labels is labels
-    workspace.current.end_stroke("Paint")
+    document.edit(document.drop_stroke(), "Paint")
     assert document.labels is labels
 
 

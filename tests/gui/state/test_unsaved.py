@@ -78,7 +78,7 @@ WORK: dict[str, Do] = {
 LOOKS: dict[str, Do] = {
     "selection": lambda workspace, document: workspace.select([2]),
     "another frame": lambda workspace, document: workspace.show(workspace.open[0]),
-    "rectangle": lambda workspace, document: workspace.current.set_region((slice(1, 5), slice(2, 7))),
+    "rectangle": lambda workspace, document: workspace.current.look(Part.REGION, region=(slice(1, 5), slice(2, 7))),
     "compared runs": lambda workspace, document: workspace.current.compare_runs(document.state.runs[:1]),
     "how good a run is": lambda workspace, document: document.note_run_measured(),
     "zoom": lambda workspace, document: document.change(view={"place": [1, 2, 3]}),

@@ -292,16 +292,16 @@ def test_of_edits_of_other_frames_only_the_list_is_told(workspace, other, told):
 def test_a_stroke_is_one_step(workspace, document, told):
     before = document.labels.copy()
     workspace.current.stroke(None)
-    assert not workspace.current.end_stroke("Paint")
+    assert not document.edit(document.drop_stroke(), "Paint")
     for column in (0, 4):
         workspace.current.stroke(
             patch_between(document.labels, painted(document, 2, columns=np.s_[column : column + 4]))
         )
     assert told() == Part.STROKE
-    assert workspace.current.end_stroke("Paint")
+    assert document.edit(document.drop_stroke(), "Paint")
     assert document.undo_stack.count() == 1
     assert (document.labels[0:4, 0:8] == 2).all()
-    assert told() == Part.LABELS | Part.RESULTS
+    assert told() == Part.STROKE | Part.LABELS | Part.RESULTS
     document.undo_stack.undo()
     np.testing.assert_array_equal(document.labels, before)
     document.undo_stack.redo()

@@ -170,7 +170,7 @@ def test_a_band_that_is_being_decided_is_cancelled_or_ended_by_the_next_stroke(s
     refine = hand(host, "refine")
     refine.drag([(28, 5), (28, 20)])
     assert refine.tool.busy
-    assert refine.tool.cancel(host)
+    assert refine.cancel()
     for answer in host.waiting:
         answer()
     assert host.steps == []

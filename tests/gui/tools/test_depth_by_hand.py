@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from gui.state.parts import Part
 from gui.tools.depth_by_hand import DepthByHandTool
 from gui.views.interaction import PointerKind
 from ilf.data.frame import RGBDFrame
@@ -99,7 +100,7 @@ def test_a_plane_is_proposed_limited_and_taken(hand):
     assert host.steps == ["Continue plane"]
 
     _tool(hand).propose_plane(host)
-    assert hand.tool.cancel(host)
+    assert hand.cancel()
     assert host.document.proposal is None
     assert len(host.steps) == 1
 
@@ -107,11 +108,11 @@ def test_a_plane_is_proposed_limited_and_taken(hand):
 def test_the_rectangle_says_which_plane(hand):
     host = hand.host
     host.document.select([1])
-    host.workspace.current.set_region((slice(2, 9), slice(34, 60)))
+    host.workspace.current.look(Part.REGION, region=(slice(2, 9), slice(34, 60)))
     _tool(hand).propose_plane(host)
     assert host.document.proposal is not None
     assert np.nanmedian(host.document.proposal) == pytest.approx(2.4 + 0.005 * 14, rel=0.02), "that of the other wall"
-    host.workspace.current.set_region((slice(12, 15), slice(10, 15)))
+    host.workspace.current.look(Part.REGION, region=(slice(12, 15), slice(10, 15)))
     _tool(hand).propose_plane(host)
     assert "at least 12 pixels" in host.said[-1]
     assert host.document.proposal is None

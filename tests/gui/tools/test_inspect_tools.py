@@ -72,9 +72,9 @@ def test_a_line_that_is_given_up_is_where_it_was(host):
     before = host.document.state.looked.line
     user.drag([(5, 5), (5, 40)], release=False)
     assert host.document.state.looked.line != before
-    assert user.tool.cancel(host)
+    assert user.cancel()
     assert host.document.state.looked.line == before
-    assert not user.tool.cancel(host)
+    assert not user.cancel()
     assert user.tool.remove(host)
     assert host.document.state.looked.line is None
 

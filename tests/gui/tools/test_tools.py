@@ -199,8 +199,8 @@ def test_two_corners_are_no_outline_and_escape_drops_them(host):
     outline.click((50, 10))
     assert outline.tool.finish(host)
     assert "three corners" in host.said[0]
-    assert outline.tool.cancel(host)
-    assert not outline.tool.cancel(host)
+    assert outline.cancel()
+    assert not outline.cancel()
     assert host.preview is None
     assert host.steps == []
 
@@ -248,7 +248,7 @@ def test_a_suggested_line_is_given_up_by_escape_or_by_a_drag(small_frame, qapp):
     host = ToolHost(small_frame, np.ones((48, 64), np.int32))
     split = hand(host, "split")
     split.click((10, 5))
-    assert split.tool.cancel(host)
+    assert split.cancel()
     assert host.preview is None
     split.click((10, 5))
     split.drag([(-1, 24), (30, 24), (65, 24)])
@@ -266,7 +266,7 @@ def test_a_line_that_is_still_looked_for(small_frame, qapp, end):
     if end == "click":
         split.double_click((10, 5))
     elif end == "escape":
-        assert split.tool.cancel(host)
+        assert split.cancel()
     else:
         split.drag([(-1, 24), (30, 24), (65, 24)])
     for answer in host.waiting:
@@ -578,7 +578,7 @@ def test_what_is_given_up_leaves_nothing(host, name):
     before = host.labels.copy()
     user.drag([(25, 10), (35, 20), (45, 30)], "s" if name == "select" else "", release=False)
     assert user.tool.busy
-    assert user.tool.cancel(host)
+    assert user.cancel()
     assert not user.tool.busy
     user.send(*_move((50, 10)))
     user.send(*_release((50, 10)))

@@ -78,7 +78,7 @@ def test_a_stroke_does_not_bring_back_the_result_of_other_drawn_borders(bench, u
     bench.workspace.current.edit(box_to(bench, 1, np.s_[:], np.s_[30:]), "Give")
     bench.workspace.current.stroke(box_to(bench, 2, np.s_[:], np.s_[30:]))
     bench.document.valid_results()  # as the views ask for them during a stroke
-    bench.workspace.current.end_stroke("Paint")
+    bench.workspace.current.edit(bench.workspace.current.drop_stroke(), "Paint")
     assert bench.document.blocks.drawn is not None
     assert bench.document.blocks.drawn[block].any()
     assert 2 not in bench.document.valid_results()

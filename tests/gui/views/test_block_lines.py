@@ -5,9 +5,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gui.views.pixel_items import changed_box, whole
+from gui.views.pixel_items import changed_box
 from gui.views.screen_items import Sampling
 from gui.views.screen_layers import BlockLines
+from ilf.data.label_map import whole
 
 HEIGHT, WIDTH = 24, 30
 COLOURS = np.array([[0, 0, 0, 0], [200, 0, 0, 255], [0, 200, 0, 255], [0, 0, 200, 0], [90, 90, 0, 255]], np.uint8)

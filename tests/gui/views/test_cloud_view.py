@@ -132,7 +132,7 @@ def test_a_double_click_turns_about_the_point_there(qtbot, view, scene):
     x, y, _ = home.project(np.array([camera.target]), view.canvas.width(), view.canvas.height())[0]
     assert math.hypot(x - place.x(), y - place.y()) < 8
     view.canvas.grab()
-    seen = scene.points[view.canvas._point_at(QPointF(middle))]
+    seen = scene.points[scene.index_of(view.canvas._pixel_at(QPointF(middle)))]
     assert np.linalg.norm(seen - camera.target) < 0.05
 
 
@@ -190,7 +190,7 @@ def test_colours_mean_what_is_chosen(qapp):
     assert colours(ColourBy.COLOUR).colours.tolist() == plain
     by_depth = colours(ColourBy.DEPTH, layer=Layer((depth,), levels=(1.0, 5.0), table=depth_table("turbo")), unit="m")
     assert by_depth.colours.tolist() == depth_table("turbo")[to_indices(depth.reshape(-1)[pixels], 1, 5), :3].tolist()
-    assert (by_depth.scale.unit, by_depth.scale.levels, by_depth.legend) == ("m", (1.0, 5.0), ())
+    assert (by_depth.unit, by_depth.layer.levels, by_depth.legend) == ("m", (1.0, 5.0), ())
     blocks = np.array([[0, 0, 0, 255], [9, 8, 7, 255], [6, 5, 4, 255]], np.uint8)
     by_block = colours(ColourBy.BLOCK, labels=np.array([[0, 1, 1], [2, 2, 2]], np.int32), block_colours=blocks)
     assert by_block.colours.tolist() == [shade(none), [9, 8, 7], [9, 8, 7], [6, 5, 4], [6, 5, 4]]
@@ -234,13 +234,6 @@ def test_the_menus_of_the_bar_choose_colours_size_and_shading(view):
     assert view.canvas.point_size is None
 
 
-def test_arrays_that_do_not_fit_are_refused(scene):
-    with pytest.raises(ValueError, match="must both be"):
-        Scene(scene.points, scene.pixels, 64, Colouring(scene.colouring.colours[:-1]))
-    with pytest.raises(ValueError, match="pixels must be"):
-        Scene(scene.points, scene.pixels[1:], 64, scene.colouring)
-
-
 def test_a_message_takes_the_place_of_the_cloud(view):
     before = pixels(view.canvas)
     view.set_message("This frame has no camera intrinsics.")
@@ -254,13 +247,13 @@ def test_large_clouds_are_coarse_while_moving_and_whole_at_rest(qtbot, view, sce
     view.canvas.grab()
     assert not view.canvas.drawing.is_full
     qtbot.waitUntil(lambda: view.canvas.drawing.is_full)
-    assert view.canvas.drawing._picture.some is None
+    assert len(view.canvas.drawing._picture.scene) == len(scene)
     whole = pixels(view.canvas)
     qtbot.keyClick(view.canvas, Qt.Key.Key_Left)
     view.canvas.grab()
-    assert len(view.canvas.drawing._picture.some) == 500
-    index = view.canvas._point_at(QPointF(view.canvas.rect().center()))
-    assert scene.points[index, :2] == pytest.approx((0, 0), abs=0.2), "some of the points know which they are"
+    assert len(view.canvas.drawing._picture.scene) == 500
+    index = scene.index_of(view.canvas._pixel_at(QPointF(view.canvas.rect().center())))
+    assert scene.points[index, :2] == pytest.approx((0, 0), abs=0.2), "some of the points know their pixels"
     qtbot.keyClick(view.canvas, Qt.Key.Key_Right)
     qtbot.waitUntil(lambda: view.canvas.drawing.is_full)
     assert (pixels(view.canvas) == whole).all()

@@ -175,17 +175,17 @@ def test_a_handle_parts_two_depths_and_is_dragged_past_the_tool(views):
     views.give(runs=[views.run("Run 1", flat(1.1))])
     cell = views.cells["depth-out"]
     run_2 = colour_at(cell, 10.5, 30.5)
-    views.sides.swipe.set_on(True)
+    views.sides.divide(True)
     run_1 = colour_at(cell, 10.5, 30.5)
     assert run_1 != run_2 == colour_at(cell, 60.5, 30.5)
     drag(cell.view, (WIDTH / 2, 30), (50, 30))
-    assert views.sides.swipe.x == 50
+    assert views.sides.x == 50
     assert colour_at(cell, 45.5, 30.5) == run_1
     assert colour_at(cell, 60.5, 40.5) == run_2
     assert not {"PRESS", "MOVE", "RELEASE"} & set(heard)
     assert cell.picture.value_at(45, 30) == pytest.approx(1.1)
     drag(views.cells["depth-in"].view, (50, 30), (20, 30))
-    assert views.sides.swipe.x == 50, "where there is no handle there is nothing to drag"
+    assert views.sides.x == 50, "where there is no handle there is nothing to drag"
     assert "PRESS" in heard
     views.give(ground_truth=flat(2.9))
     views.sides.choose("ground_truth", "run-1")
@@ -195,10 +195,10 @@ def test_a_handle_parts_two_depths_and_is_dragged_past_the_tool(views):
     views.sides.choose("result", "run-1")
     assert colour_at(cell, 45.5, 40.5) == run_2
     views.open(views.data.rgb, flat(1.1))
-    assert views.data.swipe_column == views.sides.swipe.x == WIDTH / 2, "of another frame, it stands in the middle"
+    assert views.data.swipe_column == views.sides.x == WIDTH / 2, "of another frame, it stands in the middle"
     views.ranges.set("depth", "fixed", (1.0, 3.0))
     views.give(depth=flat(2.9))
-    views.sides.swipe.set_on(False)
+    views.sides.divide(False)
     assert colour_at(cell, 60.5, 40.5) == run_2
 
 
@@ -210,7 +210,7 @@ def test_blocks_of_the_two_sides_are_parted_where_they_differ(views):
     views.give(depth=flat(2.9))
     cell = views.cells["colour"]
     views.give(runs=[views.run("Run 1", flat(1.1), labels=2 * ones)])
-    views.sides.swipe.set_on(True)
+    views.sides.divide(True)
     assert [colour_at(cell, x, 40.5) for x in (10.5, 50.5)] == [(0, 0, 200), (200, 0, 0)]
     beside = 6 / cell.view.transform().m11()
     covered = [colour_at(cell, WIDTH / 2 + side * beside, HEIGHT / 2) for side in (-1, 1)]
@@ -219,7 +219,7 @@ def test_blocks_of_the_two_sides_are_parted_where_they_differ(views):
     assert [colour_at(cell, x, 40.5) for x in (10.5, 30.5)] == [(0, 0, 200), (200, 0, 0)]
     views.sides.choose("depth-in", "run-1")
     assert colour_at(cell, 50.5, 40.5) == (0, 0, 200)
-    views.sides.swipe.set_on(False)
+    views.sides.divide(False)
     assert colour_at(cell, 10.5, 40.5) == (200, 0, 0)
 
 

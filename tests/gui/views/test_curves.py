@@ -64,7 +64,7 @@ def drawn(plot, line=0):
 
 
 def marks(plot):
-    return [list(group.xvals) for group in plot._stages if group.isVisible()]
+    return [list(group.xvals) for group in plot._stages if len(group.xvals)]
 
 
 def state(panel):

@@ -367,8 +367,6 @@ def test_overlay_pixels_follow_the_colour_table():
     assert pixels[15, 15] == pixels[15, 29] == 102 << 24 | 80
     overlay.set_filled(False)
     assert overlay.pixels is None
-    with pytest.raises(ValueError, match="4 colours"):
-        overlay.set_blocks(np.full((2, 2), 4, np.int32), blocks()[1])
 
 
 def test_a_region_update_gives_the_same_picture_as_a_new_map(views):

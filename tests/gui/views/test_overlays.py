@@ -76,8 +76,8 @@ def _rings(views):
 
 def _swipe(views):
     views.sides.choose("depth-in", "result")
-    views.sides.swipe.set_on(True)
-    return lambda step: views.sides.swipe.move_to(_place(step)[0])
+    views.sides.divide(True)
+    return lambda step: views.sides.move_to(_place(step)[0])
 
 
 def _inspected(views):
