@@ -25,6 +25,7 @@ from .filter import edge_parameters, edges_for, guide_suffices, max_pixels
 from .pass_band.iteration import PassBandIteration
 from .stepper import Stepper
 from .suspects import frame_for, suspects_in
+from .thin_gaps import median_in_thin_gaps
 
 _MAX_PIXELS, _MAX_FRAMES = 1 << 23, 1.2
 """Maximum number of pixels processed at a time: this many, or this multiple of the frame's pixels if that is more. Each
@@ -119,7 +120,7 @@ class BlockTask:
                 watch(block, record, stepper)
             yield Step(block.label, record=record)
         del live[block.label]
-        depth = block_depth(self.frame, block, stepper.surface, parameters)
+        depth = self._sharpened(block_depth(self.frame, block, stepper.surface, parameters))
         result = BlockResult(
             block,
             depth,
@@ -136,6 +137,20 @@ class BlockTask:
         del stepper
         release_memory(block.mask.size)
         yield Step(block.label, result=result)
+
+    def _sharpened(self, depth: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Completed depth [m] with sharper jumps in thin gaps, by measured depth alone: not across drawn borders."""
+        parameters = self.parameters
+        at_jumps = parameters.filter == "edge-aware" and parameters.mode == "fill" and parameters.jump_share > 0
+        if not at_jumps or self.drawn is not None:
+            return depth
+        trusted = frame_for(self.frame, self.block, parameters)
+        median = median_in_thin_gaps(trusted)[self.block.box][self.block.mask]
+        changed = np.flatnonzero(np.isfinite(median) & np.isnan(self.raw))
+        if self.by_hand is not None:
+            changed = changed[~self.by_hand.pixels[changed]]
+        depth[changed] = np.sqrt(depth[changed] * median[changed])
+        return depth
 
     def _rejected_outcome(self) -> BlockOutcome | None:
         """The outcome of a block that is not iterated on; None if it is."""

@@ -1,0 +1,83 @@
+"""Thin gaps at jumps: depth is halfway from the filter's to the side that colour says; all else is the filter's."""
+
+import numpy as np
+import pytest
+
+import ilf
+from ilf.data.blocks import Blocks
+from ilf.segmentation.editing.patches import border_pixels
+
+SHAPE = 48, 64
+COLUMNS = np.indices(SHAPE)[1]
+ONE = Blocks(np.ones(SHAPE, np.int32))
+STEP = np.where(COLUMNS < 32, 1.0, 2.0)
+THIN = slice(30, 34)
+
+
+def frame_of(depth, missing, contour=32):
+    """Depth with missing columns or pixels; colour changes at a column."""
+    depth = depth.copy()
+    depth[missing if isinstance(missing, np.ndarray) else np.s_[:, missing]] = np.nan
+    colour = np.where(contour > COLUMNS, 60, 190)[..., np.newaxis].repeat(3, axis=2)
+    return ilf.RGBDFrame(colour.astype(np.uint8), depth)
+
+
+def both(frame, blocks=ONE, **changes):
+    """Completed depth [m], and that of the filter alone."""
+    completed, filtered = ilf.complete(frame, blocks, correction=False, **changes).depth, np.full(SHAPE, np.nan)
+    for label in np.unique(blocks.labels):
+        stepper = ilf.iterate(frame, blocks, int(label), correction=False, **changes)
+        for _ in stepper:
+            pass
+        filtered[blocks.labels == label] = stepper.surface
+    return completed, np.where(frame.known & (changes.get("mode") != "fill+denoise"), frame.depth, filtered)
+
+
+@pytest.mark.parametrize("contour", [31, 32, 33])
+def test_depth_is_halfway_to_the_side_of_its_colour(contour):
+    completed, filtered = both(frame_of(STEP, THIN, contour))
+    side = np.where(contour > COLUMNS, 1.0, 2.0)
+    inside = np.s_[:, 31:33]  # known depth of both sides is near
+    np.testing.assert_allclose(completed[inside], np.sqrt(filtered * side)[inside], rtol=1e-5)
+    assert np.abs(completed - filtered)[inside].max() > 0.05
+    assert np.array_equal(completed[:, :30], STEP[:, :30])  # what is measured is kept
+
+
+def test_one_wrong_sample_at_the_rim_hardly_matters():
+    depth = STEP.copy()
+    depth[20:22, 29] = 1.4
+    completed, filtered = both(frame_of(depth, THIN))
+    gap = np.s_[19:23, 31]
+    assert np.abs(completed[gap] - 1).max() < 0.7 * np.abs(filtered[gap] - 1).max()
+
+
+@pytest.mark.parametrize(
+    ("depth", "missing", "changes"),
+    [
+        (STEP, slice(26, 38), {}),
+        (STEP, np.random.default_rng(0).random(SHAPE) > 0.43, {}),
+        (1 + 0.012 * COLUMNS, THIN, {}),
+        (STEP, THIN, {"mode": "fill+denoise"}),
+        (STEP, THIN, {"jump_share": 0.0}),
+    ],
+    ids=["wide gap", "scattered samples", "slope", "denoising", "jumps off"],
+)
+def test_elsewhere_it_is_the_filters(depth, missing, changes):
+    completed, filtered = both(frame_of(depth, missing), **changes)
+    np.testing.assert_allclose(completed, filtered, rtol=1e-6)
+
+
+def test_depth_does_not_cross_borders_drawn_by_hand():
+    labels = np.where(COLUMNS < 33, 1, 2).astype(np.int32)
+    blocks = Blocks(labels, drawn=border_pixels(labels))
+    completed, filtered = both(frame_of(STEP, THIN), blocks)
+    np.testing.assert_allclose(completed, filtered, rtol=1e-6)
+
+
+def test_depth_by_hand_is_not_sharpened():
+    frame, by_hand = frame_of(STEP, THIN), np.full(SHAPE, np.nan)
+    by_hand[24, 32] = 1.5
+    blocks = Blocks(ONE.labels, by_hand=by_hand)
+    completed, filtered = both(frame, blocks)
+    assert completed[24, 32] == pytest.approx(filtered[24, 32], rel=1e-6)
+    assert completed[23, 32] != pytest.approx(filtered[23, 32], rel=1e-3)
