@@ -104,7 +104,10 @@ def frames_of_sources(
         found += own
         neighbours += [around(files, place, reach) for place in range(len(own))]
     if not found:
-        raise InputError(f"{', '.join(names)}: all are results, or in the output folder. Choose another output folder.")
+        raise InputError(
+            f"{', '.join(names)}: all frames are results of ILF Studio, or in the output folder. Give measured frames, "
+            "or another output folder."
+        )
     return [
         replace(frame, before=before, after=after, neighbour_step=neighbour_step)
         for frame, (before, after) in zip(named_frames(found), neighbours, strict=True)

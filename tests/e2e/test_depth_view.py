@@ -7,7 +7,7 @@ from pytestqt.qtbot import QtBot
 
 from gui.features.documents.open_dialog import OpenDialog
 from gui.features.status import StatusFeature
-from gui.work import loading
+from gui.project import loading
 from ilf.sources.frame_ref import FrameRef
 from ilf.sources.reading import load_frame, read_frame
 from ilf.sources.reading_options import DEPTH_VIEW, ReadingOptions

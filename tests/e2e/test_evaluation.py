@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 import pytest
 from PySide6.QtCore import QPoint, Qt
-from PySide6.QtWidgets import QApplication, QWidget
+from PySide6.QtWidgets import QApplication, QInputDialog, QMessageBox, QWidget
 
 import ilf
 from gui.features.accuracy.ground_truth import GroundTruthDialog
@@ -17,6 +17,7 @@ from gui.features.blocks.model import Column
 from gui.features.context import Feature
 from gui.features.filter import FilterPanel
 from gui.features.inspect.panel import InspectPanel
+from gui.features.presets import SavePresetDialog
 from gui.features.sweep.feature import SweepFeature
 from gui.state.block_errors import EXPECTED
 from gui.state.parts import Part
@@ -285,8 +286,11 @@ def test_own_presets_stand_beside_the_others(opened, tmp_path, monkeypatch):
     window.workspace.parameters.set(PRESETS["paper"].replace(padding=3.0))
     settle(window)
     assert not actions["rename_preset"].isEnabled()
-    assert box.save("wide", with_extraction=True)
-    assert not box.save("wide")  # it is there already
+    box.ask_save()
+    dialog = window.findChild(SavePresetDialog)
+    dialog.name.setText("wide")
+    dialog.with_extraction.setChecked(True)
+    dialog.accept()
     settle(window)
     assert box.present == "wide"
     assert box.names.currentText() == "wide"
@@ -307,22 +311,27 @@ def test_own_presets_stand_beside_the_others(opened, tmp_path, monkeypatch):
     actions["redo"].trigger()
     settle(window)
 
-    assert box.rename("wide", "broad")
+    monkeypatch.setattr(QInputDialog, "getText", lambda *_, **__: ("broad", True))
+    actions["rename_preset"].trigger()
     settle(window)
     assert box.names.findData("wide") < 0
     assert box.present == "broad"
     exported = tmp_path / "broad.json"
-    assert box.write(exported)
-    assert box.delete("broad")
+    monkeypatch.setattr("gui.features.presets.ask_path", lambda *_: str(exported))
+    actions["export_preset"].trigger()
+    monkeypatch.setattr(QMessageBox, "question", lambda *_: QMessageBox.StandardButton.Yes)
+    actions["delete_preset"].trigger()
     settle(window)
     assert box.names.findData("broad") < 0
     assert box.present == "paper"
     assert "(changed)" in box.names.currentText()
-    assert box.take_file(exported)
+    monkeypatch.setattr("gui.features.presets.choose_file", lambda *_: str(exported))
+    actions["import_preset"].trigger()
     assert box.parameters("broad").padding == 3.0
     reported = []
     window.notes.reported.connect(reported.append)
-    assert not box.take_file(tmp_path / "none.json")
+    monkeypatch.setattr("gui.features.presets.choose_file", lambda *_: str(tmp_path / "none.json"))
+    actions["import_preset"].trigger()
     assert reported
     assert "none.json" in reported[0]
 

@@ -11,7 +11,6 @@ from gui.widgets.basics import PlainLabel, literal_text
 
 RICH = {
     "app/splash.py",
-    "features/about.py",
     "features/edit_summary.py",
     "features/extraction.py",
     "features/inspect/profile_page.py",

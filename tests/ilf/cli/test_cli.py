@@ -720,7 +720,11 @@ sys.exit(main(["info", labelled]))
 """
     labelled = tmp_path / "nyu_depth_v2_labeled.mat"
     labelled.write_bytes(b"\x89HDF\r\n\x1a\n")
-    ended = _child("-c", program, *files, "out", str(labelled))
+    lacking = tmp_path / "lacking"  # also for the process that reads the file
+    lacking.mkdir()
+    (lacking / "h5py.py").write_text("raise ModuleNotFoundError(name='h5py')")
+    path = os.pathsep.join((str(lacking), str(ROOT)))
+    ended = _child("-c", program, *files, "out", str(labelled), PYTHONPATH=path)
     assert ended.returncode == 1
     assert {"depth.npy", "cloud.pcd", "mesh.glb", "run.json"} <= set(contents("out"))
     assert b"h5py" in ended.stderr

@@ -136,7 +136,7 @@ def test_a_device_that_cannot_be_used_is_named(listed, monkeypatch):
         start = onnxruntime.InferenceSession
         monkeypatch.setattr(onnxruntime, "get_available_providers", lambda: ["CUDAExecutionProvider"])
         monkeypatch.setattr(onnxruntime, "InferenceSession", lambda content, options, **_: start(content, options))
-    with pytest.raises(InstallationError, match="the distribution onnxruntime-gpu in place"):
+    with pytest.raises(InstallationError, match="Install onnxruntime-gpu in its place"):
         EdgeNetwork.load(asset_path("models/edges.onnx"))
 
 

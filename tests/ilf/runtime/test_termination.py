@@ -23,7 +23,7 @@ posix = pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
 
 
 def test_a_process_that_ends_is_told_of():
-    with pytest.raises(IlfError, match="ended unexpectedly"):
+    with pytest.raises(IlfError, match="worker process ended"):
         run_units(os._exit, [(0,), (1,)], jobs=2)
     with pytest.raises(ZeroDivisionError):
         run_units(divmod, [(1, 0)], jobs=2)
