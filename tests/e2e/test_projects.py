@@ -201,6 +201,7 @@ def test_missing_files_are_asked_for_and_checked(window, another, qtbot, small_f
     second.project.missing.locate_folder(tmp_path / "away")
     qtbot.waitUntil(searched)
     assert [lost.frame for lost in second.project.missing.lost] == [changed.frame]
+    assert dialog.message.text() == "Found 4 files; files of 1 frame are still missing."
     assert [entry.summary.stage for entry in workspace.entries] == [
         Stage.EXTRACTED,
         Stage.EXTRACTED,
