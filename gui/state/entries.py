@@ -77,7 +77,7 @@ class Entry:
 
     def set_summary(self, summary: FrameSummary) -> None:
         """Set the summary of a frame that is not open."""
-        self._summary, self._stamp, self.problem = summary, (), ""
+        self._summary, self._stamp = summary, ()
 
     @property
     def unsaved(self) -> bool:
@@ -190,7 +190,7 @@ class Entries(QObject):
         """Detach a closed frame from its entry; `stored`: whether its state is stored."""
         entry._unsaved = entry.unsaved_summary()
         entry.set_unsaved(entry.unsaved)
-        entry.set_summary(entry.summary)
+        entry.set_summary(entry.stored_summary)
         entry.document, entry.has_state = None, stored
         self.changed.emit(entry)
 

@@ -93,18 +93,10 @@ class Refresh(QObject):
     def mark(self, *parts: str) -> None:
         """Mark parts as stale, to be drawn at the next turn of the event loop; KeyError for what was not added, which
         would never be drawn."""
-        self._stale.update(self._known(parts))
-        self._schedule()
-
-    def mark_deferred(self, *parts: str) -> None:
-        """Mark parts as stale, to be drawn when the window has had time for other work; KeyError as `mark`."""
-        self._deferred.update(self._known(parts))
-        self._schedule()
-
-    def _known(self, parts: tuple[str, ...]) -> tuple[str, ...]:
         if unknown := set(parts) - self._draw.keys():
             raise KeyError(f"nothing draws {', '.join(sorted(unknown))}")
-        return parts
+        self._stale.update(parts)
+        self._schedule()
 
     def now(self) -> None:
         """Draw now what would be drawn at the next turn."""

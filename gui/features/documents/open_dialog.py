@@ -113,7 +113,7 @@ class OpenDialog(QDialog):
         self._proposed_depth = ""
         self._doubts: tuple[PlausibilityWarning, ...] = ()
         looks.answered.connect(self._show_first)
-        looks.failed.connect(lambda _, error: self._refuse_source(error))
+        looks.failed.connect(self._refuse_source)
         self.setWindowTitle("Open")
         self.setAcceptDrops(True)
         self.setProperty(TAKES_FILES, True)
@@ -377,7 +377,7 @@ class OpenDialog(QDialog):
         else:
             self._show(look.frame, f"{text} First frame:\n{_describe_frame(look.frame)}", look.plausibility_warnings)
 
-    def _refuse_source(self, error: Exception) -> None:
+    def _refuse_source(self, _: FrameRef, error: Exception) -> None:
         if isinstance(error, NotAllowed):
             self._announce_question(error)
         else:

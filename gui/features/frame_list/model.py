@@ -191,9 +191,12 @@ def shown_entries(
     """
     words = text.casefold().split()
 
-    def matches(entry: Entry) -> bool:
+    def has_words(entry: Entry) -> bool:
         about = f"{entry.name} {entry.note}".casefold()
-        return (state == "all" or state in states_of(entry)) and all(word in about for word in words)
+        return all(word in about for word in words)
+
+    def matches(entry: Entry) -> bool:
+        return (state == "all" or state in states_of(entry)) and (not words or has_words(entry))
 
     through = [entry for entry in entries if entry is always or matches(entry)]
     key = _KEYS.get(order)

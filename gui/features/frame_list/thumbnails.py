@@ -42,7 +42,8 @@ def read_thumbnail(source: FrameRef) -> NDArray[np.uint8]:
     if source.frame is not None:
         with opened(source.rgb) as recording:
             return thumbnail_of(recording.colour(source.frame))
-    return thumbnail_of(read_colour(frame_folder(source.rgb).rgb if source.depth is None else source.rgb))
+    path = frame_folder(source.rgb).rgb if source.depth is None else source.rgb
+    return thumbnail_of(read_colour(path, THUMBNAIL_WIDTH))
 
 
 _MOST_HEIGHT = 8

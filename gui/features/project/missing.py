@@ -73,7 +73,7 @@ class MissingFilesDialog(QDialog):
         buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
         buttons.button(QDialogButtonBox.StandardButton.Close).setToolTip("Close; these frames stay as they are")
         buttons.rejected.connect(self.reject)
-        self.files.currentItemChanged.connect(lambda *_: self._allow())
+        self.files.currentItemChanged.connect(lambda *_: self._describe())
         self.file_button.clicked.connect(self._ask_file)
         self.folder_button.clicked.connect(self._ask_folder)
         self.new_button.clicked.connect(self._open_new)
@@ -97,7 +97,7 @@ class MissingFilesDialog(QDialog):
             self.files.addTopLevelItem(item)
             if self.files.topLevelItemCount() == 1 or file == chosen:
                 self.files.setCurrentItem(item)
-        self._allow()
+        self._describe()
 
     def chosen(self) -> MissingFile | None:
         """Return the selected file; None for none."""
@@ -121,7 +121,11 @@ class MissingFilesDialog(QDialog):
         self.file_button.setEnabled(idle and lost is not None)
         self.folder_button.setEnabled(idle and self.files.topLevelItemCount() > 0)
         self.new_button.setEnabled(idle and lost is not None and lost.changed is not None)
-        if lost is not None and idle and self.message.tone() != "error":
+
+    def _describe(self) -> None:
+        lost = self.chosen()
+        self._allow()
+        if lost is not None and not self._missing.search.busy and self.message.tone() != "error":
             self.message.show_message(_details(lost))
 
     def _ask_file(self) -> None:

@@ -173,6 +173,7 @@ class Saving(QObject):
 
     def _finish(self, outcome: tuple[_Snapshot, OpenedProject, tuple[str, ...]]) -> None:
         taken, opened, problems = outcome
+        self._snapshot = None
         workspace, store = self._context.workspace, self._context.recorder.store
         if isinstance(store.project, Archive) and store.project.path == opened.path:
             opened.close()  # the former one reads the same file
@@ -190,18 +191,18 @@ class Saving(QObject):
                 document.note_saved(stamp)
         self._present.take(opened.path, opened.project, saved=taken.set)
         self._context.recorder.note_project()
-        self.saved.emit(opened.path, problems)
-        self._end(True)
+        self._tell(lambda: self.saved.emit(opened.path, problems), taken, True)
 
     def _fail(self, error: Exception) -> None:
-        self.failed.emit(error)
-        self._end(False)
-
-    def _end(self, done: bool) -> None:
         taken, self._snapshot = self._snapshot, None
+        if taken is not None:
+            self._tell(lambda: self.failed.emit(error), taken, False)
+
+    def _tell(self, tell: Callable[[], None], taken: _Snapshot, done: bool) -> None:
+        """Tell of the end of a request, after which nothing is being saved, and go on to what waits for it."""
         self._pace.stop()
         self.changed.emit()
-        if taken is not None:
-            taken.request.then(done)
+        tell()
+        taken.request.then(done)
         while self._afterwards and not self.busy:
             self._afterwards.pop(0)()

@@ -11,10 +11,12 @@ from PySide6.QtCore import QMimeData, Qt, QUrl
 from PySide6.QtGui import QDragEnterEvent, QDropEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QDialog
+from shiboken6 import isValid
 
 from gui.features.documents.frame_files import pair_of
 from gui.features.documents.open_dialog import OpenDialog
 from gui.project.loading import preview_folder
+from gui.widgets.basics import open_once
 from gui.work.jobs import stop_workers
 from gui.work.latest_request import LatestRequest
 from ilf.errors import FormatError, InputError
@@ -359,6 +361,20 @@ def test_a_recording_whose_first_frame_is_damaged_can_be_opened(dialog, recordin
     dialog.set_files(str(recording))
     qtbot.waitUntil(lambda: "The first frame cannot be read: The depth of this frame" in dialog.message.text())
     assert dialog.open_button.isEnabled()
+
+
+def test_a_dialog_after_another_says_why_a_folder_is_refused(tmp_path, qtbot):
+    looks = LatestRequest(preview_folder)
+    former = OpenDialog(looks)
+    open_once(former)
+    former.reject()
+    qtbot.waitUntil(lambda: not isValid(former))
+    dialog = OpenDialog(looks)
+    qtbot.addWidget(dialog)
+    (tmp_path / "empty").mkdir()
+    dialog.set_files(str(tmp_path / "empty"))
+    qtbot.waitUntil(lambda: "contains no frames" in dialog.message.text())
+    assert stop_workers(looks)
 
 
 def test_enter_opens_once_wherever_it_is_pressed_and_before_the_change_is_read(dialog, folder, qtbot):

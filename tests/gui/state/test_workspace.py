@@ -12,6 +12,7 @@ from gui.state.workspace import Workspace
 from ilf.data.blocks import Blocks
 from ilf.data.parameters import BlockParameters
 from ilf.data.presets import preset
+from ilf.project.project import Stage
 from ilf.run.run import Run
 from ilf.segmentation.editing.patches import patch_between
 
@@ -219,6 +220,17 @@ def test_opening_showing_and_closing_frames(workspace, document, other, told):
     assert workspace.undo_group.stacks() == [workspace.undo_group.activeStack()] or not workspace.undo_group.stacks()
     with pytest.raises(RuntimeError, match="no frame"):
         _ = workspace.current
+
+
+def test_what_is_noted_on_a_frame_that_cannot_be_opened_hides_no_problem(workspace, document, other):
+    workspace.unload(other)
+    entry = workspace.entries.of(other.id)
+    workspace.note_problem(entry, "files are missing")
+    workspace.set_note(entry, "dark")
+    workspace.set_done(entry, True)
+    assert (entry.summary.stage, entry.summary.problem) == (Stage.FAILED, "files are missing")
+    assert (entry.stored_summary.note, entry.stored_summary.problem) == ("dark", "")
+    assert entry.stored_summary.stage is not Stage.FAILED
 
 
 def test_the_frame_before_a_closed_one_is_shown(workspace, document, other, small_frame):

@@ -29,7 +29,12 @@ class _Bench:
         also = source.urgent, source.urgent_with_data
         self.refresh.add("first", self._note("first"), Part.LABELS, also=also)
         self.refresh.add("second", self._note("second"), Part.LABELS, Part.PREVIEWS, also=(source.urgent,))
-        self.refresh.add("third", self._note("third"), NO_PART)
+        self.refresh.add("third", self._note("third"), NO_PART, Part.RECORDS)
+
+    def change(self, part: Part) -> None:
+        """Change a part of the state, and tell of it."""
+        self.workspace.note(part)
+        self.workspace.tell()
 
     def _note(self, name: str) -> Callable[[], None]:
         return lambda: self.drawn.append(name)
@@ -70,7 +75,7 @@ def test_parts_of_the_state_are_drawn_in_the_turn_that_tells_them(bench):
 
 def test_a_turn_for_something_else_draws_what_has_changed_meanwhile_too(bench):
     """Else a result would be drawn over the picture of the frame that was shown before."""
-    bench.refresh.mark_deferred("third")
+    bench.change(Part.RECORDS)
     bench.workspace.note(Part.LABELS)
     bench.refresh._turn()
     assert sorted(bench.drawn) == ["first", "second", "third"]
@@ -116,7 +121,7 @@ def test_what_can_wait_is_drawn_after_a_while_and_not_with_every_other_part(benc
 
 
 def test_what_can_wait_is_drawn_with_the_rest_where_that_makes_it_stale_too(bench):
-    bench.refresh.mark_deferred("second")
+    bench.change(Part.PREVIEWS)
     bench.source.urgent.emit()
     bench.refresh.now()
     assert bench.drawn == ["first", "second"]
@@ -130,12 +135,12 @@ def test_expensive_drawing_leaves_the_window_its_time(bench, monkeypatch):
         bench.drawn.append("slow")
         clock[0] += 0.1
 
-    bench.refresh.add("slow", draw, NO_PART)
-    bench.refresh.mark_deferred("slow")
+    bench.refresh.add("slow", draw, NO_PART, Part.COMPARED)
+    bench.change(Part.COMPARED)
     bench.refresh._turn()
     assert bench.drawn == ["slow"]
     for pause, drawn in ((0.5, 1), (0.11, 2)):
-        bench.refresh.mark_deferred("slow")
+        bench.change(Part.COMPARED)
         clock[0] += pause
         bench.refresh._turn()
         assert bench.drawn == ["slow"] * drawn, "six times what drawing took, from its end on"
@@ -160,11 +165,11 @@ def test_an_error_in_one_part_keeps_no_other_from_being_drawn(bench, qtbot):
 
 def test_after_stop_nothing_is_drawn(bench):
     bench.source.urgent.emit()
-    bench.refresh.mark_deferred("third")
+    bench.workspace.note(Part.RECORDS)
     bench.refresh.stop()
     _turn()
     bench.source.urgent.emit()
-    bench.refresh.mark_deferred("third")
+    bench.workspace.note(Part.RECORDS)
     bench.refresh.now()
     _turn()
     assert bench.drawn == []
@@ -172,9 +177,8 @@ def test_after_stop_nothing_is_drawn(bench):
 
 
 def test_what_nothing_draws_cannot_be_marked(bench):
-    for mark in (bench.refresh.mark, bench.refresh.mark_deferred):
-        with pytest.raises(KeyError, match="fourth"):
-            mark("first", "fourth")
+    with pytest.raises(KeyError, match="fourth"):
+        bench.refresh.mark("first", "fourth")
 
 
 def test_draw_all_draws_every_part(bench):

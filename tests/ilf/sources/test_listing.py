@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from PIL import Image
 
-from gui.features.frame_list.thumbnails import read_thumbnail
+from gui.features.frame_list.thumbnails import read_thumbnail, thumbnail_of
 from ilf.errors import FormatError, InputError
 from ilf.sources.frame_ref import FrameRef
 from ilf.sources.listing import list_frames
@@ -227,6 +228,19 @@ def test_no_file_is_in_two_pairs(colours, depths):
     found = paired([f"{name}.png" for name in colours], [f"{name}.png" for name in depths]).pairs
     assert len({rgb for rgb, _ in found}) == len({depth for _, depth in found}) == len(found)
     assert sorted(found, key=lambda pair: natural(pair[0])) == found
+
+
+@pytest.mark.parametrize("size", [(161, 90), (643, 301), (1283, 721)])
+def test_thumbnail_of_a_photo_is_that_of_all_its_pixels(tmp_path, size):
+    photo = np.zeros((*size[::-1], 3), np.uint8)
+    photo[..., 0], photo[: size[1] // 2, :, 2] = np.linspace(0, 255, size[0]), 200
+    tag = Image.Exif()
+    tag[274] = 6  # for viewers: turned by a quarter
+    Image.fromarray(photo).save(tmp_path / "a.jpg", quality=95, exif=tag)
+    small, whole = read_thumbnail(FrameRef(str(tmp_path / "a.jpg"), "unread.png")), thumbnail_of(photo)
+    assert small.shape[1] == whole.shape[1]
+    assert abs(small.shape[0] - whole.shape[0]) <= 1
+    assert np.abs(cv2.resize(small, whole.shape[1::-1]).astype(int) - whole).mean() < 3
 
 
 def test_thumbnail_is_the_colour_image_made_small(tmp_path):
