@@ -117,4 +117,5 @@ def _client(distributed: Any, address: str) -> Any:
         return distributed.Client(found, timeout=_CONNECT_TIMEOUT_S, set_as_default=False)
     except (OSError, ValueError, TypeError) as error:
         why = " ".join(str(error).split())
-        raise InputError(f"There is no Dask scheduler at {address} ({why}). Start one, or give its file.") from error
+        remedy = "Start one with `dask scheduler`, or give its scheduler file."
+        raise InputError(f"There is no Dask scheduler at {address} ({why}). {remedy}") from error

@@ -53,7 +53,8 @@ def solve(matrix: csc_array, right: NDArray[np.float64]) -> NDArray[np.float64]:
         If it is too large to be solved directly.
     """
     if right.size > MAX_UNKNOWNS:
-        raise InputError(f"{right.size:,} unknown pixels exceed {MAX_UNKNOWNS:,}. Use another method, or fewer.")
+        told = f"{right.size:,} unknown pixels exceed {MAX_UNKNOWNS:,}"
+        raise InputError(f"{told}. Use another method, or smaller frames.")
     # without pivoting, the ordering for symmetric patterns keeps the factors ten times as sparse
     factors = splu(matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
     return factors.solve(right)

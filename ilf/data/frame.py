@@ -569,7 +569,8 @@ def _check_extremes(known: NDArray[np.floating]) -> None:
     low, high = DEPTH_LIMITS
     absurd = known[(known < low) | (known > high)]
     if absurd.size:
-        raise InputError(f"Depth of {absurd[0]:g} m is impossible, not {low:g} to {high:g} m; 0 and NaN are missing.")
+        missing = "Mark missing depth with 0 or NaN."
+        raise InputError(f"Depth of {absurd[0]:g} m is impossible: it must be {low:g} to {high:g} m. {missing}")
 
 
 def scale_warning(depth: NDArray[np.floating], units: float) -> str:
@@ -618,7 +619,7 @@ def checked_colour(rgb: ArrayLike) -> NDArray[np.uint8]:
     if array.dtype.kind == "f":
         if array.size and not (array.min() >= 0 and array.max() <= 1):
             given = f"{array.min():g} and {array.max():g}"
-            raise InputError(f"Float colour must lie between 0 and 1, not {given}: divide it by its maximum.")
+            raise InputError(f"Float colour must lie between 0 and 1, not {given}: divide it by its possible maximum.")
         array = np.round(255 * array).astype(np.uint8)
     if array.shape[2] == 1:
         array = np.repeat(array, 3, axis=2)

@@ -223,7 +223,8 @@ def predict_by_name(name: str, rgb: NDArray[np.uint8]) -> Guide:
     card, path = ready_guide(name)
     network = GuideNetwork.load(path)
     if network.sha256 != card.sha256:
-        raise InputError(f"{path} is not the file that was fetched or added: remove it (ilf models remove {name}).")
+        remedy = f"Remove it, and fetch it again: ilf models remove {name}."
+        raise InputError(f"{path} is not the file that was fetched or added. {remedy}")
     return Guide(network.predict(rgb, card), path=str(path), network=card)
 
 

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._runtime.files import FileContent
+from .._runtime.memory import check_memory
 from ..errors import FormatError
 from .hdf5 import CHILD_MEMORY, dataset, is_of_matlab, open_hdf5
 
@@ -35,9 +36,11 @@ def _colour(file: FileContent) -> NDArray[np.uint8]:
     with open_hdf5(io.BytesIO(file.data.tobytes()), str(file), "Reading colour from HDF5") as opened:
         known = (dataset(opened, name, "u", 3, str(file)) for name in _USUAL)
         found = next((data for data in known if data is not None and data.dtype == np.uint8), None)
-        values = np.zeros((0, 0, 0), np.uint8) if found is None else np.asarray(found)
+        if found is None or not {3, 4} & {found.shape[0], found.shape[2]}:
+            wanted = f"no dataset {', '.join(_USUAL)} of 8 bits with 3 or 4 channels"
+            raise FormatError(f"{file} has no colour: {wanted}. Give a file of colour.")
+        check_memory(file, *sorted(found.shape)[1:])
+        values = np.asarray(found)
     values = values.T if is_of_matlab(file) else values
     values = values if values.shape[2] in {3, 4} else np.moveaxis(values, 0, 2)
-    if values.shape[2] not in {3, 4}:
-        raise FormatError(f"{file} has no colour: no dataset {', '.join(_USUAL)} of 8 bits. Give a file of colour.")
     return np.ascontiguousarray(values[..., :3])

@@ -218,7 +218,7 @@ def first_original(wanted: InputFile, places: Places, read: Callable[[Path], Fou
         changed = changed or (path, problem)
     places.check(wanted)
     if changed is None:
-        raise MissingSource(f"{wanted.path} no longer exists, and is in no project. Give its new path.", wanted)
+        raise MissingSource(f"{wanted.path} no longer exists, and is not embedded. Give its new path.", wanted)
     path, problem = changed
     text = f"{path} has changed since the frame was loaded from it{problem}. Restore it, or give its new path."
     raise ChangedSource(text, wanted, path)

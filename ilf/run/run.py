@@ -118,7 +118,8 @@ class Run:
         if blocks is None:
             given = found_blocks(guided, chosen)
         elif of_blocks:
-            raise ParameterError(f"{', '.join(of_blocks)} would have no effect, because blocks are given: omit it.")
+            told = f"{', '.join(of_blocks)} would have no effect, because blocks are given"
+            raise ParameterError(f"{told}: extract them with it by ilf.extract_blocks.")
         else:
             given = as_blocks(blocks, guided.shape)
             if extraction is not None:

@@ -20,6 +20,7 @@ from .._runtime.schema import PROGRAM
 from .._runtime.writing import move_into_place, staging, write_bytes
 from ..completion.confidence.expected_error import expected_error, unsupported
 from ..completion.confidence.features import default_edges
+from ..data.camera import REMEDY
 from ..data.declarations import check_names
 from ..data.flying_points import flying_points
 from ..data.frame import FrameInputs, RGBDFrame
@@ -62,7 +63,7 @@ def check_cloud_and_mesh(frame: RGBDFrame, options: ExportOptions) -> None:
         raise InputError("The pose of this frame's camera is not known: select axes other than world.")
     if frame.intrinsics is None and (options.cloud or options.mesh):
         what = "point cloud" if options.cloud else "mesh"
-        raise InputError(f"A {what} needs the camera's intrinsics: give a preset, fx,fy,cx,cy or a file, or no {what}.")
+        raise InputError(f"A {what} needs the camera's intrinsics. {REMEDY} Or leave the {what} out.")
 
 
 def write_cloud_and_mesh(

@@ -67,7 +67,8 @@ class RawPairs(Recording):
         if unmatched := len(colours.keys() ^ depths.keys()):
             self.notes = (f"{counted(unmatched, 'image')} left out: no matching image of the same name.",)
         if not self.frames:
-            raise InputError(f"{path} has no pair: put colour.* and depth.*, or such folders, into it.")
+            folders = "folders of these names with files of the same names"
+            raise InputError(f"{path} has no pair: put colour.* and depth.* into it, or {folders}.")
 
     @classmethod
     def fits(cls, path: Path) -> bool:

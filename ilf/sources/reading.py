@@ -248,7 +248,8 @@ def files_of(ref: FrameRef, *, beside: bool = True) -> FrameFiles:
     kind = kind_at(path)
     if kind is not None and path.suffix.lower() not in {*COLOUR_SUFFIXES, *DEPTH_FILE_SUFFIXES}:
         raise FormatError(f"{path} is {kind[0]}, not a frame. {kind[1]}")
-    raise InputError(f"{path}: a frame needs a depth image, too. Give both, or a folder with {META_NAME}.")
+    both = "Give both files (the same one twice if it has both)"
+    raise InputError(f"{path}: a frame needs a depth image, too. {both}, or a folder with {META_NAME}.")
 
 
 def _with_min_confidence(

@@ -41,7 +41,8 @@ class RecordingInChild(Recording):
         self.kind, self.has_topics, self._type = kind.kind, kind.has_topics, kind
         self._children: list[Child] = []
         weakref.finalize(self, end, self._children)
-        size = sum(file.stat().st_size for file in (path.iterdir() if path.is_dir() else [path]))
+        files = path.iterdir() if path.is_dir() else [path]
+        size = sum(file.stat().st_size for file in files if file.is_file())  # not of links that lead nowhere
         self._seconds = SECONDS + size // BYTES_PER_SECOND
 
     def index(self, max_gap: float = MAX_TIME_GAP_S, topics: Topics | None = None) -> RecordingIndex:

@@ -241,7 +241,13 @@ class RosBag(Recording):
         # recordings from before ROS 2 Iron do not contain their message definitions
         known = typesys.get_typestore(typesys.Stores.ROS2_HUMBLE)
         self._reader = highlevel.AnyReader(opened, default_typestore=known)
-        self._reader.open()
+        try:
+            self._reader.open()
+        except highlevel.AnyReaderError as error:
+            if "not indexed" not in str(error):
+                raise
+            told = f"{path} is not indexed: it was not closed properly. Run: rosbag reindex {path}"
+            raise FormatError(told) from error
         self._first_messages: dict[str, Any] = {}
         self._stamps: dict[str, dict[int, int]] = {}
         self._paired: dict[Topics, TimedPairs[int]] = {}

@@ -13,7 +13,7 @@ from ilf.data.blocks import Blocks
 from ilf.errors import FormatError, IlfError, InputError
 from ilf.io.depth import read_depth_values
 from ilf.io.hdf5_depth import split_dataset
-from ilf.io.images import encode_image
+from ilf.io.images import encode_image, read_colour
 from ilf.project.file import open_project, save_project
 from ilf.project.frame_state import FrameState
 from ilf.project.project import FrameSummary, Project, ProjectFrame, Stage
@@ -126,6 +126,13 @@ def test_colour_beside_depth_is_read_as_blenderproc_writes_it(tmp_path, first):
     assert np.array_equal(frame.rgb, colour[..., :3])
     assert np.array_equal(frame.depth, np.where(NEAR > 1.1, NEAR, np.nan), equal_nan=True)
     assert not any("column" in note for note in frame.notes)
+
+
+def test_colour_of_hdf5_that_declares_more_than_memory_is_refused_by_its_header(tmp_path):
+    with h5py.File(tmp_path / "0.hdf5", "w") as file:
+        file.create_dataset("colors", (3, 100_000, 100_000), np.uint8, chunks=True)
+    with pytest.raises(FormatError, match="100000 x 100000"):
+        read_colour(tmp_path / "0.hdf5")
 
 
 def test_hdf5_without_colour_is_refused_as_colour(folder):

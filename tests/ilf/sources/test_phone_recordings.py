@@ -126,6 +126,15 @@ def test_each_frame_of_record3d_may_have_a_camera_of_its_own(tmp_path):
     assert ilf.open_source(larger).calibration("0").colour.fx == K[0] / 2
 
 
+def test_a_link_that_leads_nowhere_in_a_folder_of_stray_scanner_is_passed_over(tmp_path):
+    folder = write_stray(tmp_path / "stray")
+    try:
+        (folder / "broken").symlink_to(folder / "nothing")
+    except OSError:
+        pytest.skip("no links can be made here")
+    assert len(ilf.open_source(folder)) == COUNT
+
+
 def test_stray_scanner_with_depth_of_8_bits_or_twice_is_refused(tmp_path):
     twice = write_stray(tmp_path / "twice")
     np.save(twice / "depth" / "000001.npy", np.ones((2, 2), np.float32))

@@ -139,7 +139,7 @@ def test_cameras_that_are_too_far_apart_are_told(tmp_path):
 def test_without_a_pair_it_says_what_to_put_there(tmp_path):
     write_pair(tmp_path, "colour.png", "depth.png")
     (tmp_path / "depth.png").unlink()
-    with pytest.raises(InputError, match=r"put colour\.\* and depth\.\*, or such folders"):
+    with pytest.raises(InputError, match=r"put colour\.\* and depth\.\*"):
         ilf.open_source(tmp_path)
 
 

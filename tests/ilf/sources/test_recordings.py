@@ -625,6 +625,12 @@ def test_a_recording_that_was_not_ended_is_told_how_to_mend_it(tmp_path):
     (path / "metadata.yaml").unlink()
     with pytest.raises(InputError, match="ros2 bag reindex"):
         ilf.open_source(path)
+    bag = write_aligned(tmp_path, "ros1", frames=1)
+    content = bag.read_bytes()
+    start = content.index(b"index_pos=") + len(b"index_pos=")
+    bag.write_bytes(content[:start] + bytes(8) + content[start + 8 :])
+    with pytest.raises(FormatError, match="rosbag reindex"):
+        ilf.open_source(bag)
 
 
 def test_a_folder_of_frames_with_a_recording_in_it_is_one_of_frames(tmp_path):
