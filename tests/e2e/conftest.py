@@ -115,13 +115,9 @@ def reported(window, monkeypatch):
 
 
 @pytest.fixture
-def themed(qapp):
+def themed(qapp, any_theme):
     """The style of the program, which determines the sizes of its parts."""
-    palette, sheet = qapp.palette(), qapp.styleSheet()
     theme.apply_theme(qapp, "light")
-    yield
-    qapp.setStyleSheet(sheet)
-    qapp.setPalette(palette)
 
 
 def export(window, qtbot, folder: Path, options: ExportOptions | None = None):

@@ -19,6 +19,7 @@ from ilf.completion.filter import edge_parameters
 from ilf.data.label_map import Block, drawn_of, find_blocks
 from ilf.data.results import NO_BLOCK, BlockOutcome, BlockResult, IterationRecord, Status, Step
 from ilf.run.run import Run
+from ilf.segmentation.editing.patches import LabelPatch, patch_between
 
 
 def record(i: int) -> IterationRecord:
@@ -147,6 +148,12 @@ class Bench:
 
         document.add_records = note  # type: ignore[method-assign]
         return document
+
+    def patch(self, label: int, rows: slice, columns: slice) -> LabelPatch | None:
+        """A box of the blocks that becomes another one's."""
+        labels = self.document.labels.copy()
+        labels[rows, columns] = label
+        return patch_between(self.document.labels, labels)
 
     def get_going(self, label: int = 1) -> None:
         """Let what was started make its first iteration, of this block."""

@@ -74,12 +74,7 @@ def _luminance(colour: QColor) -> float:
     return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
 
 
-@pytest.fixture(autouse=True)
-def _as_before(qapp):
-    before = qapp.palette(), qapp.styleSheet()
-    yield
-    qapp.setPalette(before[0])
-    qapp.setStyleSheet(before[1])
+pytestmark = pytest.mark.usefixtures("any_theme")
 
 
 @pytest.fixture(params=["light", "dark"])

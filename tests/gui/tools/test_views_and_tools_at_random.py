@@ -22,7 +22,6 @@ from ilf.data.results import Completion
 from ilf.evaluation.edit_summary import EditSummary
 from ilf.run.run import Run
 from ilf.segmentation.edges.frame_edges import FrameEdges
-from ilf.segmentation.editing.patches import patch_between
 
 Completed = tuple[Completion | None, Completion | None]
 
@@ -46,14 +45,6 @@ def effect(bench, views, qtbot):
     assert stop_workers(presenter)
 
 
-def box_to(bench, label, rows, columns):
-    labels = bench.document.labels.copy()
-    labels[rows, columns] = label
-    patch = patch_between(bench.document.labels, labels)
-    assert patch is not None
-    return patch
-
-
 def test_results_of_a_run_are_of_the_depth_that_it_was_begun_with(bench):
     bench.runs.current.start()
     mask = np.zeros(bench.frame.shape, bool)
@@ -68,8 +59,8 @@ def test_results_of_a_run_are_of_the_depth_that_it_was_begun_with(bench):
 def test_a_stroke_does_not_bring_back_the_result_of_other_drawn_borders(bench):
     bench.run_all()
     block = bench.document.labels == 2
-    bench.workspace.current.edit(box_to(bench, 1, np.s_[:], np.s_[30:]), "Give")
-    bench.workspace.current.stroke(box_to(bench, 2, np.s_[:], np.s_[30:]))
+    bench.workspace.current.edit(bench.patch(1, np.s_[:], np.s_[30:]), "Give")
+    bench.workspace.current.stroke(bench.patch(2, np.s_[:], np.s_[30:]))
     bench.document.valid_results()  # as the views ask for them during a stroke
     bench.workspace.current.edit(bench.workspace.current.drop_stroke(), "Paint")
     assert bench.document.blocks.drawn[block].any()
@@ -88,7 +79,7 @@ def test_an_edit_is_judged_against_the_drawn_borders_that_there_were(bench, effe
     for count, column in enumerate((26, 22), 1):
         drawn = bench.document.blocks.drawn
         former = None if drawn is None else drawn.copy()
-        bench.workspace.current.edit(box_to(bench, 2, np.s_[5:20], np.s_[column:30]), "Paint")
+        bench.workspace.current.edit(bench.patch(2, np.s_[5:20], np.s_[column:30]), "Paint")
         until(lambda count=count: len(asked) == count)
         before, after = asked[-1]
         np.testing.assert_array_equal(after.blocks.drawn, bench.document.blocks.drawn)
@@ -110,14 +101,14 @@ def test_the_depth_before_an_edit_is_that_of_the_values_then(bench, effect, view
     assert bench.document.completion() is not first
     bench.document.undo_stack.undo()
     now = bench.document.completion()
-    bench.workspace.current.edit(box_to(bench, 2, np.s_[5:20], np.s_[26:30]), "Paint")
+    bench.workspace.current.edit(bench.patch(2, np.s_[5:20], np.s_[26:30]), "Paint")
     effect.look(True)
     assert views.data.result.depth is now.depth
 
 
 def test_other_blocks_leave_nothing_to_look_back_to(bench, effect, views):
     bench.run_all()
-    bench.workspace.current.edit(box_to(bench, 2, np.s_[5:20], np.s_[26:30]), "Paint")
+    bench.workspace.current.edit(bench.patch(2, np.s_[5:20], np.s_[26:30]), "Paint")
     line = effect.parent()
     assert "Paint" in line.label.text()
     bench.workspace.current.replace_blocks(
@@ -132,7 +123,7 @@ def test_other_blocks_leave_nothing_to_look_back_to(bench, effect, views):
 def test_what_is_shown_while_one_looks_back_stays(bench, effect, views):
     bench.run_all()
     completion, former = bench.document.completion(), bench.document.labels.copy()
-    bench.workspace.current.edit(box_to(bench, 2, np.s_[5:20], np.s_[26:30]), "Paint")
+    bench.workspace.current.edit(bench.patch(2, np.s_[5:20], np.s_[26:30]), "Paint")
     effect.look(True)
     views.refresh(Part.RESULTS)  # as when a block has been solved meanwhile
     views.blocks.draw(Part.LABELS)
@@ -145,7 +136,7 @@ def test_what_is_shown_while_one_looks_back_stays(bench, effect, views):
 
 def test_who_looks_back_while_a_frame_of_another_size_comes_sees_that(bench, effect, views):
     bench.script.allow()
-    bench.workspace.current.edit(box_to(bench, 2, np.s_[5:20], np.s_[26:30]), "Paint")
+    bench.workspace.current.edit(bench.patch(2, np.s_[5:20], np.s_[26:30]), "Paint")
     effect.look(True)
     small = np.s_[:20, :30]
     frame = RGBDFrame(bench.frame.rgb[small], bench.frame.depth[small])
@@ -187,9 +178,9 @@ def test_blocks_of_one_frame_are_not_solved_in_another(bench, until):
 
 def test_an_edit_between_a_command_to_run_and_the_run_is_solved_after_it(bench, effect, until):
     bench.run_all()
-    bench.workspace.current.edit(box_to(bench, 3, np.s_[40:], np.s_[50:]), "Outline")
+    bench.workspace.current.edit(bench.patch(3, np.s_[40:], np.s_[50:]), "Outline")
     bench.runs.current.start({3})
-    bench.workspace.current.edit(box_to(bench, 2, np.s_[5:20], np.s_[26:30]), "Paint")
+    bench.workspace.current.edit(bench.patch(2, np.s_[5:20], np.s_[26:30]), "Paint")
     until(lambda: bench.document.changed_blocks() == [])
 
 
@@ -214,7 +205,7 @@ def test_a_command_during_a_stroke_can_be_undone_exactly(bench, views):
     former = bench.document.labels.copy()
     bench.workspace.select([1])
     editor.set_tool("paint")
-    bench.workspace.current.stroke(box_to(bench, 2, np.s_[5:20], np.s_[10:20]))
+    bench.workspace.current.stroke(bench.patch(2, np.s_[5:20], np.s_[10:20]))
     commands.delete()
     bench.document.undo_stack.undo()
     np.testing.assert_array_equal(bench.document.labels, former)
@@ -224,7 +215,7 @@ def test_a_command_during_a_stroke_can_be_undone_exactly(bench, views):
 def test_an_export_says_what_its_results_lack(bench):
     bench.run_all()
     assert behind(bench.document) == ""
-    bench.workspace.current.edit(box_to(bench, 3, np.s_[40:], np.s_[50:]), "Outline")
+    bench.workspace.current.edit(bench.patch(3, np.s_[40:], np.s_[50:]), "Outline")
     bench.workspace.parameters.set(bench.workspace.parameters.current.replace(max_iterations=7))
     assert behind(bench.document) == (
         "Not run in their current state, so that their missing depth stays missing: 2 of 3 blocks. "
@@ -254,7 +245,7 @@ def test_of_a_drag_the_results_are_kept_that_undo_and_redo_lead_to(bench, until,
     solve()
     document.undo_stack.redo()
     assert document.is_up_to_date(1)
-    workspace.current.edit(box_to(bench, 2, np.s_[5:20], np.s_[26:30]), "Paint")
+    workspace.current.edit(bench.patch(2, np.s_[5:20], np.s_[26:30]), "Paint")
     solve()
     assert sorted(kept()) == [109, 109, first.max_iterations], "undo may bring back the other state"
 
@@ -264,7 +255,7 @@ def test_a_preview_is_not_shown_where_its_block_is_no_more(bench):
     block = bench.document.valid_results()[1].block
     bench.document.add_records(1, [])
     bench.document.add_previews([(block, np.full(block.mask.sum(), 9.0, np.float32))])
-    bench.workspace.current.edit(box_to(bench, 2, np.s_[5:20], np.s_[26:30]), "Paint")
+    bench.workspace.current.edit(bench.patch(2, np.s_[5:20], np.s_[26:30]), "Paint")
     depth = bench.document.current_depth()
     assert (depth[5:20, 26:30] != 9.0).all()
     assert (depth[:, :26] == 9.0).all()

@@ -684,20 +684,15 @@ def test_without_a_frame_there_is_a_hint_and_a_deaf_mouse(views):
     assert not view_of(views).isVisible()
 
 
-def test_a_new_palette_repaints_background_and_hatch(views, qapp, qtbot):
-    before, sheet = qapp.palette(), qapp.styleSheet()
+def test_a_new_palette_repaints_background_and_hatch(views, qapp, any_theme, qtbot):
     seen = {}
-    try:
-        for name in ("light", "dark"):
-            theme.apply_theme(qapp, name)
-            qtbot.waitUntil(lambda name=name: theme.is_dark(views.palette()) == (name == "dark"))
-            view = view_of(views, "depth-in")
-            expected = theme.colours(views.palette()).background
-            assert colour_at(view, QPoint(1, 1)) == expected.getRgb()[:3]
-            seen[name] = colour_at(view, place(view, 15, 15))
-    finally:
-        qapp.setStyleSheet(sheet)
-        qapp.setPalette(before)
+    for name in ("light", "dark"):
+        theme.apply_theme(qapp, name)
+        qtbot.waitUntil(lambda name=name: theme.is_dark(views.palette()) == (name == "dark"))
+        view = view_of(views, "depth-in")
+        expected = theme.colours(views.palette()).background
+        assert colour_at(view, QPoint(1, 1)) == expected.getRgb()[:3]
+        seen[name] = colour_at(view, place(view, 15, 15))
     assert min(seen["light"]) > max(seen["dark"]) + 60
 
 

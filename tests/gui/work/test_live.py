@@ -14,7 +14,7 @@ from ilf.data.results import Completion
 from ilf.evaluation.edit_summary import EditSummary
 from ilf.run.run import Run
 from ilf.segmentation.editing.cleaning import merge
-from ilf.segmentation.editing.patches import LabelPatch, patch_between
+from ilf.segmentation.editing.patches import LabelPatch
 
 from ..states import QUICK
 
@@ -47,11 +47,7 @@ def line(bench, live, qtbot):
 
 
 def _patch(bench, label: int, column: int = 26) -> LabelPatch:
-    labels = bench.document.labels.copy()
-    labels[5:20, column:34] = label
-    patch = patch_between(bench.document.labels, labels)
-    assert patch is not None
-    return patch
+    return bench.patch(label, np.s_[5:20], np.s_[column:34])
 
 
 def _asked(bench) -> list[list[int]]:
@@ -83,9 +79,7 @@ def test_touched_blocks_are_solved_again_the_chosen_one_first(bench, solver, unt
 
 def test_blocks_that_an_edit_does_not_touch_are_left_alone(bench, solver, until):
     bench.run_all()
-    labels = bench.document.labels.copy()
-    labels[40:, 50:] = 3
-    bench.workspace.current.edit(patch_between(bench.document.labels, labels), "Outline")
+    bench.workspace.current.edit(bench.patch(3, np.s_[40:], np.s_[50:]), "Outline")
     until(lambda: bench.document.changed_blocks() == [])
     assert _asked(bench)[1:] == [[2, 3]]
 
@@ -156,9 +150,7 @@ def test_the_normal_run_is_of_what_has_changed(bench, until):
     bench.script.allow()
     bench.runs.current.start_changed()
     until(lambda: len(bench.said) == 1)
-    labels = bench.document.labels.copy()
-    labels[40:, 50:] = 3
-    bench.workspace.current.edit(patch_between(bench.document.labels, labels), "Outline")
+    bench.workspace.current.edit(bench.patch(3, np.s_[40:], np.s_[50:]), "Outline")
     bench.runs.current.start_changed()
     until(lambda: len(bench.said) == 2)
     bench.runs.current.start_changed()
