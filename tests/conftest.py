@@ -115,6 +115,15 @@ def shown(qtbot: QtBot) -> Callable[..., Any]:
 
 
 @pytest.fixture
+def any_theme(qapp: Any) -> Iterator[None]:
+    """A test may apply themes: the former one comes back."""
+    palette, sheet = qapp.palette(), qapp.styleSheet()
+    yield
+    qapp.setStyleSheet(sheet)
+    qapp.setPalette(palette)
+
+
+@pytest.fixture
 def small_frame() -> RGBDFrame:
     """48 x 64: two slanted planes that meet in a colour edge and a depth jump, with a hole in each."""
     rows, columns = np.mgrid[:48, :64]

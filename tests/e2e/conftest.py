@@ -12,6 +12,7 @@ from gui.app.main_window import MainWindow
 from gui.base import theme
 from gui.features.export.dialog import Export
 from gui.features.export.feature import ExportFeature
+from gui.features.status import StatusFeature
 from gui.work.frame_runs import RunState
 from ilf.data.frame import RGBDFrame
 from ilf.run.options import ExportOptions
@@ -80,10 +81,28 @@ def run_all(qtbot):
     return run
 
 
+def activate(window, qtbot):
+    """Let the window have the keyboard."""
+    window.activateWindow()
+    qtbot.waitUntil(window.isActiveWindow)
+
+
+def readout(window, pixel) -> str:
+    """Return what is said of the pixel under the pointer."""
+    status = window.feature(StatusFeature)
+    status.point_at(pixel)
+    return status.bar.readout.text()
+
+
+def loaded(window, qtbot, do, *what):
+    """Do something that opens frames, and wait until they are there."""
+    with qtbot.waitSignal(window.loader.idle):
+        do(*what)
+
+
 def open_frame(window, qtbot, source: FrameRef):
     """Open a frame and wait until its blocks are there."""
-    with qtbot.waitSignal(window.loader.idle):
-        window.loader.open(source)
+    loaded(window, qtbot, window.loader.open, source)
     window.refresh.now()
 
 
@@ -96,13 +115,9 @@ def reported(window, monkeypatch):
 
 
 @pytest.fixture
-def themed(qapp):
+def themed(qapp, any_theme):
     """The style of the program, which determines the sizes of its parts."""
-    palette, sheet = qapp.palette(), qapp.styleSheet()
     theme.apply_theme(qapp, "light")
-    yield
-    qapp.setStyleSheet(sheet)
-    qapp.setPalette(palette)
 
 
 def export(window, qtbot, folder: Path, options: ExportOptions | None = None):

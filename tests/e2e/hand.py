@@ -63,7 +63,11 @@ def key(window: MainWindow, code: Qt.Key, modifier: Qt.KeyboardModifier = PLAIN)
 
 
 def turn_wheel(window: MainWindow, point: Point, notches: int, modifier: Qt.KeyboardModifier = PLAIN) -> None:
-    target, at = viewport(window), QPointF(place(window, point))
+    wheel(viewport(window), QPointF(place(window, point)), notches, modifier)
+
+
+def wheel(target: QWidget, at: QPointF, notches: int = 1, modifier: Qt.KeyboardModifier = PLAIN) -> None:
+    """Turn the wheel over a place of a widget."""
     event = QWheelEvent(
         at,
         target.mapToGlobal(at),

@@ -1,14 +1,11 @@
 """The cloud in the window: what it shows of the frame, how it is linked with the images, where it stands."""
 
-from collections.abc import Callable
-
 import numpy as np
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtGui import QImage
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QDockWidget
 
-from gui.app.main_window import MainWindow
 from gui.features.cloud import CloudFeature
 from gui.features.expected_error import ErrorFeature
 from gui.features.status import StatusFeature
@@ -17,8 +14,6 @@ from gui.views.cloud.canvas import HINT
 from gui.views.cloud.colouring import ColourBy
 from ilf.evaluation.measuring import measure
 from ilf.project.run_history import StoredRun
-
-Run = Callable[[MainWindow], None]
 
 
 def shown(window, qtbot):
@@ -41,7 +36,6 @@ def place_of(window, pixel):
     """Where the point of a pixel is on the canvas."""
     canvas = window.cloud.canvas
     index = canvas.scene.index_of(pixel)
-    assert index is not None
     x, y, _ = canvas.camera.project(canvas.scene.points[index : index + 1], canvas.width(), canvas.height())[0]
     return QPoint(round(x), round(y))
 
@@ -57,7 +51,6 @@ def test_the_cloud_follows_what_is_known_of_the_frame(opened, qtbot, run_all):
 
     run_all(opened)
     completion = document.completion()
-    assert completion is not None
     assert len(shown(opened, qtbot)) == np.isfinite(completion.depth).sum()
     cloud.canvas.setFocus()
     QTest.keyPress(cloud.canvas, Qt.Key.Key_X)
@@ -82,7 +75,6 @@ def test_the_cloud_follows_what_is_known_of_the_frame(opened, qtbot, run_all):
     opened.workspace.current.compare_runs([other])
     cloud.set_colour_by(ColourBy.DIFFERENCE)
     colouring = shown(opened, qtbot).colouring
-    assert colouring.layer is not None
     assert colouring.unit == "mm"
 
     opened.workspace.select([1])

@@ -7,6 +7,8 @@ from gui.base.commands import action_entries, command, why_not
 from gui.base.needs import Need
 from gui.features.context import Feature
 
+from .conftest import activate
+
 _CTRL_ALT = Qt.KeyboardModifier.ControlModifier | Qt.KeyboardModifier.AltModifier
 
 
@@ -27,8 +29,7 @@ def test_a_new_command_is_one_method(window, opened, qtbot):
     _DONE.clear()
     _Counter(opened.context)
     opened.actions_.refresh()
-    opened.activateWindow()
-    qtbot.waitUntil(opened.isActiveWindow)
+    activate(opened, qtbot)
     opened.workspace.select([])
     view, document = opened.views.cells["colour"].view, opened.workspace.current
     entry = next(entry for entry in action_entries(opened) if entry.key == "count_blocks")

@@ -1,12 +1,9 @@
 """Two depths compared in the real window, what its views are given to show, and the range of their colours."""
 
-from collections.abc import Callable
-
 import numpy as np
 import pytest
 from PySide6.QtCore import Qt
 
-from gui.app.main_window import MainWindow
 from gui.features.colour_range import ColourRange
 from gui.features.compare import CompareFeature
 from gui.features.expected_error import ErrorFeature
@@ -15,19 +12,12 @@ from gui.views.layouts import LAYOUTS
 from ilf import preset
 from ilf.sources.frame_ref import FrameRef
 
-from .conftest import open_frame, write_frame
-
-Run = Callable[[MainWindow], None]
-
-
-def part(window, kind):
-    return window.feature(kind)
+from .conftest import open_frame, readout, write_frame
 
 
 def settle(window, qtbot):
     window.refresh.now()
-    looking = part(window, CompareFeature)
-    assert isinstance(looking, CompareFeature)
+    looking = window.feature(CompareFeature)
     qtbot.waitUntil(lambda: not looking.derived.busy and not window.feature(ErrorFeature).busy)
     window.refresh.now()
 
@@ -57,18 +47,18 @@ def test_runs_come_to_the_views_and_one_looks_at_the_other_while_a_key_is_held(r
     assert cell.concrete == "difference:result:run-1"
     out = window.views.cells["depth-out"]
     row, column = np.argwhere(out.picture.drawn[0] != kept.completion.depth)[0]
-    now = out.picture.value_at(column, row)
+    now, difference = out.picture.value_at(column, row), cell.picture.value_at(column, row)
     out.view.setFocus()
     qtbot.keyPress(out.view, Qt.Key.Key_V)
     assert out.picture.value_at(column, row) == kept.completion.depth[row, column] != now
     assert out.strip.title == "Best"
+    assert cell.picture.value_at(column, row) == difference != 0, "their difference stays to be seen"
     qtbot.keyRelease(out.view, Qt.Key.Key_V)
-    assert out.picture.value_at(column, row) == now
+    assert (out.picture.value_at(column, row), out.strip.title) == (now, "Depth out")
     window.actions_["swipe"].trigger()
     window.views.sides.move_to(window.workspace.current.frame.shape[1])
     assert out.picture.value_at(column, row) == kept.completion.depth[row, column]
-    window.feature(StatusFeature).point_at((int(column), int(row)))
-    assert "Best" in window.feature(StatusFeature).bar.readout.text()
+    assert "Best" in readout(window, (int(column), int(row)))
     document = window.workspace.current
     document.delete_runs(list(document.state.runs))
     window.refresh.now()
@@ -190,8 +180,7 @@ def test_a_truth_is_shown_and_the_readout_says_how_far_off_the_result_is(opened,
     cell = opened.views.cells["evaluation"]
     depth = opened.workspace.current.current_depth()
     assert cell.picture.value_at(4, 5) == pytest.approx(1000 * (depth[5, 4] - 2), abs=0.01)
-    opened.feature(StatusFeature).point_at((4, 5))
-    assert "truth 2.000 m" in opened.feature(StatusFeature).bar.readout.text()
+    assert "truth 2.000 m" in readout(opened, (4, 5))
     assert "error" in opened.feature(StatusFeature).bar.readout.text()
     opened.actions_["compare_two"].trigger()
     assert opened.views.sheet.layout_name == "grid"
@@ -199,10 +188,9 @@ def test_a_truth_is_shown_and_the_readout_says_how_far_off_the_result_is(opened,
 
 def test_the_range_is_dragged_typed_and_locked_over_frames(opened, run_all, qtbot, tmp_path, small_frame):
     run_all(opened)
-    ranges = part(opened, ColourRange)
-    assert isinstance(ranges, ColourRange)
+    panel = opened.feature(ColourRange)
     opened.actions_["show_range"].trigger()
-    panel, views = ranges, opened.views
+    views = opened.views
     opened.refresh.now()
     assert panel.visible
     assert "Depth in [m]" in panel.heading.text(), "the first view that has a range"

@@ -3,12 +3,12 @@
 import numpy as np
 from PySide6.QtCore import Qt
 
-from gui.features.status import StatusFeature
 from gui.features.tools import ToolsFeature
 from gui.work.frame_runs import RunState
 from ilf.run.replaying import replay
 from ilf.run.writing import write
 
+from .conftest import readout
 from .hand import CTRL, click, drag, key
 
 _Key = Qt.Key
@@ -43,8 +43,7 @@ def test_depth_by_hand(opened, qtbot, run_all, tmp_path):
     assert abs(float(depth[16, 14]) - 1.25) < 0.1
     window.refresh.now()
     assert "by hand" in [text for _, text in window.views.cells["depth-out"]._stripe_legend]
-    window.feature(StatusFeature).point_at((14, 16))
-    assert "by hand 1.250 m" in window.feature(StatusFeature).bar.readout.text()
+    assert "by hand 1.250 m" in readout(window, (14, 16))
 
     # undone, the earlier result is valid again without a run
     key(window, _Key.Key_Z, CTRL)
@@ -61,8 +60,7 @@ def test_depth_by_hand(opened, qtbot, run_all, tmp_path):
     qtbot.waitUntil(lambda: "proposed surface" in window.cloud.strip.title)
     shown = window.views.data.result
     assert abs(float(shown.depth[16, 14]) - (1.5 + 0.004 * 16)) < 0.01
-    window.feature(StatusFeature).point_at((14, 16))
-    assert "proposed 1.56" in window.feature(StatusFeature).bar.readout.text()
+    assert "proposed 1.56" in readout(window, (14, 16))
     assert document.blocks.by_hand is None
     key(window, _Key.Key_Escape)
     assert document.proposal is None
@@ -75,7 +73,6 @@ def test_depth_by_hand(opened, qtbot, run_all, tmp_path):
 
     # and a run exported from here is replayed bit for bit
     run, completion = document.run(workspace.parameters.current), document.completion()
-    assert completion is not None
     write(tmp_path / "out", run, completion)
     again = replay(tmp_path / "out" / "run.json")
     assert again.verdict(again.run.complete()) == ()

@@ -6,14 +6,13 @@ import numpy as np
 from pytestqt.qtbot import QtBot
 
 from gui.features.documents.open_dialog import OpenDialog
-from gui.features.status import StatusFeature
 from gui.project import loading
 from ilf.sources.frame_ref import FrameRef
 from ilf.sources.reading import load_frame, read_frame
 from ilf.sources.reading_options import DEPTH_VIEW, ReadingOptions
 from tests.ilf.two_cameras import write_pair
 
-from .conftest import export, open_frame
+from .conftest import export, loaded, open_frame, readout
 
 
 def _described(dialog: OpenDialog, qtbot: QtBot, text: str) -> None:
@@ -30,14 +29,12 @@ def test_the_open_dialog_asks_for_the_view_and_the_window_shows_it(window, qtbot
     dialog.view.setCurrentText("Depth camera")
     _described(dialog, qtbot, "In the depth camera's view: colour was brought into it, and sees")
     assert "64 x 56" in dialog.message.text()
-    with qtbot.waitSignal(window.loader.idle):
-        dialog.accept()
+    loaded(window, qtbot, dialog.accept)
     document = window.workspace.current
     assert document.frame.shape == pair.depth.shape
     qtbot.waitUntil(lambda: "desk 1 (depth camera's view)" in window.windowTitle())
     y, x = np.argwhere(~document.frame.brought.seen)[0]
-    window.feature(StatusFeature).point_at((int(x), int(y)))
-    assert "not seen by colour" in window.feature(StatusFeature).bar.readout.text()
+    assert "not seen by colour" in readout(window, (int(x), int(y)))
     run_all(window)
     export(window, qtbot, tmp_path / "out")
     assert np.load(tmp_path / "out/depth.npy").shape == pair.depth.shape
@@ -59,28 +56,24 @@ def test_frames_that_are_open_are_read_again_with_other_options(window, qtbot, t
     pair = write_pair(tmp_path / "desk")
     folder, entries = str(tmp_path / "desk"), window.workspace.entries
     for view, shape in ((None, pair.rgb.shape[:2]), (DEPTH_VIEW, pair.depth.shape), (None, pair.rgb.shape[:2])):
-        with qtbot.waitSignal(window.loader.idle):
-            window.documents.open_source(FrameRef(folder, options=ReadingOptions(view=view)))
+        loaded(window, qtbot, window.documents.open_source, FrameRef(folder, options=ReadingOptions(view=view)))
         assert window.workspace.current.frame.shape == shape
         names = [entry.name for entry in entries]
         assert len(names) == len(set(names))
         assert len(reads) == 1
         reads.clear()
     present = window.workspace.current
-    with qtbot.waitSignal(window.loader.idle):
-        window.documents.open_source(FrameRef(folder))
+    loaded(window, qtbot, window.documents.open_source, FrameRef(folder))
     assert window.workspace.current is present, "the same options: nothing is read again"
 
 
 def test_work_on_frames_is_asked_about_before_they_are_read_again(window, qtbot, tmp_path):
     write_pair(tmp_path / "desk")
     folder = str(tmp_path / "desk")
-    with qtbot.waitSignal(window.loader.idle):
-        window.documents.open_source(FrameRef(folder))
+    loaded(window, qtbot, window.documents.open_source, FrameRef(folder))
     present = window.workspace.current
     asked: list[str] = []
     window.project.ask_remove = lambda entries, then: asked.extend(entry.name for entry in entries)
-    with qtbot.waitSignal(window.loader.idle):
-        window.documents.open_source(FrameRef(folder, options=ReadingOptions(view=DEPTH_VIEW)))
+    loaded(window, qtbot, window.documents.open_source, FrameRef(folder, options=ReadingOptions(view=DEPTH_VIEW)))
     assert asked == [entry.name for entry in window.workspace.entries]
     assert window.workspace.current is present

@@ -10,8 +10,8 @@ from gui.features.status import StatusFeature
 from ilf import RGBDFrame
 from ilf.sources.frame_ref import FrameRef
 
-from .conftest import open_frame, write_frame
-from .hand import click, drag, place
+from .conftest import open_frame, readout, write_frame
+from .hand import click, drag, let_go, place
 
 
 @pytest.fixture
@@ -89,7 +89,10 @@ def test_erasing_takes_from_the_chosen_block_only_and_ctrl_swaps(editing):
     click(editing, (50, 24))
     editing.actions_["tool_erase"].trigger()
     editing.editor.options.brush_radius = 4.0
-    drag(editing, [(26, 24), (34, 24)])
+    drag(editing, [(26, 24), (34, 24)], release=False)
+    assert document.labels[24, 32] == 0, "under way, they are seen to go"
+    let_go(editing, (34, 24))
+    assert document.undo_stack.undoText() == "Erase from Block 1"
     changed = document.labels != before
     assert changed.any()
     assert (before[changed] == before[24, 50]).all()
@@ -108,7 +111,9 @@ def test_splitting_by_a_line_and_merging_again(editing):
     drag(editing, [(48, -1), (48, 20), (48, 49)])
     counts = document.counts()
     assert len(counts) == 3
-    assert document.labels[10, 40] != document.labels[10, 60]
+    assert document.labels[10, 40] == 1 != document.labels[10, 60], "the larger part keeps the name"
+    assert document.selected == [1]
+    assert document.undo_stack.undoText() == "Split Block 1"
     editing.workspace.select([int(document.labels[10, 40]), int(document.labels[10, 60])])
     editing.actions_["merge_blocks"].trigger()
     assert np.array_equal(document.labels, before)
@@ -123,12 +128,10 @@ def test_splitting_by_a_line_and_merging_again(editing):
 
 
 def test_readout_tells_block_and_depths(editing):
-    editing.feature(StatusFeature).point_at((50, 5))
-    text = editing.feature(StatusFeature).bar.readout.text()
+    text = readout(editing, (50, 5))
     assert "x 50, y 5" in text
     assert "in 2.650 m" in text
-    editing.feature(StatusFeature).point_at((45, 35))
-    assert "in missing" in editing.feature(StatusFeature).bar.readout.text()
+    assert "in missing" in readout(editing, (45, 35))
     document = editing.workspace.current
     rows, columns = document.frame.known.nonzero()
     row, column = int(rows[0]), int(columns[0])
@@ -136,11 +139,9 @@ def test_readout_tells_block_and_depths(editing):
     wrong = np.zeros(document.labels.shape, bool)
     wrong[row, column] = True
     editing.workspace.current.set_invalid_mask(wrong, "Distrust depth")
-    editing.feature(StatusFeature).point_at((column, row))
-    assert "invalid " in editing.feature(StatusFeature).bar.readout.text()
+    assert "invalid " in readout(editing, (column, row))
     assert "(locked)" in editing.feature(StatusFeature).bar.readout.text()
-    editing.feature(StatusFeature).point_at(None)
-    assert editing.feature(StatusFeature).bar.readout.text() == ""
+    assert readout(editing, None) == ""
 
 
 def test_a_frame_that_opens_in_the_middle_of_a_stroke_stays_as_it_is(editing, qtbot, tmp_path):

@@ -14,7 +14,6 @@ from gui.features.accuracy.hold_out_dialog import HoldOutDialog
 from gui.features.accuracy.panel import AccuracyPanel
 from gui.features.blocks.feature import BlocksFeature
 from gui.features.blocks.model import Column
-from gui.features.context import Feature
 from gui.features.filter import FilterPanel
 from gui.features.inspect.panel import InspectPanel
 from gui.features.presets import SavePresetDialog
@@ -31,10 +30,6 @@ from ilf.sources.frame_ref import FrameRef
 from ilf.sources.reading_options import ReadingOptions
 
 from .conftest import open_frame
-
-
-def part(window, kind: type[Feature]) -> Feature:
-    return window.feature(kind)
 
 
 @pytest.fixture
@@ -59,8 +54,7 @@ def errors_shown(window) -> list[str]:
 
 
 def test_errors_against_a_truth_and_on_hidden_depth(window, qtbot, frame_folder, ground_truth_file, run_all):
-    panel = part(window, AccuracyPanel)
-    assert isinstance(panel, AccuracyPanel)
+    panel = window.feature(AccuracyPanel)
     workspace, actions = window.workspace, window.actions_
     assert not actions["load_ground_truth"].isEnabled()
     assert not actions["hold_out_test"].isEnabled()

@@ -1,22 +1,18 @@
 """The expected error in the window: it follows the results, and is worked out only for those who look."""
 
-from collections.abc import Callable
-
 import numpy as np
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QMessageBox, QToolButton
 
-from gui.app.main_window import MainWindow
 from gui.features.expected_error import ErrorFeature
 from gui.features.filter import FilterPanel
-from gui.features.status import StatusFeature
 from gui.state.results import ErrorEstimate
 from ilf.completion.confidence.expected_error import expected_error
 from ilf.segmentation.editing.painting import brush_stroke, erase
 
-Run = Callable[[MainWindow], None]
+from .conftest import readout
 
 
 def _picture(window):
@@ -29,13 +25,11 @@ def test_it_comes_after_a_run_and_goes_with_the_results(opened, qtbot, run_all):
     qtbot.waitUntil(lambda: not opened.feature(ErrorFeature).busy and _picture(opened) is not None)
     document = opened.workspace.current
     completion = document.completion()
-    assert completion is not None
     expected = expected_error(completion)
     np.testing.assert_array_equal(_picture(opened) > 0, completion.filled)
 
     row, column = (int(places[0]) for places in np.nonzero(completion.filled))
-    opened.feature(StatusFeature).point_at((column, row))
-    text = opened.feature(StatusFeature).bar.readout.text()
+    text = readout(opened, (column, row))
     assert "\u00b1" in text
     shown, unit = text.rpartition("\u00b1 ")[2].split()
     metres = float(shown) * {"mm": 0.001, "m": 1.0}[unit]
@@ -43,17 +37,14 @@ def test_it_comes_after_a_run_and_goes_with_the_results(opened, qtbot, run_all):
     assert "unsupported" not in text
     everything = np.ones(document.frame.shape, bool)
     document.store_error_estimate(completion, ErrorEstimate(expected, everything))
-    opened.feature(StatusFeature).point_at((column, row))
-    assert "unsupported" in opened.feature(StatusFeature).bar.readout.text()
+    assert "unsupported" in readout(opened, (column, row))
     known_row, known_column = (int(places[0]) for places in np.nonzero(document.frame.known))
-    opened.feature(StatusFeature).point_at((known_column, known_row))
-    assert "\u00b1" not in opened.feature(StatusFeature).bar.readout.text()
+    assert "\u00b1" not in readout(opened, (known_column, known_row))
 
     opened.actions_["clear_results"].trigger()
     opened.refresh.now()
     assert _picture(opened) is None
-    opened.feature(StatusFeature).point_at((column, row))
-    assert "\u00b1" not in opened.feature(StatusFeature).bar.readout.text()
+    assert "\u00b1" not in readout(opened, (column, row))
 
 
 def test_after_an_edit_the_former_stays_until_there_is_a_newer(opened, qtbot, run_all):

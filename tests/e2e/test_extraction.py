@@ -20,7 +20,7 @@ from ilf.io.block_files import read_blocks
 from ilf.segmentation.extraction import Extraction, extract
 from ilf.sources.frame_ref import FrameRef
 
-from .conftest import open_frame, write_frame
+from .conftest import loaded, open_frame, write_frame
 
 
 @pytest.fixture
@@ -437,8 +437,7 @@ def test_a_frame_is_shown_before_its_blocks_are_found(window, qtbot, frame_folde
     mine[:20] = 7
     if works_meanwhile:
         window.workspace.current.replace_blocks(mine, "Mine")
-    with qtbot.waitSignal(window.loader.idle):
-        go_on.set()
+    loaded(window, qtbot, go_on.set)
     np.testing.assert_array_equal(document.labels > 0, np.ones(document.labels.shape, bool))
     assert document.undo_stack.count() == (2 if works_meanwhile else 0)
     if works_meanwhile:

@@ -15,7 +15,7 @@ from gui.work.frame_runs import RunState
 from ilf.cli import main as command_line
 from ilf.sources.frame_ref import FrameRef
 
-from .conftest import export, open_frame, write_frame
+from .conftest import export, loaded, open_frame, readout, write_frame
 
 
 @pytest.fixture
@@ -44,17 +44,22 @@ def _extrapolation(window, qtbot):
 
 def _open_run(window, qtbot, record: Path):
     window.actions_["close_frame"].trigger()
-    with qtbot.waitSignal(window.loader.idle):
-        window.documents.open_paths([record])
+    loaded(window, qtbot, window.documents.open_paths, [record])
     window.refresh.now()
+
+
+def _run_and_open(window, qtbot, run_all, folder: Path):
+    """Open the record of a run that was just exported."""
+    run_all(window)
+    export(window, qtbot, folder)
+    _open_run(window, qtbot, folder / "run.json")
 
 
 def test_guesses_are_striped_named_and_counted(margin, qtbot, run_all):
     assert not margin.actions_["extrapolate"].isEnabled()
     run_all(margin)
     cell = margin.views.cells["depth-out"]
-    margin.feature(StatusFeature).point_at((30, 1))
-    assert "out missing" in margin.feature(StatusFeature).bar.readout.text()
+    assert "out missing" in readout(margin, (30, 1))
     before = margin.workspace.current.completion()
     _extrapolation(margin, qtbot)
     completion = margin.workspace.current.completion()
@@ -65,8 +70,7 @@ def test_guesses_are_striped_named_and_counted(margin, qtbot, run_all):
     assert (cell.view.image.image[completion.extrapolated] == 0).all()
     assert (cell.picture.below.image[completion.extrapolated] > 0).all()
     assert "(extrapolated)" in margin.feature(StatusFeature).bar.readout.text()
-    margin.feature(StatusFeature).point_at((30, 10))
-    assert "extrapolated" not in margin.feature(StatusFeature).bar.readout.text()
+    assert "extrapolated" not in readout(margin, (30, 10))
     assert re.search(r"out \d\.\d+ m.* [+-]\d+\.\d mm", margin.feature(StatusFeature).bar.readout.text())
     assert not margin.actions_["extrapolate"].isEnabled()
     margin.cloud.set_colour_by(ColourBy.FILLED)
@@ -125,9 +129,7 @@ def test_an_input_that_was_replaced_is_refused(opened, qtbot, run_all, reported,
 def test_a_run_that_does_not_come_out_as_recorded_says_by_how_much(
     opened, qtbot, run_all, reported, tmp_path, monkeypatch
 ):
-    run_all(opened)
-    export(opened, qtbot, tmp_path / "out")
-    _open_run(opened, qtbot, tmp_path / "out" / "run.json")
+    _run_and_open(opened, qtbot, run_all, tmp_path / "out")
     from ilf.completion import block
 
     honest = block.block_depth
@@ -138,9 +140,7 @@ def test_a_run_that_does_not_come_out_as_recorded_says_by_how_much(
 
 def test_another_run_than_the_recorded_one_is_not_judged(opened, qtbot, run_all, reported, tmp_path):
     """With other parameters, other distrusted depth or other drawn borders."""
-    run_all(opened)
-    export(opened, qtbot, tmp_path / "out")
-    _open_run(opened, qtbot, tmp_path / "out" / "run.json")
+    _run_and_open(opened, qtbot, run_all, tmp_path / "out")
     document, mask = opened.workspace.current, np.zeros(opened.workspace.current.frame.shape, bool)
     mask[:4, :4] = True
     opened.workspace.parameters.set(ilf.preset("paper"))

@@ -17,6 +17,8 @@ from ilf.run.options import ExportOptions
 from ilf.sources.frame_ref import FrameRef
 from tests.pins.window.hand import dragged
 
+from .conftest import loaded
+
 
 def _drop(window, *paths: Path):
     data = QMimeData()
@@ -36,8 +38,7 @@ def test_what_cannot_be_read_or_written_leaves_the_open_frame_alone(opened, qtbo
     document = opened.workspace.current
     picture = tmp_path / "picture.png"
     cv2.imwrite(str(picture), np.zeros((48, 64, 3), np.uint8))
-    with qtbot.waitSignal(opened.loader.idle):
-        opened.loader.open(FrameRef(str(picture), str(picture)))
+    loaded(opened, qtbot, opened.loader.open, FrameRef(str(picture), str(picture)))
     assert "not depth" in reported[0]
     assert len(reported) == 1
     assert opened.workspace.open == [document]
@@ -99,8 +100,7 @@ def test_files_are_taken_as_copies_and_by_the_window_alone(window, qtbot, frame_
     assert not window.drops.isVisible()
     window.dragEnterEvent(entered)
     dropped = _dragged(QDropEvent, files, either)
-    with qtbot.waitSignal(window.loader.idle):
-        window.dropEvent(dropped)
+    loaded(window, qtbot, window.dropEvent, dropped)
     assert (dropped.isAccepted(), dropped.dropAction()) == (True, Qt.DropAction.CopyAction)
     assert not window.drops.isVisible()
     assert window.workspace.current.name == "two-planes"
@@ -112,8 +112,7 @@ def test_dropping_what_is_no_frame_says_so(window, qtbot, reported, tmp_path):
     for content in (None, "{not json"):
         if content is not None:
             path.write_text(content)
-        with qtbot.waitSignal(window.loader.idle):
-            _drop(window, tmp_path if content is None else path)
+        loaded(window, qtbot, _drop, window, tmp_path if content is None else path)
     assert ["meta.json" in reported[0], "run.json" in reported[1], len(reported)] == [True, True, 2]
     assert not window.workspace.has_current
 
@@ -174,8 +173,7 @@ def test_a_filter_without_its_network_is_told_of_in_the_log_and_in_the_table(ope
 def test_without_intrinsics_the_cloud_tab_says_what_to_do(window, qtbot, tmp_path):
     cv2.imwrite(str(tmp_path / "rgb.png"), np.full((20, 30, 3), 90, np.uint8))
     cv2.imwrite(str(tmp_path / "depth.png"), np.full((20, 30), 1500, np.uint16))
-    with qtbot.waitSignal(window.loader.idle):
-        window.loader.open(FrameRef(str(tmp_path / "rgb.png"), str(tmp_path / "depth.png")))
+    loaded(window, qtbot, window.loader.open, FrameRef(str(tmp_path / "rgb.png"), str(tmp_path / "depth.png")))
     window.centre.show_cloud()
     window.refresh.now()
     assert "intrinsics" in window.cloud.canvas.message

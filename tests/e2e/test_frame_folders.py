@@ -17,7 +17,7 @@ from ilf.project.missing_files import folder_projects_dir
 from ilf.project.project import Stage
 from ilf.segmentation.editing.patches import patch_between
 
-from .conftest import write_frame
+from .conftest import activate, loaded, write_frame
 
 COUNT = 6
 
@@ -38,20 +38,16 @@ def folder(tmp_path, small_frame):
 def listed(window, qtbot, folder):
     """The window with the folder's list, and the first frame open."""
     window.recorder.start()
-    with qtbot.waitSignal(window.loader.idle):
-        window.documents.open_paths([folder])
+    loaded(window, qtbot, window.documents.open_paths, [folder])
     return window
 
 
 def _go(window, qtbot, command="next_frame"):
-    with qtbot.waitSignal(window.loader.idle):
-        window.actions_[command].trigger()
+    loaded(window, qtbot, window.actions_[command].trigger)
 
 
 def _present(window):
-    entry = window.workspace.entries.of(window.workspace.current.id)
-    assert entry is not None
-    return entry
+    return window.workspace.entries.of(window.workspace.current.id)
 
 
 def test_folder_is_worked_through_and_left_frames_come_back(listed, qtbot, folder):
@@ -105,8 +101,7 @@ def test_the_film_strip_goes_from_frame_to_frame(listed, qtbot):
     assert _present(listed) is entries[1]
     for _ in range(2):
         QTest.keyClick(strip, Qt.Key.Key_Right)
-    with qtbot.waitSignal(listed.loader.idle):
-        QTest.keyClick(strip, Qt.Key.Key_Return)
+    loaded(listed, qtbot, QTest.keyClick, strip, Qt.Key.Key_Return)
     assert _present(listed) is entries[3]
     _go(listed, qtbot)
     qtbot.waitUntil(lambda: strip.currentIndex().data(ENTRY) is entries[4])
@@ -119,8 +114,7 @@ def test_the_film_strip_goes_from_frame_to_frame(listed, qtbot):
     qtbot.waitUntil(lambda: strip.isVisible() and not strip.is_strip)
     listed.panels.toggle_all()
     qtbot.waitUntil(lambda: strip.isVisible() and strip.is_strip)
-    listed.activateWindow()
-    qtbot.waitUntil(listed.isActiveWindow)
+    activate(listed, qtbot)
     listed.actions_["note_frame"].trigger()
     qtbot.waitUntil(listed.feature(FramesFeature).panel.note.hasFocus)
     qtbot.wait(50)
@@ -197,8 +191,7 @@ def test_work_on_a_folder_is_there_again_the_next_time(another, qtbot, folder, s
     labels[:8, :8] = 0
     window.workspace.current.edit(patch_between(window.workspace.current.labels, labels), "Erase")
     assert window.project.present.unsaved
-    with qtbot.waitSignal(window.project.saving.saved):
-        window.actions_["save_project"].trigger()
+    _save(window, qtbot)
     assert not window.project.present.unsaved
     assert os.name != "posix" or stat.S_IMODE(folder_projects_dir().stat().st_mode) == 0o700, "it is the user's own"
     assert not window.project.recent.origins, "its folder is among the recent frames"

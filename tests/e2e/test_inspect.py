@@ -98,11 +98,8 @@ def test_statistics_of_block_and_rectangle_beside_each_other(opened, qtbot, run_
     qtbot.waitUntil(lambda: part.statistics.isVisible())
     window.workspace.select([1])
     depth = document.current_depth()
-    assert depth is not None
     camera = document.frame.intrinsics
     raw, result = (surface_statistics(values, document.labels == 1, camera) for values in (document.frame.depth, depth))
-    assert raw.plane is not None
-    assert result.plane is not None
     text = numbers(window, qtbot)
     assert f"Missing\t{100 * raw.missing_share:.1f} %\t{100 * result.missing_share:.1f} %" in text
     assert f"Tilt\t{raw.plane.tilt:.1f}°\t{result.plane.tilt:.1f}°" in text
@@ -136,7 +133,6 @@ def test_measurements_are_listed_copied_deleted_and_taken_back(opened, qtbot, ru
     rows = part.measurements.rows
     assert [(row.name, "filled depth" in row.hint) for row in rows] == [("1", True), ("2", False)]
     document, depth = window.workspace.current, window.workspace.current.current_depth()
-    assert depth is not None
     wanted = measure(depth, window.workspace.current.state.looked.measurements[1], document.frame.intrinsics)
     assert rows[1].cells == (f"{wanted.distance:.3f} m", f"{wanted.height:+.3f} m")
     assert len(shown(window)) == 2

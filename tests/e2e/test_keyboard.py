@@ -13,6 +13,7 @@ from gui.features.status import StatusFeature
 from gui.tools.kinds import KINDS
 from gui.views.image_view import ImageView
 
+from .conftest import activate
 from .hand import CTRL, PLAIN, SHIFT, hover, key
 
 _Key = Qt.Key
@@ -22,8 +23,7 @@ _Key = Qt.Key
 def typing(opened, qtbot):
     """The window on a frame of two blocks that meet at x = 30; the focus is in the colour view."""
     opened.editor.set_option("leash", 0)
-    opened.activateWindow()
-    qtbot.waitUntil(opened.isActiveWindow)
+    activate(opened, qtbot)
     qtbot.waitUntil(lambda: opened.editor.edge_data is not None)
     opened.views.cells["colour"].view.setFocus()
     return opened
@@ -43,7 +43,6 @@ def _go(window, x: int, y: int):
 
 
 def _at(window) -> tuple[int, int]:
-    assert window.views.navigation.pixel is not None
     return window.views.navigation.pixel
 
 
@@ -57,9 +56,7 @@ def _drag(window, *points: tuple[int, int]):
 
 
 def _focus() -> QWidget:
-    focus = QApplication.focusWidget()
-    assert focus is not None
-    return focus
+    return QApplication.focusWidget()
 
 
 def test_a_border_is_drawn_anew_by_keys(typing):

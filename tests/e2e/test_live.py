@@ -1,22 +1,17 @@
 """Moving a slider of the filter solves the chosen block anew; and several blocks run at once."""
 
-from collections.abc import Callable
-
 import numpy as np
 import pytest
 from PySide6.QtCore import QSettings
 from PySide6.QtWidgets import QSlider
 
 import ilf
-from gui.app.main_window import MainWindow
 from gui.features.blocks.feature import block_rows
 from gui.features.curves import CurvesFeature
 from gui.features.filter import FilterPanel
 from gui.state.parts import Part
 from gui.work.frame_runs import RunState
 from ilf.data.results import BlockResult
-
-Run = Callable[[MainWindow], None]
 
 
 @pytest.fixture

@@ -10,7 +10,7 @@ from ilf.project.file import open_project
 from ilf.sources.frame_ref import FrameRef
 
 from ..ilf.small_sequences import CAMERA, exact_view, pose_of, write_sequence
-from .conftest import open_frame
+from .conftest import loaded, open_frame
 
 
 def open_sequence(window, qtbot, folder, number=2, intrinsics=CAMERA):
@@ -21,8 +21,7 @@ def open_sequence(window, qtbot, folder, number=2, intrinsics=CAMERA):
     with qtbot.waitSignal(window.loader.listed):
         window.loader.open_folder(source, show=False)
     entries = window.workspace.entries
-    with qtbot.waitSignal(window.loader.idle):
-        window.loader.open_entry(entries[number])
+    loaded(window, qtbot, window.loader.open_entry, entries[number])
     window.refresh.now()
     return window.workspace.current
 

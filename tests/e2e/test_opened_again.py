@@ -6,7 +6,7 @@ import pytest
 from ilf.sources.frame_ref import FrameRef
 from ilf.sources.reading_options import ReadingOptions
 
-from .conftest import open_frame, write_frame
+from .conftest import loaded, open_frame, write_frame
 
 
 @pytest.fixture
@@ -24,8 +24,8 @@ def test_with_a_camera_it_keeps_the_work_on_it(window, qtbot, images, run_all):
     run_all(window)
     completed = present.completion().depth
     assert present.frame.intrinsics is None
-    with qtbot.waitSignal(window.loader.idle):
-        window.documents.open_source(FrameRef(*images, options=ReadingOptions(intrinsics=(500, 500, 31.5, 23.5))))
+    with_camera = ReadingOptions(intrinsics=(500, 500, 31.5, 23.5))
+    loaded(window, qtbot, window.documents.open_source, FrameRef(*images, options=with_camera))
     assert window.workspace.current is present
     assert len(window.workspace.entries) == 1
     assert present.frame.intrinsics.fx == present.completion().run.frame.intrinsics.fx == 500
@@ -40,8 +40,7 @@ def test_with_other_units_it_is_replaced_after_asking(window, qtbot, images):
     present = window.workspace.current
     asked: list[str] = []
     window.project.ask_remove = lambda entries, then: (asked.extend(entry.name for entry in entries), then())
-    with qtbot.waitSignal(window.loader.idle):
-        window.documents.open_source(FrameRef(*images, options=ReadingOptions(depth_units=2000)))
+    loaded(window, qtbot, window.documents.open_source, FrameRef(*images, options=ReadingOptions(depth_units=2000)))
     assert asked == [present.name]
     assert window.workspace.current is not present
     assert np.nanmedian(window.workspace.current.frame.depth) == pytest.approx(np.nanmedian(present.frame.depth) / 2)

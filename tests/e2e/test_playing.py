@@ -19,6 +19,7 @@ from ilf.data.presets import preset
 from ilf.errors import InputError
 
 from ..ilf.small_sequences import sequence, write_sequence
+from .conftest import loaded
 from .test_neighbours import open_sequence
 
 COUNT = 4
@@ -90,8 +91,7 @@ def test_all_frames_are_shown_in_order_with_stored_results_and_edits_stay(listed
     assert changes[2].depth_out is None
     assert changes[1].text == "1 frame before, by poses"
 
-    with qtbot.waitSignal(window.loader.idle):
-        window.loader.open_entry(entries[0])
+    loaded(window, qtbot, window.loader.open_entry, entries[0])
     assert np.array_equal(workspace.current.labels, np.ones(first.frame.shape)), "the edit was stored"
     assert np.array_equal(workspace.current.completion().depth, completed, equal_nan=True)
 
@@ -180,8 +180,7 @@ def test_flicker_of_the_current_frame_is_against_the_one_before_it(listed, qtbot
     cell = views.cells["flicker"]
     for number in (0, 1):
         if number:
-            with qtbot.waitSignal(window.loader.idle):
-                window.actions_["next_frame"].trigger()
+            loaded(window, qtbot, window.actions_["next_frame"].trigger)
         window.refresh.now()
         assert cell.picture.value_at(40, 5) is None
         workspace.current.replace_blocks(np.ones(workspace.current.frame.shape, np.int32), "One block")

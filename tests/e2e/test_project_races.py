@@ -12,7 +12,7 @@ from ilf.project.file import open_project, save_project
 from ilf.sources.frame_ref import FrameRef
 from ilf.sources.reading_options import ReadingOptions
 
-from .conftest import write_frame
+from .conftest import loaded, write_frame
 
 
 def _saved(window, qtbot, path):
@@ -113,8 +113,7 @@ def test_saved_work_is_not_replaced_unasked_by_the_same_frame_named_or_read_othe
     _saved(opened, qtbot, tmp_path / "room.ilf")
     workspace.unload(workspace.current)
     opened.project.discard_silently = False
-    with qtbot.waitSignal(opened.loader.idle):
-        documents.open_source(FrameRef(os.path.relpath(frame_folder)))
+    loaded(opened, qtbot, documents.open_source, FrameRef(os.path.relpath(frame_folder)))
     assert workspace.current.info(1).name == "Wall"
     workspace.unload(workspace.current)
     documents.open_source(FrameRef(str(frame_folder), options=ReadingOptions(depth_units=2000.0)))
@@ -123,6 +122,6 @@ def test_saved_work_is_not_replaced_unasked_by_the_same_frame_named_or_read_othe
     assert list(workspace.entries) == [entry]
     assert not opened.loader.busy
     opened.project.discard_silently = True
-    with qtbot.waitSignal(opened.loader.idle):
-        documents.open_source(FrameRef(str(frame_folder), options=ReadingOptions(depth_units=2000.0)))
+    nearer = FrameRef(str(frame_folder), options=ReadingOptions(depth_units=2000.0))
+    loaded(opened, qtbot, documents.open_source, nearer)
     assert [one.id for one in workspace.entries] == [workspace.current.id] != [entry.id]

@@ -277,11 +277,14 @@ def test_values_for_all_frames_or_for_one(listed, part, qtbot):
     offered = [button.defaultAction().objectName() for button in row.findChildren(QToolButton) if button.isVisible()]
     assert offered == ["share_parameters", "reset_to_shared"], "only a frame with parameters of its own has them"
     assert (first.state.common.smoothness, second.state.common.smoothness) == (3.0, 5.0)
+    assert window.actions_["undo"].text() == "Undo Set Smoothness"
     assert workspace.entries[1].summary.own_parameters
     third = propagate_state(window, part, qtbot, "propagate_next")  # the values of runs go along, as its own
     assert (third.state.common.smoothness, third.state.own_parameters) == (5.0, True)
     window.actions_["reset_to_shared"].trigger()
     assert (third.state.common.smoothness, third.state.own_parameters) == (3.0, False)
+    window.actions_["undo"].trigger()
+    assert (third.state.common.smoothness, third.state.own_parameters) == (5.0, True)
     workspace.show(first)
     window.refresh.now()
     assert row.box.currentText() == Sharing.ALL

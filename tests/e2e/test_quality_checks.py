@@ -19,7 +19,7 @@ from ilf.evaluation.quality.remedies import Remedy
 from ilf.segmentation.editing.patches import patch_between
 from ilf.sources.frame_ref import FrameRef
 
-from .conftest import open_frame, write_frame
+from .conftest import activate, open_frame, write_frame
 from .hand import click, key
 
 HEIGHT, WIDTH = 108, 144
@@ -281,8 +281,7 @@ def test_places_and_a_suggestion_are_found_at_once_and_another_frame_has_its_own
 def test_enter_applies_the_remedy_wherever_the_focus_is(window, qtbot, tmp_path, frame_folder):
     open_frame(window, qtbot, FrameRef(str(frame_folder)))
     opened_with(window, qtbot, tmp_path, walls(WIDTH))
-    window.activateWindow()
-    qtbot.waitUntil(window.isActiveWindow)
+    activate(window, qtbot)
     document, table = window.workspace.current, window.feature(BlocksFeature).table
     strip = window.feature(FramesFeature).panel.view
 

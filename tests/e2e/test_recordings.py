@@ -12,6 +12,7 @@ from gui.features.project.missing import MissingFilesDialog
 from ilf.sources.opening import close_all
 from tests.ilf.bags import COLOUR, DEPTH, storage_of, write_aligned
 
+from .conftest import loaded
 from .test_projects import open_project, save, show
 
 KEYS = ("1600000000.000000000", "1600000000.033000000", "1600000000.066000000")
@@ -24,8 +25,7 @@ def nothing_left_open():
 
 
 def _open(window: MainWindow, qtbot: QtBot, path: Path) -> None:
-    with qtbot.waitSignal(window.loader.idle):
-        window.documents.open_paths([path])
+    loaded(window, qtbot, window.documents.open_paths, [path])
 
 
 def test_frames_of_a_recording_are_listed_and_gone_through(window, qtbot, tmp_path):
@@ -39,11 +39,9 @@ def test_frames_of_a_recording_are_listed_and_gone_through(window, qtbot, tmp_pa
     pictures = window.feature(FramesFeature).panel.thumbnails
     qtbot.waitUntil(lambda: pictures.of(entries[2]) is not None)
     picture = pictures.of(entries[2])
-    assert picture is not None
     assert (picture.width(), picture.height()) == (160, 120)
     for key in KEYS[1:]:
-        with qtbot.waitSignal(window.loader.idle):
-            window.actions_["next_frame"].trigger()
+        loaded(window, qtbot, window.actions_["next_frame"].trigger)
         assert workspace.current.frame.inputs.frame == key
     _open(window, qtbot, path)
     assert len(entries) == 3, "frames that are there already do not come again"

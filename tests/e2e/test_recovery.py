@@ -76,7 +76,6 @@ def _part(window) -> AutosaveFeature:
 def _dialog(window, qtbot) -> RecoveryDialog:
     part = _part(window)
     qtbot.waitUntil(lambda: part.dialog is not None)
-    assert part.dialog is not None
     return part.dialog
 
 

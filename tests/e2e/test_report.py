@@ -18,7 +18,7 @@ from ilf.errors import InputError
 from ilf.project.frame_state import FrameState
 from ilf.project.project import FrameSummary
 from ilf.project.state_codec import Decoded
-from ilf.report.subject import Subject, Unreadable
+from ilf.report.subject import Unreadable
 
 
 class Store:
@@ -41,7 +41,6 @@ def test_frames_that_are_not_open_are_read_when_it_is_their_turn():
     entries = [Entry(*place, has_state=True) for place in places]
     entries[0].set_summary(FrameSummary(note="for tomorrow"))  # noted since it was stored
     first, second = (read() for read in subjects_of(entries, cast(WorkStore, Store()), preset("paper")))
-    assert isinstance(first, Subject)
     assert (first.note, first.problems) == ("for tomorrow", ("Its names are lost.",))
     assert first.run.parameters == preset("paper")
     assert not first.completion.results

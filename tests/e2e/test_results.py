@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 import ilf
-from gui.features.documents.feature import DocumentsFeature
 from gui.features.documents.open_dialog import OpenDialog
 from gui.features.export.dialog import Export
 from gui.features.export.feature import ExportFeature
@@ -18,7 +17,7 @@ from ilf.run.record_file import read_record
 from ilf.sources.frame_ref import FrameRef
 
 from ..ilf.batch_frames import work_in_this_process
-from .conftest import export, write_frame
+from .conftest import export, loaded, write_frame
 
 NAMES = "far", "near"
 
@@ -38,8 +37,7 @@ def results(small_frame, tmp_path, monkeypatch):
 
 def open_path(window, qtbot, path):
     """Drop a path on the window, and wait."""
-    with qtbot.waitSignal(window.loader.idle):
-        window.feature(DocumentsFeature).open_paths([path])
+    loaded(window, qtbot, window.documents.open_paths, [path])
     window.refresh.now()
 
 
@@ -59,8 +57,7 @@ def test_the_results_of_a_batch_are_opened_with_what_they_come_from(window, qtbo
     open_path(window, qtbot, results)
     check_result(window.workspace.current, results / "far")
     assert window.workspace.parameters.extraction == ilf.BlockParameters(min_size=1.0)
-    with qtbot.waitSignal(window.loader.idle):
-        window.actions_["next_frame"].trigger()
+    loaded(window, qtbot, window.actions_["next_frame"].trigger)
     document = window.workspace.current
     check_result(document, results / "near")
     assert not window.actions_["use_neighbours"].isEnabled()
@@ -108,8 +105,7 @@ def test_the_dialog_says_what_a_result_is_and_asks_for_no_options(window, qtbot,
     dialog.set_files(str(results / "far"))
     assert dialog.message.text().startswith("A run of far with 2 blocks")
     assert not dialog.encoding.isVisible()
-    with qtbot.waitSignal(window.loader.idle):
-        dialog.accept()
+    loaded(window, qtbot, dialog.accept)
     check_result(window.workspace.current, results / "far")
     window.actions_["open"].trigger()
     dialog = window.findChildren(OpenDialog)[-1]
@@ -131,8 +127,7 @@ def test_a_frame_that_was_moved_is_asked_for_once(window, qtbot, results, tmp_pa
     shutil.copytree(tmp_path / "moved", tmp_path / "frames")
     check_result(window.workspace.current, results / "far")
     shutil.rmtree(tmp_path / "frames")
-    with qtbot.waitSignal(window.loader.idle):
-        window.actions_["next_frame"].trigger()
+    loaded(window, qtbot, window.actions_["next_frame"].trigger)
     assert window.workspace.current.name == "near"
     assert window.workspace.current.completion() is not None
     assert missing.dialog is None
@@ -158,8 +153,8 @@ def test_a_result_in_whole_millimetres_is_not_shown_as_it_is_rounded(window, qtb
 
 
 def test_reading_options_of_a_result_are_refused(window, qtbot, results):
-    with qtbot.waitSignal(window.loader.idle):
-        window.feature(DocumentsFeature).open_source(FrameRef(str(results / "far")).with_options(depth_units=500.0))
+    far = FrameRef(str(results / "far")).with_options(depth_units=500.0)
+    loaded(window, qtbot, window.documents.open_source, far)
     assert not window.workspace.has_current
     assert "Leave the reading options out" in window.log.text.toPlainText()
 

@@ -1,22 +1,18 @@
 """Runs in the real window: run, drag a value, compare, restore, accept, undo, rename, delete."""
 
 import csv
-from collections.abc import Callable
 
 import numpy as np
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication, QLineEdit, QSlider, QToolButton
+from PySide6.QtWidgets import QApplication, QSlider, QToolButton
 
-from gui.app.main_window import MainWindow
 from gui.features.filter import FilterPanel
 from gui.features.run_history.panel import RunsPanel
 from gui.features.run_history.table import Column
 from gui.work.frame_runs import RunState
 from ilf import preset
-
-Run = Callable[[MainWindow], None]
 
 
 @pytest.fixture
@@ -38,7 +34,6 @@ def _type(part, row: int, column: Column, text: str):
     view.setCurrentIndex(index)
     QTest.keyClick(view, Qt.Key.Key_F2)
     editor = view.indexWidget(index)
-    assert isinstance(editor, QLineEdit)
     editor.setText(text)
     QTest.keyClick(editor, Qt.Key.Key_Return)
     QApplication.processEvents()  # what was typed is taken at the next turn

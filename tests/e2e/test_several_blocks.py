@@ -8,6 +8,7 @@ from gui.features.blocks.feature import BlocksFeature
 from gui.features.status import StatusFeature
 from ilf.segmentation.editing.patches import patch_between
 
+from .conftest import activate
 from .hand import CTRL, SHIFT, click, drag, hover, key
 
 STRIPS = range(1, 8)
@@ -23,8 +24,7 @@ def strips(opened, qtbot):
     labels[:4, :8] = 3
     window.workspace.current.edit(patch_between(document.labels, labels), "Seven strips")
     window.workspace.select([])
-    window.activateWindow()
-    qtbot.waitUntil(window.isActiveWindow)
+    activate(window, qtbot)
     window.actions_["tool_select"].trigger()
     window.refresh.now()
     return window

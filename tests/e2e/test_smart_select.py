@@ -5,6 +5,7 @@ import pytest
 from PySide6.QtCore import QPointF, Qt
 from PySide6.QtGui import QPainterPath
 
+from .conftest import activate
 from .hand import ALT, CTRL, SHIFT, click, drag, hover, key, turn_wheel
 
 _Key = Qt.Key
@@ -13,8 +14,7 @@ _Key = Qt.Key
 @pytest.fixture
 def selecting(opened, qtbot):
     """The window with the tool, no block selected."""
-    opened.activateWindow()
-    qtbot.waitUntil(opened.isActiveWindow)
+    activate(opened, qtbot)
     opened.workspace.select([])
     opened.actions_["tool_smart_select"].trigger()
     opened.views.cells["colour"].view.setFocus()

@@ -10,7 +10,7 @@ from gui.features.export.feature import ExportFeature
 from gui.features.start_page import StartPageFeature, _pictures
 from ilf.sources.frame_ref import FrameRef
 
-from .conftest import open_frame, write_frame
+from .conftest import loaded, open_frame, write_frame
 from .test_projects import save
 
 
@@ -37,8 +37,7 @@ def test_it_goes_with_a_frame_comes_back_and_offers_what_was_open(window, qtbot,
 
     page.recent.setFocus()
     page.recent.setCurrentRow(2)
-    with qtbot.waitSignal(window.loader.idle):
-        QTest.keyClick(page.recent, Qt.Key.Key_Return)
+    loaded(window, qtbot, QTest.keyClick, page.recent, Qt.Key.Key_Return)
     assert window.workspace.current.key == str(tmp_path / "frame-0")
     assert not page.isVisible()
     window.actions_["close_frame"].trigger()
@@ -54,8 +53,7 @@ def test_a_folder_of_frames_has_the_thumbnail_of_its_first_frame(tmp_path, small
 
 def test_results_of_the_sample_are_not_proposed_among_the_programs_own_files(window, qtbot, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    with qtbot.waitSignal(window.loader.idle):
-        window.actions_["open_sample"].trigger()
+    loaded(window, qtbot, window.actions_["open_sample"].trigger)
     window.actions_["export"].trigger()
     dialog = window.feature(ExportFeature).dialog
     assert dialog.folder_path.text() == str(tmp_path / "room-ilf")

@@ -11,6 +11,7 @@ from gui.features.status import StatusFeature
 from gui.features.tools import ToolsFeature
 from gui.tools.kinds import KINDS
 
+from .conftest import activate
 from .hand import CTRL, PLAIN, click, double_click, drag, key, let_go, turn_wheel
 
 _Key = Qt.Key
@@ -20,8 +21,7 @@ _Key = Qt.Key
 def editing(opened, qtbot):
     """The window on a frame of two blocks that meet at x = 30, with its edges found; lines are taken as drawn."""
     opened.editor.options.leash = 0
-    opened.activateWindow()
-    qtbot.waitUntil(opened.isActiveWindow)
+    activate(opened, qtbot)
     qtbot.waitUntil(lambda: opened.editor.edge_data is not None)
     return opened
 

@@ -16,7 +16,7 @@ from ilf.cli import main as command_line
 from ilf.run.options import ExportOptions
 from ilf.sources.frame_ref import FrameRef
 
-from .conftest import export, open_frame
+from .conftest import export, loaded, open_frame
 
 
 def test_window_and_command_line_give_the_same_files_bit_for_bit(opened, qtbot, run_all, frame_folder, tmp_path):
@@ -52,8 +52,7 @@ def test_edited_blocks_survive_export_replay_and_reopening(opened, qtbot, run_al
     merged = workspace.current.labels.copy()
     opened.actions_["close_frame"].trigger()
     assert not workspace.has_current
-    with qtbot.waitSignal(opened.loader.idle):
-        opened.documents.open_paths([tmp_path / "first" / "run.json"])
+    loaded(opened, qtbot, opened.documents.open_paths, [tmp_path / "first" / "run.json"])
     assert np.array_equal(workspace.current.labels, merged)
     assert workspace.parameters.current.centred
     run_all(opened)
@@ -86,8 +85,7 @@ def test_several_frames_keep_their_own_state(opened, qtbot, run_all, tmp_path):
 def test_opening_a_run_twice_keeps_the_work_in_it(opened, qtbot, run_all, tmp_path):
     run_all(opened)
     export(opened, qtbot, tmp_path / "out")
-    with qtbot.waitSignal(opened.loader.idle):
-        opened.loader.open_run(tmp_path / "out" / "run.json")
+    loaded(opened, qtbot, opened.loader.open_run, tmp_path / "out" / "run.json")
     document = opened.workspace.current
     opened.workspace.select([1, 2])
     opened.actions_["merge_blocks"].trigger()
@@ -105,8 +103,7 @@ def test_a_partial_run_comes_back_as_it_was(opened, qtbot, tmp_path):
         opened.actions_["run_selected"].trigger()
     export(opened, qtbot, tmp_path / "out")
     opened.actions_["close_frame"].trigger()
-    with qtbot.waitSignal(opened.loader.idle):
-        opened.loader.open_run(tmp_path / "out" / "run.json")
+    loaded(opened, qtbot, opened.loader.open_run, tmp_path / "out" / "run.json")
     assert opened.workspace.current.selected == [2]
 
 

@@ -1,7 +1,6 @@
 """The window's habits, driven by the keyboard alone; and names for all that can be used."""
 
 from collections.abc import Iterator
-from typing import TypeVar
 
 from PySide6.QtCore import QCoreApplication, QEvent, QSize, Qt
 from PySide6.QtGui import QKeySequence
@@ -12,18 +11,15 @@ from gui.base.commands import why_not
 from gui.features.blocks.feature import BlocksFeature
 from gui.features.layouts.feature import LayoutsFeature
 from gui.features.palette.palette import PaletteFeature
-from gui.features.shortcuts import ShortcutsDialog, ShortcutsFeature
+from gui.features.shortcuts import ShortcutsFeature
 from gui.features.status import StatusFeature
 from gui.features.views import ViewsFeature
 from gui.views.view_menus import SidesMenu
 from tests.gui.naming import unnamed
 
-P = TypeVar("P")
+from .conftest import activate, loaded
+
 CTRL_SHIFT = Qt.KeyboardModifier.ControlModifier | Qt.KeyboardModifier.ShiftModifier
-
-
-def _part(window, kind: type[P]) -> P:
-    return window.feature(kind)
 
 
 def _dialogs(window) -> Iterator[QDialog]:
@@ -44,12 +40,11 @@ def test_every_control_has_a_name(opened, qtbot):
 
 
 def test_a_command_is_found_given_and_has_another_key_without_the_mouse(opened, qtbot, frame_folder):
-    opened.activateWindow()
-    qtbot.waitUntil(opened.isActiveWindow)
+    activate(opened, qtbot)
     view = opened.views.cells["colour"].view
     view.setFocus()
     QTest.keyClick(view, Qt.Key.Key_P, CTRL_SHIFT)
-    palette = _part(opened, PaletteFeature).palette
+    palette = opened.feature(PaletteFeature).palette
     QTest.keyClicks(palette.field, "merge")
     assert palette.hint.text().startswith("Select two or more unlocked blocks first.")
     QTest.keyClick(palette.field, Qt.Key.Key_A, Qt.KeyboardModifier.ControlModifier)
@@ -58,13 +53,12 @@ def test_a_command_is_found_given_and_has_another_key_without_the_mouse(opened, 
     qtbot.waitUntil(lambda: list(opened.workspace.current.selected) == [1, 2])
     assert QApplication.focusWidget() is view
 
-    keymap = _part(opened, ShortcutsFeature).keymap
+    keymap = opened.feature(ShortcutsFeature).keymap
     given = [(entry.key, keys) for entry in keymap.entries for keys in entry.action.shortcuts()]
     assert [key for key, keys in given if keymap.clashes(key, keys) or keymap.fixed(keys)] == [], "one key, one command"
     assert opened.actions_["delete_blocks"].shortcut().toString() == "Ctrl+Del", "no bare key deletes"
     opened.actions_["shortcuts"].trigger()
     (dialog,) = _dialogs(opened)
-    assert isinstance(dialog, ShortcutsDialog)
     dialog.filter.setText("fit frame")
     dialog.edit.setKeySequence(QKeySequence("Ctrl+Alt+F"))
     dialog.edit.editingFinished.emit()
@@ -76,8 +70,7 @@ def test_a_command_is_found_given_and_has_another_key_without_the_mouse(opened, 
     first, *_ = menu.actions()
     assert frame_folder.name in first.text()
     opened.documents.close_frame()
-    with qtbot.waitSignal(opened.loader.idle):
-        first.trigger()
+    loaded(opened, qtbot, first.trigger)
     assert opened.workspace.current.key == str(frame_folder)
 
 
@@ -134,8 +127,7 @@ def _right(widget: QWidget, window) -> int:
 
 
 def test_keys_of_a_command_that_cannot_be_used_say_why(opened, qtbot):
-    opened.activateWindow()
-    qtbot.waitUntil(opened.isActiveWindow)
+    activate(opened, qtbot)
     opened.workspace.select([])
     view, table = opened.views.cells["colour"].view, opened.feature(BlocksFeature).table
     for widget, code, modifiers, command in (
@@ -152,7 +144,7 @@ def test_keys_of_a_command_that_cannot_be_used_say_why(opened, qtbot):
 
 
 def test_the_palette_survives_menus_that_are_filled_anew(opened, qtbot):
-    palette = _part(opened, PaletteFeature).palette
+    palette = opened.feature(PaletteFeature).palette
     menu = next(menu for menu in opened.findChildren(SidesMenu))
 
     def at_side(text: str) -> int:

@@ -10,6 +10,7 @@ from ilf.run.run import Run, complete
 
 from .scripted_runs import Bench, Script, ScriptedSteps
 from .states import QUICK, Told
+from .tool_host import ToolHost
 
 
 @pytest.fixture(autouse=True)
@@ -27,10 +28,18 @@ def script(monkeypatch):
 
 @pytest.fixture
 def bench(qtbot, small_frame, small_labels, script):
-    bench = Bench(small_frame, small_labels, script)
+    bench = Bench(small_frame, small_labels, script, qtbot.waitUntil)
     yield bench
     script.allow()
     assert stop_workers(bench.runs)
+
+
+@pytest.fixture
+def clock(monkeypatch):
+    """The time that runs are measured by [s]; tests let it go on."""
+    now = [100.0]
+    monkeypatch.setattr("gui.work.frame_runs.time.perf_counter", lambda: now[0])
+    return now
 
 
 @pytest.fixture
@@ -52,6 +61,12 @@ def document(small_frame, small_labels, qapp):
 def other(small_frame, small_labels, qapp):
     """Another frame, of the same pixels."""
     return Document.of(Run(small_frame, extracted(small_labels)), "other origin", "other key")
+
+
+@pytest.fixture
+def host(small_frame, small_labels, qapp):
+    """Of tools: block 1 on the left, 2 on the right, which meet at x = 30; no snapping, a brush of 3 px."""
+    return ToolHost(small_frame, small_labels)
 
 
 @pytest.fixture

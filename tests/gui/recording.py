@@ -43,6 +43,13 @@ class Recording:
         shutil.copytree(self.folder, self.aside)
         return WorkFolder(self.aside / path.name)
 
+    def assert_written(self, *documents: Document) -> None:
+        """The newest states of these are in the autosave."""
+        written = self.written()
+        for document in documents:
+            assert_holds(written, document)
+        written.discard()
+
     def end(self) -> None:
         """As a window that is closed."""
         assert self.recorder.shutdown()

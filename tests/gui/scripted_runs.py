@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -19,6 +19,7 @@ from ilf.completion.filter import edge_parameters
 from ilf.data.label_map import Block, drawn_of, find_blocks
 from ilf.data.results import NO_BLOCK, BlockOutcome, BlockResult, IterationRecord, Status, Step
 from ilf.run.run import Run
+from ilf.segmentation.editing.patches import LabelPatch, patch_between
 
 
 def record(i: int) -> IterationRecord:
@@ -114,8 +115,10 @@ class ScriptedSteps(Iterator[Step]):
 class Bench:
     """A workspace with one frame of two blocks, the run control, and all that it says."""
 
-    def __init__(self, frame: RGBDFrame, labels: NDArray[np.int32], script: Script) -> None:
-        self.frame, self.labels, self.script = frame, labels, script
+    def __init__(
+        self, frame: RGBDFrame, labels: NDArray[np.int32], script: Script, until: Callable[[Callable[[], bool]], None]
+    ) -> None:
+        self.frame, self.labels, self.script, self._until = frame, labels, script, until
         self.workspace = Workspace()
         self.records: list[tuple[int, list[int]]] = []
         self.document = self.open("first")
@@ -145,6 +148,42 @@ class Bench:
 
         document.add_records = note  # type: ignore[method-assign]
         return document
+
+    def patch(self, label: int, rows: slice, columns: slice) -> LabelPatch | None:
+        """A box of the blocks that becomes another one's."""
+        labels = self.document.labels.copy()
+        labels[rows, columns] = label
+        return patch_between(self.document.labels, labels)
+
+    def get_going(self, label: int = 1) -> None:
+        """Let what was started make its first iteration, of this block."""
+        self.script.allow(1)
+        self._until(lambda: self.document.results.running == [label])
+
+    def finish(self) -> None:
+        """Let what is under way go on to its end, and wait for what is said of it."""
+        self.script.allow()
+        self._until(lambda: bool(self.said))
+
+    def rest(self, steps: int | None = None) -> None:
+        """Let it make so many steps, or all, and wait until nothing runs."""
+        self.script.allow() if steps is None else self.script.allow(steps)
+        self._until(lambda: self.runs.state is RunState.IDLE)
+
+    def cancel(self) -> None:
+        self.runs.current.cancel()
+        self.finish()
+
+    def run_all(self, labels: set[int] | None = None) -> None:
+        """Run all blocks, or these, to the end."""
+        self.runs.current.start(labels)
+        self.rest()
+
+    def run_first_block(self) -> None:
+        """Start a run, and wait until its first block is done."""
+        self.runs.current.start()
+        self.script.allow(3)
+        self._until(lambda: 1 in self.document.valid_results())
 
     @property
     def patience(self) -> QTimer:

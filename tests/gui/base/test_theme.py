@@ -74,12 +74,7 @@ def _luminance(colour: QColor) -> float:
     return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
 
 
-@pytest.fixture(autouse=True)
-def _as_before(qapp):
-    before = qapp.palette(), qapp.styleSheet()
-    yield
-    qapp.setPalette(before[0])
-    qapp.setStyleSheet(before[1])
+pytestmark = pytest.mark.usefixtures("any_theme")
 
 
 @pytest.fixture(params=["light", "dark"])
@@ -123,9 +118,7 @@ def test_the_handle_and_the_groove_of_a_slider_are_seen(palette, qtbot):
 @pytest.mark.parametrize("kind", [QCheckBox, QRadioButton])
 @pytest.mark.parametrize("is_on", [False, True])
 def test_what_is_ticked_has_a_frame(palette, kind, is_on, qtbot):
-    box = kind("on")
-    box.setChecked(is_on)
-    image = _drawn(_inside(box), qtbot)
+    image = _drawn(_inside(kind("on", checked=is_on)), qtbot)
     left = [image.pixelColor(x, image.height() // 2) for x in range(2)]
     assert max(contrast(colour, palette.window().color()) for colour in left) >= LINE
 
@@ -154,12 +147,6 @@ def _chosen_row() -> QListWidget:
     return rows
 
 
-def _placeholder() -> QLineEdit:
-    line = QLineEdit()
-    line.setPlaceholderText("Name")
-    return line
-
-
 def _message(tone: str) -> Callable[[], Message]:
     def make() -> Message:
         message = Message()
@@ -167,18 +154,6 @@ def _message(tone: str) -> Callable[[], Message]:
         return message
 
     return make
-
-
-def _bar() -> QProgressBar:
-    bar = QProgressBar()
-    bar.setValue(100)
-    return bar
-
-
-def _tool_button() -> QToolButton:
-    button = QToolButton()
-    button.setText("Run")
-    return button
 
 
 def _combo() -> QComboBox:
@@ -206,14 +181,14 @@ WIDGETS: dict[str, Callable[[], QWidget]] = {
     "label": lambda: QLabel("Smoothness"),
     "check box": lambda: _inside(QCheckBox("Learned correction")),
     "button": lambda: QPushButton("Export"),
-    "tool button": _tool_button,
+    "tool button": lambda: QToolButton(text="Run"),
     "list of choices": _combo,
     "number": QDoubleSpinBox,
     "group": lambda: QGroupBox("Depth"),
-    "placeholder": _placeholder,
+    "placeholder": lambda: QLineEdit(placeholderText="Name"),
     "header": _tree,
     "chosen row": _chosen_row,
-    "progress": _bar,
+    "progress": lambda: QProgressBar(value=100),
     "menu": _menu,
     **{f"message, {tone}": _message(tone) for tone in ("muted", "warning", "error", "good")},
 }

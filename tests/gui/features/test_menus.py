@@ -34,25 +34,16 @@ def test_the_menu_marks_the_depth_colours_however_they_were_chosen(window):
     assert [other for other, entry in entries.items() if entry.isChecked()] == ["grey"]
 
 
-def test_a_picture_of_the_window_is_saved_where_it_is_asked_for(window, tmp_path, monkeypatch):
-    path, answers = tmp_path / "window.png", ["", str(tmp_path / "window.png")]
+def test_a_picture_of_the_window_and_a_preset_are_written_where_it_is_asked_for(window, tmp_path, monkeypatch):
+    answers = ["", str(tmp_path / "window.png"), "", str(tmp_path / "mine")]
     monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_: (answers.pop(0), ""))
     monkeypatch.chdir(tmp_path)
-    before = set(tmp_path.iterdir())
-    window.documents.ask_save_picture()
-    assert set(tmp_path.iterdir()) == before, "cancelled"
-    window.documents.ask_save_picture()
-    assert QImage(str(path)).size() == window.size() * window.devicePixelRatio()
-
-
-def test_a_preset_is_written_where_it_is_asked_for(window, tmp_path, monkeypatch):
-    answers = ["", str(tmp_path / "mine")]
-    monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_: (answers.pop(0), ""))
-    monkeypatch.chdir(tmp_path)
-    before = set(tmp_path.iterdir())
-    window.actions_["export_preset"].trigger()
-    assert {path.name for path in set(tmp_path.iterdir()) - before} <= {"settings"}, "cancelled"
-    window.actions_["export_preset"].trigger()
+    for write in (window.documents.ask_save_picture, window.actions_["export_preset"].trigger):
+        before = {*tmp_path.iterdir(), tmp_path / "settings"}
+        write()
+        assert set(tmp_path.iterdir()) <= before, "cancelled"
+        write()
+    assert QImage(str(tmp_path / "window.png")).size() == window.size() * window.devicePixelRatio()
     assert read_preset(tmp_path / "mine.json").parameters == window.workspace.parameters.current
 
 

@@ -29,7 +29,6 @@ def data(workspace, results):
     workspace.current.set_ground_truth(np.where(document.frame.known, document.frame.depth, np.float32(1.7)))
     document.store_results(results)
     completion = document.completion()
-    assert completion is not None
     error = expected_error(completion)
     document.store_error_estimate(completion, ErrorEstimate(error, np.zeros(error.shape, bool)))
     kept = StoredRun(1, "first try", document.run(document.state.common), {1: results[0]}, 1.0, (200, 60, 160))
@@ -51,9 +50,6 @@ def test_all_maps_are_read_at_the_same_pixels(data, workspace):
     document = workspace.current
     row, columns = 16, slice(4, 61)
     depth, error = document.current_depth(), document.expected_error()
-    assert depth is not None
-    assert error is not None
-    assert document.frame.ground_truth is not None
     np.testing.assert_array_equal(data.raw, document.frame.depth[row, columns])
     result, run, truth = data.curves
     np.testing.assert_array_equal(result.depth, depth[row, columns])
@@ -94,7 +90,6 @@ def test_the_legend_reads_what_the_mouse_is_at(panel, data):
     assert "x 12, y 16" in text
     assert "wall &lt;left&gt;" in text
     assert "raw missing" in text
-    assert data.error is not None
     assert f"result {data.curves[0].depth[8]:.3f} m ± {1000 * data.error[8]:.0f} mm" in text
     assert "truth 1.700 m" in text
     panel.plot.hovered.emit(math.nan)
@@ -106,7 +101,6 @@ def test_the_axis_is_in_pixels_or_metres_along_the_surface(panel, data, small_fr
     panel.show_data(data, {})
     assert panel.plot._curves[0].getData()[0][-1] == 56
     panel.axis.setCurrentIndex(1)
-    assert data.profile.metres is not None
     assert panel.plot._curves[0].getData()[0][-1] == data.profile.metres[-1]
     blind = Document.of(Run(RGBDFrame(small_frame.rgb, small_frame.depth), small_labels), "blind", "blind")
     panel.show_data(profile_data(blind, LINE), {})
@@ -116,7 +110,6 @@ def test_the_axis_is_in_pixels_or_metres_along_the_surface(panel, data, small_fr
 
 def test_the_band_is_where_the_error_is_known(panel, data):
     panel.show_data(data, {})
-    assert data.error is not None
     box = panel.plot._band.path().boundingRect()
     known = np.flatnonzero(np.isfinite(data.error))
     assert (box.left(), box.right()) == (known[0], known[-1])

@@ -70,8 +70,7 @@ def test_a_cancelled_run_is_kept_if_any_block_was_done(bench, until, done):
     bench.script.allow(bench.script.records + 1 if done else 1)
     until(lambda: len(bench.document.valid_results()) == done)
     bench.runs.current.cancel()
-    bench.script.allow(1)
-    until(lambda: bench.runs.state is RunState.IDLE)
+    bench.rest(1)
     values = [values_of(bench.document, kept) for kept in bench.document.state.runs]
     assert values == ["best · cancelled, 1 of 2 blocks without result"] * done
 

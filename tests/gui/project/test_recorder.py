@@ -99,10 +99,7 @@ def test_where_nothing_can_be_written_all_is_in_memory_until_it_can(context, qtb
     context.folder.unlink()
     with qtbot.waitSignal(context.recorder.kept):
         context.erase(one, 4)
-    written = context.written()
-    assert_holds(written, one)
-    assert_holds(written, two)
-    written.discard()
+    context.assert_written(one, two)
 
 
 class _Project:

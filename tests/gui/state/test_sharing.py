@@ -62,23 +62,6 @@ def test_a_value_goes_to_all_frames_as_one_step_where_it_was_set(shared, documen
     assert shared.parameters.shared.values.smoothness == 1.0
 
 
-def test_a_frame_may_have_its_own_and_go_back(shared, document, other):
-    shared.parameters.keep_own()
-    set_smoothness(shared, 3.0)
-    assert smoothness(document, other) == [3.0, 1.0]
-    assert texts(document)[-1] == "Set Smoothness"
-    shared.show(other)
-    set_smoothness(shared, 5.0)
-    assert smoothness(document, other) == [3.0, 5.0]
-    shared.show(document)
-    shared.parameters.reset_to_shared()
-    assert smoothness(document, other) == [5.0, 5.0]
-    assert not document.state.own_parameters
-    document.undo_stack.undo()
-    assert smoothness(document, other) == [3.0, 5.0]
-    assert document.state.own_parameters
-
-
 def test_own_values_may_become_those_of_all_and_all_may_part(shared, document, other):
     shared.parameters.keep_own()
     set_smoothness(shared, 3.0)

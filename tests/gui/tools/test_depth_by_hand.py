@@ -84,14 +84,12 @@ def test_a_plane_is_proposed_limited_and_taken(hand):
     host.document.select([1])
     _tool(hand).propose_plane(host)
     proposal = host.document.proposal
-    assert proposal is not None
     np.testing.assert_allclose(proposal[LEFT_HOLE], (1.5 + 0.004 * rows)[LEFT_HOLE], rtol=2e-3)
     assert np.isnan(proposal[RIGHT_HOLE]).all()
     assert host.steps == []
     assert "Enter: take" in hand.tool.hint
     hand.drag([(9, 12), (18, 12)])
     limited = host.document.proposal
-    assert limited is not None
     assert np.isfinite(limited[11:13, 9:18]).all()
     assert np.isnan(limited[20]).all()
     assert hand.tool.finish(host)
@@ -99,18 +97,12 @@ def test_a_plane_is_proposed_limited_and_taken(hand):
     assert np.array_equal(_depth(hand), limited, equal_nan=True)
     assert host.steps == ["Continue plane"]
 
-    _tool(hand).propose_plane(host)
-    assert hand.cancel()
-    assert host.document.proposal is None
-    assert len(host.steps) == 1
-
 
 def test_the_rectangle_says_which_plane(hand):
     host = hand.host
     host.document.select([1])
     host.workspace.current.look(Part.REGION, region=(slice(2, 9), slice(34, 60)))
     _tool(hand).propose_plane(host)
-    assert host.document.proposal is not None
     assert np.nanmedian(host.document.proposal) == pytest.approx(2.4 + 0.005 * 14, rel=0.02), "that of the other wall"
     host.workspace.current.look(Part.REGION, region=(slice(12, 15), slice(10, 15)))
     _tool(hand).propose_plane(host)
@@ -126,7 +118,6 @@ def test_a_hole_between_two_surfaces_goes_to_either(small_frame, qapp):
     host.document.select([1])
     for nearer in (True, False):
         tool.propose_surface(host, nearer)
-        assert host.document.proposal is not None
         found = float(np.nanmedian(host.document.proposal[20:30, 25:35]))
         assert found == pytest.approx(1.6 if nearer else 2.55, rel=0.05)
     Hand(tool, host).send(PointerKind.HOVER, (30, 20))

@@ -1,7 +1,6 @@
 """The tools that inspect: a line, a rectangle, points to measure between. They leave blocks alone."""
 
 import numpy as np
-import pytest
 
 from gui.state.document import Document
 from gui.tools.kinds import KINDS, Tools
@@ -9,12 +8,7 @@ from gui.views.interaction import PointerKind
 from ilf.data.frame import RGBDFrame
 from ilf.run.run import Run
 
-from ..tool_host import Hand, ToolHost
-
-
-@pytest.fixture
-def host(small_frame, small_labels, qapp):
-    return ToolHost(small_frame, small_labels)
+from ..tool_host import Hand
 
 
 def hand(host, tool):

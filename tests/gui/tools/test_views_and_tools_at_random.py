@@ -22,7 +22,6 @@ from ilf.data.results import Completion
 from ilf.evaluation.edit_summary import EditSummary
 from ilf.run.run import Run
 from ilf.segmentation.edges.frame_edges import FrameEdges
-from ilf.segmentation.editing.patches import patch_between
 
 Completed = tuple[Completion | None, Completion | None]
 
@@ -46,40 +45,24 @@ def effect(bench, views, qtbot):
     assert stop_workers(presenter)
 
 
-def box_to(bench, label, rows, columns):
-    labels = bench.document.labels.copy()
-    labels[rows, columns] = label
-    patch = patch_between(bench.document.labels, labels)
-    assert patch is not None
-    return patch
-
-
-def run_all(bench, until):
-    bench.script.allow()
-    bench.runs.current.start()
-    until(lambda: bench.runs.state is RunState.IDLE)
-
-
-def test_results_of_a_run_are_of_the_depth_that_it_was_begun_with(bench, until):
+def test_results_of_a_run_are_of_the_depth_that_it_was_begun_with(bench):
     bench.runs.current.start()
     mask = np.zeros(bench.frame.shape, bool)
     mask[:4, :4] = True
     bench.workspace.current.set_invalid_mask(mask, "Distrust depth")
-    bench.script.allow()
-    until(lambda: bool(bench.said))
+    bench.finish()
     assert bench.document.valid_results() == {}
     bench.document.undo_stack.undo()
     assert set(bench.document.valid_results()) == {1, 2}
 
 
-def test_a_stroke_does_not_bring_back_the_result_of_other_drawn_borders(bench, until):
-    run_all(bench, until)
+def test_a_stroke_does_not_bring_back_the_result_of_other_drawn_borders(bench):
+    bench.run_all()
     block = bench.document.labels == 2
-    bench.workspace.current.edit(box_to(bench, 1, np.s_[:], np.s_[30:]), "Give")
-    bench.workspace.current.stroke(box_to(bench, 2, np.s_[:], np.s_[30:]))
+    bench.workspace.current.edit(bench.patch(1, np.s_[:], np.s_[30:]), "Give")
+    bench.workspace.current.stroke(bench.patch(2, np.s_[:], np.s_[30:]))
     bench.document.valid_results()  # as the views ask for them during a stroke
     bench.workspace.current.edit(bench.workspace.current.drop_stroke(), "Paint")
-    assert bench.document.blocks.drawn is not None
     assert bench.document.blocks.drawn[block].any()
     assert 2 not in bench.document.valid_results()
 
@@ -92,11 +75,11 @@ def test_an_edit_is_judged_against_the_drawn_borders_that_there_were(bench, effe
         return EditSummary(1)
 
     monkeypatch.setattr("gui.features.edit_summary.summarise_edit", find)
-    run_all(bench, until)
+    bench.run_all()
     for count, column in enumerate((26, 22), 1):
         drawn = bench.document.blocks.drawn
         former = None if drawn is None else drawn.copy()
-        bench.workspace.current.edit(box_to(bench, 2, np.s_[5:20], np.s_[column:30]), "Paint")
+        bench.workspace.current.edit(bench.patch(2, np.s_[5:20], np.s_[column:30]), "Paint")
         until(lambda count=count: len(asked) == count)
         before, after = asked[-1]
         np.testing.assert_array_equal(after.blocks.drawn, bench.document.blocks.drawn)
@@ -110,26 +93,23 @@ def test_an_edit_is_judged_against_the_drawn_borders_that_there_were(bench, effe
     np.testing.assert_array_equal(asked[2][1].blocks.drawn, asked[1][0].blocks.drawn)
 
 
-def test_the_depth_before_an_edit_is_that_of_the_values_then(bench, effect, views, until):
-    run_all(bench, until)
+def test_the_depth_before_an_edit_is_that_of_the_values_then(bench, effect, views):
+    bench.run_all()
     first = bench.document.completion()
     bench.workspace.parameters.set(bench.workspace.parameters.current.replace(max_iterations=7))
-    run_all(bench, until)
+    bench.run_all()
     assert bench.document.completion() is not first
     bench.document.undo_stack.undo()
     now = bench.document.completion()
-    assert now is not None
-    bench.workspace.current.edit(box_to(bench, 2, np.s_[5:20], np.s_[26:30]), "Paint")
+    bench.workspace.current.edit(bench.patch(2, np.s_[5:20], np.s_[26:30]), "Paint")
     effect.look(True)
-    assert views.data.result is not None
     assert views.data.result.depth is now.depth
 
 
-def test_other_blocks_leave_nothing_to_look_back_to(bench, effect, views, until):
-    run_all(bench, until)
-    bench.workspace.current.edit(box_to(bench, 2, np.s_[5:20], np.s_[26:30]), "Paint")
+def test_other_blocks_leave_nothing_to_look_back_to(bench, effect, views):
+    bench.run_all()
+    bench.workspace.current.edit(bench.patch(2, np.s_[5:20], np.s_[26:30]), "Paint")
     line = effect.parent()
-    assert isinstance(line, EditSummaryLine)
     assert "Paint" in line.label.text()
     bench.workspace.current.replace_blocks(
         np.where(bench.labels > 0, 3 - bench.labels, 0).astype(np.int32), "Load blocks"
@@ -140,15 +120,13 @@ def test_other_blocks_leave_nothing_to_look_back_to(bench, effect, views, until)
     np.testing.assert_array_equal(views.blocks.overlay.labels, bench.document.labels)
 
 
-def test_what_is_shown_while_one_looks_back_stays(bench, effect, views, until):
-    run_all(bench, until)
+def test_what_is_shown_while_one_looks_back_stays(bench, effect, views):
+    bench.run_all()
     completion, former = bench.document.completion(), bench.document.labels.copy()
-    assert completion is not None
-    bench.workspace.current.edit(box_to(bench, 2, np.s_[5:20], np.s_[26:30]), "Paint")
+    bench.workspace.current.edit(bench.patch(2, np.s_[5:20], np.s_[26:30]), "Paint")
     effect.look(True)
     views.refresh(Part.RESULTS)  # as when a block has been solved meanwhile
     views.blocks.draw(Part.LABELS)
-    assert views.data.result is not None
     assert views.data.result.depth is completion.depth
     np.testing.assert_array_equal(views.blocks.overlay.labels, former)
     effect.look(False)
@@ -158,7 +136,7 @@ def test_what_is_shown_while_one_looks_back_stays(bench, effect, views, until):
 
 def test_who_looks_back_while_a_frame_of_another_size_comes_sees_that(bench, effect, views):
     bench.script.allow()
-    bench.workspace.current.edit(box_to(bench, 2, np.s_[5:20], np.s_[26:30]), "Paint")
+    bench.workspace.current.edit(bench.patch(2, np.s_[5:20], np.s_[26:30]), "Paint")
     effect.look(True)
     small = np.s_[:20, :30]
     frame = RGBDFrame(bench.frame.rgb[small], bench.frame.depth[small])
@@ -189,8 +167,7 @@ def test_blocks_of_one_frame_are_not_solved_in_another(bench, until):
     bench.script.records = 1000
     bench.runs.current.resolve([2, 1])
     bench.runs.current.resolve([2])
-    bench.script.allow(1)
-    until(lambda: bench.document.results.running == [2])
+    bench.get_going(2)
     second = bench.open("second")
     bench.runs.current.resolve([1], edited=True)
     bench.script.records = 1
@@ -200,10 +177,10 @@ def test_blocks_of_one_frame_are_not_solved_in_another(bench, until):
 
 
 def test_an_edit_between_a_command_to_run_and_the_run_is_solved_after_it(bench, effect, until):
-    run_all(bench, until)
-    bench.workspace.current.edit(box_to(bench, 3, np.s_[40:], np.s_[50:]), "Outline")
+    bench.run_all()
+    bench.workspace.current.edit(bench.patch(3, np.s_[40:], np.s_[50:]), "Outline")
     bench.runs.current.start({3})
-    bench.workspace.current.edit(box_to(bench, 2, np.s_[5:20], np.s_[26:30]), "Paint")
+    bench.workspace.current.edit(bench.patch(2, np.s_[5:20], np.s_[26:30]), "Paint")
     until(lambda: bench.document.changed_blocks() == [])
 
 
@@ -228,17 +205,17 @@ def test_a_command_during_a_stroke_can_be_undone_exactly(bench, views):
     former = bench.document.labels.copy()
     bench.workspace.select([1])
     editor.set_tool("paint")
-    bench.workspace.current.stroke(box_to(bench, 2, np.s_[5:20], np.s_[10:20]))
+    bench.workspace.current.stroke(bench.patch(2, np.s_[5:20], np.s_[10:20]))
     commands.delete()
     bench.document.undo_stack.undo()
     np.testing.assert_array_equal(bench.document.labels, former)
     stop_workers(editor)
 
 
-def test_an_export_says_what_its_results_lack(bench, until):
-    run_all(bench, until)
+def test_an_export_says_what_its_results_lack(bench):
+    bench.run_all()
     assert behind(bench.document) == ""
-    bench.workspace.current.edit(box_to(bench, 3, np.s_[40:], np.s_[50:]), "Outline")
+    bench.workspace.current.edit(bench.patch(3, np.s_[40:], np.s_[50:]), "Outline")
     bench.workspace.parameters.set(bench.workspace.parameters.current.replace(max_iterations=7))
     assert behind(bench.document) == (
         "Not run in their current state, so that their missing depth stays missing: 2 of 3 blocks. "
@@ -257,7 +234,7 @@ def test_of_a_drag_the_results_are_kept_that_undo_and_redo_lead_to(bench, until,
         bench.runs.current.resolve([1])
         until(lambda: bench.runs.state is RunState.IDLE)
 
-    run_all(bench, until)
+    bench.run_all()
     first = workspace.parameters.current
     for limit in range(100, 110):
         workspace.parameters.set(first.replace(max_iterations=limit))
@@ -268,19 +245,18 @@ def test_of_a_drag_the_results_are_kept_that_undo_and_redo_lead_to(bench, until,
     solve()
     document.undo_stack.redo()
     assert document.is_up_to_date(1)
-    workspace.current.edit(box_to(bench, 2, np.s_[5:20], np.s_[26:30]), "Paint")
+    workspace.current.edit(bench.patch(2, np.s_[5:20], np.s_[26:30]), "Paint")
     solve()
     assert sorted(kept()) == [109, 109, first.max_iterations], "undo may bring back the other state"
 
 
-def test_a_preview_is_not_shown_where_its_block_is_no_more(bench, until):
-    run_all(bench, until)
+def test_a_preview_is_not_shown_where_its_block_is_no_more(bench):
+    bench.run_all()
     block = bench.document.valid_results()[1].block
     bench.document.add_records(1, [])
     bench.document.add_previews([(block, np.full(block.mask.sum(), 9.0, np.float32))])
-    bench.workspace.current.edit(box_to(bench, 2, np.s_[5:20], np.s_[26:30]), "Paint")
+    bench.workspace.current.edit(bench.patch(2, np.s_[5:20], np.s_[26:30]), "Paint")
     depth = bench.document.current_depth()
-    assert depth is not None
     assert (depth[5:20, 26:30] != 9.0).all()
     assert (depth[:, :26] == 9.0).all()
 

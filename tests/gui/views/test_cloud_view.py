@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 from PySide6.QtCore import QEvent, QPoint, QPointF, Qt
-from PySide6.QtGui import QAction, QImage, QMouseEvent, QWheelEvent
+from PySide6.QtGui import QAction, QImage, QMouseEvent
 from PySide6.QtWidgets import QApplication
 
 from gui.base import theme
@@ -18,6 +18,8 @@ from gui.views.colours import depth_table, error_table
 from gui.views.layers import Layer
 from gui.work.jobs import stop_workers
 from ilf.drawing.colours import to_indices
+
+from ...e2e.hand import wheel
 
 RED = 200, 30, 30
 
@@ -113,12 +115,7 @@ def test_keys_orbit_zoom_and_reset(qtbot, view):
 
 def test_wheel_forward_comes_nearer(view):
     before = view.canvas.camera.distance
-    none = Qt.KeyboardModifier.NoModifier
-    place = QPointF(50, 50)
-    event = QWheelEvent(
-        place, place, QPoint(), QPoint(0, 120), Qt.MouseButton.NoButton, none, Qt.ScrollPhase.NoScrollPhase, False
-    )
-    QApplication.sendEvent(view.canvas, event)
+    wheel(view.canvas, QPointF(50, 50))
     assert view.canvas.camera.distance < before
 
 

@@ -52,14 +52,9 @@ def test_both_signs_of_a_difference_are_told_apart(dark, eye):
 
 @pytest.mark.parametrize("eye", SEEN_BY)
 @pytest.mark.parametrize("name", ["light", "dark"])
-def test_depth_in_only_one_of_two_is_told_apart(qapp, name, eye):
-    before = qapp.palette(), qapp.styleSheet()
-    try:
-        theme.apply_theme(qapp, name)
-        colours = theme.colours(qapp.palette())
-    finally:
-        qapp.setPalette(before[0])
-        qapp.setStyleSheet(before[1])
+def test_depth_in_only_one_of_two_is_told_apart(qapp, any_theme, name, eye):
+    theme.apply_theme(qapp, name)
+    colours = theme.colours(qapp.palette())
     first, second = (blend(colours.background, only, 0.55) for only in (colours.good, colours.warning))
     assert np.linalg.norm(lab(first, eye) - lab(second, eye)) >= APART / 2
 

@@ -235,22 +235,6 @@ def test_sides_that_are_not_there_yet_say_why(views):
     assert cell.view._message.startswith("Interpolating")
 
 
-def test_side_a_stands_in_for_the_result_for_a_while(views):
-    views.sheet.set_layout("grid-difference")
-    views.give(depth=flat(2.0))
-    views.give(runs=[views.run("Run 1", flat(2.5))])
-    cell, difference = views.cells["depth-out"], views.cells["difference"]
-    views.sides.show_a_as_result(True)
-    assert cell.picture.value_at(5, 5) == 2.5
-    assert cell.strip.title == "Run 1"
-    assert difference.picture.value_at(5, 5) == -500, "their difference stays to be seen"
-    views.give(depth=flat(2.1))
-    assert cell.picture.value_at(5, 5) == 2.5
-    views.sides.show_a_as_result(False)
-    assert cell.picture.value_at(5, 5) == pytest.approx(2.1)
-    assert cell.strip.title == "Depth out"
-
-
 def test_ranges_are_robust_full_or_fixed_and_stay_when_they_are_locked(views):
     depth = flat(2.0)
     depth[0, :3] = 9.0
@@ -297,6 +281,7 @@ def test_a_title_opens_a_menu_and_a_double_click_still_enlarges(views, qtbot):
     assert entries["depth-in"].isChecked()
     assert entries["run-1"].text() == "Run: Mine && yours"
     assert not entries["ground_truth"].isEnabled()
+    assert "no guide" in entries["guide"].toolTip(), "what the frame lacks"
     with qtbot.waitSignal(views.shownChanged):
         entries["run-1"].trigger()
     cell._menu.close()

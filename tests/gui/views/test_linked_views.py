@@ -6,14 +6,13 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from PySide6.QtCore import QPoint, QPointF, Qt
-from PySide6.QtGui import QBrush, QContextMenuEvent, QPainterPath, QWheelEvent
+from PySide6.QtGui import QBrush, QContextMenuEvent, QPainterPath
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
 from gui.base import theme
 from gui.views.colour_bar import log_ticks, round_ticks, tick_text
 from gui.views.colours import depth_table, error_table
-from gui.views.content_menu import ContentMenu
 from gui.views.image_view import ViewTransform
 from gui.views.interaction import PointerEvent, PointerKind, Preview
 from gui.views.layouts import GRIDS, correct_places
@@ -21,6 +20,7 @@ from gui.views.pixel_items import BlockOverlay
 from ilf.drawing.blocks import inner_points
 from ilf.drawing.colours import robust_difference_level, robust_error_levels, to_indices
 
+from ...e2e.hand import wheel
 from .given_views import GivenViews
 
 HEIGHT, WIDTH = 48, 64
@@ -52,21 +52,6 @@ def place(view, x, y):
     return view.viewportTransform().map(QPointF(x, y)).toPoint()
 
 
-def wheel(view, position, turn=120):
-    place_on_screen = QPointF(view.viewport().mapToGlobal(position))
-    event = QWheelEvent(
-        QPointF(position),
-        place_on_screen,
-        QPoint(),
-        QPoint(0, turn),
-        Qt.MouseButton.NoButton,
-        Qt.KeyboardModifier.NoModifier,
-        Qt.ScrollPhase.NoScrollPhase,
-        False,
-    )
-    QApplication.sendEvent(view.viewport(), event)
-
-
 def colour_at(view, position):
     return view.viewport().grab().toImage().pixelColor(position).getRgb()[:3]
 
@@ -78,7 +63,7 @@ def test_a_press_names_the_pixel_that_is_painted_there(views, zoom):
     view = view_of(views)
     if zoom == "closest":
         for _ in range(40):
-            wheel(view, place(view, 33.3, 25.7))
+            wheel(view.viewport(), place(view, 33.3, 25.7))
     elif zoom is not None:
         views.zoom_to(*zoom)
     for position in (view.viewport().rect().center(), view.viewport().rect().center() + QPoint(37, -23)):
@@ -154,8 +139,8 @@ def test_the_wheel_zooms_all_views_at_the_cursor(views):
     view = view_of(views, "difference")
     position = place(view, 12, 30)
     before = view.to_image(QPointF(position))
-    wheel(view, position)
-    wheel(view, position)
+    wheel(view.viewport(), position)
+    wheel(view.viewport(), position)
     after = view.to_image(QPointF(position))
     scales = {view_of(views, name).transform().m11() for name in views.cells}
     assert len(scales) == 1
@@ -176,7 +161,7 @@ def test_the_wheel_zooms_all_views_at_the_cursor(views):
 def test_arrow_keys_with_alt_pan_by_screen_pixels(views, key, moved):
     view = view_of(views)
     for _ in range(8):
-        wheel(view, view.viewport().rect().center())
+        wheel(view.viewport(), view.viewport().rect().center())
     before = view.viewportTransform().map(QPointF(32, 24))
     QTest.keyClick(view, key, Qt.KeyboardModifier.AltModifier)
     after = view.viewportTransform().map(QPointF(32, 24))
@@ -187,10 +172,10 @@ def test_zoom_stays_within_its_limits_and_fit_comes_back(views):
     view = view_of(views)
     fitted = view.transform().m11()
     for _ in range(60):
-        wheel(view, QPoint(100, 100), -120)
+        wheel(view.viewport(), QPoint(100, 100), -1)
     assert view.transform().m11() == pytest.approx(fitted / 4)
     for _ in range(60):
-        wheel(view, QPoint(100, 100))
+        wheel(view.viewport(), QPoint(100, 100))
     assert view.viewport().width() / view.transform().m11() == pytest.approx(8, abs=0.1)
     views.fit()
     assert view.transform().m11() == pytest.approx(fitted)
@@ -242,17 +227,6 @@ def test_a_context_menu_names_place_and_pixel(views, qtbot):
     where, x, y = caught.args
     assert where == view.viewport().mapToGlobal(position)
     assert (math.floor(x), math.floor(y)) == (20, 10)
-
-
-def test_the_menu_of_contents_says_what_a_frame_lacks(views):
-    cell = views.cells["colour"]
-    cell.open_menu()
-    contents = {action.data(): action for action in cell.findChild(ContentMenu).actions()}
-    assert contents["colour"].isChecked()
-    assert contents["depth-in"].isEnabled()
-    assert not contents["guide"].isEnabled()
-    assert "no guide" in contents["guide"].toolTip()
-    cell.findChild(ContentMenu).close()
 
 
 def test_difference_is_in_millimetres_and_marks_filled_apart_from_missing(views):
@@ -710,20 +684,15 @@ def test_without_a_frame_there_is_a_hint_and_a_deaf_mouse(views):
     assert not view_of(views).isVisible()
 
 
-def test_a_new_palette_repaints_background_and_hatch(views, qapp, qtbot):
-    before, sheet = qapp.palette(), qapp.styleSheet()
+def test_a_new_palette_repaints_background_and_hatch(views, qapp, any_theme, qtbot):
     seen = {}
-    try:
-        for name in ("light", "dark"):
-            theme.apply_theme(qapp, name)
-            qtbot.waitUntil(lambda name=name: theme.is_dark(views.palette()) == (name == "dark"))
-            view = view_of(views, "depth-in")
-            expected = theme.colours(views.palette()).background
-            assert colour_at(view, QPoint(1, 1)) == expected.getRgb()[:3]
-            seen[name] = colour_at(view, place(view, 15, 15))
-    finally:
-        qapp.setStyleSheet(sheet)
-        qapp.setPalette(before)
+    for name in ("light", "dark"):
+        theme.apply_theme(qapp, name)
+        qtbot.waitUntil(lambda name=name: theme.is_dark(views.palette()) == (name == "dark"))
+        view = view_of(views, "depth-in")
+        expected = theme.colours(views.palette()).background
+        assert colour_at(view, QPoint(1, 1)) == expected.getRgb()[:3]
+        seen[name] = colour_at(view, place(view, 15, 15))
     assert min(seen["light"]) > max(seen["dark"]) + 60
 
 

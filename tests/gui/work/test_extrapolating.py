@@ -27,11 +27,9 @@ def endless_extrapolation(monkeypatch):
     return gate
 
 
-def _run_with_a_gap(bench, until):
+def _run_with_a_gap(bench):
     """Block 1 is run, so that the hole in block 2 stays missing."""
-    bench.script.allow()
-    bench.runs.current.start({1})
-    until(lambda: bench.runs.state is RunState.IDLE)
+    bench.run_all({1})
     bench.said.clear()
     bench.finished.clear()
 
@@ -39,7 +37,7 @@ def _run_with_a_gap(bench, until):
 def test_the_rest_is_guessed_and_marked_and_goes_when_results_change(bench, until):
     bench.runs.current.extrapolate()
     assert bench.states == [], "nothing has been run"
-    _run_with_a_gap(bench, until)
+    _run_with_a_gap(bench)
     missing = np.isnan(bench.document.completion().depth)
     bench.runs.current.extrapolate()
     assert bench.runs.state is RunState.EXTRAPOLATING
@@ -62,7 +60,7 @@ def test_the_rest_is_guessed_and_marked_and_goes_when_results_change(bench, unti
 
 
 def test_clearing_during_a_guess_leaves_nothing(bench, until, endless_extrapolation):
-    _run_with_a_gap(bench, until)
+    _run_with_a_gap(bench)
     bench.runs.current.extrapolate()
     bench.runs.current.clear_results()
     endless_extrapolation.set()
@@ -72,7 +70,7 @@ def test_clearing_during_a_guess_leaves_nothing(bench, until, endless_extrapolat
 
 
 def test_a_guess_comes_back_with_the_blocks_that_it_is_of(bench, until):
-    _run_with_a_gap(bench, until)
+    _run_with_a_gap(bench)
     bench.runs.current.extrapolate()
     until(lambda: bench.document.extrapolated)
     assert bench.workspace.current.edit(merge(bench.document.labels, [1, 2]), "Merge")
@@ -82,7 +80,7 @@ def test_a_guess_comes_back_with_the_blocks_that_it_is_of(bench, until):
 
 
 def test_a_guess_can_be_cancelled(bench, until, endless_extrapolation):
-    _run_with_a_gap(bench, until)
+    _run_with_a_gap(bench)
     before = bench.document.completion()
     bench.runs.current.extrapolate()
     bench.runs.current.cancel()
@@ -99,7 +97,7 @@ def test_a_guess_can_be_cancelled(bench, until, endless_extrapolation):
 
 
 def test_a_guess_of_blocks_that_were_edited_meanwhile_is_not_shown(bench, until):
-    _run_with_a_gap(bench, until)
+    _run_with_a_gap(bench)
     bench.runs.current.extrapolate()
     bench.workspace.current.edit(merge(bench.document.labels, [1, 2], frozenset()), "Merge")
     until(lambda: bool(bench.said))
@@ -123,24 +121,21 @@ def test_a_run_that_is_to_be_dense_guesses_the_rest_at_its_end(bench, until):
 
 
 def test_a_guess_waits_for_the_re_solve_under_way(bench, until):
-    _run_with_a_gap(bench, until)
+    _run_with_a_gap(bench)
     bench.runs.current.resolve([1])
     bench.runs.current.extrapolate()
     until(lambda: bool(bench.said))
     assert bench.document.extrapolated
 
 
-def test_how_long_it_took_is_said(bench, until, monkeypatch):
-    clock = [100.0]
-    monkeypatch.setattr(runs_module.time, "perf_counter", lambda: clock[0])
+def test_how_long_it_took_is_said(bench, until, clock):
     for begin, word in (
         (lambda: bench.runs.current.start({1}), "1 block in 1.5 s."),
         (bench.runs.current.extrapolate, "extrapolated in 1.5 s ("),
     ):
         begin()
         clock[0] += 1.5
-        bench.script.allow()
-        until(lambda: bool(bench.said))
+        bench.finish()
         assert word in bench.said.pop()
     bench.runs.current.resolve([1])
     clock[0] += 0.25
@@ -150,7 +145,7 @@ def test_how_long_it_took_is_said(bench, until, monkeypatch):
 
 def test_what_a_guess_did_without_is_said_once(bench, until, monkeypatch):
     bench.script.notes = ("The network is gone.",)
-    _run_with_a_gap(bench, until)
+    _run_with_a_gap(bench)
 
     def noted(completion, *_):
         yield record(1)

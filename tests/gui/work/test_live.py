@@ -14,7 +14,7 @@ from ilf.data.results import Completion
 from ilf.evaluation.edit_summary import EditSummary
 from ilf.run.run import Run
 from ilf.segmentation.editing.cleaning import merge
-from ilf.segmentation.editing.patches import LabelPatch, patch_between
+from ilf.segmentation.editing.patches import LabelPatch
 
 from ..states import QUICK
 
@@ -47,17 +47,7 @@ def line(bench, live, qtbot):
 
 
 def _patch(bench, label: int, column: int = 26) -> LabelPatch:
-    labels = bench.document.labels.copy()
-    labels[5:20, column:34] = label
-    patch = patch_between(bench.document.labels, labels)
-    assert patch is not None
-    return patch
-
-
-def _run(bench, until):
-    bench.script.allow()
-    bench.runs.current.start()
-    until(lambda: bench.runs.state is RunState.IDLE)
+    return bench.patch(label, np.s_[5:20], np.s_[column:34])
 
 
 def _asked(bench) -> list[list[int]]:
@@ -66,7 +56,7 @@ def _asked(bench) -> list[list[int]]:
 
 
 def test_an_edit_that_was_undone_has_nothing_solved_for_values_that_are_set_later(bench, solver, until):
-    _run(bench, until)
+    bench.run_all()
     bench.workspace.current.edit(_patch(bench, 2), "Paint")
     until(lambda: bench.document.changed_blocks() == [] and bench.runs.state is RunState.IDLE)
     bench.document.undo_stack.undo()
@@ -77,7 +67,7 @@ def test_an_edit_that_was_undone_has_nothing_solved_for_values_that_are_set_late
 
 
 def test_touched_blocks_are_solved_again_the_chosen_one_first(bench, solver, until):
-    _run(bench, until)
+    bench.run_all()
     bench.workspace.select([2])
     bench.workspace.current.edit(_patch(bench, 2), "Paint")
     until(lambda: bench.document.changed_blocks() == [])
@@ -88,18 +78,16 @@ def test_touched_blocks_are_solved_again_the_chosen_one_first(bench, solver, unt
 
 
 def test_blocks_that_an_edit_does_not_touch_are_left_alone(bench, solver, until):
-    _run(bench, until)
-    labels = bench.document.labels.copy()
-    labels[40:, 50:] = 3
-    bench.workspace.current.edit(patch_between(bench.document.labels, labels), "Outline")
+    bench.run_all()
+    bench.workspace.current.edit(bench.patch(3, np.s_[40:], np.s_[50:]), "Outline")
     until(lambda: bench.document.changed_blocks() == [])
     assert _asked(bench)[1:] == [[2, 3]]
 
 
-def test_nothing_is_solved_before_a_first_run_or_where_it_is_not_wanted(bench, solver, live, until):
+def test_nothing_is_solved_before_a_first_run_or_where_it_is_not_wanted(bench, solver, live):
     bench.workspace.current.edit(_patch(bench, 2), "Paint")
     assert bench.runs.state is RunState.IDLE
-    _run(bench, until)
+    bench.run_all()
     live.setChecked(False)
     bench.document.undo_stack.undo()
     assert bench.runs.state is RunState.IDLE
@@ -107,7 +95,7 @@ def test_nothing_is_solved_before_a_first_run_or_where_it_is_not_wanted(bench, s
 
 
 def test_what_is_touched_during_a_run_is_solved_after_it(bench, solver, until):
-    _run(bench, until)
+    bench.run_all()
     bench.runs.of(bench.document).toggle_pause()
     bench.runs.current.start()
     bench.workspace.current.edit(_patch(bench, 2), "Paint")
@@ -117,7 +105,7 @@ def test_what_is_touched_during_a_run_is_solved_after_it(bench, solver, until):
 
 
 def test_what_a_turn_to_another_frame_drops_is_solved_when_the_first_is_shown_again(bench, solver, until):
-    _run(bench, until)
+    bench.run_all()
     first = bench.document
     other = bench.open("second")
     bench.workspace.show(first)
@@ -125,20 +113,18 @@ def test_what_a_turn_to_another_frame_drops_is_solved_when_the_first_is_shown_ag
     bench.workspace.current.edit(_patch(bench, 2), "Paint")
     bench.workspace.current.edit(_patch(bench, 2, 24), "Paint")
     bench.workspace.show(other)
-    bench.script.allow()
-    until(lambda: bench.runs.state is RunState.IDLE)
+    bench.rest()
     assert first.changed_blocks() != []
     bench.workspace.show(first)
     until(lambda: first.changed_blocks() == [])
 
 
 def test_what_is_cancelled_is_not_asked_for_again(bench, solver, until):
-    _run(bench, until)
+    bench.run_all()
     bench.script.__init__()
     bench.workspace.current.edit(_patch(bench, 2), "Paint")
     bench.runs.current.cancel()
-    bench.script.allow(1)
-    until(lambda: bench.runs.state is RunState.IDLE)
+    bench.rest(1)
     assert bench.document.changed_blocks() == [1, 2]
     bench.script.allow()
     bench.workspace.current.edit(_patch(bench, 2, 24), "Paint")
@@ -154,7 +140,7 @@ def test_what_is_cancelled_is_not_asked_for_again(bench, solver, until):
     ids=["invalid depth", "guide"],
 )
 def test_another_layer_of_the_frame_may_have_a_part_in_all_blocks(bench, solver, until, change):
-    _run(bench, until)
+    bench.run_all()
     assert change(bench.workspace.current)
     until(lambda: bench.document.changed_blocks() == [])
     assert _asked(bench)[1:] == [[1, 2]]
@@ -164,9 +150,7 @@ def test_the_normal_run_is_of_what_has_changed(bench, until):
     bench.script.allow()
     bench.runs.current.start_changed()
     until(lambda: len(bench.said) == 1)
-    labels = bench.document.labels.copy()
-    labels[40:, 50:] = 3
-    bench.workspace.current.edit(patch_between(bench.document.labels, labels), "Outline")
+    bench.workspace.current.edit(bench.patch(3, np.s_[40:], np.s_[50:]), "Outline")
     bench.runs.current.start_changed()
     until(lambda: len(bench.said) == 2)
     bench.runs.current.start_changed()
@@ -184,7 +168,7 @@ def test_an_edit_is_said_at_once_and_what_it_did_when_it_is_known(bench, solver,
     monkeypatch.setattr("gui.features.edit_summary.summarise_edit", find)
     assert "appears here" in line.label.text()
     former = bench.document.labels.copy()
-    _run(bench, until)
+    bench.run_all()
     bench.workspace.current.edit(_patch(bench, 2), "Paint <Block> 2")
     assert "<b>Paint &lt;Block&gt; 2</b>" in line.label.text()
     assert "60 px moved" in line.label.text()
@@ -203,7 +187,7 @@ def test_an_edit_is_said_at_once_and_what_it_did_when_it_is_known(bench, solver,
 
 
 def test_of_two_edits_the_last_is_said(bench, solver, line, until):
-    _run(bench, until)
+    bench.run_all()
     bench.workspace.current.edit(_patch(bench, 2), "Paint")
     bench.workspace.current.edit(merge(bench.document.labels, [1, 2]), "Merge")
     until(lambda: not line.presenter.busy and bench.runs.state is RunState.IDLE)
@@ -214,7 +198,7 @@ def test_without_live_what_an_edit_did_is_said_after_the_next_run(bench, live, s
     monkeypatch.setattr(
         "gui.features.edit_summary.summarise_edit", lambda *_: EditSummary(60, None, None, (0.04, 0.03), 99)
     )
-    _run(bench, until)
+    bench.run_all()
     live.setChecked(False)
     bench.workspace.current.edit(_patch(bench, 2), "Paint")
     assert not line.presenter.busy
@@ -223,7 +207,7 @@ def test_without_live_what_an_edit_did_is_said_after_the_next_run(bench, live, s
 
 
 def test_other_blocks_and_other_depth_leave_no_word_of_the_last_edit(bench, solver, line, until):
-    _run(bench, until)
+    bench.run_all()
     bench.workspace.current.edit(_patch(bench, 2), "Paint")
     assert "Paint" in line.label.text()
     bench.workspace.current.replace_blocks(np.ones_like(bench.document.labels), "Load blocks")
@@ -261,7 +245,7 @@ def test_an_edit_is_judged_by_the_truth_first_also_by_one_that_is_loaded_later(b
         return EditSummary(60, by_ground_truth=None if after.frame.ground_truth is None else (0.1, 0.06))
 
     monkeypatch.setattr("gui.features.edit_summary.summarise_edit", find)
-    _run(bench, until)
+    bench.run_all()
     bench.workspace.current.edit(_patch(bench, 2), "Paint")
     until(lambda: "too little known depth nearby" in line.label.text())
     bench.workspace.current.set_ground_truth(np.full(bench.document.frame.shape, 2.0, np.float32))

@@ -26,12 +26,11 @@ def test_a_re_solve_runs_one_block_and_says_how_fast(bench, until):
     assert (bench.runs.current.resolving, bench.runs.state) == ((), RunState.IDLE)
 
 
-def test_nothing_is_solved_anew_during_a_run(bench, until):
+def test_nothing_is_solved_anew_during_a_run(bench):
     bench.runs.current.start()
     bench.runs.current.resolve([1])
     assert bench.runs.state is RunState.RUNNING
-    bench.script.allow()
-    until(lambda: bool(bench.said))
+    bench.finish()
     assert len(bench.script.runs) == 1
     assert bench.resolved == []
 
@@ -46,14 +45,11 @@ def test_of_many_values_the_last_is_solved_after_the_one_under_way(bench, until,
     assert [steps.run.parameters.max_iterations for steps in bench.script.runs] == [3, 6]
 
 
-def test_a_re_solve_that_takes_too_long_gives_way_after_a_while(bench, until, monkeypatch):
-    clock = [0.0]
-    monkeypatch.setattr(runs_module.time, "perf_counter", lambda: clock[0])
+def test_a_re_solve_that_takes_too_long_gives_way_after_a_while(bench, until, clock):
     bench.script.records = 1000
     bench.runs.current.resolve([1])
-    bench.script.allow(1)
-    until(lambda: bench.document.results.running == [1])
-    clock[0] = 0.05
+    bench.get_going()
+    clock[0] += 0.05
     bench.runs.current.resolve([1])
     assert bench.patience.isActive()
     assert bench.patience.interval() == 100, "150 ms from the beginning of the one under way"
@@ -64,20 +60,18 @@ def test_a_re_solve_that_takes_too_long_gives_way_after_a_while(bench, until, mo
     until(lambda: len(bench.script.runs) == 2)
     assert bench.resolved == []
     assert not bench.patience.isActive()
-    clock[0] = 10.0
+    clock[0] += 10.0
     bench.runs.current.resolve([1])
     assert not bench.patience.isActive(), "one that is old already ends at once"
     bench.script.allow(1)
     until(lambda: len(bench.script.runs) == 3)
 
 
-def test_what_a_re_solve_shows_stays_until_the_next_one_of_the_frame_shows_something(bench, until, monkeypatch):
-    clock = [0.0]
-    monkeypatch.setattr(runs_module.time, "perf_counter", lambda: clock[0])
+def test_what_a_re_solve_shows_stays_until_the_next_one_of_the_frame_shows_something(bench, until, clock):
     bench.script.records = 1000
     results = bench.document.results
     bench.runs.current.resolve([1])
-    clock[0] = 1.0
+    clock[0] += 1.0
     bench.script.allow(1)
     until(lambda: 1 in results.previews)
     bench.runs.current.resolve([1])
@@ -86,8 +80,7 @@ def test_what_a_re_solve_shows_stays_until_the_next_one_of_the_frame_shows_somet
     assert 1 in results.previews
     assert results.running == []
     bench.runs.current.cancel()
-    bench.script.allow(1)
-    until(lambda: bench.runs.state is RunState.IDLE)
+    bench.rest(1)
     assert results.previews == {}
 
 
@@ -95,8 +88,7 @@ def test_what_a_re_solve_shows_stays_until_the_next_one_of_the_frame_shows_somet
 def test_a_run_takes_the_place_of_a_re_solve_and_keeps_it(bench, until, stepwise):
     bench.script.records = 1000
     bench.runs.current.resolve([1])
-    bench.script.allow(1)
-    until(lambda: bench.document.results.running == [1])
+    bench.get_going()
     bench.runs.current.start({2}, stepwise)
     assert not bench.patience.isActive(), "at once"
     bench.runs.current.resolve([1])
@@ -123,13 +115,12 @@ def test_what_is_to_follow_follows_also_when_the_user_turns_to_another_frame(ben
     assert bench.resolved == [], "of a frame that is not shown nobody wants to know"
 
 
-def test_cancelling_a_re_solve_drops_what_was_to_follow(bench, until):
+def test_cancelling_a_re_solve_drops_what_was_to_follow(bench):
     bench.script.records = 1000
     bench.runs.current.resolve([1])
     bench.runs.current.resolve([1])
     bench.runs.current.cancel()
-    bench.script.allow(1)
-    until(lambda: bench.runs.state is RunState.IDLE)
+    bench.rest(1)
     assert len(bench.script.runs) == 1
     assert (bench.resolved, bench.said) == ([], [])
 
@@ -146,9 +137,7 @@ def test_what_was_to_follow_a_re_solve_that_breaks_is_dropped(bench, until):
 
 
 def test_clearing_drops_the_result_that_a_re_solve_is_about_to_give(bench, until):
-    bench.script.allow()
-    bench.runs.current.start()
-    until(lambda: bool(bench.said))
+    bench.run_all()
     bench.runs.current.resolve([1])
     threads = [thread for thread in threading.enumerate() if thread.name == "ilf-worker"]
     for thread in threads:
@@ -169,20 +158,15 @@ def test_clearing_one_frame_leaves_the_re_solve_of_another(bench, until):
     until(lambda: set(bench.document.valid_results()) == {1})
 
 
-def test_clearing_during_a_run_forgets_what_is_done_and_the_run_goes_on(bench, until):
-    bench.runs.current.start()
-    bench.script.allow(3)
-    until(lambda: 1 in bench.document.valid_results())
+def test_clearing_during_a_run_forgets_what_is_done_and_the_run_goes_on(bench):
+    bench.run_first_block()
     bench.runs.current.clear_results()
     assert bench.runs.state is RunState.RUNNING
-    bench.script.allow()
-    until(lambda: bool(bench.said))
+    bench.finish()
     assert set(bench.document.valid_results()) == {2}
 
 
-def test_a_re_solve_shows_its_first_preview_after_a_moment(bench, until, monkeypatch):
-    clock = [50.0]
-    monkeypatch.setattr(runs_module.time, "perf_counter", lambda: clock[0])
+def test_a_re_solve_shows_its_first_preview_after_a_moment(bench, until, clock):
     bench.script.records = 1000
     live = bench.document.results.live
     bench.runs.current.resolve([1])
@@ -196,12 +180,11 @@ def test_a_re_solve_shows_its_first_preview_after_a_moment(bench, until, monkeyp
     assert bench.run.previews == 1
 
 
-def test_stopping_all_stops_the_patience(bench, until, monkeypatch):
+def test_stopping_all_stops_the_patience(bench, monkeypatch):
     monkeypatch.setattr("gui.work.frame_runs._PATIENCE_MS", 100_000)  # however busy the machine is
     bench.script.records = 1000
     bench.runs.current.resolve([1])
-    bench.script.allow(1)
-    until(lambda: bench.document.results.running == [1])
+    bench.get_going()
     bench.runs.current.resolve([1])
     assert bench.patience.isActive()
     bench.script.allow()
@@ -209,22 +192,20 @@ def test_stopping_all_stops_the_patience(bench, until, monkeypatch):
     assert not bench.patience.isActive()
 
 
-def test_edited_blocks_are_solved_in_order_and_what_was_left_comes_after_them(bench, until):
+def test_edited_blocks_are_solved_in_order_and_what_was_left_comes_after_them(bench):
     bench.script.records = 1000
     bench.runs.current.resolve([2, 1])
-    bench.script.allow(1)
-    until(lambda: bench.document.results.running == [2])
+    bench.get_going(2)
     bench.runs.current.resolve([1], edited=True)
     assert not bench.patience.isActive(), "at once"
     bench.script.records = 1
-    bench.script.allow()
-    until(lambda: bench.runs.state is RunState.IDLE)
+    bench.rest()
     assert [list(steps.run.only) for steps in bench.script.runs] == [[2, 1], [1, 2]]
     assert set(bench.document.valid_results()) == {1, 2}
     assert bench.resolved[-1].startswith("2 blocks: 2 iterations in ")
 
 
-def test_blocks_that_are_gone_are_not_solved(bench, until):
+def test_blocks_that_are_gone_are_not_solved(bench):
     bench.runs.current.resolve([9])
     assert bench.runs.state is RunState.IDLE
     assert bench.script.runs == []

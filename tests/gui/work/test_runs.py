@@ -21,7 +21,7 @@ from ..states import Told
 # starting and ending
 
 
-def test_a_run_goes_over_all_blocks_with_their_parameters_and_leaves_one_core(bench, until, monkeypatch):
+def test_a_run_goes_over_all_blocks_with_their_parameters_and_leaves_one_core(bench, monkeypatch):
     monkeypatch.setattr(runs_module, "spare_cores", lambda: 5)
     own = preset("paper", max_iterations=7)
     bench.workspace.parameters.set(preset("released-code"))
@@ -31,8 +31,7 @@ def test_a_run_goes_over_all_blocks_with_their_parameters_and_leaves_one_core(be
     assert bench.runs.state is RunState.RUNNING
     assert not bench.runs.free
     assert bench.runs.running == [bench.document]
-    bench.script.allow()
-    until(lambda: bool(bench.said))
+    bench.finish()
     assert bench.run.threads == 5
     assert set(bench.run.blocks) == {1, 2}
     assert bench.run.run.parameters_of(1) == preset("released-code")
@@ -53,11 +52,9 @@ def test_a_run_goes_over_all_blocks_with_their_parameters_and_leaves_one_core(be
     )
 
 
-def test_what_a_run_did_without_is_said_once(bench, until):
+def test_what_a_run_did_without_is_said_once(bench):
     bench.script.notes = ("The network is gone.",)
-    bench.script.allow()
-    bench.runs.current.start()
-    until(lambda: bool(bench.said))
+    bench.run_all()
     assert bench.said[0].endswith(" s. The network is gone.")
 
 
@@ -84,16 +81,13 @@ def test_records_results_and_progress_come_as_they_are_made(bench, until):
     bench.script.allow(1)
     until(lambda: results.running == [2])
     assert bench.runs.current.queued == set()
-    bench.script.allow()
-    until(lambda: bool(bench.said))
+    bench.finish()
     numbers = {label: [i for other, batch in bench.records if other == label for i in batch] for label in (1, 2)}
     assert numbers == {1: [1, 2], 2: [1, 2]}
 
 
 def test_a_run_that_breaks_keeps_what_is_done_and_tells_why(bench, until):
-    bench.runs.current.start()
-    bench.script.allow(3)
-    until(lambda: 1 in bench.document.valid_results())
+    bench.run_first_block()
     bench.script.error = MemoryError("no room")
     bench.script.allow()
     until(lambda: bool(bench.failed))
@@ -164,9 +158,7 @@ def test_a_pause_is_told_at_once_and_holds(bench, until, qtbot):
     bench.runs.current.toggle_pause()
     assert bench.states == [RunState.RUNNING]
     until(lambda: len(bench.document.results.live[1]) > 100)
-    bench.runs.current.cancel()
-    bench.script.allow()
-    until(lambda: bool(bench.said))
+    bench.cancel()
 
 
 def test_cancelling_keeps_the_blocks_that_are_done(bench, until):
@@ -178,8 +170,7 @@ def test_cancelling_keeps_the_blocks_that_are_done(bench, until):
     bench.runs.current.cancel()
     assert bench.runs.state is RunState.STOPPING
     assert not bench.runs.free
-    bench.script.allow()
-    until(lambda: bool(bench.said))
+    bench.finish()
     assert bench.said[0].startswith("first: run cancelled, 1 block in ")
     assert set(bench.document.valid_results()) == {1}
     assert bench.document.results.running == []
@@ -193,9 +184,7 @@ def test_cancelling_keeps_the_blocks_that_are_done(bench, until):
 # previews
 
 
-def test_previews_come_now_and_then_and_go_with_the_run(bench, until, qtbot, monkeypatch):
-    clock = [0.0]
-    monkeypatch.setattr(runs_module.time, "perf_counter", lambda: clock[0])
+def test_previews_come_now_and_then_and_go_with_the_run(bench, until, qtbot, clock):
     bench.script.records = 1000
     results = bench.document.results
     bench.runs.current.start()
@@ -213,9 +202,7 @@ def test_previews_come_now_and_then_and_go_with_the_run(bench, until, qtbot, mon
     bench.script.allow(1)
     until(lambda: len(results.live[1]) == 8)
     assert bench.run.previews == 2
-    bench.runs.current.cancel()
-    bench.script.allow()
-    until(lambda: bool(bench.said))
+    bench.cancel()
     assert results.previews == {}
     assert bench.document.current_depth() is None
 
@@ -223,28 +210,25 @@ def test_previews_come_now_and_then_and_go_with_the_run(bench, until, qtbot, mon
 # edits and frames during a run
 
 
-def test_results_of_blocks_that_were_edited_meanwhile_are_told_as_lost(bench, until):
+def test_results_of_blocks_that_were_edited_meanwhile_are_told_as_lost(bench):
     bench.runs.current.start()
-    bench.script.allow(1)
-    until(lambda: bench.document.results.running == [1])
+    bench.get_going()
     bench.workspace.current.edit(merge(bench.document.labels, [1, 2], frozenset()), "Merge")
     assert (bench.run.run.blocks.labels == bench.labels).all(), "the run has blocks of its own"
-    bench.script.allow()
-    until(lambda: bool(bench.said))
+    bench.finish()
     assert bench.said[0].endswith(" 2 blocks edited meanwhile: run again (F5).")
     assert bench.document.valid_results() == {}
     bench.workspace.undo_group.undo()
     assert set(bench.document.valid_results()) == {1, 2}, "undo brings them back"
 
 
-def test_results_go_to_the_frame_that_runs_wherever_the_user_has_turned(bench, until):
+def test_results_go_to_the_frame_that_runs_wherever_the_user_has_turned(bench):
     bench.runs.current.start()
     second = bench.open("second")
     told = Told(bench.workspace)
     listed: list[int] = []
     bench.workspace.changed.connect(lambda _: listed.append(len(bench.document.valid_results())))
-    bench.script.allow()
-    until(lambda: bool(bench.said))
+    bench.finish()
     assert bench.said[0].startswith("first: ")
     assert set(bench.document.valid_results()) == {1, 2}
     assert second.valid_results() == {}
@@ -252,15 +236,13 @@ def test_results_go_to_the_frame_that_runs_wherever_the_user_has_turned(bench, u
     assert listed[-1] == 2
 
 
-def test_results_of_a_frame_that_was_closed_meanwhile_trouble_nobody(bench, until):
+def test_results_of_a_frame_that_was_closed_meanwhile_trouble_nobody(bench):
     bench.runs.current.start()
-    bench.script.allow(1)
-    until(lambda: bench.document.results.running == [1])
+    bench.get_going()
     bench.workspace.close(bench.document)
     bench.workspace.tell()
     assert (bench.runs.state, bench.runs.running) == (RunState.IDLE, [])
-    bench.script.allow()
-    until(lambda: bool(bench.said))
+    bench.finish()
     assert "run cancelled" in bench.said[0]
     assert bench.workspace.open == []
     assert bench.runs.state is RunState.IDLE
@@ -268,8 +250,7 @@ def test_results_of_a_frame_that_was_closed_meanwhile_trouble_nobody(bench, unti
 
 def test_frames_run_side_by_side(bench, until):
     bench.runs.current.start()
-    bench.script.allow(1)
-    until(lambda: bench.document.results.running == [1])
+    bench.get_going()
     other = bench.open("second")
     assert bench.runs.free
     bench.runs.current.start({2})
@@ -299,18 +280,14 @@ def test_shutdown_ends_the_thread_and_says_nothing(bench, qtbot):
     assert bench.said == []
 
 
-def test_blocks_that_wait_for_the_correction_stay_when_a_run_is_cancelled(bench, until):
+def test_blocks_that_wait_for_the_correction_stay_when_a_run_is_cancelled(bench):
     """As they are without it, so that they count as changed."""
-    bench.runs.current.start()
-    bench.script.allow(3)
-    until(lambda: 1 in bench.document.valid_results())
+    bench.run_first_block()
     first = bench.document.valid_results()[1]
     waits = replace(first, parameters=first.parameters.replace(correction=False))
     bench.run.uncorrected[2] = replace(waits, block=find_blocks(bench.document.labels)[2], depth=second_depth(bench))
     assert bench.runs.of(bench.document).share_done == 1.0
-    bench.runs.current.cancel()
-    bench.script.allow()
-    until(lambda: bool(bench.said))
+    bench.cancel()
     assert set(bench.document.valid_results()) == {1, 2}
     assert bench.document.changed_blocks() == [2]
     assert "2 blocks" in bench.said[0]
@@ -319,7 +296,7 @@ def test_blocks_that_wait_for_the_correction_stay_when_a_run_is_cancelled(bench,
     assert row.detail.startswith("The result, completed, waits for the learned correction.")
 
 
-def test_a_block_that_is_done_as_the_run_is_cancelled_stays(bench, until, monkeypatch):
+def test_a_block_that_is_done_as_the_run_is_cancelled_stays(bench, monkeypatch):
     make = ScriptedSteps._result
 
     def result_then_cancelled(self: ScriptedSteps, label: int, block: Block) -> BlockResult:
@@ -328,12 +305,8 @@ def test_a_block_that_is_done_as_the_run_is_cancelled_stays(bench, until, monkey
         return make(self, label, block)
 
     monkeypatch.setattr(ScriptedSteps, "_result", result_then_cancelled)
-    bench.runs.current.start()
-    bench.script.allow(3)
-    until(lambda: 1 in bench.document.valid_results())
-    bench.runs.current.cancel()
-    bench.script.allow()
-    until(lambda: bool(bench.said))
+    bench.run_first_block()
+    bench.cancel()
     assert set(bench.document.valid_results()) == {1}
 
 
