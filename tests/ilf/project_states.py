@@ -14,9 +14,12 @@ from ilf.data.frame import RGBDFrame
 from ilf.data.guide import Guide, GuideCard
 from ilf.evaluation.hold_out import HoldOutTest
 from ilf.evaluation.quality.ignored import IgnoredPlace
+from ilf.project.file import open_project, save_project
 from ilf.project.frame_state import FrameState, InspectionState
+from ilf.project.project import FrameSummary, Project, ProjectFrame, Stage
 from ilf.project.run_history import Extrapolation, StoredRun
 from ilf.run.run import Run
+from ilf.sources.frame_ref import FrameRef
 
 from .small_frames import CAMERA, QUICK, write_small_frame
 
@@ -111,6 +114,14 @@ def rich_state(frame: RGBDFrame, frame_id: str = "ab12") -> FrameState:
         looked=InspectionState(((0.5, 1.25), (70.0, 3.0)), (slice(3, 9), slice(2, 80)), (((1.0, 2.0), (3.0, 4.5)),)),
         view={"zoom": 1.5, "layout": ["a", None, True]},
     )
+
+
+def through_project(frame: RGBDFrame, path: Path) -> RGBDFrame:
+    """The frame as it comes back from a project file."""
+    listed = ProjectFrame("a1", "one", FrameRef.of(frame.inputs), FrameSummary(Stage.UNTOUCHED), True)
+    save_project(path, Project((listed,)), [FrameState("a1", frame, Blocks(np.ones(frame.shape, np.int32)))])
+    with open_project(path) as opened:
+        return opened.state("a1").state.frame
 
 
 def assert_same(one: object, other: object, what: str = "state") -> None:

@@ -13,7 +13,6 @@ from hypothesis import strategies as st
 
 import ilf
 from gui.features.frame_list.thumbnails import read_thumbnail, stored_thumbnail
-from ilf.cli import main
 from ilf.errors import FormatError, IlfError, InputError, one_line
 from ilf.io.block_files import read_blocks
 from ilf.io.cameras import intrinsics_from
@@ -164,16 +163,15 @@ def given_files(folder):
 
 
 @pytest.mark.parametrize("flag", ["--blocks", "--drawn", "--invalid-mask", "--intrinsics"])
-def test_what_a_run_is_made_from_is_not_overwritten_by_it(flag, tmp_path, capsys):
+def test_what_a_run_is_made_from_is_not_overwritten_by_it(flag, tmp_path, cli):
     given = given_files(tmp_path)
     before = contents(tmp_path / "out")
     words = ["complete", str(tmp_path / "in/rgb.png"), str(tmp_path / "in/depth.png"), "--out", str(tmp_path / "out")]
-    assert main([*words, "--max-iterations", "3", "--quiet", flag, given[flag]]) == 1
-    assert "would be overwritten" in capsys.readouterr().err
+    assert "would be overwritten" in cli(*words, "--max-iterations", "3", "--quiet", flag, given[flag], status=1).err
     assert contents(tmp_path / "out") == before
 
 
-def test_the_sample_is_written_as_a_whole_or_not_at_all(tmp_path, monkeypatch, capsys):
+def test_the_sample_is_written_as_a_whole_or_not_at_all(tmp_path, monkeypatch, cli):
     write_bytes, written = Path.write_bytes, []
 
     def until_full(path, content):
@@ -184,8 +182,7 @@ def test_the_sample_is_written_as_a_whole_or_not_at_all(tmp_path, monkeypatch, c
         return write_bytes(path, content)
 
     monkeypatch.setattr(Path, "write_bytes", until_full)
-    assert main(["sample", str(tmp_path / "new" / "room")]) == 1
-    assert "the disk is full" in capsys.readouterr().err
+    assert "the disk is full" in cli("sample", tmp_path / "new" / "room", status=1).err
     assert not (tmp_path / "new").exists()
 
 

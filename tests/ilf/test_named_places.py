@@ -285,23 +285,21 @@ TYPED = [
 
 
 @pytest.mark.parametrize("form", TYPED)
-def test_typed_chains_other_protocols_and_malformed_addresses_are_one_sentence(form, tmp_path, web, capsys):
+def test_typed_chains_other_protocols_and_malformed_addresses_are_one_sentence(form, tmp_path, web, cli):
     address = form.format(web[0])
     out = ["--out", str(tmp_path / "out")]
     for command in (["info", address], ["complete", address, address, *out], ["batch", address, *out]):
-        assert main(command) == 1
-        shown = capsys.readouterr().err
+        shown = cli(*command, status=1).err
         assert shown.startswith("ilf: error: ")
         assert shown.count("\n") == 1
         assert address.strip() in shown
     assert not web[1]
 
 
-def test_a_project_is_listed_without_asking_and_opened_when_it_is_allowed(stranger, web, capsys):
+def test_a_project_is_listed_without_asking_and_opened_when_it_is_allowed(stranger, web, cli):
     address, asked = web
     path = project(stranger, FrameRef(f"{address}/rgb/0000.png", f"{address}/depth/0000.png"))
-    assert main(["project", "info", str(path)]) == 0
-    assert "--allow-address" in capsys.readouterr().out
+    assert "--allow-address" in cli("project", "info", path).out
     opening = ["project", "export", str(path), "--complete", "--out", str(stranger / "out")]
     assert main(opening) == 1
     assert main([*opening, "--allow-address", "https://127.0.0.1", "--allow-address", f"{address[:-1]}"]) == 1
@@ -328,15 +326,14 @@ def test_a_strangers_autosave_does_not_call_home_and_ones_own_opens(tmp_path, fr
     left.release()
 
 
-def test_what_the_user_has_opened_is_his_wherever_it_lies(tmp_path, monkeypatch, capsys):
+def test_what_the_user_has_opened_is_his_wherever_it_lies(tmp_path, monkeypatch, cli):
     frames, project_file = write_frames(tmp_path / "data" / "in", 2), tmp_path / "work" / "mine.ilf"
     project_file.parent.mkdir()
     assert main(["project", "new", str(project_file), str(frames)]) == 0
     again = ["project", "export", str(project_file), "--complete", "--out", str(tmp_path / "out")]
     assert main(again) == 0
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "elsewhere"))  # somebody else
-    assert main(again) == 1
-    assert str(frames) in capsys.readouterr().err
+    assert str(frames) in cli(*again, status=1).err
     shutil.move(project_file, frames.parent / "mine.ilf")
     assert export(frames.parent / "mine.ilf") == 0
 

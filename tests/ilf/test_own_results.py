@@ -37,26 +37,22 @@ def test_results_beside_frames_are_left_out_and_named(measured):
 
 
 @pytest.mark.parametrize("results", ["frames/one-done", "done", "shards"])
-def test_a_batch_of_results_alone_is_refused(results, measured, capsys):
+def test_a_batch_of_results_alone_is_refused(results, measured, capsys, cli):
     if results == "done":
         assert main(["batch", measured, "--out", results, *QUICK]) == 0
     elif results == "shards":
         assert main(["batch", measured, "--shards", results, *QUICK]) == 0
     capsys.readouterr()
-    assert main(["batch", results, "--out", "again", *QUICK]) == 1
-    assert "results of ILF Studio" in capsys.readouterr().err
+    assert "results of ILF Studio" in cli("batch", results, "--out", "again", *QUICK, status=1).err
 
 
-def test_completed_depth_is_doubted_and_not_scored_as_known(measured, capsys):
+def test_completed_depth_is_doubted_and_not_scored_as_known(measured, cli):
     main(["batch", measured, "--shards", "shards", *QUICK])
     colour, depth = "frames/one/rgb.png", "frames/one-done/depth.png"
     for given in (["frames/one-done"], [colour, depth], ["shards", "--frame", "one"]):
-        assert main(["evaluate", *given]) == 1
-        assert "completed by ILF Studio" in capsys.readouterr().err
-        assert main(["info", *given]) == 0
-        assert "completed by ILF Studio" in capsys.readouterr().out
-    assert main(["info", "--json", "frames/one-done"]) == 0
-    assert json.loads(capsys.readouterr().out)["frame"]["result"] == "run.json"
+        assert "completed by ILF Studio" in cli("evaluate", *given, status=1).err
+        assert "completed by ILF Studio" in cli("info", *given).out
+    assert json.loads(cli("info", "--json", "frames/one-done").out)["frame"]["result"] == "run.json"
     frame = ilf.load_frame("frames/one-done", warn=False)
     assert any("completed by ILF Studio" in note for note in frame.notes)
     with pytest.raises(ilf.IlfError, match="completed by ILF Studio"):

@@ -104,20 +104,18 @@ def test_a_layout(site, tmp_path):
     assert ilf.open_source(tmp_path / "rig", layout="stereo-rig").keys == source.keys
 
 
-def test_an_export_format(site, tmp_path, capsys):
+def test_an_export_format(site, tmp_path, cli):
     install_example(site, "exporter")
     rgb, depth = write_small_frame(tmp_path / "in")
     table = tmp_path / "new" / "room.BLOCKS.csv"
     arguments = ["complete", str(rgb), str(depth), "--max-iterations", "5", "--out", str(tmp_path / "out")]
-    assert main([*arguments, "--export", str(table)]) == 0
-    assert f"Exported to {table}" in capsys.readouterr().out
+    assert f"Exported to {table}" in cli(*arguments, "--export", table).out
     head, *rows = table.read_text().splitlines()
     assert head.startswith("block,status")
     assert [row.split(",")[0] for row in rows] == [str(label) for label in range(1, len(rows) + 1)]
     assert len(rows) >= 2
     before = table.read_bytes()
-    assert main([*arguments, "--export", str(tmp_path / "room.csv")]) == 1
-    told = capsys.readouterr().err
+    told = cli(*arguments, "--export", tmp_path / "room.csv", status=1).err
     assert "no export with this extension. Known: .exr, " in told
     assert told.endswith(".rrd, .blocks.csv.\n")
     assert table.read_bytes() == before
@@ -219,7 +217,7 @@ def predict(path, rgb):
     assert (tmp_path / "x.odd").read_text() == "before"
 
 
-def test_a_plugin_that_ends_the_program_or_lacks_a_method_is_named(site, tmp_path, frame, capsys):
+def test_a_plugin_that_ends_the_program_or_lacks_a_method_is_named(site, tmp_path, frame, cli):
     install_example(site, "source")
     entries = {
         "ilf.sources": {"a": "broken_package:Abstract", "e": "broken_package:Ending"},
@@ -238,8 +236,7 @@ class Ending(Abstract):
 """
     install(site, "broken-package", entries, source)
     (tmp_path / "x.odd").write_text("x")
-    assert main(["info", str(tmp_path / "x.odd")]) == 1
-    assert "broken-package failed: SystemExit: 7" in (told := capsys.readouterr().err)
+    assert "broken-package failed: SystemExit: 7" in (told := cli("info", tmp_path / "x.odd", status=1).err)
     assert told.count("\n") == 1
     source = ilf.open_source(tmp_path / "in")
     assert any("Abstract is abstract: it has no cameras, frame" in note for note in source.notes)
@@ -253,7 +250,7 @@ class Ending(Abstract):
 
 
 @pytest.mark.parametrize("content", [b"[ilf.sources]\nno equals sign\n", b"[ilf.sources]\na = \xff\n"])
-def test_a_damaged_list_of_one_package_leaves_the_others(site, tmp_path, frame, capsys, content):
+def test_a_damaged_list_of_one_package_leaves_the_others(site, tmp_path, frame, capsys, cli, content):
     install_example(site, "source")
     install(site, "broken-package", {}, "")
     (site / "broken_package-1.0.dist-info" / "entry_points.txt").write_bytes(content)
@@ -269,8 +266,7 @@ def test_a_damaged_list_of_one_package_leaves_the_others(site, tmp_path, frame, 
         ["models", "remove", "unknown"],
     ):
         capsys.readouterr()
-        assert main(command) == 1
-        assert "broken-package has a damaged entry_points.txt" in (told := capsys.readouterr().err)
+        assert "broken-package has a damaged entry_points.txt" in (told := cli(*command, status=1).err)
         assert told.count("\n") == 1
 
 

@@ -57,13 +57,6 @@ def frames_in(folder):
     return frames_of_sources([ilf.open_source(folder)])
 
 
-def exit_status(command):
-    try:
-        return main(command)
-    except SystemExit as end:  # of argparse
-        return end.code
-
-
 def manifest(folder):
     return list(csv.DictReader((folder / "manifest.csv").read_text().splitlines()))
 
@@ -95,11 +88,10 @@ def test_frames_whose_names_are_no_text(source, tmp_path, begun):
     assert [row["frame"] for row in manifest(tmp_path / "out")] == [r"rgb/\udce9"]
 
 
-def test_what_is_told_of_frames_and_that_one_without_all_its_files_is_done_again(source, tmp_path, begun, capsys):
+def test_what_is_told_of_frames_and_that_one_without_all_its_files_is_done_again(source, tmp_path, begun, cli):
     out = tmp_path / "out"
     command = ["batch", str(source), "--out", str(out), *FLAGS]
-    assert main(command) == 0
-    said = capsys.readouterr().out
+    said = cli(*command).out
     assert "3 frames: 3 completed, 0 failed" in said
     assert "Expected error, median: " in said
     row = manifest(out)[0]
@@ -126,18 +118,17 @@ def test_a_run_of_its_own_gives_the_same_files(source, tmp_path, begun):
         assert path.read_bytes() == (there / path.name).read_bytes(), path.name
 
 
-def test_batch_prints_one_json_document(source, tmp_path, begun, capsys):
+def test_batch_prints_one_json_document(source, tmp_path, begun, cli):
     (source / "depth" / "0001.png").write_bytes(b"no image")
     out = tmp_path / "out"
-    assert main(["batch", str(source), "--out", str(out), "--json", *FLAGS]) == 1
-    found = json.loads(capsys.readouterr().out, parse_constant=pytest.fail)
+    found = json.loads(cli("batch", source, "--out", out, "--json", *FLAGS, status=1).out, parse_constant=pytest.fail)
     assert (found["completed"], found["failed"], found["not_done"]) == (2, 1, 0)
     assert [frame["status"] for frame in found["frames"]] == ["completed", "failed", "completed"]
     assert [list(frame) for frame in found["frames"]] == [list(row) for row in manifest(out)]
     assert (found["folder"], found["files"]) == (str(out), ["manifest.csv"])
 
 
-def test_the_time_left_follows_from_frames_completed_since_the_start(source, tmp_path, capsys, begun):
+def test_the_time_left_follows_from_frames_completed_since_the_start(source, tmp_path, cli, begun):
     with FramesBar(100, 40, 3, shown=True) as bar:
         bar.start_t -= 3600
         for _ in range(20):
@@ -149,8 +140,7 @@ def test_the_time_left_follows_from_frames_completed_since_the_start(source, tmp
         assert ", 19:00:" in str(bar)  # 38 left, at half an hour each
         assert str(bar).endswith("left, 23 failed")
     (source / "depth" / "0001.png").write_bytes(b"no image")
-    assert main(["batch", str(source), "--out", str(tmp_path / "out"), "--progress", "--frames", "1:2", *FLAGS]) == 1
-    told = capsys.readouterr()
+    told = cli("batch", source, "--out", tmp_path / "out", "--progress", "--frames", "1:2", *FLAGS, status=1)
     assert "1/1 frames" in told.err
     assert "? left, 1 failed" in told.err
     assert "frames per second" not in told.out
@@ -164,7 +154,7 @@ def test_frames_of_other_settings_are_done_again_on_request(source, tmp_path, be
     assert begun[2:] == ["rgb/0000", "rgb/0001"]
 
 
-def test_changed_files_are_noticed_moved_ones_are_the_same(source, tmp_path, begun, capsys):
+def test_changed_files_are_noticed_moved_ones_are_the_same(source, tmp_path, begun, cli):
     out = tmp_path / "out"
     command = ["--out", str(out), "--quiet", *FLAGS]
     assert main(["batch", str(source), *command]) == 0
@@ -173,8 +163,7 @@ def test_changed_files_are_noticed_moved_ones_are_the_same(source, tmp_path, beg
     assert len(begun) == 3
     depth = cv2.imread(str(moved / "depth" / "0002.png"), cv2.IMREAD_UNCHANGED)
     cv2.imwrite(str(moved / "depth" / "0002.png"), depth + 1)
-    assert main(["batch", str(moved), *command]) == 1
-    assert "The files of 1 frame have changed since they were completed" in capsys.readouterr().err
+    assert "The files of 1 frame have changed since they were completed" in cli("batch", moved, *command, status=1).err
     assert main(["batch", str(moved), *command, "--rerun-changed"]) == 0
     assert begun[3:] == ["rgb/0002"]
 
@@ -287,17 +276,16 @@ def test_previews_share_their_colours(source, tmp_path, begun):
         ("--shards OUT --verify", "contains no shards", 1),
     ],
 )
-def test_wrong_requests_are_told_before_anything_is_made(source, tmp_path, begun, capsys, request_, message, status):
-    places = {"SOURCE": str(source), "OUT": str(tmp_path / "out")}
-    assert exit_status(["batch", *(places.get(word, word) for word in request_.split())]) == status
-    assert message in capsys.readouterr().err
+def test_wrong_requests_are_told_before_anything_is_made(source, tmp_path, begun, cli, request_, message, status):
+    places = {"SOURCE": source, "OUT": tmp_path / "out"}
+    words = [places.get(word, word) for word in request_.split()]
+    assert message in cli("batch", *words, status=status).err
     assert not (tmp_path / "out").exists()
 
 
-def test_results_do_not_go_into_the_source(source, capsys):
+def test_results_do_not_go_into_the_source(source, cli):
     before = contents(source)
-    assert main(["batch", str(source), "--out", str(source)]) == 1
-    assert "Choose another output folder" in capsys.readouterr().err
+    assert "another output folder" in cli("batch", source, "--out", source, status=1).err
     assert contents(source) == before
 
 
@@ -398,7 +386,7 @@ def test_settings_name_the_networks_that_have_a_part_in_the_results():
     assert BUNDLED in BatchSettings().facts()["networks"]
 
 
-def test_frames_have_guides_and_truths_by_their_names(source, tmp_path, begun, capsys):
+def test_frames_have_guides_and_truths_by_their_names(source, tmp_path, begun, cli):
     (tmp_path / "ground_truth").mkdir()
     for number in range(2):
         depth = cv2.imread(str(source / "depth" / f"{number:04}.png"), cv2.IMREAD_UNCHANGED)
@@ -407,14 +395,13 @@ def test_frames_have_guides_and_truths_by_their_names(source, tmp_path, begun, c
         )
     beside = ["--ground-truth", str(tmp_path / "ground_truth"), "--guide", str(tmp_path / "ground_truth")]
     command = ["batch", str(source), "--out", str(tmp_path / "out"), "--quiet", *beside, *FLAGS]
-    assert main(command) == 1
-    assert "no file for rgb/0002. Add rgb__0002 or 0002" in capsys.readouterr().err
+    assert "no file for rgb/0002. Add rgb__0002 or 0002" in cli(*command, status=1).err
     assert main([*command, "--frames", ":2"]) == 0
     assert all(0 < float(row["truth_mae_m"]) <= float(row["truth_rmse_m"]) for row in manifest(tmp_path / "out"))
     assert (tmp_path / "out" / "rgb__0001" / "guide_used.npy").exists()
 
 
-def test_a_camera_that_stands_still_gives_steady_depth(tmp_path, begun, capsys):
+def test_a_camera_that_stands_still_gives_steady_depth(tmp_path, begun, capsys, cli):
     source, out = tmp_path / "in", tmp_path / "out"
     for folder in ("rgb", "depth"):
         (source / folder).mkdir(parents=True)
@@ -445,7 +432,7 @@ def test_a_camera_that_stands_still_gives_steady_depth(tmp_path, begun, capsys):
     cv2.imwrite(str(source / "depth" / "0000.png"), np.full((24, 64), 2001, np.uint16))
     assert main(command) == 1  # the second frame has taken depth from the first, the third has not
     assert "The files of 2 frames have changed" in capsys.readouterr().err
-    assert exit_status([*command[: -len(FLAGS) - 1], "0", *FLAGS]) == 2
+    cli(*command[: -len(FLAGS) - 1], "0", *FLAGS, status=2)
 
 
 def test_steady_depth_keeps_the_pose(tmp_path, begun, capsys):
@@ -503,12 +490,11 @@ def _far(source, numbers):
         cv2.imwrite(path, np.where(depth == 0, 65535, depth).astype(np.uint16))
 
 
-def test_each_doubt_is_told_once(source, tmp_path, begun, capsys):
+def test_each_doubt_is_told_once(source, tmp_path, begun, cli):
     _far(source, [0, 1])
     command = ["batch", str(source), "--out", str(tmp_path / "out"), *FLAGS]
     for _ in range(2):  # the second time all frames are there already
-        assert main(command) == 0
-        told = capsys.readouterr()
+        told = cli(*command)
         (line,) = told.err.splitlines()
         assert line.startswith("ilf: warning: rgb/0000: 65535 fills ")
         assert "2 frames with plausibility warnings" in told.out
@@ -516,29 +502,23 @@ def test_each_doubt_is_told_once(source, tmp_path, begun, capsys):
     assert len(begun) == 3
 
 
-def test_strict_batches_let_doubted_frames_fail(source, tmp_path, begun, capsys):
+def test_strict_batches_let_doubted_frames_fail(source, tmp_path, begun, capsys, cli):
     _far(source, [1])
     command = ["batch", str(source), "--out", str(tmp_path / "out"), *FLAGS, "--quiet"]
-    assert main([*command, "--strict"]) == 1
-    assert "1 of 3 frames failed. rgb/0001: 65535 fills" in capsys.readouterr().err
+    assert "1 of 3 frames failed. rgb/0001: 65535 fills" in cli(*command, "--strict", status=1).err
     assert [row["status"] for row in manifest(tmp_path / "out")] == ["completed", "failed", "completed"]
     assert main([*command, "--invalid", "65535", "--strict", "--rerun-changed"]) == 0
-    assert main([*command, "--rerun-changed"]) == 0
-    capsys.readouterr()
+    cli(*command, "--rerun-changed")
     assert main([*command, "--strict"]) == 1, "what was completed without it is an error, too"
     assert "1 of 3 frames failed. rgb/0001: 65535 fills" in capsys.readouterr().err
 
 
-def test_info_of_a_folder_names_the_doubts_of_its_frames(source, capsys):
-    assert main(["info", str(source), "--strict"]) == 0
-    assert "warning" not in capsys.readouterr().out
+def test_info_of_a_folder_names_the_doubts_of_its_frames(source, cli):
+    assert "warning" not in cli("info", source, "--strict").out
     _far(source, [1, 2])
-    assert main(["info", str(source)]) == 0
-    told = capsys.readouterr().out
+    told = cli("info", source).out
     assert re.search(r"^warning: +rgb/0001: 65535 fills", told, re.MULTILINE)
     assert told.count("warning:") == 1
-    assert main(["info", str(source), "--strict"]) == 1
-    assert "ilf: error: rgb/0001: 65535 fills" in capsys.readouterr().err
+    assert "ilf: error: rgb/0001: 65535 fills" in cli("info", source, "--strict", status=1).err
     (source / "depth/0000.png").write_bytes(b"nothing")
-    assert main(["info", str(source)]) == 0
-    assert re.search(r"^problem: +rgb/0000: .*not a PNG", capsys.readouterr().out, re.MULTILINE)
+    assert re.search(r"^problem: +rgb/0000: .*not a PNG", cli("info", source).out, re.MULTILINE)

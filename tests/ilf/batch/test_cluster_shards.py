@@ -47,7 +47,7 @@ def batch(source, tmp_path, begun):
 SETTINGS = BatchSettings(options=ExportOptions(depth_formats=("png",), cloud=None))
 
 
-def test_a_cluster_writes_the_same_shards_and_resumes(source, tmp_path, cluster, begun, capsys):
+def test_a_cluster_writes_the_same_shards_and_resumes(source, tmp_path, cluster, begun, capsys, cli):
     good = (source / "depth" / "0001.png").read_bytes()
     out, alone = tmp_path / "out", tmp_path / "alone"
     assert main(command(source, alone)) == 0
@@ -56,14 +56,12 @@ def test_a_cluster_writes_the_same_shards_and_resumes(source, tmp_path, cluster,
     assert main(command(source, out, "--shard", "2/3")) == 0
     begun.clear()
     capsys.readouterr()
-    assert main(on_cluster) == 1
-    told = capsys.readouterr()
+    told = cli(*on_cluster, status=1)
     assert "1 of 5 frames failed. rgb/0001: " in told.err
     assert "5 frames: 2 completed, 1 failed, 2 completed before, in " in told.out
     assert sorted(begun) == ["rgb/0000", "rgb/0001", "rgb/0004"]
     (source / "depth" / "0001.png").write_bytes(good)
-    assert main([*on_cluster, "--retry-failed"]) == 0
-    assert "5 frames: 1 completed, 0 failed, 4 completed before, in " in capsys.readouterr().out
+    assert "5 frames: 1 completed, 0 failed, 4 completed before, in " in cli(*on_cluster, "--retry-failed").out
     assert begun[3:] == ["rgb/0001"]
     assert tars(out) == tars(alone)
     assert main(["batch", "--shards", str(out), "--verify"]) == 0
@@ -72,14 +70,13 @@ def test_a_cluster_writes_the_same_shards_and_resumes(source, tmp_path, cluster,
     assert not (out / "parts").exists()
 
 
-def test_a_cluster_completes_the_same_folder_and_resumes(source, tmp_path, cluster, begun, capsys):
+def test_a_cluster_completes_the_same_folder_and_resumes(source, tmp_path, cluster, begun, cli):
     (source / "depth" / "0001.png").write_bytes(b"no image")
     words = ["batch", str(source), "--quiet", *FLAGS, "--out"]
     assert main([*words, str(tmp_path / "alone")]) == 1
     begun.clear()
     on_cluster = [*words, str(tmp_path / "out"), "--dask", cluster.scheduler_address]
-    assert main(on_cluster) == 1
-    assert "1 of 5 frames failed. rgb/0001: " in capsys.readouterr().err
+    assert "1 of 5 frames failed. rgb/0001: " in cli(*on_cluster, status=1).err
     assert contents(tmp_path / "out") == contents(tmp_path / "alone")
     assert main(on_cluster) == 1
     assert sorted(begun) == [f"rgb/000{number}" for number in range(5)]

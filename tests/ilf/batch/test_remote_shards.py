@@ -62,7 +62,7 @@ def staged(tmp_path):
     return [path for path in (tmp_path / "cache").rglob("*") if path.is_file()]
 
 
-def test_shards_at_an_address_are_those_of_a_folder(source, tmp_path, memory, begun, monkeypatch, capsys):
+def test_shards_at_an_address_are_those_of_a_folder(source, tmp_path, memory, begun, monkeypatch, cli):
     put, real = [], RemoteFiles.upload
     monkeypatch.setattr(RemoteFiles, "upload", lambda self, path, name: put.append(name) or real(self, path, name))
     memory.put(str(source), "/data/in", recursive=True)
@@ -72,8 +72,7 @@ def test_shards_at_an_address_are_those_of_a_folder(source, tmp_path, memory, be
     numbered = [f"00000{number}.{end}" for number in range(3) for end in ("tar", "parquet")]
     assert [name.rpartition("-")[2] for name in put] == ["frames.jsonl", "shards.json", *numbered]  # each once
     assert not staged(tmp_path)
-    assert main(["batch", "--shards", OUT, "--verify", "--merge", "--json"]) == 0
-    state = json.loads(capsys.readouterr().out)
+    state = json.loads(cli("batch", "--shards", OUT, "--verify", "--merge", "--json").out)
     assert (state["folder"], state["finished"], state["completed"], state["problems"]) == (OUT, 3, 5, [])
     assert memory.exists("/results/out/merged.parquet")
     here, there = ilf.open_source(tmp_path / "alone"), ilf.open_source(OUT)
@@ -84,11 +83,9 @@ def test_shards_at_an_address_are_those_of_a_folder(source, tmp_path, memory, be
     assert there[0].inputs.rgb.path == OUT
     results = pickle.loads(pickle.dumps(StoredResults(OUT)))  # as for the workers of a DataLoader
     np.testing.assert_array_equal(results[0].depth, here[0].depth)
-    assert main(["info", OUT]) == 0
-    assert f"{OUT}, 3 of 3 finished" in capsys.readouterr().out
+    assert f"{OUT}, 3 of 3 finished" in cli("info", OUT).out
     memory.pipe("/results/out/" + put[2], b"0" * 40)
-    assert main(["batch", "--shards", OUT, "--verify"]) == 1
-    assert f"{OUT}/{put[2]} is damaged" in capsys.readouterr().err
+    assert f"{OUT}/{put[2]} is damaged" in cli("batch", "--shards", OUT, "--verify", status=1).err
 
 
 def test_a_resume_reads_the_listing_and_the_ends_of_tables(source, tmp_path, memory, begun, monkeypatch):
@@ -238,11 +235,10 @@ def test_kills_lose_nothing_at_an_address(source, tmp_path, bucket, begun):
     assert json.loads((tmp_path / "one/run.json").read_text())["inputs"]["rgb"]["path"] == f"{address}/rgb/0001.png"
 
 
-def test_a_store_that_does_not_answer_is_one_line(bucket, monkeypatch, capsys):
+def test_a_store_that_does_not_answer_is_one_line(bucket, monkeypatch, cli):
     monkeypatch.setenv("AWS_ENDPOINT_URL", "http://127.0.0.1:9")  # nothing listens there
     monkeypatch.setenv("AWS_MAX_ATTEMPTS", "1")
-    assert main(["info", "s3://bucket/in"]) == 1
-    error = capsys.readouterr().err
+    error = cli("info", "s3://bucket/in", status=1).err
     assert error.count("\n") == 1
     assert "error: s3://bucket/in/" in error
     assert ": cannot be read (Could not connect" in error

@@ -86,7 +86,7 @@ def test_shards_contain_what_folders_do(source, tmp_path, begun, capsys):
     assert found["rgb__0004"]["depth.png"] in tar
 
 
-def test_shards_are_a_source(source, tmp_path, begun, capsys):
+def test_shards_are_a_source(source, tmp_path, begun, cli):
     out = tmp_path / "out"
     (source / "depth" / "0001.png").write_bytes(b"no image")
     assert main(command(source, out)) == 1
@@ -99,8 +99,7 @@ def test_shards_are_a_source(source, tmp_path, begun, capsys):
     np.testing.assert_array_equal(np.nan_to_num(frame.depth), (depth / 1000).astype(np.float32))
     colour = source / "rgb" / "0003.png"
     np.testing.assert_array_equal(frame.rgb, cv2.imread(str(colour))[..., ::-1])
-    assert main(["info", str(out)]) == 0
-    told = capsys.readouterr().out
+    told = cli("info", out).out
     assert "3 of 3 finished, 2 frames each" in told
     assert "5 frames: 4 completed, 1 failed, 0 not done" in told
     assert "4 frames" in told
@@ -148,17 +147,14 @@ def test_shards_with_colour_need_no_source(source, tmp_path, begun):
     assert not np.isnan(frame.depth).all()
 
 
-def test_finished_shards_are_not_done_again(source, tmp_path, begun, capsys):
+def test_finished_shards_are_not_done_again(source, tmp_path, begun, capsys, cli):
     out = tmp_path / "out"
     assert main(command(source, out, "--shard", "2/2")) == 0
     assert begun == ["rgb/0002", "rgb/0003"]
     (source / "rgb" / "0009.png").write_bytes(b"added later: the list is frozen")
-    assert main(["info", str(out)]) == 0
-    assert "5 frames: 2 completed, 0 failed, 3 not done" in capsys.readouterr().out
-    assert main(["batch", "--shards", str(out), "--verify"]) == 1
-    assert "2 of 3 shards not finished. Run the batch again" in capsys.readouterr().err
-    assert main(["batch", "--shards", str(out), "--merge"]) == 0
-    assert "The batch is unfinished: merged.parquet has 1 of 3 shards" in capsys.readouterr().err
+    assert "5 frames: 2 completed, 0 failed, 3 not done" in cli("info", out).out
+    assert "2 of 3 shards not finished. Run the batch again" in cli("batch", "--shards", out, "--verify", status=1).err
+    assert "The batch is unfinished: merged.parquet has 1 of 3 shards" in cli("batch", "--shards", out, "--merge").err
     assert main([word for word in command(source, out) if word != "--quiet"]) == 0
     assert begun[2:] == ["rgb/0000", "rgb/0001", "rgb/0004"]
     assert "5 frames: 3 completed, 0 failed, 2 completed before" in capsys.readouterr().out
@@ -167,8 +163,7 @@ def test_finished_shards_are_not_done_again(source, tmp_path, begun, capsys):
     assert main(command(source, out)) == 0
     assert begun[5:] == ["rgb/0004"]
     assert tars(out) == first
-    assert main(["batch", "--shards", str(out), "--verify", "--merge", "--json"]) == 0
-    state = json.loads(capsys.readouterr().out)
+    state = json.loads(cli("batch", "--shards", out, "--verify", "--merge", "--json").out)
     assert (state["finished"], state["completed"], state["problems"]) == (3, 5, [])
     assert parquet.read_table(out / "merged.parquet").to_pylist() == rows(out)
 

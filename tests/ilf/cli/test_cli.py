@@ -51,17 +51,12 @@ def replays(folder):
     assert contents("again") == contents(folder)
 
 
-def fails(capsys, *arguments, status=1):
+def fails(cli, *arguments, status=1):
     """Run a command that must fail; returns its one line on stderr."""
-    try:
-        found = main([str(argument) for argument in arguments])
-    except SystemExit as stopped:
-        found = stopped.code
-    captured = capsys.readouterr()
-    assert found == status
-    assert captured.err.startswith("ilf: error: ")
-    assert captured.err.count("\n") == 1
-    return captured.err
+    told = cli(*arguments, status=status).err
+    assert told.startswith("ilf: error: ")
+    assert told.count("\n") == 1
+    return told
 
 
 def test_complete_writes_everything_and_says_what(files, capsys):
@@ -77,22 +72,12 @@ def test_complete_writes_everything_and_says_what(files, capsys):
         "curves.csv, cloud.ply, meta.json, run.json"
     )
     assert lines[3] == "", "the table of blocks may be long"
-    assert lines[4].split() == [
-        "block",
-        "pixels",
-        "missing",
-        "recovered",
-        "status",
-        "iterations",
-        "stages",
-        "sigma",
-        "[mm]",
-    ]
+    assert lines[4].split()[:5] == ["block", "pixels", "missing", "recovered", "status"]
     assert [line.split()[0] for line in lines[5:7]] == ["1", "2"]
 
 
 @pytest.mark.parametrize("loaded", ["4.10.0", "5.0.0"])
-def test_opencv_4_in_the_place_of_opencv_5_is_named(loaded, files, capsys, monkeypatch, tmp_path):
+def test_opencv_4_in_the_place_of_opencv_5_is_named(loaded, files, monkeypatch, tmp_path, cli):
     (tmp_path / "opencv_python-4.10.0.dist-info").mkdir()
     (tmp_path / "opencv_python-4.10.0.dist-info" / "METADATA").write_text("Name: opencv-python\nVersion: 4.10.0\n")
     monkeypatch.syspath_prepend(tmp_path)
@@ -100,7 +85,7 @@ def test_opencv_4_in_the_place_of_opencv_5_is_named(loaded, files, capsys, monke
     if loaded.startswith("5"):
         assert main(["info", *files]) == 0
     else:
-        assert "opencv-python has replaced OpenCV 5 by OpenCV 4.10.0" in fails(capsys, "info", *files)
+        assert "opencv-python has replaced OpenCV 5 by OpenCV 4.10.0" in fails(cli, "info", *files)
 
 
 @pytest.mark.parametrize(
@@ -125,7 +110,7 @@ def test_replay_writes_the_same_bytes(files, tmp_path, extra):
     assert contents("third") == contents("../out")
 
 
-def test_a_folder_is_a_frame_and_names_the_output(files, capsys):
+def test_a_folder_is_a_frame_and_names_the_output(files):
     Path("in/meta.json").write_text(
         json.dumps({"name": "../two walls", "depth_units_per_m": 1000, "K": [80, 80, 40, 30]})
     )
@@ -133,17 +118,17 @@ def test_a_folder_is_a_frame_and_names_the_output(files, capsys):
     assert set(contents(".._two_walls-ilf")) == RESULTS
 
 
-def test_without_intrinsics_there_is_no_cloud_and_that_is_said(files, capsys):
+def test_without_intrinsics_there_is_no_cloud_and_that_is_said(files, capsys, cli):
     assert main(["complete", *files, "--out", "out", "--quiet", *QUICK]) == 0
     assert set(contents("out")) == RESULTS - {"cloud.ply"}
     assert "ilf: warning: No point cloud" in capsys.readouterr().err
     assert read_record("out/run.json").export.cloud is None
-    assert "intrinsics" in fails(capsys, "complete", *files, "--out", "new", "--cloud", "ply")
-    assert "A mesh needs" in fails(capsys, "complete", *files, "--out", "new", "--no-cloud", "--mesh", "glb")
+    assert "intrinsics" in fails(cli, "complete", *files, "--out", "new", "--cloud", "ply")
+    assert "A mesh needs" in fails(cli, "complete", *files, "--out", "new", "--no-cloud", "--mesh", "glb")
     assert not Path("new").exists()
 
 
-def test_a_missing_edge_network_is_said_by_every_command(files, capsys):
+def test_a_missing_edge_network_is_said_by_every_command(files, capsys, cli):
     model = ["--blocks-model", "mine"]
     commands = (
         ["complete", *files, "--no-cloud", "--out", "out", "--quiet", *QUICK, *model],
@@ -151,8 +136,7 @@ def test_a_missing_edge_network_is_said_by_every_command(files, capsys):
         ["blocks", *files, "--out", "blocks.png", "--quiet", *model],
     )
     for command in commands:
-        assert main(command) == 0
-        warnings = [line for line in capsys.readouterr().err.splitlines() if "There is no edge network 'mine'" in line]
+        warnings = [line for line in cli(*command).err.splitlines() if "There is no edge network 'mine'" in line]
         assert len(warnings) == 1
         assert warnings[0].startswith("ilf: warning: Canny's edges replace those of the network: ")
     filters = ["complete", *files, "--no-cloud", "--out", "own", "--quiet", "--preset", "best", "--model", "mine"]
@@ -162,18 +146,16 @@ def test_a_missing_edge_network_is_said_by_every_command(files, capsys):
         assert capsys.readouterr().err.count(note) == 1
 
 
-def test_a_replay_says_how_it_came_out(files, capsys):
+def test_a_replay_says_how_it_came_out(files, cli):
     main(["complete", *files, "--no-cloud", "--out", "out", "--quiet", *QUICK])
-    assert main(["complete", "--replay", "out/run.json", "--out", "again"]) == 0
-    captured = capsys.readouterr()
+    captured = cli("complete", "--replay", "out/run.json", "--out", "again")
     assert captured.err == ""
     assert captured.out.endswith("The result is identical to the recorded one.\n")
     Path("out/curves.csv").unlink()
     record = json.loads(Path("out/run.json").read_text())
     record["depth_sha256"] = "0"
     Path("out/run.json").write_text(json.dumps(record))
-    assert main(["complete", "--replay", "out/run.json", "--out", "again"]) == 0
-    captured = capsys.readouterr()
+    captured = cli("complete", "--replay", "out/run.json", "--out", "again")
     assert "ilf: warning: The set of files is incomplete: missing curves.csv." in captured.err
     assert "ilf: warning: The depth differs from the recorded one by up to 0.0e+00 m, at 0 pixels" in captured.err
     assert "identical to the recorded one" not in captured.out
@@ -187,7 +169,7 @@ def test_a_replay_can_leave_out_the_cloud_that_cannot_be_written_here(files):
     assert all(here[name] == there[name] for name in here if name != "run.json")
 
 
-def test_distrusted_depth_is_completed_anew_and_replayed(files, capsys):
+def test_distrusted_depth_is_completed_anew_and_replayed(files, cli):
     mask = np.zeros((60, 80), np.uint8)
     mask[40:52, 4:20] = 255
     cv2.imwrite("mask.png", mask)
@@ -200,17 +182,16 @@ def test_distrusted_depth_is_completed_anew_and_replayed(files, capsys):
     assert np.all(np.isfinite(np.load("out/expected_error.npy")[mask > 0]))
     replays("out")
     cv2.imwrite("small.png", mask[:9])
-    assert "the mask is 80 x 9" in fails(capsys, *with_invalid_mask[:-1], "small.png")
+    assert "the mask is 80 x 9" in fails(cli, *with_invalid_mask[:-1], "small.png")
     assert main(["blocks", *files, "--invalid-mask", "mask.png", "--out", "b.png", "--quiet"]) == 0
     np.testing.assert_array_equal(read_labels("b.png"), ilf.extract_blocks(frame))
 
 
-def test_blocks_go_to_other_programs_and_come_back(files, capsys):
+def test_blocks_go_to_other_programs_and_come_back(files, cli):
     drawn = np.zeros((60, 80), np.int32)
     drawn[10:30, 30:50] = 7
     write_blocks("drawn.json", drawn, format="labelme", names={7: "chair"})
-    assert main(["blocks", *files, "--from", "drawn.json", "--out", "b.json", "--format", "coco-rle"]) == 0
-    shown = capsys.readouterr().out
+    shown = cli("blocks", *files, "--from", "drawn.json", "--out", "b.json", "--format", "coco-rle").out
     assert re.search(r"^ *7 +400 .* chair$", shown, re.MULTILINE)
     assert "1 block covers 8.3%" in shown
     found = read_blocks("b.json", (60, 80))
@@ -228,10 +209,10 @@ def test_blocks_go_to_other_programs_and_come_back(files, capsys):
     replays("filled")
 
     write_blocks("none.json", drawn * 0)
-    assert "contains none" in fails(capsys, *given[:-1], "none.json")
+    assert "contains none" in fails(cli, *given[:-1], "none.json")
 
 
-def test_drawn_borders_are_taken_told_and_replayed(files, capsys):
+def test_drawn_borders_are_taken_told_and_replayed(files, cli):
     frame = ilf.load_frame(*files)
     labels = np.where(np.arange(80) < 40, 1, 2) * np.ones((60, 1), np.int32)
     drawn = np.zeros((60, 80), bool)
@@ -242,14 +223,13 @@ def test_drawn_borders_are_taken_told_and_replayed(files, capsys):
     assert main([*flags, "--out", "out"]) == 0
     depth = np.load("out/depth.npy")
     assert np.array_equal(depth, ilf.complete(frame, labels, drawn=drawn).depth, equal_nan=True)
-    assert main(["info", "out/run.json"]) == 0
-    assert re.search(r"^borders: +drawn.png$", capsys.readouterr().out, re.MULTILINE)
+    assert re.search(r"^borders: +drawn.png$", cli("info", "out/run.json").out, re.MULTILINE)
     replays("out")
     cv2.imwrite("small.png", np.zeros((9, 80), np.uint8))
-    assert "the mask is 80 x 9" in fails(capsys, *flags[:-1], "small.png")
+    assert "the mask is 80 x 9" in fails(cli, *flags[:-1], "small.png")
 
 
-def test_blocks_are_extracted_around_those_that_stay(files, capsys):
+def test_blocks_are_extracted_around_those_that_stay(files, capsys, cli):
     drawn = np.zeros((60, 80), np.uint8)
     drawn[10:30, 30:50] = 7
     drawn[40:50, 30:50] = 9
@@ -266,7 +246,7 @@ def test_blocks_are_extracted_around_those_that_stay(files, capsys):
     assert 7 not in labels
     assert main(["blocks", *files, "--out", "b.png", "--from", "drawn.png", "--keep", "7", "--quiet"]) == 0
     np.testing.assert_array_equal(read_labels("b.png"), np.where(drawn == 7, 7, 0))
-    assert "there are no blocks 3." in fails(capsys, *again, "--keep", "9,3")
+    assert "there are no blocks 3." in fails(cli, *again, "--keep", "9,3")
 
 
 @pytest.mark.parametrize(("kind", "prefix"), [(ilf.Parameters, "--"), (ilf.BlockParameters, "--blocks-")])
@@ -303,22 +283,16 @@ def test_the_filter_follows_the_flags_of_the_extraction(files):
 
 
 @pytest.mark.parametrize("command", COMMANDS)
-def test_every_command_has_a_help_and_those_that_extract_list_all_parameters(command, capsys):
-    with pytest.raises(SystemExit) as stopped:
-        main([command, "--help"])
-    assert stopped.value.code == 0
-    text = capsys.readouterr().out
+def test_every_command_has_a_help_and_those_that_extract_list_all_parameters(command, cli):
+    text = cli(command, "--help").out
     flags = [f"--blocks-{name.replace('_', '-')}" for name in ilf.BlockParameters.declarations()]
     extracts = command in {"complete", "batch", "evaluate", "report", "blocks"}
     assert [flag in text for flag in flags] == [extracts] * len(flags)
 
 
-def test_help_shows_range_unit_default_and_preset(capsys, monkeypatch):
+def test_help_shows_range_unit_default_and_preset(cli, monkeypatch):
     monkeypatch.setenv("COLUMNS", "400")
-    with pytest.raises(SystemExit) as stopped:
-        main(["complete", "--help"])
-    assert stopped.value.code == 0
-    text = " ".join(capsys.readouterr().out.split())
+    text = " ".join(cli("complete", "--help").out.split())
     assert "[m; 0 to 1; default 0.0005; in paper 0.005; in released-code 0.005]" in text
     assert "[default staged; in released-code linear]" in text
     assert "% of frame" in text
@@ -347,22 +321,21 @@ def test_help_shows_range_unit_default_and_preset(capsys, monkeypatch):
         (["sample", "in/rgb.png"], "folder"),
     ],
 )
-def test_errors_are_one_line(files, capsys, arguments, word):
-    assert word in fails(capsys, *arguments)
+def test_errors_are_one_line(files, arguments, word, cli):
+    assert word in fails(cli, *arguments)
 
 
-def test_interrupt_leaves_nothing_behind(files, capsys, monkeypatch):
+def test_interrupt_leaves_nothing_behind(files, monkeypatch, cli):
     def interrupted(*_):
         raise KeyboardInterrupt
 
     monkeypatch.setattr(output.Bar, "update", interrupted)
-    assert "interrupted" in fails(capsys, "complete", *files, "--out", "out", status=130)
+    assert "interrupted" in fails(cli, "complete", *files, "--out", "out", status=130)
     assert not Path("out").exists()
 
 
-def test_progress_goes_to_stderr(files, capsys):
-    assert main(["complete", *files, "--no-cloud", "--out", "out", "--progress", *QUICK]) == 0
-    captured = capsys.readouterr()
+def test_progress_goes_to_stderr(files, cli):
+    captured = cli("complete", *files, "--no-cloud", "--out", "out", "--progress", *QUICK)
     assert "0/2 blocks" in captured.err
     assert "/2 blocks" not in captured.out
 
@@ -385,36 +358,31 @@ def test_blocks_writes_the_label_map_and_its_stages(files, capsys):
     assert read_record("out/run.json").blocks.edited
 
 
-def test_info_shows_frames_and_records(files, capsys):
-    assert main(["info", *files]) == 0
-    text = capsys.readouterr().out
+def test_info_shows_frames_and_records(files, cli):
+    text = cli("info", *files).out
     assert "80 x 60, uint16" in text
     assert "1000 units per metre (assumed" in text
     assert "10.1%" in text
     assert "1.500 to 2.837 m" in text
     assert "intrinsics:   unknown" in text
-    assert main(["info", *files, "--depth-units", "1", "--intrinsics", "1,2,3,4"]) == 0
-    text = capsys.readouterr().out
+    text = cli("info", *files, "--depth-units", "1", "--intrinsics", "1,2,3,4").out
     assert "fx 1, fy 2, cx 3, cy 4" in text
     assert "problem:      The median depth would be" in text
-    assert main(["info", files[0]]) == 0
-    assert capsys.readouterr().out == "colour:       in/rgb.png, 80 x 60\n"
+    assert cli("info", files[0]).out == "colour:       in/rgb.png, 80 x 60\n"
     main(["complete", *files, "--no-cloud", "--out", "out", "--quiet", *QUICK, "--preset", "released-code"])
-    assert main(["info", "out/run.json"]) == 0
-    text = capsys.readouterr().out
+    text = cli("info", "out/run.json").out
     assert "preset released-code with max_iterations 25" in text
     assert "block  pixels" in text
 
 
-def document(capsys, *words):
+def document(cli, *words):
     """The one JSON document that a command prints."""
-    assert main([*map(str, words), "--json"]) == 0
-    return json.loads(capsys.readouterr().out, parse_constant=pytest.fail)
+    return json.loads(cli(*words, "--json").out, parse_constant=pytest.fail)
 
 
-def test_complete_prints_one_json_document(files, capsys):
+def test_complete_prints_one_json_document(files, cli):
     how = ["complete", *files, "--no-cloud", "--out", "out", *QUICK, "--blocks-existence-rate", "0.95"]
-    found = document(capsys, *how)
+    found = document(cli, *how)
     run = ilf.Run.of(ilf.load_frame(*files), existence_rate=0.95, max_iterations=25)
     completion = run.complete()
     assert (found["frame"], found["width"], found["height"]) == (run.frame.name, 80, 60)
@@ -432,9 +400,9 @@ def test_complete_prints_one_json_document(files, capsys):
     }
 
 
-def test_info_prints_one_json_document(files, capsys):
+def test_info_prints_one_json_document(files, capsys, cli):
     frame = ilf.load_frame(*files)
-    found = document(capsys, "info", *files, "--intrinsics", "80,81,38,29")["frame"]
+    found = document(cli, "info", *files, "--intrinsics", "80,81,38,29")["frame"]
     assert (found["width"], found["height"], found["depth_type"]) == (80, 60, "uint16")
     assert found["missing_share"] == pytest.approx(frame.missing_share)
     assert found["max_m"] == pytest.approx(np.nanmax(frame.depth))
@@ -442,18 +410,18 @@ def test_info_prints_one_json_document(files, capsys):
     assert (found["plausibility_warnings"], found["problems"]) == ([], [])
     main(["complete", *files, "--no-cloud", "--out", "out", "--quiet", *QUICK])
     capsys.readouterr()
-    found = document(capsys, "info", "out")
+    found = document(cli, "info", "out")
     assert list(found) == ["frame", "run"]
     assert [block["label"] for block in found["run"]["blocks"]] == [1, 2]
     assert found["run"]["preset"] == "best"
     Path("out/depth.npy").unlink()
-    found = document(capsys, "info", "out/run.json")
+    found = document(cli, "info", "out/run.json")
     assert found["run"]["problems"][0].startswith("The set of files is incomplete: missing depth.npy")
     write_small_frame(Path("more/a"))
     write_small_frame(Path("more/b"))
     for folder in ("a", "b"):
         Path(f"more/{folder}/meta.json").write_text(json.dumps({"depth_units_per_m": 1000}))
-    found = document(capsys, "info", "more")
+    found = document(cli, "info", "more")
     assert (found["source"]["frames"], found["source"]["keys"]) == (2, ["a", "b"])
 
 
@@ -473,19 +441,17 @@ def test_info_tells_how_much_of_the_missing_depth_a_guide_knows(files, capsys):
     assert "known at 50.0% of all pixels and 56.7% of the missing ones" in capsys.readouterr().out
 
 
-def test_info_shows_what_is_wrong_with_a_set(files, capsys):
+def test_info_shows_what_is_wrong_with_a_set(files, cli):
     main(["complete", *files, "--no-cloud", "--extrapolate", "--out", "out", "--quiet", *QUICK])
-    assert main(["info", "out"]) == 0
-    text = capsys.readouterr().out
+    text = cli("info", "out").out
     assert "name:         in-completed" in text
     assert "extrapolated: depth that was still missing after the run" in text
     assert re.search(r"network:      edges \([0-9a-f]{12}\) for blocks and the filter\n", text)
     assert "problem" not in text
     Path("out/depth.npy").unlink()
-    assert main(["info", "out/run.json"]) == 0
-    assert "problem:      The set of files is incomplete: missing depth.npy." in capsys.readouterr().out
+    assert "problem:      The set of files is incomplete: missing depth.npy." in cli("info", "out/run.json").out
     Path("out/run.json").unlink()
-    assert "an interrupted export" in fails(capsys, "info", "out")
+    assert "an interrupted export" in fails(cli, "info", "out")
 
 
 def test_words_of_a_table_stand_left_and_numbers_right():
@@ -493,7 +459,7 @@ def test_words_of_a_table_stand_left_and_numbers_right():
     assert output.table(columns, [("wall", 7), ("floor", 1234)]) == ["block  pixels", "wall        7", "floor    1234"]
 
 
-def test_sample_is_copied_and_nothing_else_overwritten(tmp_path, capsys):
+def test_sample_is_copied_and_nothing_else_overwritten(tmp_path, capsys, cli):
     folder = tmp_path / "here" / "room"
     for _ in range(2):
         assert main(["sample", str(folder)]) == 0
@@ -502,7 +468,7 @@ def test_sample_is_copied_and_nothing_else_overwritten(tmp_path, capsys):
     assert ilf.load_frame(folder).intrinsics is not None
     (folder / "meta.json").write_text("mine")
     capsys.readouterr()
-    assert "meta.json" in fails(capsys, "sample", folder)
+    assert "meta.json" in fails(cli, "sample", folder)
     assert (folder / "meta.json").read_text() == "mine"
     assert main(["sample", str(folder), "--force"]) == 0
     assert contents(folder) == {path.name: path.read_bytes() for path in source.iterdir()}
@@ -513,11 +479,8 @@ def test_missing_assets_are_said():
         asset_path("samples/none")
 
 
-def test_version(capsys):
-    with pytest.raises(SystemExit) as stopped:
-        main(["--version"])
-    assert stopped.value.code == 0
-    assert capsys.readouterr().out == f"ilf {ilf.__version__}\n"
+def test_version(cli):
+    assert cli("--version").out == f"ilf {ilf.__version__}\n"
 
 
 @pytest.mark.parametrize("words", [["--version"], ["--help"]])
@@ -534,10 +497,8 @@ def test_version_and_help_import_neither_commands_nor_numpy(words):
     assert {name for name in ours if not name.startswith("_runtime")} == {"cli", "cli.commands", "cli.usage", "errors"}
 
 
-def test_help_names_all_commands_and_exit_statuses(capsys):
-    with pytest.raises(SystemExit):
-        main(["--help"])
-    text = _without_spaces(capsys.readouterr().out)
+def test_help_names_all_commands_and_exit_statuses(cli):
+    text = _without_spaces(cli("--help").out)
     for name, sentence in COMMANDS.items():
         assert _without_spaces(name + sentence) in text
     for status, sentence in EXIT_STATUSES.items():
@@ -624,18 +585,15 @@ _NO_EFFECT = "has no effect with {0} {1}; it belongs to {0} {2}."
         ("bench denoising in", "unrecognized arguments: in"),
     ],
 )
-def test_wrong_usage_is_one_line_that_says_what_is_meant(words, sentence, files, capsys):
+def test_wrong_usage_is_one_line_that_says_what_is_meant(words, sentence, files, cli):
     before = sorted(Path().iterdir())
-    assert sentence in fails(capsys, *words.split(), status=2)
+    assert sentence in fails(cli, *words.split(), status=2)
     assert sorted(Path().iterdir()) == before
 
 
 @pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
-def test_completion_scripts_have_commands_options_and_choices(shell, capsys):
-    with pytest.raises(SystemExit) as stopped:
-        main(["--completion", shell])
-    assert stopped.value.code == 0
-    text = capsys.readouterr().out
+def test_completion_scripts_have_commands_options_and_choices(shell, cli):
+    text = cli("--completion", shell).out
     words = [*COMMANDS, "blocks-granularity", "fill+denoise"]
     assert not [word for word in words if word not in text]
     if found := shutil.which(shell):
@@ -676,13 +634,12 @@ def test_too_little_address_space_is_one_line(module, megabytes):
     assert "MB of address space" in ended.stderr
 
 
-def test_system_errors_are_told_in_words(files, capsys, monkeypatch):
+def test_system_errors_are_told_in_words(files, cli, monkeypatch):
     def too_large(arguments):
         raise OSError(errno.EFBIG, os.strerror(errno.EFBIG), "big.png")
 
     monkeypatch.setattr("ilf.cli.info.run", too_large)
-    assert main(["info", *files]) == 1
-    said = capsys.readouterr().err
+    said = cli("info", *files, status=1).err
     assert said == "ilf: error: big.png: the file would be larger than its drive or a limit (ulimit -f) allows\n"
 
 

@@ -44,9 +44,8 @@ def figures(text: str, name: str) -> list[str]:
     return next(line.split() for line in text.splitlines() if line.startswith(name))
 
 
-def test_complete_tells_the_error_against_the_truth(files, capsys):
-    assert main(["complete", *files, *GROUND_TRUTH, "--no-cloud", "--out", "out", *QUICK]) == 0
-    text = capsys.readouterr().out
+def test_complete_tells_the_error_against_the_truth(files, cli):
+    text = cli("complete", *files, *GROUND_TRUTH, "--no-cloud", "--out", "out", *QUICK).out
     frame = ilf.load_frame(*files, ground_truth="in/gt.png", ground_truth_units=5000)
     run = ilf.Run.of(frame, preset=ilf.preset(max_iterations=25))
     evaluation = evaluate_completion(frame, run.complete())
@@ -56,8 +55,7 @@ def test_complete_tells_the_error_against_the_truth(files, capsys):
     assert json.loads(Path("out/run.json").read_text())["inputs"]["ground_truth"]["units"] == 5000
     assert main(["complete", "--replay", "out/run.json", "--out", "again", "--quiet"]) == 0
     assert Path("again/curves.csv").read_bytes() == Path("out/curves.csv").read_bytes()
-    assert main(["info", "out/run.json"]) == 0
-    assert "gt.png, 5000 units per metre" in capsys.readouterr().out
+    assert "gt.png, 5000 units per metre" in cli("info", "out/run.json").out
 
 
 @pytest.fixture(scope="module")
@@ -102,20 +100,17 @@ def test_evaluate_names_the_block_that_most_of_the_error_is_in(files, capsys):
     assert re.fullmatch(r"best: block \d has \d+% of the squared error\.", capsys.readouterr().out.splitlines()[-1])
 
 
-def test_evaluate_tells_which_missing_pixels_are_not_scored(files, capsys):
+def test_evaluate_tells_which_missing_pixels_are_not_scored(files, cli):
     truth = cv2.imread("in/gt.png", cv2.IMREAD_UNCHANGED)
     missing = cv2.imread(files[1], cv2.IMREAD_UNCHANGED) == 0
     rows, columns = np.nonzero(missing)
     truth[rows[:100], columns[:100]] = 0
     cv2.imwrite("in/gt.png", truth)
     arguments = ["evaluate", *files, *GROUND_TRUTH, *QUICK]
-    assert main(arguments) == 0
-    line = next(line for line in capsys.readouterr().out.splitlines() if line.startswith("Not scored"))
+    line = next(line for line in cli(*arguments).out.splitlines() if line.startswith("Not scored"))
     assert f"100 of {missing.sum():,} missing pixels" in line
-    assert main([*arguments, "--json"]) == 0
-    assert json.loads(capsys.readouterr().out)["unscored"] == 100
-    assert main(["evaluate", *files, "--hold-out", "areas", *QUICK]) == 0
-    assert "Not scored" not in capsys.readouterr().out
+    assert json.loads(cli(*arguments, "--json").out)["unscored"] == 100
+    assert "Not scored" not in cli("evaluate", *files, "--hold-out", "areas", *QUICK).out
 
 
 @pytest.mark.parametrize(
@@ -137,23 +132,19 @@ def test_the_block_that_has_most_of_the_error(blocks, found):
     assert dominant_block(whole, blocks) == (None if found is None else (found, pytest.approx(0.75)))
 
 
-def test_info_tells_what_is_known_of_the_truth(files, capsys):
-    assert main(["info", *files, *GROUND_TRUTH]) == 0
-    text = capsys.readouterr().out
+def test_info_tells_what_is_known_of_the_truth(files, cli):
+    text = cli("info", *files, *GROUND_TRUTH).out
     assert "gt.png, 5000 units per metre, known at 100.0% of all pixels and 100.0% of the missing ones" in text
     Path("in/meta.json").write_text(json.dumps({"depth_units_per_m": 1000, "gt": "exact"}))
-    assert main(["info", "in"]) == 0
-    assert "5.03 times the measured depth: give 5000" in capsys.readouterr().out
-    assert "give 5000 as its units" in fails(capsys, "complete", "in", "--out", "out")
+    assert "5.03 times the measured depth: give 5000" in cli("info", "in").out
+    assert "give 5000 as its units" in fails(cli, "complete", "in", "--out", "out")
     Path("in/meta.json").write_text(json.dumps({"depth_units_per_m": 1000, "gt": "filled by hand"}))
-    assert main(["info", "in"]) == 0
-    assert "none: according to meta.json, gt.png" in capsys.readouterr().out
+    assert "none: according to meta.json, gt.png" in cli("info", "in").out
 
 
-def test_evaluate_prints_one_json_document(files, capsys):
+def test_evaluate_prints_one_json_document(files, capsys, cli):
     flags = [*GROUND_TRUTH, "--preset", "best", "--preset", "paper", *QUICK]
-    assert main(["evaluate", *files, *flags, "--json"]) == 0
-    found = json.loads(capsys.readouterr().out, parse_constant=pytest.fail)
+    found = json.loads(cli("evaluate", *files, *flags, "--json").out, parse_constant=pytest.fail)
     assert (found["against"], found["pattern"], found["seeds"]) == ("ground truth", None, [])
     frame = ilf.load_frame(*files, ground_truth="in/gt.png", ground_truth_units=5000)
     for result, name in zip(found["results"], ("best", "paper"), strict=True):
@@ -165,9 +156,8 @@ def test_evaluate_prints_one_json_document(files, capsys):
     assert (found["against"], found["pattern"], found["seeds"]) == ("hold-out", "random", [0, 1])
 
 
-def test_evaluate_on_hold_out_is_the_default_without_ground_truth(files, capsys):
-    assert main(["evaluate", *files, "--seeds", "2", "--csv", "table.csv", "--progress", *QUICK]) == 0
-    captured = capsys.readouterr()
+def test_evaluate_on_hold_out_is_the_default_without_ground_truth(files, cli):
+    captured = cli("evaluate", *files, "--seeds", "2", "--csv", "table.csv", "--progress", *QUICK)
     assert "2 hold-outs" in captured.out
     assert "0 % |" in captured.err
     run = ilf.Run.of(ilf.load_frame(*files), preset=ilf.preset(max_iterations=25))
@@ -179,12 +169,11 @@ def test_evaluate_on_hold_out_is_the_default_without_ground_truth(files, capsys)
     assert float(rows[2]["mae_m"]) == result.blocks[2].mae
 
 
-def test_evaluate_takes_presets_from_files_each_with_its_extraction(files, capsys):
+def test_evaluate_takes_presets_from_files_each_with_its_extraction(files, cli):
     one_block = UserPreset("one block", ilf.preset("paper"), "paper", BlockParameters(granularity=0.0, use_depth=False))
     write_preset("file.json", one_block)
     hidden = ["--hold-out", "random", "--seeds", "1", "--by-block"]
-    assert main(["evaluate", *files, "--preset", "best", "--preset", "file.json", *hidden, *QUICK]) == 0
-    text = capsys.readouterr().out
+    text = cli("evaluate", *files, "--preset", "best", "--preset", "file.json", *hidden, *QUICK).out
     assert text.count("block  pixels") == 2, "other blocks, another table"
     frame = ilf.load_frame(*files)
     runs = [
@@ -196,16 +185,14 @@ def test_evaluate_takes_presets_from_files_each_with_its_extraction(files, capsy
     assert figures(text, "one block")[2].rstrip("*") == f"{1000 * expected:.2f}"
 
 
-def test_evaluate_sweeps_one_parameter_or_two(files, capsys):
-    assert main(["evaluate", *files, *GROUND_TRUTH, "--sweep", "max-iterations=3,25"]) == 0
-    text = capsys.readouterr().out
+def test_evaluate_sweeps_one_parameter_or_two(files, cli):
+    text = cli("evaluate", *files, *GROUND_TRUTH, "--sweep", "max-iterations=3,25").out
     run = ilf.Run.of(ilf.load_frame(*files, ground_truth="in/gt.png", ground_truth_units=5000))
     for point in run_sweep(Sweep(run, {"max_iterations": [3, 25]})).points:
         name = f"max_iterations {point.values['max_iterations']} "
         assert figures(text, name)[2].rstrip("*") == f"{1000 * point.whole.rmse:.2f}"
     grid = ["--sweep", "smoothness=1,3", "--sweep", "trend=on,off", "--hold-out", "random", "--seeds", "1"]
-    assert main(["evaluate", *files, *grid, *QUICK]) == 0
-    lines = capsys.readouterr().out.splitlines()[2:6]
+    lines = cli("evaluate", *files, *grid, *QUICK).out.splitlines()[2:6]
     points = [f"smoothness {value} x, trend {switch}" for value in (1, 3) for switch in ("on", "off")]
     assert [line.split("  ")[0] for line in lines] == points
 
@@ -224,19 +211,19 @@ def test_evaluate_sweeps_one_parameter_or_two(files, capsys):
         (["--padding", "2"], "padding has no effect"),
     ],
 )
-def test_what_does_not_go_together_is_said_before_anything_runs(flags, message, files, capsys):
-    assert message in fails(capsys, "evaluate", *files, *flags, status=2)
+def test_what_does_not_go_together_is_said_before_anything_runs(flags, message, files, cli):
+    assert message in fails(cli, "evaluate", *files, *flags, status=2)
 
 
-def test_what_cannot_be_evaluated_is_refused(files, capsys):
-    assert "padding has no effect" in fails(capsys, "evaluate", *files, "--sweep", "padding=2,3")
+def test_what_cannot_be_evaluated_is_refused(files, cli):
+    assert "padding has no effect" in fails(cli, "evaluate", *files, "--sweep", "padding=2,3")
     ground_truth = np.where(cv2.imread("in/depth.png", cv2.IMREAD_UNCHANGED) == 0, 0, 2000).astype(np.uint16)
     cv2.imwrite("in/known.png", ground_truth)
-    error = fails(capsys, "evaluate", *files, "--ground-truth", "in/known.png")
+    error = fails(cli, "evaluate", *files, "--ground-truth", "in/known.png")
     assert "no ground truth where depth is missing in the blocks" in error
 
 
-def test_complete_takes_ones_own_presets_by_name_and_by_file(files, capsys):
+def test_complete_takes_ones_own_presets_by_name_and_by_file(files, cli):
     own = UserPreset("quick", ilf.preset("paper", max_iterations=25), "paper", BlockParameters(granularity=0.9))
     save_preset(own.name, own.parameters, own.extraction)
     write_preset("file.json", own)
@@ -246,18 +233,17 @@ def test_complete_takes_ones_own_presets_by_name_and_by_file(files, capsys):
     assert Path("plain/run.json").read_bytes() == Path("name/run.json").read_bytes()
     assert Path("plain/run.json").read_bytes() == Path("file/run.json").read_bytes()
     Path("bad.json").write_text('{"kind": "ilf-studio preset", "schema": 9}')
-    assert "reads schema 1 only" in fails(capsys, "complete", *files, "--preset", "bad.json", "--out", "x")
+    assert "reads schema 1 only" in fails(cli, "complete", *files, "--preset", "bad.json", "--out", "x")
     assert "--ground-truth" in fails(
-        capsys, "complete", "--replay", "plain/run.json", "--ground-truth", "in/gt.png", status=2
+        cli, "complete", "--replay", "plain/run.json", "--ground-truth", "in/gt.png", status=2
     )
 
 
-def test_presets_lists_built_in_ones_and_ones_own(capsys):
+def test_presets_lists_built_in_ones_and_ones_own(cli):
     ilf.save_preset("soft", ilf.preset("best", smoothness=3))
     path = ilf.save_preset("damaged", ilf.preset())
     path.write_text("{")
-    assert main(["info", "--presets"]) == 0
-    captured = capsys.readouterr()
+    captured = cli("info", "--presets")
     assert figures(captured.out, "paper")[1] == "built-in"
     assert captured.out.count("soft  ") == 1
     assert "your own, from best  smoothness 3.0" in captured.out

@@ -11,18 +11,16 @@ from tests.ilf.bags import write_aligned
 from tests.ilf.small_frames import write_small_frame
 
 
-def test_a_recording_becomes_a_recording(tmp_path, capsys):
+def test_a_recording_becomes_a_recording(tmp_path, cli):
     source, out = write_aligned(tmp_path, "mcap"), tmp_path / "out.mcap"
-    assert main(["stream", str(source), "--out", str(out), "--preset", "best"]) == 0
-    assert capsys.readouterr().out.startswith("3 frames, 1 scene, ")
+    assert cli("stream", source, "--out", out, "--preset", "best").out.startswith("3 frames, 1 scene, ")
     recording, given = ilf.open_source(out), ilf.open_source(source)
     assert recording.keys == given.keys
     for frame, before in zip(recording, given, strict=True):
         assert np.array_equal(frame.rgb, before.rgb)
         assert np.isfinite(frame.depth).all()
         assert np.array_equal(frame.depth[before.known], before.depth[before.known])
-    assert main(["stream", str(source), "--out", str(out)]) == 1
-    assert "already exists" in capsys.readouterr().err
+    assert "already exists" in cli("stream", source, "--out", out, status=1).err
 
 
 def test_a_folder_gets_a_frame_in_each_of_its_folders(tmp_path, capsys):

@@ -129,14 +129,14 @@ def test_curves_error_and_blocks_are_plotted(small_frame, small_labels):
 
 @pytest.mark.parametrize("given", ["nope", 7, ilf.BlockParameters()])
 def test_what_are_no_parameters_is_refused(small_frame, small_labels, given):
-    with pytest.raises(ParameterError, match="best, paper, released-code"):
-        ilf.complete(small_frame, small_labels, given)
-    with pytest.raises(ParameterError, match="best, paper, released-code"):
-        ilf.complete(small_frame, small_labels, own={1: given, 2: "paper"})
-    with pytest.raises(ParameterError, match="best, paper, released-code"):
-        ilf.iterate(small_frame, small_labels, 1, given)
-    with pytest.raises(ParameterError, match="best, paper, released-code"):
-        ilf.Run(small_frame, small_labels, given)
+    for call in (
+        lambda: ilf.complete(small_frame, small_labels, given),
+        lambda: ilf.complete(small_frame, small_labels, own={1: given, 2: "paper"}),
+        lambda: ilf.iterate(small_frame, small_labels, 1, given),
+        lambda: ilf.Run(small_frame, small_labels, given),
+    ):
+        with pytest.raises(ParameterError, match="best, paper, released-code"):
+            call()
     with pytest.raises(ParameterError, match="preset="):
         ilf.complete(small_frame, extraction="paper")
     with pytest.raises(ParameterError, match=r"label map of the blocks, not 'paper': .*preset="):

@@ -8,7 +8,6 @@ import pytest
 
 import ilf
 from ilf._runtime.formatting import length_text
-from ilf.cli import main
 from ilf.completion.completion import guide_hold_out, guide_text
 from ilf.completion.confidence.expected_error import depth_error
 from ilf.completion.edge_aware.fitted_guide import fit_guide
@@ -361,7 +360,7 @@ def folder(tmp_path):
     return tmp_path
 
 
-def test_run_with_a_guide_is_made_again_and_not_without_it(folder, capsys):
+def test_run_with_a_guide_is_made_again_and_not_without_it(folder, cli):
     frame = ilf.load_frame(folder)
     run = ilf.Run(frame.with_guide(replace(frame.guide, gives="affine-inverse")), BLOCKS)
     run.complete().save(folder / "out", cloud=None)
@@ -370,8 +369,7 @@ def test_run_with_a_guide_is_made_again_and_not_without_it(folder, capsys):
     assert again.differences == ()
     assert again.verdict(again.run.complete()) == ()
     assert again.run.frame.guide.gives == "affine-inverse"
-    assert main(["info", str(folder / "out" / "run.json")]) == 0
-    assert "guide_used.npy" in capsys.readouterr().out
+    assert "guide_used.npy" in cli("info", folder / "out" / "run.json").out
 
     used = folder / "out" / "guide_used.npy"
     write_array(used, Guide(ground_truth()).array)

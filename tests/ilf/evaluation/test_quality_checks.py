@@ -28,6 +28,19 @@ def halves(column: int = 60) -> np.ndarray:
 NOWHERE = np.zeros((HEIGHT, WIDTH), np.float32)
 
 
+def holed(rows: slice, columns: slice, step: float = 0.5) -> np.ndarray:
+    """The two walls with missing depth."""
+    depth = two_walls(step)
+    depth[rows, columns] = np.nan
+    return depth
+
+
+def edge_at(*columns: int) -> np.ndarray:
+    edge = NOWHERE.copy()
+    edge[:, columns] = 1
+    return edge
+
+
 def only_place(places):
     assert len(places) == 1, [place.reason for place in places]
     assert places[0].kind in KINDS
@@ -35,24 +48,20 @@ def only_place(places):
 
 
 def test_right_blocks_raise_no_suspicion():
-    depth = two_walls()
-    depth[20:60, 40:80] = np.nan
-    edge = NOWHERE.copy()
-    edge[:, 60] = 1
+    depth = holed(np.s_[20:60], np.s_[40:80])
+    edge = edge_at(60)
     assert find_places(frame_of(depth), halves(), edge) == []
 
 
 def test_border_across_a_plane_does_no_harm():
-    depth = two_walls(step=0.0)
-    depth[20:60, 40:80] = np.nan
+    depth = holed(np.s_[20:60], np.s_[40:80], step=0.0)
     labels = halves()
     labels[50:, 20:90] = 3
     assert find_places(frame_of(depth), labels, NOWHERE) == []
 
 
 def test_depth_jumps_inside_a_block():
-    depth = two_walls()
-    depth[30:50, 62:90] = np.nan
+    depth = holed(np.s_[30:50], np.s_[62:90])
     place = only_place(find_places(frame_of(depth), np.ones_like(halves()), NOWHERE))
     assert place.kind == "jump"
     assert place.labels == (1,)
@@ -63,18 +72,15 @@ def test_depth_jumps_inside_a_block():
 
 
 def test_moved_border_leaves_a_jump_beside_it():
-    depth = two_walls()
-    depth[30:50, 61:71] = np.nan
+    depth = holed(np.s_[30:50], np.s_[61:71])
     place = only_place(find_places(frame_of(depth), halves(75), NOWHERE))
     assert place.labels == (1,)
     assert abs(place.point[0] - 60) <= 8
 
 
 def test_two_surfaces_that_missing_depth_parts():
-    depth = two_walls()
-    depth[:, 52:68] = np.nan
-    edge = NOWHERE.copy()
-    edge[:, 60] = 1
+    depth = holed(np.s_[:], np.s_[52:68])
+    edge = edge_at(60)
     place = only_place(find_places(frame_of(depth), np.ones_like(halves()), edge))
     assert place.kind == "surfaces"
     assert place.reason == "Block 1 contains two surfaces, at 1.59 m and 2.09 m."
@@ -82,10 +88,8 @@ def test_two_surfaces_that_missing_depth_parts():
 
 
 def test_doubt_grows_where_no_edge_is_seen():
-    depth = two_walls()
-    depth[:, 52:68] = np.nan
-    edge = NOWHERE.copy()
-    edge[:, 60] = 1
+    depth = holed(np.s_[:], np.s_[52:68])
+    edge = edge_at(60)
     seen, unseen = (find_places(frame_of(depth), np.ones_like(halves()), one)[0] for one in (edge, NOWHERE))
     assert unseen.score < 0.5 * seen.score
 
@@ -98,10 +102,8 @@ def test_one_plane_behind_a_gap_is_one_surface():
 
 
 def test_border_beside_its_edge_in_missing_depth():
-    depth = two_walls()
-    depth[20:70, 30:100] = np.nan
-    edge = NOWHERE.copy()
-    edge[:, 60] = 1
+    depth = holed(np.s_[20:70], np.s_[30:100])
+    edge = edge_at(60)
     labels = halves()
     labels[30:60, 60:76] = 1
     place = only_place(find_places(frame_of(depth), labels, edge))
@@ -112,23 +114,18 @@ def test_border_beside_its_edge_in_missing_depth():
 
 
 def test_a_border_does_less_harm_the_nearer_another_edge_is():
-    depth = two_walls()
-    depth[20:70, 30:100] = np.nan
+    depth = holed(np.s_[20:70], np.s_[30:100])
     labels = halves()
     labels[30:60, 60:76] = 1
     scores = []
     for columns in ([60], [60, 88], [60, 84]):
-        edge = NOWHERE.copy()
-        edge[:, columns] = 1
-        scores.append(only_place(find_places(frame_of(depth), labels, edge)).score)
+        scores.append(only_place(find_places(frame_of(depth), labels, edge_at(*columns))).score)
     assert scores[0] > scores[1] > scores[2]
 
 
 def test_high_expected_error_counts_where_it_is_given():
-    depth = two_walls()
-    depth[20:60, 10:50] = np.nan
-    edge = NOWHERE.copy()
-    edge[:, 60] = 1
+    depth = holed(np.s_[20:60], np.s_[10:50])
+    edge = edge_at(60)
     error = np.where(np.isnan(depth), np.float32(0.24), np.float32(np.nan))
     assert find_places(frame_of(depth), halves(), edge) == []
     place = only_place(find_places(frame_of(depth), halves(), edge, error))
@@ -137,8 +134,7 @@ def test_high_expected_error_counts_where_it_is_given():
 
 
 def test_islands_holes_and_slivers():
-    edge = NOWHERE.copy()
-    edge[:, 59:61] = 1
+    edge = edge_at(59, 60)
     labels = halves()
     labels[10:20, 20:30] = 2
     labels[40:45, 90:100] = 0
@@ -154,8 +150,7 @@ def test_islands_holes_and_slivers():
 def test_block_inside_another_counts_if_nothing_parts_them():
     labels = halves()
     labels[30:40, 20:30] = 3
-    edge = NOWHERE.copy()
-    edge[:, 59:61] = 1
+    edge = edge_at(59, 60)
     place = only_place(find_places(frame_of(two_walls()), labels, edge))
     assert place.reason == "Block 3, 100 px, lies inside Block 1 without an edge between them."
     edge[29:41, 19:31] = 1

@@ -9,13 +9,7 @@ from ilf.evaluation.quality.places import Place
 from ilf.evaluation.quality.ranking import find_places, propagated_places
 from ilf.evaluation.quality.remedies import REMEDIES, Remedy, find_remedy
 
-from .test_quality_checks import HEIGHT, NOWHERE, WIDTH, frame_of, halves, only_place, two_walls
-
-
-def edge_at(*columns: int) -> np.ndarray:
-    edge = NOWHERE.copy()
-    edge[:, columns] = 1
-    return edge
+from .test_quality_checks import HEIGHT, NOWHERE, WIDTH, edge_at, frame_of, halves, holed, only_place, two_walls
 
 
 def remedy_for(place: Place, frame: RGBDFrame, labels: np.ndarray, edge: np.ndarray, **options) -> Remedy:
@@ -31,9 +25,7 @@ def mended(remedy: Remedy, labels: np.ndarray) -> np.ndarray:
 
 
 def test_a_block_with_two_walls_is_split_between_them():
-    depth, labels = two_walls(), np.ones_like(halves())
-    depth[30:50, 50:70] = np.nan
-    frame, edge = frame_of(depth), edge_at(60)
+    frame, labels, edge = frame_of(holed(np.s_[30:50], np.s_[50:70])), np.ones_like(halves()), edge_at(60)
     place = only_place(find_places(frame, labels, edge))
     remedy = remedy_for(place, frame, labels, edge, first_new=7)
     assert (remedy.kind, remedy.text) == ("split", "Split Block 1")
@@ -45,9 +37,7 @@ def test_a_block_with_two_walls_is_split_between_them():
 
 
 def test_what_a_moved_border_has_taken_in_is_given_back():
-    depth = two_walls()
-    depth[30:50, 61:71] = np.nan
-    frame, edge = frame_of(depth), edge_at(60)
+    frame, edge = frame_of(holed(np.s_[30:50], np.s_[61:71])), edge_at(60)
     place = only_place(find_places(frame, halves(75), edge))
     remedy = remedy_for(place, frame, halves(75), edge)
     assert (remedy.kind, remedy.text) == ("give", "Give a part of Block 1 to Block 2")
@@ -57,11 +47,9 @@ def test_what_a_moved_border_has_taken_in_is_given_back():
 
 
 def test_a_weak_border_has_no_remedy():
-    depth = two_walls()
-    depth[20:70, 30:100] = np.nan
     labels = halves()
     labels[30:60, 60:76] = 1
-    frame, edge = frame_of(depth), edge_at(60)
+    frame, edge = frame_of(holed(np.s_[20:70], np.s_[30:100])), edge_at(60)
     place = only_place(find_places(frame, labels, edge))
     assert place.kind == "border"
     assert find_remedy(place, frame, labels, edge) is None

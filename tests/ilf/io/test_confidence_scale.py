@@ -7,7 +7,6 @@ import pytest
 from PIL import Image
 
 import ilf
-from ilf.cli import main
 
 LEVELS = np.repeat([0, 1, 2], 4)[None] + np.zeros((9, 1), int)
 
@@ -36,23 +35,21 @@ def save(folder: Path, depth: str, confidence: str, levels: np.ndarray) -> tuple
         ("depth/depth_07.png", "confidence/confidence_07.png"),
     ],
 )
-def test_a_confidence_map_beside_two_files_is_used(depth, confidence, tmp_path, capsys):
+def test_a_confidence_map_beside_two_files_is_used(depth, confidence, tmp_path, cli):
     files = save(tmp_path, depth, confidence, LEVELS.astype(np.uint8))
     frame = ilf.load_frame(*files, min_confidence=2)
     assert np.array_equal(frame.known, LEVELS == 2)
     assert not frame.plausibility_warnings
     assert any("confidence map" in note for note in ilf.load_frame(*files).notes)
     assert ilf.load_frame(*files, min_confidence=2, beside=False).known.all()
-    assert main(["info", *map(str, files), "--min-confidence", "2"]) == 0
-    assert "72 pixels, 66.7% of the known pixels" in capsys.readouterr().out
+    assert "72 pixels, 66.7% of the known pixels" in cli("info", *files, "--min-confidence", "2").out
     (tmp_path / confidence).unlink()
-    assert main(["info", *map(str, files), "--min-confidence", "2"]) == 0
-    assert "no confidence map" in capsys.readouterr().out
+    assert "no confidence map" in cli("info", *files, "--min-confidence", "2").out
 
 
 @pytest.mark.parametrize("levels", [LEVELS * 127.5, LEVELS * 50, LEVELS / 2, 100 - LEVELS * 25])
 @pytest.mark.parametrize("least", [1, 2])
-def test_a_map_of_another_scale_is_doubted(levels, least, tmp_path, capsys):
+def test_a_map_of_another_scale_is_doubted(levels, least, tmp_path, cli):
     files = save(tmp_path, "depth.png", "confidence.npy", levels)
     if levels.max() == 1:
         if least == 2:
@@ -62,8 +59,7 @@ def test_a_map_of_another_scale_is_doubted(levels, least, tmp_path, capsys):
     with pytest.warns(ilf.DepthWarning, match=f"to {levels.max():g}, not from 0 to 2"):
         frame = ilf.load_frame(*files, min_confidence=least)
     assert frame.plausibility_warnings
-    assert main(["info", *map(str, files), "--min-confidence", str(least)]) == 0
-    assert "warning:" in capsys.readouterr().out
+    assert "warning:" in cli("info", *files, "--min-confidence", least).out
     assert not ilf.load_frame(*files, min_confidence=levels.max()).plausibility_warnings
 
 

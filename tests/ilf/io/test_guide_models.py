@@ -158,10 +158,9 @@ def test_cut_connections_continue_where_they_ended(hub):
     assert [asked for _, asked in hub.asked] == [None, "bytes=100-", "bytes=180-"]
 
 
-def test_a_connection_that_is_always_cut_is_one_sentence_and_the_next_command_continues(hub, capsys):
+def test_a_connection_that_is_always_cut_is_one_sentence_and_the_next_command_continues(hub, capsys, cli):
     hub.cuts = [10, 10, 10, 10]
-    assert main(["models", "fetch", NAME]) == 1
-    captured = capsys.readouterr()
+    captured = cli("models", "fetch", NAME, status=1)
     assert "cut again and again (after 40 of" in captured.err
     assert captured.err.count("\n") == 1
     assert guide_file(NAME) is None
@@ -315,7 +314,7 @@ def test_nothing_is_fetched_unasked(hub):
     assert hub.asked == []
 
 
-def test_a_network_is_used_by_its_name_and_recorded(hub, tmp_path, capsys, monkeypatch):
+def test_a_network_is_used_by_its_name_and_recorded(hub, tmp_path, capsys, cli, monkeypatch):
     work_in_this_process(monkeypatch)
     fetch_guide(NAME)
     folder = write_scene(tmp_path / "frames" / "box")
@@ -327,8 +326,7 @@ def test_a_network_is_used_by_its_name_and_recorded(hub, tmp_path, capsys, monke
     recorded = json.loads((out / "run.json").read_text())["guide"]["network"]
     assert (recorded["name"], recorded["sha256"], recorded["gives"]) == (NAME, pinned(), "affine-inverse")
     assert recorded["licence"] == "CC-BY-NC-4.0"
-    assert main(["info", str(out / "run.json")]) == 0
-    assert f"predicted by {NAME}" in capsys.readouterr().out
+    assert f"predicted by {NAME}" in cli("info", out / "run.json").out
     assert main(["batch", str(folder.parent), "--guide", NAME, "--out", str(tmp_path / "set")]) == 0
     np.testing.assert_array_equal(np.load(tmp_path / "set" / "box" / "guide_used.npy"), frame.guide.values)
     guide_models.remove_guide(NAME)
@@ -349,7 +347,7 @@ def test_an_existing_file_wins_over_a_name(hub, tmp_path, monkeypatch):
     assert ReadingOptions(guide=NAME).paths == {"guide": NAME}
 
 
-def test_a_damaged_card_says_what_to_do_and_none_is_written_with_another_kind(hub, tmp_path, capsys):
+def test_a_damaged_card_says_what_to_do_and_none_is_written_with_another_kind(hub, tmp_path, cli):
     with pytest.raises(InputError, match="cannot give 'depth'"):
         guide_models.add_guide(tmp_path / "source.onnx", "mine", gives="depth")
     assert "mine" not in guide_cards()
@@ -358,14 +356,12 @@ def test_a_damaged_card_says_what_to_do_and_none_is_written_with_another_kind(hu
     with pytest.raises(FormatError, match=r"mine\.json.* Delete this card, and add or fetch its network again\."):
         ilf.load_guide("mine", rgb=scene()[0])
     (guides_folder() / f"{NAME}.json").write_text("no JSON")  # the pinned hash of a known network
-    assert main(["models", "list"]) == 0
-    listed = capsys.readouterr()
+    listed = cli("models", "list")
     assert "correction" in listed.out
     for name in "mine", NAME:
         assert f"The guide network {name} is left out: " in listed.err
         assert f"{name} " not in listed.out
-        assert main(["models", "fetch", name]) == 1
-        assert f"{name}.json" in capsys.readouterr().err
+        assert f"{name}.json" in cli("models", "fetch", name, status=1).err
     assert guide_file(NAME) is None
 
 
@@ -404,7 +400,7 @@ def test_size_aspect_normalisation_and_output_are_those_of_the_card(hub, tmp_pat
         ilf.load_guide(NAME, rgb=rgb)
 
 
-def test_files_are_added_where_there_is_no_network(hub, tmp_path, capsys, monkeypatch):
+def test_files_are_added_where_there_is_no_network(hub, tmp_path, capsys, cli, monkeypatch):
     copied = tmp_path / "source.onnx"
     assert main(["models", "add", str(copied)]) == 0
     assert guide_file(NAME) is not None  # recognised by its content
@@ -414,8 +410,7 @@ def test_files_are_added_where_there_is_no_network(hub, tmp_path, capsys, monkey
     assert (card.gives, card.bytes, card.address) == ("metric", mine.stat().st_size, "")
     assert ilf.load_guide("mine", rgb=scene()[0]).network == card
     capsys.readouterr()
-    assert main(["models", "list"]) == 0
-    listed = capsys.readouterr().out
+    listed = cli("models", "list").out
     assert [line for line in listed.splitlines() if line.startswith("mine ") and "guide, metric" in line]
     assert "CC-BY-NC-4.0, not for commercial use" in listed
     assert "none was tried" in " ".join(listed.split())
@@ -439,16 +434,14 @@ def test_files_are_added_where_there_is_no_network(hub, tmp_path, capsys, monkey
     assert main(["models", "add", str(mine), "--gives", "metric", "--logits"]) == 2
 
 
-def test_a_file_added_as_an_edge_network_says_what_is_assumed(tmp_path, capsys, monkeypatch):
+def test_a_file_added_as_an_edge_network_says_what_is_assumed(tmp_path, cli, monkeypatch):
     monkeypatch.setenv("ILF_MODELS", str(tmp_path / "models"))
     mine = write_network(tmp_path / "mine.onnx", [node("ReduceMax", ["image"], "strength", axes=[1], keepdims=1)])
-    assert main(["models", "add", str(mine)]) == 0
-    told = capsys.readouterr().out
+    told = cli("models", "add", mine).out
     assert "taken as a network for edges whose input is RGB in 0 to 1" in told
     assert "ilf models remove mine" in told
     assert "--gives relative-inverse|" in told
-    assert main(["models", "add", str(mine), "--input", "rgb", "--replace"]) == 0
-    assert "taken as" not in capsys.readouterr().out
+    assert "taken as" not in cli("models", "add", mine, "--input", "rgb", "--replace").out
 
 
 def test_the_known_cards_are_complete():

@@ -76,7 +76,7 @@ def test_a_file_that_is_no_guide_network_is_one_line(tmp_path):
         ilf.load_guide(brightness(tmp_path / "net.onnx"))
 
 
-def test_a_frame_takes_its_guide_from_a_network_in_library_and_commands(tmp_path, capsys, monkeypatch):
+def test_a_frame_takes_its_guide_from_a_network_in_library_and_commands(tmp_path, cli, monkeypatch):
     work_in_this_process(monkeypatch)
     folder = write_scene(tmp_path / "frames" / "box")
     network = brightness(tmp_path / "net.onnx")
@@ -84,8 +84,7 @@ def test_a_frame_takes_its_guide_from_a_network_in_library_and_commands(tmp_path
     assert frame.guide is not None
     assert frame.guide.path == str(network)
     out = tmp_path / "out"
-    assert main(["complete", str(folder), "--guide", str(network), "--out", str(out), "--no-cloud"]) == 0
-    assert "on a hold-out of known depth" in capsys.readouterr().out
+    assert "on a hold-out of known depth" in cli("complete", folder, "--guide", network, "--out", out, "--no-cloud").out
     np.testing.assert_array_equal(np.load(out / "guide_used.npy"), frame.guide.values)
     assert main(["complete", "--replay", str(out / "run.json"), "--out", str(tmp_path / "again")]) == 0
     batch = ["batch", str(folder.parent), "--guide", str(network), "--out", str(tmp_path / "set")]

@@ -8,7 +8,6 @@ import pytest
 from PIL import Image
 
 import ilf
-from ilf.cli import main
 from ilf.io.depth import read_depth_values
 from ilf.io.images import read_colour
 
@@ -57,7 +56,7 @@ FOREIGN = {
 
 
 @pytest.mark.parametrize("name", FOREIGN)
-def test_a_file_of_another_kind_is_named(name, tmp_path, capsys):
+def test_a_file_of_another_kind_is_named(name, tmp_path, cli):
     make, kind = FOREIGN[name]
     (tmp_path / name).write_bytes(make())
     Image.fromarray(np.zeros((8, 12, 3), np.uint8)).save(tmp_path / "rgb.png")
@@ -67,8 +66,7 @@ def test_a_file_of_another_kind_is_named(name, tmp_path, capsys):
             ilf.load_frame(*(tmp_path / path for path in paths))
         assert "despite" not in str(told.value)
     for command in (["info"], ["complete", "--out", str(tmp_path / "out")], ["batch", "--out", str(tmp_path / "b")]):
-        assert main([command[0], str(tmp_path / name), *command[1:]]) == 1
-        said = capsys.readouterr().err
+        said = cli(command[0], tmp_path / name, *command[1:], status=1).err
         assert kind in said or Path(name).suffix not in {".svo", ".svo2", ".csv", ".webp", ".mp4", ".zip"}
 
 

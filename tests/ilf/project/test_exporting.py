@@ -103,20 +103,21 @@ def test_cancelling_ends_the_export_between_frames(run, tmp_path):
     assert sorted(path.name for path in (tmp_path / "out").iterdir()) == ["one"]
 
 
-def test_the_command_completes_what_is_missing(run, tmp_path, capsys, monkeypatch):
+def test_the_command_completes_what_is_missing(run, tmp_path, capsys, cli, monkeypatch):
     monkeypatch.chdir(tmp_path)
     rgb, depth = (str(tmp_path / "room" / name) for name in ("rgb.png", "depth.png"))
     results = run.complete().results
     state = FrameState("a1", run.frame, Blocks(run.blocks.labels), common=run.parameters, results={1: results[1]})
     frames = (ProjectFrame("a1", "room", None, has_state=True), ProjectFrame("c3", "bare", FrameRef(rgb, depth)))
     save_project("room.ilf", Project(frames, common=run.parameters), [state])
-    assert main(["project", "export", "room.ilf", "--out", "out", "--complete"]) == 0
-    assert [line.partition(",")[0] for line in capsys.readouterr().out.splitlines()] == [
+    assert [
+        line.partition(",")[0]
+        for line in cli("project", "export", "room.ilf", "--out", "out", "--complete").out.splitlines()
+    ] == [
         "room: written",
         "bare: written",
     ]
-    assert main(["project", "export", "room.ilf", "--out", "out", "--complete"]) == 0
-    assert capsys.readouterr().out.count("unchanged") == 2
+    assert cli("project", "export", "room.ilf", "--out", "out", "--complete").out.count("unchanged") == 2
     Path(depth).unlink()
     assert main(["project", "export", "room.ilf", "--out", "out", "--complete"]) == 1
     assert "2 of 2 frames could not be exported" in capsys.readouterr().err

@@ -70,23 +70,18 @@ def test_another_recording_is_not_taken_for_it(tmp_path, labels):
         ilf.replay(out / "run.json")
 
 
-def test_what_info_says(tmp_path, capsys):
+def test_what_info_says(tmp_path, capsys, cli):
     path = write_aligned(tmp_path, "mcap")
-    assert main(["info", str(path)]) == 0
-    said = capsys.readouterr().out
+    said = cli("info", path).out
     assert f"{path}, 3 frames" in said
     assert "1600000000.000000000, 1600000000.033000000, 1600000000.066000000" in said
-    assert main(["info", str(path), "--frame", KEY]) == 0
-    said = capsys.readouterr().out
+    said = cli("info", path, "--frame", KEY).out
     assert f"{W} x {H}, uint16" in said
     assert "fx 30, fy 30" in said
     topics = "/camera/color/image_raw,/camera/aligned_depth_to_color/image_raw"
     assert main(["info", str(path), "--topics", topics, "--frame", KEY]) == 0
-    with pytest.raises(SystemExit):
-        main(["info", str(path), "--topics", "one", "--frame", KEY])
-    assert "is not COLOUR,DEPTH" in capsys.readouterr().err
-    assert main(["complete", str(path)]) == 1
-    assert "give the key of one of its frames" in capsys.readouterr().err
+    assert "is not COLOUR,DEPTH" in cli("info", path, "--topics", "one", "--frame", KEY, status=2).err
+    assert "give the key of one of its frames" in cli("complete", path, status=1).err
 
 
 def test_a_project_of_a_recording_and_the_command_that_makes_a_run_again(tmp_path):

@@ -261,7 +261,7 @@ def test_the_command_that_a_report_gives_makes_the_run_again(tmp_path, monkeypat
     )
 
 
-def test_the_command_line_reports_on_projects(run, subject, tmp_path, monkeypatch, capsys):
+def test_the_command_line_reports_on_projects(run, subject, tmp_path, monkeypatch, cli):
     monkeypatch.chdir(tmp_path)
     frame = replace(run.frame, name="first")
     blocks = Blocks(run.blocks.labels, own={1: {"smoothness": 3.0}})
@@ -281,8 +281,7 @@ def test_the_command_line_reports_on_projects(run, subject, tmp_path, monkeypatc
     assert [row[5] for row in rows] == ["completed"] * len(rows)
     assert rows[0][7] == millimetres(subject.completion.outcomes[1].sigma_i)
     assert "ilf project replay" in page.text
-    assert main(["report", "work.ilf", "--preset", "paper"]) == 2
-    assert "leave out --preset" in capsys.readouterr().err
+    assert "leave out --preset" in cli("report", "work.ilf", "--preset", "paper", status=2).err
     # set since the frame was stored: its note, and the parameters of all frames
     noted = replace(project.frames[0], summary=FrameSummary(Stage.RUN, note="set later"))
     save_project("work.ilf", replace(project, frames=(noted,), common=ilf.preset("paper"), for_all=True), [state])
@@ -292,11 +291,10 @@ def test_the_command_line_reports_on_projects(run, subject, tmp_path, monkeypatc
     assert "Filter: preset paper." in page.text
     assert page.table("no.", "block", "pixels")[1][5] == "values changed"
     save_project("empty.ilf", Project())
-    assert main(["report", "empty.ilf"]) == 1
-    assert "no frame with edits or results" in capsys.readouterr().err
+    assert "no frame with edits or results" in cli("report", "empty.ilf", status=1).err
 
 
-def test_the_command_line_reports_on_frames_and_records(tmp_path, monkeypatch, capsys):
+def test_the_command_line_reports_on_frames_and_records(tmp_path, monkeypatch, cli):
     monkeypatch.chdir(tmp_path)
     files = [str(path) for path in write_small_frame(tmp_path / "in")]
     assert main(["report", *files, "--max-iterations", "25", "--hold-out", "random", "--seeds", "1"]) == 0
@@ -305,8 +303,7 @@ def test_the_command_line_reports_on_frames_and_records(tmp_path, monkeypatch, c
     assert "(random; seed 0)" in page.text
     assert main(["complete", *files, "--max-iterations", "25", "--out", "done", "--quiet"]) == 0
     assert main(["report", "done", "done/run.json", "nowhere", "--out", "both.html"]) == 2  # a third is no folder
-    assert main(["report", "done", "nowhere.json", "--out", "both.html"]) == 0
-    assert "nowhere.json is not in the report" in capsys.readouterr().err
+    assert "nowhere.json is not in the report" in cli("report", "done", "nowhere.json", "--out", "both.html").err
     page = Page(Path("both.html").read_text(encoding="utf-8"))
     assert len(page.table("", "frame")) == 2
     assert f"ilf complete --replay {shlex.quote(str(tmp_path / 'done' / 'run.json'))}" in page.text
@@ -316,5 +313,4 @@ def test_the_command_line_reports_on_frames_and_records(tmp_path, monkeypatch, c
         (["done", "--seeds", "2"], "add --hold-out"),
         ([], "Give a colour and a depth file"),
     ):
-        assert main(["report", *wrong]) == 2
-        assert words in capsys.readouterr().err
+        assert words in cli("report", *wrong, status=2).err

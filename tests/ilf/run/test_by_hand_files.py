@@ -52,7 +52,7 @@ def test_a_record_is_not_replayed_with_other_depth_by_hand(tmp_path):
         replay(tmp_path / "out" / "run.json")
 
 
-def test_by_the_command_line(tmp_path, monkeypatch, capsys):
+def test_by_the_command_line(tmp_path, monkeypatch, capsys, cli):
     monkeypatch.chdir(tmp_path)
     write_small_frame(tmp_path / "in")
     files = ["in/rgb.png", "in/depth.png"]
@@ -62,8 +62,7 @@ def test_by_the_command_line(tmp_path, monkeypatch, capsys):
     np.save("hand.npy", stated / 1000.0)
     for name in ("hand.png", "hand.npy"):
         out = f"out-{name}"
-        assert main(["complete", *files, *ARGUMENTS, "--by-hand", name, "--json", "--out", out]) == 0
-        document = json.loads(capsys.readouterr().out)
+        document = json.loads(cli("complete", *files, *ARGUMENTS, "--by-hand", name, "--json", "--out", out).out)
         assert document["by_hand"] == np.count_nonzero(stated)
         assert sum(block["by_hand"] for block in document["blocks"]) == np.count_nonzero(stated)
     assert np.array_equal(np.load("out-hand.png/depth.npy"), np.load("out-hand.npy/depth.npy"))
@@ -75,5 +74,4 @@ def test_by_the_command_line(tmp_path, monkeypatch, capsys):
     assert "32 of them by hand" in capsys.readouterr().out
     assert main(["complete", "--replay", "in-ilf/run.json", "--out", "again", "--quiet"]) == 0
     assert contents(tmp_path / "again") == contents(tmp_path / "in-ilf")
-    assert main(["info", "in-ilf/run.json"]) == 0
-    assert "depth_by_hand.npy, weight 0.9" in capsys.readouterr().out
+    assert "depth_by_hand.npy, weight 0.9" in cli("info", "in-ilf/run.json").out

@@ -10,7 +10,6 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import ilf
-from ilf.cli import main
 from ilf.data.points import in_world, point_cloud
 from ilf.errors import ExportError, FormatError, InputError, ParameterError
 from ilf.run.data_sets import depth_weight, write_data_set
@@ -89,15 +88,11 @@ def test_weights_fall_with_the_expected_error():
     assert np.allclose(depth_weight(depth, error, doubtful), [[1, 0.5, 0, 0.2, 0]])
 
 
-def test_results_become_a_data_set_of_nerfstudio(framed, tmp_path, capsys):
+def test_results_become_a_data_set_of_nerfstudio(framed, tmp_path, cli):
     written(tmp_path / "results" / "a", framed)
     written(tmp_path / "results" / "b", replace(framed, pose=pose(1)))
     written(tmp_path / "results" / "c", replace(framed, pose=None))
-    assert (
-        main(["project", "export", str(tmp_path / "results"), "--to", "nerfstudio", "--out", str(tmp_path / "data")])
-        == 0
-    )
-    told = capsys.readouterr()
+    told = cli("project", "export", tmp_path / "results", "--to", "nerfstudio", "--out", tmp_path / "data")
     assert "7 files" in told.out
     assert "Left out, without a known pose: 1 result (c)." in told.err
     data = json.loads((tmp_path / "data" / "transforms.json").read_text())

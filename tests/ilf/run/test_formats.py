@@ -186,7 +186,7 @@ def test_the_camera_is_read_by_those_whose_format_it_is(out):
         assert len(notes) == 1  # that it is scaled; nothing of a lens
 
 
-def test_the_folder_is_still_a_frame_and_its_record_has_all_files(completion, out, tmp_path, capsys):
+def test_the_folder_is_still_a_frame_and_its_record_has_all_files(completion, out, tmp_path, cli):
     again = ilf.load_frame(out)
     np.testing.assert_array_equal(again.depth, completion.depth)
     record = json.loads((out / "run.json").read_text())
@@ -196,8 +196,7 @@ def test_the_folder_is_still_a_frame_and_its_record_has_all_files(completion, ou
     assert ilf.open_source(out.parent).keys == ("in",)
     completion.save(tmp_path / "plain")
     assert json.loads((tmp_path / "plain/run.json").read_text())["export"]["exports"] == []
-    assert main(["info", str(out)]) == 0
-    assert "interrupted" not in capsys.readouterr().out
+    assert "interrupted" not in cli("info", out).out
 
 
 def small_files(tmp_path):
@@ -247,7 +246,7 @@ def test_shards_have_the_files(tmp_path, monkeypatch):
     assert ilf.open_source(out)[0].shape == labels.shape
 
 
-def test_what_cannot_be_made_is_refused_or_left_out(completion, tmp_path, capsys, monkeypatch):
+def test_what_cannot_be_made_is_refused_or_left_out(completion, tmp_path, cli, monkeypatch):
     work_in_this_process(monkeypatch)
     blocks = replace(completion.run.blocks, labels=completion.run.blocks.labels * 300)
     frame = replace(completion.frame, intrinsics=None)
@@ -261,8 +260,7 @@ def test_what_cannot_be_made_is_refused_or_left_out(completion, tmp_path, capsys
     assert not (tmp_path / "out").exists()
     frames = write_small_frame(tmp_path / "frames" / "one")
     alone = ["complete", *map(str, frames), "--export", f"{tmp_path}/x.opencv.yaml", "--out", f"{tmp_path}/no"]
-    assert main(alone) == 1
-    assert "no camera intrinsics" in capsys.readouterr().err
+    assert "no camera intrinsics" in cli(*alone, status=1).err
     batch = ["batch", str(tmp_path / "frames"), *SHORT, "--export", "camera.json", "--export", "coco.json"]
     assert main([*batch, "--out", str(tmp_path / "all")]) == 0
     (folder,) = (path for path in (tmp_path / "all").iterdir() if path.is_dir())
@@ -272,11 +270,10 @@ def test_what_cannot_be_made_is_refused_or_left_out(completion, tmp_path, capsys
     assert "No camera.json is written. The frame has no camera intrinsics" in manifest
 
 
-def test_unknown_formats_are_refused(tmp_path, capsys):
+def test_unknown_formats_are_refused(tmp_path, capsys, cli):
     with pytest.raises(ParameterError, match=r"no export format 'jpg'. Known: exr, tum\.png, "):
         ExportOptions(exports=("jpg",))
-    assert main(["complete", *small_files(tmp_path), "--export", "coco"]) == 1
-    assert "no export with this extension" in capsys.readouterr().err
+    assert "no export with this extension" in cli("complete", *small_files(tmp_path), "--export", "coco", status=1).err
     assert main(["batch", str(tmp_path / "frames"), "--out", str(tmp_path / "all"), "--export", "x.coco.json"]) == 2
     assert "--export takes a format here, not 'x.coco.json': exr, " in capsys.readouterr().err
 

@@ -194,13 +194,12 @@ def test_files_read_at_the_same_time_share_the_limit(server, address):
 
 
 @pytest.mark.parametrize("failure", ["401", "403", "500", "silent"])
-def test_shards_that_cannot_be_seen_are_not_made_again(tmp_path, monkeypatch, address, failure, capsys):
+def test_shards_that_cannot_be_seen_are_not_made_again(tmp_path, monkeypatch, address, failure, cli):
     pytest.importorskip("pyarrow")
     work_in_this_process(monkeypatch)
     frames = write_frames(tmp_path / "in", 1)
     monkeypatch.setattr(RemoteFiles, "upload", lambda *_: pytest.fail("nothing is written"))
-    assert main(["batch", str(frames), "--shards", f"{address}/{failure}/out", "--quiet"]) == 1
-    assert capsys.readouterr().err.count("\n") == 1
+    assert cli("batch", frames, "--shards", f"{address}/{failure}/out", "--quiet", status=1).err.count("\n") == 1
 
 
 def test_a_folder_that_cannot_be_looked_at_is_not_an_empty_one(tmp_path, monkeypatch):

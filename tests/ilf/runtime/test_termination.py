@@ -227,13 +227,12 @@ def test_errors_that_nobody_reads(unread, monkeypatch):
         assert main(["info", "--presets"]) == 0
 
 
-def test_what_nobody_has_foreseen_is_one_line_and_the_way_to_the_log(monkeypatch, capsys):
+def test_what_nobody_has_foreseen_is_one_line_and_the_way_to_the_log(monkeypatch, cli):
     def broken(*_):
         raise ZeroDivisionError("nothing\nto divide by")
 
     monkeypatch.setattr(info, "facts_of_frame", broken)
-    assert main(["info", str(Path(__file__).parents[3] / "assets" / "samples" / "room")]) == 1
-    (line,) = capsys.readouterr().err.splitlines()
+    (line,) = cli("info", Path(__file__).parents[3] / "assets" / "samples" / "room", status=1).err.splitlines()
     assert "ZeroDivisionError: nothing to divide by" in line
     assert line.endswith(str(error_log_path()))
     assert "in broken" in error_log_path().read_text()

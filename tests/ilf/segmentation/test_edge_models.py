@@ -3,6 +3,7 @@
 import re
 import sys
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -85,24 +86,24 @@ def write_weighted_sum(
 SIGMOID = helper.make_node("Sigmoid", ["sum"], ["strength"])
 
 
-@pytest.mark.parametrize("old", [True, False], ids=["fields of 2014", "fields of today"])
-@pytest.mark.parametrize("upsampling", [True, False], ids=["kernels in the file", "no kernels"])
-def test_hed_of_caffe_is_what_caffe_computes(tmp_path, old, upsampling):
+HED: dict[str, tuple[str, Callable[..., Path], Callable[..., np.ndarray], bool]] = {
+    "Caffe of 2014": ("a.caffemodel", partial(write_caffemodel, old=True), caffe_strength, False),
+    "Caffe of 2014, with kernels": ("a.caffemodel", partial(write_caffemodel, old=True), caffe_strength, True),
+    "Caffe": ("a.caffemodel", partial(write_caffemodel, old=False), caffe_strength, False),
+    "Caffe, with kernels": ("a.caffemodel", partial(write_caffemodel, old=False), caffe_strength, True),
+    "Keras": ("a.h5", write_keras, keras_strength, False),
+}
+"""Name and writer of a file, what its framework computes, and whether kernels that scale up are in the file."""
+
+
+@pytest.mark.parametrize("framework", HED)
+def test_hed_is_what_its_framework_computes(tmp_path, framework):
+    name, write, strength, upsampling = HED[framework]
     weights = hed_weights(upsampling)
-    path = add_model(write_caffemodel(tmp_path / "hed.caffemodel", weights, old))
+    path = add_model(write(tmp_path / name, weights))
     for size in SIZES:
         rgb = picture(*size)
-        expected = caffe_strength(rgb, weights)
-        assert np.ptp(expected) > 0.05
-        np.testing.assert_allclose(strength_by(path, rgb), expected, atol=2e-5)
-
-
-def test_hed_of_keras_is_what_keras_computes(tmp_path):
-    weights = hed_weights(upsampling=False)
-    path = add_model(write_keras(tmp_path / "hed.h5", weights))
-    for size in SIZES:
-        rgb = picture(*size)
-        expected = keras_strength(rgb, weights)
+        expected = strength(rgb, weights)
         assert np.ptp(expected) > 0.05
         np.testing.assert_allclose(strength_by(path, rgb), expected, atol=2e-5)
 
@@ -259,23 +260,20 @@ def test_only_conversions_need_the_onnx_package(tmp_path, monkeypatch):
             refused()
 
 
-def test_the_command_adds_lists_and_removes(tmp_path, capsys):
+def test_the_command_adds_lists_and_removes(tmp_path, capsys, cli):
     source = write_weighted_sum(tmp_path / "net.onnx", gains=GAINS * 9)
-    assert main(["models", "add", str(source)]) == 1
-    error = capsys.readouterr().err
+    error = cli("models", "add", source, status=1).err
     assert error.startswith("ilf: error: net.onnx")
     assert "--logits" in error
     assert main(["models", "add", str(source), "--name", "mine", "--input", "imagenet", "--logits"]) == 0
     assert capsys.readouterr().out == f"Added mine: 0.0 MB, {models_folder() / 'mine.onnx'}\n"
-    assert main(["models", "list"]) == 0
-    rows = [re.split(" {2,}", line) for line in capsys.readouterr().out.splitlines()]
+    rows = [re.split(" {2,}", line) for line in cli("models", "list").out.splitlines()]
     assert [row[0] for row in rows[1:6]] == [BUNDLED, "mine", DEPTH_EDGES, CORRECTION, SPARSE_CORRECTION]
     assert rows[1][1:] == ["contours", "ILF Studio", "MIT", "4.2 MB", "bundled"]
     assert rows[2][1:3] == ["contours", "your own"]
     assert rows[3][3] == "MIT"
     assert main(["models", "remove", "mine"]) == 0
-    assert main(["models", "remove", "mine"]) == 1
-    assert "no edge network 'mine'" in capsys.readouterr().err
+    assert "no edge network 'mine'" in cli("models", "remove", "mine", status=1).err
 
 
 @pytest.mark.parametrize("file", ["net.onnx", "my net (2).v3.onnx", "n" * 150 + ".onnx"])

@@ -187,18 +187,17 @@ def test_fifteen_steps_leave_no_crumbs_and_pictures_of_other_places_are_extracte
 
 def test_what_cannot_be_carried_is_said():
     before, labels = _view(30, 30)
-    with pytest.raises(InputError, match="is 128 x 96, but the other one is 64 x 48"):
-        follow(before, labels, RGBDFrame(before.rgb[::2, ::2], before.depth[::2, ::2]))
-    with pytest.raises(InputError, match="Select one of auto"):
-        follow(before, labels, before, how="guess")
-    with pytest.raises(InputError, match="4 x 4"):
-        follow(before, labels, before, how="pose")
-    with pytest.raises(InputError, match="rotation"):
-        follow(before, labels, before, pose=np.diag([2.0, 2.0, 2.0, 1.0]))
-    with pytest.raises(InputError, match="intrinsics of both"):
-        follow(before, labels, before, how="pose", pose=np.eye(4))
-    with pytest.raises(InputError, match="label map"):
-        follow(before, labels[:5], before)
+    smaller = RGBDFrame(before.rgb[::2, ::2], before.depth[::2, ::2])
+    for changes, message in (
+        ({"after": smaller}, "is 128 x 96, but the other one is 64 x 48"),
+        ({"how": "guess"}, "Select one of auto"),
+        ({"how": "pose"}, "4 x 4"),
+        ({"pose": np.diag([2.0, 2.0, 2.0, 1.0])}, "rotation"),
+        ({"how": "pose", "pose": np.eye(4)}, "intrinsics of both"),
+        ({"labels": labels[:5]}, "label map"),
+    ):
+        with pytest.raises(InputError, match=message):
+            follow(**{"before": before, "labels": labels, "after": before} | changes)
 
 
 def test_without_depth_in_common_and_in_tiny_pictures_blocks_follow_all_the_same():

@@ -135,7 +135,7 @@ def test_files_at_the_root_of_a_server_are_read_from_nowhere_else(tmp_path, caps
         assert "identical to the recorded one" in capsys.readouterr().out
 
 
-def test_a_run_of_a_remote_frame_is_replayed_and_its_folder_opened(tmp_path, capsys):
+def test_a_run_of_a_remote_frame_is_replayed_and_its_folder_opened(tmp_path, capsys, cli):
     address = upload(write_frames(tmp_path / "in", 1), "in")
     files = [f"{address}/rgb/0000.png", f"{address}/depth/0000.png"]
     quick = ["--max-iterations", "3"]
@@ -147,8 +147,7 @@ def test_a_run_of_a_remote_frame_is_replayed_and_its_folder_opened(tmp_path, cap
     assert "identical to the recorded one" in capsys.readouterr().out
     assert main(["info", *files]) == 0
     assert main(["info", address]) == 0
-    assert main(["info", address, "--frame", "0000"]) == 0
-    shown = capsys.readouterr().out
+    shown = cli("info", address, "--frame", "0000").out
     assert shown.count(f"{files[0]}, 32 x 24") == 3
     assert str(tmp_path) not in shown
 
@@ -191,13 +190,12 @@ def test_errors_name_the_address_and_the_cure(tmp_path, capsys):
     assert "only `ilf batch --shards` writes to addresses" in capsys.readouterr().err
 
 
-def test_a_frame_that_cannot_be_read_is_a_row_of_the_batch(tmp_path, monkeypatch, capsys):
+def test_a_frame_that_cannot_be_read_is_a_row_of_the_batch(tmp_path, monkeypatch, cli):
     work_in_this_process(monkeypatch)
     address, out = upload(write_frames(tmp_path / "in", 3), "in"), tmp_path / "out"
     fsspec.filesystem("memory").pipe("/data/in/depth/0001.png", b"damaged")
     command = ["batch", address, "--out", str(out), "--max-iterations", "3", "--quiet"]
-    assert main(command) == 1
-    assert f"{address}/depth/0001.png" in capsys.readouterr().err
+    assert f"{address}/depth/0001.png" in cli(*command, status=1).err
     assert (out / "manifest.csv").read_text().count("completed") == 2
     good = cv2.imencode(".png", np.full((24, 32), 2000, np.uint16))[1].tobytes()
     for number in (0, 1):
@@ -214,7 +212,7 @@ SECRET = "wJalrXUtnFEMI/K7MDENG"
     "address",
     [f"https://me:{SECRET}@host/data", f"https://host/data?X-Amz-Signature={SECRET}", f"s3://me:{SECRET}@bucket/data"],
 )
-def test_credentials_in_an_address_are_refused_and_not_shown(tmp_path, capsys, address):
+def test_credentials_in_an_address_are_refused_and_not_shown(tmp_path, cli, address):
     out = str(tmp_path / "out")
     for command in (
         ["info", address],
@@ -223,8 +221,7 @@ def test_credentials_in_an_address_are_refused_and_not_shown(tmp_path, capsys, a
         ["batch", str(tmp_path), "--shards", address],
         ["batch", "--shards", address, "--verify"],
     ):
-        assert main(command) == 1
-        shown = capsys.readouterr()
+        shown = cli(*command, status=1)
         assert "credentials come from the driver's own settings" in shown.err
         assert SECRET not in shown.err + shown.out
     assert not (tmp_path / "out").exists()

@@ -12,16 +12,12 @@ import yaml
 
 import ilf
 from ilf.cli import main
-from ilf.data.blocks import Blocks
 from ilf.data.camera import Camera
 from ilf.errors import DepthWarning
 from ilf.io.images import encode_image
-from ilf.project.file import open_project, save_project
-from ilf.project.frame_state import FrameState
-from ilf.project.project import FrameSummary, Project, ProjectFrame, Stage
-from ilf.sources.frame_ref import FrameRef
 from ilf.sources.registration import register
 from ilf.sources.source import open_source
+from tests.ilf.project_states import through_project
 from tests.ilf.two_cameras import COLOUR, DEPTH, made_pair, motion
 
 PLAIN_COLOUR, PLAIN_DEPTH = replace(COLOUR, distortion=()), replace(DEPTH, distortion=())
@@ -211,12 +207,11 @@ def test_rectified_depth_is_not_undistorted_by_the_lens_that_took_it(tmp_path):
     assert np.array_equal(again.depth, frame.depth, equal_nan=True)
 
 
-def test_the_transform_is_told_recorded_and_replayed(tmp_path, capsys):
+def test_the_transform_is_told_recorded_and_replayed(tmp_path, cli):
     _, files = _pair(tmp_path)
     cameras = _cameras(tmp_path, "DepthAI")
     flags = ["--intrinsics", cameras["intrinsics"], "--depth-intrinsics", cameras["depth_intrinsics"]]
-    assert main(["info", *files, *flags, "--depth-units", "10000"]) == 0
-    assert "76 mm apart" in capsys.readouterr().out
+    assert "76 mm apart" in cli("info", *files, *flags, "--depth-units", "10000").out
     out = tmp_path / "out"
     settings = ["--blocks-detector", "canny", "--preset", "paper", "--max-iterations", "3"]
     assert main(["complete", *files, *flags, "--depth-units", "10000", "--out", str(out), *settings]) == 0
@@ -232,12 +227,7 @@ def test_the_same_frame_comes_back_from_arguments_and_projects(tmp_path):
     frame = ilf.load_frame(*files, depth_units=10000, **_cameras(tmp_path, "DepthAI"))
     (tmp_path / "oak.json").unlink()
     again = ilf.load_frame(**json.loads(json.dumps(frame.inputs.arguments)))
-    state = FrameState("a1", frame, Blocks(np.ones(frame.shape, np.int32)))
-    one = ProjectFrame("a1", "one", FrameRef.of(frame.inputs), FrameSummary(Stage.UNTOUCHED), True)
-    save_project(tmp_path / "room.ilf", Project((one,)), [state])
-    with open_project(tmp_path / "room.ilf") as opened:
-        kept = opened.state("a1").state.frame
-    for other in (again, kept):
+    for other in (again, through_project(frame, tmp_path / "room.ilf")):
         assert other.inputs == frame.inputs
         assert np.array_equal(other.depth, frame.depth, equal_nan=True)
 

@@ -10,18 +10,14 @@ import pytest
 
 import ilf
 from ilf.cli import main
-from ilf.data.blocks import Blocks
 from ilf.data.camera import Camera
 from ilf.errors import InputError, ParameterError
-from ilf.project.file import open_project, save_project
-from ilf.project.frame_state import FrameState
-from ilf.project.project import FrameSummary, Project, ProjectFrame, Stage
 from ilf.run.record_file import read_record
 from ilf.segmentation.edges.frame_edges import edge_strength
 from ilf.sources.colour_by_depth import smoothly_filled
-from ilf.sources.frame_ref import FrameRef
 from ilf.sources.registration import RawPair, aligned, register
 
+from ..project_states import through_project
 from ..two_cameras import BOARD_M, COLOUR, DEPTH, made_pair, motion, rays, seen, write_pair
 
 H, W, FOCAL = 48, 96, 60.0
@@ -155,7 +151,7 @@ def test_pixels_in_which_the_depth_camera_cannot_measure_are_outside_its_view():
     np.testing.assert_array_equal(register(pair, "depth").outside_view, ~lit)
 
 
-def test_a_run_in_the_depth_view_is_written_aligned_too_and_made_again(tmp_path, capsys):
+def test_a_run_in_the_depth_view_is_written_aligned_too_and_made_again(tmp_path, capsys, cli):
     pair = write_pair(tmp_path / "desk")
     out, how = tmp_path / "out", [str(tmp_path / "desk"), "--frame", "1"]
     assert main(["complete", *how, "--view", "depth", "--out", str(out), "--max-iterations", "5"]) == 0
@@ -176,12 +172,10 @@ def test_a_run_in_the_depth_view_is_written_aligned_too_and_made_again(tmp_path,
     assert np.array_equal(again.rgb, frame.rgb)
     assert again.intrinsics.numbers == pytest.approx(frame.intrinsics.numbers)
     capsys.readouterr()
-    assert main(["info", *how, "--view", "depth", "--json"]) == 0
-    facts = json.loads(capsys.readouterr().out)["frame"]
+    facts = json.loads(cli("info", *how, "--view", "depth", "--json").out)["frame"]
     assert facts["view"] == "depth"
     assert facts["colour_share"] == pytest.approx(frame.brought.seen.mean())
-    assert main(["info", str(out / "run.json")]) == 0
-    assert "of the depth camera" in capsys.readouterr().out
+    assert "of the depth camera" in cli("info", out / "run.json").out
 
 
 def write_files(folder: Path) -> dict[str, object]:
@@ -198,12 +192,7 @@ def test_the_same_frame_comes_back_from_arguments_and_projects(tmp_path):
     frame = ilf.load_frame(tmp_path / "desk", frame="1", view="depth")
     assert frame.shape == (56, 64)
     again = ilf.load_frame(**json.loads(json.dumps(frame.sources)))
-    state = FrameState("a1", frame, Blocks(np.ones(frame.shape, np.int32)))
-    one = ProjectFrame("a1", "one", FrameRef.of(frame.inputs), FrameSummary(Stage.UNTOUCHED), True)
-    save_project(tmp_path / "room.ilf", Project((one,)), [state])
-    with open_project(tmp_path / "room.ilf") as opened:
-        kept = opened.state("a1").state.frame
-    for other in (again, kept):
+    for other in (again, through_project(frame, tmp_path / "room.ilf")):
         assert other.inputs == frame.inputs
         assert other.intrinsics == frame.intrinsics
         assert np.array_equal(other.depth, frame.depth, equal_nan=True)
@@ -231,7 +220,7 @@ def test_what_is_registered_already_or_has_no_other_camera_is_refused(tmp_path):
         ilf.open_source(tmp_path, view="both")
 
 
-def test_two_cameras_of_the_same_size_are_registered_where_the_view_is_given(tmp_path, capsys):
+def test_two_cameras_of_the_same_size_are_registered_where_the_view_is_given(tmp_path, cli):
     given = write_files(tmp_path / "files") | {"depth_intrinsics": (60.0, 60.0, 31.5, 27.5)}
     np.save(str(given["depth"]), np.full((H, W), 2.0, np.float32))
     del given["view"]
@@ -251,7 +240,5 @@ def test_two_cameras_of_the_same_size_are_registered_where_the_view_is_given(tmp
     cameras = [
         f"--{name}=" + ",".join(map(str, given[name.replace("-", "_")])) for name in ("intrinsics", "depth-intrinsics")
     ]
-    assert main(["complete", *files, *cameras, "--view", "colour"]) == 0
-    capsys.readouterr()
-    assert main(["complete", "--replay", str(tmp_path / "out/run.json"), "--out", str(tmp_path / "again")]) == 0
-    assert "differ" not in capsys.readouterr().err
+    cli("complete", *files, *cameras, "--view", "colour")
+    assert "differ" not in cli("complete", "--replay", tmp_path / "out/run.json", "--out", tmp_path / "again").err

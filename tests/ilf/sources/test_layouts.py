@@ -475,17 +475,15 @@ def test_frames_of_scannet_are_registered_by_the_two_cameras(tmp_path):
     assert every.keys == ("scans/scene0000_00/color/0", "scans/scene0000_00/color/1")
 
 
-def test_two_files_of_different_sizes_are_registered_or_refused_with_the_cure(tmp_path, capsys):
+def test_two_files_of_different_sizes_are_registered_or_refused_with_the_cure(tmp_path, cli):
     _colour(tmp_path / "rgb.png", (96, 128))
     _write(tmp_path / "depth.png", METRES, 1000)
     files = [str(tmp_path / name) for name in ("rgb.png", "depth.png")]
-    assert main(["complete", *files, "--out", str(tmp_path / "out")]) == 1
-    assert "--intrinsics and --depth-intrinsics" in capsys.readouterr().err
+    assert "--intrinsics and --depth-intrinsics" in cli("complete", *files, "--out", tmp_path / "out", status=1).err
     with pytest.raises(InputError, match="also give the intrinsics of colour"):
         ilf.load_frame(*files, depth_intrinsics=(60, 60, 31.5, 23.5))
     cameras = ["--intrinsics", "120,120,63.5,47.5", "--depth-intrinsics", "60,60,31.5,23.5"]
-    assert main(["info", *files, *cameras]) == 0
-    assert re.search("registered: +on reading", capsys.readouterr().out)
+    assert re.search("registered: +on reading", cli("info", *files, *cameras).out)
     how = ["--out", str(tmp_path / "out"), "--max-iterations", "5", "--no-cloud", "--quiet"]
     assert main(["complete", *files, *cameras, *how]) == 0
     again = ["complete", "--replay", str(tmp_path / "out/run.json"), "--out", str(tmp_path / "again"), "--quiet"]
@@ -493,14 +491,12 @@ def test_two_files_of_different_sizes_are_registered_or_refused_with_the_cure(tm
     assert (tmp_path / "again/depth.npy").read_bytes() == (tmp_path / "out/depth.npy").read_bytes()
 
 
-def test_replica_is_named_and_found_one_folder_up(tmp_path, capsys):
+def test_replica_is_named_and_found_one_folder_up(tmp_path, cli):
     _replica(tmp_path)
-    assert main(["info", str(tmp_path / "room0")]) == 0
-    told = capsys.readouterr().out
+    told = cli("info", tmp_path / "room0").out
     assert "layout:        replica (Replica, as rendered for NICE-SLAM)" in told
     assert "depth camera:  fx 60" in told, "cam_params.json lies above"
-    assert main(["info", "--layouts", "--json"]) == 0
-    listed = json.loads(capsys.readouterr().out)["layouts"]
+    listed = json.loads(cli("info", "--layouts", "--json").out)["layouts"]
     assert [layout["name"] for layout in listed] == [layout.name for layout in built_in_layouts()]
 
 

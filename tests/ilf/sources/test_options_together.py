@@ -11,19 +11,15 @@ import pytest
 
 import ilf
 from ilf.cli import main
-from ilf.data.blocks import Blocks
 from ilf.data.camera import Camera
 from ilf.data.frame import RGBDFrame
 from ilf.errors import InputError, ParameterError
 from ilf.io.guide_models import add_guide
-from ilf.project.file import open_project, save_project
-from ilf.project.frame_state import FrameState
-from ilf.project.project import FrameSummary, Project, ProjectFrame, Stage
 from ilf.report.replay_command import replay_text
-from ilf.sources.frame_ref import FrameRef
 
 from ..batch_frames import work_in_this_process
 from ..io.test_guide_network import brightness
+from ..project_states import through_project
 from ..small_frames import write_small_frame
 
 COLOUR = Camera(75.0, 75.0, 39.5, 29.5, size=(80, 60), distortion=(-0.32, 0.11, 0.001, -0.0008, -0.01))
@@ -133,11 +129,7 @@ def test_a_frame_is_right_is_told_and_comes_back_from_runs_and_projects(given, t
     assert replayed.differences == ()
     check_same(replayed.run.frame, frame)
     assert ilf.load_frame(tmp_path / "out").intrinsics.numbers == pytest.approx(frame.intrinsics.numbers)
-    one = ProjectFrame("a1", "one", FrameRef.of(frame.inputs), FrameSummary(Stage.UNTOUCHED), True)
-    state = FrameState("a1", frame, Blocks(np.ones(frame.shape, np.int32)))
-    save_project(tmp_path / "room.ilf", Project((one,)), [state])
-    with open_project(tmp_path / "room.ilf") as opened:
-        check_same(opened.state("a1").state.frame, frame)
+    check_same(through_project(frame, tmp_path / "room.ilf"), frame)
 
 
 @pytest.mark.filterwarnings("ignore::ilf.errors.DepthWarning")

@@ -10,7 +10,6 @@ import ilf
 from ilf import RGBDFrame
 from ilf.batch.frame_record import LoadedFrame
 from ilf.batch.static_camera import with_temporal_median
-from ilf.cli import main
 from ilf.errors import FormatError, InputError
 from ilf.sources.opening import is_recording
 from ilf.sources.registration import register
@@ -50,7 +49,7 @@ def test_two_depth_files_of_one_name_are_named(tmp_path):
         ilf.open_source(tmp_path)
 
 
-def test_folders_of_pairs_go_by_their_names(tmp_path, capsys):
+def test_folders_of_pairs_go_by_their_names(tmp_path, cli):
     for name in ("a", "b"):
         write_pair(tmp_path, f"colour/{name}.png", f"depth/{name}.png")
     (tmp_path / "depth" / "a.png").replace(tmp_path / "depth" / "c.png")
@@ -59,8 +58,7 @@ def test_folders_of_pairs_go_by_their_names(tmp_path, capsys):
     assert source.notes == ("2 images left out: no matching image of the same name.",)
     with pytest.raises(InputError, match="no frame 'a'"):
         source.read("a")
-    assert main(["info", str(tmp_path), "--frame", "b"]) == 0
-    assert "10000" in capsys.readouterr().out
+    assert "10000" in cli("info", tmp_path, "--frame", "b").out
 
 
 def test_a_run_is_replayed_as_long_as_the_calibration_is_the_same(tmp_path):

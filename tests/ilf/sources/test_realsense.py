@@ -90,10 +90,9 @@ def test_frames_come_until_the_camera_is_lost(library, monkeypatch):
 
 
 @pytest.mark.parametrize("command", [["live", "--realsense", "--capture", "none"], ["live", "--realsense"]])
-def test_no_camera_is_one_message(library, capsys, tmp_path, monkeypatch, command):
+def test_no_camera_is_one_message(library, cli, tmp_path, monkeypatch, command):
     monkeypatch.chdir(tmp_path)
-    assert main(command) == 1
-    said = capsys.readouterr().err
+    said = cli(*command, status=1).err
     assert said.startswith("ilf: error: No RealSense camera is connected")
     assert said.count("\n") == 1
     assert not (tmp_path / "none").exists()
@@ -110,12 +109,11 @@ def test_the_librarys_layout_as_it_is_written_here(tmp_path):
     assert (pair.depth[0, 0], pair.inputs.depth_units) == (1.5, 1000)
 
 
-def test_without_the_library(monkeypatch, capsys):
+def test_without_the_library(monkeypatch, cli):
     monkeypatch.setitem(sys.modules, "pyrealsense2", None)
     with pytest.raises(InputError, match=r"needs the package pyrealsense2, .*ilf-studio\[sensors\]"):
         capture_frame()
-    assert main(["live", "--realsense"]) == 1
-    assert "ilf-studio[sensors]" in capsys.readouterr().err
+    assert "ilf-studio[sensors]" in cli("live", "--realsense", status=1).err
 
 
 class _SeenFrame:

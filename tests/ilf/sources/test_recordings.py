@@ -650,18 +650,15 @@ def test_images_that_say_what_is_not_so(tmp_path):
         out.image("/strange/rgb", COLOUR, "nv21", 0)
         out.compressed("/cut/depth/compressedDepth", b"1234567890123456", "16UC1; compressedDepth png", 0)
     path = tmp_path / "recording.bag"
-    wrong = ilf.open_source(path, topics=("/rgb", "/strange/depth"))
-    with pytest.raises(FormatError, match="do not match"):
-        wrong.read(wrong.keys[0])
-    wrong = ilf.open_source(path, topics=("/depth", "/depth"))
-    with pytest.raises(FormatError, match="are depth, not colour"):
-        wrong.read(wrong.keys[0])
-    wrong = ilf.open_source(path, topics=("/rgb", "/rgb"))
-    with pytest.raises(FormatError, match="8-bit image, 3 channels, not depth"):
-        wrong.read(wrong.keys[0])
-    wrong = ilf.open_source(path, topics=("/strange/rgb", "/depth"))
-    with pytest.raises(FormatError, match="'nv21' are not supported"):
-        wrong.read(wrong.keys[0])
+    for topics, message in {
+        ("/rgb", "/strange/depth"): "do not match",
+        ("/depth", "/depth"): "are depth, not colour",
+        ("/rgb", "/rgb"): "8-bit image, 3 channels, not depth",
+        ("/strange/rgb", "/depth"): "'nv21' are not supported",
+    }.items():
+        wrong = ilf.open_source(path, topics=topics)
+        with pytest.raises(FormatError, match=message):
+            wrong.read(wrong.keys[0])
 
 
 def test_a_key_that_no_frame_has(tmp_path):

@@ -101,7 +101,7 @@ def test_what_cannot_be_written_leaves_nothing(tmp_path):
         write_rosbag(tmp_path / "other", [], encoding="8UC1")
 
 
-def test_runs_become_a_recording_with_the_times_of_their_source(tmp_path, capsys):
+def test_runs_become_a_recording_with_the_times_of_their_source(tmp_path, capsys, cli):
     labels = np.zeros((H, W), np.uint8)
     labels[2:14, 4:20] = 1
     cv2.imwrite(str(tmp_path / "blocks.png"), labels)
@@ -119,8 +119,7 @@ def test_runs_become_a_recording_with_the_times_of_their_source(tmp_path, capsys
         ]
         assert main([*words, "--no-expected-error"] if number else words) == 0
     close_all()
-    assert main(["stream", str(tmp_path / "runs"), *BAG, "--out", str(tmp_path / "out")]) == 0
-    assert capsys.readouterr().out.startswith("2 frames, written to")
+    assert cli("stream", tmp_path / "runs", *BAG, "--out", tmp_path / "out").out.startswith("2 frames, written to")
     found = _messages(tmp_path / "out")
     assert [stamp for stamp, _ in found["/depth_completed"]] == [START, START + 33_000_000]
     exact = found["/depth_completed"][0][1].data.view(np.float32).reshape(H, W)
@@ -146,13 +145,10 @@ def test_runs_become_a_recording_with_the_times_of_their_source(tmp_path, capsys
     assert main(["stream", str(tmp_path / "runs" / "0"), *BAG, "--out", str(tmp_path / "odd")]) == 1
     assert "expected_error.png has another size than its depth" in capsys.readouterr().err
     assert not (tmp_path / "odd").exists()
-    assert main(["stream", str(tmp_path / "out"), *BAG, "--out", str(tmp_path / "more")]) == 1
-    assert "contains no results" in capsys.readouterr().err
-    assert main(["stream", str(tmp_path / "runs"), *BAG, "--out", str(tmp_path / "done.bag")]) == 1
-    assert "Omit .bag" in capsys.readouterr().err
+    assert "contains no results" in cli("stream", tmp_path / "out", *BAG, "--out", tmp_path / "more", status=1).err
+    assert "Omit .bag" in cli("stream", tmp_path / "runs", *BAG, "--out", tmp_path / "done.bag", status=1).err
     assert not (tmp_path / "done.bag").exists()
-    assert main(["stream", "nowhere", *BAG, "--out", "bag"]) == 1
-    assert "nowhere: cannot be read" in capsys.readouterr().err
+    assert "nowhere: cannot be read" in cli("stream", "nowhere", *BAG, "--out", "bag", status=1).err
 
 
 def test_the_time_of_a_frame():

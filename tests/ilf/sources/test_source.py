@@ -165,15 +165,14 @@ def test_scenes_of_bop_have_a_scale_for_each_image(tmp_path, save):
     for key in both.keys:
         assert _is_read(both.read(key))
         assert both.calibration(key).depth.fx == 52
-    (tmp_path / "000001" / "scene_camera.json").write_text('{"0": {"cam_K": [1, 2], "depth_scale": 1}}')
-    with pytest.raises(FormatError, match=r"scene_camera\.json"):
-        ilf.open_source(tmp_path / "000001")
-    (tmp_path / "000001" / "scene_camera.json").write_text(_bop({0: 1e-320}))
-    with pytest.raises(FormatError, match="positive millimetres"):
-        ilf.open_source(tmp_path / "000001")
-    (tmp_path / "000001" / "scene_camera.json").write_text("{}")
-    with pytest.raises(InputError, match="none of its BOP scenes"):
-        ilf.open_source(tmp_path / "000001")
+    for content, kind, message in (
+        ('{"0": {"cam_K": [1, 2], "depth_scale": 1}}', FormatError, r"scene_camera\.json"),
+        (_bop({0: 1e-320}), FormatError, "positive millimetres"),
+        ("{}", InputError, "none of its BOP scenes"),
+    ):
+        (tmp_path / "000001" / "scene_camera.json").write_text(content)
+        with pytest.raises(kind, match=message):
+            ilf.open_source(tmp_path / "000001")
 
 
 def test_no_frame_hides_behind_the_key_of_another(tmp_path, save):
@@ -217,41 +216,34 @@ def test_frames_of_7_scenes_have_no_depth_of_65_metres(tmp_path, save):
     assert (camera.colour, camera.depth.fx, camera.depth_to_colour) == (None, 585, None)
 
 
-def test_command_line_tells_of_sources_and_completes_their_frames(tmp_path, save, capsys, monkeypatch):
+def test_command_line_tells_of_sources_and_completes_their_frames(tmp_path, save, capsys, cli, monkeypatch):
     monkeypatch.chdir(tmp_path)
     for number in range(8):
         save(f"in/rgb/{number:06d}.png", f"in/depth/{number:06d}.png", MM * 2)
     Path("in/scene_camera.json").write_text(_bop(dict.fromkeys(range(8), 0.5)))
-    assert main(["info", "in"]) == 0
-    told = capsys.readouterr().out
+    told = cli("info", "in").out
     assert "in, 8 frames" in told
     assert "rgb/000002 ... rgb/000005" in told
     assert "depth camera:  fx 52" in told
-    assert main(["info", "in", "--frame", "000003"]) == 0
-    told = capsys.readouterr().out
+    told = cli("info", "in", "--frame", "000003").out
     assert "encoding:     2000 units per metre\n" in told
     assert "range:        1.500 to 2.8" in told
     assert "fx 52" in told
     how = ["complete", "in", "--frame", "000003", "--out", "out", "--max-iterations", "20", "--no-cloud", "--quiet"]
     how += ["--png-units", "2000"]
-    assert main(how) == 0
-    assert capsys.readouterr().err == ""
-    assert main(["complete", "--replay", "out/run.json", "--out", "again", "--quiet"]) == 0
-    assert capsys.readouterr().err == ""
+    assert cli(*how).err == ""
+    assert cli("complete", "--replay", "out/run.json", "--out", "again", "--quiet").err == ""
     assert Path("again/depth.npy").read_bytes() == Path("out/depth.npy").read_bytes()
-    assert main(["complete", "in"]) == 1
-    assert "--frame" in capsys.readouterr().err
+    assert "--frame" in cli("complete", "in", status=1).err
     assert main(["complete", "in", "--frame", "000009"]) == 1
     assert "has no frame '000009'. It has 8, from rgb/000000 to rgb/000007." in capsys.readouterr().err
     assert main(["info", "in", "in", "--frame", "1"]) == 2
     assert main(["complete", "in/rgb/000003.png", "in/depth/000003.png", "--max-gap", "1"]) == 2
     assert main(["complete", "--replay", "out/run.json", "--frame", "1", "--max-gap", "1"]) == 2
     assert "leave out --frame, --max-gap" in capsys.readouterr().err
-    assert main(["info", "in", "--max-gap", "-1"]) == 1
-    assert "maximum time gap" in capsys.readouterr().err
+    assert "maximum time gap" in cli("info", "in", "--max-gap", "-1", status=1).err
     Path("empty").mkdir()
-    assert main(["info", "empty"]) == 1
-    assert "contains no frames" in capsys.readouterr().err
+    assert "contains no frames" in cli("info", "empty", status=1).err
 
 
 def test_a_source_is_read_by_number_by_key_and_one_after_the_other(tmp_path, save):

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 import ilf
-from ilf.cli import main
 from ilf.data.camera import Camera
 from ilf.data.lenses import places_in_image, rays_of, seen_at, undistorted_view
 from ilf.errors import InputError
@@ -120,11 +119,10 @@ def test_colour_is_where_opencv_puts_it(files, tmp_path):
     assert np.abs(wanted[5:-5, 5:-5].astype(float) - frame.rgb[5:-5, 5:-5]).mean() < max(shift, 0.5)
 
 
-def test_a_camera_that_its_file_has_not_is_an_error_of_info(files, tmp_path, capsys):
+def test_a_camera_that_its_file_has_not_is_an_error_of_info(files, tmp_path, cli):
     lens = _camera(tmp_path / "lens.yaml")
     for more in [], ["--undistort"], ["--depth-intrinsics", str(lens), "--view", "depth"]:
-        assert main(["info", *map(str, files), "--intrinsics", f"{lens}#left", *more]) == 1
-        assert "left" in capsys.readouterr().err
+        assert "left" in cli("info", *files, "--intrinsics", f"{lens}#left", *more, status=1).err
 
 
 def test_what_cannot_be_undistorted_is_refused(files, tmp_path):

@@ -16,12 +16,9 @@ def main() -> None:
     with isolated(folder):
         user = Hand(folder, autosaves=True)
         user.open(room(folder))
-        user.tool("select")
-        user.click((40, 30))
+        user.select((40, 30))
         if what == "run":
-            user.tab("Filter", user.panel("Parameters"))
-            user.fill("Preset", "paper")
-            user.fill("Max. iterations", 20)
+            user.set_filter("paper", 20)
             user.save()
             user.do("run_all")
         user.tool("paint")

@@ -80,9 +80,6 @@ _FOLDERS = {
     "ILF_LOG": "faults.log",
 }
 
-_PANELS_ONCE = {"Profile": "Profile", "Statistics": "Measure"}
-"""Page of a panel -> the panel that it was."""
-
 _ANSWERS: deque[Any] = deque()
 
 
@@ -184,17 +181,6 @@ class Hand:
         assert found is not None, f"there is no command {name}"
         return found
 
-    def has(self, name: str) -> bool:
-        """Whether the window has a command: an earlier one may not."""
-        return self.window.findChild(QAction, name) is not None
-
-    def end_checks(self) -> None:
-        """End the quality check: close its panel, or the strip that an earlier window has in its place."""
-        if self.has("close_checks"):
-            self.do("close_checks")
-        else:
-            self.panel("Quality").close()
-
     def do(self, name: str) -> None:
         """Give a command, and wait until the work that it starts has ended."""
         self.start(name)
@@ -210,6 +196,11 @@ class Hand:
         """Take a tool."""
         self.do(f"tool_{name}")
         self._view().setFocus()
+
+    def select(self, point: Point) -> None:
+        """Select the block at a point."""
+        self.tool("select")
+        self.click(point)
 
     def choose(self, *way: str) -> None:
         """Choose an entry of the menu bar by its texts."""
@@ -298,14 +289,13 @@ class Hand:
     # Panels, dialogs and their controls.
 
     def panel(self, title: str, page: str = "") -> QWidget:
-        """Show a panel, at a page if one is given, and return it. Some pages were panels of their own."""
-        docks = {dock.windowTitle(): dock for dock in self.window.findChildren(QDockWidget)}
-        dock = docks[title if title in docks else _PANELS_ONCE[page]]
+        """Show a panel, at a page if one is given, and return it."""
+        dock = next(dock for dock in self.window.findChildren(QDockWidget) if dock.windowTitle() == title)
         if not dock.isVisible():
             dock.toggleViewAction().trigger()
         dock.raise_()
         self.settle()
-        if page and title in docks:
+        if page:
             self.tab(page, dock)
         return dock
 
@@ -328,6 +318,14 @@ class Hand:
         found = [widget for widget in shown if widget.windowTitle().startswith(title)]
         assert found, f"there is no dialog {title}, but {[widget.windowTitle() for widget in shown]}"
         return found[-1]
+
+    def use_dialog(self, title: str, command: str, values: Mapping[str, object], *buttons: str) -> None:
+        """Fill the controls of a dialog that a command opens, and press buttons of it."""
+        dialog = self.dialog(title, command)
+        for name, value in values.items():
+            self.fill(name, value, dialog)
+        for button in buttons:
+            self.press(button, dialog)
 
     def control(self, name: str, within: QWidget | None = None, kind: type[Any] = QWidget) -> Any:
         """The control that is called so: by accessible name, text, label, placeholder, or first words of its hint."""
@@ -376,6 +374,12 @@ class Hand:
 
     def _has(self, name: str, within: QWidget | None, kind: type[Any]) -> bool:
         return any(name in _names(widget) for widget in (within or self.window).findChildren(kind))
+
+    def set_filter(self, preset: str, iterations: int) -> None:
+        """Choose a preset and the largest number of iterations."""
+        self.tab("Filter", self.panel("Parameters"))
+        self.fill("Preset", preset)
+        self.fill("Max. iterations", iterations)
 
     def rows(self, name: str, within: QWidget | None = None) -> list[list[str]]:
         """The texts of a list or table."""
@@ -583,18 +587,12 @@ def _frame_content(state: Any) -> dict[str, object]:
         "compared": list(state.compared),
         "line": looked.line,
         "rectangle": None if looked.region is None else str(looked.region),
-        "measured": _measured(looked),
+        "measured": [list(map(list, line)) for line in looked.measurements] or None,
         "note": [state.note, state.done] if state.note or state.done else None,
         "to check": sorted(state.to_check),
         "ignored": [repr(place) for place in state.ignored],
         "selected": list(state.selected),
     }
-
-
-def _measured(looked: Any) -> object:
-    """Measurements; those of earlier versions are chains of points, of any length."""
-    lines = looked.measurements if hasattr(looked, "measurements") else looked.chains
-    return [list(map(list, line)) for line in lines] or None
 
 
 def _results(results: Mapping[int, Any]) -> dict[int, object]:

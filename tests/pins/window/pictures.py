@@ -62,16 +62,13 @@ def _opened(user: Hand) -> None:
 
 
 def _editing(user: Hand) -> None:
-    user.tool("select")
-    user.click((40, 30))
+    user.select((40, 30))
     user.tool("paint")
     user.drag([(60, 40), (80, 60)])
 
 
 def _run(user: Hand) -> None:
-    user.tab("Filter", user.panel("Parameters"))
-    user.fill("Preset", "paper")
-    user.fill("Max. iterations", 20)
+    user.set_filter("paper", 20)
     user.do("run_all")
 
 

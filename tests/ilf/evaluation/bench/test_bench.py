@@ -151,20 +151,18 @@ def test_peers_of_an_earlier_result_are_not_run_again(two_frames, earlier, tmp_p
         (["--seed", "1", "--methods", "telea,polynomial"], "earlier.json has no rows of the peers to compare"),
     ],
 )
-def test_an_earlier_result_that_does_not_fit_is_refused(two_frames, earlier, capsys, arguments, message):
+def test_an_earlier_result_that_does_not_fit_is_refused(two_frames, earlier, cli, arguments, message):
     rest = ["--pattern", "areas", "--methods", "nearest", *arguments, "--peers-from", str(earlier)]
-    assert main(["bench", "depth", str(two_frames), *rest]) == 1
-    assert message in capsys.readouterr().err
+    assert message in cli("bench", "depth", two_frames, *rest, status=1).err
 
 
-def test_the_command_prints_tables_and_writes_files(two_frames, tmp_path, capsys):
+def test_the_command_prints_tables_and_writes_files(two_frames, tmp_path, capsys, cli):
     shutil.copytree(two_frames / "first", two_frames / "broken")
     (two_frames / "broken" / "depth.png").write_bytes(b"no image")
     arguments = ["--pattern", "random,ground-truth", "--csv", str(tmp_path / "a.csv")]
     content = run_command(two_frames, *arguments, json_file=tmp_path / "a.json")
     capsys.readouterr()
-    assert main(["bench", "depth", str(two_frames), *arguments]) == 0
-    captured = capsys.readouterr()
+    captured = cli("bench", "depth", two_frames, *arguments)
     broken, without_truth = captured.err.splitlines()
     assert broken.startswith("ilf: warning: skipped: broken. ")
     assert without_truth.startswith("ilf: warning: skipped for pattern ground-truth: first. ")

@@ -207,9 +207,8 @@ def test_summary_is_the_mean_over_frames_that_have_a_value_and_failures_count(fo
     assert best["f"] > line["f"]
 
 
-def test_the_command_prints_a_table_and_writes_files(folders, tmp_path, capsys):
-    assert main(["bench", "blocks", str(folders), "--jobs", "1", "--progress", "--json"]) == 0
-    captured = capsys.readouterr()
+def test_the_command_prints_a_table_and_writes_files(folders, tmp_path, capsys, cli):
+    captured = cli("bench", "blocks", folders, "--jobs", "1", "--progress", "--json")
     assert "3/3 frames" in captured.err
     assert captured.err.splitlines()[-1].startswith("ilf: warning: skipped: broken. ")
     content = json.loads(captured.out)

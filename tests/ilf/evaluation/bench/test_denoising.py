@@ -5,7 +5,6 @@ import csv
 import numpy as np
 import pytest
 
-from ilf.cli import main
 from ilf.evaluation.bench.denoisers import DENOISERS
 from ilf.evaluation.bench.denoising import SCENES, StructuredLight
 
@@ -36,11 +35,10 @@ def test_structured_light_measures_in_steps_whose_size_grows_with_depth():
     assert light.deviation(np.array([4.0])) == pytest.approx(16 * light.deviation(np.array([1.0])))
 
 
-def test_the_command_compares_and_writes(tmp_path, capsys, monkeypatch):
+def test_the_command_compares_and_writes(tmp_path, cli, monkeypatch):
     for name in set(SCENES) - {"cylinder, 6.5 mm"}:
         monkeypatch.delitem(SCENES, name)
-    assert main(["bench", "denoising", "--methods", "input,best,median", "--csv", str(tmp_path / "rows.csv")]) == 0
-    shown = capsys.readouterr().out
+    shown = cli("bench", "denoising", "--methods", "input,best,median", "--csv", tmp_path / "rows.csv").out
     assert "cylinder, 6.5 mm: all (230,400 pixels)" in shown
     with open(tmp_path / "rows.csv", newline="") as file:
         errors = {row["method"]: float(row["rmse"]) for row in csv.DictReader(file)}

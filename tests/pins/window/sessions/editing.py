@@ -1,16 +1,10 @@
 """Blocks are corrected by tools and commands."""
 
-from ..frames import room
 from ..hand import Hand
-
-
-def _open(user: Hand) -> None:
-    user.open(room(user.folder))
 
 
 def redraw_a_border(user: Hand) -> None:
     """Drawn, adjusted at its middle, taken; a second one given up by Escape; snapped to edges by the leash."""
-    _open(user)
     user.tool("border")
     user.fill("Snap", 0)
     user.drag([(52, 20), (60, 34), (60, 50), (50, 64)])
@@ -24,7 +18,6 @@ def redraw_a_border(user: Hand) -> None:
 
 
 def refine_an_edge(user: Hand) -> None:
-    _open(user)
     user.tool("border")
     user.fill("Snap", 0)
     user.drag([(52, 20), (62, 34), (62, 50), (50, 64)])
@@ -36,7 +29,6 @@ def refine_an_edge(user: Hand) -> None:
 
 def outline_a_block(user: Hand) -> None:
     """By clicks with one taken back, and by a free line; both in no block that is selected."""
-    _open(user)
     user.tool("outline")
     user.fill("Snap", 0)
     for corner in ((20, 20), (60, 22), (58, 50), (30, 55), (5, 5)):
@@ -50,7 +42,6 @@ def outline_a_block(user: Hand) -> None:
 
 def smart_select(user: Hand) -> None:
     """A click, a further one, one that takes away, a step to the object; then a box; then a stroke to the block."""
-    _open(user)
     user.tool("smart_select")
     user.hover((40, 30))
     user.click((40, 30))
@@ -69,7 +60,6 @@ def smart_select(user: Hand) -> None:
 
 def split_a_block(user: Hand) -> None:
     """Along a line, and where a click suggests it."""
-    _open(user)
     user.tool("split")
     user.fill("Snap", 0)
     user.drag([(2, 60), (80, 62), (158, 60)])
@@ -82,9 +72,7 @@ def split_a_block(user: Hand) -> None:
 
 def paint_and_erase(user: Hand) -> None:
     """Brushes of several sizes, similar pixels alone, to no block."""
-    _open(user)
-    user.tool("select")
-    user.click((40, 30))
+    user.select((40, 30))
     user.tool("paint")
     user.fill("Brush", 5)
     user.drag([(60, 40), (75, 50), (80, 60)])
@@ -102,7 +90,6 @@ def paint_and_erase(user: Hand) -> None:
 
 
 def give_pieces(user: Hand) -> None:
-    _open(user)
     user.tool("give")
     user.click((40, 30))
     user.hover((110, 90))
@@ -111,7 +98,6 @@ def give_pieces(user: Hand) -> None:
 
 def mark_depth_invalid(user: Hand) -> None:
     """Marked, partly taken back, undone and done again."""
-    _open(user)
     user.tool("mark_invalid")
     user.fill("Brush", 4)
     user.drag([(40, 30), (70, 40)])
@@ -124,13 +110,11 @@ def mark_depth_invalid(user: Hand) -> None:
 
 def depth_by_hand(user: Hand) -> None:
     """Picked, painted, typed and filled; planes and surfaces proposed, taken, limited and dropped; removed."""
-    _open(user)
     user.tool("depth_by_hand")
     user.click((40, 30), "Alt")
     user.fill("Brush", 8)
     user.drag([(20, 20), (60, 40), (120, 60), (140, 100)])
-    user.tool("select")
-    user.click((40, 30))
+    user.select((40, 30))
     user.do("continue_plane")
     user.key("Return")
     user.do("undo")
@@ -147,7 +131,6 @@ def depth_by_hand(user: Hand) -> None:
 
 def select_and_arrange_blocks(user: Hand) -> None:
     """A band, the table, locks, eyes, colours and names; merged, deleted, made new and cleaned."""
-    _open(user)
     user.tool("select")
     user.drag([(10, 10), (60, 60)])
     user.click((110, 90), "Shift")
@@ -177,7 +160,6 @@ def select_and_arrange_blocks(user: Hand) -> None:
 
 
 def grow_shrink_and_smooth(user: Hand) -> None:
-    _open(user)
     user.tool("select")
     user.fill("Amount", 3)
     user.click((40, 30))
@@ -192,9 +174,7 @@ def grow_shrink_and_smooth(user: Hand) -> None:
 
 def undo_and_go_another_way(user: Hand) -> None:
     """Three strokes, back to the first by key and command, forth once, and a new stroke instead of the third."""
-    _open(user)
-    user.tool("select")
-    user.click((40, 30))
+    user.select((40, 30))
     user.tool("paint")
     for row in (60, 75, 90):
         user.drag([(60, row), (100, row)])

@@ -1,16 +1,10 @@
 """A frame is measured, checked and looked at."""
 
-from ..frames import room
 from ..hand import Hand
-
-
-def _open(user: Hand) -> None:
-    user.open(room(user.folder))
 
 
 def profile_along_a_line(user: Hand) -> None:
     """The depth along a line as a table and a picture, in pixels and metres; the line removed and drawn again."""
-    _open(user)
     user.tool("profile")
     user.drag([(20, 30), (140, 90)])
     with user.answering(user.folder / "profile.csv"):
@@ -28,13 +22,11 @@ def profile_along_a_line(user: Hand) -> None:
 
 def statistics_of_a_rectangle(user: Hand) -> None:
     """Copied for a rectangle and for a block."""
-    _open(user)
     user.tool("rectangle")
     user.drag([(20, 30), (100, 90)])
     user.do("copy_statistics")
     user.keep("statistics of the rectangle", user.copied())
-    user.tool("select")
-    user.click((40, 30))
+    user.select((40, 30))
     user.fill("Region of the statistics", "Selected block", user.panel("Inspect", "Statistics"))
     user.do("copy_statistics")
     user.keep("statistics of the block", user.copied())
@@ -42,7 +34,6 @@ def statistics_of_a_rectangle(user: Hand) -> None:
 
 def measure_lengths_and_angles(user: Hand) -> None:
     """Two lines, copied, written, deleted and restored."""
-    _open(user)
     user.tool("measure")
     for chain in (((20, 30), (60, 40), (60, 80)), ((100, 40), (130, 90))):
         for point in chain:
@@ -60,7 +51,6 @@ def measure_lengths_and_angles(user: Hand) -> None:
 
 def quality_checks(user: Hand) -> None:
     """Gone through forwards and back; one remedied, one ignored; then closed."""
-    _open(user)
     user.tool("select")
     user.do("next_check")
     user.do("next_check")
@@ -68,12 +58,11 @@ def quality_checks(user: Hand) -> None:
     user.do("apply_remedy")
     user.do("next_check")
     user.do("ignore_check")
-    user.end_checks()
+    user.panel("Quality").close()
 
 
 def suggested_invalid_depth(user: Hand) -> None:
     """Rejected at first, then taken."""
-    _open(user)
     user.do("suggest_invalid")
     user.do("ignore_suggested")
     user.keep_project("rejected")
@@ -83,7 +72,6 @@ def suggested_invalid_depth(user: Hand) -> None:
 
 def colours_of_depth(user: Hand) -> None:
     """The range of the colours: typed, locked, fitted to a rectangle; another colour map."""
-    _open(user)
     user.do("show_range")
     panel = user.panel("Range")
     user.fill("Colour map of depth", "Viridis", panel)
@@ -101,7 +89,6 @@ def colours_of_depth(user: Hand) -> None:
 
 def arrange_views(user: Hand) -> None:
     """All view sets, the cloud, overlays, full screen and the panels; an own layout saved, renamed and deleted."""
-    _open(user)
     for name in ("contours_only", "block_names", "show_missing", "cloud_raw", "cloud_selected_only"):
         user.do(name)
         user.do(name)
@@ -132,14 +119,12 @@ def arrange_views(user: Hand) -> None:
     with user.answering(user.folder / "window.png"):
         user.do("save_picture")
     user.keep("picture was written", (user.folder / "window.png").stat().st_size > 0)
-    if user.has("next_tool"):
-        for name in ("only_icons", "next_tool", "previous_tool", "only_icons"):
-            user.do(name)
+    for name in ("only_icons", "next_tool", "previous_tool", "only_icons"):
+        user.do(name)
 
 
 def find_a_command(user: Hand) -> None:
     """Through the palette; with keys of one's own; and who made this."""
-    _open(user)
     user.do("palette")
     user.control("Command").setFocus()
     user.write("select all blocks")

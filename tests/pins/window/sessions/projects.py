@@ -17,12 +17,8 @@ _ROOT = Path(__file__).parents[4]
 def _work(user: Hand) -> None:
     """A frame with a stroke and a run."""
     user.open(room(user.folder))
-    user.panel("Parameters")
-    user.tab("Filter")
-    user.fill("Preset", "paper")
-    user.fill("Max. iterations", 20)
-    user.tool("select")
-    user.click((40, 30))
+    user.set_filter("paper", 20)
+    user.select((40, 30))
     user.tool("paint")
     user.drag([(60, 40), (80, 60)])
     user.do("run_all")
@@ -114,11 +110,8 @@ def killed_after_a_run_of_a_project(user: Hand) -> None:
 def open_with_options(user: Hand) -> None:
     """By the dialog: depth in other units, an invalid value, a camera in numbers."""
     frame = room(user.folder)
-    dialog = user.dialog("Open", "open")
-    user.fill("Path", frame / "rgb.png", dialog)
-    user.fill("Raw depth: 16-bit or float, one channel", frame / "depth.png", dialog)
-    user.fill("Zero only; 65535 in 7-Scenes", 2000, dialog)
-    user.press("Open", dialog)
+    files = {"Path": frame / "rgb.png", "Raw depth: 16-bit or float, one channel": frame / "depth.png"}
+    user.use_dialog("Open", "open", files | {"Zero only; 65535 in 7-Scenes": 2000}, "Open")
 
 
 def sample_and_recent_frames(user: Hand) -> None:

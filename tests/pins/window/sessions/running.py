@@ -2,45 +2,26 @@
 
 import csv
 
-from ..frames import guide, guide_network, room, true_depth
+from ..frames import guide, guide_network, true_depth
 from ..hand import Hand
-
-
-def _open(user: Hand) -> None:
-    user.open(room(user.folder))
-
-
-def _parameters(user: Hand, preset: str, iterations: int) -> None:
-    user.panel("Parameters")
-    user.tab("Filter")
-    user.fill("Preset", preset)
-    user.fill("Max. iterations", iterations)
 
 
 def export_everything(user: Hand) -> None:
     """A run by the default preset, and all files that the dialog offers."""
-    _open(user)
     user.do("run_all")
     for cloud, mesh in (("PLY", "PLY"), ("PCD", "GLB")):
-        dialog = user.dialog("Export room", "export")
-        user.fill("Folder", user.folder / f"out-{cloud}", dialog)
-        for box in ("PNG, 16 bit", "TIFF, float32 metres", "NPY, float32 metres", "Write the point cloud", "Normals"):
-            user.fill(box, True, dialog)
-        user.fill("Expected error as well (expected_error.*)", True, dialog)
-        user.fill("Write a mesh, cut where depth jumps", True, dialog)
-        user.fill("Format of the point cloud", cloud, dialog)
-        user.fill("Format of the mesh", mesh, dialog)
-        user.press("Export", dialog)
-        user.press("Close", dialog)
+        boxes = ("PNG, 16 bit", "TIFF, float32 metres", "NPY, float32 metres", "Write the point cloud", "Normals")
+        boxes += ("Expected error as well (expected_error.*)", "Write a mesh, cut where depth jumps")
+        values = {"Folder": user.folder / f"out-{cloud}"} | dict.fromkeys(boxes, True)
+        values |= {"Format of the point cloud": cloud, "Format of the mesh": mesh}
+        user.use_dialog("Export room", "export", values, "Export", "Close")
         user.keep(f"export {cloud}", user.folder / f"out-{cloud}")
 
 
 def run_selected_blocks_with_own_parameters(user: Hand) -> None:
     """One block has own parameters, another takes them over, a third is set back."""
-    _open(user)
-    _parameters(user, "paper", 40)
-    user.tool("select")
-    user.click((40, 30))
+    user.set_filter("paper", 40)
+    user.select((40, 30))
     user.fill("Parameters for", "Block 2")
     user.fill("Padding", 3)
     user.do("run_selected")
@@ -55,12 +36,9 @@ def run_selected_blocks_with_own_parameters(user: Hand) -> None:
 
 def presets_of_the_user(user: Hand) -> None:
     """Saved with the extraction's parameters, renamed, written, deleted and read again."""
-    _open(user)
-    _parameters(user, "paper", 25)
-    dialog = user.dialog("Save Preset", "save_preset")
-    user.fill("Name", "Kitchen", dialog)
-    user.fill("Include the parameters of the tab Extraction", True, dialog)
-    user.press("Save", dialog)
+    user.set_filter("paper", 25)
+    named = {"Name": "Kitchen", "Include the parameters of the tab Extraction": True}
+    user.use_dialog("Save Preset", "save_preset", named, "Save")
     with user.answering("Hall"):
         user.do("rename_preset")
     with user.answering(user.folder / "hall.json"):
@@ -76,8 +54,7 @@ def presets_of_the_user(user: Hand) -> None:
 
 def step_pause_and_cancel(user: Hand) -> None:
     """Two steps of a paused run, its end by cancelling; then a run to the end."""
-    _open(user)
-    _parameters(user, "paper", 30)
+    user.set_filter("paper", 30)
     user.start("step")
     user.wait(lambda: user.action("step").isEnabled())
     user.start("step")
@@ -92,26 +69,22 @@ def step_pause_and_cancel(user: Hand) -> None:
 
 def live_follows_every_change(user: Hand) -> None:
     """With results there, a parameter and a stroke solve their blocks anew; without Live they do not."""
-    _open(user)
-    _parameters(user, "paper", 40)
+    user.set_filter("paper", 40)
     user.do("run_all")
-    user.tool("select")
-    user.click((40, 30))
+    user.select((40, 30))
     user.fill("Padding", 3)
     user.tool("mark_invalid")
     user.fill("Brush", 5)
     user.drag([(40, 30), (60, 36)])
     user.keep_project("live")
-    if user.has("try_parameters"):
-        user.do("try_parameters")
+    user.do("try_parameters")
     user.keep_project("tried")
     user.do("live")
     user.drag([(100, 90), (120, 92)])
 
 
 def extrapolate_the_rest(user: Hand) -> None:
-    _open(user)
-    _parameters(user, "paper", 30)
+    user.set_filter("paper", 30)
     user.do("run_all")
     user.do("extrapolate")
     user.keep_project("extrapolated")
@@ -120,9 +93,8 @@ def extrapolate_the_rest(user: Hand) -> None:
 
 def keep_and_compare_runs(user: Hand) -> None:
     """Three runs: named, noted, ticked, accepted, their parameters restored, exported, deleted."""
-    _open(user)
     for preset, iterations in (("paper", 20), ("best", 40), ("released-code", 12)):
-        _parameters(user, preset, iterations)
+        user.set_filter(preset, iterations)
         user.do("run_all")
     runs = user.panel("Runs")
     user.keep("runs", len(user.rows("Run history", runs)))
@@ -149,8 +121,7 @@ def keep_and_compare_runs(user: Hand) -> None:
 
 def compare_two_depths(user: Hand) -> None:
     """Side by side, swapped, swiped, and each side chosen."""
-    _open(user)
-    _parameters(user, "paper", 20)
+    user.set_filter("paper", 20)
     user.do("run_all")
     user.do("show_runs")
     user.choose("View", "Compare two depths", "Side A", "Ground truth")
@@ -164,11 +135,9 @@ def compare_two_depths(user: Hand) -> None:
 
 def look_at_convergence(user: Hand) -> None:
     """The curves of a block, its iterations, and what the panel says of the first and the last."""
-    _open(user)
-    _parameters(user, "paper", 20)
+    user.set_filter("paper", 20)
     user.do("run_all")
-    user.tool("select")
-    user.click((40, 30))
+    user.select((40, 30))
     curves = user.panel("Convergence")
     user.fill("Iteration shown", 3, curves)
     user.press("Go to the last iteration", curves)
@@ -178,8 +147,7 @@ def look_at_convergence(user: Hand) -> None:
 
 def errors_against_ground_truth(user: Hand) -> None:
     """The sample's truth, all pixels, none, and that of another file."""
-    _open(user)
-    _parameters(user, "paper", 30)
+    user.set_filter("paper", 30)
     user.do("run_all")
     accuracy = user.panel("Accuracy")
     user.keep("errors", user.rows("Errors against ground truth", accuracy))
@@ -187,27 +155,22 @@ def errors_against_ground_truth(user: Hand) -> None:
     user.keep("errors of all", user.rows("Errors against ground truth", accuracy))
     user.do("remove_ground_truth")
     user.keep_project("none")
-    dialog = user.dialog("Load Ground Truth for room", "load_ground_truth")
-    user.fill("The file with the true depth", true_depth(user.folder), dialog)
-    user.press("Load", dialog)
+    truth = {"The file with the true depth": true_depth(user.folder)}
+    user.use_dialog("Load Ground Truth for room", "load_ground_truth", truth, "Load")
     user.keep("errors again", user.rows("Errors against ground truth", accuracy))
 
 
 def errors_on_hidden_depth(user: Hand) -> None:
     """A hold-out test of the current parameters and of a preset."""
-    _open(user)
-    _parameters(user, "paper", 20)
-    dialog = user.dialog("Hold-out Test of room", "hold_out_test")
-    user.fill("Seeds", 2, dialog)
-    user.press("Test", dialog)
+    user.set_filter("paper", 20)
+    user.use_dialog("Hold-out Test of room", "hold_out_test", {"Seeds": 2}, "Test")
     accuracy = user.panel("Accuracy")
     user.keep("errors", user.rows("Hold-out errors", accuracy))
 
 
 def sweep_a_parameter(user: Hand) -> None:
     """Three values of one parameter, and the best of them taken."""
-    _open(user)
-    _parameters(user, "paper", 15)
+    user.set_filter("paper", 15)
     window = user.dialog("Sweep", "sweep")
     user.fill("First parameter: parameter", "Padding", window)
     user.fill("First parameter: from", 1.5, window)
@@ -220,7 +183,6 @@ def sweep_a_parameter(user: Hand) -> None:
 
 def follow_a_guide(user: Hand) -> None:
     """Loaded by the dialog, followed by a run, seen, removed and brought back."""
-    _open(user)
     with user.answering(guide(user.folder)):
         user.do("load_guide")
     user.press("What it changes", user.panel("Additional depth"))
@@ -232,7 +194,6 @@ def follow_a_guide(user: Hand) -> None:
 
 def follow_a_network(user: Hand) -> None:
     """A network of one's own is added from a file, and predicts the guide of a run."""
-    _open(user)
     dialog = user.dialog("Guide by network", "guide_by_network")
     with user.answering(guide_network(user.folder)):
         user.press("Add file", dialog)
@@ -243,24 +204,17 @@ def follow_a_network(user: Hand) -> None:
 
 def replay_a_run(user: Hand) -> None:
     """A run is exported, its record opened by the menu, and run again."""
-    _open(user)
-    _parameters(user, "paper", 20)
+    user.set_filter("paper", 20)
     user.tool("mark_invalid")
     user.drag([(40, 30), (60, 36)])
     user.do("run_all")
-    dialog = user.dialog("Export room", "export")
-    user.fill("Folder", user.folder / "out", dialog)
-    user.press("Export", dialog)
-    user.press("Close", dialog)
-    dialog = user.dialog("Open", "open")
-    user.fill("Path", user.folder / "out" / "run.json", dialog)
-    user.press("Open", dialog)
+    user.use_dialog("Export room", "export", {"Folder": user.folder / "out"}, "Export", "Close")
+    user.use_dialog("Open", "open", {"Path": user.folder / "out" / "run.json"}, "Open")
     user.do("run_all")
 
 
 def extract_by_other_parameters(user: Hand) -> None:
     """Canny without depth, coarser; a block made by hand stays, then goes, too; the stages are looked at."""
-    _open(user)
     user.tool("outline")
     user.fill("Snap", 0)
     user.drag([(100, 70), (130, 70), (130, 95), (105, 100), (100, 71)])
@@ -282,7 +236,6 @@ def extract_by_other_parameters(user: Hand) -> None:
 
 def save_and_load_blocks(user: Hand) -> None:
     """Written in every format, and read from one after all blocks were merged."""
-    _open(user)
     for name in ("blocks.png", "blocks.coco.json", "blocks.labelme.json"):
         with user.answering(user.folder / name):
             user.do("save_blocks")
@@ -290,6 +243,4 @@ def save_and_load_blocks(user: Hand) -> None:
             user.keep(name, user.folder / name)
     user.do("select_all")
     user.do("merge_blocks")
-    dialog = user.dialog("Load Blocks for room", "load_blocks")
-    user.fill("Blocks", user.folder / "blocks.png", dialog)
-    user.press("Load", dialog)
+    user.use_dialog("Load Blocks for room", "load_blocks", {"Blocks": user.folder / "blocks.png"}, "Load")

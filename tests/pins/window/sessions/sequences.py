@@ -8,10 +8,7 @@ from ..hand import Hand
 
 def _open(user: Hand) -> None:
     user.open(walk(user.folder))
-    user.panel("Parameters")
-    user.tab("Filter")
-    user.fill("Preset", "paper")
-    user.fill("Max. iterations", 15)
+    user.set_filter("paper", 15)
 
 
 def go_through_frames(user: Hand) -> None:
@@ -45,10 +42,8 @@ def propagate_blocks(user: Hand) -> None:
     user.do("propagate_copied")
     user.do("propagate_flow")
     user.do("propagate_auto")
-    dialog = user.dialog("Propagate Blocks of", "propagate_through")
-    user.fill("Frames", 2, dialog)
-    user.fill("Method", "Optical flow", dialog)
-    user.press("Propagate", dialog)
+    through = {"Frames": 2, "Method": "Optical flow"}
+    user.use_dialog("Propagate Blocks of", "propagate_through", through, "Propagate")
     user.do("next_frame")
     user.do("propagate_previous")
 
@@ -98,10 +93,7 @@ def play_the_frames(user: Hand) -> None:
 def export_all_frames(user: Hand) -> None:
     _open(user)
     user.do("run_all")
-    dialog = user.dialog("Export", "export_all")
-    user.fill("Folder", user.folder / "all", dialog)
-    user.press("Export", dialog)
-    user.press("Close", dialog)
+    user.use_dialog("Export", "export_all", {"Folder": user.folder / "all"}, "Export", "Close")
     user.keep("all", user.folder / "all")
 
 
