@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from tests.ilf.small_sequences import write_sequence
+from tests.ilf.two_cameras import write_pair
 
 from .samples import scaled, write_sample
 
@@ -31,6 +32,7 @@ QUICK = (
     ("sequences", "SEQUENCE --length 2 --threads 1", "stream, rate"),
     ("soak", "stream --frames 100 --size 40x30 --limit 1000", "memory has grown"),
     ("soak", "window --frames 2 --limit 1000", "memory has grown"),
+    ("two_orders", "PAIR:1 --rigs 1 --scenes 1 --scale 0.1", "fill, align, fill"),
 )  # fmt: skip
 """Module, its arguments, in which words in capitals are made data, and what its table contains."""
 
@@ -46,6 +48,8 @@ def data(tmp_path):
     frame = scaled((320, 240))
     cv2.imwrite(str(whole / "rgb.png"), frame.rgb[..., ::-1])
     cv2.imwrite(str(whole / "gt.png"), (1000 * np.nan_to_num(frame.depth, nan=5.0)).astype(np.uint16))
+    pair = tmp_path / "pair"
+    write_pair(pair)
     outlines = tmp_path / "outlines.json"
     outlines.write_text(json.dumps({"frame": {"middle": [[60, 40], [100, 40], [100, 80], [60, 80]]}}))
     return {
@@ -54,6 +58,7 @@ def data(tmp_path):
         "FRAMES": str(tmp_path),
         "SEQUENCE": str(write_sequence(tmp_path / "sequence")),
         "WHOLE": str(whole),
+        "PAIR:1": f"{pair}:1",
         "CAMERA_TESTS": "tests/ilf/data/test_camera.py",
         "OUT": str(tmp_path / "out"),
     }
