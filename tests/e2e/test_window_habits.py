@@ -100,6 +100,12 @@ def test_messages_neither_cover_nor_move_the_pictures_nor_hide_the_hint(opened, 
     opened.toasts.clear()
 
 
+def test_each_menu_opens_by_a_key_of_its_own(opened):
+    keys = [QKeySequence.mnemonic(action.text()).toString() for action in opened.menuBar().actions()]
+    assert all(keys)
+    assert len(set(keys)) == len(keys)
+
+
 def test_what_has_no_room_in_a_narrow_window_is_behind_a_button(opened, qtbot):
     opened.resize(800, 560)
     qtbot.waitUntil(lambda: opened.width() == 800)
