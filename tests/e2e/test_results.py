@@ -143,6 +143,7 @@ def test_a_record_whose_frame_was_moved_asks_for_it_as_its_folder_does(window, q
     open_path(window, qtbot, results / "far" / "run.json")
     missing = window.project.missing
     qtbot.waitUntil(lambda: missing.dialog is not None and not missing.busy)
+    assert missing.dialog.windowTitle() == "Missing Files", "there is no project"
     missing.locate_folder(tmp_path / "moved")
     qtbot.waitUntil(lambda: window.workspace.has_current and not window.loader.busy)
     shutil.copytree(tmp_path / "moved", tmp_path / "frames")
