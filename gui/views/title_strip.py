@@ -15,7 +15,7 @@ _SWATCH = 10
 _ARROW = 7
 _MIN_TITLE_WIDTH = 40
 """Minimum width of the title [px], however long the text at the right is."""
-_TITLE_SHARE = 0.4
+_TITLE_SHARE = 0.3
 """Width down to which a long title gives way to the legend, as a share of the strip's."""
 _BAR_SHARE = 0.38
 """Width of the colour bar, as a share of the strip's."""
