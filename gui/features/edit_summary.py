@@ -50,6 +50,7 @@ class EditSummaryLine(Themed, QWidget):
         super().__init__(parent)
         self.label = QLabel()
         self.label.setTextFormat(Qt.TextFormat.RichText)
+        self.label.setWordWrap(True)
         self.label.setMinimumSize(1, self.label.fontMetrics().height())
         self.label.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Ignored)
         self.label.setToolTip(
@@ -86,7 +87,11 @@ class EditSummaryLine(Themed, QWidget):
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
-        self.label.setWordWrap(self.height() > 2 * self.fontMetrics().height())  # beside the film strip
+        line = self.label.fontMetrics().height()
+        beside_film_strip = self.height() > 2 * line
+        # in one line, the rest is cut at a word
+        self.label.setMaximumHeight(self.height() if beside_film_strip else line)
+        self.label.setAlignment(Qt.AlignmentFlag.AlignVCenter if beside_film_strip else Qt.AlignmentFlag.AlignTop)
 
     def _write(self) -> None:
         if self._content is None:
@@ -112,11 +117,11 @@ class EditSummaryLine(Themed, QWidget):
                     parts[-1] += f" (±{millimetres(effect.margin)} mm)"
             if effect.expected is not None:
                 tone = theme.colours(self.palette()).muted.name()
-                expected = " → ".join(map(millimetres, effect.expected))
+                expected = "\u00a0→\u00a0".join(map(millimetres, effect.expected))
                 parts.append(f'<span style="color:{tone}">expected RMS {expected} mm</span>')
         if note:
             parts.append(html.escape(note))
-        self.label.setText(" &nbsp;·&nbsp; ".join(parts))
+        self.label.setText(" &nbsp;·&nbsp;&nbsp;".join(parts))
 
     def _change(self, before: float, after: float, certain: bool = True) -> str:
         """Return two errors [m] as text, coloured as better or worse if that is certain."""
@@ -128,7 +133,7 @@ class EditSummaryLine(Themed, QWidget):
         """Return two values as text; `better` is None where they count as equal."""
         colours = theme.colours(self.palette())
         tone = {True: colours.good, False: colours.error, None: colours.text}[better]
-        return f'{before} → <span style="color:{tone.name()}"><b>{after}</b></span>'
+        return f'{before}\u00a0→\u00a0<span style="color:{tone.name()}"><b>{after}</b></span>'
 
 
 _UNKNOWN = "too little known depth nearby to evaluate it"

@@ -43,7 +43,7 @@ _MENUS = {
     "new_block delete_blocks merge_blocks lock_blocks hide_blocks | "
     "grow_blocks shrink_blocks smooth_blocks clean_up | zoom_block select_all",
     "I&nspect": _INSPECT,
-    "Re&view": "next_check previous_check apply_remedy ignore_check mark_checked | suggest_invalid",
+    "Revie&w": "next_check previous_check apply_remedy ignore_check mark_checked | suggest_invalid",
     "&Run": "run run_selected run_all | pause step cancel | live | reset_own copy_own | "
     "share_parameters keep_own_parameters reset_to_shared separate_parameters | extrapolate clear_results | "
     "hold_out_test sweep | show_runs compare_runs accept_run restore_run export_runs clear_runs",

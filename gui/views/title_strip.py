@@ -7,6 +7,7 @@ from PySide6.QtGui import QBrush, QColor, QMouseEvent, QPainter, QPaintEvent, QP
 from PySide6.QtWidgets import QWidget
 
 from ..base.theme import Colours
+from ..widgets.basics import literal_text
 from .colour_bar import ColourBar
 
 PAD = 6
@@ -14,6 +15,8 @@ _SWATCH = 10
 _ARROW = 7
 _MIN_TITLE_WIDTH = 40
 """Minimum width of the title [px], however long the text at the right is."""
+_TITLE_SHARE = 0.3
+"""Width down to which a long title gives way to the legend, as a share of the strip's."""
 _BAR_SHARE = 0.38
 """Width of the colour bar, as a share of the strip's."""
 _MIN_TEXT_WIDTH = 110
@@ -72,6 +75,7 @@ class TitleStrip(QWidget):
         if (title, colour) != (self.title, self._swatch):
             self.title, self._swatch = title, colour
             self.setAccessibleName(f"View: {title}")
+            self._describe()
             self.titled.emit(title)
             self._place_title_widget()
             self.update()
@@ -80,7 +84,11 @@ class TitleStrip(QWidget):
     def title_end(self) -> int:
         """Right end of the title [px from the left], where other items may begin."""
         swatch = _SWATCH + PAD if self._swatch is not None else 0
-        return min(self._title_width, max(self._right - self._text_width, _MIN_TITLE_WIDTH + swatch))
+        room = max(self._right - self._text_width, _MIN_TITLE_WIDTH + swatch)
+        if not self._legend:
+            return min(self._title_width, room)
+        shown = self.legend_in(room - round(_TITLE_SHARE * self.width()) - PAD)
+        return min(self._title_width, room - self._width_with_ellipsis(shown) - PAD)
 
     @property
     def _text_width(self) -> int:
@@ -118,9 +126,13 @@ class TitleStrip(QWidget):
     def set_legend(self, legend: list[tuple[QBrush, str]]) -> None:
         """Set swatches with their meaning, from left to right: those that have no room are in the tool tip only."""
         self._legend = legend
-        meanings = f"\nSigns: {', '.join(text for _, text in legend)}" if legend else ""
-        self.setToolTip(_TITLE_HINT + meanings)
+        self._describe()
         self._place_bar()
+
+    def _describe(self) -> None:
+        """Put what may have no room, title and legend, into the tool tip."""
+        signs = f"Signs: {', '.join(text for _, text in self._legend)}" if self._legend else ""
+        self.setToolTip(literal_text("\n".join(filter(None, (self.title, _TITLE_HINT, signs)))))
 
     def set_title_widget(self, guest: QWidget | None) -> None:
         """Put a widget with a method `set_available_width(width)` beside the title and delete the former one; None
@@ -164,7 +176,7 @@ class TitleStrip(QWidget):
         """Return the entries of the legend, from the left, that fit a width with their words, and an ellipsis if it is
         not all of them."""
         shown = list(self._legend)
-        while self._width_of(shown) + (self._more_width if len(shown) < len(self._legend) else 0) > room and shown:
+        while self._width_with_ellipsis(shown) > room and shown:
             shown.pop()
         return shown
 
@@ -184,6 +196,10 @@ class TitleStrip(QWidget):
     @property
     def _more_width(self) -> int:
         return self.fontMetrics().horizontalAdvance(_MORE)
+
+    def _width_with_ellipsis(self, shown: list[tuple[QBrush, str]]) -> int:
+        """Width of the entries of the legend that are shown, with an ellipsis if they are not all [px]."""
+        return self._width_of(shown) + (self._more_width if len(shown) < len(self._legend) else 0)
 
     def _width_of(self, legend: list[tuple[QBrush, str]]) -> int:
         """Width of entries of the legend with their words [px]."""

@@ -345,9 +345,13 @@ def row_list(name: str, hint: str, headers: Sequence[str], stretched: int) -> QT
 
 
 def paint_hint(view: QAbstractItemView, text: str) -> None:
-    """Paint `text` in the middle of a view's empty viewport; call it from the view's paintEvent."""
-    painter = QPainter(view.viewport())
-    painter.setPen(theme.colours(view.palette()).muted)
+    """Paint `text` in the middle of a view's empty viewport, and a frame while it has the keyboard focus, for which no
+    row stands; call it from the view's paintEvent."""
+    painter, colours = QPainter(view.viewport()), theme.colours(view.palette())
+    if view.hasFocus():
+        painter.setPen(colours.accent)
+        painter.drawRect(view.viewport().rect().adjusted(0, 0, -1, -1))
+    painter.setPen(colours.muted)
     area = view.viewport().rect().adjusted(16, 8, -16, -8)
     painter.drawText(area, Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap, text)
     painter.end()

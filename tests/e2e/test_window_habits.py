@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from PySide6.QtCore import QCoreApplication, QEvent, QSize, Qt
 from PySide6.QtGui import QKeySequence
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication, QDialog, QSlider, QToolBar, QToolButton, QWidget
+from PySide6.QtWidgets import QApplication, QDialog, QLabel, QPushButton, QSlider, QToolBar, QToolButton, QWidget
 
 from gui.base.commands import why_not
 from gui.features.blocks.feature import BlocksFeature
@@ -91,6 +91,22 @@ def test_messages_neither_cover_nor_move_the_pictures_nor_hide_the_hint(opened, 
         qtbot.waitUntil(has_room)
         assert (views.mapTo(opened, views.rect().topLeft()), views.size()) == before
     opened.toasts.clear()
+
+
+def test_each_menu_opens_by_a_key_of_its_own(opened):
+    keys = [QKeySequence.mnemonic(action.text()).toString() for action in opened.menuBar().actions()]
+    assert all(keys)
+    assert len(set(keys)) == len(keys)
+
+
+def test_the_keys_of_a_sweep_of_one_parameter_are_each_for_one_thing(opened):
+    opened.actions_["sweep"].trigger()
+    (dialog,) = _dialogs(opened)
+    labels = [label for label in dialog.findChildren(QLabel) if label.buddy() is not None and label.buddy().isEnabled()]
+    named = [*labels, *dialog.findChildren(QPushButton)]
+    keys = [key for control in named if (key := QKeySequence.mnemonic(control.text()).toString())]
+    assert len(keys) > 8
+    assert len(set(keys)) == len(keys)
 
 
 def test_what_has_no_room_in_a_narrow_window_is_behind_a_button(opened, qtbot):

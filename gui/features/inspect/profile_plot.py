@@ -18,6 +18,7 @@ from ilf.evaluation.measuring import DepthProfile, Line, depth_profile
 from ...base import theme
 from ...state.document import Document
 from ...state.shown_depth import ViewedIteration
+from ...views.curves.axes import set_title
 
 Array = NDArray[np.floating]
 Colour = tuple[int, int, int]
@@ -149,7 +150,7 @@ class ProfilePlot(pg.PlotWidget):
 
     def show_data(self, data: ProfileData, x: Array, unit: str) -> None:
         """Draw data over positions `x` on the horizontal axis in `unit`; NaN where a sample has no position."""
-        self.getAxis("bottom").setLabel(unit, color=self._colours.muted.name(), **self._label_font)
+        set_title(self.getAxis("bottom"), unit, color=self._colours.muted.name(), **self._label_font)
         known = np.isfinite(data.raw) & np.isfinite(x)
         self._raw.setData(x[known], data.raw[known])
         while len(self._curves) < len(data.curves):
@@ -194,7 +195,7 @@ class ProfilePlot(pg.PlotWidget):
             axis.setPen(colours.grid)
             axis.setTextPen(colours.muted)
             axis.setTickFont(font)
-        self.getAxis("left").setLabel("Depth [m]", color=colours.muted.name(), **self._label_font)
+        set_title(self.getAxis("left"), "Depth [m]", color=colours.muted.name(), **self._label_font)
 
     def picture(self, as_svg: bool) -> bytes:
         """Return the plot with a legend as PNG, twice as large as on the screen, or as SVG."""

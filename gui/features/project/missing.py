@@ -47,7 +47,7 @@ class MissingFilesDialog(QDialog):
     def __init__(self, project: str, missing: Missing, parent: QWidget) -> None:
         super().__init__(parent)
         self._missing = missing
-        self.setWindowTitle(f"Missing Files of {project}")
+        self.setWindowTitle(f"Missing Files of {project}" if project else "Missing Files")
         about = Message(lines=3)
         about.show_message(_ABOUT, "text")
         self.files = row_list(

@@ -135,7 +135,7 @@ class SweepFeature(Panel):
         self.content.activated.connect(lambda _: self._show_found())
         self.bar = ColourBar()
         self.bar.setAccessibleName("Colours of the pictures")
-        choice = label_of("&Pictures of", self.content), self.content
+        choice = label_of("Pict&ures of", self.content), self.content
         head = lay_out(QHBoxLayout(), *choice, None, self.bar, margins=(8, 4, 8, 0))
         below = QWidget()
         lay_out(QVBoxLayout(below), head, self.pictures, spacing=2, stretched=self.pictures)

@@ -62,7 +62,7 @@ class RangeBox(QGroupBox):
             ("&From", self.low, 1, 0, 1),
             ("&to", self.high, 1, 2, 1),
             ("&Values", self.steps, 2, 0, 1),
-            ("&scale", self.scale, 2, 2, 1),
+            ("sca&le", self.scale, 2, 2, 1),
         ):
             label = label_of(text, field)
             field.setAccessibleName(f"{title}: {text.replace('&', '').lower()}")

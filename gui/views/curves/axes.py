@@ -1,4 +1,4 @@
-"""The vertical axes of the curves: lengths on a logarithmic scale, and sums."""
+"""The vertical axes of the curves: lengths on a logarithmic scale, and sums; and the titles of axes."""
 
 from __future__ import annotations
 
@@ -11,6 +11,12 @@ from ilf._runtime.formatting import length_text
 
 _AXIS_WIDTH = 64
 _MIN_TICK_DISTANCE = 17  # minimum distance between the labels of a vertical axis [px]
+
+
+def set_title(axis: pg.AxisItem, text: str, **style: str) -> None:
+    """Set the title of an axis, in the middle of it: pyqtgraph places it anew only when the size changes."""
+    axis.setLabel(text, **style)
+    axis.resizeEvent()
 
 
 class _Axis(pg.AxisItem):

@@ -12,6 +12,7 @@ from PySide6.QtCore import QEvent, QPointF, Qt, Signal
 from PySide6.QtGui import QBrush, QColor, QFont
 
 from ...base import theme
+from .axes import set_title
 from .curve import Values
 
 NAMED_AXIS, AXIS, _BARE = 34, 20, 6
@@ -106,13 +107,13 @@ class ConvergencePlot(pg.PlotWidget):
         self._places = "Time [s]" if on else "Iteration i"
         self._min_end = 0.01 if on else 10.0
         self.getViewBox().setLimits(xMin=0, minXRange=0.1 * self._min_end)
-        self.getAxis("bottom").setLabel(self._places)
+        set_title(self.getAxis("bottom"), self._places)
 
     def set_label(self, text: str) -> None:
         """Set the label of the vertical axis."""
         if text != self._label:
             self._label = text
-            self.getAxis("left").setLabel(text)
+            set_title(self.getAxis("left"), text)
 
     def show_lines(self, lines: Sequence[Line]) -> None:
         """Draw these lines and bring them into view; a line with a single value is drawn as a point."""
@@ -230,7 +231,7 @@ class ConvergencePlot(pg.PlotWidget):
             axis.setPen(colours.grid)
             axis.setTextPen(colours.muted)
             axis.setTickFont(font)
-            axis.setLabel(text, color=colours.muted.name(), **{"font-size": f"{font.pointSizeF():.1f}pt"})
+            set_title(axis, text, color=colours.muted.name(), **{"font-size": f"{font.pointSizeF():.1f}pt"})
 
     def mouseDoubleClickEvent(self, event: QEvent) -> None:
         self.fit_requested.emit()

@@ -8,6 +8,7 @@ from PySide6.QtCore import QPoint, Qt
 from PySide6.QtGui import QColor
 from PySide6.QtWidgets import QColorDialog, QLineEdit
 
+from gui.base.theme import colours
 from gui.features.blocks.model import BlockRow, Column
 from gui.features.blocks.table import BlockTable
 from gui.state.block_counts import BlockCounts
@@ -136,3 +137,12 @@ def test_names_sort_by_number_and_missing_sigma_comes_last(table):
     table.set_rows([rows[0], replace(rows[1], sigma_i=0.2), replace(rows[2], sigma_i=0.1)])
     table.sortByColumn(Column.SIGMA, Qt.SortOrder.AscendingOrder)
     assert _names(table) == ["Block 3", "Block 2", "Block 1"]
+
+
+def test_an_empty_table_shows_that_it_has_the_focus(table, qtbot):
+    table.set_rows([])
+    table.clearFocus()
+    corner = table.viewport().grab().toImage().pixelColor(0, 0)
+    table.setFocus()
+    qtbot.waitUntil(table.hasFocus)
+    assert table.viewport().grab().toImage().pixelColor(0, 0) == colours(table.palette()).accent != corner

@@ -108,6 +108,15 @@ def test_the_axis_is_in_pixels_or_metres_along_the_surface(panel, data, small_fr
     assert panel.plot._raw.getData()[0][-1] == 56
 
 
+def test_the_title_of_the_axis_is_in_its_middle_from_the_first_line_on(panel, data):
+    panel.show_data(data, {})
+    for choice in (0, 1):
+        panel.axis.setCurrentIndex(choice)
+        axis = panel.plot.getAxis("bottom")
+        title = axis.label.mapRectToParent(axis.label.boundingRect())
+        assert title.center().x() == pytest.approx(axis.size().width() / 2, abs=2)
+
+
 def test_the_band_is_where_the_error_is_known(panel, data):
     panel.show_data(data, {})
     box = panel.plot._band.path().boundingRect()

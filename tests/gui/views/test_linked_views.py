@@ -625,15 +625,18 @@ def test_the_legend_has_words_only_and_as_many_as_have_room(views):
     assert all(word in strip.toolTip() for word in words)
 
 
-def test_where_the_legend_has_no_room_for_its_ellipsis_there_is_none(views):
+def test_a_long_title_gives_way_to_the_legend_and_is_in_the_tool_tip(views):
     strip = views.cells["depth-out"].strip
-    strip.set_title("Expected error")
-    pictures = []
-    for legend in ([], [(QBrush(), "unsupported")]):
-        strip.set_legend(legend)
-        strip.resize(strip._title_width + 10, strip.height())
-        pictures.append(strip.grab().toImage())
-    assert pictures[0] == pictures[1], "no half of an ellipsis"
+    strip.set_title("Difference: result − Live 4: Merge 2 blocks; best")
+    strip.set_legend([])
+    strip.resize(300, strip.height())
+    whole = strip.title_end
+    strip.set_legend([(QBrush(), "missing")])
+    assert strip.legend_in(strip._right - strip.title_end) == strip._legend
+    assert 100 < strip.title_end < whole
+    assert strip.title in strip.toolTip()
+    strip.set_title("Depth out")
+    assert strip.title_end == strip._title_width
 
 
 @pytest.mark.parametrize("width", [420, 640, 1100])

@@ -172,8 +172,8 @@ def test_an_edit_is_said_at_once_and_what_it_did_when_it_is_known(bench, solver,
     bench.workspace.current.edit(_patch(bench, 2), "Paint <Block> 2")
     assert "<b>Paint &lt;Block&gt; 2</b>" in line.label.text()
     assert "60 px moved" in line.label.text()
-    until(lambda: "hold-out 40.0 → " in line.label.text())
-    assert "expected RMS 20.0 → " in line.label.text()
+    until(lambda: "hold-out 40.0\u00a0→\u00a0" in line.label.text())
+    assert "expected RMS 20.0\u00a0→\u00a0" in line.label.text()
     before, after, (earlier, later) = asked[0]
     np.testing.assert_array_equal(before.blocks, former)
     np.testing.assert_array_equal(after.blocks, bench.document.labels)
@@ -233,7 +233,7 @@ def test_better_is_green_and_worse_is_red(line):
     # neither within the margin, nor by the expected error, nor by pixels that are filled
     line.show_message("Edit", EditSummary(3, (500, 900), (0.05, 0.01), (0.2, 0.1), 50, (0.05, 0.0501), margin=0.15))
     assert not {better, worse} & set(tones())
-    assert "200 → " in line.label.text()
+    assert "200\u00a0→\u00a0" in line.label.text()
     assert "(±150 mm)" in line.label.text()
     line.show_message("Edit", EditSummary(3, None, None, (0.2, 0.1), 50))
     assert not {better, worse} & set(tones()), "of an unknown margin"
@@ -249,18 +249,18 @@ def test_an_edit_is_judged_by_the_truth_first_also_by_one_that_is_loaded_later(b
     bench.workspace.current.edit(_patch(bench, 2), "Paint")
     until(lambda: "too little known depth nearby" in line.label.text())
     bench.workspace.current.set_ground_truth(np.full(bench.document.frame.shape, 2.0, np.float32))
-    until(lambda: "ground truth 100 → " in line.label.text())
+    until(lambda: "ground truth 100\u00a0→\u00a0" in line.label.text())
     assert "too little known depth" not in line.label.text()
     line.show_message("Edit", EditSummary(3, None, (0.05, 0.04), (0.2, 0.3), 50, (0.1, 0.06)))
     words = line.label.text()
-    assert "ground truth 100 → " in words
+    assert "ground truth 100\u00a0→\u00a0" in words
     assert words.index("ground truth") < words.index("hold-out") < words.index("expected RMS")
 
 
 def test_pixels_that_are_filled_no_longer_are_said(line):
     line.show_message("Edit", EditSummary(3, (2500, 1200)))
     fewer = line.label.text()
-    assert "filled 2,500 → " in fewer
+    assert "filled 2,500\u00a0→\u00a0" in fewer
     line.show_message("Edit", EditSummary(3, (2500, 2600)))
     assert line.label.text().split("color:")[1][:7] == fewer.split("color:")[1][:7], "neither better nor worse"
     line.show_message("Edit", EditSummary(3, (2500, 2500)))
