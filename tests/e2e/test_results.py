@@ -143,7 +143,7 @@ def test_a_record_whose_frame_was_moved_asks_for_it_as_its_folder_does(window, q
     qtbot.waitUntil(lambda: window.workspace.has_current and not window.loader.busy)
     shutil.copytree(tmp_path / "moved", tmp_path / "frames")
     check_result(window.workspace.current, results / "far")
-    window.feature(DocumentsFeature).open_paths([results / "far"])
+    window.documents.open_paths([results / "far"])
     assert len(window.workspace.entries) == 1, "it is the same frame"
     assert not reported
 
