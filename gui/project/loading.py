@@ -31,7 +31,7 @@ from ilf.sources.frame_folder import is_frame_folder
 from ilf.sources.frame_ref import FrameRef
 from ilf.sources.listing import Listing, list_frames
 from ilf.sources.opening import is_recording
-from ilf.sources.own_results import RECORD_FILE, is_result_folder
+from ilf.sources.own_results import is_result_folder
 from ilf.sources.reading import described_beside, read_depth, read_frame
 
 from ..state.document import Document
@@ -210,12 +210,10 @@ class FrameLoader(QObject):
         self.read(f"Opening {entry.name}", lambda: measured_frame(source), take)
 
     def open_run(self, record: Path) -> None:
-        """Open a run.json as its folder, or a record of another name: its frame, blocks, parameters and result."""
+        """Open a run.json: its frame, blocks, parameters and result."""
         record = Path(os.path.abspath(record))  # one key for all spellings of the path
-        entry, folder = self._workspace.entries.of_key(str(record)), FrameRef(str(record.parent))
-        if record.name == RECORD_FILE and is_result_folder(folder):
-            self.open(folder)
-        elif entry is not None and entry.document is None:
+        entry = self._workspace.entries.of_key(str(record))
+        if entry is not None and entry.document is None:
             self.open_entry(entry)
         elif not self._shown_already(record):
             do = lambda: _replayed(replay(record, extract=False))  # noqa: E731

@@ -116,14 +116,13 @@ def test_what_differs_from_a_record_is_said_when_it_is_opened(opened, qtbot, run
     assert "depth.png has changed" in opened.log.text.toPlainText()
 
 
-def test_an_input_that_was_replaced_is_asked_for(opened, qtbot, run_all, frame_folder, tmp_path):
+def test_an_input_that_was_replaced_is_refused(opened, qtbot, run_all, reported, frame_folder, tmp_path):
     run_all(opened)
     depth = frame_folder / "depth.png"
     cv2.imwrite(str(depth), cv2.imread(str(depth), cv2.IMREAD_UNCHANGED) + 200)
     export(opened, qtbot, tmp_path / "out")
     _open_run(opened, qtbot, tmp_path / "out" / "run.json")
-    assert opened.project.missing.dialog is not None
-    assert [lost.changed for lost in opened.project.missing.lost] == [depth]
+    assert "is not the depth file of the recorded run" in reported[0]
     assert not opened.workspace.has_current
 
 

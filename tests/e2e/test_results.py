@@ -133,21 +133,6 @@ def test_a_frame_that_was_moved_is_asked_for_once(window, qtbot, results, tmp_pa
     assert missing.dialog is None
 
 
-def test_a_record_whose_frame_was_moved_asks_for_it_as_its_folder_does(window, qtbot, results, reported, tmp_path):
-    shutil.move(tmp_path / "frames", tmp_path / "moved")
-    open_path(window, qtbot, results / "far" / "run.json")
-    missing = window.project.missing
-    qtbot.waitUntil(lambda: missing.dialog is not None and not missing.busy)
-    assert missing.dialog.windowTitle() == "Missing Files", "there is no project"
-    missing.locate_folder(tmp_path / "moved")
-    qtbot.waitUntil(lambda: window.workspace.has_current and not window.loader.busy)
-    shutil.copytree(tmp_path / "moved", tmp_path / "frames")
-    check_result(window.workspace.current, results / "far")
-    window.documents.open_paths([results / "far"])
-    assert len(window.workspace.entries) == 1, "it is the same frame"
-    assert not reported
-
-
 def test_a_frame_that_has_changed_is_not_taken_for_the_one_that_was_completed(window, qtbot, results, tmp_path):
     depth = tmp_path / "frames" / "far" / "depth.png"
     shutil.copy(tmp_path / "frames" / "near" / "depth.png", depth)
