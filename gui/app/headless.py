@@ -51,12 +51,12 @@ class HeadlessRun(QObject):
 
     def _opened(self) -> None:
         workspace = self._window.workspace
-        if self.status or not self._run:
+        if not self.status and not workspace.has_current and self._picture is not None:
+            self._stop_without_frame()
+        elif self.status or not self._run:
             self.finish()
         elif not workspace.has_current:
-            if self._picture is None:  # the user can open one
-                return
-            self.stop("There is no frame to run: give a frame folder, or a colour file and its depth file.")
+            return  # the user can open one
         elif not workspace.current.counts():
             self.stop(
                 f"{workspace.current.name} has no blocks to complete: "
@@ -65,6 +65,17 @@ class HeadlessRun(QObject):
         else:
             self._await_end()
             self._window.runs.current.start()
+
+    def _stop_without_frame(self) -> None:
+        """Stop if a frame could not be opened, or is needed."""
+        entries = self._window.workspace.entries
+        problems = [f"{entry.name}: {entry.summary.problem}" for entry in entries if entry.summary.problem]
+        if problems:
+            self.stop(problems[0])
+        elif self._run:
+            self.stop("There is no frame to run: give a frame folder, or a colour file and its depth file.")
+        else:
+            self.finish()
 
     def _await_end(self) -> None:
         # one event loop turn later: after a run, an extrapolation may start

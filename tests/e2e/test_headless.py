@@ -121,6 +121,13 @@ def test_a_run_whose_frame_is_gone(start, frame_folder, tmp_path, picture):
     refused(start(tmp_path / "done" / "run.json", "--run"), picture, "depth.png", "recorded run")
 
 
+@pytest.mark.parametrize("arguments", [(), ("--run",)])
+def test_a_result_whose_frame_is_gone(start, frame_folder, tmp_path, picture, arguments):
+    assert command_line(["complete", str(frame_folder), "--out", str(tmp_path / "done"), "--quiet"]) == 0
+    (frame_folder / "depth.png").unlink()
+    refused(start(tmp_path / "done", *arguments), picture, "depth.png", "no longer exists")
+
+
 def test_the_depth_beside_a_colour_file_is_its_own(start, frame_folder, picture):
     assert start(frame_folder / "rgb.png") == (0, "")
 
