@@ -25,8 +25,9 @@ _SURFACE = 3
 """It lies between surfaces: squares of this side [px] that are all known. Scattered samples are none: among them, depth
 itself contains the jumps."""
 
-_AROUND = np.argwhere(cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (7, 7))) - 3
-"""Rows and columns of the pixels around one."""
+_REACH = 3
+_AROUND = np.argwhere(cv2.getStructuringElement(cv2.MORPH_ELLIPSE, [2 * _REACH + 1] * 2)) - _REACH
+"""Rows and columns of the pixels around one, which is in their middle."""
 
 _JUMP = 1.05
 """Minimum ratio of two depths around between which there is none: slopes have smaller steps."""
@@ -54,14 +55,14 @@ def median_in_thin_gaps(frame: RGBDFrame) -> Array:
     """
     found = np.full(frame.shape, np.nan, np.float32)
     rows, columns = np.nonzero(_thin_gaps(frame.known))
-    colour = cv2.cvtColor(frame.edge_rgb, cv2.COLOR_RGB2LAB)
     for first in range(0, rows.size, _AT_A_TIME):
         part = slice(first, first + _AT_A_TIME)
         at = np.stack([rows[part], columns[part]])
         depth = _values_around(frame.depth, at)
         jumps = _jumps(depth)
-        at, depth = np.compress(jumps, at, axis=1), np.compress(jumps, depth, axis=1)
-        found[tuple(at)] = _weighted_median(depth, _weights(colour, at))
+        if jumps.any():
+            at, depth = np.compress(jumps, at, axis=1), np.compress(jumps, depth, axis=1)
+            found[tuple(at)] = _weighted_median(depth, _weights(frame.edge_rgb, at))
     return found
 
 
@@ -74,8 +75,10 @@ def _thin_gaps(known: NDArray[np.bool_]) -> NDArray[np.bool_]:
 
 def _values_around(image: NDArray[Any], at: NDArray[np.intp]) -> NDArray[Any]:
     """Values of the pixels around N pixels, (len(_AROUND), N, ...); beyond the frame, those at its border."""
-    last = np.array(image.shape[:2])[:, np.newaxis] - 1
-    return np.stack([image[tuple(np.clip(at + step[:, np.newaxis], 0, last))] for step in _AROUND])
+    padded = np.asarray(cv2.copyMakeBorder(image, *[_REACH] * 4, cv2.BORDER_REPLICATE))
+    row = padded.shape[1], 1
+    places = ((_AROUND + _REACH) @ row)[:, np.newaxis] + row @ at
+    return padded.reshape(-1, *image.shape[2:])[places]
 
 
 def _jumps(around: Array) -> NDArray[np.bool_]:
@@ -86,9 +89,11 @@ def _jumps(around: Array) -> NDArray[np.bool_]:
 
 def _weights(colour: NDArray[Any], at: NDArray[np.intp]) -> Array:
     """Weights of the pixels around some pixels."""
-    unlike = _values_around(colour, at).astype(np.float32) - colour[tuple(at)]
+    lab = cv2.cvtColor(_values_around(colour, at), cv2.COLOR_RGB2LAB).astype(np.float32)
     away = np.square(_AROUND).sum(axis=1)[:, np.newaxis] / _DISTANCE**2
-    return np.exp(-(np.square(unlike).sum(axis=2) / _COLOUR**2 + away) / 2).astype(np.float32)
+    unlike = lab - lab[len(lab) // 2]
+    squares = np.einsum("knc, knc -> kn", unlike, unlike)
+    return np.exp(-(squares / _COLOUR**2 + away) / 2).astype(np.float32)
 
 
 def _weighted_median(values: Array, weights: Array) -> Array:
