@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from abc import abstractmethod
 from collections.abc import Callable, Iterator
 from typing import NamedTuple
@@ -10,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..data.results import IterationRecord, deviation
+from ..data.results import IterationRecord
 
 
 class Stepper(Iterator[IterationRecord]):
@@ -32,8 +31,6 @@ class Stepper(Iterator[IterationRecord]):
     """SHA-256 of the edge network used; None for none."""
     notes: tuple[str, ...] = ()
     """Notes for the user, for example on replaced networks; empty if all is as requested."""
-    _evaluated: tuple[NDArray[np.bool_], NDArray[np.float64]] | None = None
-    """Pixels whose ground truth is known, and that [m]."""
 
     @property
     @abstractmethod
@@ -45,6 +42,7 @@ class Stepper(Iterator[IterationRecord]):
     def snapshot(self) -> Snapshot:
         """The current surface, to be computed later: P_i where it may become depth, elsewhere P_i or raw depth."""
 
+    @abstractmethod
     def evaluate(self, pixels: NDArray[np.bool_], ground_truth: NDArray[np.float64]) -> None:
         """Add the error against ground truth to the records of all later iterations; nothing else changes.
 
@@ -55,14 +53,6 @@ class Stepper(Iterator[IterationRecord]):
         ground_truth : ndarray of float64
             Their ground-truth depth [m].
         """
-        self._evaluated = pixels, ground_truth
-
-    def _error(self) -> float:
-        """Root mean square of P_i - ground truth over the evaluated pixels; NaN if there are none."""
-        if self._evaluated is None:
-            return math.nan
-        pixels, ground_truth = self._evaluated
-        return deviation(self.surface[pixels], ground_truth)
 
 
 class Snapshot(NamedTuple):

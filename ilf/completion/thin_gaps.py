@@ -75,7 +75,7 @@ def _thin_gaps(known: NDArray[np.bool_]) -> NDArray[np.bool_]:
 
 def _values_around(image: NDArray[Any], at: NDArray[np.intp]) -> NDArray[Any]:
     """Values of the pixels around N pixels, (len(_AROUND), N, ...); beyond the frame, those at its border."""
-    padded = np.asarray(cv2.copyMakeBorder(image, *[_REACH] * 4, cv2.BORDER_REPLICATE))
+    padded = np.asarray(cv2.copyMakeBorder(image, _REACH, _REACH, _REACH, _REACH, cv2.BORDER_REPLICATE))
     row = padded.shape[1], 1
     places = ((_AROUND + _REACH) @ row)[:, np.newaxis] + row @ at
     return padded.reshape(-1, *image.shape[2:])[places]

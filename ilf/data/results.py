@@ -113,7 +113,7 @@ def hold_out_mask(known: NDArray[np.bool_], share: float) -> NDArray[np.bool_]:
     return drawn_from(known, np.random.default_rng(_SEED), slice(int(share * np.count_nonzero(known))))
 
 
-def deviation(current: NDArray[np.float64], previous: NDArray[np.float64]) -> float:
+def deviation(current: NDArray[np.floating], previous: NDArray[np.float64]) -> float:
     """Return sigma_i = sqrt(sum (P_i - P_(i-1))^2 / N), Eq. (2), from values at the block's N pixels [m]."""
     difference = current - previous
     return float(np.sqrt(np.mean(difference * difference)))

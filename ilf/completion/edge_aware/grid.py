@@ -218,19 +218,17 @@ class Pixels:
         levels: tuple[Level, ...],
         trend: Array,
         limits: tuple[float, float],
-        changing: bool = False,
+        chosen: Mask,
     ) -> None:
-        """The block's pixels in a window, all or those without depth, for surfaces on grids of these levels, a trend in
-        the window, and limits of their sum."""
+        """The chosen ones of the block's pixels in a window, for surfaces on grids of these levels, a trend in the
+        window, and limits of their sum."""
         around = union(block.box, window)
         mask = np.zeros(tuple(side.stop - side.start for side in around), bool)
-        mask[within(block.box, around)] = block.mask
-        inside = mask[within(window, around)]
-        among = inside & ~frame.own[window] if changing else inside
+        mask[within(block.box, around)][block.mask] = chosen
         self._frame, self._block, self._levels, self._limits = frame, block, levels, limits
-        self._places = np.flatnonzero(among)
+        self._places = np.flatnonzero(mask[within(window, around)])
         """Flat indices in the window."""
-        self._seen = np.flatnonzero(pixels_in_window(block, window))[among[inside]]
+        self._seen = np.flatnonzero(pixels_in_window(block, window) & chosen)
         """The same among the block's pixels."""
         self._trend = trend.ravel()[self._places]
 
@@ -243,14 +241,18 @@ class Pixels:
         """A surface of the window at the pixels."""
         return surface.ravel()[self._places]
 
-    def on_block(self, coarseness: int, held: Array) -> NDArray[np.float64]:
-        """Depth [m] at all of the block's pixels, raw where no surface is stored. `held` is the surface minus trend: on
-        the grid of this coarseness, or at the pixels if that is 0."""
+    def depth(self, coarseness: int, held: Array) -> Array:
+        """Depth [m] at the pixels. `held` is the surface minus trend: on the grid of this coarseness, or at the pixels
+        if that is 0."""
         u = held
         for coarser, finer in pairwise(reversed(self._levels[: coarseness + 1])):
             u = coarser.enlarged(u, finer)
+        return np.asarray(np.clip((self.on(u) if coarseness else u) + self._trend, *self._limits))
+
+    def on_block(self, coarseness: int, held: Array) -> NDArray[np.float64]:
+        """Depth [m] at all of the block's pixels, raw at those that were not chosen."""
         result = self._frame.depth[self._block.box][self._block.mask].astype(np.float64)
-        result[self._seen] = np.clip((self.on(u) if coarseness else u) + self._trend, *self._limits)
+        result[self._seen] = self.depth(coarseness, held)
         return result
 
 

@@ -23,7 +23,7 @@ from ...data.by_hand import DepthByHand
 from ...data.frame import RGBDFrame
 from ...data.label_map import Block
 from ...data.parameters import Parameters
-from ...data.results import EdgeAwareRecord
+from ...data.results import EdgeAwareRecord, deviation
 from ...segmentation.edges.frame_edges import FrameEdges
 from ..stepper import Snapshot, Stepper
 from .fitted_guide import fit_guide
@@ -261,6 +261,7 @@ class EdgeAwareIteration(Stepper):
         carried: Array | None = None,
     ) -> None:
         self._start = time.perf_counter()
+        self._evaluated: tuple[Pixels, NDArray[np.float64]] | None = None
         self._frame, self._block, self._parameters = frame, block, parameters
         view = View(frame, block, parameters, drawn, by_hand, carried)
         self._window, self._gap = view.window, view.gap
@@ -325,16 +326,18 @@ class EdgeAwareIteration(Stepper):
     @cached_property
     def _all(self) -> Pixels:
         """All of the block's pixels in the window; computed on demand, since they need much memory."""
-        return self._pixels_of()
+        return self._chosen(np.ones(self._pixels, bool))
 
     @cached_property
     def _changing(self) -> Pixels:
         """Those of them that may change; computed on demand, since only previews use them."""
-        return self._pixels_of(changing=self._parameters.mode == "fill")
+        if self._parameters.mode != "fill":
+            return self._all
+        return self._chosen(~self._frame.own[self._block.box][self._block.mask])
 
-    def _pixels_of(self, changing: bool = False) -> Pixels:
-        """The block's pixels in the window: all, or those without depth."""
-        return Pixels(self._frame, self._block, self._window, self._levels, self._finest.trend, self._limits, changing)
+    def _chosen(self, pixels: NDArray[np.bool_]) -> Pixels:
+        """Some of the block's pixels, in the order of `block.mask`'s True values."""
+        return Pixels(self._frame, self._block, self._window, self._levels, self._finest.trend, self._limits, pixels)
 
     def snapshot(self) -> Snapshot:
         """The current surface where it may become depth; raw depth at other pixels.
@@ -347,6 +350,17 @@ class EdgeAwareIteration(Stepper):
         grid, u = self._current
         held = u.copy() if grid.coarseness else pixels.on(u)  # u is a view of an array with other iterations
         return Snapshot(partial(pixels.on_block, grid.coarseness, held), held.nbytes, pixels.nbytes)
+
+    def evaluate(self, pixels: NDArray[np.bool_], ground_truth: NDArray[np.float64]) -> None:
+        """Add the error against ground truth to later records, see `Stepper`."""
+        self._evaluated = self._chosen(pixels), ground_truth
+
+    def _error(self) -> float:
+        if self._evaluated is None:
+            return math.nan
+        pixels, ground_truth = self._evaluated
+        grid, u = self._current
+        return deviation(pixels.depth(grid.coarseness, u if grid.coarseness else pixels.on(u)), ground_truth)
 
     def __next__(self) -> EdgeAwareRecord:
         if self._iterations >= self._parameters.max_iterations:

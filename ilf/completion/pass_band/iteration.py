@@ -27,7 +27,7 @@ from ...data.by_hand import DepthByHand
 from ...data.frame import RGBDFrame
 from ...data.label_map import Block
 from ...data.parameters import Parameters
-from ...data.results import PassBandRecord, hold_out_mask, l1_norm
+from ...data.results import PassBandRecord, deviation, hold_out_mask, l1_norm
 from ..stepper import Snapshot, Stepper
 from .band import Band, Grid, Real, colour_weight, fast_reach, half_spectrum, inside_ellipse, synthesise
 
@@ -173,6 +173,7 @@ class PassBandIteration(Stepper):
         self._known = _MaskedValues(taken, grid, raw - self._mean)
         self._held_out = _MaskedValues(held_out, grid, raw - self._mean) if held_out.any() else None
         self._ground_truth: _MaskedValues | None = None
+        self._evaluated: tuple[NDArray[np.bool_], NDArray[np.float64]] | None = None
         self._block = _MaskedValues(block.mask, grid)
         self._colour: NDArray[np.float64] | None = None  # W, while i <= rgb_iterations
         self._weight: NDArray[Any] | None = None  # W on the small grid
@@ -208,7 +209,7 @@ class PassBandIteration(Stepper):
     def evaluate(self, pixels: NDArray[np.bool_], ground_truth: NDArray[np.float64]) -> None:
         """Add the error against ground truth to later records, see `Stepper`."""
         if self._dtype == np.float32:  # differences of sums of squares would be too inaccurate
-            super().evaluate(pixels, ground_truth)
+            self._evaluated = pixels, ground_truth
             return
         at = np.zeros(self._mask.shape, bool)
         at[self._mask] = pixels
@@ -306,7 +307,10 @@ class PassBandIteration(Stepper):
         return math.sqrt(max(known.squares - explained, 0.0) / known.pixels)
 
     def _error(self) -> float:
-        return self._misfit(self._ground_truth) if self._evaluated is None else super()._error()
+        if self._evaluated is None:
+            return self._misfit(self._ground_truth)
+        pixels, ground_truth = self._evaluated
+        return deviation(self.surface[pixels], ground_truth)
 
     def _misfit(self, values: _MaskedValues | None) -> float:
         """Root mean square of P_i - values over the pixels with values; NaN if there are none."""
