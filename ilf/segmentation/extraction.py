@@ -21,7 +21,7 @@ from ..data.pixel_grids import Pairs, connected_regions, different_labels, long_
 from .edges.detectors import otsu_edges
 from .edges.frame_edges import FrameEdges, canny_lines, clear_evidence_cache, find_edges, relief_of
 from .edges.relief import JUMP_LENGTH, Relief
-from .flooding import flood_large
+from .flooding import flood
 from .merging import Fitness, RegionGraph, keep_existing, numbered
 
 # Boundaries from a frame's edges: their strength, binarised edges, and the guide of the contraction.
@@ -225,7 +225,7 @@ def contract(
     # pixels deep inside a region do not matter, and would only fill the queue
     open_ground = (regions == 0) if inside is None else (regions == 0) & inside
     seam = cv2.dilate(open_ground.view(np.uint8), np.ones((3, 3), np.uint8)) > 0
-    grown = flood_large(strength, regions, seam if inside is None else seam & inside)
+    grown = flood(strength, regions, seam if inside is None else seam & inside)
     np.copyto(grown, regions, where=~open_ground)
     return grown
 
@@ -302,7 +302,7 @@ def cut_at_jumps(regions: NDArray[np.int32], guide: NDArray[np.float32], relief:
     sides = side.reshape(regions.shape)
     cut = np.zeros(int(regions.max()) + 1, bool)
     cut[regions[sides > 0]] = True
-    grown = flood_large(np.where(sides > 0, np.float32(0), guide), sides, cut[regions])
+    grown = flood(np.where(sides > 0, np.float32(0), guide), sides, cut[regions])
     grown += 3 * regions
     return connected_regions(grown)
 
