@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
 from .._runtime.cancellation import check_cancelled
 from .._runtime.compiling import compiled, is_compiled
+from ..data.pixel_grids import strips
 
 _PIXELS_PER_CHECK = 20_000
 """Number of pixels that are flooded between two checks for cancellation: 2 ms of machine code, 0.1 s of Python."""
@@ -31,7 +34,7 @@ def flood(heights: NDArray[np.float32], markers: NDArray[np.int32], mask: NDArra
     Parameters
     ----------
     heights : ndarray of float32, shape (H, W)
-        Finite values; between the lowest and the highest in the mask, 4 steps a pixel are told apart, up to a million.
+        Finite values; between the lowest and the highest, 4 steps a pixel are told apart, up to a million.
     markers : ndarray of int32, shape (H, W)
         Regions > 0 to grow, 0 elsewhere. Markers outside the mask are ignored.
     mask : ndarray of bool, shape (H, W)
@@ -43,19 +46,26 @@ def flood(heights: NDArray[np.float32], markers: NDArray[np.int32], mask: NDArra
         Regions; 0 outside the mask, and in pixels that no region can reach.
     """
     number = min(_STEPS_PER_PIXEL * mask.size, _MAX_STEPS)
-    low, high = heights.min(where=mask, initial=np.inf), heights.max(where=mask, initial=-np.inf)
-    per_height = np.float32((number - 1) / max(float(high) - float(low), 1e-30))
-    steps = (np.where(mask, heights - low, 0) * per_height).astype(np.int32)
+    low, high = np.float32(heights.min()), float(heights.max())
+    per_height = np.float32((number - 1) / max(high - float(low), 1e-30))
+
+    def steps_of(values: NDArray[np.float32]) -> Pixels:
+        return ((values - low) * per_height).astype(np.int32)
+
     # a rim that is never reached, so that every pixel has four neighbours
-    height, width = np.add(mask.shape, 2)
+    height, width = mask.shape[0] + 2, mask.shape[1] + 2
     cells = np.zeros((height, width, 2), np.int32)
     regions = cells[1:-1, 1:-1, 0]
-    regions[:] = np.where(markers > 0, markers, ~steps) * mask
-    marked = np.flatnonzero(cells[..., 0] > 0)
-    arrays = cells.ravel(), np.full(2 * number, -1, np.int32), marked, steps[regions > 0]
-    # for Python, elements of a memoryview are twice as fast as those of an array
-    flat, ends, *queued = arrays if is_compiled() else [memoryview(array) for array in arrays]
-    fill_queues(flat, ends, *queued)
+    for rows, *_ in strips(len(mask)):
+        regions[rows] = np.where(markers[rows] > 0, markers[rows], ~steps_of(heights[rows])) * mask[rows]
+    marked = np.flatnonzero((markers > 0) & mask)
+    steps = steps_of(heights.ravel()[marked])
+    marked += width + 1 + 2 * (marked // mask.shape[1])
+    arrays: list[Any] = [cells.ravel(), np.full(2 * number, -1, np.int32), marked, steps]
+    if not is_compiled():  # for Python, elements of a memoryview are twice as fast as those of an array
+        arrays = [memoryview(array) for array in arrays]
+    flat, ends, *_ = arrays
+    fill_queues(*arrays)
     reached = 0
     while reached < number:
         check_cancelled()
