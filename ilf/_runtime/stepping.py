@@ -11,17 +11,15 @@ T = TypeVar("T")
 R = TypeVar("R")
 
 
-def run_to_end(steps: Generator[S, None, T], on_step: Callable[[S], object] | None = None) -> T:
+def run_to_end(steps: Generator[S, None, T], on_step: Callable[[S], object] = lambda step: None) -> T:
     """Run all steps and return their result. An exception in `on_step` ends them."""
-    with closing(steps):
-        while True:
-            try:
-                step = next(steps)
-            except StopIteration as end:
-                result: T = end.value
-                return result
-            if on_step is not None:
-                on_step(step)
+    told = mapped_steps(steps, on_step)
+    while True:
+        try:
+            next(told)
+        except StopIteration as end:
+            result: T = end.value
+            return result
 
 
 def mapped_steps(steps: Generator[S, None, T], change: Callable[[S], R]) -> Generator[R, None, T]:
