@@ -11,9 +11,9 @@ T = TypeVar("T")
 R = TypeVar("R")
 
 
-def run_to_end(steps: Generator[S, None, T], on_step: Callable[[S], object] = lambda step: None) -> T:
+def run_to_end(steps: Generator[S, None, T], on_step: Callable[[S], object] | None = None) -> T:
     """Run all steps and return their result. An exception in `on_step` ends them."""
-    told = mapped_steps(steps, on_step)
+    told = mapped_steps(steps, on_step or (lambda step: None))
     while True:
         try:
             next(told)
