@@ -322,9 +322,8 @@ def _with_recorded_neighbours(record: RunRecord, frame: RGBDFrame, folders: Sequ
     """The frame with the depth of the recorded neighbours, read again."""
     if not record.neighbours:
         return frame
-    neighbours = [one.neighbour() for one in record.neighbours]
-    layers = [seen_by(frame, _recorded_neighbour(one, folders), one.motion) for one in neighbours]
-    return frame.with_neighbours(NeighbourDepth(np.stack(layers), tuple(neighbours)))
+    layers = [seen_by(frame, _recorded_neighbour(one, folders), np.array(one.motion)) for one in record.neighbours]
+    return frame.with_neighbours(NeighbourDepth(np.stack(layers), record.neighbours))
 
 
 def _recorded_neighbour(recorded: Neighbour, folders: Sequence[Path]) -> RGBDFrame:

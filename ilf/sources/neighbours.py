@@ -252,11 +252,11 @@ def read_or_none(given: RGBDFrame | FrameRef) -> RGBDFrame | None:
 
 
 def _neighbour(given: RGBDFrame | FrameRef, read: RGBDFrame, motion: Matrix) -> Neighbour:
-    files = read.inputs
+    files, rows = read.inputs, tuple(map(tuple, motion.tolist()))
     if files is None:
-        return Neighbour(read.name, motion)
+        return Neighbour(read.name, rows)
     ref = given if isinstance(given, FrameRef) else FrameRef.of(files)
-    return Neighbour(read.name, motion, (files.rgb.sha256, files.depth.sha256), ref.absolute().to_json())
+    return Neighbour(read.name, rows, (files.rgb.sha256, files.depth.sha256), ref.absolute().to_json())
 
 
 def _agrees(layer: Array, depth: Array) -> bool:
