@@ -19,10 +19,11 @@ from ilf.data.parameters import Parameters
 from ilf.data.results import Completion, compose
 from ilf.errors import IlfError, InputError
 from ilf.evaluation.evaluation import Progress, scaled_progress
+from ilf.evaluation.hold_out import HoldOutTest
 from ilf.project.exporting import ExportedFrame, ExportStatus, FrameToExport, folder_names, run_and_completion
 from ilf.project.recorded_frames import recorded_run
 from ilf.project.state_codec import Decoded
-from ilf.report.report import ReportOptions, report_steps, write_report
+from ilf.report.report import report_steps, write_report
 from ilf.report.subject import Subject, Unreadable
 from ilf.run.run import Run
 from ilf.sources.reading import read_frame
@@ -31,6 +32,7 @@ from ...project.loading import state_reader
 from ...project.store import WorkStore
 from ...state.document import Document
 from ...state.entries import Entry
+from ...work.jobs import spare_cores
 from .pdf import pdf_steps
 
 Step = ExportedFrame | Progress
@@ -169,7 +171,7 @@ def _subject(name: str, read: Callable[[], Decoded]) -> Subject | Unreadable:
 
 
 def report_file_steps(
-    path: Path, subjects: Sequence[Callable[[], Subject | Unreadable]], options: ReportOptions
+    path: Path, subjects: Sequence[Callable[[], Subject | Unreadable]], hidden: HoldOutTest | None
 ) -> Generator[Progress, None, None]:
     """Write a report, as PDF if that is the suffix, otherwise as HTML; a subject is read when it is reached.
 
@@ -180,7 +182,7 @@ def report_file_steps(
     ExportError
         If the file cannot be written; an existing file stays unchanged.
     """
-    steps = report_steps((read() for read in subjects), options, len(subjects))
+    steps = report_steps((read() for read in subjects), len(subjects), hidden=hidden, threads=spare_cores())
     report = yield from scaled_progress(steps, 0.0, _OF_CONTENT)
     ensure_folder(path.parent)
     if path.suffix.lower() == ".pdf":
