@@ -31,11 +31,10 @@ from ..sources.reading import read_frame
 from ..sources.remote import restored
 from ..sources.shards import read_shard_set
 from ..sources.source import Source
-from .facts import Facts
+from .facts import Facts, facts_of_record
 from .frame_facts import facts_of_colour, facts_of_frame
 from .output import Column, print_json, table, warn
 from .parsing import add_frame, add_shared, check_plausibility, frame_of_source, reading_options, source_from
-from .record_facts import facts_of_record
 from .run_output import values_text
 from .usage import Parser, UsageError, add_json, declare
 
