@@ -103,7 +103,7 @@ class Sink(ABC):
     def put(self, frame: BatchFrame, outcome: FrameOutcome, written: Any = None) -> None:
         """Store a frame's outcome, which makes it done; `written` is None for a failed frame. Raises ExportError."""
 
-    # A unit, which is stored as a whole.
+    # A unit, which is stored as a whole: each frame alone, unless a sink says otherwise.
 
     @abstractmethod
     def bare(self) -> Self:
@@ -117,17 +117,17 @@ class Sink(ABC):
     def units(self) -> Sequence[Unit]:
         """Return the units that are not finished."""
 
-    @abstractmethod
     def unit_of(self, frame: BatchFrame) -> Unit:
         """Return the unit of a frame."""
+        return frame
 
     def begin(self, unit: Unit) -> bool:
         """Return whether no other process has begun a unit, which has now been begun."""
         return True
 
-    @abstractmethod
     def frames_of(self, unit: Unit) -> list[BatchFrame]:
         """Return the frames of a unit that are left to complete; none if another process has finished it."""
+        return [unit]
 
     def finish(self, unit: Unit) -> None:  # noqa: B027 - a folder is finished with its frame
         """Store a unit whose frames are all done; raises ExportError."""

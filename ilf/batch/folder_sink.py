@@ -145,12 +145,6 @@ class FolderSink(Sink):
     def units(self) -> Sequence[BatchFrame]:
         return self.to_do
 
-    def unit_of(self, frame: BatchFrame) -> BatchFrame:
-        return frame
-
-    def frames_of(self, unit: BatchFrame) -> list[BatchFrame]:
-        return [unit]
-
     def outcomes(self, unit: BatchFrame) -> Iterator[FrameOutcome]:
         record = read_frame_record(self.folder_of(unit))
         if record is None:

@@ -12,7 +12,7 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
-from typing import Any, NamedTuple, Self
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -49,11 +49,8 @@ _PARTS = "parts"
 """Folder on this machine of the parts of unfinished shards."""
 
 
-class Encoded(NamedTuple):
-    """A frame as it was completed, and its files by the endings of their names."""
-
-    frame: RGBDFrame
-    files: dict[str, bytes]
+Encoded = tuple[RGBDFrame, dict[str, bytes]]
+"""A frame as it was completed, and its files by the endings of their names."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -118,7 +115,7 @@ class ShardSink(Sink):
             image = f"{frame.folder}.{COLOUR}" if "rgb" in keep else ""
             files[FORMATS[export].file], found = FORMATS[export].content(completion, image)
             notes = [*notes, *(f"{FORMATS[export].file}: {note}" for note in found)]
-        return Encoded(run.frame, files), [*notes, *without]
+        return (run.frame, files), [*notes, *without]
 
     def put(self, frame: BatchFrame, outcome: FrameOutcome, written: Encoded | None = None) -> None:
         if written is None:

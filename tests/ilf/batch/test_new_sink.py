@@ -40,12 +40,6 @@ class Depths(Sink):
     def units(self):
         return [frame for frame in self.frames if self.done(frame) is None]
 
-    def unit_of(self, frame):
-        return frame
-
-    def frames_of(self, unit):
-        return [unit]
-
     def outcomes(self, unit):
         yield from filter(None, [self.done(unit)])
 
