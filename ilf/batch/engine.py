@@ -30,7 +30,7 @@ from ..evaluation.evaluation import Evaluation, evaluate_completion
 from ..evaluation.hold_out import evaluate_hold_out, untrusted_note
 from ..run.run import Run
 from .cluster import check_wanted, run_on_cluster, threads_of_worker
-from .frame_record import FrameOutcome, FrameStatus, LoadedFrame, read_frame
+from .frame_record import FrameOutcome, LoadedFrame, read_frame
 from .frames import BatchFrame
 from .settings import BatchSettings
 
@@ -295,7 +295,7 @@ def complete_frame(sink: Sink, frame: BatchFrame, threads: int | None = None) ->
 
 def failed_outcome(frame: BatchFrame, message: str) -> FrameOutcome:
     """Return the outcome of a failed frame; the message becomes one line."""
-    return FrameOutcome(frame.key, frame.folder, frame.time, FrameStatus.FAILED, " ".join(message.split()))
+    return FrameOutcome(frame.key, frame.folder, frame.time, "failed", " ".join(message.split()))
 
 
 @lru_cache(1)
@@ -339,7 +339,7 @@ def _measured(
         frame=frame.key,
         folder=frame.folder,
         time_s=frame.time,
-        status=FrameStatus.COMPLETED,
+        status="completed",
         message="" if hidden is None else untrusted_note(run.frame),
         blocks=len(np.unique(run.blocks.labels[run.blocks.labels > 0])),
         pixels=missing.size,

@@ -35,12 +35,11 @@ from ..sources.own_results import SHARDS_FILE
 from ..sources.shards import COLOUR, DEPTH, LIST_FILE, ShardSet, ShardTable, read_shard_set, table_ends
 from .cluster import SHARED_FOLDER
 from .engine import OTHER_MACHINE, Counts, Sink, facts_here
-from .frame_record import FrameOutcome, FrameStatus, LoadedFrame
+from .frame_record import FrameOutcome, LoadedFrame
 from .frames import BatchFrame
 from .frozen_list import ListFrames, freeze, listed_frames
 from .settings import SETTINGS_FILE, BatchSettings, differences, some
-from .shard_files import sample_of, write_shard
-from .shard_parts import Part, completed_part, failed_part, outcome_of, read_row
+from .shard_files import Part, completed_part, failed_part, outcome_of, read_row, sample_of, write_shard
 
 KEPT = ("depth", "expected_error", "blocks", "unsupported", "rgb")
 """What a shard can contain of a frame, besides its frame.json."""
@@ -197,7 +196,7 @@ class ShardSink(Sink):
         """Turn a finished shard into the parts of its completed frames."""
         samples = sample_of(self.folder, self.shards.name(index))
         for number, (row, data) in zip(self.shards.numbers(index), samples, strict=True):
-            if row["status"] == FrameStatus.COMPLETED:
+            if row["status"] == "completed":
                 Part(row, data).write(self.part(number))
         self.folder.remove(self.shards.table(index))
 
@@ -205,7 +204,7 @@ class ShardSink(Sink):
         """Remove the parts of failed frames."""
         for number in self.parts(index):
             row = read_row(self.part(number))
-            if row is not None and row["status"] != FrameStatus.COMPLETED:
+            if row is not None and row["status"] != "completed":
                 self.part(number).unlink(missing_ok=True)
 
 
@@ -269,8 +268,8 @@ def open_shards(
             sink.remove_parts(index)  # left by a process that was killed
             continue
         there = _statuses(sink, index, finished=failed is not None)
-        done = {number for number, status in there.items() if not (retry_failed and status == FrameStatus.FAILED)}
-        completed = sum(there[number] == FrameStatus.COMPLETED for number in done)
+        done = {number for number, status in there.items() if not (retry_failed and status == "failed")}
+        completed = sum(there[number] == "completed" for number in done)
         counts.before += completed
         counts.failed_before += len(done) - completed
         to_do[index] = frozenset(numbers) - done if done else numbers

@@ -20,9 +20,9 @@ from ..batch.settings import BatchSettings
 from ..io.frame_additions import guide_network
 from ..io.guide_models import is_guide_name
 from ..sources.source import Source
-from .batch_summary import BatchSummary
+from .batch_summary import BatchSummary, FramesBar
 from .options import add_export_options, export_options
-from .output import FramesBar, print_json, shows_progress, warn
+from .output import print_json, shows_progress, warn
 from .parsing import (
     add_given_blocks,
     add_pairing,
@@ -117,13 +117,7 @@ def add_arguments(parser: Parser) -> None:
         --video          write video.mp4, all previews in sequence
     """
     declare(output, declared)
-    add_json(
-        output,
-        "folder, files, completed, failed, completed_before, failed_before, not_done (frames), seconds and frames. "
-        f"frames: {', '.join(MANIFEST_COLUMNS)}, as in manifest.csv. With --shards: folder, shards, before, "
-        "failed_before, completed, failed, total, left (frames) and seconds; with --verify or --merge: folder, shards, "
-        "finished, frames, completed, failed, problems",
-    )
+    add_json(output)
     add_progress(output)
     add_shared(output, "--quiet")
     add_settings(parser)
@@ -225,17 +219,16 @@ def _frames(arguments: argparse.Namespace) -> list[BatchFrame]:
 
 def _complete(sink: Sink, arguments: argparse.Namespace, summary: BatchSummary) -> float:
     """Complete the frames, with a progress bar, and print the summary however that ends; return the seconds."""
-    counts, started = sink.counts, time.perf_counter()
-    done = counts.before + counts.failed_before
+    started = time.perf_counter()
     with extended_time_limit(_SHUTDOWN_S):
         try:
             with (
-                FramesBar(counts.total, done, counts.failed_before, shown=shows_progress(arguments)) as bar,
+                FramesBar(sink.counts, shown=shows_progress(arguments)) as bar,
                 closing(complete_many(sink, jobs=arguments.jobs or 1, cluster=arguments.dask)) as outcomes,
             ):
                 for outcome in outcomes:
                     summary.add(outcome)
-                    bar.add(completed=outcome.is_completed)
+                    bar.count()
         finally:
             seconds = time.perf_counter() - started
             if not (arguments.quiet or arguments.json):

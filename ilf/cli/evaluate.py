@@ -8,9 +8,9 @@ from dataclasses import replace
 from itertools import groupby
 from typing import Any
 
+from .._runtime.cancellation import run_to_end
 from .._runtime.formatting import counted
 from .._runtime.schema import plain
-from .._runtime.stepping import run_to_end
 from ..data.declarations import Value
 from ..data.frame import RGBDFrame
 from ..data.parameters import DEFAULT_PRESET, Parameters
@@ -34,7 +34,7 @@ from .parsing import (
     settings_from,
     value_from,
 )
-from .run_output import ERROR_KEYS, dominant_block, errors_record, unscored, unscored_lines
+from .run_output import dominant_block, errors_record, unscored, unscored_lines
 from .usage import Parser, UsageError, add_json, add_progress, declare
 
 _Named = tuple[str, RunEvaluation]
@@ -75,12 +75,7 @@ def add_arguments(parser: Parser) -> None:
         --csv FILE  write all errors as CSV, including those of every block
     """
     declare(output, declared)
-    add_json(
-        output,
-        "frame, against (ground truth or hold-out), unscored (missing pixels without ground truth; null on hold-out), "
-        "pattern, seeds and results. results: name, parameters, errors, coverage (share), seconds, blocks (label, "
-        f"errors). {ERROR_KEYS}",
-    )
+    add_json(output)
     add_progress(output)
     add_settings(parser, several_presets=True)
 

@@ -12,7 +12,7 @@ from ilf._runtime.formatting import millimetres
 from ilf._runtime.writing import ensure_folder, write_bytes
 from ilf.batch.engine import complete_many
 from ilf.batch.folder_sink import FolderSink
-from ilf.batch.frame_record import FrameOutcome, FrameStatus
+from ilf.batch.frame_record import FrameOutcome
 from ilf.completion.confidence.expected_error import MEDIAN_NAME
 from ilf.data.frame import RGBDFrame
 from ilf.data.parameters import Parameters
@@ -126,7 +126,7 @@ def batch_steps(open_sink: Callable[[], FolderSink], jobs: int = 1, pictures: Pi
 
 def _exported(outcome: FrameOutcome, folder: Path, before: bool = False) -> ExportedFrame:
     place = folder / outcome.folder
-    if outcome.status is FrameStatus.FAILED:
+    if not outcome.is_completed:
         return ExportedFrame(outcome.frame, place, ExportStatus.FAILED, (outcome.message,))
     status = ExportStatus.UNCHANGED if before else ExportStatus.WRITTEN
     return ExportedFrame(outcome.frame, place, status, tuple(filter(None, (_figures(outcome), outcome.message))))

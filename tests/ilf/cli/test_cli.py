@@ -18,7 +18,6 @@ import ilf
 from ilf._runtime.installation import asset_path
 from ilf.cli import main, output, parsing
 from ilf.cli.commands import COMMANDS, build_parser
-from ilf.cli.run_output import COMPLETION_KEYS
 from ilf.cli.usage import EXIT_STATUSES
 from ilf.errors import InputError
 from ilf.io.block_files import read_blocks, write_blocks
@@ -395,9 +394,13 @@ def test_complete_prints_one_json_document(files, cli):
     assert [block["status"] for block in found["blocks"]] == [outcome.status for outcome in outcomes]
     for block, outcome in zip(found["blocks"], outcomes, strict=True):
         assert block["sigma_i_m"] == (None if np.isnan(outcome.sigma_i) else outcome.sigma_i)
-    assert set(found) == set(re.findall(r"\w+", COMPLETION_KEYS.partition(" blocks: ")[0])) - {
-        *("pixels", "against", "ground", "truth", "null", "without", "it")
-    }
+    of_complete, of_blocks = (
+        set(re.findall(r"`(\w+)`", line.partition(" | ")[2]))
+        for line in (ROOT / "assets" / "docs" / "commands.md").read_text(encoding="utf-8").splitlines()
+        if line.startswith(("| `ilf complete` |", "| its `blocks` |"))
+    )
+    assert set(found) == of_complete
+    assert set(found["blocks"][0]) == of_blocks
 
 
 def test_info_prints_one_json_document(files, capsys, cli):
