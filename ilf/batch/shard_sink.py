@@ -36,8 +36,7 @@ from ..sources.shards import COLOUR, DEPTH, LIST_FILE, ShardSet, ShardTable, rea
 from .cluster import SHARED_FOLDER
 from .engine import OTHER_MACHINE, Counts, Sink, facts_here
 from .frame_record import FrameOutcome, LoadedFrame
-from .frames import BatchFrame
-from .frozen_list import ListFrames, freeze, listed_frames
+from .frames import BatchFrame, ListFrames, freeze, listed_frames
 from .settings import SETTINGS_FILE, BatchSettings, differences, some
 from .shard_files import Part, completed_part, failed_part, outcome_of, read_row, sample_of, write_shard
 

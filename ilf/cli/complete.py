@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from ..run.exporters import Export
+from ..run.formats import Export
 from ..run.options import ExportOptions, drop_impossible_cloud, output_folder_name
 from ..run.replaying import Replay, replay
 from ..run.run import Run

@@ -9,7 +9,7 @@ from typing import Any
 from .._runtime.files import absolute
 from .._runtime.folders import folder_at
 from .._runtime.formatting import counted
-from ..batch.frozen_list import ListFrames
+from ..batch.frames import ListFrames
 from ..batch.settings import BatchSettings
 from ..batch.shard_files import check_shards, merge_tables
 from ..batch.shard_sink import KEPT, ShardSink, open_shards

@@ -17,8 +17,7 @@ from ..run.record import make_record
 from ..run.run import Run
 from .curves import curve_lines, curve_plots
 from .pictures import frame_pictures, thumbnail
-from .replay_command import replay_text
-from .subject import Subject
+from .subject import Subject, replay_text
 from .templates import render
 
 GROUND_TRUTH = "Against ground truth"

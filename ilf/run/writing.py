@@ -38,8 +38,7 @@ from ..sources.naming import META_NAME
 from ..sources.registration import aligned
 from . import files
 from .curves import write_curves
-from .exporters import Export
-from .formats import FORMATS, check_format, colour_seen_from
+from .formats import FORMATS, Export, check_format, colour_seen_from
 from .options import (
     ALIGNED_FILES,
     CLOUD_FILES,

@@ -22,8 +22,7 @@ from ilf.batch.cluster import run_on_cluster
 from ilf.batch.engine import Counts, complete_frame, complete_many
 from ilf.batch.folder_sink import FolderSink, open_folder
 from ilf.batch.frame_record import LoadedFrame, read_frame, read_frame_record
-from ilf.batch.frames import folder_name, frames_of_sources, named_frames, shard_of, slice_frames
-from ilf.batch.frozen_list import sample_name
+from ilf.batch.frames import folder_name, frames_of_sources, named_frames, sample_name, shard_of, slice_frames
 from ilf.batch.pictures import depth_levels, read_preview
 from ilf.batch.settings import BatchSettings, read_settings, write_settings
 from ilf.batch.static_camera import with_temporal_median

@@ -28,9 +28,8 @@ from ilf.project.frame_state import FrameState
 from ilf.project.project import FrameSummary, Project, ProjectFrame, Stage
 from ilf.project.run_history import StoredRun
 from ilf.report.pictures import frame_pictures, scale_bar
-from ilf.report.replay_command import replay_text
 from ilf.report.report import report_steps, write_report
-from ilf.report.subject import Subject, Unreadable
+from ilf.report.subject import Subject, Unreadable, replay_text
 from ilf.run.record_file import read_record
 from ilf.run.run import Run
 from ilf.sources.frame_ref import FrameRef
