@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import time
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
+from collections.abc import Callable, Collection, Generator, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache, partial
 from typing import Any, Self
@@ -71,12 +71,15 @@ class Sink(ABC):
     settings : BatchSettings
     strict : bool
         Whether a frame with plausibility warnings fails.
+    to_do : collection
+        The units that are not finished.
     counts : Counts
         Brought up to date by `complete_many`.
     """
 
     settings: BatchSettings
     strict: bool = False
+    to_do: Collection[Unit] = ()
     counts: Counts = field(default_factory=Counts)
 
     # A frame, in any process.
@@ -112,10 +115,6 @@ class Sink(ABC):
     @abstractmethod
     def check_here(self) -> None:
         """Raise InputError if this machine does not see the results, or would give others."""
-
-    @abstractmethod
-    def units(self) -> Sequence[Unit]:
-        """Return the units that are not finished."""
 
     def unit_of(self, frame: BatchFrame) -> Unit:
         """Return the unit of a frame."""
@@ -176,7 +175,7 @@ def complete_many(sink: Sink, *, jobs: int = 1, cluster: str | None = None) -> O
 
 
 def _outcomes(sink: Sink, jobs: int, cluster: str | None) -> Outcomes:
-    units = sink.units()
+    units = list(sink.to_do)
     if cluster is not None and units:
         given_up = []
         for unit, done in run_on_cluster(partial(_on_worker, sink.bare()), units, cluster):

@@ -132,9 +132,6 @@ class ShardSink(Sink):
         if there.settings != facts_here(self.settings) | _form(there.keep, there.per_shard):
             raise InputError(OTHER_MACHINE)
 
-    def units(self) -> Sequence[int]:
-        return list(self.to_do)
-
     def unit_of(self, frame: BatchFrame) -> int:
         return frame.number // self.shards.per_shard
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ..data.frame import RGBDFrame
 from ..data.lenses import undistorted
-from ..io.cameras import intrinsics_from
+from ..io.cameras import frame_camera
 from ..io.depth_reading import DepthReading
 from ..io.frame_additions import (
     NO_CONFIDENCE_MAP,
@@ -60,7 +60,8 @@ def facts_of_frame(ref: FrameRef, given: ReadingOptions) -> Facts:
         if is_result(FrameRef(str(files.rgb), str(files.depth))):
             facts.tell("note", f"{files.depth.name}: {COMPLETED_DEPTH}")
         # one that cannot be read is an error, not a problem of the pair
-        cameras = [intrinsics_from(one) for one in (files.options.depth_intrinsics, files.options.intrinsics)]
+        stated = (files.options.depth_intrinsics, files.options.intrinsics)
+        cameras = [frame_camera(camera, None)[0] for camera in stated]
         with facts.problems():
             images = read_files(files, given)
             frame = images.frame()
@@ -114,7 +115,7 @@ def _add_frame(facts: Facts, frame: RGBDFrame, images: ReadImages, options: Read
         place = f"{apart:.0f} mm apart" if apart else "as seen from the same place"
         how = f"on reading, by the intrinsics of both images, {place}: "
     facts.add_camera("intrinsics", frame.intrinsics)
-    if how or options.undistort or frame.brought is not None:
+    if how or options.undistort:
         _add_registered(facts, frame, how)
     _tell_notes(facts, frame, images.reading)
 

@@ -245,8 +245,8 @@ def exported_files(
 ) -> Iterator[tuple[str, bytes, Sequence[str]]]:
     """Make the files of other programs among the results in a folder: name, content, and what it does not preserve."""
     run = completion.run
-    image = files.COLOUR if files.COLOUR in filenames(run, options) else colour_seen_from(folder, run.frame)
     for name in options.exports:
+        image = files.COLOUR if files.COLOUR in filenames(run, options) else colour_seen_from(folder, run.frame)
         yield FORMATS[name].file, *FORMATS[name].content(completion, image)
 
 
