@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from itertools import groupby
 from typing import Any
@@ -103,7 +103,9 @@ def run(arguments: argparse.Namespace) -> None:
 
         if swept:
             results = found = run_to_end(sweep_steps(Sweep(runs[0], swept, test)), show).points
-            names = [_point_text(point.values) for point in found]
+            declared = Parameters.declarations()
+            tried = [{name: declared[name].to_text(value) for name, value in point.values.items()} for point in found]
+            names = [", ".join(map(" ".join, values.items())) for values in tried]
         else:
             several = [ground_truth_steps(run) if test is None else hold_out_steps(run, test) for run in runs]
             results, names = run_to_end(compared_steps(several), show), [preset.name for preset in presets]
@@ -139,12 +141,6 @@ def _parse_sweep(text: str) -> tuple[str, list[Value]]:
         if name not in known:
             Parameters().replace(**{name: None})
         return name, [value_from(known[name], value.strip()) for value in values.split(",") if value.strip()]
-
-
-def _point_text(values: Mapping[str, Value]) -> str:
-    """Format the values of a point with the parameter names of the command line."""
-    declared = Parameters.declarations()
-    return ", ".join(f"{name} {declared[name].to_text(value)}" for name, value in values.items())
 
 
 def _report(frame: RGBDFrame, test: HoldOutTest | None, named: Sequence[_Named], heading: str) -> list[str]:

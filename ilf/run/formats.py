@@ -74,8 +74,7 @@ def _camera(
     completion: Completion, image: str, *, write: Callable[[Camera, tuple[int, int]], bytes]
 ) -> tuple[bytes, Sequence[str]]:
     camera = completion.frame.intrinsics
-    if camera is None:
-        raise InputError(_no_camera(completion.run))
+    assert camera is not None, "a run without one lacks it"
     return write(camera, completion.frame.shape), ()
 
 
