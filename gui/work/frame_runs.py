@@ -12,9 +12,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from PySide6.QtCore import QObject, Signal
 
-from ilf._runtime.cancellation import check_cancelled
+from ilf._runtime.cancellation import check_cancelled, mapped_steps
 from ilf._runtime.formatting import counted
-from ilf._runtime.stepping import mapped_steps
 from ilf.completion.extrapolation import extrapolation_steps
 from ilf.data.results import NO_BLOCK, Completion, IterationRecord, Step, notes_of
 from ilf.run.run import EXTRAPOLATED, Execution, Run

@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 from .._runtime.files import absolute
 from .._runtime.networks.session import DEVICE_VARIABLE, DEVICES
 from ..data.by_hand import USUAL_WEIGHT
-from ..data.declarations import Declaration, ParameterSet, Value
+from ..data.declarations import Declaration, ParameterSet, Value, to_text
 from ..data.frame import RGBDFrame
 from ..data.parameters import DEFAULT_PRESET, PRESETS, BlockParameters, Parameters
 from ..data.presets import UserPreset, find_preset
@@ -341,6 +341,4 @@ def _help(declaration: Declaration, presets: Mapping[str, ParameterSet], base: P
 
 
 def _shown(declaration: Declaration, value: Value) -> str:
-    if isinstance(value, bool):
-        return "on" if value else "off"
-    return declaration.special if declaration.special and value == declaration.minimum else str(value)
+    return declaration.special if declaration.special and value == declaration.minimum else to_text(value)

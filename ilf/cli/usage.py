@@ -180,9 +180,9 @@ def add_progress(parser: argparse._ActionsContainer) -> None:
     )
 
 
-def add_json(parser: argparse._ActionsContainer, contents: str) -> None:
-    """Add the flag for JSON output, whose contents its help names."""
-    text = f"print one JSON document instead of text: {contents}. Unknown numbers are null, lengths in metres"
+def add_json(parser: argparse._ActionsContainer) -> None:
+    """Add the flag for JSON output, whose keys are listed in commands.md."""
+    text = "print one JSON document instead of text (keys: commands.md). Unknown numbers are null, lengths in metres"
     declare(parser, f"--json  {text}")
 
 

@@ -6,8 +6,8 @@ from collections.abc import Generator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import datetime
 
+from ilf._runtime.cancellation import mapped_steps
 from ilf._runtime.formatting import counted
-from ilf._runtime.stepping import mapped_steps
 from ilf.data.parameters import PRESETS
 from ilf.data.presets import list_presets
 from ilf.evaluation.evaluation import Evaluated, Evaluation

@@ -18,7 +18,6 @@ from ilf.batch.settings import BatchSettings
 from ilf.data.frame import RGBDFrame
 from ilf.evaluation.evaluation import Progress
 from ilf.project.exporting import ExportedFrame, ExportStatus, FrameToExport, export_frames
-from ilf.report.report import ReportOptions
 from ilf.run.block_choice import BlockChoice
 from ilf.run.options import RECORD_FILE
 from ilf.run.run import Run
@@ -29,7 +28,7 @@ from ...state.entries import Entry
 from ...state.parts import Part
 from ...widgets.file_choice import EXPORTS, remember_folder
 from ...widgets.notices import DESTROY, ask, error_text
-from ...work.jobs import Worker, spare_cores
+from ...work.jobs import Worker
 from ..context import Context, Feature, PendingWork
 from ..documents.feature import DocumentsFeature
 from ..frame_list.feature import FramesFeature
@@ -178,8 +177,7 @@ class ExportFeature(Feature):
     def _report(self, export: Export, chosen: Sequence[Entry]) -> Generator[Progress, None, None]:
         store, shared = self.context.recorder.store, self.context.workspace.parameters.shared
         subjects = subjects_of(chosen, store, shared.values if shared.on else None)
-        options = ReportOptions("Report", export.test, threads=spare_cores())
-        return report_file_steps(self.dialog.report_file(export), subjects, options)
+        return report_file_steps(self.dialog.report_file(export), subjects, export.test)
 
     # the dialog
 

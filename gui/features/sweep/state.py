@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QSize, Qt
 
+from ilf._runtime.cancellation import mapped_steps
 from ilf._runtime.formatting import counted
-from ilf._runtime.stepping import mapped_steps
 from ilf.data.declarations import Value
 from ilf.data.label_map import Box
 from ilf.data.parameters import Parameters

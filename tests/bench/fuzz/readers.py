@@ -16,7 +16,7 @@ from ilf._runtime.networks.models import models_folder
 from ilf.batch.folder_sink import FolderSink, unchanged
 from ilf.batch.frames import frames_of_sources
 from ilf.batch.settings import BatchSettings, differences, read_settings
-from ilf.cli.record_facts import facts_of_record
+from ilf.cli.facts import facts_of_record
 from ilf.data.points import point_cloud
 from ilf.data.presets import list_presets
 from ilf.errors import IlfError, InputError

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import ilf
-from ilf._runtime.stepping import run_to_end
+from ilf._runtime.cancellation import run_to_end
 from ilf.errors import InputError, ParameterError
 from ilf.evaluation.evaluation import Evaluation, Progress, evaluate, evaluate_blocks, evaluate_completion
 from ilf.evaluation.hold_out import HoldOutTest, compared_steps, evaluate_hold_out, hidden_pixels, hold_out_steps

@@ -131,7 +131,7 @@ def test_motion_without_poses_is_linked_by_odometry():
     assert frame.neighbours is not None
     assert [one.name for one in frame.neighbours.neighbours] == ["frame 0", "frame 4"]
     true = np.linalg.inv(pose_of(2)) @ pose_of(4)
-    assert np.abs(frame.neighbours.neighbours[1].motion - true).max() < 0.02
+    assert np.abs(np.array(frame.neighbours.neighbours[1].motion) - true).max() < 0.02
     _, exact = exact_view(pose_of(2))
     assert np.abs(frame.depth - exact)[frame.from_neighbours].max() < 0.03
 

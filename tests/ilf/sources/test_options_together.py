@@ -15,7 +15,7 @@ from ilf.data.camera import Camera
 from ilf.data.frame import RGBDFrame
 from ilf.errors import InputError, ParameterError
 from ilf.io.guide_models import add_guide
-from ilf.report.replay_command import replay_text
+from ilf.report.subject import replay_text
 
 from ..batch_frames import work_in_this_process
 from ..io.test_guide_network import brightness
