@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
 
@@ -39,14 +38,6 @@ _MIN_EXTENT = 24
 """Minimum extent of the shown spectrum [wave numbers], where the grid has them."""
 
 
-@dataclass(frozen=True)
-class _Request:
-    """Request for derived data, computed in a worker thread; requests with the same key have the same result."""
-
-    key: tuple[Any, ...]
-    find: Callable[[], Any] = field(compare=False)
-
-
 _NOTHING: dict[str, Any] = {"edges": None, "interpolated": None, "guide": None, "spectrum": ""}
 """Each kind of derived data -> what is shown while there is none."""
 
@@ -67,14 +58,9 @@ class DerivedPresenter(QObject):
         self._workspace = workspace
         self._views = views
         self._document: Document | None = None
-        self._requested: dict[str, _Request] = {}
-        self._questions: dict[str, LatestRequest[_Request, Any]] = {}
-        for name in _NOTHING:
-            self._questions[name] = questions = LatestRequest[_Request, Any](lambda request: request.find(), self)
-            questions.answered.connect(lambda request, answer, name=name: self._take(name, request, answer))
-            questions.failed.connect(
-                lambda request, error, name=name: self.failed.emit(error) if self._needs(name, request) else None
-            )
+        self._requested: dict[str, tuple[Any, ...]] = {}
+        """What each kind is derived from; the same data are derived once."""
+        self._questions = {name: LatestRequest(self) for name in _NOTHING}
 
     @property
     def busy(self) -> bool:
@@ -103,10 +89,10 @@ class DerivedPresenter(QObject):
 
     def _ask(self, name: str, key: tuple[Any, ...], find: Callable[[], Any]) -> None:
         """Request derived data unless it is there or pending."""
-        request = _Request(key, find)
-        if request != self._requested.get(name):
-            self._requested[name] = request
-            self._questions[name].ask(request)
+        if key != self._requested.get(name):
+            self._requested[name] = key
+            take, fail = partial(self._take, name, key), partial(self._fail, name, key)
+            self._questions[name].ask(find, take, fail, key=key)
 
     def _tell(self, name: str, instead: str = "") -> None:
         """Drop what is pending, and show nothing of it, or a text instead."""
@@ -116,13 +102,14 @@ class DerivedPresenter(QObject):
         if getattr(self._views.data, name) is not shown:
             self._views.show_found(**{name: shown})
 
-    def _needs(self, name: str, request: _Request) -> bool:
-        return request == self._requested.get(name)
-
-    def _take(self, name: str, request: _Request, answer: Any) -> None:
+    def _take(self, name: str, key: tuple[Any, ...], found: Any) -> None:
         # another frame may be shown that nothing was asked of yet
-        if self._needs(name, request) and self._document is not None and self._workspace.is_shown(self._document):
-            self._views.show_found(**{name: answer})
+        if key == self._requested.get(name) and self._document is not None and self._workspace.is_shown(self._document):
+            self._views.show_found(**{name: found})
+
+    def _fail(self, name: str, key: tuple[Any, ...], error: Exception) -> None:
+        if key == self._requested.get(name):
+            self.failed.emit(error)
 
     def show_spectrum(self) -> None:
         """Request the spectrum of the selected block."""

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import html
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -139,17 +140,6 @@ class EditSummaryLine(Themed, QWidget):
 _UNKNOWN = "too little known depth nearby to evaluate it"
 
 
-@dataclass(frozen=True, eq=False)
-class _Request:
-    """An edit of the label map, the run of the frame after it, and the completions before and after it."""
-
-    edit: Edit
-    patch: LabelPatch
-    run: Run
-    before: Completion | None
-    after: Completion | None
-
-
 class EditSummaryPresenter(QObject):
     """Presenter of the line that summarises the last edit of the current frame.
 
@@ -178,9 +168,7 @@ class EditSummaryPresenter(QObject):
         """Completion before the last edit."""
         self._present: Completion | None = None
         """Completion when no run was in progress."""
-        self._questions = LatestRequest[_Request, EditSummary](_find, self)
-        self._questions.answered.connect(self._say)
-        self._questions.failed.connect(lambda question, error: self._say(question, None, f"not evaluated: {error}"))
+        self._questions = LatestRequest(self)
         workspace.about_to_change.connect(self._note_idle)
         workspace.edited.connect(self._take)
         workspace.on(Part.FRAME, self._turn)
@@ -259,7 +247,11 @@ class EditSummaryPresenter(QObject):
             return  # they are not completed yet
         self._asked = True
         run = document.run(self._workspace.parameters.current)
-        self._questions.ask(_Request(change, change.patch, run, self._before, self._present))
+        self._questions.ask(
+            partial(_summary, change, change.patch, run, self._before, self._present),
+            partial(self._say, change),
+            lambda error: self._say(change, None, f"not evaluated: {error}"),
+        )
 
     def _ask_again(self) -> None:
         """Evaluate the edit again, because the ground truth has changed."""
@@ -274,9 +266,8 @@ class EditSummaryPresenter(QObject):
     def _note_present(self) -> None:
         self._present = self._workspace.current.completion() if self._workspace.has_current else None
 
-    def _say(self, question: _Request, effect: EditSummary | None, note: str = "") -> None:
-        change = self._change
-        if change is not None and change is question.edit:
+    def _say(self, change: Edit, effect: EditSummary | None, note: str = "") -> None:
+        if change is self._change:
             unknown = effect is not None and effect.held_out is None and effect.by_ground_truth is None
             self._line.show_message(_title(change), effect, note or (_UNKNOWN if unknown else ""))
 
@@ -311,16 +302,18 @@ def _title(change: Edit) -> str:
     return change.text if change.forward else f"Undone: {change.text}"
 
 
-def _find(question: _Request) -> EditSummary:
-    """Compute the summary; called in a worker thread."""
-    run, edit, patch = question.run, question.edit, question.patch
+def _summary(
+    edit: Edit, patch: LabelPatch, run: Run, before_edit: Completion | None, after: Completion | None
+) -> EditSummary:
+    """Summarise an edit of the label map, from the run after it and the completions before and after it; called in a
+    worker thread."""
     labels = _labels_before(patch, edit.forward, run.blocks.labels)
     drawn = run.blocks.drawn if edit.drawn is None else _drawn_before(edit.drawn, edit.forward, run)
     before = replace(run, blocks=replace(run.blocks, labels=labels, drawn=drawn))
     there = set(np.unique(labels[patch.box]).tolist()) - {0}
-    known = question.before is not None and there <= question.before.results.keys()
-    completed = question.before if known else None  # blocks edited earlier and not run since have no result to compare
-    return summarise_edit(before, run, patch, (completed, question.after))
+    known = before_edit is not None and there <= before_edit.results.keys()
+    completed = before_edit if known else None  # blocks edited earlier and not run since have no result to compare
+    return summarise_edit(before, run, patch, (completed, after))
 
 
 def _labels_before(patch: LabelPatch, forward: bool, labels: NDArray[np.int32]) -> NDArray[np.int32]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 
@@ -42,15 +43,15 @@ class EdgeData:
 class EdgeDataSource:
     """Computes the aid of one document's frame at a time, in a background thread.
 
-    Later changes of the invalid mask do not change the aid.
+    Later changes of the invalid mask do not change the aid. `fail` is called with an exception that was raised.
     """
 
-    def __init__(self, parent: QObject) -> None:
+    def __init__(self, fail: Callable[[Exception], None], parent: QObject) -> None:
         self._document: Document | None = None
         self._edge_data: EdgeData | None = None
         self._extraction: FoundBlocks | None = None
-        self.requests = LatestRequest[partial[EdgeData], EdgeData](lambda find: find(), parent)
-        self.requests.answered.connect(self._take)
+        self._fail = fail
+        self.requests = LatestRequest(parent)
 
     def of(self, document: Document, parameters: BlockParameters) -> EdgeData | None:
         """Return the aid of a document's frame; None while it is being computed.
@@ -61,7 +62,7 @@ class EdgeDataSource:
             self._document, self._edge_data = document, None
             held = self._extraction if self._extraction and self._extraction.frame is document.frame else None
             self.requests.forget()
-            self.requests.ask(partial(_find, document.frame, parameters, held))
+            self.requests.ask(partial(_find, document.frame, parameters, held), self._take, self._fail)
         return self._edge_data
 
     def hold(self, extraction: FoundBlocks) -> None:
@@ -78,7 +79,7 @@ class EdgeDataSource:
             self._document = self._edge_data = None
             self.requests.forget()
 
-    def _take(self, _: object, edge_data: EdgeData) -> None:
+    def _take(self, edge_data: EdgeData) -> None:
         self._edge_data = edge_data
 
 

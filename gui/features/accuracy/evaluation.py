@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, MutableMapping, Sequence
 from typing import NamedTuple
-from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ilf.completion.confidence.expected_error import expected_error
-from ilf.data.frame import RGBDFrame
 from ilf.data.label_map import Box
 from ilf.data.results import Completion
 from ilf.evaluation.evaluation import Evaluated, Evaluation, PixelErrors
@@ -32,36 +29,7 @@ class EvaluatedResult(NamedTuple):
     colour: tuple[int, int, int] | None = None
 
 
-@dataclass(frozen=True, eq=False)
-class EvaluationRequest:
-    """Request for an evaluation.
-
-    Attributes
-    ----------
-    frame : RGBDFrame
-        The current frame, with ground truth.
-    entries : tuple
-        The first is the current result.
-    labels : ndarray of int32, shape (H, W)
-        The current label map.
-    areas : mapping of str to Area
-        Parts of the frame by name.
-    every : bool
-        Whether known pixels also count.
-    with_expected : bool
-        Whether to compute the share within the expected error, which takes longer.
-    """
-
-    frame: RGBDFrame
-    entries: tuple[EvaluatedResult, ...]
-    labels: NDArray[np.int32]
-    areas: Mapping[str, Area]
-    every: bool
-    with_expected: bool
-
-
-@dataclass(frozen=True, eq=False)
-class AreaErrors:
+class AreaErrors(NamedTuple):
     """Errors over a part of the frame: of each entry over the pixels that all of them have filled, and the entries with
     the smallest error."""
 
@@ -69,39 +37,53 @@ class AreaErrors:
     best: Ties | None
 
 
-class Evaluator:
-    """Evaluates requests, one at a time; caches the expected error of each completion as long as that exists."""
+ExpectedErrors = MutableMapping[Completion, NDArray[np.float32]]
+"""The expected errors that were computed."""
 
-    def __init__(self) -> None:
-        self._expected: WeakKeyDictionary[Completion, NDArray[np.float32]] = WeakKeyDictionary()
 
-    def __call__(self, request: EvaluationRequest) -> dict[str, AreaErrors]:
-        """Return the errors by the name of the area; called in a worker thread."""
-        ground_truth = request.frame.ground_truth
-        assert ground_truth is not None
-        shared = shared_pixels([entry.completion for entry in request.entries], every=request.every)
-        found = {}
-        for name, area in request.areas.items():
-            places = np.flatnonzero(shared & np.isfinite(ground_truth) & _inside(area, request.labels))
-            there = ground_truth.ravel()[places]
-            parts = (self._errors(request, entry.completion, places, there) for entry in request.entries)
-            evaluated = [Evaluated(request.labels, (part,)) for part in parts]
-            found[name] = AreaErrors(tuple(one.whole for one in evaluated), find_best(evaluated))
-        return found
+def evaluate_areas(
+    ground_truth: NDArray[np.float32],
+    entries: Sequence[EvaluatedResult],
+    labels: NDArray[np.int32],
+    areas: Mapping[str, Area],
+    every: bool,
+    expected: ExpectedErrors,
+    with_expected: bool,
+) -> dict[str, AreaErrors]:
+    """Evaluate results of a frame; called in a worker thread.
 
-    def _errors(
-        self, request: EvaluationRequest, completion: Completion, places: NDArray[np.intp], there: NDArray[np.float32]
-    ) -> PixelErrors:
-        """Return the errors of a completion at flat indices with this ground truth."""
-        expected = self._expected.get(completion)
-        if expected is None and request.with_expected:
-            expected = self._expected[completion] = expected_error(completion)
-        depth = completion.depth.ravel()[places]
-        if not request.every:
-            depth[~(completion.filled & completion.run.frame.missing).ravel()[places]] = np.nan
-        return PixelErrors(
-            places, depth, there, np.full_like(depth, np.nan) if expected is None else expected.ravel()[places]
-        )
+    Parameters
+    ----------
+    ground_truth : ndarray of float32, shape (H, W)
+        [m].
+    entries : sequence of EvaluatedResult
+    labels : ndarray of int32, shape (H, W)
+        The current label map.
+    areas : mapping of str to Area
+        Parts of the frame by name.
+    every : bool
+        Whether known pixels also count.
+    expected : ExpectedErrors
+        Gets what it lacks.
+    with_expected : bool
+        Whether to compute the share within the expected error also where `expected` lacks that, which takes longer.
+    """
+    shared = shared_pixels([entry.completion for entry in entries], every=every)
+    found = {}
+    for name, area in areas.items():
+        places = np.flatnonzero(shared & np.isfinite(ground_truth) & _inside(area, labels))
+        evaluated = []
+        for _, completion, _ in entries:
+            if with_expected and completion not in expected:
+                expected[completion] = expected_error(completion)
+            depth = completion.depth.ravel()[places]
+            if not every:
+                depth[~(completion.filled & completion.run.frame.missing).ravel()[places]] = np.nan
+            likely = expected[completion].ravel()[places] if completion in expected else np.full_like(depth, np.nan)
+            errors = PixelErrors(places, depth, ground_truth.ravel()[places], likely)
+            evaluated.append(Evaluated(labels, (errors,)))
+        found[name] = AreaErrors(tuple(one.whole for one in evaluated), find_best(evaluated))
+    return found
 
 
 def _inside(area: Area, labels: NDArray[np.int32]) -> NDArray[np.bool_]:

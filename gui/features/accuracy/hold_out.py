@@ -108,16 +108,6 @@ class HoldOutOutcome:
         }
 
 
-@dataclass(frozen=True, eq=False)
-class HoldOutRequest:
-    """A test to make: of which frame and candidates; `present` is the frame with its current blocks and values."""
-
-    document: Document
-    candidates: Sequence[Candidate]
-    present: Run
-    test: HoldOutTest
-
-
 def candidates(document: Document, present: Run) -> list[tuple[Candidate, bool]]:
     """Candidates, and whether they are initially ticked, as the current values and the compared runs are."""
     found = [(Candidate(CURRENT, present), True)]
@@ -131,20 +121,25 @@ def candidates(document: Document, present: Run) -> list[tuple[Candidate, bool]]
     return found
 
 
-def outcome_steps(request: HoldOutRequest) -> Generator[float, None, HoldOutOutcome]:
-    """Test all candidates on the same hold-out; yields shares done. Called in a worker thread."""
-    steps = compared_steps([hold_out_steps(one.run, request.test, threads=spare_cores()) for one in request.candidates])
+def outcome_steps(
+    chosen: Sequence[Candidate], present: Run, test: HoldOutTest
+) -> Generator[float, None, HoldOutOutcome]:
+    """Test candidates on the same hold-out; yields shares done. Called in a worker thread.
+
+    `present` is the frame with its current blocks and values.
+    """
+    steps = compared_steps([hold_out_steps(one.run, test, threads=spare_cores()) for one in chosen])
     results = yield from mapped_steps(steps, lambda step: step.share)
     # by the current blocks, also for a run with other blocks
-    evaluated = [replace(found, labels=request.present.blocks.labels) for found in results]
+    evaluated = [replace(found, labels=present.blocks.labels) for found in results]
     tested = tuple(
         CandidateResult(candidate, found.whole, one.blocks, found.coverage)
-        for candidate, found, one in zip(request.candidates, results, evaluated, strict=True)
+        for candidate, found, one in zip(chosen, results, evaluated, strict=True)
     )
     best = {0: find_best(evaluated)}
     if len(evaluated) > 1:
         best |= {label: find_best([one.of_block(label) for one in evaluated]) for label in evaluated[0].blocks}
-    return HoldOutOutcome(request.test, request.present, tested, best, datetime.now())
+    return HoldOutOutcome(test, present, tested, best, datetime.now())
 
 
 def find_best(several: Sequence[Evaluated]) -> Ties | None:

@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any
 
 from PySide6.QtCore import QModelIndex, QPoint, QSize
 from PySide6.QtWidgets import QHBoxLayout, QVBoxLayout, QWidget
 
 from ilf._runtime.formatting import counted
-from ilf.data.results import BlockResult
 from ilf.project.run_history import StoredRun
-from ilf.run.run import Run
 
 from ...base.commands import command
 from ...base.needs import Need
@@ -27,23 +23,12 @@ from ...work.frame_runs import RunState
 from ...work.run_recorder import RunRecorder
 from ..context import Context
 from ..panel import Panel
-from .errors import GroundTruth, RunErrors, measure
+from .errors import RunErrors, measure
 from .file import write_runs
 from .table import Column, RunModel, RunView
 
 _MENU = "compare_runs accept_run restore_run | rename_run note_run delete_runs | export_runs clear_runs"
 _BUTTONS = "compare_runs accept_run restore_run | delete_runs export_runs"
-
-
-@dataclass(frozen=True, eq=False)
-class _Request:
-    """A stored run with its current results, and the ground truth to compare them with."""
-
-    document: Document
-    stored: StoredRun
-    run: Run
-    results: Mapping[int, BlockResult]
-    ground_truth: GroundTruth
 
 
 class RunsPanel(Panel):
@@ -114,30 +99,28 @@ class RunsPanel(Panel):
 
     def _measure(self, document: Document) -> bool:
         """Measure the latest run without errors, unless the frame is running; return whether one is being measured."""
-        ground_truth = document.frame.ground_truth
         lacking = (run for run in reversed(document.state.runs) if None in (run.ground_truth_error, run.expected_error))
         stored = next(lacking, None)
         if stored is not None and not self.busy and self.context.runs.state in (RunState.IDLE, RunState.PAUSED):
-            self.ask(_Request(document, stored, stored.run, stored.results, ground_truth))
+            self._ask_errors(document, stored)
         return stored is not None and self.busy
 
-    def compute(self, request: _Request) -> RunErrors:
-        """Measure a run."""
-        return measure(request.run, request.results, request.ground_truth)
+    def _ask_errors(self, document: Document, stored: StoredRun) -> None:
+        """Measure a run, and go on to the next one; write the list if it waits for them."""
+        run, results, ground_truth = stored.run, stored.results, document.frame.ground_truth
 
-    def take(self, request: _Request, answer: RunErrors) -> None:
-        """Store the errors of a run, and go on to the next one; write the list if it waits for them."""
-        stored, document = request.stored, request.document
-        if stored.results is request.results and document.frame.ground_truth is request.ground_truth:
-            stored.ground_truth_error, stored.expected_error = answer
-            document.note_run_measured()
-        if self._export is not None:
-            self.export(self._export[1], self._export[0])
+        def take(errors: RunErrors) -> None:
+            if stored.results is results and document.frame.ground_truth is ground_truth:
+                stored.ground_truth_error, stored.expected_error = errors
+                document.note_run_measured()
+            if self._export is not None:
+                self.export(self._export[1], self._export[0])
 
-    def fail(self, request: _Request, error: Exception) -> None:
-        """Report the error once: the run has no errors."""
-        self.take(request, RunErrors())
-        super().fail(request, error)
+        def fail(error: Exception) -> None:
+            take(RunErrors())  # reported once
+            self.fail(error)
+
+        self.ask(lambda: measure(run, results, ground_truth), take, fail)
 
     # commands
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from functools import partial
 
 from ...state.parts import Part
@@ -19,9 +18,7 @@ class FlickerFeature(Feature):
     def __init__(self, context: Context) -> None:
         super().__init__(context)
         self._frames = context.feature(FramesFeature)
-        self._questions = LatestRequest[Callable[[], Before], Before](lambda find: find(), self)
-        self._questions.answered.connect(lambda _, before: context.views.show_found(before=before))
-        self._questions.failed.connect(lambda _, error: context.views.show_found(before=Before(text=str(error))))
+        self._questions = LatestRequest(self)
         context.workspace.on(Part.FRAME, self._questions.forget)
         context.refresh.add(
             "flicker",
@@ -45,4 +42,8 @@ class FlickerFeature(Feature):
             return
         entry, store = shown[row - 1], self.context.recorder.store
         open_one = Moment.of_open(entry)
-        self._questions.ask(lambda: now.since(open_one or Moment.read(entry, store)))
+        self._questions.ask(
+            lambda: now.since(open_one or Moment.read(entry, store)),
+            lambda before: views.show_found(before=before),
+            lambda error: views.show_found(before=Before(text=str(error))),
+        )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from functools import partial
 
 import numpy as np
 from PySide6.QtCore import QPoint, Qt
@@ -79,8 +80,8 @@ class SweepFeature(Panel):
     def __init__(self, context: Context) -> None:
         super().__init__(context)
         _ = self.widget
-        self._requests.progressed.connect(self._take_arrived)
-        self._requests.ended.connect(self._end)
+        self.requests.progressed.connect(self._take_arrived)
+        self.requests.ended.connect(self._end)
         self.work.cancelled.connect(lambda: self.state.show_message("Cancelled. Results so far are kept."))
         for changed in (context.views.ranges.changed, self.criterion.changed):
             changed.connect(self.redraw)
@@ -249,9 +250,9 @@ class SweepFeature(Panel):
         except IlfError as error:
             self.state.show_message(str(error), "error")
             return
-        self.found = SweepState(document, sweep, label)
-        self._lay_out(self.found)
-        self.ask(self.found)
+        self.found = found = SweepState(document, sweep, label)
+        self._lay_out(found)
+        self.ask(found.steps, partial(self._finish, found))
         self.state.show_message("Running the first values…")
         self._set_busy(True)
         self._show_found()
@@ -278,12 +279,12 @@ class SweepFeature(Panel):
             self._show_found()
             self.state.show_message(self._outcome())
 
-    def take(self, request: SweepState, answer: SweepResult) -> None:
-        request.take_arrived()
-        request.finish(answer)
+    def _finish(self, found: SweepState, result: SweepResult) -> None:
+        found.take_arrived()
+        found.finish(result)
         self.state.show_message(self._outcome())
 
-    def fail(self, request: SweepState, error: Exception) -> None:
+    def fail(self, error: Exception) -> None:
         if isinstance(error, IlfError):
             self.state.show_message(str(error), "error")
         else:
@@ -295,7 +296,7 @@ class SweepFeature(Panel):
 
     def _drop(self) -> None:
         """Stop the sweep of a frame that was closed, and clear its results."""
-        self.cancel()
+        self.requests.cancel()
         self.found = None
         self._outcomes.setCurrentIndex(0)
         self.pictures.show_cells(())

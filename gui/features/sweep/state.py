@@ -86,7 +86,7 @@ class SweepState:
         self.reference = None if reference is None else small(reference[self._box])
         """What differences are taken to: ground truth, or a result; None if there is neither."""
 
-    def answer(self) -> Generator[float, None, SweepResult]:
+    def steps(self) -> Generator[float, None, SweepResult]:
         """Run the sweep; yields shares done. Called in a worker thread."""
         share = 0.0
 
