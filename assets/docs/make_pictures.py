@@ -23,7 +23,7 @@ from PySide6.QtWidgets import QApplication, QTabWidget, QWidget
 
 from gui.app.main_window import MainWindow
 from gui.base import theme
-from gui.features.accuracy.hold_out_dialog import HoldOutDialog
+from gui.features.accuracy.hold_out import HoldOutDialog
 from gui.features.accuracy.panel import AccuracyPanel
 from gui.features.blocks.feature import BlocksFeature
 from gui.features.expected_error import ErrorFeature

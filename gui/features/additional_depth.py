@@ -39,7 +39,6 @@ from .context import Context
 from .documents.frame_files import guide_files
 from .guide_networks import GuideNetworksDialog
 from .panel import Panel
-from .sequence.moments import place_of
 
 Depth = NDArray[np.float32]
 
@@ -236,9 +235,9 @@ class AdditionalDepthPanel(Panel):
         open_once(dialog)
 
     def _why_no_neighbours(self) -> str:
-        entry, place = self._entry(), place_of(self._entry())
+        entry, place = self._entry(), self._entry().place
         others = (one for one in self.context.workspace.entries if one is not entry)
-        if place is None or all(place_of(one) != place for one in others):
+        if place is None or all(one.place != place for one in others):
             return "The list has no other frame of this sequence: open its folder or recording."
         if entry.source is not None and is_result_folder(entry.source):
             return "Depth of the frames beside this one was completed, not measured: open the folder of the frames."
@@ -253,7 +252,7 @@ class AdditionalDepthPanel(Panel):
         QSettings().setValue(_COUNT_KEY, self._count.value())
         QSettings().setValue(_STEP_KEY, self._step.value())
         entry, step = self._entry(), self._step.value()
-        same = [one for one in self.context.workspace.entries if place_of(one) == place_of(entry)]
+        same = [one for one in self.context.workspace.entries if one.place == entry.place]
         sides = around([one.source for one in same if one.source is not None], same.index(entry), len(same))
         before, after = (side[: self._count.value() * step] for side in sides)
         document, frame = self._document, self._frame

@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QObject, Signal
 
 from ilf.completion.edge_aware.fitted_guide import fit_guide
 from ilf.completion.interpolation import linear
@@ -23,9 +22,7 @@ from ..base.commands import command
 from ..base.needs import Need
 from ..state.document import Document
 from ..state.parts import Part
-from ..state.workspace import Workspace
 from ..views.layouts import COMPARE
-from ..views.linked_views import LinkedViews
 from ..views.view_data import Spectrum
 from ..work.latest_request import LatestRequest
 from .context import Context, Feature
@@ -38,29 +35,32 @@ _MIN_EXTENT = 24
 """Minimum extent of the shown spectrum [wave numbers], where the grid has them."""
 
 
+_INPUTS = Part.FRAME | Part.LABELS | Part.INVALID_MASK | Part.GUIDE | Part.NEIGHBOURS
+
 _NOTHING: dict[str, Any] = {"edges": None, "interpolated": None, "guide": None, "spectrum": ""}
 """Each kind of derived data -> what is shown while there is none."""
 
 
-class DerivedPresenter(QObject):
-    """Edges, interpolated holes and the spectrum of the selected block, each while visible; and the fitted guide.
+class DerivedFeature(Feature):
+    """Edges, interpolated holes and the spectrum of the selected block, each while visible; and the fitted guide."""
 
-    Signals
-    -------
-    failed(object)
-        The exception raised during a computation, which is not repeated.
-    """
-
-    failed = Signal(object)
-
-    def __init__(self, workspace: Workspace, views: LinkedViews) -> None:
-        super().__init__(views)
-        self._workspace = workspace
-        self._views = views
+    def __init__(self, context: Context) -> None:
+        super().__init__(context)
+        self._workspace = context.workspace
         self._document: Document | None = None
         self._requested: dict[str, tuple[Any, ...]] = {}
-        """What each kind is derived from; the same data are derived once."""
+        """What each kind is derived from; the same data are derived once, also if that fails."""
         self._questions = {name: LatestRequest(self) for name in _NOTHING}
+        views, add = context.views, context.refresh.add
+        add("derived", self.show, _INPUTS, also=(views.shownChanged,))
+        add(
+            "spectrum",
+            self._show_spectrum,
+            Part.FRAME | Part.LABELS | Part.RESULTS | Part.SELECTION,
+            Part.SOME_RESULTS,
+            also=(views.shownChanged,),
+            when=partial(views.shows, "spectrum"),
+        )
 
     @property
     def busy(self) -> bool:
@@ -77,9 +77,9 @@ class DerivedPresenter(QObject):
         if document is None:
             return
         frame, extraction = document.frame, document.blocks.extraction or BlockParameters()
-        if self._views.shows("edges"):
+        if self.context.views.shows("edges"):
             self._ask("edges", (frame, extraction), lambda: find_edges(frame, extraction))
-        if self._views.shows("interpolated"):
+        if self.context.views.shows("interpolated"):
             self._ask("interpolated", (frame,), lambda: linear(frame))
         # also while it is not visible: a run needs it, too
         if frame.guide is None:
@@ -99,19 +99,19 @@ class DerivedPresenter(QObject):
         self._requested.pop(name, None)
         self._questions[name].forget()
         shown = instead or _NOTHING[name]
-        if getattr(self._views.data, name) is not shown:
-            self._views.show_found(**{name: shown})
+        if getattr(self.context.views.data, name) is not shown:
+            self.context.views.show_found(**{name: shown})
 
     def _take(self, name: str, key: tuple[Any, ...], found: Any) -> None:
         # another frame may be shown that nothing was asked of yet
         if key == self._requested.get(name) and self._document is not None and self._workspace.is_shown(self._document):
-            self._views.show_found(**{name: found})
+            self.context.views.show_found(**{name: found})
 
     def _fail(self, name: str, key: tuple[Any, ...], error: Exception) -> None:
         if key == self._requested.get(name):
-            self.failed.emit(error)
+            self.context.notes.report("View content", error)
 
-    def show_spectrum(self) -> None:
+    def _show_spectrum(self) -> None:
         """Request the spectrum of the selected block."""
         if not self._workspace.has_current:
             return
@@ -151,26 +151,13 @@ class CompareFeature(Feature):
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)
-        workspace, views, actions = context.workspace, context.views, context.actions
-        self.derived = DerivedPresenter(workspace, views)
         self._was_compared = False
         self._replaced: dict[str, str] = {}
         """Content of a view before the result replaced it: name of its cell -> content."""
-        self.derived.failed.connect(lambda error: context.notes.report("View content", error))
-        inputs = Part.FRAME | Part.LABELS | Part.INVALID_MASK | Part.GUIDE | Part.NEIGHBOURS
-        add = context.refresh.add
+        blink = context.actions["blink"]
         # an edit must show its effect on the result
-        add("blink", lambda: actions["blink"].setChecked(False), inputs | Part.STROKE)
-        add("derived", self.derived.show, inputs, also=(views.shownChanged,))
-        add(
-            "spectrum",
-            self.derived.show_spectrum,
-            Part.FRAME | Part.LABELS | Part.RESULTS | Part.SELECTION,
-            Part.SOME_RESULTS,
-            also=(views.shownChanged,),
-            when=partial(views.shows, "spectrum"),
-        )
-        views.sheet.layoutChanged.connect(self._follow_layout)
+        context.refresh.add("blink", lambda: blink.setChecked(False), _INPUTS | Part.STROKE)
+        context.views.sheet.layoutChanged.connect(self._follow_layout)
 
     @command("view_content", "&View content…", icon="ph.list", keys="Ctrl+Shift+V", needs=Need.FRAME)
     def _choose_content(self) -> None:

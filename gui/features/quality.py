@@ -150,10 +150,8 @@ class QualityPanel(Panel):
         self._reviews: WeakKeyDictionary[Document, Review] = WeakKeyDictionary()
         self._search: _Search | None = None
         """The last search."""
-        self._found: Sequence[Place] = ()
-        """All places of the last search, with ignored ones."""
-        self._fresh = False
-        """Whether they are of the present state."""
+        self._found: Sequence[Place] | None = None
+        """All places of the last search, with ignored ones; None until they are known."""
         self._pending_step: int | None = None
         self._remedied: _Remedied | None = None
         self.remedy: Remedy | None = None
@@ -230,14 +228,14 @@ class QualityPanel(Panel):
         if parts & Part.FRAME:
             self._search = None
         if not self.context.workspace.has_current:
-            self._fresh = False
+            self._found = None
             self._show_no_place("Open a frame first.")
             return
         document, search, remedied = self.context.workspace.current, self._search, self._remedied
         if search is None or parts & _SEARCHED or document.state.to_check != search.to_check.keys():
             self._ask_places()
-        elif self._fresh and parts & Part.IGNORED:
-            self._take_places(search)
+        elif self._found is not None and parts & Part.IGNORED:
+            self._take_places(search, self._found)
         elif remedied is not None and remedied.locked != document.locked:
             self._ask_remedy(remedied.place, search)
 
@@ -250,7 +248,7 @@ class QualityPanel(Panel):
         """While the panel is hidden, mark nothing: the search is made anew when it is shown again."""
         if watched is self.widget and event.type() == QEvent.Type.Hide:
             self.requests.forget()
-            self._search, self._fresh, self._pending_step = None, False, None
+            self._search = self._found = self._pending_step = None
             self._show_no_place("")
             self._show_suggestion("")
         return super().eventFilter(watched, event)
@@ -264,7 +262,7 @@ class QualityPanel(Panel):
         self.reveal()
         self.context.views.active.view.setFocus()
         self.context.refresh.now()
-        if self._fresh:
+        if self._found is not None:
             self._show(self.review.step(by))
         else:
             self._pending_step = by
@@ -306,7 +304,7 @@ class QualityPanel(Panel):
         A propagated block is marked as checked.
         """
         place = self.review.present
-        if place is None or not self._fresh:
+        if place is None or self._found is None:
             return
         self._pending_step = 1
         if place.kind == "propagated":
@@ -320,14 +318,14 @@ class QualityPanel(Panel):
         extraction = document.blocks.extraction or BlockParameters()
         labels = document.labels.copy()
         search = _Search(document, document.frame, labels, extraction, self._error(labels), to_check)
-        self._fresh, self._search = False, search
+        self._found, self._search = None, search
         self._drop_remedy()
         self.reason.setText("Running quality checks…")
 
         def take(places: Sequence[Place]) -> None:
             if search is self._search:
-                self._found, self._fresh = places, True
-                self._take_places(search)
+                self._found = places
+                self._take_places(search, places)
 
         self.ask(search.places, take, kind="places")
 
@@ -338,9 +336,9 @@ class QualityPanel(Panel):
             return np.where(labels == former.labels, former.error, np.float32(np.nan))
         return error
 
-    def _take_places(self, search: _Search) -> None:
+    def _take_places(self, search: _Search, found: Sequence[Place]) -> None:
         former, document = self.review.present, search.document
-        gone = self.review.take(without_ignored(self._found, document.state.ignored, search.frame, search.labels))
+        gone = self.review.take(without_ignored(found, document.state.ignored, search.frame, search.labels))
         # the expected error is unknown until the depth has been completed again
         fixed = gone and former is not None and (former.kind != "error" or document.expected_error() is not None)
         pending_step, self._pending_step = self._pending_step, None
@@ -370,7 +368,7 @@ class QualityPanel(Panel):
             self.reason.setText(self._named(place.reason))
             self._ask_remedy(place, search)
             return
-        ignored = len(self._found) - count
+        ignored = len(self._found or ()) - count
         and_ignored = f" {ignored} ignored." if ignored else ""
         if count:
             done = "Fixed. " if fixed else ""

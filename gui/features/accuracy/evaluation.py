@@ -13,9 +13,7 @@ from ilf.data.label_map import Box
 from ilf.data.results import Completion
 from ilf.evaluation.evaluation import Evaluated, Evaluation, PixelErrors
 from ilf.evaluation.ground_truth import shared_pixels
-from ilf.evaluation.ties import Ties
-
-from .hold_out import find_best
+from ilf.evaluation.ties import Ties, find_ties
 
 Area = tuple[int, ...] | Box | None
 """A part of a frame: labels of blocks, a rectangle, or None for all of it."""
@@ -30,11 +28,19 @@ class EvaluatedResult(NamedTuple):
 
 
 class AreaErrors(NamedTuple):
-    """Errors over a part of the frame: of each entry over the pixels that all of them have filled, and the entries with
-    the smallest error."""
+    """Errors of several results over a part of the frame, and those with the smallest error."""
 
     evaluated: tuple[Evaluation, ...]
     best: Ties | None
+
+
+def area_errors(several: Sequence[Evaluated]) -> AreaErrors:
+    """Return the errors of results; those with fewer evaluated pixels than others are not the best."""
+    evaluations = tuple(one.whole for one in several)
+    most = max((one.pixels for one in evaluations), default=0)
+    return AreaErrors(
+        evaluations, find_ties(several, [number for number, one in enumerate(evaluations) if one.pixels == most])
+    )
 
 
 ExpectedErrors = MutableMapping[Completion, NDArray[np.float32]]
@@ -50,7 +56,7 @@ def evaluate_areas(
     expected: ExpectedErrors,
     with_expected: bool,
 ) -> dict[str, AreaErrors]:
-    """Evaluate results of a frame; called in a worker thread.
+    """Evaluate results of a frame over the pixels that all of them have filled; called in a worker thread.
 
     Parameters
     ----------
@@ -82,7 +88,7 @@ def evaluate_areas(
             likely = expected[completion].ravel()[places] if completion in expected else np.full_like(depth, np.nan)
             errors = PixelErrors(places, depth, ground_truth.ravel()[places], likely)
             evaluated.append(Evaluated(labels, (errors,)))
-        found[name] = AreaErrors(tuple(one.whole for one in evaluated), find_best(evaluated))
+        found[name] = area_errors(evaluated)
     return found
 
 

@@ -34,8 +34,7 @@ from ..context import Context, PendingWork
 from ..panel import Panel
 from .evaluation import Area, AreaErrors, EvaluatedResult, ExpectedErrors, evaluate_areas
 from .ground_truth import GroundTruthDialog, described
-from .hold_out import HoldOutOutcome, candidates, outcome_steps
-from .hold_out_dialog import HoldOutDialog
+from .hold_out import HoldOutDialog, HoldOutOutcome, candidates, outcome_steps
 from .rows import GROUND_TRUTH_COLUMNS, HOLD_OUT_COLUMNS, ground_truth_rows, hold_out_rows
 
 _NO_FRAME = "Open a frame to evaluate it."
@@ -238,10 +237,10 @@ class AccuracyPanel(Panel):
         if document not in self.context.workspace.open:
             return
         self.outcomes[document] = outcome
-        for one in outcome.tested:
-            kept = one.candidate.kept
-            if kept in document.state.runs and kept.run is one.candidate.run_when_selected:
-                document.change_run(kept, hold_out_error=one.whole.rmse, hold_out_test=outcome.test)
+        for candidate, whole in zip(outcome.candidates, outcome.errors[0].evaluated, strict=True):
+            kept = candidate.kept
+            if kept in document.state.runs and kept.run is candidate.run_when_selected:
+                document.change_run(kept, hold_out_error=whole.rmse, hold_out_test=outcome.test)
         self.tested.emit()
 
     def pending_work(self) -> list[PendingWork]:

@@ -7,7 +7,6 @@ from collections.abc import Mapping, Sequence
 
 from ilf._runtime.formatting import UNKNOWN, millimetres
 from ilf.evaluation.evaluation import Evaluation
-from ilf.evaluation.ties import Ties
 
 from ...widgets.number_table import Row
 from .evaluation import AreaErrors, EvaluatedResult
@@ -24,54 +23,45 @@ GROUND_TRUTH_COLUMNS = (
 )
 HOLD_OUT_COLUMNS = (*_ERRORS, ("Pixels", "Number of evaluated pixels"))
 
-_Rank = tuple[bool, str]
-"""Whether a row is marked as one of the best, and a sentence on it; "" for the others."""
-
 
 def ground_truth_rows(found: Mapping[str, AreaErrors], entries: Sequence[EvaluatedResult]) -> list[Row]:
     """Rows for the parts of the frame, each with a row per result; for a single result, a row per part."""
     rows = []
+    alone = len(entries) == 1
     for name, area in found.items():
-        if len(entries) == 1:
-            rows.append(_ground_truth_row(name, area.evaluated[0], (False, ""), None, name))
-            continue
-        rows.append(Row(name))
+        rows += [] if alone else [Row(name)]
         for number, (entry, one) in enumerate(zip(entries, area.evaluated, strict=True)):
-            rank, what = _rank(area.best, number, len(entries)), f"{name}, {entry.name}"
-            rows.append(_ground_truth_row(entry.name, one, rank, entry.colour, what))
+            is_best, sentence = _rank(area, number)
+            title, what = (name, name) if alone else (entry.name, f"{name}, {entry.name}")
+            hint = f"{what}: no pixel has both a result and ground truth."
+            if one.pixels:
+                hint = f"{what}: {one.pixels:,} pixels, mean error {1000 * one.bias:+.2f} mm.{sentence}"
+            known = one.within is not None and math.isfinite(one.within)
+            within = f"{one.within:.0%}" if known else UNKNOWN
+            rows.append(Row(title, (*_errors(one), within), hint, entry.colour, is_best))
     return rows
-
-
-def _ground_truth_row(
-    name: str, evaluated: Evaluation, rank: _Rank, colour: tuple[int, int, int] | None, what: str
-) -> Row:
-    is_best, sentence = rank
-    hint = f"{what}: no pixel has both a result and ground truth."
-    if evaluated.pixels:
-        hint = f"{what}: {evaluated.pixels:,} pixels, mean error {1000 * evaluated.bias:+.2f} mm.{sentence}"
-    known = evaluated.within is not None and math.isfinite(evaluated.within)
-    within = f"{evaluated.within:.0%}" if known else UNKNOWN
-    return Row(name, (*_errors(evaluated), within), hint, colour, is_best)
 
 
 def hold_out_rows(outcome: HoldOutOutcome, label: int) -> list[Row]:
-    """Rows of the tested candidates, over all blocks or over one."""
-    rows, best = [], outcome.best.get(label)
-    for number, tested in enumerate(outcome.tested):
-        candidate = tested.candidate
-        evaluated = tested.blocks.get(label, Evaluation()) if label else tested.whole
-        is_best, sentence = _rank(best, number, len(outcome.tested))
-        hint = f"{candidate.name}: {evaluated.pixels:,} pixels. {tested.coverage:.1%} of the held-out depth was filled."
-        hint += sentence
-        if evaluated.within is not None:
-            hint += f" {evaluated.within:.0%} of the errors are within the expected error."
+    """Rows of the tested candidates, over all blocks (0) or over one."""
+    rows = []
+    nothing = AreaErrors((Evaluation(),) * len(outcome.candidates), None)
+    area = outcome.errors.get(label, nothing)
+    for number, (candidate, one) in enumerate(zip(outcome.candidates, area.evaluated, strict=True)):
+        is_best, sentence = _rank(area, number)
+        filled = f"{outcome.coverage[number]:.1%} of the held-out depth was filled."
+        hint = f"{candidate.name}: {one.pixels:,} pixels. {filled}{sentence}"
+        if one.within is not None:
+            hint += f" {one.within:.0%} of the errors are within the expected error."
         colour = None if candidate.kept is None else candidate.kept.colour
-        rows.append(Row(candidate.name, (*_errors(evaluated), _count(evaluated.pixels)), hint, colour, is_best))
+        rows.append(Row(candidate.name, (*_errors(one), _count(one.pixels)), hint, colour, is_best))
     return rows
 
 
-def _rank(best: Ties | None, number: int, count: int) -> _Rank:
-    """Rank a row of several: if all are equal, none is marked."""
+def _rank(area: AreaErrors, number: int) -> tuple[bool, str]:
+    """Return whether a result is marked as one of the best of several, and a sentence on it, "" for the others; if all
+    are equal, none is marked."""
+    best, count = area.best, len(area.evaluated)
     if best is None or count < 2 or number not in best.equal:
         return False, ""
     if not best:

@@ -52,8 +52,6 @@ class DocumentsFeature(Feature):
         self._notes = context.notes
         self._project = context.feature(ProjectFeature)
         self._looks, self._block_files = LatestRequest(self), LatestRequest(self)
-        self.exporting = False
-        """Whether an export is in progress."""
         self.recent = RecentMenu("Open re&cent", "frames", context.panels.persistent, self._open_recent, context.window)
         self._noted: set[str] = set()
         context.workspace.on(Part.LIST, self._note_recent)

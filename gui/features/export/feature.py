@@ -33,6 +33,9 @@ from ...work.jobs import Worker, spare_cores
 from ..context import Context, Feature, PendingWork
 from ..documents.feature import DocumentsFeature
 from ..frame_list.feature import FramesFeature
+from ..sequence.flicker import written_depth
+from ..sequence.playing import PlayFeature
+from ..status import StatusFeature
 from .dialog import ALL, DONE, SELECTED, THIS, WORKED_ON, Export, ExportDialog
 from .jobs import (
     Step,
@@ -43,7 +46,6 @@ from .jobs import (
     report_file_steps,
     subjects_of,
 )
-from .result import BatchResult
 
 _PARTS = Part.FRAME | Part.LIST | Part.LABELS | Part.RESULTS | Part.PARAMETERS | Part.INVALID_MASK
 _MAX_NAMED = 3
@@ -62,13 +64,12 @@ class ExportFeature(Feature):
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)
+        self._status, self._playing = context.feature(StatusFeature), context.feature(PlayFeature)
         self.worker = Worker(self)
         self.worker.progressed.connect(self._take)
         self.worker.finished.connect(lambda _: self._end())
         self.worker.failed.connect(self._fail)
         self.worker.cancelled.connect(lambda: self._end("Cancelled: export again to go on. "))
-        self.results: dict[str, BatchResult] = {}
-        """Id of a frame -> its depth in the latest export of this window that completed it from its files."""
         self._ids: dict[str, str] = {}
         """Name of a folder -> id of its frame, while frames are completed from their files."""
         self._export: Export | None = None
@@ -124,7 +125,7 @@ class ExportFeature(Feature):
                 yield from steps
 
         self.dialog.begin()
-        self._tell(True)
+        self._status.show_exporting(True)
         self.worker.start(job)
         self._show_frames()
 
@@ -226,7 +227,7 @@ class ExportFeature(Feature):
         for frame in done:
             id = self._ids.get(frame.folder.name)
             if id is not None and frame.status is not ExportStatus.FAILED:
-                self.results[id] = BatchResult(frame.folder, self._export.options.depth_units)
+                self._playing.written[id] = partial(written_depth, frame.folder, self._export.options.depth_units)
         if isinstance(steps[-1], Progress):
             self.dialog.work.show_share(steps[-1].share)
             self.dialog.message.show_message(f"Report: {steps[-1].text}")
@@ -251,7 +252,7 @@ class ExportFeature(Feature):
         notes = failed[:_MAX_NAMED] if failed or len(done) != 1 else list(done[0].notes)
         summary = f"{text}Exported to {export.folder}: {', '.join(parts) or 'nothing'}."
         self.dialog.end("\n".join([summary, *notes]), "warning" if text or failed else "good")
-        self._tell(False)
+        self._status.show_exporting(False)
         self.context.notes.show_message(" ".join([summary, *notes]))
         if not self.dialog.isVisible():
             self.context.notes.warn(f"Not exported: {counted(len(failed), 'frame')}", failed)
@@ -261,14 +262,10 @@ class ExportFeature(Feature):
 
     def _fail(self, error: Exception) -> None:
         self.dialog.end(error_text(error), "error")
-        self._tell(False)
+        self._status.show_exporting(False)
         if not self.dialog.isVisible():
             self.context.notes.report("Export", error)
         self.ended.emit(self._done)
-
-    def _tell(self, exporting: bool) -> None:
-        self.context.feature(DocumentsFeature).exporting = exporting
-        self.context.workspace.note(Part.LOADING)
 
     def _open(self, frame: ExportedFrame) -> None:
         """Open the run of a frame; show why a failed one has none."""

@@ -24,13 +24,13 @@ from ...base.needs import Need
 from ...state.document import Document
 from ...state.entries import Entry
 from ...state.parts import Part
-from ...views.view_data import Before
+from ...views.view_data import Before, Depth
 from ...widgets.basics import command_button, lay_out
 from ...work.jobs import Order, Worker
 from ..context import Context, Feature
 from ..frame_list.feature import FramesFeature
 from ..status import StatusFeature
-from .moments import Moment
+from .flicker import Moment, moment_reader
 
 # Playing, in the worker's thread.
 
@@ -155,6 +155,9 @@ class PlayFeature(Feature):
         self.worker.finished.connect(lambda _: self._end())
         self.worker.failed.connect(self._fail)
         self.pace = Pace()
+        self.written: dict[str, Callable[[], Depth | None]] = {}
+        """Id of a frame -> what reads its depth in the latest export of this window that completed it from its
+        files."""
         self.shown: PlayedFrame | None = None
         """The frame shown by playing; None once an open one is shown again."""
         self._speed: float | None = 1.0
@@ -163,10 +166,8 @@ class PlayFeature(Feature):
         self._entries: list[Entry] = []
         self._left: Document | None = None
         """The frame that was open before."""
-        self._opening = False
-        """Whether the frame shown is being opened."""
         self._place: tuple[float, float, float] | None = None
-        """The place that the views show when playing ends."""
+        """The place that the views show once the frame shown, which is being opened, is there."""
         self._clock = deque[float](maxlen=_RECENT)
         context.loader.listed.connect(self._note_times)
         workspace = context.workspace
@@ -208,7 +209,7 @@ class PlayFeature(Feature):
         keys="K",
         checkable=True,
         needs=Need.OTHERS,
-        why_off=lambda self: "The frame shown is being opened." if self._opening else "",
+        why_off=lambda self: "" if self._place is None else "The frame shown is being opened.",
     )
     def _turn(self, on: bool) -> None:
         """Play the frames of the list from this one on; again, or a click in a view, opens the frame shown."""
@@ -221,8 +222,6 @@ class PlayFeature(Feature):
 
     def _begin(self) -> None:
         """Close the current frame as on going to another one, and play from it on; after the last, from the first."""
-        from ..export.feature import ExportFeature  # made on use
-
         workspace = self.context.workspace
         self._entries, row = self._frames.shown()
         if row == len(self._entries) - 1:
@@ -234,12 +233,10 @@ class PlayFeature(Feature):
         workspace.show(None)
         self.context.actions.refresh()
         entries, store, parameters = self._entries, self.context.recorder.store, workspace.parameters.current
-        results = dict(self.context.feature(ExportFeature).results)
-        opened = {entry.id: moment for entry in entries if (moment := Moment.of_open(entry)) is not None}
+        readers = [moment_reader(entry, store, self.written.get(entry.id)) for entry in entries]
 
         def read(row: int) -> Moment:
-            entry = entries[row]
-            return (opened.get(entry.id) or Moment.read(entry, store)).or_of_batch(results.get(entry.id))
+            return readers[row]()
 
         def start() -> None:
             if self.playing:
@@ -256,7 +253,7 @@ class PlayFeature(Feature):
         self._status.show_playing("")
         if self.context.workspace.has_current:
             return
-        self._opening, self._place = True, self.context.views.place
+        self._place = self.context.views.place
         if self.shown is not None and (entry := self._entries[self.shown.row]) in self.context.workspace.entries:
             self._frames.open(entry)
         self.context.refresh.mark("played")
@@ -268,7 +265,7 @@ class PlayFeature(Feature):
         if workspace.has_current:
             same = self.shown is not None and self._entries[self.shown.row].id == workspace.current.id
             self._place = self._place if same else None
-            self.shown, self._left, self._opening = None, None, False
+            self.shown = self._left = None
             self._on.setChecked(False)
             self._frames.show_played(None)
 
@@ -281,8 +278,8 @@ class PlayFeature(Feature):
         elif place is not None and workspace.has_current:
             self._place = None
             self.context.views.set_place(*place)
-        elif self._opening and not workspace.has_current and not self.context.loader.busy:
-            self.shown, self._opening = None, False
+        elif place is not None and not self.context.loader.busy:
+            self.shown = self._place = None
             self._frames.show_played(None)
             if self._left in workspace.open:
                 workspace.show(self._left)
