@@ -40,14 +40,11 @@ class Candidate:
     run : Run
     kept : StoredRun or None
         Stored run whose row shows the error.
-    run_when_selected : Run or None
-        Its run when it was selected: the row of a slider drag changes to other values.
     """
 
     name: str
     run: Run
     kept: StoredRun | None = None
-    run_when_selected: Run | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,8 +110,7 @@ def candidates(document: Document, present: Run) -> list[tuple[Candidate, bool]]
     """Candidates, and whether they are initially ticked, as the current values and the compared runs are."""
     found = [(Candidate(CURRENT, present), True)]
     for kept in document.state.runs:
-        run = replace(kept.run, only=None, extrapolate=False)
-        found.append((Candidate(kept.name, run, kept, kept.run), kept in document.compared))
+        found.append((Candidate(kept.name, kept.run, kept), kept in document.compared))
     presets = PRESETS | {name: preset.parameters for name, preset in list_presets().presets.items()}
     plain = replace(present, blocks=replace(present.blocks, own={}))
     for name, parameters in presets.items():
@@ -129,7 +125,8 @@ def outcome_steps(
 
     `present` is the frame with its current blocks and values.
     """
-    steps = compared_steps([hold_out_steps(one.run, test, threads=spare_cores()) for one in chosen])
+    runs = [replace(one.run, only=None, extrapolate=False) for one in chosen]
+    steps = compared_steps([hold_out_steps(run, test, threads=spare_cores()) for run in runs])
     results = yield from mapped_steps(steps, lambda step: step.share)
     # by the current blocks, also for a run with other blocks
     evaluated = [replace(found, labels=present.blocks.labels) for found in results]

@@ -239,7 +239,7 @@ class AccuracyPanel(Panel):
         self.outcomes[document] = outcome
         for candidate, whole in zip(outcome.candidates, outcome.errors[0].evaluated, strict=True):
             kept = candidate.kept
-            if kept in document.state.runs and kept.run is candidate.run_when_selected:
+            if kept in document.state.runs and kept.run is candidate.run:  # a slider drag changes it
                 document.change_run(kept, hold_out_error=whole.rmse, hold_out_test=outcome.test)
         self.tested.emit()
 

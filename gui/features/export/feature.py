@@ -115,8 +115,8 @@ class ExportFeature(Feature):
             parts.append(self._batch(export, entries))
         elif self._total:
             parts.append(export_frames(self._frames(export.scope, entries), export.folder, export.options))
-        if export.report:
-            parts.append(self._report(export, entries))
+        if export.report is not None:
+            parts.append(self._report(export.report, export, entries))
         if not export.from_files:
             remember_folder(EXPORTS, export.folder)
 
@@ -176,11 +176,11 @@ class ExportFeature(Feature):
         make = partial(open_folder, frames, export.folder, settings, only=only, **again)
         return batch_steps(make, export.jobs, export.pictures)
 
-    def _report(self, export: Export, chosen: Sequence[Entry]) -> Generator[Progress, None, None]:
+    def _report(self, path: Path, export: Export, chosen: Sequence[Entry]) -> Generator[Progress, None, None]:
         store, shared = self.context.recorder.store, self.context.workspace.parameters.shared
         subjects = subjects_of(chosen, store, shared.values if shared.on else None)
         options = ReportOptions("Report", export.test, threads=spare_cores())
-        return report_file_steps(self.dialog.report_file(export), subjects, options)
+        return report_file_steps(path, subjects, options)
 
     # the dialog
 
@@ -216,7 +216,7 @@ class ExportFeature(Feature):
             return []
         frames = self._frames(export.scope, self._entries(export.scope)) if export.options.filenames() else []
         files = [Path(frame.folder, name) for frame in frames for name in self.dialog.files.names()]
-        files += [self.dialog.report_file(export)] if export.report else []
+        files += [] if export.report is None else [export.report]
         return [str(file.name if file.is_absolute() else file) for file in files if (export.folder / file).exists()]
 
     def _take(self, steps: list[Step]) -> None:
@@ -246,7 +246,7 @@ class ExportFeature(Feature):
         assert export is not None
         counts = Counter(frame.status for frame in done)
         parts = [f"{counts[status]} {status}" for status in ExportStatus if counts[status]]
-        report = self.dialog.report_file(export) if export.report and not text else None
+        report = None if text else export.report
         parts += [] if report is None else [report.name]
         failed = [f"{frame.name}: {frame.notes[0]}" for frame in done if frame.status is ExportStatus.FAILED]
         notes = failed[:_MAX_NAMED] if failed or len(done) != 1 else list(done[0].notes)

@@ -166,8 +166,10 @@ class PlayFeature(Feature):
         self._entries: list[Entry] = []
         self._left: Document | None = None
         """The frame that was open before."""
+        self._opening = False
+        """Whether the frame shown is being opened."""
         self._place: tuple[float, float, float] | None = None
-        """The place that the views show once the frame shown, which is being opened, is there."""
+        """The place that the views show when playing ends."""
         self._clock = deque[float](maxlen=_RECENT)
         context.loader.listed.connect(self._note_times)
         workspace = context.workspace
@@ -209,7 +211,7 @@ class PlayFeature(Feature):
         keys="K",
         checkable=True,
         needs=Need.OTHERS,
-        why_off=lambda self: "" if self._place is None else "The frame shown is being opened.",
+        why_off=lambda self: "The frame shown is being opened." if self._opening else "",
     )
     def _turn(self, on: bool) -> None:
         """Play the frames of the list from this one on; again, or a click in a view, opens the frame shown."""
@@ -253,7 +255,7 @@ class PlayFeature(Feature):
         self._status.show_playing("")
         if self.context.workspace.has_current:
             return
-        self._place = self.context.views.place
+        self._opening, self._place = True, self.context.views.place
         if self.shown is not None and (entry := self._entries[self.shown.row]) in self.context.workspace.entries:
             self._frames.open(entry)
         self.context.refresh.mark("played")
@@ -265,7 +267,7 @@ class PlayFeature(Feature):
         if workspace.has_current:
             same = self.shown is not None and self._entries[self.shown.row].id == workspace.current.id
             self._place = self._place if same else None
-            self.shown = self._left = None
+            self.shown, self._left, self._opening = None, None, False
             self._on.setChecked(False)
             self._frames.show_played(None)
 
@@ -278,8 +280,8 @@ class PlayFeature(Feature):
         elif place is not None and workspace.has_current:
             self._place = None
             self.context.views.set_place(*place)
-        elif place is not None and not self.context.loader.busy:
-            self.shown = self._place = None
+        elif self._opening and not workspace.has_current and not self.context.loader.busy:
+            self.shown, self._opening = None, False
             self._frames.show_played(None)
             if self._left in workspace.open:
                 workspace.show(self._left)
