@@ -1,19 +1,35 @@
-"""Evaluation of results against ground truth, in a worker thread: for the frame, blocks and a rectangle."""
+"""Errors of several results, and their evaluation against ground truth in a worker thread: for the frame, blocks and a
+rectangle."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, MutableMapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ilf._runtime.formatting import UNKNOWN, millimetres
 from ilf.completion.confidence.expected_error import expected_error
 from ilf.data.label_map import Box
 from ilf.data.results import Completion
 from ilf.evaluation.evaluation import Evaluated, Evaluation, PixelErrors
 from ilf.evaluation.ground_truth import shared_pixels
 from ilf.evaluation.ties import Ties, find_ties
+
+from ...widgets.number_table import Row
+
+COLUMNS = (
+    ("RMSE", "Root mean square error in millimetres: large errors count most"),
+    ("MAE", "Mean absolute error in millimetres"),
+    ("Med.", "Median of the absolute errors in millimetres: half of the pixels are below"),
+)
+"""Columns of all tables of errors."""
+GROUND_TRUTH_COLUMNS = (
+    *COLUMNS,
+    ("Within", "Share of the filled pixels whose error is within their expected error; about 68 % is expected"),
+)
 
 Area = tuple[int, ...] | Box | None
 """A part of a frame: labels of blocks, a rectangle, or None for all of it."""
@@ -32,6 +48,22 @@ class AreaErrors(NamedTuple):
 
     evaluated: tuple[Evaluation, ...]
     best: Ties | None
+
+    def rank(self, number: int) -> tuple[bool, str]:
+        """Return whether a result is marked as one of the best of several, and a sentence on it, "" for the others; if
+        all are equal, none is marked."""
+        best, count = self.best, len(self.evaluated)
+        if best is None or count < 2 or number not in best.equal:
+            return False, ""
+        if not best:
+            return True, " Smallest RMSE of all."
+        others = "All" if len(best.equal) == count else f"{len(best.equal)} of them, with the smallest RMSE,"
+        return len(best.equal) < count, f" {others} are equal within {millimetres(best.within)} mm."
+
+    def texts(self, number: int) -> tuple[str, str, str]:
+        """Return the errors of a result as texts, in the order of `COLUMNS`."""
+        one = self.evaluated[number]
+        return millimetres(one.rmse), millimetres(one.mae), millimetres(one.median)
 
 
 def area_errors(several: Sequence[Evaluated]) -> AreaErrors:
@@ -100,3 +132,21 @@ def _inside(area: Area, labels: NDArray[np.int32]) -> NDArray[np.bool_]:
     inside = np.zeros(labels.shape, bool)
     inside[area] = True
     return inside
+
+
+def ground_truth_rows(found: Mapping[str, AreaErrors], entries: Sequence[EvaluatedResult]) -> list[Row]:
+    """Rows for the parts of the frame, each with a row per result; for a single result, a row per part."""
+    rows = []
+    alone = len(entries) == 1
+    for name, area in found.items():
+        rows += [] if alone else [Row(name)]
+        for number, (entry, one) in enumerate(zip(entries, area.evaluated, strict=True)):
+            is_best, sentence = area.rank(number)
+            title, what = (name, name) if alone else (entry.name, f"{name}, {entry.name}")
+            hint = f"{what}: no pixel has both a result and ground truth."
+            if one.pixels:
+                hint = f"{what}: {one.pixels:,} pixels, mean error {1000 * one.bias:+.2f} mm.{sentence}"
+            known = one.within is not None and math.isfinite(one.within)
+            within = f"{one.within:.0%}" if known else UNKNOWN
+            rows.append(Row(title, (*area.texts(number), within), hint, entry.colour, is_best))
+    return rows

@@ -10,7 +10,7 @@ from datetime import datetime
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QDialog, QDialogButtonBox, QListWidget, QListWidgetItem, QWidget
 
-from ilf._runtime.formatting import counted
+from ilf._runtime.formatting import UNKNOWN, counted
 from ilf._runtime.stepping import mapped_steps
 from ilf.data.parameters import PRESETS
 from ilf.data.presets import list_presets
@@ -22,8 +22,11 @@ from ilf.run.run import Run
 from ...state.document import Document
 from ...widgets.basics import Message, PlainLabel, answers, form, label_of, stack
 from ...widgets.hold_out_choice import HoldOutChoice
+from ...widgets.number_table import Row
 from ...work.jobs import spare_cores
-from .evaluation import AreaErrors, area_errors
+from .evaluation import COLUMNS, AreaErrors, area_errors
+
+HOLD_OUT_COLUMNS = (*COLUMNS, ("Pixels", "Number of evaluated pixels"))
 
 CURRENT = "Current values"
 _OUTDATED = "Outdated: blocks or depth have changed. Test again."
@@ -77,6 +80,21 @@ class HoldOutOutcome:
         numbers = (number for number, one in enumerate(self.candidates) if one.run is self.present)
         return next(numbers, None)
 
+    def rows(self, label: int) -> list[Row]:
+        """Return the rows of the table: the candidates, over all blocks (0) or over one."""
+        rows = []
+        nothing = AreaErrors((Evaluation(),) * len(self.candidates), None)
+        area = self.errors.get(label, nothing)
+        for number, (candidate, one) in enumerate(zip(self.candidates, area.evaluated, strict=True)):
+            is_best, sentence = area.rank(number)
+            filled = f"{self.coverage[number]:.1%} of the held-out depth was filled."
+            hint = f"{candidate.name}: {one.pixels:,} pixels. {filled}{sentence}"
+            if one.within is not None:
+                hint += f" {one.within:.0%} of the errors are within the expected error."
+            colour = None if candidate.kept is None else candidate.kept.colour
+            rows.append(Row(candidate.name, (*area.texts(number), _count(one.pixels)), hint, colour, is_best))
+        return rows
+
     def _has_values_of(self, document: Document, label: int) -> bool:
         """Whether the values of a block have the same effect as at the time of the test."""
         return self.present.parameters_of(label).same_effect(document.parameters_of(label))
@@ -104,6 +122,11 @@ class HoldOutOutcome:
             for label, evaluation in found.items()
             if evaluation.pixels and self._has_values_of(document, label)
         }
+
+
+def _count(pixels: int) -> str:
+    """Short text of a number of pixels, as "122k"."""
+    return f"{pixels / 1000:.0f}k" if pixels >= 10_000 else str(pixels) if pixels else UNKNOWN
 
 
 def candidates(document: Document, present: Run) -> list[tuple[Candidate, bool]]:

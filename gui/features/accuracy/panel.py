@@ -32,10 +32,17 @@ from ...widgets.number_table import NumberTable
 from ...work.latest_request import LatestRequest
 from ..context import Context, PendingWork
 from ..panel import Panel
-from .evaluation import Area, AreaErrors, EvaluatedResult, ExpectedErrors, evaluate_areas
+from .evaluation import (
+    GROUND_TRUTH_COLUMNS,
+    Area,
+    AreaErrors,
+    EvaluatedResult,
+    ExpectedErrors,
+    evaluate_areas,
+    ground_truth_rows,
+)
 from .ground_truth import GroundTruthDialog, described
-from .hold_out import HoldOutDialog, HoldOutOutcome, candidates, outcome_steps
-from .rows import GROUND_TRUTH_COLUMNS, HOLD_OUT_COLUMNS, ground_truth_rows, hold_out_rows
+from .hold_out import HOLD_OUT_COLUMNS, HoldOutDialog, HoldOutOutcome, candidates, outcome_steps
 
 _NO_FRAME = "Open a frame to evaluate it."
 _NO_GROUND_TRUTH = "No ground truth: load it, or run a hold-out test."
@@ -267,7 +274,7 @@ class AccuracyPanel(Panel):
             text, tone = outcome.described(document)
             of_block = self.part.currentIndex() == 1
             empty = "Select a block to see its errors."
-            rows = [] if of_block and not chosen else hold_out_rows(outcome, chosen if of_block else 0)
+            rows = [] if of_block and not chosen else outcome.rows(chosen if of_block else 0)
         elif document is not None and document is self._testing:
             empty = "Testing…"
         self.outcome.setVisible(bool(text))

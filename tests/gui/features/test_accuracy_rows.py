@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from gui.features.accuracy.evaluation import AreaErrors, EvaluatedResult, area_errors
-from gui.features.accuracy.rows import ground_truth_rows
+from gui.features.accuracy.evaluation import AreaErrors, EvaluatedResult, area_errors, ground_truth_rows
 from ilf.data.frame import RGBDFrame
 from ilf.data.results import compose
 from ilf.evaluation.evaluation import Evaluated, Evaluation, PixelErrors
