@@ -264,7 +264,7 @@ class AdditionalDepthPanel(Panel):
                 self.context.notes.show_message(f"{document.name}: {found.notes[-1]}")
 
         fail = partial(self.context.notes.report, "Use neighbours")
-        self.ask(lambda: neighbour_steps(frame, before, after, step=step), take, fail, kind="neighbours")
+        self.requests.ask(lambda: neighbour_steps(frame, before, after, step=step), take, fail, kind="neighbours")
         self.work.begin()
 
     def compare(self, kind: str) -> None:
@@ -287,7 +287,7 @@ class AdditionalDepthPanel(Panel):
         def fail(error: Exception) -> None:
             effect.show_message(error_text(error), "error")
 
-        self.ask(lambda: _comparison(without, used, depth), take, fail, kind="comparison")
+        self.requests.ask(lambda: _comparison(without, used, depth), take, fail, kind="comparison")
 
     @command("remove_guide", "Remove guide", icon="ph.x-circle", needs=Need.GUIDE)
     def remove_guide(self) -> None:
@@ -314,7 +314,9 @@ class AdditionalDepthPanel(Panel):
                 document.set_guide(found[0].guide, "Load guide")
                 self.context.notes.show_message(f"{document.name}: {found[1]}")
 
-        self.ask(lambda: _with_guide(frame, path), take, partial(self.context.notes.report, "Load guide"), kind="guide")
+        self.requests.ask(
+            lambda: _with_guide(frame, path), take, partial(self.context.notes.report, "Load guide"), kind="guide"
+        )
 
     def _change_networks(self, what: str, find: Callable[[], str]) -> None:
         """Fetch or add a network, whose name `find` returns; the dialog may be closed meanwhile."""
@@ -330,7 +332,7 @@ class AdditionalDepthPanel(Panel):
             else:
                 self.context.notes.report(what, error)
 
-        self.ask(find, take, fail, kind=what)
+        self.requests.ask(find, take, fail, kind=what)
 
     def _is_shown(self, document: Document) -> bool:
         """Whether a frame still is the current one; a message says if not."""

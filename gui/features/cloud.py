@@ -66,7 +66,7 @@ class CloudFeature(Feature):
         """Key of the document whose cloud was shown last; its viewpoint is kept."""
         self._blocks: tuple[NDArray[np.int32], NDArray[np.uint8]] | None = None
         """Label map and colours of the last request."""
-        self._questions = LatestRequest(self)
+        self._questions = LatestRequest(self, self._report)
         cloud.canvas.failed.connect(self._report)
         views.cursorMoved.connect(self._show_value)
         views.cursorMoved.connect(cloud.canvas.mark)
@@ -131,7 +131,7 @@ class CloudFeature(Feature):
                 self._request = request
                 made = self._made
                 before = made[1] if made is not None and request.has_same_points(made[0]) else None
-                self._questions.ask(partial(compose, request, before), partial(self._take, request), self._report)
+                self._questions.ask(partial(compose, request, before), partial(self._take, request))
 
     def _turn(self) -> None:
         """Release the data of a frame that is not shown any more."""

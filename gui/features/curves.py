@@ -98,7 +98,7 @@ class CurvesFeature(Panel):
             if document is self._document and not self._bar.at_end:
                 self._workspace.view_iteration(ViewedIteration(depth, iteration))
 
-        self.ask(lambda: depth_at_key_frames(base, blocks), show)
+        self.requests.ask(lambda: depth_at_key_frames(base, blocks), show)
 
 
 def draw_curves(panel: CurvesPanel, document: Document | None) -> None:

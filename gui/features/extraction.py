@@ -183,7 +183,9 @@ class ExtractionPanel(Panel):
         self._is_waiting = self.context.loader.is_extracting(document) and not held
         stage = frame, parameters, self._board.stage
         if not self._is_waiting and (stage != self._drawn or super().busy):
-            self.ask(lambda: self._draw_stage(*stage), lambda drawn: self._show_stage(stage, *drawn), key=stage)
+            self.requests.ask(
+                lambda: self._draw_stage(*stage), lambda drawn: self._show_stage(stage, *drawn), key=stage
+            )
         self._watch()
 
     def _draw_stage(

@@ -246,7 +246,7 @@ class FilterPanel(Panel):
         blocks = sorted(self._selected) if self._applies_to_selected else ()
         self._change, self._edited = None, self.shown
         run, names = document.run(workspace.parameters.current), self.form.shown
-        self.ask(lambda: try_parameters(run, names, blocks), self._show_trial, kind="trial")
+        self.requests.ask(lambda: try_parameters(run, names, blocks), self._show_trial, kind="trial")
 
     def _compare(self, change: _Change) -> None:
         """Compare the results of the blocks that have been completed again with those before the change."""
@@ -256,7 +256,7 @@ class FilterPanel(Panel):
         same = change.before.keys() & now.keys()
         depths = [(change.before[label].depth, now[label].depth) for label in sorted(same)]
         if depths:
-            self.ask(lambda: effect_of(depths), partial(self._show_effect, change), kind="effect")
+            self.requests.ask(lambda: effect_of(depths), partial(self._show_effect, change), kind="effect")
 
     def _show_effect(self, change: _Change, effect: Effect) -> None:
         if change is self._change:

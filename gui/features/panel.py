@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator
 from functools import cached_property
 from typing import ClassVar
 
@@ -13,7 +12,7 @@ from ..state.parts import NO_PART, Part
 from ..widgets.basics import Late
 from ..widgets.docks import PanelGroup
 from ..widgets.work_row import WorkRow
-from ..work.latest_request import Answer, LatestRequest
+from ..work.latest_request import LatestRequest
 from .context import Context, Feature
 
 
@@ -21,7 +20,7 @@ class Panel(Feature):
     """A panel of the window: a widget in a dock, drawn only while it is visible.
 
     A subclass declares the attributes, makes its widget in `make`, when it is first shown, and draws
-    it in `refresh`. What takes time it asks for by `ask`: the answer is found in a worker thread, and shown.
+    it in `refresh`. What takes time it asks for by `requests.ask`: the answer is found in a worker thread, and shown.
 
     Attributes
     ----------
@@ -38,7 +37,7 @@ class Panel(Feature):
     what : str
         What is computed, as in "hold-out test": named beside the progress and in errors.
     requests : LatestRequest
-        What it asks for.
+        What it asks for; errors go to `fail`.
     work : WorkRow
         Progress of the computation, with *Cancel*, from the first share on that is told; a panel that computes in steps
         places it in its widget.
@@ -54,7 +53,7 @@ class Panel(Feature):
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)
-        self.requests = LatestRequest(self)
+        self.requests = LatestRequest(self, self.fail)
         if self.group is not None:
             context.panels.add(self.title, self._in_dock(), self.group, self.icon, self.open_at_first)
         context.refresh.add(self.title, self._draw, self.parts, self.deferred)
@@ -90,22 +89,6 @@ class Panel(Feature):
     def refresh(self, parts: Part) -> None:
         """Draw the panel; `parts` have changed since it was drawn last. Called only while it is visible."""
         raise NotImplementedError
-
-    def ask(
-        self,
-        find: Callable[[], Answer | Generator[float | None, None, Answer]],
-        take: Callable[[Answer], object],
-        fail: Callable[[Exception], object] | None = None,
-        kind: str = "latest",
-        key: object = None,
-    ) -> None:
-        """Call `find` in a worker thread, and `take` with what it returns, or `fail` with its exception; it may be a
-        generator that yields shares done (0-1).
-
-        Not if it is forgotten meanwhile; it replaces what of its kind waits, and is not called again while the same key
-        is in progress. As `take` is called, a newer request may be in progress, as in a drag.
-        """
-        self.requests.ask(find, take, fail or self.fail, kind, key)
 
     def fail(self, error: Exception) -> None:
         """Handle an error of what was asked for."""

@@ -327,7 +327,7 @@ class QualityPanel(Panel):
                 self._found = places
                 self._take_places(search, places)
 
-        self.ask(search.places, take, kind="places")
+        self.requests.ask(search.places, take, kind="places")
 
     def _error(self, labels: NDArray[np.int32]) -> NDArray[np.float32] | None:
         """Return the expected error; until depth has been completed again, the former one where blocks are the same."""
@@ -404,7 +404,7 @@ class QualityPanel(Panel):
                 self._set_remedy(remedy)
                 self._show_remedy("No remedy found")
 
-        self.ask(partial(search.remedy_of, place, document.locked, document.next_label()), take, kind="remedy")
+        self.requests.ask(partial(search.remedy_of, place, document.locked, document.next_label()), take, kind="remedy")
 
     def _drop_remedy(self) -> None:
         if self._remedied is not None:
@@ -449,7 +449,7 @@ class QualityPanel(Panel):
         document = self.context.workspace.current
         frame, extraction = document.frame, document.blocks.extraction or BlockParameters()
         self.suggestion.setText("Looking for depth that may be invalid…")
-        self.ask(
+        self.requests.ask(
             lambda: suggest_invalid(frame, find_edges(frame, extraction).strength),
             partial(self._take_invalid, frame),
             kind="invalid",

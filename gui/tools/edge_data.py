@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QObject
 
 from ilf.data.frame import RGBDFrame
 from ilf.data.parameters import BlockParameters
@@ -43,15 +41,14 @@ class EdgeData:
 class EdgeDataSource:
     """Computes the aid of one document's frame at a time, in a background thread.
 
-    Later changes of the invalid mask do not change the aid. `fail` is called with an exception that was raised.
+    Later changes of the invalid mask do not change the aid.
     """
 
-    def __init__(self, fail: Callable[[Exception], None], parent: QObject) -> None:
+    def __init__(self, requests: LatestRequest) -> None:
         self._document: Document | None = None
         self._edge_data: EdgeData | None = None
         self._extraction: FoundBlocks | None = None
-        self._fail = fail
-        self.requests = LatestRequest(parent)
+        self._requests = requests
 
     def of(self, document: Document, parameters: BlockParameters) -> EdgeData | None:
         """Return the aid of a document's frame; None while it is being computed.
@@ -61,8 +58,8 @@ class EdgeDataSource:
         if document is not self._document:
             self._document, self._edge_data = document, None
             held = self._extraction if self._extraction and self._extraction.frame is document.frame else None
-            self.requests.forget()
-            self.requests.ask(partial(_find, document.frame, parameters, held), self._take, self._fail)
+            self._requests.forget()
+            self._requests.ask(partial(_find, document.frame, parameters, held), self._take)
         return self._edge_data
 
     def hold(self, extraction: FoundBlocks) -> None:
@@ -77,7 +74,7 @@ class EdgeDataSource:
             self._extraction = None
         if document is not self._document:
             self._document = self._edge_data = None
-            self.requests.forget()
+            self._requests.forget()
 
     def _take(self, edge_data: EdgeData) -> None:
         self._edge_data = edge_data

@@ -51,8 +51,8 @@ class Editor(QObject):
         super().__init__(parent)
         self._workspace = workspace
         self._views = views
-        self.edge_data_source = EdgeDataSource(self._take_error, self)
-        self._jobs = LatestRequest(self)
+        self.edge_data_source = EdgeDataSource(LatestRequest(self, self._take_error))
+        self._jobs = LatestRequest(self, self._take_error)
         self.tools = Tools()
         self.options = ToolOptions()
         self.tool_name = "select"
@@ -219,7 +219,7 @@ class Editor(QObject):
             take(answer)
             self._update_hint(True)
 
-        self._jobs.ask(find, take_answer, self._take_error)
+        self._jobs.ask(find, take_answer)
 
     def _take_error(self, error: Exception) -> None:
         if isinstance(error, InputError):

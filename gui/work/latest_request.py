@@ -46,11 +46,20 @@ class Job:
     about: object = None
 
 
+def _raise(error: Exception) -> None:
+    raise error
+
+
 class LatestRequest(QObject):
     """Answers one question at a time; a new question replaces the one of its kind that waits.
 
     A question in progress is still answered when a newer one arrives, so that the window is updated during a drag;
     after `forget`, older questions are not answered any more.
+
+    Parameters
+    ----------
+    fail : callable
+        Called with the exception of a question that has no `fail` of its own.
 
     Signals
     -------
@@ -64,49 +73,46 @@ class LatestRequest(QObject):
     begun = Signal()
     ended = Signal()
 
-    def __init__(self, parent: QObject | None = None) -> None:
+    def __init__(self, parent: QObject | None = None, fail: Callable[[Exception], object] = _raise) -> None:
         super().__init__(parent)
+        self._fail = fail
         self._worker = Worker(self)
         self._worker.finished.connect(lambda answer: self._end(lambda job: job.take(answer)))
         self._worker.failed.connect(lambda error: self._end(lambda job: job.fail(error)))
         self._worker.cancelled.connect(self._go_on)
         self._worker.progressed.connect(self._show_share)
         self._waiting: list[Job] = []
-        self._current: list[Job] = []
-        """The question in progress; empty once its answer is no longer needed."""
+        self.question: Job | None = None
+        """The question in progress; None once its answer is no longer needed."""
 
     @property
     def busy(self) -> bool:
         """Whether an answer is pending."""
         return self._worker.busy or bool(self._waiting)
 
-    @property
-    def question(self) -> Job | None:
-        """The question in progress whose answer is needed; None for none."""
-        return self._current[0] if self._current else None
-
     def ask(
         self,
         find: Callable[[], Answer | Generator[float | None, None, Answer]],
         take: Callable[[Answer], object],
-        fail: Callable[[Exception], object],
+        fail: Callable[[Exception], object] | None = None,
         kind: str = "latest",
         key: object = None,
     ) -> None:
         """Call `take` with what `find` returns in the background, or `fail` with its exception; see `Job`."""
-        self.add(Job(find, take, fail, kind, key))
+        self.add(Job(find, take, fail or self._fail, kind, key))
 
     def add(self, job: Job) -> None:
         """Do a job once there is time."""
         self._waiting = [one for one in self._waiting if not job.kind or one.kind != job.kind]
-        if job.key is None or all((one.kind, one.key) != (job.kind, job.key) for one in self._current):
+        current = self.question
+        if job.key is None or current is None or (current.kind, current.key) != (job.kind, job.key):
             self._waiting.append(job)
         self._start()
 
     def forget(self) -> None:
         """Drop all questions asked so far."""
         self._waiting = []
-        self._current = []
+        self.question = None
 
     def cancel(self) -> None:
         """Drop all questions asked so far, and end the work on the one in progress."""
@@ -116,10 +122,10 @@ class LatestRequest(QObject):
     def _start(self) -> None:
         if self._worker.busy or not self._waiting:
             return
-        self._current, self._waiting = self._waiting[:1], self._waiting[1:]
-        find = self._current[0].find
+        self.question = self._waiting.pop(0)
+        find = self.question.find
 
-        def job() -> Generator[float | None, None, Any]:
+        def steps() -> Generator[float | None, None, Any]:
             yield None
             answer = find()
             if isinstance(answer, Generator):
@@ -127,17 +133,17 @@ class LatestRequest(QObject):
             return answer
 
         self.begun.emit()
-        self._worker.start(job)
+        self._worker.start(steps)
 
     def _show_share(self, shares: list[float | None]) -> None:
         if shares[-1] is not None:
             self.progressed.emit(shares[-1])
 
     def _end(self, tell: Callable[[Job], object]) -> None:
-        asked, self._current = self._current, []
+        asked, self.question = self.question, None
         try:
-            for job in asked:
-                tell(job)
+            if asked is not None:
+                tell(asked)
         finally:
             self._go_on()
 
@@ -170,16 +176,16 @@ class JobQueue(LatestRequest):
     @property
     def pending_count(self) -> int:
         """Number of jobs that have not ended."""
-        return len(self._waiting) + len(self._current)
+        return len(self._waiting) + (self.question is not None)
 
     def has(self, about: object) -> bool:
         """Whether a job on this object is in progress or waiting."""
-        return any(job.about is about for job in (*self._current, *self._waiting))
+        return any(job is not None and job.about is about for job in (self.question, *self._waiting))
 
     def cancel_if(self, unwanted: Callable[[object], bool]) -> None:
         """Cancel the current job if its object is no longer wanted; it does not report."""
         if self.question and self.question.about is not None and unwanted(self.question.about):
-            self._current = []
+            self.question = None
             self._worker.cancel()
 
     def _go_on(self) -> None:

@@ -31,7 +31,7 @@ class _Missing(Panel):
         workspace = self.context.workspace
         if workspace.has_current:
             depth = workspace.current.frame.depth
-            self.ask(lambda: _count_missing(depth), self._show_count)
+            self.requests.ask(lambda: _count_missing(depth), self._show_count)
 
     def _show_count(self, count: int):
         self.label.setText(f"{count} px")

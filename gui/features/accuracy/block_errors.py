@@ -27,7 +27,7 @@ class BlockErrorsFeature(Feature):
     def __init__(self, context: Context) -> None:
         super().__init__(context)
         self._accuracy = context.feature(AccuracyPanel)
-        self._requests = LatestRequest(self)
+        self._requests = LatestRequest(self, partial(context.notes.report, "Evaluation against ground truth"))
         self._found: tuple[Document | None, Mapping[int, Evaluation]] = None, {}
         """The errors against ground truth, and their frame."""
         self._of: NDArray[np.float32] | None = None
@@ -53,11 +53,7 @@ class BlockErrorsFeature(Feature):
             self._found = None, {}
         else:
             frame, labels = document.frame, document.labels.copy()
-            self._requests.ask(
-                lambda: evaluate_blocks(frame, completion, labels),
-                partial(self._take, document),
-                partial(self.context.notes.report, "Evaluation against ground truth"),
-            )
+            self._requests.ask(lambda: evaluate_blocks(frame, completion, labels), partial(self._take, document))
 
     def _take(self, document: Document, found: Mapping[int, Evaluation]) -> None:
         self._found = document, found

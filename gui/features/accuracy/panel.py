@@ -90,7 +90,8 @@ class AccuracyPanel(Panel):
         self._evaluated = ""  # id of a frame: a closed panel would keep the frame itself in memory
         """The frame whose errors are shown or computed."""
         super().__init__(context)
-        self._evaluations, self._reader = LatestRequest(self), LatestRequest(self)
+        self._evaluations = LatestRequest(self, partial(context.notes.report, "Evaluation against ground truth"))
+        self._reader = LatestRequest(self)
         self._expected: ExpectedErrors = WeakKeyDictionary()
         self.requests.progressed.connect(self._cancel_closed)
         self.requests.ended.connect(self._end_test)
@@ -208,7 +209,6 @@ class AccuracyPanel(Panel):
         self._evaluations.ask(
             lambda: evaluate_areas(ground_truth, entries, labels, areas, every, expected, with_expected),
             show,
-            partial(self.context.notes.report, "Evaluation against ground truth"),
         )
 
     def _forget_errors(self, empty: str) -> None:
@@ -235,7 +235,7 @@ class AccuracyPanel(Panel):
         def start() -> None:
             self._testing = document
             chosen, test = dialog.chosen(), dialog.hold_out.test()
-            self.ask(lambda: outcome_steps(chosen, present, test), partial(self._take_outcome, document))
+            self.requests.ask(lambda: outcome_steps(chosen, present, test), partial(self._take_outcome, document))
             self.redraw()
 
         open_once(dialog, start)

@@ -285,7 +285,9 @@ class InspectPanel(Panel):
         other = document.labels == chosen[1] if len(chosen) > 1 and not self._of_region else None
         result = None if depth is None else depth.copy()  # it changes in place
         frame = document.frame
-        self.ask(lambda: statistics_of(frame.depth, result, frame.intrinsics, mask, other), self._show_statistics)
+        self.requests.ask(
+            lambda: statistics_of(frame.depth, result, frame.intrinsics, mask, other), self._show_statistics
+        )
 
     def _subject(self, document: Document) -> tuple[Mask | None, str]:
         """Return the region of the statistics, and its name; None without one."""

@@ -198,9 +198,9 @@ class Missing(QObject):
         self._requested = ""
         """Id of the frame that the user tried to show."""
         self.dialog: MissingFilesDialog | None = None
-        self._check = LatestRequest(self)
+        self._check = LatestRequest(self, partial(context.notes.report, "Missing files"))
         self._check.ended.connect(self._ask)
-        self.search = LatestRequest(self)
+        self.search = LatestRequest(self, partial(context.notes.report, "Search for files"))
         """Looks for lost files at possible places."""
 
     @property
@@ -211,8 +211,7 @@ class Missing(QObject):
     def check(self, opened: OpenedProject) -> None:
         """Check all files of an opened project."""
         self.forget()
-        report = partial(self._context.notes.report, "Missing files")
-        self._check.ask(lambda: _check_files(opened), self._take_checked, report)
+        self._check.ask(lambda: _check_files(opened), self._take_checked)
 
     def forget(self) -> None:
         """Stop, and forget the lost files of the current project."""
@@ -295,8 +294,7 @@ class Missing(QObject):
 
     def _look(self, places: Places) -> None:
         wanted = list(dict.fromkeys(lost.wanted for lost in self.lost))
-        report = partial(self._context.notes.report, "Search for files")
-        self.search.ask(lambda: locate(wanted, places), partial(self._take_found, places.folders), report)
+        self.search.ask(lambda: locate(wanted, places), partial(self._take_found, places.folders))
 
     def _take_found(self, searched: tuple[Path, ...], found: dict[InputFile, Path]) -> None:
         store, dialog = self._context.recorder.store, self.dialog

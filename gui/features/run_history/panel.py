@@ -146,7 +146,7 @@ class RunsPanel(Panel):
             take(_UNDEFINED)  # reported once
             self.fail(error)
 
-        self.ask(lambda: measure(run, results, ground_truth), take, fail)
+        self.requests.ask(lambda: measure(run, results, ground_truth), take, fail)
 
     # commands
 

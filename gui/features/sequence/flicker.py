@@ -142,7 +142,7 @@ class FlickerFeature(Feature):
     def __init__(self, context: Context) -> None:
         super().__init__(context)
         self._frames = context.feature(FramesFeature)
-        self._questions = LatestRequest(self)
+        self._questions = LatestRequest(self, lambda error: context.views.show_found(before=Before(text=str(error))))
         context.workspace.on(Part.FRAME, self._questions.forget)
         context.refresh.add(
             "flicker",
@@ -167,5 +167,4 @@ class FlickerFeature(Feature):
         self._questions.ask(
             lambda: now().since(before()),
             lambda before: views.show_found(before=before),
-            lambda error: views.show_found(before=Before(text=str(error))),
         )

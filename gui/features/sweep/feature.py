@@ -252,7 +252,7 @@ class SweepFeature(Panel):
             return
         self.found = found = SweepState(document, sweep, label)
         self._lay_out(found)
-        self.ask(found.steps, partial(self._finish, found))
+        self.requests.ask(found.steps, partial(self._finish, found))
         self.state.show_message("Running the first values…")
         self._set_busy(True)
         self._show_found()

@@ -107,7 +107,7 @@ class CloudDrawing(QObject):
         """Some of the points, for a coarse picture."""
         self._is_due = False
         """Whether `image` draws a new picture."""
-        self._whole = LatestRequest(self)
+        self._whole = LatestRequest(self, self.failed.emit)
         self._rest = QTimer(self, singleShot=True, interval=IDLE_MS)
         self._rest.timeout.connect(self._ask_whole)
 
@@ -215,7 +215,6 @@ class CloudDrawing(QObject):
             self._whole.ask(
                 lambda: splat_steps(scene.points, scene.colouring.colours, look, scene.spacing),
                 partial(self._take_whole, scene, look),
-                self.failed.emit,
                 key=(scene, look),
             )
 
