@@ -12,6 +12,7 @@ from ilf._runtime.formatting import length_text
 from ilf.data.frame import RGBDFrame
 from ilf.data.parameters import Parameters
 from ilf.data.results import BlockResult, IterationRecord, Status
+from ilf.evaluation.evaluation import evaluate
 from ilf.run.key_frames import Track, depth_at_key_frames
 
 from ..state.document import Document
@@ -169,9 +170,7 @@ def _corrected_error(result: BlockResult, frame: RGBDFrame) -> float:
     if not result.correction or frame.ground_truth is None:
         return math.nan
     box, mask = result.block.box, result.block.mask
-    off = (result.depth - frame.ground_truth[box][mask])[~frame.known[box][mask]].astype(np.float64)
-    off = off[np.isfinite(off)]
-    return float(np.sqrt(np.mean(off * off))) if off.size else math.nan
+    return evaluate(result.depth, frame.ground_truth[box][mask], ~frame.known[box][mask]).rmse
 
 
 def _hint(document: Document, label: int) -> str:

@@ -167,7 +167,7 @@ class StatusFeature(Feature):
     def _runs_text(self) -> tuple[str, float | None]:
         """Return the stage and the finished share of the current frame's run, or else of the other frames' runs; None
         where the share is not known."""
-        runs, present = self._runs, not self._runs.free
+        runs, present = self._runs, not self._runs.state.free
         going = [self._workspace.current] if present else runs.running
         shares = [runs.of(document).share_done for document in going]
         share = sum(shares) / len(shares)

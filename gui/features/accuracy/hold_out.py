@@ -83,8 +83,7 @@ class HoldOutOutcome:
     def rows(self, label: int) -> list[Row]:
         """Return the rows of the table: the candidates, over all blocks (0) or over one."""
         rows = []
-        nothing = AreaErrors((Evaluation(),) * len(self.candidates), None)
-        area = self.errors.get(label, nothing)
+        area = self.errors.get(label) or AreaErrors((Evaluation(),) * len(self.candidates), None)
         for number, (candidate, one) in enumerate(zip(self.candidates, area.evaluated, strict=True)):
             is_best, sentence = area.rank(number)
             filled = f"{self.coverage[number]:.1%} of the held-out depth was filled."
