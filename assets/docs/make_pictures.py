@@ -255,7 +255,7 @@ def run_tour(tour: Tour) -> None:
     tour.figures |= {
         "frame, all blocks": f"({1000 * completion.rmse:.0f} mm)",
         "hold-out, all blocks": f"({1000 * evaluate_hold_out(everywhere, outcome.test).whole.rmse:.0f} mm instead of",
-        "hold-out, frame": f"{1000 * outcome.tested[0].whole.rmse:.0f} mm).",
+        "hold-out, frame": f"{1000 * outcome.errors[0].evaluated[0].rmse:.0f} mm).",
     }
 
 

@@ -41,7 +41,6 @@ class BlockErrorsFeature(Feature):
             "block errors",
             self._show,
             changed | Part.INVALID_MASK | Part.GUIDE | Part.NEIGHBOURS | Part.PARAMETERS | Part.EXPECTED_ERROR,
-            also=(self._accuracy.tested,),
         )
 
     def _ask(self) -> None:

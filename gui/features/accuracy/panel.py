@@ -6,7 +6,7 @@ from functools import partial
 from pathlib import Path
 from weakref import WeakKeyDictionary
 
-from PySide6.QtCore import QSignalBlocker, Signal
+from PySide6.QtCore import QSignalBlocker
 from PySide6.QtWidgets import QComboBox, QHBoxLayout, QTabWidget, QWidget
 
 from ilf.data.frame import RGBDFrame
@@ -58,11 +58,6 @@ class AccuracyPanel(Panel):
     ----------
     outcomes : mapping of Document to HoldOutOutcome
         The last hold-out test of each frame.
-
-    Signals
-    -------
-    tested()
-        The hold-out errors of a frame have changed.
     """
 
     title, icon, group = "Accuracy", "ph.target", PanelGroup.SETTINGS
@@ -80,7 +75,6 @@ class AccuracyPanel(Panel):
     )
     deferred = Part.SOME_RESULTS
     what = "hold-out test"
-    tested = Signal()
 
     def __init__(self, context: Context) -> None:
         self.outcomes: WeakKeyDictionary[Document, HoldOutOutcome] = WeakKeyDictionary()
@@ -248,7 +242,7 @@ class AccuracyPanel(Panel):
             kept = candidate.kept
             if kept in document.state.runs and kept.run is candidate.run:  # a slider drag changes it
                 document.change_run(kept, hold_out_error=whole.rmse, hold_out_test=outcome.test)
-        self.tested.emit()
+        self.context.refresh.mark("block errors")
 
     def pending_work(self) -> list[PendingWork]:
         """The hold-out test in progress, if any."""
