@@ -20,10 +20,10 @@ class Job:
     Attributes
     ----------
     find : callable
-        Returns the answer, or a generator that yields shares done (0-1) and returns it; called in the background
-        thread.
-    take, fail : callable
-        Called with the answer, or with the exception that was raised, in the GUI's thread.
+        Returns the answer, or a generator that yields shares done (0-1) and parts, and returns it; called in the
+        background thread.
+    take, fail, step : callable
+        Called with the answer, with the exception that was raised, and with each part, in the GUI's thread.
     kind : str
         Of those of a kind, the latest waits; those of the kind "" are all done.
     key : object
@@ -39,6 +39,7 @@ class Job:
     find: Callable[[], Any]
     take: Callable[[Any], object]
     fail: Callable[[Exception], object]
+    step: Callable[[Any], object] = lambda part: None
     kind: str = ""
     key: object = None
     what: str = ""
@@ -80,7 +81,7 @@ class LatestRequest(QObject):
         self._worker.finished.connect(lambda answer: self._end(lambda job: job.take(answer)))
         self._worker.failed.connect(lambda error: self._end(lambda job: job.fail(error)))
         self._worker.cancelled.connect(self._go_on)
-        self._worker.progressed.connect(self._show_share)
+        self._worker.progressed.connect(self._advance)
         self._waiting: list[Job] = []
         self.question: Job | None = None
         """The question in progress; None once its answer is no longer needed."""
@@ -92,14 +93,15 @@ class LatestRequest(QObject):
 
     def ask(
         self,
-        find: Callable[[], Answer | Generator[float | None, None, Answer]],
+        find: Callable[[], Answer | Generator[Any, None, Answer]],
         take: Callable[[Answer], object],
         fail: Callable[[Exception], object] | None = None,
+        step: Callable[[Any], object] = lambda part: None,
         kind: str = "latest",
         key: object = None,
     ) -> None:
         """Call `take` with what `find` returns in the background, or `fail` with its exception; see `Job`."""
-        self.add(Job(find, take, fail or self._fail, kind, key))
+        self.add(Job(find, take, fail or self._fail, step, kind, key))
 
     def add(self, job: Job) -> None:
         """Do a job once there is time."""
@@ -125,7 +127,7 @@ class LatestRequest(QObject):
         self.question = self._waiting.pop(0)
         find = self.question.find
 
-        def steps() -> Generator[float | None, None, Any]:
+        def steps() -> Generator[Any, None, Any]:
             yield None
             answer = find()
             if isinstance(answer, Generator):
@@ -135,8 +137,12 @@ class LatestRequest(QObject):
         self.begun.emit()
         self._worker.start(steps)
 
-    def _show_share(self, shares: list[float | None]) -> None:
-        if shares[-1] is not None:
+    def _advance(self, items: list[Any]) -> None:
+        shares = [item for item in items if isinstance(item, int | float)]
+        for part in items:
+            if self.question is not None and part is not None and not isinstance(part, int | float):
+                self.question.step(part)
+        if shares:
             self.progressed.emit(shares[-1])
 
     def _end(self, tell: Callable[[Job], object]) -> None:

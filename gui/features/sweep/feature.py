@@ -26,7 +26,7 @@ from ilf.data.parameters import Parameters
 from ilf.drawing.colours import to_indices
 from ilf.errors import IlfError
 from ilf.evaluation.hold_out import untrusted_note
-from ilf.evaluation.sweep import Sweep, SweepResult, can_be_swept
+from ilf.evaluation.sweep import Sweep, SweepPoint, SweepResult, can_be_swept
 
 from ...base import theme
 from ...state.parts import Part
@@ -80,7 +80,6 @@ class SweepFeature(Panel):
     def __init__(self, context: Context) -> None:
         super().__init__(context)
         _ = self.widget
-        self.requests.progressed.connect(self._take_arrived)
         self.requests.ended.connect(self._end)
         self.work.cancelled.connect(lambda: self.state.show_message("Cancelled. Results so far are kept."))
         for changed in (context.views.ranges.changed, self.criterion.changed):
@@ -252,7 +251,7 @@ class SweepFeature(Panel):
             return
         self.found = found = SweepState(document, sweep, label)
         self._lay_out(found)
-        self.requests.ask(found.steps, partial(self._finish, found))
+        self.requests.ask(found.steps, partial(self._finish, found), step=partial(self._take_point, found))
         self.state.show_message("Running the first values…")
         self._set_busy(True)
         self._show_found()
@@ -274,13 +273,12 @@ class SweepFeature(Panel):
         else:
             self.context.notes.show_message(text)
 
-    def _take_arrived(self) -> None:
-        if self.found is not None and self.found.take_arrived():
-            self._show_found()
-            self.state.show_message(self._outcome())
+    def _take_point(self, found: SweepState, point: SweepPoint) -> None:
+        found.add(point)
+        self._show_found()
+        self.state.show_message(self._outcome())
 
     def _finish(self, found: SweepState, result: SweepResult) -> None:
-        found.take_arrived()
         found.finish(result)
         self.state.show_message(self._outcome())
 

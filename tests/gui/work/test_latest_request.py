@@ -112,3 +112,17 @@ def test_shutdown_waits_for_the_thread_and_tells_nothing(oracle, qtbot):
     qtbot.wait(60)
     assert oracle.told == []
     assert 2 not in oracle.asked
+
+
+def test_parts_and_shares_are_told_before_the_answer(oracle, qtbot):
+    def steps():
+        yield 0.5
+        yield "a part"
+        return "all"
+
+    told = []
+    oracle.questions.progressed.connect(told.append)
+    oracle.questions.ask(steps, told.append, step=told.append)
+    qtbot.waitUntil(lambda: not oracle.questions.busy)
+    assert sorted(map(str, told[:-1])) == ["0.5", "a part"]
+    assert told[-1] == "all"
