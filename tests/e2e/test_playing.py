@@ -209,7 +209,7 @@ def _rows(pace, count=99, bad=(), cost=0.0):
             raise InputError("It cannot be read.")
         return Moment(f"frame {row}", "here", frame, None)
 
-    with closing(play(10, 0, read, pace, preset())) as frames:
+    with closing(play([partial(read, row) for row in range(10)], 0, pace, preset())) as frames:
         shown = [played for played, _ in zip(frames, range(count), strict=False)]
     return [played.row for played in shown], shown[-1].left_out
 
@@ -228,7 +228,7 @@ def test_at_a_rate_frames_that_are_late_are_left_out_but_never_the_last_one():
 
 
 def test_a_loop_over_frames_that_cannot_be_read_ends():
-    def read(row):
+    def read():
         raise InputError("It cannot be read.")
 
-    assert not [*play(2, 0, read, Pace(loop=True), preset())]
+    assert not [*play(2 * [read], 0, Pace(loop=True), preset())]

@@ -8,7 +8,7 @@ from dataclasses import replace
 from functools import cached_property, partial
 from pathlib import Path
 
-from PySide6.QtCore import QUrl, Signal
+from PySide6.QtCore import QUrl
 from PySide6.QtGui import QDesktopServices
 
 from ilf._runtime.formatting import counted
@@ -52,15 +52,7 @@ _MAX_NAMED = 3
 
 
 class ExportFeature(Feature):
-    """The export dialog, and the export in progress.
-
-    Signals
-    -------
-    ended(object)
-        The frames of an export that has ended, a list of `ExportedFrame`.
-    """
-
-    ended = Signal(object)
+    """The export dialog, and the export in progress."""
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)
@@ -258,14 +250,12 @@ class ExportFeature(Feature):
             self.context.notes.warn(f"Not exported: {counted(len(failed), 'frame')}", failed)
         if report is not None and self.dialog.opens.isChecked():
             QDesktopServices.openUrl(QUrl.fromLocalFile(str(report.absolute())))
-        self.ended.emit(done)
 
     def _fail(self, error: Exception) -> None:
         self.dialog.end(error_text(error), "error")
         self._status.show_exporting(False)
         if not self.dialog.isVisible():
             self.context.notes.report("Export", error)
-        self.ended.emit(self._done)
 
     def _open(self, frame: ExportedFrame) -> None:
         """Open the run of a frame; show why a failed one has none."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections import deque
-from collections.abc import Callable, Generator, Iterator, Mapping
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass, replace
 from functools import partial
@@ -79,35 +79,33 @@ class PlayedFrame:
 
 
 def play(
-    count: int, row: int, read: Callable[[int], Moment], pace: Pace, parameters: Parameters
+    readers: Sequence[Callable[[], Moment]], row: int, pace: Pace, parameters: Parameters
 ) -> Generator[PlayedFrame, None, None]:
     """Yield the frames of a list from a row on, each read when it is due; of those that are late, only the latest.
 
     Parameters
     ----------
-    count : int
-        Number of frames.
+    readers : sequence of callable
+        Of the frames; each raises IlfError if its frame cannot be read.
     row : int
         The first one to play.
-    read : callable
-        Reads the frame of a row; raises IlfError if it cannot be read.
     pace : Pace
     parameters : Parameters
         Of the filter, to complete frames.
     """
     before, shown, left_out, unreadable, failed = None, row, 0, 0, 0
-    rows = latest_of(_rows(count, row, pace), lambda: pace.rate)
+    rows = latest_of(_rows(len(readers), row, pace), lambda: pace.rate)
     with closing(rows) as due, Stream(parameters, rate=pace.rate or USUAL_RATE) as stream:
         for row, late in due:
             left_out += late
             try:
-                moment = read(row)
+                moment = readers[row]()
                 if pace.completes and moment.depth is None:
                     depth = stream.complete(moment.frame).depth
                     moment = replace(moment, depth=depth, text="completed as it plays")
             except IlfError:
                 unreadable, failed = unreadable + 1, failed + 1
-                if failed == count:
+                if failed == len(readers):
                     return
             else:
                 before = before if row > shown else None  # the first one again
@@ -234,15 +232,12 @@ class PlayFeature(Feature):
         self.context.views.keep_pictures(True)
         workspace.show(None)
         self.context.actions.refresh()
-        entries, store, parameters = self._entries, self.context.recorder.store, workspace.parameters.current
-        readers = [moment_reader(entry, store, self.written.get(entry.id)) for entry in entries]
-
-        def read(row: int) -> Moment:
-            return readers[row]()
+        store, parameters = self.context.recorder.store, workspace.parameters.current
+        readers = [moment_reader(entry, store, self.written.get(entry.id)) for entry in self._entries]
 
         def start() -> None:
             if self.playing:
-                self.worker.start(lambda: play(len(entries), max(row, 0), read, self.pace, parameters), paused=True)
+                self.worker.start(lambda: play(readers, max(row, 0), self.pace, parameters), paused=True)
 
         if self.worker.busy:  # the former one still ends
             self.worker.cancelled.connect(start, Qt.ConnectionType.SingleShotConnection)
