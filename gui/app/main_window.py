@@ -16,7 +16,7 @@ from ..features.additional_depth import AdditionalDepthPanel
 from ..features.blocks.feature import BlocksFeature
 from ..features.cloud import CloudFeature
 from ..features.colour_range import ColourRange
-from ..features.compare import CompareFeature
+from ..features.compare import CompareFeature, DerivedFeature
 from ..features.context import Context, Feature
 from ..features.curves import CurvesFeature
 from ..features.depth_colours import DepthColoursFeature
@@ -90,6 +90,7 @@ _FURTHER: tuple[type[Feature], ...] = (
     AdditionalDepthPanel,
     InspectPanel,
     CompareFeature,
+    DerivedFeature,
     ColourRange,
     DepthColoursFeature,
     StartPageFeature,

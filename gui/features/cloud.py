@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from copy import copy
 from dataclasses import replace
-from typing import NamedTuple
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,12 +37,6 @@ _SHOWN |= Part.PROPOSAL
 _NOTHING_KNOWN = "There is no depth to show."
 
 
-class _Request(NamedTuple):
-    request: CloudRequest
-    before: Scene | None
-    """Scene with the same points; None if there is none."""
-
-
 class CloudFeature(Feature):
     """Point cloud of the current frame, rebuilt in a worker thread when the frame or a setting changes.
 
@@ -72,9 +66,7 @@ class CloudFeature(Feature):
         """Key of the document whose cloud was shown last; its viewpoint is kept."""
         self._blocks: tuple[NDArray[np.int32], NDArray[np.uint8]] | None = None
         """Label map and colours of the last request."""
-        self._questions = LatestRequest[_Request, Scene](lambda question: compose(*question), self)
-        self._questions.answered.connect(self._take)
-        self._questions.failed.connect(lambda _, error: self._report(error))
+        self._questions = LatestRequest(self, self._report)
         cloud.canvas.failed.connect(self._report)
         views.cursorMoved.connect(self._show_value)
         views.cursorMoved.connect(cloud.canvas.mark)
@@ -139,7 +131,7 @@ class CloudFeature(Feature):
                 self._request = request
                 made = self._made
                 before = made[1] if made is not None and request.has_same_points(made[0]) else None
-                self._questions.ask(_Request(request, before))
+                self._questions.ask(partial(compose, request, before), partial(self._take, request))
 
     def _turn(self) -> None:
         """Release the data of a frame that is not shown any more."""
@@ -223,8 +215,7 @@ class CloudFeature(Feature):
             self._blocks = document.labels.copy(), colour_table(document, int(document.labels.max()))
         return self._blocks
 
-    def _take(self, question: _Request, scene: Scene) -> None:
-        request = question.request
+    def _take(self, request: CloudRequest, scene: Scene) -> None:
         if self._request is None or request.key != self._request.key:
             return
         self._made = request, scene

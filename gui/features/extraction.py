@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import html
 from functools import partial
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,12 +45,8 @@ _COMMANDS = {
 """Text and hint of the command that shows a stage."""
 
 
-class _StageRequest(NamedTuple):
-    """Request: the picture of one stage."""
-
-    frame: RGBDFrame
-    parameters: BlockParameters
-    stage: str
+_Stage = tuple[RGBDFrame, BlockParameters, str]
+"""Frame, parameters and name of a stage: what its picture depends on."""
 
 
 class ExtractionPanel(Panel):
@@ -78,7 +73,7 @@ class ExtractionPanel(Panel):
         """Whether a request waits until the blocks have been extracted."""
         self._held: FoundBlocks | None = None
         """The last extraction: its other stages only have to be drawn."""
-        self._drawn: _StageRequest | None = None
+        self._drawn: _Stage | None = None
         """What the picture in the view answers."""
         self._found: FoundBlocks | None = None
         """The extraction in the view."""
@@ -164,7 +159,7 @@ class ExtractionPanel(Panel):
         frame = workspace.current.frame if workspace.has_current else None
         if frame is not self._frame:
             self._frame, self._drawn, self._found, self._failure = frame, None, None, ""
-            self.forget()
+            self.requests.forget()
             self._slow.stop()
         self._is_waiting = False
         if frame is not None and self.context.views.shows("stage"):
@@ -186,29 +181,33 @@ class ExtractionPanel(Panel):
             return
         held = self._held is not None and self._held.matches(frame, parameters)
         self._is_waiting = self.context.loader.is_extracting(document) and not held
-        request = _StageRequest(frame, parameters, self._board.stage)
-        if not self._is_waiting and (request != self._drawn or super().busy):
-            self.ask(request)
+        stage = frame, parameters, self._board.stage
+        if not self._is_waiting and (stage != self._drawn or super().busy):
+            self.requests.ask(
+                lambda: self._draw_stage(*stage), lambda drawn: self._show_stage(stage, *drawn), key=stage
+            )
         self._watch()
 
-    def compute(self, request: _StageRequest) -> tuple[FoundBlocks, NDArray[np.uint8]]:
-        """Extract the blocks, unless the last extraction is that one, and draw the stage."""
+    def _draw_stage(
+        self, frame: RGBDFrame, parameters: BlockParameters, stage: str
+    ) -> tuple[FoundBlocks, NDArray[np.uint8]]:
+        """Extract the blocks, unless the last extraction is that one, and draw the stage; called in a worker thread."""
         held = self._held  # the window may replace it meanwhile
-        if held is None or not held.matches(request.frame, request.parameters):
-            held = find(request.frame, request.parameters)
-        return held, stage_picture(request.stage, request.frame.rgb, held.extraction)
+        if held is None or not held.matches(frame, parameters):
+            held = find(frame, parameters)
+        return held, stage_picture(stage, frame.rgb, held.extraction)
 
-    def take(self, request: _StageRequest, answer: tuple[FoundBlocks, NDArray[np.uint8]]) -> None:
+    def _show_stage(self, stage: _Stage, found: FoundBlocks, picture: NDArray[np.uint8]) -> None:
         """Show the picture."""
-        self._found, picture = answer
-        self._held, self._failure = self._found, ""
+        self._held = self._found = found
+        self._failure = ""
         self._watch()
-        if request.stage == self._board.stage:
-            self._drawn = request
-            self._board.show_picture(request.stage, picture, self._found.extraction)
+        if stage[-1] == self._board.stage:
+            self._drawn = stage
+            self._board.show_picture(stage[-1], picture, found.extraction)
         self._describe()
 
-    def fail(self, request: object, error: Exception) -> None:
+    def fail(self, error: Exception) -> None:
         """Show the error in the panel: a dialog would come at every move of a slider."""
         self._watch()
         self._failure, self._drawn = f"The extraction failed: {error_text(error)}", None

@@ -39,7 +39,7 @@ from ..state.entries import Entry
 from ..state.parts import Part
 from ..state.workspace import Workspace
 from ..work.found_blocks import FoundBlocks, describe_blocks, find
-from ..work.queue import Job, JobQueue
+from ..work.latest_request import Job, JobQueue
 from .store import WorkStore
 
 _RECORDED = "They are those of a recorded run, which is shown with its result."
@@ -244,14 +244,14 @@ class FrameLoader(QObject):
         def wanted() -> bool:
             return entry.document is None and self._workspace.entries.of(entry.id) is entry
 
-        self._reading.ask(
+        self._reading.add(
             Job(
-                f"Opening {entry.name}",
                 do,
                 lambda found: take(found) if wanted() else None,
                 lambda error: self._note_problem(entry, error) if wanted() else None,
-                wanted,
-                transient=True,
+                kind="opening",
+                what=f"Opening {entry.name}",
+                still_wanted=wanted,
             )
         )
 
@@ -278,7 +278,7 @@ class FrameLoader(QObject):
             else:
                 give_up(error)
 
-        self._reading.ask(Job(what, do, take, report))
+        self._reading.add(Job(do, take, report, what=what))
 
     def _shown_already(self, origin: FrameRef | Path) -> bool:
         document = self._workspace.document_of(_key(origin))
@@ -393,13 +393,13 @@ class FrameLoader(QObject):
         wanted: Callable[[], bool] = lambda: True,
     ) -> None:
         what, documents = f"Extracting blocks of {document.name}", self._workspace.open
-        self._extracting.ask(
+        self._extracting.add(
             Job(
-                what,
                 do,
                 lambda found: take(found) if document in documents else None,
                 lambda error: self.failed.emit(what, error),
-                lambda: document in documents and wanted(),
+                what=what,
+                still_wanted=lambda: document in documents and wanted(),
                 about=document,
             )
         )

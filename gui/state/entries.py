@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import uuid
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, field, replace
@@ -97,6 +98,14 @@ class Entry:
     def origin(self) -> object:
         """What it was or will be opened from."""
         return self.source if self.document is None else self.document.origin
+
+    @property
+    def place(self) -> str | None:
+        """The recording or the folder that it is from; None if it was not opened from one."""
+        source = self.source
+        if source is None:
+            return None
+        return source.rgb if source.frame is not None else os.path.dirname(source.rgb)
 
     @property
     def note(self) -> str:

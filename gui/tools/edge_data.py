@@ -7,7 +7,6 @@ from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QObject
 
 from ilf.data.frame import RGBDFrame
 from ilf.data.parameters import BlockParameters
@@ -45,12 +44,11 @@ class EdgeDataSource:
     Later changes of the invalid mask do not change the aid.
     """
 
-    def __init__(self, parent: QObject) -> None:
+    def __init__(self, requests: LatestRequest) -> None:
         self._document: Document | None = None
         self._edge_data: EdgeData | None = None
         self._extraction: FoundBlocks | None = None
-        self.requests = LatestRequest[partial[EdgeData], EdgeData](lambda find: find(), parent)
-        self.requests.answered.connect(self._take)
+        self._requests = requests
 
     def of(self, document: Document, parameters: BlockParameters) -> EdgeData | None:
         """Return the aid of a document's frame; None while it is being computed.
@@ -60,8 +58,8 @@ class EdgeDataSource:
         if document is not self._document:
             self._document, self._edge_data = document, None
             held = self._extraction if self._extraction and self._extraction.frame is document.frame else None
-            self.requests.forget()
-            self.requests.ask(partial(_find, document.frame, parameters, held))
+            self._requests.forget()
+            self._requests.ask(partial(_find, document.frame, parameters, held), self._take)
         return self._edge_data
 
     def hold(self, extraction: FoundBlocks) -> None:
@@ -76,9 +74,9 @@ class EdgeDataSource:
             self._extraction = None
         if document is not self._document:
             self._document = self._edge_data = None
-            self.requests.forget()
+            self._requests.forget()
 
-    def _take(self, _: object, edge_data: EdgeData) -> None:
+    def _take(self, edge_data: EdgeData) -> None:
         self._edge_data = edge_data
 
 

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from PySide6.QtCore import QObject, Signal
@@ -24,12 +22,6 @@ from ..work.latest_request import LatestRequest
 from .base import Result, Tool, ToolOptions
 from .edge_data import EdgeData, EdgeDataSource
 from .kinds import KINDS, Tools
-
-
-@dataclass(frozen=True, eq=False)
-class _Job:
-    find: Callable[[], Any]
-    take: Callable[[Any], None]
 
 
 class Editor(QObject):
@@ -59,11 +51,8 @@ class Editor(QObject):
         super().__init__(parent)
         self._workspace = workspace
         self._views = views
-        self.edge_data_source = EdgeDataSource(self)
-        self._jobs = LatestRequest[_Job, Any](lambda job: job.find(), self)
-        self._jobs.answered.connect(self._take_answer)
-        for requests in (self._jobs, self.edge_data_source.requests):
-            requests.failed.connect(self._take_error)
+        self.edge_data_source = EdgeDataSource(LatestRequest(self, self._take_error))
+        self._jobs = LatestRequest(self, self._take_error)
         self.tools = Tools()
         self.options = ToolOptions()
         self.tool_name = "select"
@@ -225,9 +214,14 @@ class Editor(QObject):
 
     def run_in_background(self, find: Callable[[], Result], take: Callable[[Result], None]) -> None:
         """Call `find` in the background, then `take` with its result, unless the tool is cancelled before."""
-        self._jobs.ask(_Job(find, take))
 
-    def _take_error(self, _: object, error: Exception) -> None:
+        def take_answer(answer: Result) -> None:
+            take(answer)
+            self._update_hint(True)
+
+        self._jobs.ask(find, take_answer)
+
+    def _take_error(self, error: Exception) -> None:
         if isinstance(error, InputError):
             self.show_message(str(error))
         else:
@@ -237,10 +231,6 @@ class Editor(QObject):
     def working(self) -> bool:
         """Whether a background computation is in progress."""
         return self._jobs.busy
-
-    def _take_answer(self, job: _Job, answer: object) -> None:
-        job.take(answer)
-        self._update_hint(True)
 
     def show_preview(self, preview: Preview | None) -> None:
         """Draw a tool's preview over the views."""

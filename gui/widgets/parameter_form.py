@@ -416,7 +416,7 @@ class _WheelGuard(QObject):
         return False
 
 
-class _FloatBox(QDoubleSpinBox):
+class FloatBox(QDoubleSpinBox):
     """A spin box that shows the decimals of its step, and more only if the value has more."""
 
     def __init__(self, step: float) -> None:
@@ -490,7 +490,7 @@ def _editor(declaration: Declaration, edited: Callable[[Value], None]) -> tuple[
         spin: QSpinBox | QDoubleSpinBox = QSpinBox()
         spin.setSingleStep(max(1, int(declaration.step)))
     else:
-        spin = _FloatBox(declaration.step)
+        spin = FloatBox(declaration.step)
     low, high = declaration.minimum, declaration.maximum
     spin.setMinimum(declaration.kind(-_UNBOUNDED if low is None else low))
     spin.setMaximum(declaration.kind(_UNBOUNDED if high is None else high))

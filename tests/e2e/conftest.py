@@ -122,5 +122,5 @@ def themed(qapp, any_theme):
 
 def export(window, qtbot, folder: Path, options: ExportOptions | None = None):
     """Export the current frame, and wait for the end."""
-    with qtbot.waitSignal(window.feature(ExportFeature).ended):
+    with qtbot.waitSignal(window.feature(ExportFeature).worker.finished):
         window.feature(ExportFeature).start(Export(folder, options or ExportOptions()))

@@ -5,7 +5,7 @@ import pytest
 from PySide6.QtCore import Qt
 
 from gui.features.colour_range import ColourRange
-from gui.features.compare import CompareFeature
+from gui.features.compare import DerivedFeature
 from gui.features.expected_error import ErrorFeature
 from gui.features.status import StatusFeature
 from gui.views.layouts import LAYOUTS
@@ -17,8 +17,7 @@ from .conftest import open_frame, readout, write_frame
 
 def settle(window, qtbot):
     window.refresh.now()
-    looking = window.feature(CompareFeature)
-    qtbot.waitUntil(lambda: not looking.derived.busy and not window.feature(ErrorFeature).busy)
+    qtbot.waitUntil(lambda: not window.feature(DerivedFeature).busy and not window.feature(ErrorFeature).busy)
     window.refresh.now()
 
 

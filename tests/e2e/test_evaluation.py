@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QApplication, QInputDialog, QMessageBox, QWidget
 
 import ilf
 from gui.features.accuracy.ground_truth import GroundTruthDialog
-from gui.features.accuracy.hold_out_dialog import HoldOutDialog
+from gui.features.accuracy.hold_out import HoldOutDialog
 from gui.features.accuracy.panel import AccuracyPanel
 from gui.features.blocks.feature import BlocksFeature
 from gui.features.blocks.model import Column
@@ -146,7 +146,7 @@ def test_errors_against_a_truth_and_on_hidden_depth(window, qtbot, frame_folder,
     assert [row.name for row in rows] == ["Current values", "paper", "Preset released-code"]
     assert len({row.cells[3] for row in rows}) == 1
     assert 1000 * kept.hold_out_error == pytest.approx(float(rows[1].cells[0]), abs=0.06)
-    assert errors_shown(window)[0] == millimetres(panel.outcomes[document].current_result.blocks[label].rmse)
+    assert errors_shown(window)[0] == millimetres(panel.outcomes[document].errors_of(document)[label])
     assert panel.outcome.tone() == "muted"
     panel.hold_out_table.selectAll()
     assert panel.hold_out_table.text().splitlines()[1].startswith("Current values\t")

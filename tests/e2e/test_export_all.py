@@ -36,7 +36,7 @@ def listed(window, qtbot, tmp_path, small_frame):
 
 def _export(window, qtbot, folder, scope):
     feature = window.feature(ExportFeature)
-    with qtbot.waitSignal(feature.ended):
+    with qtbot.waitSignal(feature.worker.finished):
         feature.start(Export(folder, OPTIONS, scope))
         assert feature.pending_work()
     return window.toasts.message
@@ -109,7 +109,7 @@ def test_the_dialog_offers_frames_shows_what_was_written_and_asks_before_it_repl
     assert not dialog.export_button.isEnabled()
     dialog.scope.setCurrentIndex(4)
     dialog.folder_path.setText(str(tmp_path / "out"))
-    with qtbot.waitSignal(listed.feature(ExportFeature).ended):
+    with qtbot.waitSignal(listed.feature(ExportFeature).worker.finished):
         QTest.keyClick(dialog.folder_path, Qt.Key.Key_Return)
     rows = [dialog.results.topLevelItem(number) for number in range(3)]
     assert [(row.text(0), row.text(1)) for row in rows] == list(
@@ -128,9 +128,9 @@ def test_the_dialog_offers_frames_shows_what_was_written_and_asks_before_it_repl
 
     answer("Cancel")
     assert not listed.feature(ExportFeature).worker.busy
-    with qtbot.waitSignal(listed.feature(ExportFeature).ended) as ended:
+    with qtbot.waitSignal(listed.feature(ExportFeature).worker.finished):
         answer("&Replace")
-    assert [str(frame.status) for frame in ended.args[0]] == ["unchanged", "failed", "unchanged"]
+    assert [dialog.results.topLevelItem(row).text(1) for row in range(3)] == ["unchanged", "failed", "unchanged"]
     QTest.keyClick(dialog, Qt.Key.Key_Escape)
     assert not dialog.isVisible()
 

@@ -430,7 +430,7 @@ def test_a_run_is_not_lost_when_the_window_closes(opened, qtbot, tmp_path, waits
 def test_an_export_is_no_saving_opening_no_work_and_a_sweep_is_named(opened, qtbot, tmp_path):
     assert not opened.project.present.unsaved, "a frame that was opened and extracted is no work"
     opened.workspace.current.edit_info(1, "Rename", name="Wall")
-    with qtbot.waitSignal(opened.feature(ExportFeature).ended):
+    with qtbot.waitSignal(opened.feature(ExportFeature).worker.finished):
         opened.feature(ExportFeature).start(Export(tmp_path / "out", ExportOptions()))
     assert opened.project.present.unsaved
     opened.workspace.undo_group.undo()

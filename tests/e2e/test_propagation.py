@@ -108,8 +108,8 @@ def test_through_frames_that_keep_what_was_done_by_hand(listed, part, qtbot, seq
     window.actions_["propagate_through"].trigger()
     dialog = window.findChild(PropagateDialog)
     assert dialog.count.value() == 4
-    assert dialog.chosen_way == "propagate_auto"
-    dialog.how.setCurrentIndex(dialog.how.findData("propagate_flow"))
+    assert dialog.how.currentData() == "auto"
+    dialog.how.setCurrentIndex(dialog.how.findData("flow"))
     with qtbot.waitSignal(part.propagator.ended):
         dialog.accept()
     window.refresh.now()

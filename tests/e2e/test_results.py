@@ -161,7 +161,7 @@ def test_reading_options_of_a_result_are_refused(window, qtbot, results):
 
 def test_results_that_were_not_shown_are_exported_as_they_are(window, qtbot, results, tmp_path):
     open_path(window, qtbot, results)
-    with qtbot.waitSignal(window.feature(ExportFeature).ended):
+    with qtbot.waitSignal(window.feature(ExportFeature).worker.finished):
         window.feature(ExportFeature).start(Export(tmp_path / "again", ExportOptions(), "all"))
     for name in ("depth.npy", "run.json"):
         assert (tmp_path / "again" / "near" / name).read_bytes() == (results / "near" / name).read_bytes()

@@ -1,8 +1,15 @@
+from unittest.mock import Mock
+
 import numpy as np
 import pytest
+from PySide6.QtWidgets import QMainWindow
 
+from gui.base.commands import Actions, Command
+from gui.base.needs import NOTHING
+from gui.features.context import Context
 from gui.state.document import Document
 from gui.state.workspace import Workspace
+from gui.views.linked_views import LinkedViews
 from gui.work.jobs import stop_workers
 from ilf.data.blocks import Blocks
 from ilf.data.parameters import BlockParameters
@@ -32,6 +39,22 @@ def bench(qtbot, small_frame, small_labels, script):
     yield bench
     script.allow()
     assert stop_workers(bench.runs)
+
+
+@pytest.fixture
+def context(bench, qtbot):
+    """What features of the bench may use: its state and runs, views, and commands; the rest is not there."""
+    window, views = QMainWindow(), LinkedViews(bench.workspace)
+    for widget in (window, views):
+        qtbot.addWidget(widget)
+    actions = Actions(window, lambda: NOTHING)
+    actions.add([Command("live", "Live", "Solve blocks after edits", checkable=True)])
+    actions["live"].setChecked(True)
+    others = {
+        name: Mock() for name in ("recorder", "loader", "refresh", "editor", "cloud", "centre", "panels", "notes")
+    }
+    yield Context(window=window, workspace=bench.workspace, runs=bench.runs, views=views, actions=actions, **others)
+    assert stop_workers(window)
 
 
 @pytest.fixture

@@ -21,7 +21,7 @@ from ilf.sources.frame_ref import FrameRef
 from ...base.commands import command
 from ...base.needs import Need
 from ...base.paths import sort_paths
-from ...project.loading import FolderPreview, contains_frames, preview_folder
+from ...project.loading import contains_frames
 from ...state.document import Document
 from ...state.entries import Entry
 from ...state.parts import Part
@@ -51,10 +51,7 @@ class DocumentsFeature(Feature):
         self._loader = context.loader
         self._notes = context.notes
         self._project = context.feature(ProjectFeature)
-        self._looks = LatestRequest[FrameRef, FolderPreview](preview_folder, self)
-        self._block_files = LatestRequest[Callable[[], LoadedBlocks], LoadedBlocks](lambda read: read(), self)
-        self.exporting = False
-        """Whether an export is in progress."""
+        self._looks, self._block_files = LatestRequest(self), LatestRequest(self)
         self.recent = RecentMenu("Open re&cent", "frames", context.panels.persistent, self._open_recent, context.window)
         self._noted: set[str] = set()
         context.workspace.on(Part.LIST, self._note_recent)

@@ -57,7 +57,7 @@ _NOTHING_SELECTED = (
 )
 
 
-class LoadBlocksDialog(PreviewDialog[Callable[[], LoadedBlocks], LoadedBlocks]):
+class LoadBlocksDialog(PreviewDialog[LoadedBlocks]):
     """Dialog to choose blocks, with a preview.
 
     Parameters
@@ -66,14 +66,14 @@ class LoadBlocksDialog(PreviewDialog[Callable[[], LoadedBlocks], LoadedBlocks]):
     filling : BlockParameters
         Parameters of the extraction for the gaps.
     questions : LatestRequest
-        Calls a function in a worker thread.
+        Reads files in a worker thread.
     """
 
     def __init__(
         self,
         frame: RGBDFrame,
         filling: BlockParameters,
-        questions: LatestRequest[Callable[[], LoadedBlocks], LoadedBlocks],
+        questions: LatestRequest,
         parent: QWidget | None = None,
     ) -> None:
         placeholder = "Label map, labelme or COCO file, or folder of masks"
@@ -91,7 +91,7 @@ class LoadBlocksDialog(PreviewDialog[Callable[[], LoadedBlocks], LoadedBlocks]):
         folder.clicked.connect(self._browse_folder)
         self.ask(row(label_of("&Blocks", self.path), self.path, self.file_button, folder), self.fill_gaps)
 
-    def source(self, path: str) -> Callable[[], LoadedBlocks]:
+    def reader(self, path: str) -> Callable[[], LoadedBlocks]:
         return partial(blocks_from, self._frame, path, self._filling if self.fill_gaps.isChecked() else None)
 
     def show_found(self, found: LoadedBlocks) -> None:

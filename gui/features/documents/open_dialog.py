@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from enum import Enum
+from functools import partial
 from pathlib import Path
 from typing import TypeVar
 
@@ -46,7 +47,7 @@ from ilf.sources.reading import described_beside, read_depth, read_frame
 from ilf.sources.reading_options import DEPTH_VIEW, OPTIONS, ReadingOptions
 
 from ...base.paths import PROJECT_SUFFIX
-from ...project.loading import FolderPreview, contains_frames
+from ...project.loading import FolderPreview, contains_frames, preview_folder
 from ...widgets.basics import TAKES_FILES, Message, answers, combo, form, label_of, lay_out, row, stack, typed_list
 from ...widgets.file_choice import choose_file, choose_folder, remember_folder
 from ...widgets.notices import error_text
@@ -104,16 +105,14 @@ class OpenDialog(QDialog):
     Parameters
     ----------
     looks : LatestRequest
-        Computes the `FolderPreview` of a folder of frames or a recording in a worker thread.
+        Lists folders of frames and recordings.
     """
 
-    def __init__(self, looks: LatestRequest[FrameRef, FolderPreview], parent: QWidget | None = None) -> None:
+    def __init__(self, looks: LatestRequest, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self._looks = looks
         self._proposed_depth = ""
         self._doubts: tuple[PlausibilityWarning, ...] = ()
-        looks.answered.connect(self._show_first)
-        looks.failed.connect(self._refuse_source)
         self.setWindowTitle("Open")
         self.setAcceptDrops(True)
         self.setProperty(TAKES_FILES, True)
@@ -366,9 +365,9 @@ class OpenDialog(QDialog):
     def _look_into(self, source: FrameRef) -> None:
         """List the frames in a worker thread; meanwhile the source can be opened already."""
         self._offer_unseen("Listing frames…", "text")
-        self._looks.ask(source)
+        self._looks.ask(partial(preview_folder, source), self._show_first, self._refuse_source, key=source)
 
-    def _show_first(self, source: FrameRef, look: FolderPreview) -> None:
+    def _show_first(self, look: FolderPreview) -> None:
         count, is_of_results = len(look.listing.sources), is_result_folder(look.listing.sources[0])
         frames = f"{counted(count, 'result' if is_of_results else 'frame')} found."
         text = " ".join((frames, *look.listing.notes))
@@ -377,7 +376,7 @@ class OpenDialog(QDialog):
         else:
             self._show(look.frame, f"{text} First frame:\n{_describe_frame(look.frame)}", look.plausibility_warnings)
 
-    def _refuse_source(self, _: FrameRef, error: Exception) -> None:
+    def _refuse_source(self, error: Exception) -> None:
         if isinstance(error, NotAllowed):
             self._announce_question(error)
         else:

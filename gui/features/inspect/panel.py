@@ -38,7 +38,7 @@ from ..panel import Panel
 from .marks import InspectMarks, measurement_marks, profile_marks, region_marks
 from .profile_page import ProfilePage
 from .profile_plot import profile_data
-from .statistics import COLUMNS, Mask, Statistics, StatisticsRequest, metres
+from .statistics import COLUMNS, Mask, metres, statistics_of
 
 PROFILE, STATISTICS, MEASUREMENTS = range(3)
 """The pages."""
@@ -133,7 +133,7 @@ class InspectPanel(Panel):
         if parts & (Part.FRAME | Part.REGION):
             self._of_region = document is not None and document.state.looked.region is not None
         if parts & Part.FRAME:
-            self.forget()
+            self.requests.forget()
             self.statistics.set_rows([])
         turned, self._page = self._page != self.pages.currentIndex(), self.pages.currentIndex()
         if self._page == PROFILE:
@@ -276,7 +276,7 @@ class InspectPanel(Panel):
         self.subject_name.setText(name)
         self.subject_name.setToolTip(literal_text(name))
         if document is None or mask is None:
-            self.forget()
+            self.requests.forget()
             self.statistics.set_rows([], self._with_key(_NO_SUBJECT, "rectangle"))
             _tell(self.statistics_note, "")
             return
@@ -284,7 +284,10 @@ class InspectPanel(Panel):
         chosen = [label for label in document.selected if label in document.counts()]
         other = document.labels == chosen[1] if len(chosen) > 1 and not self._of_region else None
         result = None if depth is None else depth.copy()  # it changes in place
-        self.ask(StatisticsRequest(document.frame.depth, result, document.frame.intrinsics, mask, other))
+        frame = document.frame
+        self.requests.ask(
+            lambda: statistics_of(frame.depth, result, frame.intrinsics, mask, other), self._show_statistics
+        )
 
     def _subject(self, document: Document) -> tuple[Mask | None, str]:
         """Return the region of the statistics, and its name; None without one."""
@@ -300,9 +303,10 @@ class InspectPanel(Panel):
             return None, ""
         return document.labels == chosen, " and ".join(document.info(label).name for label in document.selected[:2])
 
-    def take(self, request: StatisticsRequest, answer: Statistics) -> None:
-        self.statistics.set_rows(answer.rows())
-        _tell(self.statistics_note, " ".join(filter(None, (*answer.notes, self._iteration_note()))))
+    def _show_statistics(self, found: tuple[list[Row], list[str]]) -> None:
+        rows, notes = found
+        self.statistics.set_rows(rows)
+        _tell(self.statistics_note, " ".join(filter(None, (*notes, self._iteration_note()))))
 
     @command("copy_statistics", "Copy &statistics", icon="ph.copy", needs=Need.FRAME)
     def _copy_statistics(self) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import datetime
 from collections.abc import Generator, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 from PySide6.QtCore import QObject, Qt
@@ -178,8 +179,6 @@ _MAX_CHECKED = 500
 written after the project."""
 _MISSING, _CHANGED = "files are missing", "files have changed"
 
-_Search = tuple[list[InputFile], Places]
-
 
 def _check_files(opened: OpenedProject) -> Generator[None, None, list[MissingFile]]:
     """Return the lost files of a project; runs in a worker thread."""
@@ -199,14 +198,10 @@ class Missing(QObject):
         self._requested = ""
         """Id of the frame that the user tried to show."""
         self.dialog: MissingFilesDialog | None = None
-        self._check = LatestRequest[OpenedProject, list[MissingFile]](_check_files, self)
-        self._check.answered.connect(lambda _, lost: self._take_checked(lost))
-        self._check.failed.connect(lambda _, error: context.notes.report("Missing files", error))
+        self._check = LatestRequest(self, partial(context.notes.report, "Missing files"))
         self._check.ended.connect(self._ask)
-        self.search = LatestRequest[_Search, dict[InputFile, Path]](lambda asked: locate(*asked), self)
+        self.search = LatestRequest(self, partial(context.notes.report, "Search for files"))
         """Looks for lost files at possible places."""
-        self.search.answered.connect(lambda asked, found: self._take_found(found, asked[1].folders))
-        self.search.failed.connect(lambda _, error: context.notes.report("Search for files", error))
 
     @property
     def busy(self) -> bool:
@@ -216,7 +211,7 @@ class Missing(QObject):
     def check(self, opened: OpenedProject) -> None:
         """Check all files of an opened project."""
         self.forget()
-        self._check.ask(opened)
+        self._check.ask(lambda: _check_files(opened), self._take_checked)
 
     def forget(self) -> None:
         """Stop, and forget the lost files of the current project."""
@@ -298,9 +293,10 @@ class Missing(QObject):
     # search
 
     def _look(self, places: Places) -> None:
-        self.search.ask((list(dict.fromkeys(lost.wanted for lost in self.lost)), places))
+        wanted = list(dict.fromkeys(lost.wanted for lost in self.lost))
+        self.search.ask(lambda: locate(wanted, places), partial(self._take_found, places.folders))
 
-    def _take_found(self, found: dict[InputFile, Path], searched: tuple[Path, ...]) -> None:
+    def _take_found(self, searched: tuple[Path, ...], found: dict[InputFile, Path]) -> None:
         store, dialog = self._context.recorder.store, self.dialog
         note_opened(*found.values())
         given = {wanted.sha256 or wanted.path: path for wanted, path in found.items()}

@@ -167,7 +167,7 @@ class RandomUser:
         self.workspace.current.undo_stack.redo()
 
     def _run(self) -> None:
-        if self.window.runs.free:
+        if self.window.runs.state.free:
             self.window.runs.current.start()
 
     def _mark_invalid(self) -> None:

@@ -14,8 +14,8 @@ from ilf.project.missing_files import MissingFile
 
 @pytest.fixture
 def asked():
-    """What the dialog has asked for; its search waits for an event."""
-    return Mock(spec=Missing, search=LatestRequest(lambda event: event.wait(10)))
+    """What the dialog has asked for."""
+    return Mock(spec=Missing, search=LatestRequest())
 
 
 @pytest.fixture
@@ -77,7 +77,7 @@ def test_only_a_changed_file_can_be_opened_as_a_new_frame(dialog, files, asked):
 
 def test_during_a_search_nothing_else_is_asked_for(dialog, files, asked, qtbot):
     end = Event()
-    asked.search.ask(end)
+    asked.search.ask(lambda: end.wait(10), bool, pytest.fail)
     assert not dialog.file_button.isEnabled()
     assert not dialog.folder_button.isEnabled()
     end.set()

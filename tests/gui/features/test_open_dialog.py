@@ -15,7 +15,6 @@ from shiboken6 import isValid
 
 from gui.features.documents.frame_files import pair_of
 from gui.features.documents.open_dialog import OpenDialog
-from gui.project.loading import preview_folder
 from gui.widgets.basics import open_once
 from gui.work.jobs import stop_workers
 from gui.work.latest_request import LatestRequest
@@ -27,7 +26,7 @@ from tests.pins.window.hand import dragged
 
 @pytest.fixture
 def dialog(qtbot):
-    looks = LatestRequest(preview_folder)
+    looks = LatestRequest()
     dialog = OpenDialog(looks)
     qtbot.addWidget(dialog)
     dialog.show()
@@ -364,7 +363,7 @@ def test_a_recording_whose_first_frame_is_damaged_can_be_opened(dialog, recordin
 
 
 def test_a_dialog_after_another_says_why_a_folder_is_refused(tmp_path, qtbot):
-    looks = LatestRequest(preview_folder)
+    looks = LatestRequest()
     former = OpenDialog(looks)
     open_once(former)
     former.reject()

@@ -13,7 +13,7 @@ from ilf import preset
 def test_a_re_solve_runs_one_block_and_says_how_fast(bench, until):
     bench.runs.current.resolve([2])
     assert bench.runs.state is RunState.RESOLVING
-    assert bench.runs.free, "a run may take its place"
+    assert bench.runs.state.free, "a run may take its place"
     assert bench.runs.current.resolving == (2,)
     assert bench.runs.current.queued == set()
     bench.script.allow()
