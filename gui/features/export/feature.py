@@ -170,7 +170,7 @@ class ExportFeature(Feature):
     def _report(self, path: Path, export: Export, chosen: Sequence[Entry]) -> Generator[Progress, None, None]:
         store, shared = self.context.recorder.store, self.context.workspace.parameters.shared
         subjects = subjects_of(chosen, store, shared.values if shared.on else None)
-        return report_file_steps(path, subjects, export.test, threads=spare_cores())
+        return report_file_steps(path, subjects, export.test)
 
     # the dialog
 
