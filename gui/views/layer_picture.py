@@ -128,6 +128,5 @@ def _are_same(some: tuple[NDArray[Any], ...], others: tuple[NDArray[Any], ...]) 
 
 def _look(layer: Layer) -> list[Any]:
     """All but the pixels: which arrays are there, their size, and their colours."""
-    tables = [None if table is None else table.tobytes() for table in (layer.table, layer.mark_table)]
     shapes = [part.shape for part in layer.parts]
-    return [layer.levels, layer.stale is None, layer.extrapolated is None, shapes, tables]
+    return [*layer.look, layer.stale is None, layer.extrapolated is None, shapes]

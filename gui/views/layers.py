@@ -88,6 +88,12 @@ class Layer:
     text: str = ""
     legend: Legend = field(default_factory=list)
 
+    @property
+    def look(self) -> list[Any]:
+        """What the colours of the parts follow from."""
+        tables = [None if table is None else table.tobytes() for table in (self.table, self.mark_table)]
+        return [self.levels, self.logarithmic, *tables]
+
     def indices(self, *parts: NDArray[Any]) -> NDArray[np.uint8]:
         """Indices into the table of the parts, or of the same piece of each."""
         values, levels = self.measure(*parts), self.levels

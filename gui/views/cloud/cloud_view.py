@@ -7,15 +7,14 @@ from collections.abc import Mapping
 from functools import partial
 
 from PySide6.QtCore import QSignalBlocker, Qt, Signal
-from PySide6.QtGui import QAction, QActionGroup, QBrush, QColor
+from PySide6.QtGui import QAction, QActionGroup, QBrush
 from PySide6.QtWidgets import QHBoxLayout, QMenu, QSlider, QToolBar, QVBoxLayout, QWidget
 
 from ...base import theme
 from ...widgets.basics import PlainLabel, Themed, flat_button, lay_out, menu_button
 from ..title_strip import TitleStrip
 from .canvas import EMPTY_TEXT, CloudCanvas
-from .colouring import ColourBy
-from .scene import Scene
+from .scene import ColourBy, Scene
 
 _STEPS = 1000
 """Steps of a slider over the depths of the cloud."""
@@ -144,16 +143,14 @@ class CloudView(Themed, QWidget):
         """Show a cloud; without `reset`, keep the camera, for the same frame."""
         self.canvas.set_scene(scene, reset)
         self.clip.set_bounds(*scene.depths)
-        colouring = scene.colouring
-        notes = [f"{len(scene):,} points", *([colouring.note] if colouring.note else [])]
         self.strip.set_title(scene.title)
-        self.strip.set_text(", ".join(notes))
-        self.strip.set_legend([(QBrush(QColor(*colour)), text) for colour, text in colouring.legend])
-        layer = colouring.layer
+        self.strip.set_text(", ".join(filter(None, (f"{len(scene):,} points", scene.note))))
+        self.strip.set_legend([(QBrush(colour), text) for colour, text in scene.legend])
+        layer = scene.layer
         if layer is None:
             self.bar.set_levels(None)
         else:
-            self.bar.set_unit(colouring.unit)
+            self.bar.set_unit(scene.unit)
             self.bar.set_table(layer.table)
             self.bar.set_levels(layer.levels, layer.logarithmic)
 
