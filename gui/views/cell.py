@@ -152,7 +152,6 @@ class Cell(QWidget):
 
     def set_colours(self, colours: Colours, hatch: QBrush) -> None:
         """Apply the theme's colours; `draw_again` draws the picture with them."""
-        self.strip.set_colours(colours)
         self.view.set_colours(colours, hatch)
         self._look = Look(colours, hatch)
 
@@ -176,7 +175,6 @@ class Cell(QWidget):
             self._widget.show_stage(data.stage.stage)
             self._widget.set_hints(data.stage.hints)
         elif self._widget is not None:
-            self._widget.set_colours(look.colours)
             self._widget.show_spectrum(data.spectrum)
 
     def _draw_sides(self) -> None:

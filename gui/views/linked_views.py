@@ -407,8 +407,6 @@ class LinkedViews(Themed, QWidget):
         self._old_pictures = [cell for cell in self.cells.values() if cell.isVisible()]
         if self._old_pictures:
             self._draw_timer.start()
-        # a style sheet, because the application's replaces palettes of single widgets
-        self.sheet.setStyleSheet(f"#sheet {{ background: {colours.border.name()}; }}")
 
     def _draw_next(self) -> None:
         """Draw the picture of one cell with the theme's colours, the next one at the next turn of the event loop."""

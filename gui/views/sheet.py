@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from PySide6.QtCore import QRect, QSize, Signal
-from PySide6.QtGui import QResizeEvent
+from PySide6.QtGui import QPainter, QPaintEvent, QResizeEvent
 from PySide6.QtWidgets import QWidget
 
+from ..base import theme
 from .cell import Cell
 from .layouts import CORRECT, CORRECT_VIEWS, GRIDS, LASTING, LAYOUTS, correct_places, grid_places
 
@@ -37,7 +38,6 @@ class Sheet(QWidget):
         super().__init__()
         self.is_placing = False
         """Whether the cells are being moved; `placed` follows."""
-        self.setObjectName("sheet")
         self.setMinimumSize(_MIN_SIZE)
         self._cells = cells
         self._aspect = 1.0
@@ -107,6 +107,10 @@ class Sheet(QWidget):
             cell.show()  # only now: elsewhere, it could come between the pointer and the view under it
         self.is_placing = False
         self.placed.emit()
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """Fill the gaps between the cells. A style sheet would also change the palette of these."""
+        QPainter(self).fillRect(self.rect(), theme.colours(self.palette()).border)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)

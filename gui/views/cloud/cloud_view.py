@@ -10,7 +10,6 @@ from PySide6.QtCore import QSignalBlocker, Qt, Signal
 from PySide6.QtGui import QAction, QActionGroup, QBrush
 from PySide6.QtWidgets import QHBoxLayout, QMenu, QSlider, QToolBar, QVBoxLayout, QWidget
 
-from ...base import theme
 from ...widgets.basics import PlainLabel, Themed, flat_button, lay_out, menu_button
 from ..title_strip import TitleStrip
 from .canvas import EMPTY_TEXT, CloudCanvas
@@ -177,7 +176,6 @@ class CloudView(Themed, QWidget):
             self._choices[choice].setToolTip(f"{choice.hint}. {why}" if why else choice.hint)
 
     def _take_theme(self) -> None:
-        self.strip.set_colours(theme.colours(self.palette()))
         self.colours_changed.emit()
 
     def _make_bar(self) -> QToolBar:

@@ -97,8 +97,8 @@ def test_left_drag_pans_all_views_when_nobody_wants_it(views, handler):
     QTest.mouseMove(view.viewport(), QPoint(140, 120))
     QTest.mouseRelease(view.viewport(), LEFT, pos=QPoint(140, 120))
     scale = view.transform().m11()
-    for name in views.cells:
-        other = view_of(views, name)
+    for cell in views.sheet.shown:
+        other = cell.view
         centre = other.mapToScene(other.viewport().rect()).boundingRect().center()
         assert centre.x() == pytest.approx(WIDTH / 2 - 40 / scale, abs=1 / scale)
         assert centre.y() == pytest.approx(HEIGHT / 2 - 20 / scale, abs=1 / scale)
@@ -136,7 +136,7 @@ def test_a_double_click_nobody_takes_is_one_more_press(views, answer, expected):
 
 
 def test_the_wheel_zooms_all_views_at_the_cursor(views):
-    view = view_of(views, "difference")
+    view = view_of(views, "depth-out")
     position = place(view, 12, 30)
     before = view.to_image(QPointF(position))
     wheel(view.viewport(), position)
