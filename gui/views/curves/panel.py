@@ -11,14 +11,14 @@ from PySide6.QtCore import QSettings, Qt
 from PySide6.QtGui import QColor, QFont, QResizeEvent
 from PySide6.QtWidgets import QBoxLayout, QHBoxLayout, QStackedWidget, QVBoxLayout, QWidget
 
+from ilf._runtime.formatting import length_text
 from ilf.data.results import IterationRecord
 
 from ...base import theme
 from ...widgets.basics import PlainLabel, Themed, flat_button, lay_out
 from .axes import LengthAxis, SumAxis
-from .criterion import CriterionLines
 from .curve import FLOOR, Columns, Curve, legible, readout
-from .plot import AXIS, NAMED_AXIS, ConvergencePlot, HoldOutPlot, Line
+from .plot import AXIS, NAMED_AXIS, ConvergencePlot, Label, Line
 from .readout import Readout, Row
 from .scrub_bar import ScrubBar
 
@@ -31,6 +31,7 @@ _NAMED_AXIS_HEIGHT = 250  # panel height [px] up to which axes have no name
 _MIN_ROWS = 4  # minimum rows of the readout over the plots
 _READOUT_WIDTH = 330  # width of the readout beside the plots [px]
 _MIN_DECADES = 1.2  # minimum range in view
+_HOLD_OUT_DECADES = 0.4  # range in view above the minimum hold-out error
 _BY_TIME = "curves/by_time"
 _TIME_HINT = "Plot the curves over the time since the start of each block, not over iterations"
 _READOUT_HINT = (
@@ -97,8 +98,8 @@ class CurvesPanel(Themed, QWidget):
         """Make the plots, a fifth of what a window costs: only when there is something to draw."""
         self.sigma_plot = ConvergencePlot(LengthAxis(), "Deviation σ<sub>i</sub>", _MIN_DECADES)
         self.error_plot = ConvergencePlot(LengthAxis(), "Error", _MIN_DECADES)
-        self.hold_out_plot = HoldOutPlot(LengthAxis())
-        self.l1_plot = ConvergencePlot(SumAxis(), "L1 [m]")
+        self.hold_out_plot = ConvergencePlot(LengthAxis(), "Hold-out")
+        self.l1_plot = ConvergencePlot(SumAxis(), "L1 [m]", span_name="colour-weighted")
         self._plots = (self.sigma_plot, self.error_plot, self.hold_out_plot, self.l1_plot)
         names = "Deviation sigma_i", "Error against ground truth", "Hold-out error", "L1 norm"
         for plot, name in zip(self._plots, names, strict=True):
@@ -108,8 +109,6 @@ class CurvesPanel(Themed, QWidget):
             plot.fit_requested.connect(self._follow)
             self._plots_layout.addWidget(plot, 1)
         self.error_plot.setToolTip(_ERROR_PLOT_HINT)
-        self._criteria = CriterionLines(self.sigma_plot)
-        self.l1_plot.label_span("colour-weighted")
         self._show_axis()
 
     # what is shown
@@ -204,16 +203,14 @@ class CurvesPanel(Themed, QWidget):
             plot.show_span(span)
         series = theme.colours(self.palette())
         sigma, l1, residual, held_out = series.series
-        self._criteria.show([(curve.s_criteria, curve.remark) for curve, _ in pairs if curve.s_criteria is not None])
+        self.sigma_plot.show_labels(self._criteria(series.warning))
         self.sigma_plot.show_lines(self._lines("sigma_i", sigma))
         self.l1_plot.set_label("L1 [m]" if len(pairs) == 1 else "ΔL1 [%]")
         self.l1_plot.show_lines(self._lines("l1" if len(pairs) == 1 else "l1_left", l1))
         if self._has("error"):
             self._draw_errors(series.error)
         if self._has("held_out"):
-            alone = self._lines("residual", residual)[0] if len(pairs) == 1 else None
-            iterations = pairs[0][1].along(by_time=False)
-            self.hold_out_plot.show_errors(self._lines("held_out", held_out), alone, iterations)
+            self._draw_hold_outs(held_out, residual)
         self._arrange()
         self._update_readout()
 
@@ -227,18 +224,53 @@ class CurvesPanel(Themed, QWidget):
         ]
         self.error_plot.show_lines([*lines, *ends])
 
+    def _draw_hold_outs(self, colour: QColor, residual: QColor) -> None:
+        """Draw the hold-out errors; for a single curve also its errors at the other known pixels, and where its minimum
+        is.
+
+        The range is near the minimum: the first errors may be 100 times as large, and the rise after the minimum, which
+        shows where noise begins, would be invisible beside them.
+        """
+        lines, more, labels, pairs = self._lines("held_out", colour), [], [], self._pairs()
+        if len(pairs) == 1:
+            (line,), columns = lines, pairs[0][1]
+            least = int(np.nanargmin(line.values))
+            number = int(columns.along(by_time=False)[least])
+            labels = [Label(float(line.along[least]), 90, f"minimum at i = {number}", colour)]
+            more = [one._replace(width=1.4) for one in self._lines("residual", residual)]
+        minimum = float(np.nanmin(np.concatenate([line.values for line in lines])))
+        bottom = min([minimum, *(float(np.nanmin(one.values)) for one in more)])
+        self.hold_out_plot.show_lines([*more, *lines], (bottom, minimum + _HOLD_OUT_DECADES))
+        self.hold_out_plot.show_labels(labels)
+
+    def _criteria(self, colour: QColor) -> list[Label]:
+        """The stop criteria of Eq. (1), each with a remark; equal ones only once."""
+        criteria = dict.fromkeys((curve.s_criteria, curve.remark) for curve, _ in self._pairs())
+        return [
+            Label(
+                math.log10(max(metres, FLOOR)),
+                0,
+                f"S_criteria {length_text(metres)}{f' ({remark})' if remark else ''}",
+                colour,
+            )
+            for metres, remark in criteria
+            if metres is not None
+        ]
+
     def _has(self, quantity: str) -> bool:
-        return any(columns.has(quantity) for columns in self._columns)
+        return any(columns.has(quantity) for _, columns in self._pairs())
 
     def _lines(self, quantity: str, colour: QColor) -> list[Line]:
         """A line for every curve; a single one in the colour of the quantity."""
         pairs = self._pairs()
+        alone = sum(columns.count > 1 for _, columns in pairs) == 1
         return [
             Line(
                 columns.along(self._by_time),
                 columns.values(quantity),
                 colour if len(pairs) == 1 else QColor(*self._line_colour(curve)),
                 curve.dashed,
+                1.8 if alone else 1,
             )
             for curve, columns in pairs
         ]
@@ -339,7 +371,8 @@ class CurvesPanel(Themed, QWidget):
         small = QFont(self.font())
         small.setPointSizeF(small.pointSizeF() * 0.85)
         _, _, residual, held_out = colours.series
-        for plot in (self.sigma_plot, self.error_plot, self.l1_plot):
+        names = ((held_out, "Hold-out"), (residual, "residual"))  # in the colours of the curves
+        texts = (f'<span style="color: {colour.name()}">{name}</span>' for colour, name in names)
+        self.hold_out_plot.set_label(", ".join(texts))
+        for plot in self._plots:
             plot.set_colours(colours, small)
-        self.hold_out_plot.set_error_colours(colours, held_out, residual, small)
-        self._criteria.set_colours(colours, small)
