@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Set
+from collections.abc import Callable, Set
 
 from PySide6.QtCore import QEvent, QPoint, Qt, Signal
 from PySide6.QtGui import QBrush, QColor, QResizeEvent, QShowEvent
@@ -13,7 +13,7 @@ from ..widgets.basics import lay_out
 from .content_menu import ContentMenu
 from .image_view import ImageView
 from .layer_picture import LayerPicture
-from .layers import Layer, Legend, Look, checked, content_of, title_of, uses
+from .layers import Layer, Legend, Look, checked, content_of, striped, title_of, uses
 from .pixel_items import BlockOverlay, PixelItem
 from .screen_layers import STYLES
 from .spectrum_picture import SpectrumPicture
@@ -96,11 +96,10 @@ class Cell(QWidget):
         self.strip.set_text("")
         self.strip.set_title(title_of(concrete, self._data))
         self.bar.set_unit(content.unit)
-        self.view.shows_missing = content.stripes == "missing"
-        self.view.shows_unsupported = content.stripes == "unsupported"
         self.view.has_lines = concrete != "extraction"  # its blocks differ from those of the frame
         for item in self._fills:
             item.setVisible(concrete == "colour")
+        self.show_stripes()
         self.draw_again()
 
     def _replace_widget(self) -> None:
@@ -123,9 +122,10 @@ class Cell(QWidget):
         self._legend = legend
         self.strip.set_legend([*self._stripe_legend, *legend])
 
-    def set_stripe_legend(self, names: Collection[str]) -> None:
-        """Set which stripes lie over the picture, for the legend."""
-        styles = [(name, STYLES[name]) for name in names]
+    def show_stripes(self) -> None:
+        """Set what is striped over the picture, drawn with the lines of all views, and its legend."""
+        self.view.striped = striped(self._data, self.concrete)
+        styles = [(name, STYLES[name]) for name in self.view.striped]
         patterns = {1: Qt.BrushStyle.FDiagPattern, -1: Qt.BrushStyle.BDiagPattern}
         self._stripe_legend = [(QBrush(QColor(style.legend), patterns[style.lean]), name) for name, style in styles]
         self.set_legend(self._legend)

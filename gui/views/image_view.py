@@ -208,10 +208,8 @@ class ImageView(pg.GraphicsView):
         self.names = NamesItem(5.5)
         self.has_lines = True
         """Whether lines around blocks are drawn on this picture."""
-        self.shows_missing = False
-        """Whether missing depth is striped over this picture when switched on."""
-        self.shows_unsupported = False
-        """Whether unsupported depth is striped over this picture."""
+        self.striped: Mapping[str, NDArray[np.bool_]] = {}
+        """What is striped over this picture -> its pixels, bool (H, W)."""
         self.sampling: Sampling | None = None
         """Mapping of the frame to device pixels; None until known."""
         self.preview = PreviewItem(6)

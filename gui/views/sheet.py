@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from PySide6.QtCore import QRect, QSize, Signal
-from PySide6.QtGui import QPainter, QPaintEvent, QResizeEvent
+from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QWidget
 
-from ..base import theme
 from .cell import Cell
 from .layouts import CORRECT, CORRECT_VIEWS, GRIDS, LASTING, LAYOUTS, correct_places, grid_places
 
@@ -107,10 +106,6 @@ class Sheet(QWidget):
             cell.show()  # only now: elsewhere, it could come between the pointer and the view under it
         self.is_placing = False
         self.placed.emit()
-
-    def paintEvent(self, event: QPaintEvent) -> None:
-        """Fill the gaps between the cells. A style sheet would also change the palette of these."""
-        QPainter(self).fillRect(self.rect(), theme.colours(self.palette()).border)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)

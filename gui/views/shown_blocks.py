@@ -15,7 +15,7 @@ from ..state.parts import EVERY_PART, Part
 from ..state.workspace import Workspace
 from .image_view import ImageView
 from .pixel_items import BlockOverlay
-from .screen_layers import ScreenLayers
+from .screen_layers import BlockLines, ScreenLayers
 from .view_data import ViewData, colour_table
 
 BLOCK_PARTS = Part.FRAME | Part.LABELS | Part.STROKE | Part.INFOS | Part.SELECTION
@@ -35,7 +35,7 @@ class ShownBlocks:
         self._table = np.zeros((0, 4), np.uint8)
         self._boxes: list[Box] = []
         """Where it has changed since."""
-        self._shows_names = False
+        self._shows_names = self._contours_only = False
         workspace.labels_changed.connect(self._boxes.append)
 
     def draw(self, parts: Part) -> None:
@@ -49,21 +49,23 @@ class ShownBlocks:
         is_other = labels is not self._drawn
         # a new block is selected before it is painted
         table = self._colours(document, labels, boxes, is_other or bool(parts & ~(Part.LABELS | Part.STROKE)))
-        if is_other or not np.array_equal(table[: len(self._table)], self._table):
+        if is_other:
             self.overlay.set_blocks(labels, table)
-            self.layers.set_blocks(self.overlay.labels, self.overlay.colours)
         else:
-            if len(table) > len(self._table):
-                self.overlay.add_colours(table)
-                self.layers.add_colours(self.overlay.colours)
+            self.overlay.set_colours(table)
             for box in boxes:
                 self.overlay.update_region(box, labels[box])
-                self.layers.update_region(box)
         self._drawn, self._table = labels, table
-        self.layers.set_selected(document.selected)
-        self.layers.set_to_check(sorted(document.state.to_check))
+        lines = BlockLines(table, document.selected, sorted(document.state.to_check), self._contours_only)
+        self.layers.show_blocks(self.overlay.labels, lines, boxes)
         if is_other or parts & ~(Part.STROKE | Part.SELECTION):
             self._write_names(document)
+
+    def set_contours_only(self, on: bool) -> None:
+        """Set whether blocks are drawn as coloured outlines without fill."""
+        self._contours_only = on
+        self.overlay.set_filled(not on)
+        self.draw(EVERY_PART)
 
     def show_names(self, on: bool) -> None:
         """Show or hide the blocks' names."""
@@ -74,7 +76,7 @@ class ShownBlocks:
         if self._drawn is not None:
             self._drawn = None
             self.overlay.clear()
-            self.layers.set_blocks(None)
+            self.layers.show_blocks(None, BlockLines(self._table))
             for view in self.views:
                 view.write_names({}, {})
 
