@@ -211,7 +211,8 @@ class LinkedViews(Themed, QWidget):
             cell.follow()
             if not changed or not _MARKS.isdisjoint(changed):
                 cell.show_stripes()
-            cell.redraw(set(changed) or cell.uses)
+            if not changed or not cell.uses.isdisjoint(changed):
+                cell.draw_again()
         self.blocks.layers.show(self._shown_views)
         if not changed or not {"runs", "result"}.isdisjoint(changed):
             self.sides.show_divider()

@@ -9,7 +9,7 @@ from ilf._runtime.formatting import UNKNOWN, millimetres
 from ilf.evaluation.evaluation import Evaluation
 from ilf.evaluation.ties import Ties
 
-from ...widgets.number_table import Row
+from ...widgets.tables import Row
 from .evaluation import AreaErrors, EvaluatedResult
 from .hold_out import HoldOutOutcome
 

@@ -12,7 +12,7 @@ from PySide6.QtWidgets import QHBoxLayout, QMenu, QSlider, QToolBar, QVBoxLayout
 
 from ...widgets.basics import PlainLabel, Themed, flat_button, lay_out, menu_button
 from ..title_strip import TitleStrip
-from .canvas import EMPTY_TEXT, CloudCanvas
+from .canvas import DIRECTIONS, EMPTY_TEXT, CloudCanvas
 from .scene import ColourBy, Scene
 
 _STEPS = 1000
@@ -90,12 +90,6 @@ class DepthClip(QWidget):
                 slider.setValue(round(_STEPS * (shown - start) / (end - start)))
 
 
-_LOOKS = {
-    "home": ("&Whole cloud", "Show the whole cloud (R, Home, double-click beside it)"),
-    "front": ("From the &camera", "View along the axis of the depth camera"),
-    "top": ("From &above", "View from above"),
-    "side": ("From the &right", "View from the right"),
-}
 _LARGEST_SIZE = 4
 """Largest side of a point that can be chosen [logical px]."""
 
@@ -204,7 +198,7 @@ class CloudView(Themed, QWidget):
     def _make_look_menu(self) -> QMenu:
         menu = QMenu(self)
         menu.setToolTipsVisible(True)
-        for name, (text, hint) in _LOOKS.items():
+        for name, (text, hint, *_) in DIRECTIONS.items():
             menu.addAction(text, partial(self.canvas.look, name)).setToolTip(hint)
         menu.addSeparator()
         self._shading = _checkable(menu, "&Shading", True)

@@ -9,7 +9,7 @@ from PySide6.QtGui import QAction, QImage, QMouseEvent
 from PySide6.QtWidgets import QApplication
 
 from gui.base import theme
-from gui.views.cloud.canvas import length_text, round_length
+from gui.views.cloud.canvas import round_length
 from gui.views.cloud.cloud_view import CloudView, DepthClip
 from gui.views.cloud.drawing import MOVING_S, DetailLevel
 from gui.views.cloud.scene import CloudRequest, ColourBy, Scene, compose
@@ -326,10 +326,6 @@ def test_clipped_depths_stay_in_metres_when_the_cloud_changes(qtbot):
     assert row.near.value() == 400
 
 
-@pytest.mark.parametrize(
-    ("most", "length", "text"),
-    [(0.0499, 0.02, "2 cm"), (0.5, 0.5, "50 cm"), (1.99, 1.0, "1 m"), (0.003, 0.002, "2 mm"), (2e3, 2e3, "2 km")],
-)
-def test_the_scale_bar_is_round(most, length, text):
+@pytest.mark.parametrize(("most", "length"), [(0.0499, 0.02), (0.5, 0.5), (1.99, 1.0), (0.003, 0.002), (2e3, 2e3)])
+def test_the_scale_bar_is_round(most, length):
     assert round_length(most) == pytest.approx(length)
-    assert length_text(round_length(most)) == text

@@ -61,7 +61,7 @@ def board():
 def cell(shown, board):
     widget = Cell("extraction", lambda view, event: False, ViewData(Workspace(), board), BlockOverlay(1))
     widget.set_colours(theme.colours(widget.palette()), QBrush())
-    board.changed.connect(lambda: widget.redraw({"stage"}))
+    board.changed.connect(widget.draw_again)
     return shown(widget, 900, 300)
 
 
