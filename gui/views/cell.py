@@ -89,7 +89,7 @@ class Cell(QWidget):
         if concrete == self.concrete:
             return
         self.concrete = concrete
-        self._replace_widget()
+        self._drop_widget()
         content = content_of(concrete)
         self.picture.draw(Layer())
         self.set_legend([])
@@ -102,18 +102,20 @@ class Cell(QWidget):
         self.show_stripes()
         self.draw_again()
 
-    def _replace_widget(self) -> None:
+    def _drop_widget(self) -> None:
         self.strip.set_title_widget(None)
         if isinstance(self._widget, SpectrumPicture):
             self._widget.hide()
             self._widget.setParent(None)
             self._widget.deleteLater()
         self._widget = None
+
+    def _add_widget(self) -> None:
+        """Add the widget that a content has besides its picture."""
         if self.concrete == "spectrum":
             self._widget = SpectrumPicture(self.view)
         elif self.concrete == "extraction":
-            self._widget = StagePicker(self.strip)
-            self._widget.chosen.connect(self._data.stage.set_stage)
+            self._widget = StagePicker(self._data.stage.actions, self.strip)
             self._widget.setFont(self.strip.font())
             self.strip.set_title_widget(self._widget)
 
@@ -166,10 +168,9 @@ class Cell(QWidget):
         self.picture.draw(layer)
         if self.concrete == "colour":
             self._draw_sides()
-        if isinstance(self._widget, StagePicker):
-            self._widget.show_stage(data.stage.stage)
-            self._widget.set_hints(data.stage.hints)
-        elif self._widget is not None:
+        if self._widget is None:
+            self._add_widget()
+        if isinstance(self._widget, SpectrumPicture):
             self._widget.show_spectrum(data.spectrum)
 
     def _draw_sides(self) -> None:

@@ -12,7 +12,7 @@ from PySide6.QtCore import QEvent, QPointF, Qt, Signal
 from PySide6.QtGui import QColor, QFont
 
 from ...base import theme
-from .axes import set_title
+from .axes import paint_plot, set_title
 from .curve import Values
 
 NAMED_AXIS, AXIS, _BARE = 34, 20, 6
@@ -250,18 +250,16 @@ class ConvergencePlot(pg.PlotWidget):
     def set_colours(self, colours: theme.Colours, font: QFont) -> None:
         """Apply the theme's colours, to marks and labels when they are shown next."""
         self._colours, self._font = colours, font
-        self.setBackground(colours.background)
+        paint_plot(self, colours, font)
         self._stage_pen = pg.mkPen(colours.grid)
         self._marked = self._labelled = None
         self._span.setBrush(theme.faded(colours.accent, 28))
         self._cursor.setPen(pg.mkPen(colours.muted))
         self._paint_text(self._span_name, colours.muted)
         for name, text in (("left", self._label), ("bottom", self._places)):
-            axis = self.getAxis(name)
-            axis.setPen(colours.grid)
-            axis.setTextPen(colours.muted)
-            axis.setTickFont(font)
-            set_title(axis, text, color=colours.muted.name(), **{"font-size": f"{font.pointSizeF():.1f}pt"})
+            set_title(
+                self.getAxis(name), text, color=colours.muted.name(), **{"font-size": f"{font.pointSizeF():.1f}pt"}
+            )
 
     def mouseDoubleClickEvent(self, event: QEvent) -> None:
         self.fit_requested.emit()
