@@ -32,7 +32,6 @@ class ShownBlocks:
         self._data = data
         self._drawn: NDArray[np.int32] | None = None
         """The label map that was drawn last."""
-        self._table = np.zeros((0, 4), np.uint8)
         self._boxes: list[Box] = []
         """Where it has changed since."""
         self._shows_names = self._contours_only = False
@@ -55,7 +54,7 @@ class ShownBlocks:
             self.overlay.set_colours(table)
             for box in boxes:
                 self.overlay.update_region(box, labels[box])
-        self._drawn, self._table = labels, table
+        self._drawn = labels
         lines = BlockLines(table, document.selected, sorted(document.state.to_check), self._contours_only)
         self.layers.show_blocks(self.overlay.labels, lines, boxes)
         if is_other or parts & ~(Part.STROKE | Part.SELECTION):
@@ -76,7 +75,7 @@ class ShownBlocks:
         if self._drawn is not None:
             self._drawn = None
             self.overlay.clear()
-            self.layers.show_blocks(None, BlockLines(self._table))
+            self.layers.show_blocks(None, BlockLines(self.overlay.colours))
             for view in self.views:
                 view.write_names({}, {})
 
@@ -84,11 +83,11 @@ class ShownBlocks:
         self, document: Document, labels: NDArray[np.int32], boxes: Sequence[Box], all_of_them: bool
     ) -> NDArray[np.uint8]:
         """Colour table; the last one if it cannot have changed, as in a stroke with a block that has a colour."""
-        known = len(self._table) - 1
+        known = len(self.overlay.colours) - 1
         if self._drawn is not labels:
             return colour_table(document, int(labels.max()))
         top = max((int(labels[box].max()) for box in boxes), default=0)
-        return colour_table(document, max(top, known)) if all_of_them or top > known else self._table
+        return colour_table(document, max(top, known)) if all_of_them or top > known else self.overlay.colours
 
     def _write_names(self, document: Document) -> None:
         labels = self.overlay.labels
