@@ -55,8 +55,7 @@ from ..views.cloud.cloud_view import CloudView
 from ..views.linked_views import LinkedViews
 from ..widgets.basics import Late
 from ..widgets.docks import Docks, PanelGroup
-from ..widgets.log_panel import LogPanel
-from ..widgets.notices import Notes
+from ..widgets.notices import LogPanel, Notes
 from ..widgets.toasts import Toasts
 from ..work.jobs import stop_workers
 from ..work.refresh import Refresh

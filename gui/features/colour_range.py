@@ -12,6 +12,7 @@ from ..base import theme
 from ..base.commands import command
 from ..state.parts import Part
 from ..views.colours import DEPTH_MAPS, FIXED, KINDS, MODES, Levels, Range
+from ..views.curves.axes import paint_plot
 from ..widgets.basics import PlainLabel, Themed, combo, command_button, lay_out
 from ..widgets.docks import PanelGroup
 from .context import Context
@@ -97,17 +98,13 @@ class Histogram(Themed, pg.PlotWidget):
     def _take_theme(self) -> None:
         colours, font = theme.colours(self.palette()), self.font()
         font.setPointSizeF(font.pointSizeF() * 0.85)
-        self.setBackground(colours.background)
+        paint_plot(self, colours, font)
         self._curve.setPen(pg.mkPen(colours.muted))
         self._curve.setBrush(theme.faded(colours.muted, 90))
         self._region.setBrush(theme.faded(colours.accent, 36))
         for line in self._region.lines:
             line.setPen(pg.mkPen(colours.accent, width=2))
             line.setHoverPen(pg.mkPen(colours.accent, width=4))
-        axis = self.getAxis("bottom")
-        axis.setPen(colours.grid)
-        axis.setTextPen(colours.muted)
-        axis.setTickFont(font)
 
     def _on_axis(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
         return np.log10(np.maximum(values, _MIN_LOG_VALUE)) if self._logarithmic else values

@@ -16,7 +16,7 @@ from ilf.data.parameters import BlockParameters
 from ilf.drawing.blocks import STAGES, stage_picture
 
 from ..base import theme
-from ..base.commands import Command, command, hint_of
+from ..base.commands import Command, command
 from ..base.needs import Need
 from ..state.parts import Part
 from ..views.layouts import LAYOUT_TEXTS
@@ -98,9 +98,12 @@ class ExtractionPanel(Panel):
         context.loader.extracted.connect(self._hold)
         context.loader.busy_changed.connect(lambda: self.redraw() if self._is_waiting else None)
         views = context.views
-        for signal in (self._board.stageChanged, views.sheet.layoutChanged, views.shownChanged, context.centre.turned):
+        for signal in (views.sheet.layoutChanged, views.shownChanged, context.centre.turned):
             signal.connect(self.redraw)
-        self._mark_stages()
+        for name, text in STAGES.items():
+            context.actions[f"stage_{name}"].setIconText(text)
+        context.actions[f"stage_{self._board.stage}"].setChecked(True)
+        self._board.actions = [context.actions[f"stage_{name}"] for name in STAGES]
 
     def make(self) -> QWidget:
         """Make the form, with the commands and the summary above it."""
@@ -130,19 +133,6 @@ class ExtractionPanel(Panel):
         widget = QWidget()
         lay_out(QVBoxLayout(widget), row, keep, self._summary, self.form, margins=(8, 8, 4, 4), stretched=self.form)
         return widget
-
-    def _mark_stages(self) -> None:
-        """Mark the command of the shown stage, and show the commands' hints on the buttons of the view."""
-        board, stages = self._board, {name: self.context.actions[f"stage_{name}"] for name in STAGES}
-
-        def show_hints() -> None:
-            board.set_hints({name: hint_of(action) for name, action in stages.items()})
-
-        stages[board.stage].setChecked(True)
-        board.stageChanged.connect(lambda name: stages[name].setChecked(True))
-        for action in stages.values():  # also when its shortcut changes
-            action.changed.connect(show_hints)
-        show_hints()
 
     @property
     def busy(self) -> bool:
@@ -226,6 +216,7 @@ class ExtractionPanel(Panel):
         """Show a stage, and the view of the extraction if it is not visible."""
         self._board.set_stage(name)
         self.show_view()
+        self.redraw()
 
     def show_view(self, *_: str) -> None:
         """Show the view of the extraction if it is not visible."""

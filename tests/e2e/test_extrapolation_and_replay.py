@@ -10,7 +10,7 @@ import pytest
 import ilf
 from gui.features.cloud import CloudFeature
 from gui.features.status import StatusFeature
-from gui.views.cloud.colouring import ColourBy
+from gui.views.cloud.scene import ColourBy
 from gui.work.frame_runs import RunState
 from ilf.cli import main as command_line
 from ilf.sources.frame_ref import FrameRef
@@ -77,7 +77,7 @@ def test_guesses_are_striped_named_and_counted(margin, qtbot, run_all):
     margin.centre.show_cloud()
     margin.refresh.now()
     qtbot.waitUntil(lambda: not margin.feature(CloudFeature).busy and len(margin.cloud.canvas.scene) > 0)
-    legend = [text for _, text in margin.cloud.canvas.scene.colouring.legend]
+    legend = [text for _, text in margin.cloud.canvas.scene.legend]
     assert legend[-1] == f"{np.count_nonzero(completion.extrapolated)} extrapolated"
     margin.centre.show_images()
     margin.actions_["clear_results"].trigger()

@@ -232,7 +232,7 @@ def test_suspect_depth_and_blocks_at_a_limit_are_marked(window, qtbot, tmp_path,
     run_all(window)
     outcome = workspace.current.completion().outcomes[1]
     assert outcome.suspect == np.count_nonzero(speck)
-    assert np.array_equal(window.views.blocks.layers._masks["suspect"], speck)
+    assert np.array_equal(window.views.cells["depth-out"].view.striped["suspect"], speck)
     row = block_rows(workspace.current, window.runs.current)[0]
     assert (row.state, outcome.message in row.detail) == ("iteration limit", True)
     assert "limit of steps" in row.detail

@@ -28,7 +28,7 @@ from ...widgets.basics import (
     page,
 )
 from ...widgets.docks import PanelGroup
-from ...widgets.number_table import NumberTable
+from ...widgets.tables import NumberTable
 from ...work.latest_request import LatestRequest
 from ..context import Context, PendingWork
 from ..panel import Panel

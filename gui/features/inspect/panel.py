@@ -31,7 +31,7 @@ from ...tools.line import REACH, off_line, share_along
 from ...widgets.basics import Message, PlainLabel, combo, command_button, lay_out, literal_text, page
 from ...widgets.docks import PanelGroup
 from ...widgets.file_choice import ask_path, save
-from ...widgets.number_table import NumberTable, Row
+from ...widgets.tables import NumberTable, Row
 from ..context import Context
 from ..expected_error import ErrorFeature
 from ..panel import Panel

@@ -18,7 +18,7 @@ from ilf.evaluation.measuring import DepthProfile, Line, depth_profile
 from ...base import theme
 from ...state.document import Document
 from ...state.shown_depth import ViewedIteration
-from ...views.curves.axes import set_title
+from ...views.curves.axes import paint_plot, set_title
 
 Array = NDArray[np.floating]
 Colour = tuple[int, int, int]
@@ -185,16 +185,11 @@ class ProfilePlot(pg.PlotWidget):
         """Apply the theme's colours; those of the curves with the next data."""
         self._colours = colours
         self._label_font = {"font-size": f"{font.pointSizeF():.1f}pt"}
-        self.setBackground(colours.background)
+        paint_plot(self, colours, font)
         self._raw.setBrush(raw_colour(colours))
         self._band.setBrush(theme.faded(colours.series[0], 54))
         self._borders.setPen(pg.mkPen(theme.faded(colours.muted, 110), width=1))
         self._cursor.setPen(pg.mkPen(colours.muted, width=1))
-        for name in ("left", "bottom"):
-            axis = self.getAxis(name)
-            axis.setPen(colours.grid)
-            axis.setTextPen(colours.muted)
-            axis.setTickFont(font)
         set_title(self.getAxis("left"), "Depth [m]", color=colours.muted.name(), **self._label_font)
 
     def picture(self, as_svg: bool) -> bytes:

@@ -351,7 +351,6 @@ class SweepFeature(Panel):
         self.apply_button.setEnabled(found.best is not None and found.best != found.present)
 
     def _show_scale(self, scale: Scale, unit: str) -> None:
-        self.bar.set_colours(theme.colours(self.widget.palette()))
         self.bar.set_table(scale.table)
         self.bar.set_unit(unit)
         self.bar.set_levels((scale.low, scale.high))

@@ -15,7 +15,7 @@ from PySide6.QtGui import QImage
 from ilf.drawing.clouds import Look, Splat, splat, splat_steps
 
 from ...work.latest_request import LatestRequest
-from .scene import Colouring, Scene, empty_scene
+from .scene import Scene, empty_scene
 
 # Level of detail of a moving cloud, from the drawing speed of this machine. No widgets.
 
@@ -150,7 +150,7 @@ class CloudDrawing(QObject):
         """Draw the full picture immediately, in the calling thread."""
         if self._look is not None and len(self.scene) and not self.is_full:
             scene = self.scene
-            drawn = splat(scene.points, scene.colouring.colours, self._look, scene.spacing)
+            drawn = splat(scene.points, scene.colours, self._look, scene.spacing)
             self._take_whole(scene, self._look, drawn)
 
     def pixel_at(self, x: float, y: float, reach: float) -> tuple[int, int] | None:
@@ -188,7 +188,7 @@ class CloudDrawing(QObject):
         coarse = look if side == 1 else _coarse(look, side)
         scene = self.scene if count == len(self.scene) else self._subset_of(count)
         begun = time.perf_counter()
-        drawn = splat(scene.points, scene.colouring.colours, coarse, scene.spacing)
+        drawn = splat(scene.points, scene.colours, coarse, scene.spacing)
         self.detail.note(time.perf_counter() - begun, count, coarse.width * coarse.height)
         self._picture = _Picture(_image_of(drawn), scene, coarse, drawn.nearest, side)
         self._is_due = False
@@ -202,8 +202,8 @@ class CloudDrawing(QObject):
             scene, total = self.scene, len(self.scene)
             starts = np.linspace(0, total, count, endpoint=False)
             some = (starts + np.random.default_rng(0).random(count) * (total / count)).astype(np.intp)
-            colours, spacing = Colouring(scene.colouring.colours[some]), scene.spacing * math.sqrt(total / count)
-            self._subset = Scene(scene.points[some], scene.pixels[some], scene.width, colours, spacing)
+            spacing = scene.spacing * math.sqrt(total / count)
+            self._subset = Scene(scene.points[some], scene.pixels[some], scene.width, scene.colours[some], spacing)
         return self._subset
 
     def _ask_whole(self) -> None:
@@ -213,7 +213,7 @@ class CloudDrawing(QObject):
             if self._whole.question is None or self._whole.question.key != (scene, look):
                 self._whole.cancel()
             self._whole.ask(
-                lambda: splat_steps(scene.points, scene.colouring.colours, look, scene.spacing),
+                lambda: splat_steps(scene.points, scene.colours, look, scene.spacing),
                 partial(self._take_whole, scene, look),
                 key=(scene, look),
             )

@@ -7,7 +7,7 @@ from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QCheckBox, QComboBox, QDoubleSpinBox, QSpinBox, QToolButton, QWidget
 
-from gui.widgets.parameter_form import ParameterForm, ValueScale, ValueSlider, has_slider
+from gui.widgets.parameter_form import ParameterForm, ValueSlider, has_slider
 from ilf.data.declarations import ParameterSet, declare
 from ilf.data.parameters import PRESETS, BlockParameters, Parameters
 from ilf.data.presets import preset
@@ -190,23 +190,23 @@ class _Sizes(ParameterSet):
     open_ended: float = declare(0.1, "Open", "h", "g", minimum=0.0)
 
 
-def test_sliders_reach_both_ends_rise_throughout_and_return_to_where_they_were():
+def test_sliders_reach_both_ends_rise_throughout_and_return_to_where_they_were(qapp):
     sizes = _Sizes.declarations()
     assert {name for name, item in sizes.items() if not has_slider(item)} == {"fine", "open_ended"}
     for declaration in filter(has_slider, sizes.values()):
-        scale = ValueScale(declaration)
-        values = [scale.value(position) for position in range(scale.last + 1)]
+        scale = ValueSlider(declaration)
+        values = [scale.value_at(position) for position in range(scale.maximum() + 1)]
         assert values == sorted(values)
         assert (values[0], values[-1]) == (declaration.minimum, declaration.maximum)
         assert all(declaration.checked(value) == value for value in values)
-        assert all(scale.value(scale.position(value)) == value for value in values)
-        assert scale.position(declaration.default) in range(scale.last + 1)
-    whole = ValueScale(sizes["margin"])
-    assert [whole.value(position) for position in range(whole.last + 1)] == list(range(-1, 21))
-    middle = ValueScale(sizes["stiffness"])
-    assert middle.value(middle.position(1.0)) == pytest.approx(1.0, rel=0.1)
-    assert middle.position(1.0) == pytest.approx(middle.last / 3, abs=1), "equal ratios are equally far apart"
-    assert 0 < ValueScale(sizes["weight"]).value(1) <= 0.001
+        assert all(scale.value_at(scale.position_of(value)) == value for value in values)
+        assert scale.position_of(declaration.default) in range(scale.maximum() + 1)
+    whole = ValueSlider(sizes["margin"])
+    assert [whole.value_at(position) for position in range(whole.maximum() + 1)] == list(range(-1, 21))
+    middle = ValueSlider(sizes["stiffness"])
+    assert middle.value_at(middle.position_of(1.0)) == pytest.approx(1.0, rel=0.1)
+    assert middle.position_of(1.0) == pytest.approx(middle.maximum() / 3, abs=1), "equal ratios are equally far apart"
+    assert 0 < ValueSlider(sizes["weight"]).value_at(1) <= 0.001
 
 
 def test_wheel_steps_the_editor_that_has_the_focus(form, qtbot):
