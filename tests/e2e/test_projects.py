@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QApplication, QMessageBox
+from PySide6.QtWidgets import QApplication, QFileDialog, QMessageBox
 
 import ilf
 from gui.features.export.dialog import Export
@@ -158,7 +158,7 @@ def test_a_project_opens_moved_with_its_frames_and_embedded_alone_and_a_damaged_
     assert content[begin - 60 : begin + 60] in path.read_bytes(), "what cannot be read is not thrown away"
 
 
-def test_missing_files_are_asked_for_and_checked(window, another, qtbot, small_frame, tmp_path):
+def test_missing_files_are_asked_for_and_checked(window, another, qtbot, small_frame, tmp_path, monkeypatch):
     folders = [write_frame(tmp_path / name, small_frame) for name in ("a", "b", "c")]
     for number, folder in enumerate(folders):  # files that differ
         for file in ("rgb.png", "depth.png"):
@@ -183,20 +183,31 @@ def test_missing_files_are_asked_for_and_checked(window, another, qtbot, small_f
         save(second, qtbot, path)
     with read_project(path) as project:
         assert [frame.summary.stage for frame in project.project.frames] == [Stage.EXTRACTED] * 3
+    buttons = dialog.file_button, dialog.folder_button, dialog.new_button
+    starts = []
+
+    def press(button, answer):
+        file = "" if answer is None else str(answer)
+        monkeypatch.setattr(QFileDialog, "getOpenFileName", lambda _, *asked: starts.append(asked) or (file, ""))
+        monkeypatch.setattr(QFileDialog, "getExistingDirectory", lambda *_: file)
+        button.click()
+        assert second.project.missing.busy == (answer is not None)
+        assert answer is None or not any(button.isEnabled() for button in buttons), "nothing else meanwhile"
+        qtbot.waitUntil(lambda: not second.project.missing.busy and not second.loader.busy)
+
+    gone = next(lost for lost in second.project.missing.lost if lost.changed is None)
     changed = next(lost for lost in second.project.missing.lost if lost.changed is not None)
+    dialog.choose(gone.frame)
+    assert [button.isEnabled() for button in buttons] == [True, True, False], "only what has changed is a new frame"
+    press(dialog.file_button, None)
+    press(dialog.folder_button, None)
+    assert starts == [("Locate rgb.png", str(tmp_path))], "from the nearest folder that is there"
     dialog.choose(changed.frame)
     assert "the results would not belong to it" in dialog.message.text()
-    assert dialog.new_button.isEnabled()
-
-    def searched() -> bool:
-        return not second.project.missing.busy and not second.loader.busy
-
-    second.project.missing.locate_file(changed, folders[2] / "rgb.png")
-    qtbot.waitUntil(searched)
+    press(dialog.file_button, folders[2] / "rgb.png")
     assert dialog.message.tone() == "error"
     assert len(second.project.missing.lost) == 5
-    second.project.missing.locate_folder(tmp_path / "away")
-    qtbot.waitUntil(searched)
+    press(dialog.folder_button, tmp_path / "away")
     assert [lost.frame for lost in second.project.missing.lost] == [changed.frame]
     assert dialog.message.text() == "Found 4 files; files of 1 frame are still missing."
     assert [entry.summary.stage for entry in workspace.entries] == [
@@ -211,7 +222,8 @@ def test_missing_files_are_asked_for_and_checked(window, another, qtbot, small_f
 
     shutil.copy(tmp_path / "away" / "a" / "depth.png", folders[2] / "depth.png")
     (folders[2] / "rgb.png").write_bytes((folders[2] / "rgb.png").read_bytes() + b"!")
-    second.project.missing.open_new(changed)
+    dialog.choose(changed.frame)
+    dialog.new_button.click()
     show(second, qtbot, 3)
     assert not workspace.current.unsaved
     save(second, qtbot, path)
