@@ -12,7 +12,7 @@ import json
 import os
 import subprocess
 import sys
-from collections import Counter
+from collections import Counter, deque
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict
@@ -99,10 +99,13 @@ def _run(module: str, *words: str) -> Iterator[str]:
     """The lines that a module of this package prints, in a process without a display."""
     environment = os.environ | _ENVIRONMENT
     command = [sys.executable, "-m", f"{__package__}.{module}", *words]
+    said = deque[str](maxlen=40)
     with subprocess.Popen(command, cwd=ROOT, env=environment, text=True, stdout=subprocess.PIPE) as process:
-        yield from process.stdout or ()
+        for line in process.stdout or ():
+            said.append(line)
+            yield line
     if process.returncode:
-        raise RuntimeError(f"`{' '.join(command)}` ended with status {process.returncode}.")
+        raise RuntimeError(f"`{' '.join(command)}` ended with status {process.returncode}:\n{''.join(said)}")
 
 
 def _covering(suite: str, folder: Path) -> dict[str, Any]:

@@ -9,33 +9,13 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-_OTHER_OPERATORS: dict[type[ast.AST], tuple[type[ast.AST], ...]] = {
-    ast.Add: (ast.Sub,),
-    ast.Sub: (ast.Add,),
-    ast.Mult: (ast.Div, ast.Add),
-    ast.Div: (ast.Mult,),
-    ast.FloorDiv: (ast.Div, ast.Mult),
-    ast.Mod: (ast.FloorDiv,),
-    ast.Pow: (ast.Mult,),
-    ast.BitOr: (ast.BitAnd,),
-    ast.BitAnd: (ast.BitOr,),
-    ast.BitXor: (ast.BitAnd,),
-    ast.Eq: (ast.NotEq,),
-    ast.NotEq: (ast.Eq,),
-    ast.Lt: (ast.LtE, ast.GtE),
-    ast.LtE: (ast.Lt, ast.Gt),
-    ast.Gt: (ast.GtE, ast.LtE),
-    ast.GtE: (ast.Gt, ast.Lt),
-    ast.Is: (ast.IsNot,),
-    ast.IsNot: (ast.Is,),
-    ast.In: (ast.NotIn,),
-    ast.NotIn: (ast.In,),
-    ast.And: (ast.Or,),
-    ast.Or: (ast.And,),
-    ast.Break: (ast.Continue,),
-    ast.Continue: (ast.Break,),
-}
-
+_SLIPS = (
+    *((ast.Add, ast.Sub), (ast.Mult, ast.Div), (ast.FloorDiv, ast.Mult), (ast.Mod, ast.FloorDiv), (ast.Pow, ast.Mult)),
+    *((ast.BitOr, ast.BitAnd), (ast.BitXor, ast.BitAnd), (ast.And, ast.Or), (ast.Break, ast.Continue)),
+    *((ast.Eq, ast.NotEq), (ast.Lt, ast.LtE), (ast.Lt, ast.GtE), (ast.Gt, ast.GtE), (ast.Gt, ast.LtE)),
+    *((ast.Is, ast.IsNot), (ast.In, ast.NotIn)),
+)
+"""What is taken for each other."""
 
 _NEVER = ast.Constant(False)
 """Before what is left out, so that the function refers to the same names around it."""
@@ -126,8 +106,9 @@ def _put(parent: ast.AST, name: str, at: int, other: Any) -> None:
 
 def _others(node: Any) -> Iterator[ast.AST]:
     """What may stand in the place of a node by a slip."""
-    for operator in _OTHER_OPERATORS.get(type(node), ()):
-        yield operator()
+    for one, other in _SLIPS:
+        if isinstance(node, one | other):
+            yield other() if isinstance(node, one) else one()
     match node:
         case ast.UnaryOp(op=ast.Not() | ast.USub() | ast.Invert(), operand=operand):
             yield operand

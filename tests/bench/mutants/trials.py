@@ -125,7 +125,8 @@ def main(asked: str) -> None:
     out = os.fdopen(os.dup(1), "w")
     os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
     mutants = [Mutant(**fields) for fields in given["mutants"]]
-    pytest.main(["--collect-only", "-q", "-p", "no:cacheprovider", *given["suites"]])
+    if status := pytest.main(["--collect-only", "-q", "-p", "no:cacheprovider", *given["suites"]]):
+        sys.exit(int(status))
     for name in {mutant.path for mutant in mutants}:
         importlib.import_module(name.removesuffix(".py").removesuffix("/__init__").replace("/", "."))
     trials = Trials(given["seconds"], given["longest"])
