@@ -26,7 +26,6 @@ from ilf.project.file import open_project as read_project
 from ilf.project.project import Stage
 from ilf.run.options import ExportOptions
 from ilf.segmentation.editing.patches import patch_between
-from ilf.sources.frame_ref import FrameRef
 
 from ..ilf.project_states import assert_same
 from .conftest import open_frame, write_frame
@@ -163,7 +162,7 @@ def test_missing_files_are_asked_for_and_checked(window, another, qtbot, small_f
     for number, folder in enumerate(folders):  # files that differ
         for file in ("rgb.png", "depth.png"):
             (folder / file).write_bytes((folder / file).read_bytes() + bytes(number))
-        open_frame(window, qtbot, FrameRef(str(folder)))
+        open_frame(window, qtbot, folder)
         window.workspace.current.edit_info(1, "Rename", name=f"Wall {number}")
     path = tmp_path / "project" / "p.ilf"
     path.parent.mkdir()
@@ -202,8 +201,10 @@ def test_missing_files_are_asked_for_and_checked(window, another, qtbot, small_f
     press(dialog.file_button, None)
     press(dialog.folder_button, None)
     assert starts == [("Locate rgb.png", str(tmp_path))], "from the nearest folder that is there"
+    changed.changed.unlink()  # while the dialog is open
     dialog.choose(changed.frame)
     assert "the results would not belong to it" in dialog.message.text()
+    changed.changed.write_bytes((folders[2] / "rgb.png").read_bytes())
     press(dialog.file_button, folders[2] / "rgb.png")
     assert dialog.message.tone() == "error"
     assert len(second.project.missing.lost) == 5
@@ -339,7 +340,7 @@ def test_closing_saves_discards_or_stays_frame_by_frame(opened, another, qtbot, 
     path, workspace = tmp_path / "p.ilf", opened.workspace
     opened.project.discard_silently = False
     assert opened.project.question is None
-    open_frame(opened, qtbot, FrameRef(str(write_frame(tmp_path / "second", small_frame))))
+    open_frame(opened, qtbot, write_frame(tmp_path / "second", small_frame))
     first, second = (entry.document for entry in workspace.entries)
     for document in (first, second):
         workspace.show(document)
