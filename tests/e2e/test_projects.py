@@ -185,6 +185,9 @@ def test_missing_files_are_asked_for_and_checked(window, another, qtbot, small_f
     buttons = dialog.file_button, dialog.folder_button, dialog.new_button
     starts = []
 
+    def choose(problem):
+        dialog.files.setCurrentItem(dialog.files.findItems(problem, Qt.MatchFlag.MatchExactly, 2)[0])
+
     def press(button, answer):
         file = "" if answer is None else str(answer)
         monkeypatch.setattr(QFileDialog, "getOpenFileName", lambda _, *asked: starts.append(asked) or (file, ""))
@@ -194,15 +197,14 @@ def test_missing_files_are_asked_for_and_checked(window, another, qtbot, small_f
         assert answer is None or not any(button.isEnabled() for button in buttons), "nothing else meanwhile"
         qtbot.waitUntil(lambda: not second.project.missing.busy and not second.loader.busy)
 
-    gone = next(lost for lost in second.project.missing.lost if lost.changed is None)
     changed = next(lost for lost in second.project.missing.lost if lost.changed is not None)
-    dialog.choose(gone.frame)
+    choose("missing")
     assert [button.isEnabled() for button in buttons] == [True, True, False], "only what has changed is a new frame"
     press(dialog.file_button, None)
     press(dialog.folder_button, None)
     assert starts == [("Locate rgb.png", str(tmp_path))], "from the nearest folder that is there"
     changed.changed.unlink()  # while the dialog is open
-    dialog.choose(changed.frame)
+    choose("changed")
     assert "the results would not belong to it" in dialog.message.text()
     changed.changed.write_bytes((folders[2] / "rgb.png").read_bytes())
     press(dialog.file_button, folders[2] / "rgb.png")
@@ -223,7 +225,7 @@ def test_missing_files_are_asked_for_and_checked(window, another, qtbot, small_f
 
     shutil.copy(tmp_path / "away" / "a" / "depth.png", folders[2] / "depth.png")
     (folders[2] / "rgb.png").write_bytes((folders[2] / "rgb.png").read_bytes() + b"!")
-    dialog.choose(changed.frame)
+    choose("changed")
     dialog.new_button.click()
     show(second, qtbot, 3)
     assert not workspace.current.unsaved
