@@ -8,7 +8,6 @@ from PySide6.QtTest import QTest
 from gui.features.blocks.feature import BlocksFeature
 from gui.features.status import StatusFeature
 from ilf import RGBDFrame
-from ilf.sources.frame_ref import FrameRef
 
 from .conftest import open_frame, readout, write_frame
 from .hand import click, drag, let_go, place
@@ -151,7 +150,7 @@ def test_a_frame_that_opens_in_the_middle_of_a_stroke_stays_as_it_is(editing, qt
     click(editing, (50, 24))
     editing.actions_["tool_paint"].trigger()
     drag(editing, [(10, 10), (14, 14)], release=False)
-    open_frame(editing, qtbot, FrameRef(str(folder)))
+    open_frame(editing, qtbot, folder)
     second = editing.workspace.current
     fresh = second.labels.copy()
     editing.actions_["cancel_stroke"].trigger()

@@ -26,7 +26,6 @@ from ilf.data.parameters import PRESETS
 from ilf.evaluation.evaluation import evaluate_blocks, evaluate_completion
 from ilf.project.run_history import StoredRun
 from ilf.segmentation.editing.patches import patch_between
-from ilf.sources.frame_ref import FrameRef
 from ilf.sources.reading_options import ReadingOptions
 
 from .conftest import open_frame
@@ -58,7 +57,7 @@ def test_errors_against_a_truth_and_on_hidden_depth(window, qtbot, frame_folder,
     workspace, actions = window.workspace, window.actions_
     assert not actions["load_ground_truth"].isEnabled()
     assert not actions["hold_out_test"].isEnabled()
-    open_frame(window, qtbot, FrameRef(str(frame_folder)))
+    open_frame(window, qtbot, frame_folder)
     run_all(window)
     window.panels.reveal("Accuracy")
     settle(window)
@@ -188,7 +187,7 @@ def test_errors_against_a_truth_and_on_hidden_depth(window, qtbot, frame_folder,
 
 def test_a_sweep_shows_what_comes_and_a_click_takes_a_value(window, qtbot, frame_folder, ground_truth_file):
     workspace, shown = window.workspace, window.feature(SweepFeature)
-    open_frame(window, qtbot, FrameRef(str(frame_folder), options=ReadingOptions(ground_truth=str(ground_truth_file))))
+    open_frame(window, qtbot, frame_folder, options=ReadingOptions(ground_truth=str(ground_truth_file)))
     document = workspace.current
     # from the menu of a parameter in the form
     form = window.feature(FilterPanel).form

@@ -13,7 +13,6 @@ from gui.features.status import StatusFeature
 from gui.views.cloud.scene import ColourBy
 from gui.work.frame_runs import RunState
 from ilf.cli import main as command_line
-from ilf.sources.frame_ref import FrameRef
 
 from .conftest import export, loaded, open_frame, readout, write_frame
 
@@ -25,7 +24,7 @@ def margin(window, qtbot, small_frame, tmp_path):
     depth[:3] = np.nan
     folder = write_frame(tmp_path / "rim", ilf.RGBDFrame(small_frame.rgb, depth, small_frame.intrinsics))
     window.workspace.parameters.set_extraction(ilf.BlockParameters(margin=3))
-    open_frame(window, qtbot, FrameRef(str(folder)))
+    open_frame(window, qtbot, folder)
     return window
 
 

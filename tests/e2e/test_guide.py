@@ -5,7 +5,6 @@ import numpy as np
 from gui.features.additional_depth import GUIDE, AdditionalDepthPanel
 from gui.features.project.saving import SaveRequest
 from ilf.project.file import open_project
-from ilf.sources.frame_ref import FrameRef
 
 from .conftest import open_frame
 
@@ -13,7 +12,7 @@ from .conftest import open_frame
 def test_guide_is_loaded_seen_followed_undone_and_kept(window, qtbot, frame_folder, tmp_path, run_all, monkeypatch):
     actions, workspace = window.actions_, window.workspace
     assert not actions["load_guide"].isEnabled()
-    open_frame(window, qtbot, FrameRef(str(frame_folder)))
+    open_frame(window, qtbot, frame_folder)
     assert not actions["remove_guide"].isEnabled()
     run_all(window)
     document = workspace.current

@@ -9,7 +9,6 @@ from gui.features.inspect.marks import Stroke, Text
 from gui.features.inspect.panel import STATISTICS, InspectPanel
 from ilf.evaluation.measuring import measure
 from ilf.evaluation.statistics import surface_statistics
-from ilf.sources.frame_ref import FrameRef
 
 from .conftest import open_frame, write_frame
 from .hand import click, drag, hover, key
@@ -80,7 +79,7 @@ def test_a_profile_from_drawing_to_file(opened, qtbot, run_all, tmp_path, small_
     # it stays with its frame, and goes by Escape
     line = window.workspace.current.state.looked.line
     folder = write_frame(tmp_path / "another", small_frame)
-    open_frame(window, qtbot, FrameRef(str(folder)))
+    open_frame(window, qtbot, folder)
     assert part.profile.data is None
     window.workspace.show(window.workspace.open[0])
     window.refresh.now()

@@ -97,7 +97,7 @@ def test_depth_of_neighbours_is_found_used_seen_undone_and_kept(window, qtbot, t
 
 def test_search_can_be_cancelled_and_what_fails_is_told(window, qtbot, tmp_path, frame_folder):
     actions = window.actions_
-    open_frame(window, qtbot, FrameRef(str(frame_folder)))
+    open_frame(window, qtbot, frame_folder)
     assert "no other frame of this sequence" in why_not(actions["use_neighbours"])
     folder = write_sequence(tmp_path / "in", count=3)
     document = open_sequence(window, qtbot, folder, number=-1)

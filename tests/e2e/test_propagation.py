@@ -44,7 +44,7 @@ def sequence(tmp_path, small_frame):
 def listed(window, qtbot, sequence):
     """The window with the sequence in its list, the first frame open, and two blocks there."""
     window.workspace.add_entries([Entry.of(source) for source in sequence])
-    open_frame(window, qtbot, sequence[0])
+    open_frame(window, qtbot, sequence[0].rgb)
     labels = np.ones(window.workspace.current.labels.shape, np.int32)
     labels[:, 30:] = 2
     window.workspace.current.replace_blocks(labels, "Blocks of the test", {1: "Wall", 2: "Floor"})

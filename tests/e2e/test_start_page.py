@@ -23,7 +23,7 @@ def test_it_goes_with_a_frame_comes_back_and_offers_what_was_open(window, qtbot,
         assert button.focusPolicy() == Qt.FocusPolicy.StrongFocus
         assert button.defaultAction().isEnabled()
     for number in range(2):
-        open_frame(window, qtbot, FrameRef(str(write_frame(tmp_path / f"frame-{number}", small_frame))))
+        open_frame(window, qtbot, write_frame(tmp_path / f"frame-{number}", small_frame))
         assert not page.isVisible()
     assert "last edit" in summary.text()
     save(window, qtbot, tmp_path / "both.ilf")

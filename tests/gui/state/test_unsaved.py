@@ -155,11 +155,13 @@ def test_the_work_is_told_in_words(saved, workspace, document):
     assert workspace.current.unsaved_summary() == "changes"
 
 
-def test_without_a_file_a_list_of_frames_is_no_work(workspace, document):
+def test_without_a_file_a_list_of_frames_is_no_work(workspace, document, told):
     present = CurrentProject(workspace)
     workspace.add_entries([Entry("new", "/a/b", "b", FrameRef("/a/b"))])
     assert not present.unsaved
+    told()
     workspace.parameters.set_keeps_handmade(False)
+    assert told() == Part.EXTRACTION
     assert present.words() == "extraction parameters"
     workspace.parameters.set_keeps_handmade(True)
     assert not present.unsaved

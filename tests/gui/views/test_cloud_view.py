@@ -18,8 +18,7 @@ from gui.views.layers import Layer
 from gui.work.jobs import stop_workers
 from ilf.data.camera import Camera
 from ilf.drawing.colours import to_indices
-
-from ...e2e.hand import wheel
+from tests.pins.window.hand import wheel
 
 RED = 200, 30, 30
 

@@ -19,8 +19,8 @@ from gui.views.layouts import GRIDS, correct_places, picture_area
 from gui.views.pixel_items import BlockOverlay
 from ilf.drawing.blocks import inner_points
 from ilf.drawing.colours import robust_difference_level, robust_error_levels, to_indices
+from tests.pins.window.hand import wheel
 
-from ...e2e.hand import wheel
 from .given_views import GivenViews
 
 HEIGHT, WIDTH = 48, 64

@@ -58,6 +58,7 @@ def test_heights_of_large_images_may_be_rounded(compiled, monkeypatch):
     if not compiled:
         without_numba(monkeypatch)
     monkeypatch.setattr(flooding, "_MAX_PIXELS", 2_000)
+    monkeypatch.setattr(flooding, "_STEPS", 1 << 15)  # more than there are heights
     rng = np.random.default_rng(0)
     heights = rng.permutation(19_200).reshape(120, 160).astype(np.float32)
     markers = np.where(rng.random((120, 160)) < 0.02, rng.integers(1, 500, (120, 160)), 0).astype(np.int32)
