@@ -18,25 +18,35 @@ from ..data.label_map import Box, checked_labels
 from ..data.results import Completion, NanEqual
 from ..errors import InputError, check_kind
 from ..run.run import Run
-from .metrics import measure_errors, share_within
+from .metrics import share_within
 
 Depth = NDArray[np.floating]
+
+DELTA_BASE = 1.25
+"""Base of the threshold accuracies delta < 1.25^k."""
 
 
 @dataclass(frozen=True, eq=False)
 class Evaluation(NanEqual):
-    """Errors of depth against ground truth over a set of pixels. NaN equals NaN in comparisons of evaluations.
+    """Errors of depth against ground truth over a set of pixels (section 7). NaN equals NaN in comparisons.
 
     Attributes
     ----------
     pixels : int
         Number of pixels where both are known; if it is 0, the errors are NaN.
     rmse, mae, median : float
-        Root mean square, mean absolute and median absolute error [m].
+        Root mean square error, Eq. (5), mean absolute error, Eq. (6), and median absolute error [m].
     bias : float
-        Mean error [m], positive if the depth is too large.
+        Mean error [m], positive if the depth is too large: the accuracy ACC, Eq. (3).
     within : float or None
         Share of the pixels with an expected error whose error is at most that, 0-1; None without such pixels.
+    rel : float
+        Mean of |error| / ground truth, Eq. (7).
+    delta : tuple of float
+        Shares of pixels with max(depth / ground truth, ground truth / depth) < 1.25^k, for k = 1, 2, 3.
+    deviation : float
+        Standard deviation of the error [m], over N and not N - 1 pixels: the precision PRS, Eq. (4). As printed, it
+        squares the sum of the deviations, which is always 0; here, the deviations are squared.
     """
 
     pixels: int = 0
@@ -45,6 +55,9 @@ class Evaluation(NanEqual):
     median: float = math.nan
     bias: float = math.nan
     within: float | None = None
+    rel: float = math.nan
+    delta: tuple[float, ...] = (math.nan,) * 3
+    deviation: float = math.nan
 
 
 def evaluate(
@@ -82,14 +95,26 @@ def evaluate(
         shapes = ", ".join(f"{name} {values.shape}" for name, values in given.items() if values is not None)
         raise InputError(f"Only arrays of the same shape can be compared: {shapes}.")
     depth, ground_truth = plain_array(depth), plain_array(ground_truth)
-    evaluated = np.isfinite(depth) & np.isfinite(ground_truth)
+    evaluated = _is_known(depth) & _is_known(ground_truth)
     if mask is not None:
         evaluated &= plain_array(mask)
     if not evaluated.any():
         return Evaluation()
-    errors = measure_errors(depth, ground_truth, evaluated)
-    within = None if expected is None else _within(depth[evaluated], ground_truth[evaluated], expected[evaluated])
-    return Evaluation(errors.pixels, errors.rmse, errors.mae, errors.median, errors.acc, within)
+    measured, true = depth[evaluated].astype(np.float64), ground_truth[evaluated].astype(np.float64)
+    error = measured - true
+    size = np.abs(error)
+    ratio = np.maximum(measured / true, true / measured)
+    return Evaluation(
+        pixels=error.size,
+        rmse=float(np.sqrt(np.mean(error**2))),
+        mae=float(np.mean(size)),
+        median=float(np.median(size)),
+        bias=float(np.mean(error)),
+        within=None if expected is None else _within(depth[evaluated], ground_truth[evaluated], expected[evaluated]),
+        rel=float(np.mean(size / true)),
+        delta=tuple(float(np.mean(ratio < DELTA_BASE**power)) for power in (1, 2, 3)),
+        deviation=float(np.std(error)),
+    )
 
 
 def evaluate_completion(
@@ -204,6 +229,10 @@ def _ground_truth(frame: RGBDFrame) -> NDArray[np.float32]:
 def _evaluated(frame: RGBDFrame, completion: Completion, every: bool) -> NDArray[np.bool_]:
     check_shape("The completion", completion.depth.shape, frame.shape)
     return np.ones(frame.shape, bool) if every else completion.filled & frame.missing
+
+
+def _is_known(depth: Depth) -> NDArray[np.bool_]:
+    return np.isfinite(depth) & (depth > 0)
 
 
 def _within(depth: Depth, ground_truth: Depth, expected: Depth) -> float | None:

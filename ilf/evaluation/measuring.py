@@ -13,7 +13,7 @@ from .._runtime.arrays import check_shape, plain_array
 from ..data.camera import Camera
 from ..errors import InputError
 from ..io.tables import csv_text
-from .statistics import PlaneFit
+from .statistics import SurfaceFit
 
 # Depth along a line between two points of the image.
 
@@ -229,7 +229,7 @@ def measure(depth: ArrayLike, line: Line, intrinsics: Camera | None) -> Measured
     return Measured(np.array([_point_or_nan(image, point, intrinsics) for point in line]))
 
 
-def angle_between(one: PlaneFit, other: PlaneFit) -> float:
+def angle_between(one: SurfaceFit, other: SurfaceFit) -> float:
     """Compute the angle between two planes [degrees], from 0 for parallel ones to 90.
 
     Raises
@@ -239,7 +239,7 @@ def angle_between(one: PlaneFit, other: PlaneFit) -> float:
 
     Examples
     --------
-    >>> floor, wall = PlaneFit(0.0, 0.0, (0.0, -1.0, 0.0), 90.0), PlaneFit(0.0, 0.0, (0.0, 0.0, -1.0), 0.0)
+    >>> floor, wall = SurfaceFit(0.0, 0.0, (0.0, -1.0, 0.0), 90.0), SurfaceFit(0.0, 0.0, (0.0, 0.0, -1.0), 0.0)
     >>> angle_between(floor, wall)
     90.0
     """

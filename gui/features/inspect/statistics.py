@@ -12,7 +12,7 @@ from ilf._runtime.formatting import UNKNOWN, millimetres
 from ilf.data.camera import Camera
 from ilf.errors import InputError
 from ilf.evaluation.measuring import angle_between
-from ilf.evaluation.statistics import PlaneFit, SurfaceStatistics, surface_statistics
+from ilf.evaluation.statistics import SurfaceFit, SurfaceStatistics, surface_statistics
 
 from ...widgets.number_table import Row
 
@@ -90,7 +90,7 @@ class Statistics:
         ]
 
 
-def _plane(found: SurfaceStatistics) -> PlaneFit:
+def _plane(found: SurfaceStatistics) -> SurfaceFit:
     if found.plane is None:
         raise InputError(found.reason)
     return found.plane

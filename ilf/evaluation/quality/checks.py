@@ -18,6 +18,7 @@ from ...data.pixel_grids import (
     mark,
     mark_both,
     nearest_values,
+    neighbours,
     rim,
     sides,
 )
@@ -301,14 +302,12 @@ def _find_part_borders(inputs: CheckInput, parts: _Parts, strength: NDArray[np.f
     depth jumps), and the distance between the depths of both sides [m]."""
     columns = []
     jumps = np.maximum(cv2.dilate(strength, np.ones((3, 3), np.uint8)), mark(inputs.relief.jumps))
-    for numbers, labels, sources, edges in zip(
-        sides(parts.numbers), sides(inputs.labels), sides(inputs.source), sides(jumps), strict=True
+    for (part, other), (_, beyond), (one, another), edges in neighbours(
+        parts.numbers, inputs.labels, inputs.source, jumps
     ):
-        parted = numbers[0] != numbers[1]
-        by = inputs.separation(sources[0][parted], sources[1][parted])
-        edge = np.maximum(edges[0][parted], edges[1][parted])
-        for this, that in ((0, 1), (1, 0)):
-            columns.append((numbers[this][parted], labels[that][parted], edge, by))
+        parted = part != other
+        by = inputs.separation(one[parted], another[parted])
+        columns.append((part[parted], beyond[parted], np.maximum(*edges)[parted], by))
     return [np.concatenate(column) for column in zip(*columns, strict=True)]
 
 

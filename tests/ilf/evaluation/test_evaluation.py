@@ -189,7 +189,7 @@ def test_a_sweep_of_two_on_hidden_depth_for_one_blocks_own_values(run):
     assert [tuple(point.values.values()) for point in result.points] == [
         (100.0, False), (100.0, True), (15.0, False), (15.0, True),
     ]  # fmt: skip
-    best = result.best_by("mae")
+    best = result.best
     assert best.run.parameters_of(2) == own.replace(**best.values)
     assert best.run.parameters == QUICK, "the common values are as they were"
     assert best.values["centred"], "nothing is to be lifted from 0 m"
