@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
+from ilf.errors import InputError
 from ilf.segmentation.editing.patches import LabelPatch, Labels
 
 from ..state.document import Document
@@ -179,8 +180,8 @@ class AdjustableTool(LineTool):
         """Return the change of a label map of a document by a line; also called in the background."""
         raise NotImplementedError
 
-    def explain(self, line: list[Point], host: Host) -> None:
-        """Show a message why a line changes nothing."""
+    def explain(self, line: list[Point], document: Document) -> str:
+        """Return a sentence why a line changes nothing."""
         raise NotImplementedError
 
     def after_change(self, before: Labels, patch: LabelPatch, host: Host) -> None:
@@ -234,21 +235,19 @@ class AdjustableTool(LineTool):
         undoes = applied.step is not None and self._is_last(applied, host)
         self.cancel(host)
         if undoes:
-            host.undo()
+            host.document.undo_stack.undo()
         return True
 
-    def apply(self, line: AdjustableLine, text: str, host: Host) -> bool:
-        """Apply a line as one undo step, and keep it for adjustment; False if it changes nothing."""
+    def apply(self, line: AdjustableLine, text: str, host: Host) -> None:
+        """Apply a line as one undo step, and keep it for adjustment; refused if it changes nothing."""
         before = host.document.labels.copy()
         patch = self.change(before, line.points, host.document)
+        if patch is None:
+            raise InputError(self.explain(line.points, host.document))
         done = host.commit(patch, text, self.label)
-        if done is None:
-            if patch is None:
-                self.explain(line.points, host)
-            return False
-        self.after_change(before, done, host)
-        self._keep(_Applied(line, host.document, before, text, host.document.undo_stack.index()), host)
-        return True
+        if done is not None:
+            self.after_change(before, done, host)
+            self._keep(_Applied(line, host.document, before, text, host.document.undo_stack.index()), host)
 
     def _adjust(self, event: PointerEvent, host: Host) -> bool:
         """Move, add or remove a point of the line; False if the event is not for it."""
@@ -296,14 +295,14 @@ class AdjustableTool(LineTool):
         """Replace the step that the line made before it was adjusted."""
         patch = self.change(applied.before, line.points, applied.document)
         if applied.step is not None:
-            host.undo()
+            host.document.undo_stack.undo()
         step = None
         done = host.commit(patch, applied.text, self.label)
         if done is not None:
             self.after_change(applied.before, done, host)
             step = host.document.undo_stack.index()
         elif patch is None:
-            self.explain(line.points, host)
+            host.show_message(self.explain(line.points, host.document))
         self._keep(replace(applied, line=line, step=step), host)
 
     def _is_last(self, applied: _Applied, host: Host) -> bool:

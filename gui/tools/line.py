@@ -10,7 +10,7 @@ from typing import Any
 
 from ..views.interaction import PointerEvent, Preview
 from .base import Host, Point, Press, Tool, line_path, snapped
-from .line_preview import LinePreview
+from .line_preview import LinePreview, preview_of_patch
 
 # A line in progress: free, straight, or from click to click.
 
@@ -185,12 +185,13 @@ class LineTool(Tool):
         """Preview of the effect of the line, or of its shape a moment ago."""
 
     def look_ahead(self, line: list[Point], host: Host) -> Callable[[], Any]:
-        """Return a function that computes the effect of a line, called in the background."""
+        """Return a function that computes the effect of a line, called in the background: the change of the label map
+        and the number of disconnected pixels, or what `line_preview` takes."""
         raise NotImplementedError
 
     def line_preview(self, answer: Any, host: Host) -> LinePreview:
-        """Return the preview from the result of the function from `look_ahead`."""
-        raise NotImplementedError
+        """Return the preview from the result of the function from `look_ahead`: pixels that change their block."""
+        return preview_of_patch(host.document, *answer)
 
     @property
     def release_hint(self) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
+from functools import partial
 
 from PySide6.QtCore import QEvent, QSignalBlocker, Qt, Signal
 from PySide6.QtGui import QAction
@@ -80,12 +81,16 @@ class OptionsRow(QWidget):
         self.setSizePolicy(policy)
         for label, longest in ((self._brush_text, "120 px"), (self._leash_text, "20 px")):
             label.setMinimumWidth(label.fontMetrics().horizontalAdvance(longest))
-        self.brush.valueChanged.connect(lambda radius: self.changed.emit("brush_radius", float(radius)))
-        self.leash.valueChanged.connect(lambda leash: self.changed.emit("leash", leash))
         for box in (self.amount, self.hand_depth):
             box.editingFinished.connect(box.clearFocus)  # so that keys go to the tools again
-        self.hand_depth.valueChanged.connect(lambda depth: self.changed.emit("hand_depth", depth))
-        self.amount.valueChanged.connect(lambda amount: self.changed.emit("amount", amount))
+        self._numbers: dict[str, QSlider | QSpinBox] = {
+            "brush_radius": self.brush,
+            "leash": self.leash,
+            "amount": self.amount,
+        }
+        for name, number in self._numbers.items():
+            number.valueChanged.connect(partial(self.changed.emit, name))
+        self.hand_depth.valueChanged.connect(partial(self.changed.emit, "hand_depth"))
 
     def event(self, event: QEvent) -> bool:
         """Tell the tool bar of another width also while it has no room for the row, which it hides then."""
@@ -101,14 +106,9 @@ class OptionsRow(QWidget):
         self._brush_text.setText(f"{diameter:g} px")
         self.brush.setToolTip(f"Brush diameter: {diameter:g} px ([ and ], or Ctrl+wheel)")
         self._leash_text.setText(f"{options.leash} px" if options.leash else "off")
-        values = (
-            (self.brush, round(options.brush_radius)),
-            (self.leash, options.leash),
-            (self.amount, options.amount),
-        )
-        for slider, value in values:
-            with QSignalBlocker(slider):
-                slider.setValue(value)
+        for name, number in self._numbers.items():
+            with QSignalBlocker(number):
+                number.setValue(round(getattr(options, name)))
         if not self.hand_depth.hasFocus():  # a number that is being typed is rounded
             with QSignalBlocker(self.hand_depth):
                 self.hand_depth.setValue(options.hand_depth)

@@ -10,6 +10,7 @@ from PySide6.QtCore import QRectF
 from PySide6.QtGui import QPainterPath
 
 from ilf._runtime.formatting import counted, grouped
+from ilf.errors import InputError
 from ilf.segmentation.editing.cleaning import merge, parts_touch
 
 from ..state.document import Document
@@ -27,7 +28,9 @@ class _Act(Enum):
 
 
 class SelectTool(Tool):
-    """The tool Select. A click selects a block, with Ctrl adds or removes it, with Shift adds it; a drag pans.
+    """Select blocks.
+
+    A click selects a block, with Ctrl adds or removes it, with Shift adds it; a drag pans.
 
     A drag with Shift selects the blocks of which more than half is inside the box, one with Ctrl those that the stroke
     crosses, and one with both merges these into the largest. All pieces of the blocks are outlined: of the one under
@@ -155,8 +158,7 @@ def merge_blocks(host: Host, labels: Sequence[int]) -> None:
     left_out = _locked_text(document, labels)
     if len(free) < 2:
         few = "Two or more unlocked blocks are needed to merge: select them, or Ctrl+Shift+drag across them."
-        host.show_message(f"{left_out}. {few}" if left_out else few)
-        return
+        raise InputError(f"{left_out}. {few}" if left_out else few)
     apart = not parts_touch(document.labels, free)
     if host.commit(merge(document.labels, free, document.locked), f"Merge {len(free)} blocks", free[0]):
         host.document.select(free[:1])
