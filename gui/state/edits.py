@@ -1,4 +1,4 @@
-"""The undo steps of a document's blocks and results. Parameters have theirs in `parameters.py`."""
+"""Undo steps, and what is told of those that change depth. Parameters have theirs in `parameters.py`."""
 
 from __future__ import annotations
 
@@ -9,11 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtGui import QUndoCommand
 
-from ilf.data.blocks import Blocks
 from ilf.data.label_map import Box
-from ilf.segmentation.editing.patches import LabelPatch, redrawn
+from ilf.segmentation.editing.patches import LabelPatch
 
-from .frame_data import touched_by
 from .parts import Part
 
 if TYPE_CHECKING:
@@ -77,50 +75,3 @@ class Swap(QUndoCommand, Generic[Value]):
         self._other = self._exchange(self._other)
 
     undo = redo
-
-
-class EditLabels(QUndoCommand):
-    """A change of the label map.
-
-    New borders become drawn borders. With `blocks`, they do not: all that is said about the blocks changes too, as when
-    all blocks are replaced.
-    """
-
-    def __init__(self, document: Document, patch: LabelPatch, text: str, blocks: Blocks | None = None) -> None:
-        super().__init__(text)
-        self._document = document
-        self._patch = patch
-        self._other_blocks = blocks
-        to_check = document.state.to_check
-        if to_check:
-            to_check = to_check - touched_by(patch) if blocks is None else to_check & blocks.kept
-        self._other_to_check = to_check
-        self._drawn: DrawnChange | None = None
-        if blocks is None:
-            former = document.blocks.drawn
-            box, drawn = redrawn(former, document.labels, patch)
-            self._drawn = box, np.zeros_like(drawn) if former is None else former[box].copy(), drawn
-
-    def redo(self) -> None:
-        """Apply the change."""
-        self._take(forward=True)
-
-    def undo(self) -> None:
-        """Undo the change."""
-        self._take(forward=False)
-
-    def _take(self, forward: bool) -> None:
-        document, edit = self._document, None
-        document.prepare_change()
-        document.apply(self._patch, forward)
-        to_check = document.state.to_check
-        document.change(to_check=self._other_to_check)
-        self._other_to_check = to_check
-        if self._other_blocks is not None:
-            self._other_blocks = document.take_blocks(self._other_blocks)
-        elif self._drawn is not None:
-            box, before, after = self._drawn
-            blocks = touched_by(self._patch)
-            edit = Edit(document, blocks, self.text(), Part.LABELS, self._patch, forward, self._drawn)
-            document.draw(box, after if forward else before, blocks)
-        document.note_labels_changed(self._patch, edit)

@@ -24,8 +24,7 @@ from ilf.run.run import Run
 from ilf.segmentation.editing.patches import LabelPatch, values_at
 from ilf.segmentation.reextraction import made_by_hand
 
-from .block_counts import BlockCounts, BlockTally
-from .block_errors import BlockErrors
+from .blocks import BlockCounts, BlockErrors, BlockTally
 from .results import FrameResults, Results, StoredBlockResult, same_depth, same_layers, same_mask
 from .shown_depth import ShownDepth
 
@@ -263,7 +262,7 @@ class FrameData:
     def apply(self, patch: LabelPatch, forward: bool = True) -> None:
         """Apply or revert a change of the label map."""
         if self._tally is not None:
-            self._tally.take_out(patch.box)
+            self._tally.add(patch.box, -1)
         (patch.apply if forward else patch.revert)(self.labels)
         self._copies.pop("labels", None)
         if self._tally is not None:

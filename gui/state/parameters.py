@@ -203,8 +203,7 @@ class DocumentParameters:
             for document in self._frames.open:
                 if document.counts() or document.unsaved:
                     self._frames.touch(document)
-        self._frames.note(Part.PARAMETERS)
-        self._frames.project_touched.emit()
+        self._frames.touch_project(Part.PARAMETERS)
 
     def share(self) -> list[Document]:
         """Share the current frame's parameters with all frames without own ones, as one undo step.
@@ -272,14 +271,12 @@ class DocumentParameters:
     def set_extraction(self, parameters: BlockParameters) -> None:
         """Set the parameters of the next extraction."""
         self.extraction = parameters
-        self._frames.note(Part.EXTRACTION)
-        self._frames.project_touched.emit()
+        self._frames.touch_project(Part.EXTRACTION)
 
     def set_keeps_handmade(self, on: bool) -> None:
         """Set whether the next extraction keeps hand-made blocks."""
         self.keeps_handmade = on
-        self._frames.note(Part.EXTRACTION)
-        self._frames.project_touched.emit()
+        self._frames.touch_project(Part.EXTRACTION)
 
 
 class EditParameters(QUndoCommand):

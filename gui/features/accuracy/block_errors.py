@@ -12,7 +12,7 @@ from ilf.data.frame import RGBDFrame
 from ilf.data.results import BlockResult, Completion
 from ilf.evaluation.evaluation import evaluate_blocks
 
-from ...state.block_errors import GROUND_TRUTH, HOLD_OUT, BlockErrors
+from ...state.blocks import GROUND_TRUTH, HOLD_OUT, BlockErrors
 from ...state.document import Document
 from ...state.parts import Part
 from ...work.latest_request import LatestRequest

@@ -17,7 +17,7 @@ from ...data.frame import RGBDFrame
 from ...data.frame_cache import clear_cached, once_per_frame, once_per_image
 from ...data.parameters import BlockParameters
 from ...errors import InputError
-from .depth_edges import DepthEdgeNetwork, DepthEdges
+from .depth_edges import DepthEdgeNetwork
 from .detectors import Contours, EdgeNetwork, canny_edges, check_image, colour_gradient, gradient_strength, load_model
 from .relief import Relief, find_relief
 
@@ -163,7 +163,7 @@ def load_depth_network() -> DepthEdgeNetwork:
 
 
 @once_per_frame
-def depth_edges(frame: RGBDFrame, network: DepthEdgeNetwork) -> DepthEdges:
+def depth_edges(frame: RGBDFrame, network: DepthEdgeNetwork) -> tuple[Array, Array]:
     """Depth jumps and creases predicted from the frame's colour and depth, cached with the frame."""
     return network.look(frame.edge_rgb, frame.depth)
 
@@ -229,7 +229,7 @@ def _network_output(
     with run_beside(partial(_relief, frame, *jump)):
         if isinstance(network, EdgeNetwork):
             return network_contours(frame.edge_rgb, network, multiscale)
-        predicted = depth_edges(frame, network).jump
+        predicted, _ = depth_edges(frame, network)
         return Contours(predicted, predicted)
 
 
@@ -250,7 +250,7 @@ def _find(
     notes: tuple[str, ...] = ()
     if isinstance(network, DepthEdgeNetwork):
         contours, notes = _bundled_contours(frame)
-        strength, crease = joined(strength, contours), depth_edges(frame, network).crease
+        strength, crease = joined(strength, contours), depth_edges(frame, network)[1]
     strength = np.where(_relief(frame, *jump).edges, np.float32(1), strength)
     sha256 = None if network is None else network.sha256
     return FrameEdges(found.strength, found.probability, strength, sha256, crease, notes)

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt
 
-from ...data.label_map import Box
+from ...data.label_map import Box, whole
 from ...data.pixel_grids import connected_regions, neighbours, rim
 from .borders import have_border
 from .patches import LabelPatch, Labels, Mask, bounds, box_of, grown, patch_between, patch_within, unlocked_pixels
@@ -66,8 +66,7 @@ def count_slivers(labels: Labels, smallest: int, box: Box | None = None, locked:
 
 
 def _cropped(labels: Labels, smallest: int, box: Box | None) -> tuple[Box, Labels]:
-    whole = slice(0, labels.shape[0]), slice(0, labels.shape[1])
-    crop = whole if box is None else grown(box, min(max(smallest, 8), 32), labels.shape)
+    crop = whole(labels.shape) if box is None else grown(box, min(max(smallest, 8), 32), labels.shape)
     return crop, labels[crop]
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from gui.state.block_counts import BlockCounts
+from gui.state.blocks import BlockCounts
 from gui.state.document import Document, KeptBlocks
 from gui.state.frame_data import LARGEST_LABEL
 from gui.state.parts import NO_PART, Part
@@ -212,9 +212,9 @@ def test_opening_showing_and_closing_frames(workspace, document, other, told):
     workspace.show(other)
     assert told() == Part.FRAME
     assert workspace.undo_group.activeStack() is other.undo_stack
-    workspace.close(document)
+    workspace.remove_entries([workspace.entries.of(document.id)])
     assert workspace.current is other, "another than the present one was closed"
-    workspace.close(other)
+    workspace.remove_entries([workspace.entries.of(other.id)])
     assert not workspace.has_current
     assert workspace.chosen == 0
     assert workspace.undo_group.stacks() == [workspace.undo_group.activeStack()] or not workspace.undo_group.stacks()
@@ -237,9 +237,9 @@ def test_the_frame_before_a_closed_one_is_shown(workspace, document, other, smal
     third = Document.of(Run(small_frame, other.labels), "third", "third")
     workspace.open_document(third)
     workspace.show(document)
-    workspace.close(document)
+    workspace.remove_entries([workspace.entries.of(document.id)])
     assert workspace.current is other
-    workspace.close(other)
+    workspace.remove_entries([workspace.entries.of(other.id)])
     assert workspace.current is third, "of the first one, the one that is then first"
 
 
