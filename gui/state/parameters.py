@@ -50,14 +50,9 @@ class SharedParameters(NamedTuple):
                 document.change(common=self.values)
 
 
-class _Sharing(NamedTuple):
-    """Whether parameters are shared, those of a frame, and whether they are its own; to undo a change, also those of
-    all frames before it."""
-
-    shared: SharedParameters
-    common: Parameters
-    own: bool
-    others: WeakKeyDictionary[Document, Parameters] | None = None
+_Sharing = tuple[SharedParameters, Parameters, bool, WeakKeyDictionary[Document, Parameters] | None]
+"""Whether parameters are shared, those of a frame, and whether they are its own; to undo a change, also those of all
+frames before it."""
 
 
 class DocumentParameters:
@@ -232,28 +227,30 @@ class DocumentParameters:
         frames, document = self._frames, self._frames.current
 
         def exchange(to: _Sharing) -> _Sharing:
-            before = self.shared, document.state.common, document.state.own_parameters
+            shared, common, own, undone = to
+            former = self.shared, document.state.common, document.state.own_parameters
             others = WeakKeyDictionary({one: one.state.common for one in frames.open})
             results = document.valid_results()
             document.remember_parameters()
-            document.change(common=to.common, own_parameters=to.own)
-            self.set_shared(to.shared)
+            document.change(common=common, own_parameters=own)
+            self.set_shared(shared)
             frames.note(Part.LIST)
             if document.valid_results() != results:
                 document.note(Part.RESULTS)
-            if to.others is not None and not self.shared.on:
-                for one, common in to.others.items():
+            if undone is not None and not shared.on:
+                for one, common in undone.items():
                     if one in frames.open and one.state.common != common:
                         one.remember_parameters()
                         one.change(common=common)
-            for one in frames.open if before[0].on and not self.shared.on else ():
+            for one in frames.open if former[0].on and not shared.on else ():
                 # its parameters are now stored with it; restoring an earlier state is no unsaved change
                 if one is not document and not one.state.own_parameters:
-                    one.touch(viewing=to.others is not None)
-            return _Sharing(*before, others if to.others is None else None)
+                    one.touch(viewing=undone is not None)
+            return *former, others if undone is None else None
 
         common = document.state.common if own or not shared.on else shared.values
-        document.undo_stack.push(Swap(text, _Sharing(shared, common, own), exchange))
+        to: _Sharing = shared, common, own, None
+        document.undo_stack.push(Swap(text, to, exchange))
 
     def restore(self, kept: StoredRun) -> bool:
         """Restore common and own parameters of a stored run in the current frame, as one undo step; False if they are

@@ -8,7 +8,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
-from ilf.errors import InputError
 from ilf.segmentation.editing.patches import LabelPatch, Labels
 
 from ..state.document import Document
@@ -239,15 +238,24 @@ class AdjustableTool(LineTool):
         return True
 
     def apply(self, line: AdjustableLine, text: str, host: Host) -> None:
-        """Apply a line as one undo step, and keep it for adjustment; refused if it changes nothing."""
-        before = host.document.labels.copy()
-        patch = self.change(before, line.points, host.document)
-        if patch is None:
-            raise InputError(self.explain(line.points, host.document))
-        done = host.commit(patch, text, self.label)
-        if done is not None:
-            self.after_change(before, done, host)
-            self._keep(_Applied(line, host.document, before, text, host.document.undo_stack.index()), host)
+        """Apply a line as one undo step, and keep it for adjustment if it changes anything."""
+        applied = _Applied(line, host.document, host.document.labels.copy(), text, None)
+        step = self._make_step(applied, host)
+        if step is not None:
+            self._keep(replace(applied, step=step), host)
+
+    def _make_step(self, applied: _Applied, host: Host) -> int | None:
+        """Make the undo step of a line in place of the one that it had; None, with a message, if it changes nothing."""
+        patch = self.change(applied.before, applied.line.points, applied.document)
+        if applied.step is not None:
+            host.document.undo_stack.undo()
+        done = host.commit(patch, applied.text, self.label)
+        if done is None:
+            if patch is None:
+                host.show_message(self.explain(applied.line.points, host.document))
+            return None
+        self.after_change(applied.before, done, host)
+        return host.document.undo_stack.index()
 
     def _adjust(self, event: PointerEvent, host: Host) -> bool:
         """Move, add or remove a point of the line; False if the event is not for it."""
@@ -293,17 +301,8 @@ class AdjustableTool(LineTool):
 
     def _apply_again(self, applied: _Applied, line: AdjustableLine, host: Host) -> None:
         """Replace the step that the line made before it was adjusted."""
-        patch = self.change(applied.before, line.points, applied.document)
-        if applied.step is not None:
-            host.document.undo_stack.undo()
-        step = None
-        done = host.commit(patch, applied.text, self.label)
-        if done is not None:
-            self.after_change(applied.before, done, host)
-            step = host.document.undo_stack.index()
-        elif patch is None:
-            host.show_message(self.explain(line.points, host.document))
-        self._keep(replace(applied, line=line, step=step), host)
+        applied = replace(applied, line=line)
+        self._keep(replace(applied, step=self._make_step(applied, host)), host)
 
     def _is_last(self, applied: _Applied, host: Host) -> bool:
         """Return whether nothing else was done since the line was applied."""

@@ -14,7 +14,6 @@ from PySide6.QtGui import QPainterPath
 
 from ilf.errors import InputError
 from ilf.segmentation.editing.patches import LabelPatch, Labels
-from ilf.segmentation.editing.snapping import snap
 
 from ..state.document import Document
 from ..views.interaction import PointerEvent, PointerKind, Preview
@@ -250,14 +249,6 @@ def line_path(points: Sequence[Point], closed: bool = False) -> QPainterPath:
     if closed and points:
         path.closeSubpath()
     return path
-
-
-def snapped(host: Host, pixel: float, points: Sequence[Point]) -> list[Point]:
-    """Return a drawn line, moved to edges within the leash; `pixel` is the size of a screen pixel in image pixels."""
-    edge_data, leash = host.edge_data, min(host.options.leash * pixel, LARGEST_LEASH)
-    if edge_data is None or leash <= 0 or len(points) < 2:
-        return list(points)
-    return snap(points, edge_data.evidence, leash)
 
 
 # Blocks that a line crosses or starts near, and parts too thin to be intended.

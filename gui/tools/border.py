@@ -16,7 +16,7 @@ from ..state.frame_data import touched_by
 from ..views.interaction import PointerEvent
 from .adjusting import AdjustableLine, AdjustableTool
 from .base import Host, Point, Press, check_unlocked, locked_text
-from .line_preview import disconnected_text
+from .line_preview import tell_if_apart
 from .select import select_at
 
 
@@ -117,10 +117,8 @@ class OutlineTool(AdjustableTool):
     def after_change(self, before: Labels, patch: LabelPatch, host: Host) -> None:
         """Select the block; show a message if pixels are disconnected from the rest of it."""
         host.document.select([self.label])
-        apart = pixels_apart(before, patch, self.label)
-        if apart:
-            name = host.document.info(self.label).name
-            host.show_message(f"{disconnected_text(name, apart)} Start an outline without Ctrl to make a new block.")
+        remedy = " Start an outline without Ctrl to make a new block."
+        tell_if_apart(host, self.label, pixels_apart(before, patch, self.label), remedy)
 
     def look_ahead(self, line: list[Point], host: Host) -> Callable[[], tuple[LabelPatch | None, int]]:
         """Return a function that computes the change by the outline and the number of disconnected pixels."""

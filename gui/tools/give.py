@@ -19,7 +19,7 @@ from ..views.interaction import PointerEvent, Preview
 from ..views.pixel_items import boundary_path
 from .base import Host, Point, Press, around, check_unlocked, crossed, is_thick
 from .line import LineTool
-from .line_preview import LinePreview, disconnected_text, preview_of_patch
+from .line_preview import LinePreview, preview_of_patch, tell_if_apart
 
 
 class GiveTool(LineTool):
@@ -146,8 +146,7 @@ def _cut_off(start: Point, line: list[Point], near: float, host: Host) -> None:
         check_unlocked(document, [cut.taker, cut.source])
         name = document.info(cut.taker).name
         host.commit(cut.patch, f"Give a part of {document.info(cut.source).name} to {name}", cut.taker)
-        if cut.apart:
-            host.show_message(disconnected_text(name, cut.apart))
+        tell_if_apart(host, cut.taker, cut.apart)
     elif takers[0] and set(crossed(document.labels, line)) - set(takers[0][:1]):
         name = document.info(takers[0][0]).name
         raise InputError(f"The line cuts nothing off for {name}: draw it right across another block.")

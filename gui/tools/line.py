@@ -8,8 +8,10 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
+from ilf.segmentation.editing.snapping import snap
+
 from ..views.interaction import PointerEvent, Preview
-from .base import Host, Point, Press, Tool, line_path, snapped
+from .base import LARGEST_LEASH, Host, Point, Press, Tool, line_path
 from .line_preview import LinePreview, preview_of_patch
 
 # A line in progress: free, straight, or from click to click.
@@ -277,5 +279,6 @@ class LineTool(Tool):
         return REACH * self._pixel
 
     def _snap(self, host: Host) -> Snap:
-        """Return the snapping function at the current zoom."""
-        return partial(snapped, host, self._pixel)
+        """Return a function that moves a drawn line to edges within the leash at the current zoom."""
+        edge_data, leash = host.edge_data, min(host.options.leash * self._pixel, LARGEST_LEASH)
+        return list if edge_data is None else partial(snap, evidence=edge_data.evidence, leash=leash)

@@ -12,6 +12,7 @@ from ilf.segmentation.editing.patches import LabelPatch
 
 from ..state.document import Document
 from ..views.pixel_items import boundary_path
+from .base import Host
 
 _NAMED = 2
 """Maximum number of pairs of blocks that are listed by name; more are counted."""
@@ -66,9 +67,11 @@ def preview_of_patch(document: Document, patch: LabelPatch | None, apart: int = 
     return LinePreview(text, path)
 
 
-def disconnected_text(name: str, apart: int) -> str:
-    """Return the message after a block has got disconnected pixels."""
-    return f"{name} now has {grouped(apart)} px that are disconnected from the rest of it."
+def tell_if_apart(host: Host, label: int, apart: int, remedy: str = "") -> None:
+    """Show a message with a remedy if a block has got disconnected pixels."""
+    if apart:
+        name = host.document.info(label).name
+        host.show_message(f"{name} now has {grouped(apart)} px that are disconnected from the rest of it.{remedy}")
 
 
 def _name(document: Document, label: int) -> str:

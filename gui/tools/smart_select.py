@@ -21,7 +21,7 @@ from ..state.document import Document
 from ..views.interaction import PointerEvent, PointerKind, Preview
 from ..views.pixel_items import boundary_path, filled_path
 from .base import Host, Point, Press, Tool, check_unlocked, line_path
-from .line_preview import disconnected_text
+from .line_preview import tell_if_apart
 
 Mask = NDArray[np.bool_]
 
@@ -181,9 +181,8 @@ class SmartSelectTool(Tool):
         if done is None:
             raise InputError(f"The selection changes no pixels of {name}: it is equal, or they are in locked blocks.")
         host.document.select([label])
-        apart = pixels_apart(before, done, label)
-        if apart:
-            host.show_message(f"{disconnected_text(name, apart)} Click without Shift to make a new block.")
+        remedy = " Click without Shift to make a new block."
+        tell_if_apart(host, label, pixels_apart(before, done, label), remedy)
         return True
 
     def _draw(self, press: Press, event: PointerEvent, host: Host) -> None:

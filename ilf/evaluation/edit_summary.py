@@ -87,12 +87,11 @@ def summarise_edit(
     changed[patch.box] = patch.before != patch.after
     moved = int(np.count_nonzero(changed))
     touched = {*np.unique([run.blocks.labels[changed] for run in (before, after)]).tolist()} - {0}
-    filled, expected = None, None
-    if completed[0] is not None and completed[1] is not None:
-        filled, expected = _filled_and_expected((before, completed[0]), (after, completed[1]), touched)
-    effect = EditSummary(moved, filled, expected, by_ground_truth=_by_ground_truth((before, after), completed, touched))
+    runs = before, after
+    filled, expected = _filled_and_expected(runs, completed, touched)
+    effect = EditSummary(moved, filled, expected, by_ground_truth=_by_ground_truth(runs, completed, touched))
     hidden = _near(changed) & after.frame.own
-    errors = _errors((before, after), hidden)
+    errors = _errors(runs, hidden)
     both = np.isfinite(errors[0]) & np.isfinite(errors[1])
     count = int(np.count_nonzero(both))
     if count < _FEWEST:
@@ -122,18 +121,19 @@ def _errors(runs: tuple[Run, Run], hidden: NDArray[np.bool_]) -> list[NDArray[np
 
 
 def _filled_and_expected(
-    before: tuple[Run, Completion], after: tuple[Run, Completion], touched: set[int]
+    runs: tuple[Run, Run], completed: tuple[Completion | None, Completion | None], touched: set[int]
 ) -> tuple[tuple[int, int] | None, tuple[float, float] | None]:
-    states = before, after
-    if not all(_matches_blocks(run, completion, touched) for run, completion in states):
-        return None, None
-    there = _pixels_of(touched, (before[0], after[0]))
-    first, second = (there & completion.filled_by_blocks for _, completion in states)
+    there, done = _pixels_of(touched, runs), []
+    for run, completion in zip(runs, completed, strict=True):
+        if completion is None or not _matches_blocks(run, completion, touched):
+            return None, None
+        done.append(completion)
+    first, second = (there & completion.filled_by_blocks for completion in done)
     filled = int(np.count_nonzero(first)), int(np.count_nonzero(second))
     both = first & second
     if np.count_nonzero(both) < _FEWEST:
         return filled, None
-    one, other = (summarised(expected_error(completion)[both]).rms for _, completion in states)
+    one, other = (summarised(expected_error(completion)[both]).rms for completion in done)
     return filled, (one, other)
 
 

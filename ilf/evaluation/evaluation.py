@@ -168,19 +168,12 @@ def evaluate_completion(
     return evaluate(completion.depth, _ground_truth(frame), evaluated, expected)
 
 
-def evaluate_blocks(
-    frame: RGBDFrame,
-    completion: Completion,
-    labels: NDArray[np.integer],
-    *,
-    every: bool = False,
-    expected: Depth | None = None,
-) -> dict[int, Evaluation]:
+def evaluate_blocks(frame: RGBDFrame, completion: Completion, labels: NDArray[np.integer]) -> dict[int, Evaluation]:
     """`evaluate_completion` for every block that has pixels to evaluate.
 
     Parameters
     ----------
-    frame, completion, every, expected
+    frame, completion
         As for `evaluate_completion`.
     labels : ndarray of int, shape (H, W)
         Label map, 0 = no block.
@@ -207,8 +200,8 @@ def evaluate_blocks(
     {1: 20, 2: 20}
     """
     ground_truth, owners = _ground_truth(frame), checked_labels(labels, frame.shape)
-    evaluated = _evaluated(frame, completion, every) & np.isfinite(completion.depth) & np.isfinite(ground_truth)
-    errors = PixelErrors.at(evaluated & (owners > 0), completion.depth, ground_truth, expected)
+    evaluated = _evaluated(frame, completion) & np.isfinite(completion.depth) & np.isfinite(ground_truth)
+    errors = PixelErrors.at(evaluated & (owners > 0), completion.depth, ground_truth)
     return Evaluated(owners, (errors,)).blocks
 
 
@@ -226,7 +219,7 @@ def _ground_truth(frame: RGBDFrame) -> NDArray[np.float32]:
     return frame.ground_truth
 
 
-def _evaluated(frame: RGBDFrame, completion: Completion, every: bool) -> NDArray[np.bool_]:
+def _evaluated(frame: RGBDFrame, completion: Completion, every: bool = False) -> NDArray[np.bool_]:
     check_shape("The completion", completion.depth.shape, frame.shape)
     return np.ones(frame.shape, bool) if every else completion.filled & frame.missing
 

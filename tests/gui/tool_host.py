@@ -46,6 +46,9 @@ class ToolHost:
         stack = self.document.undo_stack
         return [stack.text(index) for index in range(stack.index())]
 
+    def undo(self) -> None:
+        self.document.undo_stack.undo()
+
     def commit(self, patch: LabelPatch | None, text: str, label: int = 0) -> LabelPatch | None:
         return patch if self.workspace.current.edit(patch, text) else None
 

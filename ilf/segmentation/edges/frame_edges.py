@@ -126,10 +126,26 @@ def find_edges(frame: RGBDFrame, parameters: BlockParameters) -> FrameEdges:
     FrameEdges
         Read-only. If the requested network is missing or invalid, the edges of the next best detector, with a note.
     """
-    network, notes = _working_network(frame, parameters)
-    multiscale = isinstance(network, EdgeNetwork) and parameters.multiscale
-    found = _find(frame, network, multiscale, _canny(parameters), _jump(parameters))
-    return dataclasses.replace(found, notes=(*notes, *found.notes))
+    detector, notes = parameters.detector, []
+    while True:
+        try:
+            found = _edges_by(frame, detector, parameters)
+        except InputError as error:
+            if detector not in _FALLBACKS:
+                raise
+            detector, what = _FALLBACKS[detector]
+            notes.append(f"{what}: {error}")
+        else:
+            return dataclasses.replace(found, notes=(*notes, *found.notes))
+
+
+def _edges_by(frame: RGBDFrame, detector: str, parameters: BlockParameters) -> FrameEdges:
+    """The edges by one detector; InputError if its network is missing or invalid."""
+    network: DepthEdgeNetwork | EdgeNetwork | None = None
+    if detector != "canny":
+        network = load_depth_network() if detector == "rgbd" else load_model(parameters.model)
+    multiscale = detector == "hed" and parameters.multiscale
+    return _find(frame, network, multiscale, _canny(parameters), _jump(parameters))
 
 
 def relief_of(frame: RGBDFrame, parameters: BlockParameters) -> Relief:
@@ -204,35 +220,6 @@ def _jump(parameters: BlockParameters) -> tuple[float, float]:
     return counts.depth_jump, counts.depth_jump_share
 
 
-def _working_network(
-    frame: RGBDFrame, parameters: BlockParameters
-) -> tuple[DepthEdgeNetwork | EdgeNetwork | None, tuple[str, ...]]:
-    """The first network that works, starting from the requested one, None for Canny; and why the others do not."""
-    detector, notes = parameters.detector, []
-    while detector in _FALLBACKS:
-        try:
-            network = load_depth_network() if detector == "rgbd" else load_model(parameters.model)
-            _network_output(frame, network, parameters.multiscale, _jump(parameters))
-        except InputError as error:
-            detector, what = _FALLBACKS[detector]
-            notes.append(f"{what}: {error}")
-        else:
-            return network, tuple(notes)
-    return None, tuple(notes)
-
-
-@once_per_frame
-def _network_output(
-    frame: RGBDFrame, network: DepthEdgeNetwork | EdgeNetwork, multiscale: bool, jump: tuple[float, float]
-) -> Contours:
-    """Edges by a network; beside it, the relief is found, which goes with them."""
-    with run_beside(partial(_relief, frame, *jump)):
-        if isinstance(network, EdgeNetwork):
-            return network_contours(frame.edge_rgb, network, multiscale)
-        predicted, _ = depth_edges(frame, network)
-        return Contours(predicted, predicted)
-
-
 @once_per_frame
 def _find(
     frame: RGBDFrame,
@@ -241,16 +228,21 @@ def _find(
     canny: tuple[float, float, float],
     jump: tuple[float, float],
 ) -> FrameEdges:
-    if network is None:
-        lines = _canny_of_frame(frame.edge_rgb, *canny)
-        found = Contours(lines, lines)
-    else:
-        found = _network_output(frame, network, multiscale, jump)
-    strength, crease = found.probability, None
+    crease: Array | None = None
     notes: tuple[str, ...] = ()
+    with run_beside(partial(_relief, frame, *jump)):
+        if isinstance(network, EdgeNetwork):
+            found = network_contours(frame.edge_rgb, network, multiscale)
+        elif network is None:
+            lines = _canny_of_frame(frame.edge_rgb, *canny)
+            found = Contours(lines, lines)
+        else:
+            predicted, crease = depth_edges(frame, network)
+            found = Contours(predicted, predicted)
+    strength = found.probability
     if isinstance(network, DepthEdgeNetwork):
         contours, notes = _bundled_contours(frame)
-        strength, crease = joined(strength, contours), depth_edges(frame, network)[1]
+        strength = joined(strength, contours)
     strength = np.where(_relief(frame, *jump).edges, np.float32(1), strength)
     sha256 = None if network is None else network.sha256
     return FrameEdges(found.strength, found.probability, strength, sha256, crease, notes)
@@ -326,10 +318,6 @@ def edge_strength(
     if detector == "depth":
         return find_relief(frame.depth, defaults.depth_jump, defaults.depth_jump_share).edges.astype(np.float32)
     # no fallback for a missing network here
-    if detector == "rgbd":
-        depth_edges(frame, load_depth_network())
-        return find_edges(frame, defaults.replace(detector="rgbd")).strength.copy()
     if detector == "hed":
         return network_contours(frame.edge_rgb, load_model(model), multiscale).strength.copy()
-    _network_output(frame, load_model(model), multiscale, _jump(defaults))
-    return find_edges(frame, defaults).strength.copy()
+    return _edges_by(frame, "rgbd" if detector == "rgbd" else "hed", defaults).strength.copy()

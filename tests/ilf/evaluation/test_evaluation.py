@@ -68,9 +68,9 @@ def test_frame_blocks_and_box_are_judged_over_their_filled_pixels(run):
     whole = evaluate_completion(frame, completion, expected=expected)
     assert whole == evaluate(completion.depth, frame.ground_truth, completion.filled, expected)
     assert 0 <= whole.within <= 1
-    blocks = evaluate_blocks(frame, completion, run.blocks.labels, expected=expected)
+    blocks = evaluate_blocks(frame, completion, run.blocks.labels)
     for label in (1, 2):
-        assert blocks[label] == evaluate_completion(frame, completion, run.blocks.labels == label, expected=expected)
+        assert blocks[label] == evaluate_completion(frame, completion, run.blocks.labels == label)
     box = slice(8, 20), slice(4, 16)
     assert evaluate_completion(frame, completion, box).pixels == np.count_nonzero(completion.filled[box])
     every = evaluate_completion(frame, completion, every=True)
