@@ -20,8 +20,7 @@ from ilf.segmentation.editing.patches import LabelPatch
 
 from ..base import theme
 from ..base.commands import command
-from ..state.edits import DrawnChange, Edit
-from ..state.parts import Part
+from ..state.parts import DrawnChange, Edit, Part
 from ..state.workspace import Workspace
 from ..views.linked_views import LinkedViews
 from ..views.view_data import FormerState

@@ -31,9 +31,8 @@ from ilf.segmentation.extraction import Extraction
 from ilf.segmentation.reextraction import fill_around, overlay_kept
 
 from .blocks import BlockErrors
-from .edits import DrawnChange, Edit, Swap
 from .frame_data import FrameData, touched_by
-from .parts import NO_PART, Changes, Part
+from .parts import NO_PART, Changes, DrawnChange, Edit, Part, Swap
 from .results import ErrorEstimate, FrameResults, Preview, same_layers
 from .run_history import COLOURS, MAX_COMPARED
 

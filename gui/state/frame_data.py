@@ -25,8 +25,7 @@ from ilf.segmentation.editing.patches import LabelPatch, values_at
 from ilf.segmentation.reextraction import made_by_hand
 
 from .blocks import BlockCounts, BlockErrors, BlockTally
-from .results import FrameResults, Results, StoredBlockResult, same_depth, same_layers, same_mask
-from .shown_depth import ShownDepth
+from .results import FrameResults, Results, ShownDepth, StoredBlockResult, same_depth, same_layers, same_mask
 
 LARGEST_LABEL = 65535
 """Label maps are exported as 16-bit images."""

@@ -22,9 +22,8 @@ from ilf.project.run_history import StoredRun
 from ilf.run.run import Run
 
 from .document import Document
-from .edits import Swap
 from .frames import Frames
-from .parts import Part
+from .parts import Part, Swap
 
 DRAG_S = 0.7
 """Changes of the same parameters within this time [s] are one undo step."""

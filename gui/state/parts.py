@@ -1,12 +1,23 @@
-"""What of the state has changed, and how the window is told of it: it draws by these parts."""
+"""What of the state has changed, how the window is told of it, and how it is undone. It draws by the parts."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from enum import Flag, auto
-from typing import Any
+from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeVar
 
+import numpy as np
+from numpy.typing import NDArray
 from PySide6.QtCore import QObject, Qt, Signal
+from PySide6.QtGui import QUndoCommand
+
+from ilf.data.label_map import Box
+from ilf.segmentation.editing.patches import LabelPatch
+
+if TYPE_CHECKING:
+    from .document import Document
+
+Value = TypeVar("Value")
 
 
 class Part(Flag):
@@ -73,6 +84,39 @@ NO_PART = Part(0)
 EVERY_PART = ~NO_PART
 
 
+DrawnChange = tuple[Box, NDArray[np.bool_], NDArray[np.bool_]]
+"""Where drawn borders change, and the drawn pixels there before and after."""
+
+
+class Edit(NamedTuple):
+    """A change of what the depth of blocks depends on, which was made, undone or redone.
+
+    Attributes
+    ----------
+    document : Document
+    blocks : frozenset of int
+        Blocks whose depth is concerned.
+    text : str
+        The name of the edit.
+    part : Part
+        What was changed: the label map, depth by hand, the invalid mask, the guide or the depth of neighbours.
+    patch : LabelPatch or None
+        The change of the label map in forward direction.
+    forward : bool
+        False if it was undone.
+    drawn : (Box, ndarray of bool, ndarray of bool) or None
+        Where drawn borders change, and the drawn pixels there before the edit and after it.
+    """
+
+    document: Document
+    blocks: frozenset[int]
+    text: str
+    part: Part
+    patch: LabelPatch | None = None
+    forward: bool = True
+    drawn: DrawnChange | None = None
+
+
 class Changes(QObject):
     """The channel from documents to the window.
 
@@ -133,3 +177,28 @@ class Changes(QObject):
                 call()
         if parts:
             self.changed.emit(parts)
+
+
+class Swap(QUndoCommand, Generic[Value]):
+    """A change of a value. Redo and undo exchange it with the former one.
+
+    Parameters
+    ----------
+    text : str
+        The name of the step.
+    value : object
+        The new value.
+    exchange : callable
+        Sets a value, reports the change and returns the former value.
+    """
+
+    def __init__(self, text: str, value: Value, exchange: Callable[[Value], Value]) -> None:
+        super().__init__(text)
+        self._other = value
+        self._exchange = exchange
+
+    def redo(self) -> None:
+        """Exchange the values."""
+        self._other = self._exchange(self._other)
+
+    undo = redo

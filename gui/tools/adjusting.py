@@ -13,8 +13,7 @@ from ilf.segmentation.editing.patches import LabelPatch, Labels
 from ..state.document import Document
 from ..views.interaction import PointerEvent, PointerKind, Preview
 from .base import Host, Point, Press, line_path
-from .line import LineTool, Snap, Stretch, nearest, off_line, touches
-from .line_preview import preview_of_patch
+from .line import LineTool, Snap, Stretch, nearest, off_line, preview_of_patch, touches
 
 _SLACK = 4.0
 """Maximum distance of a free line from the straight lines between its points [screen pixels]."""

@@ -16,7 +16,7 @@ from ..state.frame_data import touched_by
 from ..views.interaction import PointerEvent
 from .adjusting import AdjustableLine, AdjustableTool
 from .base import Host, Point, Press, check_unlocked, locked_text
-from .line_preview import tell_if_apart
+from .line import tell_if_apart
 from .select import select_at
 
 

@@ -18,8 +18,7 @@ from ilf.segmentation.editing.patches import LabelPatch, Labels, values_at
 from ..views.interaction import PointerEvent, Preview
 from ..views.pixel_items import boundary_path
 from .base import Host, Point, Press, around, check_unlocked, crossed, is_thick
-from .line import LineTool
-from .line_preview import LinePreview, preview_of_patch, tell_if_apart
+from .line import LinePreview, LineTool, preview_of_patch, tell_if_apart
 
 
 class GiveTool(LineTool):

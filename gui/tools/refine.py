@@ -15,7 +15,7 @@ from ..views.interaction import PointerEvent, PointerKind, Preview
 from ..views.pixel_items import boundary_path
 from .base import Host, Point, edges_of, locked_text
 from .brush import StrokeTool, Swept, brush_preview
-from .line_preview import LinePreview, preview_of_patch
+from .line import LinePreview, preview_of_patch
 
 
 class RefineTool(StrokeTool):

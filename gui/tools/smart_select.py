@@ -21,7 +21,7 @@ from ..state.document import Document
 from ..views.interaction import PointerEvent, PointerKind, Preview
 from ..views.pixel_items import boundary_path, filled_path
 from .base import Host, Point, Press, Tool, check_unlocked, line_path
-from .line_preview import tell_if_apart
+from .line import tell_if_apart
 
 Mask = NDArray[np.bool_]
 

@@ -11,8 +11,7 @@ from ilf.segmentation.editing.patches import Labels
 
 from ..views.interaction import PointerEvent, Preview
 from .base import Host, Point, Press, check_unlocked, crossed, edges_of, is_thick, line_path
-from .line import LineTool
-from .line_preview import LinePreview
+from .line import LinePreview, LineTool
 
 
 class SplitTool(LineTool):

@@ -13,6 +13,7 @@ from .._runtime.arrays import check_shape, plain_array
 from ..data.camera import Camera
 from ..errors import InputError
 from ..io.tables import csv_text
+from ..segmentation.editing.patches import values_at
 from .statistics import SurfaceFit
 
 # Depth along a line between two points of the image.
@@ -225,8 +226,10 @@ def measure(depth: ArrayLike, line: Line, intrinsics: Camera | None) -> Measured
     """
     if intrinsics is None:
         raise InputError(NEEDS_INTRINSICS)
-    image = plain_array(depth)
-    return Measured(np.array([_point_or_nan(image, point, intrinsics) for point in line]))
+    places = np.array(line, np.float64)
+    z = values_at(plain_array(depth), places, beyond=0).astype(np.float64)
+    columns, rows = np.floor(places).T
+    return Measured(intrinsics.points(columns, rows, np.where(np.isfinite(z) & (z > 0), z, np.nan)))
 
 
 def angle_between(one: SurfaceFit, other: SurfaceFit) -> float:
@@ -265,10 +268,3 @@ def measurements_csv(lines: Sequence[Line], found: Sequence[Measured]) -> str:
 
 def _cell(value: float) -> str:
     return "" if math.isnan(value) else f"{value:.5f}"
-
-
-def _point_or_nan(depth: NDArray[np.floating], point: ImagePoint, intrinsics: Camera) -> NDArray[np.float64]:
-    try:
-        return point_in_space(depth, point, intrinsics)
-    except InputError:
-        return np.full(3, np.nan)
