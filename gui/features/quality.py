@@ -216,7 +216,7 @@ class QualityPanel(Panel):
 
     def begin(self) -> None:
         """Connect the key that applies the remedy, unless the tool needs it, as its hint says."""
-        self.context.feature(ToolsFeature).keys.on_enter(lambda: self.visible and self.apply())
+        self.context.feature(ToolsFeature).keys.on_enter = lambda: self.visible and self.apply()
 
     @command("next_check", "Next &quality check", icon="ph.crosshair", keys="F8", needs=Need.FRAME)
     def _next(self) -> None:

@@ -49,7 +49,7 @@ class ToolsFeature(Feature):
         actions = self.context.actions
         for name, one in actions.commands.items():
             if one.held:
-                self.keys.hold(Qt.Key[f"Key_{one.held}"], actions[name])
+                self.keys.held[Qt.Key[f"Key_{one.held}"]] = actions[name]
 
     def show(self) -> None:
         """Show the active tool and its options."""

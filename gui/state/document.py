@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
-from typing import Any, NamedTuple, Self
+from typing import Any, Self
 from uuid import uuid4
 
 import numpy as np
@@ -31,20 +31,12 @@ from ilf.segmentation.extraction import Extraction
 from ilf.segmentation.reextraction import fill_around, overlay_kept
 
 from .blocks import BlockErrors
-from .frame_data import FrameData, touched_by
+from .frame_data import FrameData
 from .parts import NO_PART, Changes, DrawnChange, Edit, Part, Swap
 from .results import ErrorEstimate, FrameResults, Preview, same_layers
 from .run_history import COLOURS, MAX_COMPARED
 
 Depth = NDArray[np.float32]
-
-
-class KeptBlocks(NamedTuple):
-    """How many blocks a new extraction kept, and whether there are no others."""
-
-    locked: int
-    by_hand: int
-    all_of_them: bool
 
 
 class Document(FrameData):
@@ -205,9 +197,11 @@ class Document(FrameData):
         self.touch(viewing=True)
         self._note_labels(whole(labels.shape), Part.LABELS | Part.REPLACED | Part.RESULTS)
 
-    def set_extracted(self, extraction: Extraction, used: BlockParameters, keep_handmade: bool) -> KeptBlocks:
+    def set_extracted(
+        self, extraction: Extraction, used: BlockParameters, keep_handmade: bool
+    ) -> tuple[int, int, bool]:
         """Replace the blocks by those of another extraction as one undo step; locked blocks stay, and with
-        `keep_handmade` hand-made ones."""
+        `keep_handmade` hand-made ones. Return the numbers of both, and whether there are no other blocks."""
         self.prepare_change()
         locked, by_hand = self.staying(keep_handmade)
         kept, handmade = locked | by_hand, self.handmade()
@@ -223,7 +217,7 @@ class Document(FrameData):
             handmade=handmade & kept,
         )
         self._replace(blocks, "Extract blocks")
-        return KeptBlocks(len(locked), len(by_hand), kept == set(self.counts()))
+        return len(locked), len(by_hand), kept == set(self.counts())
 
     def staying(self, keep_handmade: bool) -> tuple[frozenset[int], frozenset[int]]:
         """Return the blocks that a new extraction keeps: locked ones, and other hand-made ones."""
@@ -274,7 +268,7 @@ class Document(FrameData):
     def _change_labels(self, patch: LabelPatch, text: str, blocks: Blocks | None = None) -> None:
         """Change the label map as one undo step. New borders become drawn borders; with `blocks`, they do not: all that
         is said about the blocks changes too, as when all blocks are replaced."""
-        touched, unseen, drawn = touched_by(patch), self.state.to_check, self.blocks.drawn
+        touched, unseen, drawn = patch.touched, self.state.to_check, self.blocks.drawn
         borders: DrawnChange | None = None
         if blocks is None:
             box, now = redrawn(drawn, self.labels, patch)

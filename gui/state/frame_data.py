@@ -267,7 +267,7 @@ class FrameData:
         if self._tally is not None:
             self._tally.add(patch.box)
         self._shown.note(patch.box)
-        for label in touched_by(patch):
+        for label in patch.touched:
             self._forget_result(label)
 
     def draw(self, box: Box, drawn: NDArray[np.bool_], blocks: Iterable[int]) -> None:
@@ -480,13 +480,6 @@ class FrameData:
         self._valid = None
         self._fitting.clear()
         self._shown.note_all()
-
-
-def touched_by(patch: LabelPatch) -> frozenset[int]:
-    """Return the blocks that gain or lose pixels by a change of the label map."""
-    changed = patch.before != patch.after
-    counts = (np.bincount(labels[changed]) for labels in (patch.before, patch.after))
-    return frozenset(int(label) for count in counts for label in np.flatnonzero(count)) - {0}
 
 
 def _best_of(fitting: Sequence[BlockResult], wanted: Parameters) -> BlockResult | None:

@@ -116,14 +116,12 @@ class DocumentParameters:
     def set_own(self, values: OwnValues, blocks: Collection[int]) -> None:
         """Add own parameters to blocks; values equal to the common ones are removed."""
         common, own = self.current.to_dict(), self._frames.current.blocks.own
-        merged = {label: {**own.get(label, {}), **values} for label in blocks}
-        self._edit(
-            {},
-            {
-                label: {name: value for name, value in one.items() if value != common[name]}
-                for label, one in merged.items()
-            },
-        )
+
+        def own_values(label: int) -> OwnValues:
+            merged = {**own.get(label, {}), **values}
+            return {name: value for name, value in merged.items() if value != common[name]}
+
+        self._edit({}, {label: own_values(label) for label in blocks})
 
     def reset_own(self, blocks: Collection[int]) -> None:
         """Remove all own parameters from blocks."""

@@ -133,17 +133,13 @@ class Results:
     def add(self, results: Iterable[BlockResult], frame: RGBDFrame) -> None:
         """Store results of finished blocks; `frame` is the frame as it was when they started."""
         for result in results:
-            label = result.block.label
-            self._keep(label, StoredBlockResult(result, frame))
+            label, new = result.block.label, StoredBlockResult(result, frame)
+            # undo and redo may bring these back; intermediate ones of a drag are dropped
+            stays, others = self.remembered - {result.parameters}, self.kept.get(label, [])
+            kept = [one for one in others if one.result.parameters in stays or not one.is_of_state(new)]
+            self.kept[label] = [*kept, new]
             self.live.pop(label, None)
             self.previews.pop(label, None)
-
-    def _keep(self, label: int, kept: StoredBlockResult) -> None:
-        """Store a result beside those that undo and redo may bring back; intermediate ones of a drag are dropped."""
-        stays = self.remembered - {kept.result.parameters}
-        others = self.kept.get(label, [])
-        self.kept[label] = [one for one in others if one.result.parameters in stays or not one.is_of_state(kept)]
-        self.kept[label].append(kept)
 
     def end_run(self, keep_previews: bool = False) -> None:
         """End the run; with `keep_previews`, another run of the same blocks starts next."""

@@ -12,7 +12,6 @@ from ilf.segmentation.editing.painting import assign_outline
 from ilf.segmentation.editing.patches import LabelPatch, Labels
 
 from ..state.document import Document
-from ..state.frame_data import touched_by
 from ..views.interaction import PointerEvent
 from .adjusting import AdjustableLine, AdjustableTool
 from .base import Host, Point, Press, check_unlocked, locked_text
@@ -53,7 +52,7 @@ class BorderTool(AdjustableTool):
     def explain(self, line: list[Point], document: Document) -> str:
         """Return a sentence why the line moves no border."""
         swept = redraw_border(document.labels, line)
-        locked = "" if swept is None else locked_text(document, touched_by(swept))
+        locked = "" if swept is None else locked_text(document, swept.touched)
         return locked or (
             "The line moves no border: draw it next to the border that it replaces. To cut off a part, use Give."
         )

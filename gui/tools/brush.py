@@ -103,15 +103,11 @@ class StrokeTool(Tool):
         stroker.setWidth(2 * max(radius, 0.5))
         stroker.setCapStyle(Qt.PenCapStyle.RoundCap)
         stroker.setJoinStyle(Qt.PenJoinStyle.RoundJoin)
-        points = self._points
-        trail = stroker.createStroke(line_path(points if points[0] != points[-1] else [*points, _beside(points[0])]))
+        points, (x, y) = self._points, self._points[0]
+        # a line of zero length would have no direction: a dot is drawn as a line to a point beside it
+        trail = stroker.createStroke(line_path(points if points[0] != points[-1] else [*points, (x + 1e-3, y)]))
         trail.setFillRule(Qt.FillRule.WindingFill)
         return trail
-
-
-def _beside(point: Point) -> Point:
-    """Return a point so near that a line to it is drawn as a dot; a line of zero length would have no direction."""
-    return point[0] + 1e-3, point[1]
 
 
 def brush_preview(event: PointerEvent, host: Host, area: QPainterPath | None = None) -> Preview:
@@ -128,7 +124,7 @@ class PaintTool(StrokeTool):
     If none is selected, it is the block under the press. Ctrl swaps painting and erasing for one stroke.
     """
 
-    options = ("brush", "similar", "new_block")
+    options = ("brush", "similar_only", "new_block")
     guided = True
     leaves_trail = False
     erases = False
@@ -190,7 +186,7 @@ class EraseTool(PaintTool):
     Other blocks lose none; on release, the pixels go to neighbours.
     """
 
-    options = ("brush", "similar", "no_block")
+    options = ("brush", "similar_only", "to_no_block")
     erases = True
     hint = "Drag: remove pixels from the block | Ctrl+drag: add | [ ] or Ctrl+wheel: brush size"
 

@@ -22,7 +22,7 @@ from ..views.linked_views import LinkedViews
 from ..work.latest_request import LatestRequest
 from .base import Result, Tool, ToolOptions
 from .edge_data import EdgeData, EdgeDataSource
-from .kinds import KINDS, Tools
+from .kinds import KINDS, make_tools
 
 _Job = tuple[Callable[[], Any], Callable[[Any], None]]
 """A background computation, and what takes its result."""
@@ -60,7 +60,7 @@ class Editor(QObject):
         self._jobs.answered.connect(self._take_answer)
         for requests in (self._jobs, self.edge_data_source.requests):
             requests.failed.connect(self._take_error)
-        self.tools = Tools()
+        self.tools = make_tools()
         self.options = ToolOptions()
         self.tool_name = "select"
         """The name of the active tool; `set_tool` sets it."""

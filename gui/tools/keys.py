@@ -122,7 +122,7 @@ _BY_KEYS = (
 
 class ToolKeys(QObject):
     """Event filter for the keys of the tools: Enter finishes, Backspace removes the last part, Ctrl+Z cancels a stroke;
-    other keys switch an action on while held (`hold`). In a view, arrows move the crosshair, and Space or Enter clicks
+    other keys switch an action on while held (`held`). In a view, arrows move the crosshair, and Space or Enter clicks
     there; after the mouse was moved, Space pans.
 
     They work in the whole window and its panels, but not in text and number fields and not in dialogs, and only when
@@ -132,8 +132,10 @@ class ToolKeys(QObject):
 
     def __init__(self, window: QWidget, editor: Editor, views: LinkedViews) -> None:
         super().__init__(window)
-        self._held: dict[int, QAction] = {}
-        self._finishers: list[Callable[[], bool]] = []
+        self.held: dict[int, QAction] = {}
+        """Key -> an action that is checked while the key is held."""
+        self.on_enter: Callable[[], bool] = lambda: False
+        """Called when Enter is pressed and the tool has nothing to finish; returns whether it did anything."""
         self._window = window
         self._editor = editor
         self._views = views
@@ -144,15 +146,6 @@ class ToolKeys(QObject):
         application = QApplication.instance()
         if isinstance(application, QApplication):
             application.focusChanged.connect(self._focus_changed)
-
-    def hold(self, key: Qt.Key, action: QAction) -> None:
-        """Check an action while a key is held."""
-        self._held[key] = action
-
-    def on_enter(self, finish: Callable[[], bool]) -> None:
-        """Call a function when Enter is pressed and the tool has nothing to finish; it returns whether it did
-        anything."""
-        self._finishers.append(finish)
 
     def _focus_changed(self, old: QWidget | None, new: QWidget | None) -> None:
         """Filter the events of the focused widget; a filter of the program would be called for each of its events.
@@ -188,7 +181,7 @@ class ToolKeys(QObject):
                 self._let_go_of_space()  # the key will be released in the popup
         if watched is self._window and event.type() == QEvent.Type.WindowDeactivate:
             self._let_go_of_space()
-            for action in self._held.values():
+            for action in self.held.values():
                 action.setChecked(False)
         return False
 
@@ -198,9 +191,9 @@ class ToolKeys(QObject):
             self._let_go_of_space()  # wherever the focus is now
         if not isinstance(watched, QWidget) or not self._applies_to(watched):
             return False
-        if event.key() in self._held and event.modifiers() == _PLAIN and event.type() != QEvent.Type.ShortcutOverride:
-            if not event.isAutoRepeat() and self._held[event.key()].isEnabled():
-                self._held[event.key()].setChecked(event.type() == QEvent.Type.KeyPress)
+        if event.key() in self.held and event.modifiers() == _PLAIN and event.type() != QEvent.Type.ShortcutOverride:
+            if not event.isAutoRepeat() and self.held[event.key()].isEnabled():
+                self.held[event.key()].setChecked(event.type() == QEvent.Type.KeyPress)
             return True
         if not (self._views.isVisible() or self._editor.tool.points_only):  # the point cloud is shown instead
             return False
@@ -255,7 +248,7 @@ class ToolKeys(QObject):
             return True
         if key not in (_Key.Key_Return, _Key.Key_Enter):
             return False
-        if modifiers == _PLAIN and (editor.finish() or any(finish() for finish in self._finishers)):
+        if modifiers == _PLAIN and (editor.finish() or self.on_enter()):
             return True
         clicks = in_view and self.crosshair.active
         if clicks:

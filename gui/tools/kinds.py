@@ -65,9 +65,6 @@ KINDS = (
 )
 
 
-class Tools(dict[str, Tool]):
-    """One tool of each kind by its name, made when it is first used."""
-
-    def __missing__(self, name: str) -> Tool:
-        tool = self[name] = next(kind.make() for kind in KINDS if kind.name == name)
-        return tool
+def make_tools() -> dict[str, Tool]:
+    """Return one tool of each kind by its name."""
+    return {kind.name: kind.make() for kind in KINDS}

@@ -61,9 +61,7 @@ class OptionsRow(QWidget):
         self._parts: dict[str, QWidget] = {
             "brush": _together(self.brush, self._brush_text),
             "leash": _together(PlainLabel("Snap"), self.leash, self._leash_text),
-            "similar": _together(_button(actions["similar_only"])),
-            "no_block": _together(_button(actions["to_no_block"])),
-            "new_block": _together(_button(actions["new_block"])),
+            **{name: _together(_button(actions[name])) for name in ("similar_only", "to_no_block", "new_block")},
             "hand_depth": _together(self.hand_depth, *(_button(actions[name], short=True) for name in by_hand)),
             "amount": _together(*(_button(action) for action in by_amount), self.amount),
         }

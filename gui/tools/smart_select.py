@@ -85,7 +85,7 @@ class SmartSelectTool(Tool):
     preview shows what a click would change; it is hatched where a block changes.
     """
 
-    options = ("no_block",)
+    options = ("to_no_block",)
     wheel = True
 
     def __init__(self) -> None:

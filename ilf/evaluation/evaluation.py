@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Generator, Iterator, Sequence
+from collections.abc import Generator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, reduce
 from typing import Self, TypeVar
@@ -205,14 +205,6 @@ def evaluate_blocks(frame: RGBDFrame, completion: Completion, labels: NDArray[np
     return Evaluated(owners, (errors,)).blocks
 
 
-def by_label(labels: NDArray[np.int32], places: NDArray[np.intp]) -> Iterator[tuple[int, NDArray[np.intp]]]:
-    """For each label, in increasing order, the positions in `places` of its flat indices in a label map."""
-    owners = labels.ravel()[places]
-    order = np.argsort(owners, kind="stable")
-    found, starts = np.unique(owners[order], return_index=True)
-    yield from zip(found.tolist(), np.split(order, starts[1:]), strict=False)
-
-
 def _ground_truth(frame: RGBDFrame) -> NDArray[np.float32]:
     if frame.ground_truth is None:
         raise InputError(f"{frame.name} has no ground truth. Load one, or run a hold-out test.")
@@ -319,14 +311,12 @@ class Evaluated:
 
     def of_block(self, label: int) -> Self:
         """The same for one block."""
-        return replace(
-            self,
-            parts=tuple(self._of_block(part, label) for part in self.parts),
-            shared=None if self.shared is None else tuple(self._of_block(part, label) for part in self.shared),
-        )
+        inside = self.labels.ravel() == label
 
-    def _of_block(self, part: PixelErrors, label: int) -> PixelErrors:
-        return part.only(np.flatnonzero(self.labels.ravel()[part.places] == label))
+        def chosen(parts: tuple[PixelErrors, ...]) -> tuple[PixelErrors, ...]:
+            return tuple(part.only(np.flatnonzero(inside[part.places])) for part in parts)
+
+        return replace(self, parts=chosen(self.parts), shared=None if self.shared is None else chosen(self.shared))
 
     @cached_property
     def whole(self) -> Evaluation:
@@ -343,7 +333,10 @@ class Evaluated:
         """Label -> evaluation of each block with pixels to be filled, all completions together; in increasing order."""
         found: dict[int, list[PixelErrors]] = {}
         for part in self.evaluated:
-            for label, chosen in by_label(self.labels, part.places):
+            owners = self.labels.ravel()[part.places]
+            order = np.argsort(owners, kind="stable")
+            labels, starts = np.unique(owners[order], return_index=True)
+            for label, chosen in zip(labels.tolist(), np.split(order, starts[1:]), strict=False):
                 found.setdefault(label, []).append(part.only(chosen))
         return {label: _evaluation(found[label]) for label in sorted(found)}
 
@@ -388,12 +381,7 @@ def restrict_to_shared(several: Sequence[E]) -> list[E]:
         reduce(np.intersect1d, (part.places[part.filled] for part in parts))
         for parts in zip(*(evaluated.parts for evaluated in leading), strict=True)
     ]
-    return [
-        replace(
-            evaluated, shared=tuple(part.among(places) for part, places in zip(evaluated.parts, shared, strict=True))
-        )
-        for evaluated in several
-    ]
+    return [replace(evaluated, shared=tuple(map(PixelErrors.among, evaluated.parts, shared))) for evaluated in several]
 
 
 def fills_enough(evaluated: Evaluated, several: Sequence[Evaluated]) -> bool:

@@ -120,10 +120,8 @@ def _pixels(start: ImagePoint, end: ImagePoint) -> tuple[NDArray[np.intp], NDArr
         raise InputError(f"The ends of a line must be finite image coordinates, not {start} and {end}.")
     (x0, y0), (x1, y1) = np.floor(start), np.floor(end)
     steps = int(max(abs(x1 - x0), abs(y1 - y0)))
-    return (
-        np.rint(np.linspace(x0, x1, steps + 1)).astype(np.intp),
-        np.rint(np.linspace(y0, y1, steps + 1)).astype(np.intp),
-    )
+    columns, rows = (np.rint(np.linspace(*ends, steps + 1)).astype(np.intp) for ends in ((x0, x1), (y0, y1)))
+    return columns, rows
 
 
 def _path_lengths(points: NDArray[np.float64], pixels: NDArray[np.float64]) -> NDArray[np.float64]:

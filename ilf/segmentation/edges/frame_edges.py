@@ -53,11 +53,8 @@ def joined(jump: Array, contours: Array | None = None) -> Array:
     ndarray of float32, shape (H, W)
         In [0, 1].
     """
-    crest = (
-        _CREST_GAIN
-        * jump
-        * (jump / np.maximum(_largest_within(jump, _CREST_RADIUS), np.float32(1e-4))) ** _CREST_EXPONENT
-    )
+    sharpness = jump / np.maximum(_largest_within(jump, _CREST_RADIUS), np.float32(1e-4))
+    crest = _CREST_GAIN * jump * sharpness**_CREST_EXPONENT
     if contours is None:
         return np.minimum(crest, 1).astype(np.float32)
     possible = np.sqrt(np.minimum(_largest_within(jump, _JUMP_RADIUS) / np.float32(_FULL_WEIGHT_PROBABILITY), 1))
@@ -143,7 +140,8 @@ def _edges_by(frame: RGBDFrame, detector: str, parameters: BlockParameters) -> F
     """The edges by one detector; InputError if its network is missing or invalid."""
     network: DepthEdgeNetwork | EdgeNetwork | None = None
     if detector != "canny":
-        network = load_depth_network() if detector == "rgbd" else load_model(parameters.model)
+        is_rgbd = detector == "rgbd"
+        network = DepthEdgeNetwork.load(model_path(DEPTH_EDGES)) if is_rgbd else load_model(parameters.model)
     multiscale = detector == "hed" and parameters.multiscale
     return _find(frame, network, multiscale, _canny(parameters), _jump(parameters))
 
@@ -163,19 +161,6 @@ def clear_evidence_cache(frame: RGBDFrame) -> None:
     """Clear the cached relief and lines, which only another extraction uses; edges stay."""
     clear_cached(frame, _relief)
     clear_cached(frame.edge_rgb, _lines)
-
-
-def load_depth_network() -> DepthEdgeNetwork:
-    """Load the bundled depth-edge network.
-
-    Raises
-    ------
-    InputError
-        If its file is missing.
-    FormatError
-        If it is not a depth-edge network.
-    """
-    return DepthEdgeNetwork.load(model_path(DEPTH_EDGES))
 
 
 @once_per_frame

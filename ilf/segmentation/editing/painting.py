@@ -53,9 +53,7 @@ def brush_stroke(shape: tuple[int, int], points: Points, radius: float) -> Strok
 def paint(labels: Labels, stroke: Stroke, label: int, locked: Collection[int] = ()) -> LabelPatch | None:
     """Give the stroke's pixels to a block (0: to no block), except those of locked blocks."""
     before = labels[stroke.box]
-    return patch_within(
-        stroke.box, before, np.where(stroke.mask & unlocked_pixels(before, locked), label, before).astype(np.int32)
-    )
+    return patch_within(stroke.box, before, np.where(stroke.mask & unlocked_pixels(before, locked), label, before))
 
 
 def give(labels: Labels, piece_mask: Mask, label: int, locked: Collection[int] = ()) -> LabelPatch | None:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...data.label_map import Box, whole, within
+from ...data.label_map import Box, labels_in, whole, within
 from ...data.pixel_grids import different_labels, mark_both
 
 Labels = NDArray[np.int32]
@@ -33,6 +33,12 @@ class LabelPatch:
     box: Box
     before: Labels
     after: Labels
+
+    @property
+    def touched(self) -> frozenset[int]:
+        """Blocks that gain or lose pixels."""
+        changed = self.before != self.after
+        return labels_in(self.before[changed]) | labels_in(self.after[changed])
 
     def apply(self, labels: Labels) -> None:
         """Apply the change, in place."""

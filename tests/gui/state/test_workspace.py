@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from gui.state.blocks import BlockCounts
-from gui.state.document import Document, KeptBlocks
+from gui.state.document import Document
 from gui.state.frame_data import LARGEST_LABEL
 from gui.state.parts import NO_PART, Part
 from gui.state.results import ErrorEstimate, FrameResults
@@ -350,7 +350,7 @@ def test_a_new_extraction_flows_around_what_stays(workspace, document, told):
     fresh = np.full(document.frame.shape, 7, np.int32)
     fresh[:24] = 5
     before = document.labels.copy()
-    assert document.set_extracted(extraction(document, fresh), used, keep_handmade=True) == KeptBlocks(1, 0, False)
+    assert document.set_extracted(extraction(document, fresh), used, keep_handmade=True) == (1, 0, False)
     np.testing.assert_array_equal(document.labels == 1, before == 1)
     assert len(document.counts()) == 3
     assert document.undo_stack.undoText() == "Extract blocks"
@@ -379,16 +379,12 @@ def test_blocks_made_by_hand_stay_unless_they_shall_not(workspace, document, tol
     assert document.staying(workspace.parameters.keeps_handmade) == (frozenset(), frozenset())
     workspace.parameters.set_keeps_handmade(True)
     fresh = np.ones(document.frame.shape, np.int32)
-    assert document.set_extracted(extraction(document, fresh), BlockParameters(), keep_handmade=True) == KeptBlocks(
-        0, 1, False
-    )
+    assert document.set_extracted(extraction(document, fresh), BlockParameters(), keep_handmade=True) == (0, 1, False)
     assert document.handmade() == {3}
     workspace.current.set_lock(3, True)
     for label in set(document.counts()) - {3}:
         document.set_labels(np.where(document.labels == label, 0, document.labels))
-    assert document.set_extracted(
-        extraction(document, document.labels), BlockParameters(), keep_handmade=True
-    ).all_of_them
+    assert document.set_extracted(extraction(document, document.labels), BlockParameters(), keep_handmade=True)[2]
 
 
 def test_the_same_blocks_again_are_no_step_but_their_notes_are(workspace, document):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from gui.tools.base import Tool
-from gui.tools.kinds import KINDS, Tools
+from gui.tools.kinds import KINDS, make_tools
 from gui.tools.line import straightened
 from gui.views.interaction import PointerEvent, PointerKind
 from ilf.segmentation.editing.patches import patch_between
@@ -15,7 +15,7 @@ from ..tool_host import Hand, ToolHost
 
 
 def hand(host, name):
-    return Hand(Tools()[name], host)
+    return Hand(make_tools()[name], host)
 
 
 def _move(at, keys=""):
