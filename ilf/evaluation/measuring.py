@@ -111,7 +111,11 @@ def depth_profile(
     found = np.where(np.isfinite(found) & (found > 0), found, np.float32(np.nan))
     pixels = np.hypot(columns - columns[0], rows - rows[0])
     metres = None if intrinsics is None else _path_lengths(intrinsics.points(columns, rows, found), pixels)
-    return DepthProfile(columns, rows, pixels, metres, found, _others(others or {}, image.shape, rows, columns))
+    maps = {name: plain_array(values) for name, values in (others or {}).items()}
+    for name, array in maps.items():
+        check_shape(f"The map {name!r}", array.shape, image.shape, "the depth")
+    sampled = {name: array[rows, columns].astype(np.float32) for name, array in maps.items()}
+    return DepthProfile(columns, rows, pixels, metres, found, sampled)
 
 
 def _pixels(start: ImagePoint, end: ImagePoint) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
@@ -132,15 +136,6 @@ def _path_lengths(points: NDArray[np.float64], pixels: NDArray[np.float64]) -> N
     steps = np.linalg.norm(np.diff(points[known], axis=0), axis=1)
     lengths = np.concatenate([[0.0], np.cumsum(steps)])
     return np.interp(pixels, pixels[known], lengths, left=np.nan, right=np.nan)
-
-
-def _others(
-    maps: Mapping[str, ArrayLike], shape: tuple[int, ...], rows: NDArray[np.intp], columns: NDArray[np.intp]
-) -> dict[str, NDArray[np.float32]]:
-    arrays = {name: plain_array(values) for name, values in maps.items()}
-    for name, array in arrays.items():
-        check_shape(f"The map {name!r}", array.shape, shape, "the depth")
-    return {name: array[rows, columns].astype(np.float32) for name, array in arrays.items()}
 
 
 NEEDS_INTRINSICS = "Lengths and angles need the camera's intrinsics, and this frame has none. Open it with intrinsics."

@@ -190,16 +190,12 @@ def _drawn(line: NDArray[np.float64], shape: tuple[int, ...]) -> Mask:
 
 
 def _extended(block: Mask, line: NDArray[np.float64], near: float, far: float) -> NDArray[np.float64]:
-    filled = _filled(block)
-    before, after = (_extension_point(filled, some, near, far) for some in (line[::-1], line))
-    return np.concatenate([before, line, after])
-
-
-def _filled(block: Mask) -> Mask:
-    """A block with its holes filled."""
+    # the outlines of its holes are not its boundary
     beyond = np.pad(block.astype(np.uint8), 1)
     cv2.floodFill(beyond, None, (0, 0), 2, flags=4)
-    return np.asarray(beyond[1:-1, 1:-1] != 2, bool)
+    filled = np.asarray(beyond[1:-1, 1:-1] != 2, bool)
+    before, after = (_extension_point(filled, some, near, far) for some in (line[::-1], line))
+    return np.concatenate([before, line, after])
 
 
 def _extension_point(block: Mask, line: NDArray[np.float64], near: float, far: float) -> NDArray[np.float64]:
