@@ -18,7 +18,7 @@ from ilf.segmentation.editing.patches import LabelPatch, Labels, values_at
 from ..views.interaction import PointerEvent, Preview
 from ..views.pixel_items import boundary_path
 from .base import Host, Point, Press, around, check_unlocked, crossed, is_thick
-from .line import LinePreview, LineTool, preview_of_patch, tell_if_apart
+from .line import LineTool, tell_if_apart
 
 
 class GiveTool(LineTool):
@@ -59,15 +59,12 @@ class GiveTool(LineTool):
         self._piece = None
         super().cancel(host)
 
-    def look_ahead(self, line: list[Point], host: Host) -> Callable[[], _Cut | None]:
+    def look_ahead(self, line: list[Point], host: Host) -> Callable[[], tuple[LabelPatch | None, int]]:
         """Return a function that computes what the line would cut off."""
         start = line[0] if self._press is None else self._press.point
         takers = _receivers(host, start, self._near)
-        return partial(_find_cut, host.document.labels.copy(), takers, line, self._near)
-
-    def line_preview(self, answer: _Cut | None, host: Host) -> LinePreview:
-        """Return the preview: pixels that change their block."""
-        return preview_of_patch(host.document, *((None,) if answer is None else (answer.patch, answer.apart)))
+        find = partial(_find_cut, host.document.labels.copy(), takers, line, self._near)
+        return lambda: (None, 0) if (cut := find()) is None else (cut.patch, cut.apart)
 
     def _give(self, event: PointerEvent, host: Host) -> None:
         document = host.document
