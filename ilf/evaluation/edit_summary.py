@@ -98,8 +98,8 @@ def summarise_edit(
         return effect
     absolute = [np.abs(error[both]) for error in errors]
     margin = margin_of_mean([absolute[1] - absolute[0]], [np.flatnonzero(hidden)[both]], hidden.shape[1])
-    held_out = _mean(absolute[0]), _mean(absolute[1])
-    return replace(effect, held_out=held_out, hidden=count, margin=margin)
+    before_mean, after_mean = (float(np.mean(error, dtype=np.float64)) for error in absolute)
+    return replace(effect, held_out=(before_mean, after_mean), hidden=count, margin=margin)
 
 
 def _near(changed: NDArray[np.bool_]) -> NDArray[np.bool_]:
@@ -173,7 +173,3 @@ def _matches_blocks(run: Run, completion: Completion, touched: set[int]) -> bool
 
 def _rms(values: NDArray[np.float32]) -> float:
     return float(np.sqrt(np.mean(np.square(values, dtype=np.float64))))
-
-
-def _mean(errors: NDArray[np.float32]) -> float:
-    return float(np.mean(errors, dtype=np.float64))
