@@ -91,7 +91,7 @@ def command(
     """
 
     def declare(handler: Handler) -> Handler:
-        hint = " ".join((inspect.getdoc(handler) or "").partition("\n\n")[0].split()).removesuffix(".")
+        hint = first_paragraph(handler)
 
         def of(owner: object) -> Command:
             why = None if why_off is None else partial(why_off, owner)
@@ -101,6 +101,11 @@ def command(
         return handler
 
     return declare
+
+
+def first_paragraph(described: object) -> str:
+    """Return the first paragraph of a docstring, on one line without the full stop."""
+    return " ".join((inspect.getdoc(described) or "").partition("\n\n")[0].split()).removesuffix(".")
 
 
 def commands_of(owner: object) -> Iterator[Command]:

@@ -17,7 +17,7 @@ from ilf.run.key_frames import Track, depth_at_key_frames
 
 from ..state.document import Document
 from ..state.parts import Part
-from ..state.shown_depth import ViewedIteration
+from ..state.results import ViewedIteration
 from ..views.curves.curve import Curve
 from ..views.curves.panel import EMPTY_TEXT, CurvesPanel
 from ..widgets.docks import PanelGroup

@@ -21,8 +21,7 @@ from ilf.segmentation.editing.patches import LabelPatch
 
 from ..base import theme
 from ..base.commands import command
-from ..state.edits import DrawnChange, Edit
-from ..state.parts import Part
+from ..state.parts import DrawnChange, Edit, Part
 from ..views.view_data import FormerState
 from ..widgets.basics import Themed, lay_out
 from ..work.frame_runs import RunState

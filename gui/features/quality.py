@@ -20,9 +20,8 @@ from ilf.data.frame import RGBDFrame
 from ilf.data.label_map import Box
 from ilf.data.parameters import BlockParameters
 from ilf.errors import IlfError
-from ilf.evaluation.quality.ignored import without_ignored
 from ilf.evaluation.quality.invalid_depth import suggest_invalid
-from ilf.evaluation.quality.places import Place
+from ilf.evaluation.quality.places import Place, without_ignored
 from ilf.evaluation.quality.ranking import find_places, propagated_places
 from ilf.evaluation.quality.remedies import Remedy, find_remedy
 from ilf.segmentation.edges.frame_edges import find_edges
@@ -204,7 +203,7 @@ class QualityPanel(Panel):
 
     def begin(self) -> None:
         """Connect the key that applies the remedy, unless the tool needs it, as its hint says."""
-        self.context.feature(ToolsFeature).keys.on_enter(lambda: self.visible and self.apply())
+        self.context.feature(ToolsFeature).keys.on_enter = lambda: self.visible and self.apply()
 
     @command("next_check", "Next &quality check", icon="ph.crosshair", keys="F8", needs=Need.FRAME)
     def _next(self) -> None:

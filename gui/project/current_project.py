@@ -110,8 +110,7 @@ class CurrentProject:
         self._lock: FileLock | None = None
         self._frames: tuple[tuple[str, FrameRef | None], ...] | None = None
         """The frames; None if the list has changed."""
-        for signal in (workspace.entries.added, workspace.entries.removed):
-            signal.connect(lambda *_: self._forget_frames())
+        workspace.project_touched.connect(self._forget_frames)
         self._saved = self.current_settings()
         self._found_elsewhere = False
         self._saved_frames: dict[str, ProjectFrame] = {}

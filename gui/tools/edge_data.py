@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ilf.data.frame import RGBDFrame
 from ilf.data.parameters import BlockParameters
-from ilf.segmentation.editing.snapping import Similar, Snapper
+from ilf.segmentation.editing.snapping import border_evidence, similar_pixels
 
 from ..state.document import Document
 from ..work.found_blocks import FoundBlocks, find
@@ -28,14 +28,14 @@ class EdgeData:
         Edge strength in [0, 1].
     regions : ndarray of int32, shape (H, W)
         The regions that the extraction merges into blocks.
-    snapper : Snapper
-        Moves drawn lines onto edges.
+    evidence : ndarray of float32, shape (H, W)
+        Evidence for a border, to which drawn lines snap.
     """
 
     frame: RGBDFrame
     strength: NDArray[np.float32]
     regions: NDArray[np.int32]
-    snapper: Snapper
+    evidence: NDArray[np.float32]
 
 
 class EdgeDataSource:
@@ -88,5 +88,5 @@ def _find(frame: RGBDFrame, parameters: BlockParameters, found: FoundBlocks | No
 
 def edge_data_of(frame: RGBDFrame, strength: NDArray[np.float32], regions: NDArray[np.int32]) -> EdgeData:
     """Return the aid of a frame with known edges and regions."""
-    Similar(frame, strength, 0, 0)  # computes and caches what it needs of the whole frame
-    return EdgeData(frame, strength, regions, Snapper(frame, strength))
+    similar_pixels(frame, strength, 0, 0)  # computes and caches what it needs of the whole frame
+    return EdgeData(frame, strength, regions, border_evidence(frame, strength))

@@ -21,7 +21,7 @@ from ..views.linked_views import LinkedViews
 from ..work.latest_request import LatestRequest
 from .base import Result, Tool, ToolOptions
 from .edge_data import EdgeData, EdgeDataSource
-from .kinds import KINDS, Tools
+from .kinds import KINDS, make_tools
 
 
 class Editor(QObject):
@@ -53,7 +53,7 @@ class Editor(QObject):
         self._views = views
         self.edge_data_source = EdgeDataSource(LatestRequest(self, self._take_error))
         self._jobs = LatestRequest(self, self._take_error)
-        self.tools = Tools()
+        self.tools = make_tools()
         self.options = ToolOptions()
         self.tool_name = "select"
         """The name of the active tool; `set_tool` sets it."""
@@ -117,7 +117,7 @@ class Editor(QObject):
 
     def finish(self) -> bool:
         """Complete the tool's action in progress; False if there is none."""
-        return self._update_hint(self._workspace.has_current and self.tool.finish(self))
+        return self._update_hint(self._workspace.has_current and self.attempt(lambda: self.tool.finish(self)))
 
     def undo_last(self) -> bool:
         """Undo the last part of the tool's action in progress; False if there is none."""
@@ -132,7 +132,7 @@ class Editor(QObject):
                 self.step_brush(event.steps)
             return "brush" in self.tool.options
         self._pointer = None if event.kind is PointerKind.LEAVE else event
-        return self._update_hint(self.tool.pointer(event, self))
+        return self._update_hint(self.attempt(lambda: self.tool.pointer(event, self)))
 
     def _update_hint(self, answer: bool) -> bool:
         if self.tool.hint != self._hint:
@@ -204,13 +204,13 @@ class Editor(QObject):
             self._tell_of_rests(patch, whole)
         return whole
 
-    def attempt(self, change: Callable[[], bool]) -> bool:
-        """Change the document; show a message if the change is refused."""
+    def attempt(self, act: Callable[[], object]) -> bool:
+        """Let a tool act, and return its answer; True, with a message, if it refuses by an InputError."""
         try:
-            return change()
+            return bool(act())
         except InputError as error:
             self.show_message(str(error))
-            return False
+            return True
 
     def run_in_background(self, find: Callable[[], Result], take: Callable[[Result], None]) -> None:
         """Call `find` in the background, then `take` with its result, unless the tool is cancelled before."""

@@ -8,8 +8,7 @@ from PySide6.QtCore import QObject
 from PySide6.QtGui import QAction
 
 from ..state.document import Document
-from ..state.edits import Edit
-from ..state.parts import Part
+from ..state.parts import Edit, Part
 from ..state.workspace import Workspace
 from .frame_runs import FrameRuns, RunNews, RunOutcome, RunState
 

@@ -33,7 +33,7 @@ from ..io.guide_models import (
     remove_guide,
     state_of,
 )
-from ..segmentation.edges.hed_weights import INPUTS
+from ..segmentation.edges.hed import INPUTS
 from ..segmentation.edges.importing import add_model
 from .output import Bar, Column, shows_progress, table, warn
 from .usage import Parser, UsageError, add_action, add_progress, declare

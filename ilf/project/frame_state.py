@@ -12,7 +12,7 @@ from ..data.label_map import Box
 from ..data.parameters import Parameters
 from ..data.presets import preset
 from ..data.results import BlockResult, Status
-from ..evaluation.quality.ignored import IgnoredPlace
+from ..evaluation.quality.places import IgnoredPlace
 from ..run.run import Run
 from .project import FrameSummary, Stage
 from .run_history import Extrapolation, StoredRun

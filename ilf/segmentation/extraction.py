@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._runtime.cancellation import check_cancelled
-from .._runtime.compiling import compiled
 from .._runtime.memory import release_memory
 from ..data.blocks import Blocks
 from ..data.declarations import Value
@@ -157,22 +156,6 @@ def regions_between(edges: NDArray[np.bool_], radius: float, inside: NDArray[np.
     return regions
 
 
-def _add_new_parts_by_loop(parts: NDArray[np.int32], regions: NDArray[np.int32], largest: int) -> int:
-    sizes = np.zeros(parts.max() + 1, np.int64)
-    for pixel in range(parts.size):
-        sizes[parts[pixel]] += 1 if regions[pixel] == 0 else -parts.size
-    numbers = np.zeros(sizes.size, np.int32)
-    for part in range(1, sizes.size):
-        if sizes[part] >= _MIN_REGION_PIXELS:
-            largest += 1
-            numbers[part] = largest
-    for pixel in range(parts.size):
-        if numbers[parts[pixel]] > 0:
-            regions[pixel] = numbers[parts[pixel]]
-    return largest
-
-
-@compiled(_add_new_parts_by_loop)
 def _add_new_parts(parts: NDArray[np.int32], regions: NDArray[np.int32], largest: int) -> int:
     """Add the parts without any region as new regions, in place; takes and returns the largest region number.
 
@@ -419,8 +402,9 @@ def _blocks(frame: RGBDFrame, parameters: BlockParameters) -> NDArray[np.int32]:
 @once_per_frame
 def _regions(frame: RGBDFrame, parameters: BlockParameters) -> NDArray[np.int32]:
     """The regions after the contraction, int32 (H, W)."""
-    margins = find_margins(frame.edge_rgb) if parameters.margin < 0 else (parameters.margin,) * 4
-    inside = _inside(frame.shape, margins)
+    top, bottom, left, right = find_margins(frame.edge_rgb) if parameters.margin < 0 else (parameters.margin,) * 4
+    inside = np.zeros(frame.shape, bool)
+    inside[top : frame.shape[0] - bottom, left : frame.shape[1] - right] = True
     found = _boundaries(frame, parameters)
     seeds = regions_between(found.edges, parameters.dilation, inside)
     check_cancelled()
@@ -497,10 +481,3 @@ def _white_lines(white: NDArray[np.bool_], limit: int) -> int:
     shares = white[: limit + 1].mean(axis=1)
     darker = np.flatnonzero(shares < 0.9)
     return int(darker[0]) if darker.size else 0
-
-
-def _inside(shape: tuple[int, int], margins: tuple[int, ...]) -> NDArray[np.bool_]:
-    top, bottom, left, right = margins
-    inside = np.zeros(shape, bool)
-    inside[top : shape[0] - bottom, left : shape[1] - right] = True
-    return inside

@@ -45,7 +45,9 @@ def flood(heights: NDArray[np.float32], markers: NDArray[np.int32], mask: NDArra
     ndarray of int32, shape (H, W)
         Regions; 0 outside the mask, and in pixels that no region can reach.
     """
-    regions, dry = _with_rim(markers, mask)
+    # a rim that is never reached, so that every pixel has four neighbours
+    regions = np.pad(np.where(mask, markers, 0).astype(np.int32, copy=False), 1)
+    dry = np.pad(mask, 1) & (regions == 0)
     levels = np.zeros(regions.shape, np.int64)
     np.left_shift(_ranks(heights), 32, out=levels[1:-1, 1:-1], dtype=np.int64)
     room = np.count_nonzero(mask)
@@ -86,12 +88,6 @@ def flood_large(heights: NDArray[np.float32], markers: NDArray[np.int32], mask: 
         check_cancelled()
         reached = grow_by_steps(flat, ends, reached, _PIXELS_PER_CHECK, width)
     return np.maximum(regions, 0)
-
-
-def _with_rim(markers: NDArray[np.int32], mask: NDArray[np.bool_]) -> tuple[NDArray[np.int32], NDArray[np.bool_]]:
-    """Regions and the pixels to be reached, with a rim that never is, so that every pixel has four neighbours."""
-    regions = np.pad(np.where(mask, markers, 0).astype(np.int32, copy=False), 1)
-    return regions, np.pad(mask, 1) & (regions == 0)
 
 
 def _for_loops(arrays: list[Any]) -> list[Any]:

@@ -87,7 +87,7 @@ def test_commands_in_any_order(window, qtbot, small_frame, tmp_path):
 
     open_ones = [weakref.ref(document) for document in workspace.open]
     while workspace.has_current:
-        workspace.close(workspace.current)
+        workspace.remove_entries([workspace.current_entry])
     window.refresh.now()
 
     def all_gone() -> bool:

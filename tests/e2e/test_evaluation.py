@@ -18,7 +18,7 @@ from gui.features.filter import FilterPanel
 from gui.features.inspect.panel import InspectPanel
 from gui.features.presets import SavePresetDialog
 from gui.features.sweep.feature import SweepFeature
-from gui.state.block_errors import EXPECTED
+from gui.state.blocks import EXPECTED
 from gui.state.parts import Part
 from gui.views.colours import depth_table
 from ilf._runtime.formatting import millimetres

@@ -58,8 +58,8 @@ def test_a_new_panel_is_one_class(opened, qtbot):
 
 def test_frames_are_a_narrow_list_beside_the_images_and_thousands_of_them_are_found(opened, qtbot):
     opened.resize(1100, 700)
-    frames, entries = opened.feature(FramesFeature), opened.workspace.entries
-    entries.add([Entry.of(FrameRef(f"/nowhere/frame-{number}")) for number in range(10_000)])
+    frames = opened.feature(FramesFeature)
+    opened.workspace.add_entries([Entry.of(FrameRef(f"/nowhere/frame-{number}")) for number in range(10_000)])
     qtbot.waitUntil(lambda: frames.panel.view.isVisible() and frames.panel.view.is_strip)
     opened.panels.reveal("Frames")
     dock = opened.findChild(QDockWidget, "Frames")

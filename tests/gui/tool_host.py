@@ -52,12 +52,13 @@ class ToolHost:
     def commit(self, patch: LabelPatch | None, text: str, label: int = 0) -> LabelPatch | None:
         return patch if self.workspace.current.edit(patch, text) else None
 
-    def attempt(self, change: Callable[[], bool]) -> bool:
+    def attempt(self, act: Callable[[], object]) -> bool:
+        """Let a tool act, as the editor does."""
         try:
-            return change()
+            return bool(act())
         except InputError as error:
             self.show_message(str(error))
-            return False
+            return True
 
     def set_option(self, name: str, value: float | bool) -> None:
         setattr(self.options, name, value)
@@ -69,12 +70,7 @@ class ToolHost:
         """At once, unless a test lets it wait."""
 
         def answer() -> None:
-            try:
-                found = find()
-            except InputError as error:
-                self.show_message(str(error))
-            else:
-                take(found)
+            self.attempt(lambda: take(find()))
 
         if self.waits:
             self.waiting.append(answer)
@@ -94,7 +90,7 @@ class Hand:
 
     def send(self, kind: PointerKind, at: Point, keys: str = "") -> bool:
         event = PointerEvent(kind, *at, shift="s" in keys, ctrl="c" in keys, alt="a" in keys)
-        return self.tool.pointer(event, self.host)
+        return self.host.attempt(lambda: self.tool.pointer(event, self.host))
 
     def press(self, at: Point, keys: str = "") -> bool:
         return self.send(PointerKind.PRESS, at, keys)
@@ -119,6 +115,9 @@ class Hand:
 
     def hover(self, at: Point, keys: str = "") -> None:
         self.send(PointerKind.HOVER, at, keys)
+
+    def finish(self) -> bool:
+        return self.host.attempt(lambda: self.tool.finish(self.host))
 
     def cancel(self) -> bool:
         """Cancel what the tool does; return whether there was anything to cancel."""

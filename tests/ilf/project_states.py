@@ -13,7 +13,7 @@ from ilf.data.by_hand import DepthByHand
 from ilf.data.frame import RGBDFrame
 from ilf.data.guide import Guide, GuideCard
 from ilf.evaluation.hold_out import HoldOutTest
-from ilf.evaluation.quality.ignored import IgnoredPlace
+from ilf.evaluation.quality.places import IgnoredPlace
 from ilf.project.file import open_project, save_project
 from ilf.project.frame_state import FrameState, InspectionState
 from ilf.project.project import FrameSummary, Project, ProjectFrame, Stage

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from ilf.data.results import BlockResult
 from ilf.evaluation.evaluation import Evaluation, evaluate_blocks
 
-from ...state.block_errors import GROUND_TRUTH, HOLD_OUT, BlockErrors
+from ...state.blocks import GROUND_TRUTH, HOLD_OUT, BlockErrors
 from ...state.document import Document
 from ...state.parts import Part
 from ...work.latest_request import LatestRequest

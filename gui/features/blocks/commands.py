@@ -42,7 +42,7 @@ class BlockCommands(QObject):
         """Merge the selected blocks into one."""
         chosen = list(self._workspace.current.selected)
         self._editor.cancel()
-        merge_blocks(self._editor, chosen)
+        self._editor.attempt(lambda: merge_blocks(self._editor, chosen))
 
     def _why_none_selected(self) -> str:
         """Unlike for other commands, a selected block may have no pixels yet."""
@@ -179,13 +179,15 @@ class BlockCommands(QObject):
                 (f"Give this piece to {taker}", lambda: self._give(x, y, before)),
                 (f"Merge {name} into {taker}", lambda: self._merge_into(before[0], label)),
             ]
-        return [*offers, (f"Split {name} along the suggested line", lambda: cut_suggested(self._editor, label))]
+        split = f"Split {name} along the suggested line"
+        return [*offers, (split, lambda: self._editor.attempt(lambda: cut_suggested(self._editor, label)))]
 
     def _give(self, x: float, y: float, chosen: list[int]) -> None:
         document = self._workspace.current
         source = document.label_at(x, y)
         self._workspace.select(chosen)
-        give_piece(self._editor, piece_at(document.labels, x, y), source)
+        piece = piece_at(document.labels, x, y)
+        self._editor.attempt(lambda: give_piece(self._editor, piece, source))
 
     def _merge_into(self, taker: int, other: int) -> None:
         document = self._workspace.current

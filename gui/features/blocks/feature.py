@@ -16,7 +16,7 @@ from ilf.data.results import BlockResult
 
 from ...base.commands import command, commands_of
 from ...base.needs import Need, sentence
-from ...state.block_counts import BlockCounts
+from ...state.blocks import BlockCounts
 from ...state.document import Document
 from ...state.parameters import parameter_labels
 from ...state.parts import Part

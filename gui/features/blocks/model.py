@@ -17,8 +17,7 @@ from ilf._runtime.formatting import grouped, millimetres
 from ilf.data.blocks import BlockInfo
 
 from ...base import theme
-from ...state.block_counts import BlockCounts
-from ...state.block_errors import EXPECTED
+from ...state.blocks import EXPECTED, BlockCounts
 from ...widgets.basics import literal_text
 from ...widgets.tables import ICON_SIZE, Index
 

@@ -17,7 +17,7 @@ from ilf.evaluation.measuring import DepthProfile, Line, depth_profile
 
 from ...base import theme
 from ...state.document import Document
-from ...state.shown_depth import ViewedIteration
+from ...state.results import ViewedIteration
 from ...views.curves.axes import paint_plot, set_title
 
 Array = NDArray[np.floating]

@@ -11,7 +11,7 @@ from ilf._runtime.formatting import UNKNOWN, millimetres
 from ilf.data.camera import Camera
 from ilf.errors import InputError
 from ilf.evaluation.measuring import angle_between
-from ilf.evaluation.statistics import PlaneFit, SurfaceStatistics, surface_statistics
+from ilf.evaluation.statistics import SurfaceFit, SurfaceStatistics, surface_statistics
 
 from ...widgets.tables import Row
 
@@ -76,7 +76,7 @@ def statistics_of(
     return rows, list(dict.fromkeys(notes))
 
 
-def _plane(found: SurfaceStatistics) -> PlaneFit:
+def _plane(found: SurfaceStatistics) -> SurfaceFit:
     if found.plane is None:
         raise InputError(found.reason)
     return found.plane

@@ -136,7 +136,7 @@ class ProjectFeature(Feature):
                 return
             workspace.unload(entry.document)
             entry.set_unsaved(False)
-            workspace.entries.set_summary(entry, summary)
+            entry.set_summary(summary)
 
         def go() -> None:
             if self.present.saved_summary(entry) is None:

@@ -11,8 +11,7 @@ from PySide6.QtSvg import QSvgRenderer
 from gui.features.inspect.profile_page import ProfilePage
 from gui.features.inspect.profile_plot import profile_data
 from gui.state.document import Document
-from gui.state.results import ErrorEstimate
-from gui.state.shown_depth import ViewedIteration
+from gui.state.results import ErrorEstimate, ViewedIteration
 from ilf.completion.confidence.expected_error import expected_error
 from ilf.data.frame import RGBDFrame
 from ilf.project.run_history import StoredRun

@@ -112,7 +112,7 @@ def test_a_frame_whose_values_were_dragged_is_freed_when_it_is_closed(bench, kee
     bench.runs.current.resolve([1])
     until(lambda: len(document.state.runs) == 1)
     step = weakref.ref(document.undo_stack.command(0))
-    workspace.close(document)
+    workspace.remove_entries([workspace.entries.of(document.id)])
     gc.collect()
     assert step() is None, "a step of the history holds its frame"
 

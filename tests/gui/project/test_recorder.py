@@ -41,7 +41,7 @@ def test_all_changes_are_kept_and_nothing_else(context, qtbot):
     with qtbot.waitSignal(context.recorder.kept):
         pass
     context.erase(one, 20)
-    context.workspace.close(two)
+    context.workspace.remove_entries([context.workspace.entries.of(two.id)])
     with qtbot.waitSignal(context.recorder.kept):
         pass
     written = context.written()
@@ -123,7 +123,7 @@ def test_what_is_in_the_project_file_is_in_the_autosave_too_once_a_frame_changes
     with qtbot.waitSignal(context.recorder.kept):
         context.erase(one, 1)
     parts = {name: context.store.part(name) for name in context.store.all_names()}
-    context.workspace.close(one)
+    context.workspace.remove_entries([context.workspace.entries.of(one.id)])
     with qtbot.waitSignal(context.recorder.kept):
         pass
     context.store.project = _Project(parts)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import ilf
-from gui.state.block_counts import BlockCounts
+from gui.state.blocks import BlockCounts
 from gui.state.document import Document
 from gui.state.frame_data import LARGEST_LABEL
 from gui.state.parts import NO_PART, Part
@@ -209,9 +209,9 @@ def test_opening_showing_and_closing_frames(workspace, document, other, told):
     workspace.show(other)
     assert told() == Part.FRAME
     assert workspace.undo_group.activeStack() is other.undo_stack
-    workspace.close(document)
+    workspace.remove_entries([workspace.entries.of(document.id)])
     assert workspace.current is other, "another than the present one was closed"
-    workspace.close(other)
+    workspace.remove_entries([workspace.entries.of(other.id)])
     assert not workspace.has_current
     assert workspace.chosen == 0
     assert workspace.undo_group.stacks() == [workspace.undo_group.activeStack()] or not workspace.undo_group.stacks()

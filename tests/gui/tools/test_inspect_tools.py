@@ -3,7 +3,7 @@
 import numpy as np
 
 from gui.state.document import Document
-from gui.tools.kinds import KINDS, Tools
+from gui.tools.kinds import KINDS, make_tools
 from gui.views.interaction import PointerKind
 from ilf.data.frame import RGBDFrame
 from ilf.run.run import Run
@@ -12,7 +12,7 @@ from ..tool_host import Hand
 
 
 def hand(host, tool):
-    return Hand(Tools()[tool], host)
+    return Hand(make_tools()[tool], host)
 
 
 def measured(host):

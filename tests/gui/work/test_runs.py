@@ -239,7 +239,7 @@ def test_results_go_to_the_frame_that_runs_wherever_the_user_has_turned(bench):
 def test_results_of_a_frame_that_was_closed_meanwhile_trouble_nobody(bench):
     bench.runs.current.start()
     bench.get_going()
-    bench.workspace.close(bench.document)
+    bench.workspace.remove_entries([bench.workspace.entries.of(bench.document.id)])
     bench.workspace.tell()
     assert (bench.runs.state, bench.runs.running) == (RunState.IDLE, [])
     bench.finish()

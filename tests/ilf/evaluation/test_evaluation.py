@@ -68,9 +68,9 @@ def test_frame_blocks_and_box_are_judged_over_their_filled_pixels(run):
     whole = evaluate_completion(frame, completion, expected=expected)
     assert whole == evaluate(completion.depth, frame.ground_truth, completion.filled, expected)
     assert 0 <= whole.within <= 1
-    blocks = evaluate_blocks(frame, completion, run.blocks.labels, expected=expected)
+    blocks = evaluate_blocks(frame, completion, run.blocks.labels)
     for label in (1, 2):
-        assert blocks[label] == evaluate_completion(frame, completion, run.blocks.labels == label, expected=expected)
+        assert blocks[label] == evaluate_completion(frame, completion, run.blocks.labels == label)
     box = slice(8, 20), slice(4, 16)
     assert evaluate_completion(frame, completion, box).pixels == np.count_nonzero(completion.filled[box])
     every = evaluate_completion(frame, completion, every=True)
@@ -189,7 +189,7 @@ def test_a_sweep_of_two_on_hidden_depth_for_one_blocks_own_values(run):
     assert [tuple(point.values.values()) for point in result.points] == [
         (100.0, False), (100.0, True), (15.0, False), (15.0, True),
     ]  # fmt: skip
-    best = result.best_by("mae")
+    best = result.best
     assert best.run.parameters_of(2) == own.replace(**best.values)
     assert best.run.parameters == QUICK, "the common values are as they were"
     assert best.values["centred"], "nothing is to be lifted from 0 m"
