@@ -14,7 +14,6 @@ from .._runtime.arrays import Array, check_shape, frozen, plain_array, real_imag
 from .._runtime.files import is_address
 from .._runtime.formatting import size_text
 from ..errors import InputError, check_kind, told_as, warn_of_reading
-from .brought_colour import BroughtColour
 from .camera import CAMERA_DOUBT, Camera, as_camera, camera_doubt, checked_transform
 from .guide import Guide, as_guide
 from .neighbours import NeighbourDepth, agrees
@@ -166,6 +165,28 @@ class FrameInputs:
             "intrinsics": stated[0],
             **{name: value for name, value in optional.items() if value is not None},
         }
+
+
+@dataclass(frozen=True, eq=False)
+class BroughtColour:
+    """How the colour of a frame in the depth camera's view was brought there (`ilf.sources.registration.register`).
+
+    Attributes
+    ----------
+    seen : ndarray of bool, shape (H, W)
+        Pixels that the colour camera sees; the frame's `rgb` is black elsewhere.
+    edge_rgb : ndarray of uint8, shape (H, W, 3)
+        The frame's `rgb` with the other pixels filled smoothly, so that their outline is no evidence of an edge.
+    camera : Camera
+        The colour camera, without distortion and with its size.
+    depth_to_colour : ndarray of float64, shape (4, 4)
+        Transform of points [m] from the depth camera to the colour camera.
+    """
+
+    seen: NDArray[np.bool_]
+    edge_rgb: NDArray[np.uint8]
+    camera: Camera
+    depth_to_colour: NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

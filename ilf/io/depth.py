@@ -30,14 +30,13 @@ from .float_images import (
     read_npy,
     read_npz,
     read_pfm,
+    read_viewer_raw,
 )
-from .hdf5 import HDF5_SUFFIXES
-from .hdf5_depth import read_hdf5
+from .hdf5 import HDF5_SUFFIXES, read_hdf5
 from .heic import HEIC_SUFFIXES, read_heic_depth
 from .images import encode_image, is_common_image, read_image
 from .kinds import wrong_kind
 from .pcl_files import PCD_SUFFIX, PCLZF_SUFFIX, read_pcd_depth, read_pclzf_depth
-from .realsense_raw import read_viewer_raw
 
 DEPTH_SUFFIXES = (".png", ".tif", ".tiff", ".npy", ".exr")
 """Suffixes that `write_depth` supports."""

@@ -29,7 +29,7 @@ from .encodings import (
     packed_channels,
 )
 from .float_images import COLMAP_SUFFIX, KINECT_V2_SUFFIXES, is_kinect_v2
-from .hdf5_depth import with_dataset
+from .hdf5 import with_dataset
 from .other_values import disparity_name, distance_doubt, normalised_doubt, other_way_round
 
 # Signs that a depth file has another unit than assumed, or is not depth: names, sizes, steps and slopes.

@@ -34,10 +34,8 @@ from .depth import (
 from .depth_reading import decoded, marker_doubt
 from .encodings import DepthEncoding, encoding_of_inputs
 from .float_images import read_exr, read_npy, read_npz, read_pfm
-from .guide_models import is_guide_name, predict_by_name, ready_guide
-from .guide_network import predict_guide
-from .hdf5 import HDF5_SUFFIXES
-from .hdf5_depth import split_dataset
+from .guide_models import is_guide_name, predict_by_name, predict_guide, ready_guide
+from .hdf5 import HDF5_SUFFIXES, split_dataset
 from .images import read_image, read_indices
 
 _MAX_SCALE_RATIO = 1.5

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from typing import Self
 
 from ..data.blocks import block_colour
-from ..data.colour_maps import Colour
+from ..data.pictures import Colour
 from ..data.results import Completion
 from ..project.facts import present_completion
 from ..project.frame_state import FrameState

@@ -16,8 +16,8 @@ from ..data.camera import Camera, Cameras
 from ..errors import FormatError, InputError, told_as
 from ..io.depth import read_depth_values
 from ..io.images import image_header, read_colour
-from .poses import checked_pose
 from .recording import PairedRecording, RecordedFrame, TimedPairs, confidence_beside
+from .trajectories import checked_pose
 
 _DEPTH, _CONFIDENCE, _TRAJECTORY = "lowres_depth", "confidence", "lowres_wide.traj"
 _COLOURS = "lowres_wide", "vga_wide", "wide"

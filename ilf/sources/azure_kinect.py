@@ -14,11 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._runtime.installation import optional
+from .._runtime.memory import check_memory
 from .._runtime.schema import Section
 from ..data.camera import Camera, Cameras
 from ..errors import FormatError, told_as
 from ..io.depth import eight_bit_error
-from ..io.images import check_pixel_count, read_colour
+from ..io.images import read_colour
 from .recording import PairedRecording, RecordedFrame, TimedPairs, part_of, sha256_of, stamped
 
 # The calibration of an Azure Kinect: stored for the full sensors; those of the modes are derived from it.
@@ -190,7 +191,7 @@ class AzureKinect(PairedRecording):
             raise FormatError(
                 f"{self.path} has no {what} track of an Azure Kinect or Femto camera. Give its recording."
             )
-        check_pixel_count(self.path, found.codec_context.width, found.codec_context.height)
+        check_memory(self.path, found.codec_context.width, found.codec_context.height)
         return found
 
     def _track(self, tag: str) -> Any:

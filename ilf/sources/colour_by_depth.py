@@ -6,9 +6,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from ..data.brought_colour import BroughtColour
 from ..data.camera import Camera
-from ..data.frame import read_only
+from ..data.frame import BroughtColour, read_only
 
 _HIDDEN_BEHIND = 0.04
 """How much nearer a surface must be to hide what lies behind it, relative; less moves colour by hardly a pixel."""

@@ -12,11 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._runtime.files import read_file
+from .._runtime.memory import check_memory
 from ..data.camera import INTRINSICS, Camera, Cameras
 from ..errors import FormatError, InputError, told_as
 from ..io.depth import read_depth_values
 from ..io.hdf5 import dataset, open_hdf5
-from ..io.images import check_pixel_count, read_colour
+from ..io.images import read_colour
 from .recording import PairedRecording, RecordedFrame, Recording, TimedPairs, sha256_of
 
 # NYU Depth V2's labelled file, nyu_depth_v2_labeled.mat: 1449 frames in one MATLAB v7.3 (HDF5) file.
@@ -57,7 +58,7 @@ class NyuLabelled(Recording):
         if channels != 3 or raw.shape != (count, *size):
             shapes = f"images {images.shape} and rawDepths {raw.shape}"
             raise FormatError(f"{self.path}: {shapes} do not fit each other, as (N, 3, W, H) and (N, W, H) do.")
-        check_pixel_count(self.path, *size)
+        check_memory(self.path, *size)
         return images, raw
 
     def close(self) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -12,9 +13,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .._runtime.files import is_address
-from .._runtime.named_places import note_opened
+from .._runtime.named_places import named_in, note_opened
 from ..data.camera import CAMERA_DOUBT
-from ..data.frame import RGBDFrame
+from ..data.frame import FrameInputs, RGBDFrame
 from ..data.guide import Gives
 from ..data.lenses import undistorted
 from ..errors import FormatError, InputError, ParameterError, PathKind, check_kind, warn_of_reading
@@ -36,10 +37,11 @@ from .frame_folder import FrameFiles, frame_folder, meta_beside, two_files
 from .frame_ref import FrameRef
 from .image_pair import depth_of_files, read_files
 from .naming import COLOUR_SUFFIXES, DEPTH_FILE_SUFFIXES, META_NAME
-from .opening import is_recording
+from .opening import is_recording, opened
 from .own_results import COMPLETED_DEPTH, is_result
+from .pairing import time_of
+from .read_images import read_recorded
 from .reading_options import OPTIONS, ReadingOptions
-from .recorded import read_recorded
 from .registration import RawPair
 from .remote import copied, inputs_with_addresses, restored, with_addresses
 
@@ -315,3 +317,28 @@ def described_beside(ref: FrameRef) -> str:
     added = ref.options.or_else(files.options).given.keys() - ref.options.given.keys()
     used_items = ["name", *(option.label for name, option in OPTIONS.items() if name in added and option.label)]
     return f"Read from {META_NAME} beside the files: {', '.join(used_items)}."
+
+
+# The time at which a frame that was read was taken.
+
+_SECONDS = re.compile(r"(\d+)\.(\d{1,9})")
+
+
+def stamp_of(inputs: FrameInputs, folder: Path | None = None) -> int | None:
+    """Return the timestamp of a frame's colour [ns], from its key in a recording, the recording, or its file name; None
+    if unknown. `folder` is that of the record that states these inputs.
+
+    Raises
+    ------
+    InputError
+        If the recording has to be read for it and cannot be read; and as `named_in`.
+    """
+    if inputs.frame is None:
+        time = time_of(inputs.rgb.path)
+        return None if time is None else round(time * 1e9)
+    found = _SECONDS.fullmatch(inputs.frame.rpartition("/")[2])
+    if found is not None:
+        return int(found[1]) * 10**9 + int(found[2].ljust(9, "0"))
+    with opened(inputs.rgb.path if folder is None else named_in(inputs.rgb.path, folder)) as recording:
+        taken = recording.frame(inputs.frame).time
+    return None if taken is None else round(taken * 1e9)

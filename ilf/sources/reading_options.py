@@ -20,7 +20,7 @@ from ..io.cameras import IntrinsicsSpec
 from ..io.encodings import ENCODING_DESCRIPTIONS, EncodingSpec, single_encoding
 from ..io.frame_additions import checked_min_confidence
 from ..io.guide_models import is_guide_name
-from ..io.hdf5_depth import split_dataset, with_dataset
+from ..io.hdf5 import split_dataset, with_dataset
 from .times import MAX_TIME_GAP_S
 
 

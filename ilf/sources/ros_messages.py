@@ -13,12 +13,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._runtime.files import FileContent
+from .._runtime.memory import check_memory
 from ..data.camera import Camera, fitted, lens_of
 from ..errors import FormatError, InputError, told_as
 from ..io.depth import checked_depth_values, default_depth_units, eight_bit_error
-from ..io.images import check_pixel_count, image_header, read_colour, read_image
+from ..io.images import image_header, read_colour, read_image
 from ..io.rvl import read_rvl, rvl_size
-from .poses import turned_and_moved
+from .trajectories import turned_and_moved
 
 IMAGE, COMPRESSED = "sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage"
 
@@ -167,7 +168,7 @@ def _pixels(message: Any, path: Path) -> NDArray[Any]:
         raise FormatError(f"{path}: images in {message.encoding!r:.40} are not supported; those in {known} are.")
     kind, channels = _LAYOUTS[message.encoding]
     height, width, step = message.height, message.width, message.step
-    check_pixel_count(path, width, height)
+    check_memory(path, width, height)
     dtype = np.dtype(kind).newbyteorder(">" if message.is_bigendian else "<")
     row = width * channels * dtype.itemsize
     if dtype.itemsize > 1 and step == width * channels and len(message.data) == height * step:

@@ -11,11 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._runtime.files import open_file
+from .._runtime.memory import check_memory
 from ..data.camera import Camera, Cameras
 from ..errors import FormatError, InputError, told_as
-from ..io.images import check_pixel_count, read_colour
-from .poses import checked_pose
+from ..io.images import read_colour
 from .recording import RecordedFrame, Recording, part_of, sha256_of
+from .trajectories import checked_pose
 
 _VERSION = 4
 _MATRIX, _HEADER, _FRAME = struct.Struct("<16f"), struct.Struct("<2i4IfQ"), struct.Struct("<16f4Q")
@@ -96,7 +97,7 @@ class ScanNet(Recording):
         colour_kind, self._depth_kind, *sizes, self._units, count = _HEADER.unpack(self._file.read(_HEADER.size))
         self._colour_size, self._depth_size = (sizes[0], sizes[1]), (sizes[2], sizes[3])
         for size in (self._colour_size, self._depth_size):
-            check_pixel_count(self.path, *size)
+            check_memory(self.path, *size)
         colour_camera, colour_place, depth_camera, depth_place = (matrix.reshape(4, 4) for matrix in matrices)
         self._intrinsics, self._extrinsics = (colour_camera, depth_camera), (colour_place, depth_place)
         if colour_kind not in _JPEG_OR_PNG or self._depth_kind not in {_PLAIN, _ZLIB}:

@@ -17,13 +17,13 @@ from numpy.typing import NDArray
 
 from .._runtime.files import read_file
 from .._runtime.installation import optional
+from .._runtime.memory import check_memory
 from ..data.camera import Cameras, camera_from_numbers
 from ..errors import FormatError, InputError, told_as
 from ..io.depth import read_depth_values
-from ..io.images import check_pixel_count
 from .naming import by_stem
-from .poses import posed
 from .recording import RecordedFrame, Recording, confidence_beside
+from .trajectories import posed
 
 # Reading frames of a video by their numbers.
 
@@ -56,7 +56,7 @@ class Video:
         if self._stream.codec_context is None:
             raise FormatError(f"{path}: its video codec is unknown. Copy it again.")
         self.size: tuple[int, int] = self._stream.codec_context.width, self._stream.codec_context.height
-        check_pixel_count(path, *self.size)
+        check_memory(path, *self.size)
         self._decoding: Iterator[tuple[Any, str]] | None = None
         self._next = 0
 

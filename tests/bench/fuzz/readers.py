@@ -37,10 +37,9 @@ from ilf.segmentation.edges.importing import add_model
 from ilf.sources.frame_ref import FrameRef
 from ilf.sources.listing import list_frames
 from ilf.sources.opening import close_all
-from ilf.sources.reading import load_frame, read_frame
+from ilf.sources.reading import load_frame, read_frame, stamp_of
 from ilf.sources.reading_options import ReadingOptions
 from ilf.sources.source import open_source
-from ilf.sources.stamps import stamp_of
 from ilf.sources.trajectories import camera_pose
 
 from .seeds import SHAPE
