@@ -29,6 +29,7 @@ from ..io.frame_additions import (
 from ..io.hdf5 import with_dataset
 from ..io.images import read_colour_with_warning, turned
 from ..io.orientation import pair_orientation
+from ..sources.copies import copied
 from ..sources.frame_folder import FrameFiles
 from ..sources.frame_ref import FrameRef
 from ..sources.image_pair import depth_of_files, is_registered, read_files, unlike_companions
@@ -37,7 +38,6 @@ from ..sources.own_results import COMPLETED_DEPTH, RECORD_FILE, is_result, is_re
 from ..sources.read_images import read_recorded
 from ..sources.reading import files_of, read_frame
 from ..sources.reading_options import DEPTH_VIEW, ReadingOptions
-from ..sources.remote import copied
 from .facts import Facts
 
 _Depth = NDArray[np.float32]
@@ -110,11 +110,11 @@ def _add_pair(facts: Facts, files: FrameFiles, depth: DepthReading, given: Readi
     options, content = files.options, read_file(files.depth)
     rgb = _add_colour(facts, files.rgb)
     _add_depth(facts, with_dataset(files.depth, options.dataset), depth)
-    orientation = pair_orientation(read_file(files.rgb), rgb, content, depth.metres)
-    facts.tell("warning" if orientation.is_doubt else "orientation", orientation.note)
+    tags, turning, is_doubt = pair_orientation(read_file(files.rgb), rgb, content, depth.metres)
+    facts.tell("warning" if is_doubt else "orientation", turning)
     if is_result(FrameRef(str(files.rgb), str(files.depth))):
         facts.tell("note", f"{files.depth.name}: {COMPLETED_DEPTH}")
-    rgb, metres = turned(rgb, orientation.tags[0]), turned(depth.metres, orientation.tags[1])
+    rgb, metres = turned(rgb, tags[0]), turned(depth.metres, tags[1])
     shapes = (rgb.shape[0], rgb.shape[1]), (metres.shape[0], metres.shape[1])
     how = ""
     if options.depth_intrinsics is not None and not is_registered(options, *shapes):
@@ -129,7 +129,7 @@ def _add_pair(facts: Facts, files: FrameFiles, depth: DepthReading, given: Readi
     elif not options.undistort and options.view != DEPTH_VIEW:
         _add_camera(facts, "intrinsics", options.depth_intrinsics or options.intrinsics, shapes[1])
         with facts.problems():
-            facts.tell("warning", *unlike_companions(options, content, orientation))
+            facts.tell("warning", *unlike_companions(options, content, tags))
             check_same_size(rgb, metres)
         return None
     for camera, shape in zip((options.intrinsics, options.depth_intrinsics), shapes, strict=True):
@@ -138,7 +138,7 @@ def _add_pair(facts: Facts, files: FrameFiles, depth: DepthReading, given: Readi
         frame = read_files(files, given).frame()
         _add_camera(facts, "intrinsics", frame.intrinsics, frame.shape)
         if options.undistort:
-            told = {*depth.notes, orientation.note}
+            told = {*depth.notes, turning}
             facts.tell("note", *(text for text in frame.notes if text not in told))
         _add_registered(facts, frame, how)
         return frame

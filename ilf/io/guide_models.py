@@ -139,18 +139,9 @@ def _known() -> dict[str, GuideCard]:
     return {name: msgspec.convert({"name": name, **facts}, GuideCard) for name, facts in table.items()}
 
 
-def guide_cards() -> dict[str, GuideCard]:
-    """The cards of the networks that the program knows, then of the user's own; with the hashes that were pinned. Those
-    of `damaged_cards` are left out."""
-    return _read_cards()[0]
-
-
-def damaged_cards() -> dict[str, FormatError]:
-    """The errors of the cards in the user's folder that cannot be read, by the names of their networks."""
-    return _read_cards()[1]
-
-
-def _read_cards() -> tuple[dict[str, GuideCard], dict[str, FormatError]]:
+def guide_cards() -> tuple[dict[str, GuideCard], dict[str, FormatError]]:
+    """The cards of the networks that the program knows, then of the user's own, with the hashes that were pinned; and
+    the errors of those in the user's folder that cannot be read, both by the names of the networks."""
     cards, damaged = dict(_known()), {}
     for path in sorted(guides_folder().glob("*.json")):
         try:
@@ -166,7 +157,7 @@ def _read_cards() -> tuple[dict[str, GuideCard], dict[str, FormatError]]:
 
 def guide_card(name: str) -> GuideCard:
     """The card of a network; raises InputError if there is none of this name, FormatError if it is damaged."""
-    cards, damaged = _read_cards()
+    cards, damaged = guide_cards()
     if name in damaged:
         raise damaged[name]
     if name not in cards:
@@ -179,7 +170,7 @@ def guide_card(name: str) -> GuideCard:
 
 def is_guide_name(text: object) -> bool:
     """Whether a guide is given by the name of a network; a file of that name comes first."""
-    return isinstance(text, str) and not os.path.exists(text) and any(text in cards for cards in _read_cards())
+    return isinstance(text, str) and not os.path.exists(text) and any(text in cards for cards in guide_cards())
 
 
 def guide_file(name: str) -> Path | None:

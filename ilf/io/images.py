@@ -107,12 +107,6 @@ def _declared(data: bytes) -> int | None:
     return None if found is None else int(found[3])
 
 
-def check_checksums(path: FileSource, data: bytes) -> None:
-    """Raise FormatError for a PNG that is truncated or has wrong checksums; other formats have none."""
-    with _reading(path, "its end is missing or a checksum is wrong"):
-        Image.open(io.BytesIO(data), formats=("PNG",)).verify()
-
-
 @contextmanager
 def _reading(path: FileSource, problem: str) -> Iterator[None]:
     """Let Pillow read without its size limit and without warnings; turn any exception into a FormatError."""
@@ -203,7 +197,8 @@ def _decoded(path: FileSource, least_width: int = 0) -> tuple[NDArray[Any], Imag
     header = image_header(path, content)
     check_memory(path, header.width, header.height)
     if header.kind == "PNG":
-        check_checksums(path, content)
+        with _reading(path, "its end is missing or a checksum is wrong"):
+            Image.open(io.BytesIO(content), formats=("PNG",)).verify()
     if content.startswith((b"P2", b"P3")):
         return _of_text(path, content, header), header
     factors = _FRACTIONS if least_width and header.kind == "JPEG" else (1,)

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._runtime.files import read_file
-from ..data.camera import Camera, Cameras
+from ..data.camera import Camera, Cameras, rigid_transform
 from ..errors import FormatError, InputError, told_as
 from ..io.depth import read_depth_values
 from ..io.images import image_header, read_colour
@@ -80,8 +80,7 @@ class ARKitScenes(PairedRecording):
         if not rows.size or near.min() > _MAX_POSE_GAP_S:
             return None
         row = rows[near.argmin()]
-        to_camera = np.eye(4)
-        to_camera[:3, :3], to_camera[:3, 3] = cv2.Rodrigues(row[1:4])[0], row[4:]
+        to_camera = rigid_transform(cv2.Rodrigues(row[1:4])[0], row[4:])
         return checked_pose(np.linalg.inv(to_camera).astype(np.float64))
 
     @cached_property

@@ -52,8 +52,7 @@ def colour_by_depth(
     """
     guessed = np.reciprocal(smoothly_filled(np.reciprocal(depth), np.isfinite(depth)))
     columns, rows, away = _places(guessed, camera, colour, depth_to_colour)
-    height, width = colour.shape
-    seen = (away > 0) & (columns >= -0.5) & (columns < width - 0.5) & (rows >= -0.5) & (rows < height - 0.5)
+    seen = (away > 0) & colour.has(columns, rows)
     place = np.rint(rows[seen]).astype(int), np.rint(columns[seen]).astype(int)
     seen[seen] = ~(away[seen] > (1 + _HIDDEN_BEHIND) * front[place])  # NaN: nothing was measured there
     fineness = max(colour.fx / camera.fx, colour.fy / camera.fy)

@@ -29,8 +29,6 @@ class ReadImages:
 
     Attributes
     ----------
-    path : Path
-        The depth file or the recording, for messages.
     name : str
     rgb : ndarray of uint8, shape (h, w, 3)
     metres : ndarray of float32, shape (hd, wd)
@@ -52,7 +50,6 @@ class ReadImages:
         The sensor's confidence of its depth, if a recording contains it.
     """
 
-    path: Path
     name: str
     rgb: NDArray[np.uint8]
     metres: NDArray[np.float32]
@@ -90,8 +87,8 @@ class ReadImages:
             registered already; or its values cannot be metres.
         """
         view = self.inputs.view or COLOUR_VIEW
-        with told_as(InputError, f"{self.path}: {{error}}{self.reading.alternative_encodings}", InputError):
-            frame = self._registered() if self.cameras.is_registered else register(self._pair(), view)
+        with told_as(InputError, f"{self.reading.path}: {{error}}{self.reading.alternative_encodings}", InputError):
+            frame = self._registered() if self.cameras.is_registered else register(self.pair(), view)
         camera, inputs, pose = intrinsics or frame.intrinsics, self.inputs, self.pose
         if view == COLOUR_VIEW or inputs.frame is not None:
             inputs = replace(inputs, intrinsics=None if camera is None else camera.numbers)
@@ -106,17 +103,6 @@ class ReadImages:
             plausibility_warnings=(*self.doubts, *(doubt.text for doubt in self.reading.plausibility_warnings)),
             invalid_marker=self.reading.invalid_marker,
         )
-
-    def pair(self) -> RawPair:
-        """Colour and depth as captured by the two cameras, which are the same for registered images.
-
-        Raises
-        ------
-        InputError
-            If a camera or the transform between them is not known, or an image does not have its camera's size.
-        """
-        with told_as(InputError, f"{self.path}: {{error}}", InputError):
-            return self._pair()
 
     def _registered(self) -> RGBDFrame:
         if self.inputs.view is not None:
@@ -134,7 +120,14 @@ class ReadImages:
             outside_view=self.outside_view,
         )
 
-    def _pair(self) -> RawPair:
+    def pair(self) -> RawPair:
+        """Colour and depth as captured by the two cameras, which are the same for registered images.
+
+        Raises
+        ------
+        InputError
+            If a camera or the transform between them is not known, or an image does not have its camera's size.
+        """
         colour, depth, motion = self.cameras.colour, self.cameras.depth, self.cameras.depth_to_colour
         if colour is None or depth is None or motion is None:
             known = {
@@ -176,7 +169,6 @@ def read_recorded(ref: FrameRef, name: str | None = None) -> ReadImages:
     invalid = stored.invalid if options.invalid is None else options.invalid
     reading = interpret_depth(stored.depth, path, given, stored.encoding, invalid)
     return ReadImages(
-        path,
         name or recorded_frame_name(path, key),
         rgb,
         reading.metres,

@@ -12,13 +12,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .._runtime.files import is_address
 from .._runtime.named_places import named_in, note_opened
 from ..data.camera import CAMERA_DOUBT
 from ..data.frame import FrameInputs, RGBDFrame
 from ..data.guide import Gives
 from ..data.lenses import undistorted
-from ..errors import FormatError, InputError, ParameterError, PathKind, check_kind, warn_of_reading
+from ..errors import FormatError, InputError, ParameterError, PathKind, check_kind, told_as, warn_of_reading
 from ..io.cameras import IntrinsicsSpec, frame_camera
 from ..io.depth_reading import DepthReading
 from ..io.encodings import EncodingSpec
@@ -33,6 +32,7 @@ from ..io.frame_additions import (
     with_ground_truth_file,
 )
 from ..io.kinds import kind_at
+from .copies import copied, restored, with_addresses
 from .frame_folder import FrameFiles, frame_folder, meta_beside, two_files
 from .frame_ref import FrameRef
 from .image_pair import depth_of_files, read_files
@@ -43,7 +43,6 @@ from .pairing import time_of
 from .read_images import read_recorded
 from .reading_options import OPTIONS, ReadingOptions
 from .registration import RawPair
-from .remote import copied, inputs_with_addresses, restored, with_addresses
 
 
 def load_frame(
@@ -187,11 +186,9 @@ def read_frame(ref: FrameRef, *, name: str | None = None, beside: bool = True, w
     """
     own = ref.allowed()
     report = warn_of_reading if warn else lambda text: None
-    if not any(map(is_address, own.paths)):
-        loaded = _read(own, name, beside, report)
-    else:
-        with copied(own) as here:
-            loaded = with_addresses(_read(here, name, beside, lambda text: report(restored(text))))
+    with copied(own) as here:
+        loaded = _read(here, name, beside, lambda text: report(restored(text)))
+    loaded = loaded if here is own else with_addresses(loaded)
     note_opened(*own.paths, *own.options.camera_paths.values(), *loaded.files)
     return loaded
 
@@ -294,12 +291,12 @@ def read_raw_pair(ref: FrameRef) -> RawPair:
             images = read_files(files_of(here), here.options)
             if images.cameras.colour is None:
                 raise InputError(f"{ref.rgb}: the camera's intrinsics are not known. Give them to read the raw pair.")
-        pair = images.pair()
+        with told_as(InputError, f"{images.reading.path}: {{error}}", InputError):
+            pair = images.pair()
     for text in images.warnings:
         warn_of_reading(restored(text))
     note_opened(*own.paths, *own.options.camera_paths.values())
-    inputs = None if pair.inputs is None else inputs_with_addresses(pair.inputs)
-    return replace(pair, inputs=inputs, notes=tuple(map(restored, pair.notes)))
+    return pair if here is own else with_addresses(pair)
 
 
 def read_depth(ref: FrameRef) -> DepthReading:

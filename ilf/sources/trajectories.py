@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .._runtime.files import FileContent, read_file, read_json
+from ..data.camera import checked_transform, rigid_transform
 from ..data.frame import RGBDFrame
 from ..errors import FormatError, InputError, ParameterError
 from ..io.camera_files import cameras_in, chosen_camera
@@ -61,23 +62,20 @@ def posed(quaternion: ArrayLike, position: ArrayLike) -> Matrix | None:
 def turned_and_moved(quaternion: Matrix, position: ArrayLike) -> Matrix:
     """The transform, (4, 4), by a quaternion x, y, z, w of length 1 and a translation."""
     x, y, z, w = quaternion
-    matrix = np.eye(4)
-    matrix[:3, :3] = [
+    rotation = [
         [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
         [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
         [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
     ]
-    matrix[:3, 3] = position
-    return matrix
+    return rigid_transform(rotation, position)
 
 
 def checked_pose(pose: Matrix) -> Matrix | None:
     """The pose if it is valid, else None; where tracking was lost, files contain other numbers."""
-    if pose.shape != (4, 4) or not np.isfinite(pose).all():
+    try:
+        return checked_transform(pose, "")
+    except InputError:
         return None
-    turn = pose[:3, :3]
-    is_turn = np.abs(turn).max() < 2 and np.allclose(turn @ turn.T, np.eye(3), atol=0.01) and np.linalg.det(turn) > 0
-    return pose if is_turn and np.allclose(pose[3], (0, 0, 0, 1), atol=1e-6) else None
 
 
 # Files with poses.

@@ -187,9 +187,9 @@ def masks(path: Path) -> None:
 
 def presets(path: Path) -> None:
     """All presets of the user's folder, including this one."""
-    found = list_presets()
-    if found.problems:
-        raise InputError(found.problems[0])
+    _, problems = list_presets()
+    if problems:
+        raise InputError(problems[0])
 
 
 def replayed(path: Path) -> None:
