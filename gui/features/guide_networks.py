@@ -9,7 +9,7 @@ from PySide6.QtWidgets import QDialog, QDialogButtonBox, QPushButton, QTreeWidge
 
 from ilf.data.guide import Gives, GuideCard
 from ilf.io.frame_additions import NETWORK_SUFFIX
-from ilf.io.guide_models import add_guide, damaged_cards, fetch_guide, guide_cards, guide_file, licence_text, state_of
+from ilf.io.guide_models import add_guide, fetch_guide, guide_cards, guide_file, licence_text, state_of
 
 from ..widgets.basics import Message, combo, give_size, label_of, row, row_list, stack
 from ..widgets.file_choice import choose_file
@@ -90,7 +90,7 @@ class GuideNetworksDialog(QDialog):
         """Show the networks as they are now, and select one; by default the same as before."""
         chosen = chosen or self.chosen()
         self.networks.clear()
-        self._cards = guide_cards()
+        self._cards, damaged = guide_cards()
         for name, card in self._cards.items():
             size = f"{card.bytes / 1e6:.1f} MB"
             item = QTreeWidgetItem([name, card.maker, licence_text(card), size, card.gives, state_of(card)])
@@ -99,7 +99,7 @@ class GuideNetworksDialog(QDialog):
             self.networks.addTopLevelItem(item)
             if name == chosen or self.networks.currentItem() is None:
                 self.networks.setCurrentItem(item)
-        for error in damaged_cards().values():
+        for error in damaged.values():
             self.message.show_message(error_text(error), "error")
 
     def _allow(self) -> None:

@@ -33,8 +33,8 @@ from ilf.data.parameters import Parameters
 from ilf.data.results import Completion
 from ilf.drawing.colours import robust_depth_levels, to_indices
 from ilf.errors import IlfError
+from ilf.sources.frame_folder import write_frame
 from ilf.sources.frame_ref import FrameRef
-from ilf.sources.frame_writing import write_frame
 from ilf.sources.reading import read_frame
 from ilf.sources.realsense import camera_pairs
 from ilf.sources.registration import register

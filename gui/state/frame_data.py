@@ -243,7 +243,7 @@ class FrameData:
         if inputs is not None and read.inputs is not None:
             inputs = replace(read.inputs, ground_truth=inputs.ground_truth)
         camera = {name: getattr(read, name) for name in ("intrinsics", "notes", "plausibility_warnings")}
-        self.change(frame=replace(self.frame, depth=self.frame.measured, inputs=inputs, **camera))
+        self.change(frame=self.frame.changed(inputs=inputs, **camera))
         self.results.extrapolation = None
         self._completion = None
 

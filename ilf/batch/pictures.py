@@ -14,8 +14,8 @@ from PIL import Image, ImageDraw, ImageFont, ImageOps
 from .._runtime.children import run_in_processes
 from .._runtime.installation import optional
 from .._runtime.writing import atomic_path, write_bytes
-from ..data.colour_maps import depth_colours
 from ..data.frame import RGBDFrame
+from ..data.pictures import depth_colours
 from ..drawing.colours import robust_depth_levels, sample, to_indices
 from ..errors import FormatError, IlfError, InputError, told_as
 from ..io.images import read_colour

@@ -21,7 +21,7 @@ from ..data.parameters import Parameters
 from ..data.presets import preset
 from ..errors import FormatError, InputError, told_as
 from ..evaluation.hold_out import HoldOutTest
-from ..io.labels import with_more_invalid
+from ..io.labels import read_mask
 from ..run.block_choice import BlockChoice
 from ..run.options import ExportOptions
 from ..run.record import installed_sha256, requested_networks
@@ -72,7 +72,7 @@ class BatchSettings:
         """Make the run of a frame; InputError if its blocks cannot be made, or the mask of invalid depth is of another
         size."""
         if self.invalid_mask is not None:
-            frame = with_more_invalid(frame, self.invalid_mask)
+            frame = frame.with_more_invalid(read_mask(self.invalid_mask, frame.shape))
         return Run(frame, self.blocks.blocks_of(frame), self.parameters, extrapolate=self.extrapolate)
 
     def facts(self) -> dict[str, Any]:

@@ -24,18 +24,17 @@ from ..io.frame_additions import (
     read_ground_truth,
     scale_misfit,
 )
-from ..io.hdf5_depth import with_dataset
+from ..io.hdf5 import with_dataset
 from ..io.images import read_colour_with_warning
+from ..sources.copies import copied
 from ..sources.frame_folder import FrameFiles
 from ..sources.frame_ref import FrameRef
 from ..sources.image_pair import depth_of_files, is_registered, read_files
 from ..sources.naming import META_NAME
 from ..sources.own_results import COMPLETED_DEPTH, RECORD_FILE, is_result, is_result_folder
-from ..sources.read_images import ReadImages
+from ..sources.read_images import ReadImages, read_recorded
 from ..sources.reading import files_of, read_frame
 from ..sources.reading_options import ReadingOptions
-from ..sources.recorded import read_recorded
-from ..sources.remote import copied
 from .facts import Facts
 
 _Depth = NDArray[np.float32]

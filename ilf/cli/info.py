@@ -22,13 +22,13 @@ from ..errors import IlfError, InputError
 from ..io.depth_reading import unique_warnings
 from ..project.file import SUFFIX
 from ..run.options import RECORD_FILE
+from ..sources.copies import restored
 from ..sources.frame_folder import is_frame_folder
 from ..sources.frame_ref import FrameRef
 from ..sources.layouts import all_layouts, layouts_folder
 from ..sources.opening import is_recording
 from ..sources.own_results import is_shards
 from ..sources.reading import read_frame
-from ..sources.remote import restored
 from ..sources.shards import read_shard_set
 from ..sources.source import Source
 from .facts import Facts, facts_of_record
@@ -83,9 +83,9 @@ def run(arguments: argparse.Namespace) -> None:
 
 def _print_presets(as_json: bool) -> None:
     """Print the presets, the built-in ones first."""
-    own = list_presets()
+    own, problems = list_presets()
     found: list[dict[str, Any]] = [{"name": name, "base": None, "changes": {}} for name in PRESETS]
-    for name, preset in own.presets.items():
+    for name, preset in own.items():
         extraction = {f"blocks-{key}": value for key, value in preset.extraction_changes.items()}
         found.append({"name": name, "base": preset.base, "changes": preset.changes | extraction})
     if as_json:
@@ -98,7 +98,7 @@ def _print_presets(as_json: bool) -> None:
         ]
         print("\n".join(table(columns, found)))
         print(f"\nYour own presets are in {presets_folder()}")
-    warn(own.problems)
+    warn(problems)
 
 
 def _print_layouts(as_json: bool) -> None:

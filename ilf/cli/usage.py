@@ -155,7 +155,7 @@ def given_flags(arguments: argparse.Namespace, names: Collection[str]) -> list[s
 
 def check_there(paths: Iterable[object]) -> None:
     """Raise InputError for the first path that leads nowhere; addresses are not opened."""
-    from ..io.hdf5_depth import split_dataset  # not before: it imports numpy
+    from ..io.hdf5 import split_dataset  # not before: it imports numpy
 
     for path in paths:
         if path is not None and not is_address(path) and not os.path.lexists(split_dataset(str(path))[0]):

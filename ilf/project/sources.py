@@ -27,7 +27,7 @@ from ..io.images import read_colour, turned
 from ..io.orientation import AS_STORED
 from ..sources.frame_ref import FrameRef
 from ..sources.image_pair import frame_of_images
-from ..sources.recorded import read_recorded
+from ..sources.read_images import read_recorded
 from ..sources.trajectories import camera_pose
 from .archive import Parts
 

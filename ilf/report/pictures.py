@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
 from .._runtime.formatting import counted
-from ..data.colour_maps import MISSING, Colour, depth_colours, difference_colours, error_colours
 from ..data.frame import RGBDFrame
+from ..data.pictures import MISSING, Colour, depth_colours, difference_colours, error_colours
 from ..drawing.blocks import inner_points
 from ..drawing.colours import (
     log_indices,

@@ -10,9 +10,9 @@ from typing import Any, Self
 import numpy as np
 
 from ..data.blocks import block_colour
-from ..data.colour_maps import Colour
 from ..data.declarations import ParameterSet, Value
 from ..data.parameters import BlockParameters, nearest_preset
+from ..data.pictures import Colour
 from ..data.results import Completion
 from ..project.facts import present_completion
 from ..project.frame_state import FrameState

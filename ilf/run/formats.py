@@ -17,7 +17,7 @@ from ..data.frame import RGBDFrame
 from ..data.results import Completion
 from ..errors import ExportError, InputError, ParameterError
 from ..io.block_files import encode_blocks, palette_problem, path_from
-from ..io.camera_writing import camera_info_yaml, camera_json, opencv_yaml
+from ..io.cameras import camera_info_yaml, camera_json, opencv_yaml
 from ..io.depth import encode_depth
 from .run import Run
 

@@ -128,7 +128,7 @@ def neighbour_steps(
                 used.append(_neighbour(given, other, motion))
             yield (len(used) + len(refused)) / count
     added = frame.with_neighbours(NeighbourDepth(np.stack(layers), tuple(used)) if layers else None)
-    return replace(added, depth=added.measured, notes=(*added.notes, _note(added, len(used), refused)))
+    return added.changed(notes=(*added.notes, _note(added, len(used), refused)))
 
 
 def around(items: Sequence[T], place: int, reach: int) -> tuple[tuple[T, ...], tuple[T, ...]]:

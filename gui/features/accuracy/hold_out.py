@@ -133,7 +133,7 @@ def candidates(document: Document, present: Run) -> list[tuple[Candidate, bool]]
     found = [(Candidate(CURRENT, present), True)]
     for kept in document.state.runs:
         found.append((Candidate(kept.name, kept.run, kept), kept in document.compared))
-    presets = PRESETS | {name: preset.parameters for name, preset in list_presets().presets.items()}
+    presets = PRESETS | {name: preset.parameters for name, preset in list_presets()[0].items()}
     plain = replace(present, blocks=replace(present.blocks, own={}))
     for name, parameters in presets.items():
         found.append((Candidate(f"Preset {name}", replace(plain, parameters=parameters)), False))

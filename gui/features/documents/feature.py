@@ -11,10 +11,10 @@ from PySide6.QtWidgets import QFileDialog
 from ilf._runtime.formatting import counted
 from ilf._runtime.installation import asset_path
 from ilf._runtime.named_places import note_opened
+from ilf.data.blocks import Blocks
 from ilf.data.results import Completion
 from ilf.errors import IlfError, InputError
 from ilf.io.block_files import BLOCK_FORMATS
-from ilf.io.labels import LoadedBlocks
 from ilf.run.run import Run
 from ilf.sources.frame_ref import FrameRef
 
@@ -146,7 +146,7 @@ class DocumentsFeature(Feature):
         dialog = LoadBlocksDialog(document.frame, filling, self._block_files, self._window)
         open_once(dialog, lambda: self._take_blocks(dialog.found()))
 
-    def _take_blocks(self, blocks: LoadedBlocks) -> None:
+    def _take_blocks(self, blocks: Blocks) -> None:
         self._workspace.current.replace_blocks(blocks.labels, "Load blocks", blocks.names)
         count = len(self._workspace.current.counts())
         self._notes.show_message(f"Loaded: {describe_blocks(count, self._workspace.current.labels)}.")

@@ -34,7 +34,7 @@ from ilf.io.camera_files import CAMERA_FILES
 from ilf.io.depth import read_depth_values
 from ilf.io.depth_reading import PlausibilityWarning
 from ilf.io.encodings import ENCODING_DESCRIPTIONS, encoding_of_inputs, is_name
-from ilf.io.hdf5_depth import split_dataset
+from ilf.io.hdf5 import split_dataset
 from ilf.io.images import read_colour
 from ilf.project.file import open_project
 from ilf.run.record_file import read_record

@@ -37,10 +37,9 @@ from ilf.segmentation.edges.importing import add_model
 from ilf.sources.frame_ref import FrameRef
 from ilf.sources.listing import list_frames
 from ilf.sources.opening import close_all
-from ilf.sources.reading import load_frame, read_frame
+from ilf.sources.reading import load_frame, read_frame, stamp_of
 from ilf.sources.reading_options import ReadingOptions
 from ilf.sources.source import open_source
-from ilf.sources.stamps import stamp_of
 from ilf.sources.trajectories import camera_pose
 
 from .seeds import SHAPE
@@ -188,9 +187,9 @@ def masks(path: Path) -> None:
 
 def presets(path: Path) -> None:
     """All presets of the user's folder, including this one."""
-    found = list_presets()
-    if found.problems:
-        raise InputError(found.problems[0])
+    _, problems = list_presets()
+    if problems:
+        raise InputError(problems[0])
 
 
 def replayed(path: Path) -> None:

@@ -21,7 +21,7 @@ from ilf.cli.commands import COMMANDS, build_parser
 from ilf.cli.usage import EXIT_STATUSES
 from ilf.errors import InputError
 from ilf.io.block_files import read_blocks, write_blocks
-from ilf.io.labels import read_labels, write_labels, write_mask
+from ilf.io.labels import read_labels, write_mask
 from ilf.run.record_file import read_record
 
 from ..small_frames import CAMERA, write_small_frame
@@ -216,7 +216,7 @@ def test_drawn_borders_are_taken_told_and_replayed(files, cli):
     labels = np.where(np.arange(80) < 40, 1, 2) * np.ones((60, 1), np.int32)
     drawn = np.zeros((60, 80), bool)
     drawn[:, 39:41] = True
-    write_labels("labels.png", labels)
+    write_blocks("labels.png", labels)
     write_mask("mask.png", drawn)
     flags = ["complete", *files, "--no-cloud", "--quiet", "--blocks", "labels.png", "--drawn", "mask.png"]
     assert main([*flags, "--out", "out"]) == 0

@@ -12,7 +12,7 @@ from ilf.cli import main
 from ilf.data.blocks import Blocks
 from ilf.errors import FormatError, IlfError, InputError
 from ilf.io.depth import read_depth_values
-from ilf.io.hdf5_depth import split_dataset
+from ilf.io.hdf5 import split_dataset
 from ilf.io.images import encode_image, read_colour
 from ilf.project.file import open_project, save_project
 from ilf.project.frame_state import FrameState

@@ -19,7 +19,7 @@ from ilf._runtime.formatting import millimetres
 from ilf.cli import main
 from ilf.completion.confidence.expected_error import error_summary
 from ilf.data.blocks import BlockInfo, Blocks
-from ilf.data.colour_maps import MISSING
+from ilf.data.pictures import MISSING
 from ilf.errors import InputError
 from ilf.evaluation.evaluation import evaluate_blocks, evaluate_completion
 from ilf.evaluation.hold_out import HoldOutTest, evaluate_hold_out

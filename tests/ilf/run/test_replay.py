@@ -10,8 +10,9 @@ import pytest
 import ilf
 from ilf._runtime.installation import asset_path
 from ilf.errors import InputError
+from ilf.io.block_files import write_blocks
 from ilf.io.depth import read_depth_values, write_depth
-from ilf.io.labels import write_labels, write_mask
+from ilf.io.labels import write_mask
 from ilf.run.options import ExportOptions
 from ilf.run.record import array_sha256
 from ilf.run.record_file import read_record
@@ -134,7 +135,7 @@ def test_replay_of_edited_blocks_needs_their_label_map(tmp_path):
     labels = tmp_path / "out" / "blocks.png"
     others = run.blocks.labels.copy()
     others[0, 0] = 9
-    write_labels(labels, others)
+    write_blocks(labels, others)
     with pytest.raises(InputError, match="edited by hand"):
         replay(path)
     labels.unlink()

@@ -14,8 +14,8 @@ from ilf.errors import ExportError, ParameterError
 from ilf.io.rosbags import StampedDepth, write_rosbag
 from ilf.run.options import ExportOptions
 from ilf.sources.opening import close_all
+from ilf.sources.reading import stamp_of
 from ilf.sources.source import open_source
-from ilf.sources.stamps import stamp_of
 from tests.ilf.bags import COLOUR, DEPTH, START, H, W, write_aligned
 from tests.ilf.small_runs import small_run, written
 
