@@ -12,7 +12,7 @@ from ..data.parameters import BlockParameters, nearest_preset
 from ..errors import InputError
 from ..io.cameras import intrinsics_from
 from ..io.encodings import encoding_of_inputs
-from ..io.hdf5_depth import with_dataset
+from ..io.hdf5 import with_dataset
 from ..run.record import RunRecord
 from ..run.record_file import read_record
 from ..run.replaying import file_problems
