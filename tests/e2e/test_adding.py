@@ -16,7 +16,6 @@ import ilf
 from gui.features.export.feature import ExportFeature
 from ilf.cli import main
 from ilf.data.camera import Cameras
-from ilf.data.results import Completion
 from ilf.run.formats import BLOCKS, FORMATS, Format
 from ilf.sources import opening
 from ilf.sources.recording import RecordedFrame, Recording, sha256_of
@@ -65,7 +64,7 @@ def test_a_new_reader_is_one_class_and_one_line(tmp_path, monkeypatch, window, q
     np.testing.assert_array_equal(window.workspace.current.frame.depth, source[1].depth)
 
 
-def _summary(completion: Completion, image: str) -> tuple[bytes, Sequence[str]]:
+def _summary(completion: ilf.Completion, image: str) -> tuple[bytes, Sequence[str]]:
     """A line for each block."""
     lines = (f"{label} {one.status.value}" for label, one in completion.outcomes.items())
     return "\n".join(lines).encode(), ()

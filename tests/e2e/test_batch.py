@@ -19,7 +19,6 @@ from ilf.batch.folder_sink import open_folder
 from ilf.batch.frames import frames_of_sources
 from ilf.batch.pictures import write_contact_sheet
 from ilf.batch.settings import BatchSettings
-from ilf.errors import Cancelled
 from ilf.project.exporting import ExportedFrame, ExportStatus
 from ilf.run.block_choice import BlockChoice
 from ilf.run.options import ExportOptions
@@ -126,7 +125,7 @@ def test_a_frame_has_its_figures_and_a_batch_cancelled_after_its_last_one_its_ma
     with cancelled_by(cancel_event):
         figures = next(steps).notes[0]
         cancel_event.set()
-        with pytest.raises(Cancelled):
+        with pytest.raises(ilf.Cancelled):
             next(steps)
     assert {path.name for path in (tmp_path / "done").iterdir()} == {"batch.json", "manifest.csv", frames[0].folder}
     (listed,) = csv.DictReader((tmp_path / "done" / "manifest.csv").read_text().splitlines())

@@ -11,7 +11,6 @@ from gui.features.export.dialog import ALL, DONE, Export
 from gui.features.export.feature import ExportFeature
 from gui.features.frame_list.feature import FramesFeature
 from gui.features.project.saving import SaveRequest
-from ilf.project.file import open_project
 from ilf.run.options import ExportOptions
 from ilf.segmentation.editing.patches import patch_between
 from tests.gui.naming import unnamed
@@ -143,6 +142,6 @@ def test_marking_a_frame_is_saved_with_the_project(listed, qtbot, tmp_path):
     done = []
     listed.project.saving.save(SaveRequest(path, then=done.append))
     qtbot.waitUntil(lambda: done == [True])
-    with open_project(path) as opened:
+    with ilf.open_project(path) as opened:
         assert [frame.summary.done for frame in opened.project.frames] == [True, False, True]
         assert opened.state(opened.project.frames[0].id).state.done

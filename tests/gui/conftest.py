@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from PySide6.QtWidgets import QMainWindow
 
+import ilf
 from gui.base.commands import Actions, Command
 from gui.base.needs import NOTHING
 from gui.features.context import Context
@@ -11,9 +12,6 @@ from gui.state.document import Document
 from gui.state.workspace import Workspace
 from gui.views.linked_views import LinkedViews
 from gui.work.jobs import stop_workers
-from ilf.data.blocks import Blocks
-from ilf.data.parameters import BlockParameters
-from ilf.run.run import Run, complete
 
 from .scripted_runs import Bench, Script, ScriptedSteps
 from .states import QUICK, Told
@@ -29,7 +27,7 @@ def _patient(monkeypatch):
 @pytest.fixture
 def script(monkeypatch):
     script = Script()
-    monkeypatch.setattr(Run, "steps", lambda run, threads=None, watch=None: ScriptedSteps(script, run, threads))
+    monkeypatch.setattr(ilf.Run, "steps", lambda run, threads=None, watch=None: ScriptedSteps(script, run, threads))
     return script
 
 
@@ -70,20 +68,20 @@ def until(qtbot):
     return qtbot.waitUntil
 
 
-def extracted(labels: np.ndarray) -> Blocks:
-    return Blocks(labels, extraction=BlockParameters(), extracted=labels)
+def extracted(labels: np.ndarray) -> ilf.Blocks:
+    return ilf.Blocks(labels, extraction=ilf.BlockParameters(), extracted=labels)
 
 
 @pytest.fixture
 def document(small_frame, small_labels, qapp):
     """`small_frame` with its two blocks, as an extraction gave them."""
-    return Document.of(Run(small_frame, extracted(small_labels)), "origin", "key")
+    return Document.of(ilf.Run(small_frame, extracted(small_labels)), "origin", "key")
 
 
 @pytest.fixture
 def other(small_frame, small_labels, qapp):
     """Another frame, of the same pixels."""
-    return Document.of(Run(small_frame, extracted(small_labels)), "other origin", "other key")
+    return Document.of(ilf.Run(small_frame, extracted(small_labels)), "other origin", "other key")
 
 
 @pytest.fixture
@@ -110,4 +108,4 @@ def told(workspace):
 @pytest.fixture
 def results(document):
     """What a short run of both blocks gives."""
-    return list(complete(document.frame, document.labels, QUICK).results.values())
+    return list(ilf.complete(document.frame, document.labels, QUICK).results.values())

@@ -5,24 +5,23 @@ from collections.abc import Callable, Iterable
 import numpy as np
 from numpy.typing import NDArray
 
+import ilf
 from gui.state.document import Document
 from gui.state.workspace import Workspace
 from gui.tools.base import Point, Result, Tool, ToolOptions
 from gui.tools.edge_data import EdgeData, edge_data_of
 from gui.views.interaction import PointerEvent, PointerKind, Preview
-from ilf.data.frame import RGBDFrame
 from ilf.errors import InputError
-from ilf.run.run import Run
 from ilf.segmentation.editing.patches import LabelPatch
 
 
 class ToolHost:
     """Keeps what it is told: the last preview and all messages. Changes go to a workspace of its own."""
 
-    def __init__(self, frame: RGBDFrame, labels: NDArray[np.int32], leash: int = 0) -> None:
+    def __init__(self, frame: ilf.RGBDFrame, labels: NDArray[np.int32], leash: int = 0) -> None:
         self.options = ToolOptions(brush_radius=3.0, leash=leash)
         self.workspace = Workspace()
-        self.workspace.open_document(Document.of(Run(frame, labels), "origin", "key"))
+        self.workspace.open_document(Document.of(ilf.Run(frame, labels), "origin", "key"))
         strength = np.zeros(frame.shape, np.float32)
         strength[:, 29:31] = 1.0
         regions = np.where(np.arange(frame.shape[1]) < 30, 1, 2) + np.zeros(frame.shape, np.int32)

@@ -9,6 +9,7 @@ from PySide6.QtCore import QItemSelectionModel, QPoint, Qt
 from PySide6.QtTest import QAbstractItemModelTester
 from PySide6.QtWidgets import QListView
 
+import ilf
 from gui.app.main_window import MainWindow
 from gui.features.frame_list import thumbnails as thumbnails_module
 from gui.features.frame_list.feature import FramesFeature
@@ -19,13 +20,10 @@ from gui.features.frame_list.thumbnails import Thumbnails
 from gui.state.document import Document
 from gui.state.entries import Entries, Entry
 from gui.work.jobs import stop_workers
-from ilf.data.blocks import Blocks
-from ilf.data.frame import RGBDFrame
 from ilf.project.frame_state import FrameState
 from ilf.project.project import FrameSummary, Stage
 from ilf.project.recovery import Copied
 from ilf.project.thumbnail import thumbnail, thumbnail_part
-from ilf.run.run import Run
 from ilf.sources.frame_ref import FrameRef
 from tests.gui.naming import unnamed
 
@@ -291,9 +289,9 @@ def test_a_thumbnail_looks_the_same_before_and_after_the_frame_was_opened(tmp_pa
     rgb[:240] = 200, 60, 20
     rgb[:, 320:, 2] = 180
     cv2.imwrite(str(tmp_path / "rgb.png"), rgb[..., ::-1])
-    frame, labels = RGBDFrame(rgb, np.ones((480, 640), np.float32)), np.ones((480, 640), np.int32)
-    stored = thumbnail(FrameState("a1", frame, Blocks(labels)))
-    document = Document.of(Run(frame, Blocks(labels)), "origin", "key")
+    frame, labels = ilf.RGBDFrame(rgb, np.ones((480, 640), np.float32)), np.ones((480, 640), np.int32)
+    stored = thumbnail(FrameState("a1", frame, ilf.Blocks(labels)))
+    document = Document.of(ilf.Run(frame, ilf.Blocks(labels)), "origin", "key")
     entries = [Entry.of(FrameRef(str(tmp_path / "rgb.png"), f"{name}.png")) for name in ("file", "open", "stored")]
     entries[1].document = document
     thumbnails = Thumbnails()

@@ -8,14 +8,12 @@ import pytest
 from PySide6.QtGui import QImage
 from PySide6.QtSvg import QSvgRenderer
 
+import ilf
 from gui.features.inspect.profile_page import ProfilePage
 from gui.features.inspect.profile_plot import profile_data
 from gui.state.document import Document
 from gui.state.results import ErrorEstimate, ViewedIteration
-from ilf.completion.confidence.expected_error import expected_error
-from ilf.data.frame import RGBDFrame
 from ilf.project.run_history import StoredRun
-from ilf.run.run import Run
 
 LINE = ((4.5, 16.5), (60.5, 16.5))
 """Through the left hole and over the border of the blocks."""
@@ -28,7 +26,7 @@ def data(workspace, results):
     workspace.current.set_ground_truth(np.where(document.frame.known, document.frame.depth, np.float32(1.7)))
     document.store_results(results)
     completion = document.completion()
-    error = expected_error(completion)
+    error = ilf.expected_error(completion)
     document.store_error_estimate(completion, ErrorEstimate(error, np.zeros(error.shape, bool)))
     kept = StoredRun(1, "first try", document.run(document.state.common), {1: results[0]}, 1.0, (200, 60, 160))
     document.keep_run(kept)
@@ -101,7 +99,7 @@ def test_the_axis_is_in_pixels_or_metres_along_the_surface(panel, data, small_fr
     assert panel.plot._curves[0].getData()[0][-1] == 56
     panel.axis.setCurrentIndex(1)
     assert panel.plot._curves[0].getData()[0][-1] == data.profile.metres[-1]
-    blind = Document.of(Run(RGBDFrame(small_frame.rgb, small_frame.depth), small_labels), "blind", "blind")
+    blind = Document.of(ilf.Run(ilf.RGBDFrame(small_frame.rgb, small_frame.depth), small_labels), "blind", "blind")
     panel.show_data(profile_data(blind, LINE), {})
     assert not panel.axis.isEnabled()
     assert panel.plot._raw.getData()[0][-1] == 56

@@ -5,6 +5,7 @@ from threading import Event
 import numpy as np
 import pytest
 
+import ilf
 from gui.features.blocks.commands import BlockCommands
 from gui.features.compare import DerivedFeature
 from gui.features.edit_summary import EditSummaryFeature
@@ -15,13 +16,10 @@ from gui.tools.editor import Editor
 from gui.work.frame_runs import RunState
 from gui.work.jobs import stop_workers
 from gui.work.runs import LiveSolver
-from ilf.data.frame import RGBDFrame
-from ilf.data.results import Completion
 from ilf.evaluation.edit_summary import EditSummary
-from ilf.run.run import Run
 from ilf.segmentation.edges.frame_edges import FrameEdges
 
-Completed = tuple[Completion | None, Completion | None]
+Completed = tuple[ilf.Completion | None, ilf.Completion | None]
 
 
 @pytest.fixture
@@ -132,8 +130,8 @@ def test_who_looks_back_while_a_frame_of_another_size_comes_sees_that(bench, loo
     bench.workspace.current.edit(bench.patch(2, np.s_[5:20], np.s_[26:30]), "Paint")
     look(True)
     small = np.s_[:20, :30]
-    frame = RGBDFrame(bench.frame.rgb[small], bench.frame.depth[small])
-    bench.workspace.open_document(Document.of(Run(frame, bench.labels[small]), None, "small"))
+    frame = ilf.RGBDFrame(bench.frame.rgb[small], bench.frame.depth[small])
+    bench.workspace.open_document(Document.of(ilf.Run(frame, bench.labels[small]), None, "small"))
     look(False)  # as the window does when another frame is shown, before anything is drawn
     assert views.data.rgb is frame.rgb
     np.testing.assert_array_equal(views.blocks.overlay.labels, bench.labels[small])
@@ -147,8 +145,8 @@ def test_edges_of_one_frame_do_not_come_to_the_next(bench, context, views, until
     derived = DerivedFeature(context)
     derived.show()
     small = np.s_[:20, :30]
-    frame = RGBDFrame(bench.frame.rgb[small], bench.frame.depth[small])
-    bench.workspace.open_document(Document.of(Run(frame, bench.labels[small]), None, "small"))
+    frame = ilf.RGBDFrame(bench.frame.rgb[small], bench.frame.depth[small])
+    bench.workspace.open_document(Document.of(ilf.Run(frame, bench.labels[small]), None, "small"))
     views.look_back(None)  # as when the key that shows the state before an edit is released
     found.set()
     until(lambda: not derived.busy)

@@ -9,6 +9,7 @@ import pytest
 from PySide6.QtCore import QEvent, QPoint, QPointF
 from PySide6.QtWidgets import QApplication
 
+import ilf
 from gui.features.curves import draw_curves
 from gui.state.document import Document
 from gui.state.workspace import Workspace
@@ -16,9 +17,7 @@ from gui.views.curves.axes import LengthAxis, SumAxis
 from gui.views.curves.curve import FLOOR, Curve
 from gui.views.curves.panel import EMPTY_TEXT, CurvesPanel
 from ilf._runtime.formatting import length_text
-from ilf.data.frame import RGBDFrame
 from ilf.data.results import EdgeAwareRecord, PassBandRecord
-from ilf.run.run import Run, complete
 
 
 def show(panel: CurvesPanel, workspace: Workspace) -> None:
@@ -166,11 +165,11 @@ def test_the_error_after_the_correction_stands_at_the_end(panel):
 def test_a_corrected_block_has_the_error_of_its_depth(panel):
     depth = np.full((24, 32), 2.0, np.float32)
     depth[8:16, 8:24] = np.nan
-    frame = RGBDFrame(np.zeros((24, 32, 3), np.uint8), depth, ground_truth=np.full((24, 32), 2.01, np.float32))
+    frame = ilf.RGBDFrame(np.zeros((24, 32, 3), np.uint8), depth, ground_truth=np.full((24, 32), 2.01, np.float32))
     workspace = Workspace()
-    workspace.open_document(Document.of(Run(frame, np.ones((24, 32), np.int32)), "origin", "key"))
+    workspace.open_document(Document.of(ilf.Run(frame, np.ones((24, 32), np.int32)), "origin", "key"))
     document = workspace.current
-    (result,) = complete(frame, document.labels).results.values()
+    (result,) = ilf.complete(frame, document.labels).results.values()
     for correction, expected in ((("a" * 64,), "err 20 mm"), ((), "err 10 mm")):
         document.store_results([replace(result, depth=result.depth - 0.01, correction=correction)])
         show(panel, workspace)
@@ -362,13 +361,13 @@ def test_labels_of_sums_have_room(qtbot, height):
 
 def test_a_block_without_curves_says_why(panel):
     depth = np.full((12, 16), 2.0, np.float32)
-    frame = RGBDFrame(np.zeros((12, 16, 3), np.uint8), depth)
+    frame = ilf.RGBDFrame(np.zeros((12, 16, 3), np.uint8), depth)
     workspace = Workspace()
-    workspace.open_document(Document.of(Run(frame, np.ones((12, 16), np.int32)), "origin", "key"))
+    workspace.open_document(Document.of(ilf.Run(frame, np.ones((12, 16), np.int32)), "origin", "key"))
     workspace.select([1])
     show(panel, workspace)
     assert panel.hint == EMPTY_TEXT
-    workspace.current.store_results(list(complete(frame, workspace.current.labels).results.values()))
+    workspace.current.store_results(list(ilf.complete(frame, workspace.current.labels).results.values()))
     show(panel, workspace)
     assert panel.hint == "All depth is known."
     workspace.show(None)

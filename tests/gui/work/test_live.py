@@ -3,19 +3,18 @@
 import numpy as np
 import pytest
 
+import ilf
 from gui.features.edit_summary import EditSummaryFeature
 from gui.work.frame_runs import RunState
 from gui.work.runs import LiveSolver
 from ilf.data.guide import Guide
-from ilf.data.results import Completion
 from ilf.evaluation.edit_summary import EditSummary
-from ilf.run.run import Run
 from ilf.segmentation.editing.cleaning import merge
 from ilf.segmentation.editing.patches import LabelPatch
 
 from ..states import QUICK
 
-Completed = tuple[Completion | None, Completion | None]
+Completed = tuple[ilf.Completion | None, ilf.Completion | None]
 
 
 @pytest.fixture
@@ -152,9 +151,9 @@ def test_the_normal_run_is_of_what_has_changed(bench, until):
 
 
 def test_an_edit_is_said_at_once_and_what_it_did_when_it_is_known(bench, solver, line, until, monkeypatch):
-    asked: list[tuple[Run, Run, Completed]] = []
+    asked: list[tuple[ilf.Run, ilf.Run, Completed]] = []
 
-    def find(before: Run, after: Run, patch: LabelPatch, completed: Completed) -> EditSummary:
+    def find(before: ilf.Run, after: ilf.Run, patch: LabelPatch, completed: Completed) -> EditSummary:
         asked.append((before, after, completed))
         return EditSummary(60, None, (0.02, 0.01), (0.04, 0.03), 99)
 
@@ -236,7 +235,7 @@ def test_better_is_green_and_worse_is_red(line):
 
 
 def test_an_edit_is_judged_by_the_truth_first_also_by_one_that_is_loaded_later(bench, solver, line, until, monkeypatch):
-    def find(before: Run, after: Run, *_: object) -> EditSummary:
+    def find(before: ilf.Run, after: ilf.Run, *_: object) -> EditSummary:
         return EditSummary(60, by_ground_truth=None if after.frame.ground_truth is None else (0.1, 0.06))
 
     monkeypatch.setattr("gui.features.edit_summary.summarise_edit", find)

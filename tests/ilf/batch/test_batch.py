@@ -29,7 +29,6 @@ from ilf.batch.static_camera import with_temporal_median
 from ilf.cli import main
 from ilf.cli.batch_summary import FramesBar
 from ilf.errors import FormatError, InputError
-from ilf.evaluation.hold_out import HoldOutTest
 from ilf.run.block_choice import BlockChoice
 from ilf.run.options import ExportOptions
 from ilf.run.record_file import read_record
@@ -369,7 +368,7 @@ def test_every_frame_is_in_one_shard(count, shards):
 def test_settings_hold_what_their_files_do(source, tmp_path):
     mask = tmp_path / "mask.png"
     cv2.imwrite(str(mask), np.zeros((24, 32), np.uint8))
-    settings = replace(SETTINGS, invalid_mask=str(mask), hidden=HoldOutTest("areas", (0,)))
+    settings = replace(SETTINGS, invalid_mask=str(mask), hidden=ilf.HoldOutTest("areas", (0,)))
     before = settings.facts()
     cv2.imwrite(str(mask), np.full((24, 32), 255, np.uint8))
     assert before != settings.facts()
