@@ -216,7 +216,7 @@ class Editor(QObject):
         """Call `find` in the background, then `take` with its result, unless the tool is cancelled before."""
 
         def take_answer(answer: Result) -> None:
-            take(answer)
+            self.attempt(lambda: take(answer))
             self._update_hint(True)
 
         self._jobs.ask(find, take_answer)
