@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QObject, Qt
-from PySide6.QtGui import QAction, QResizeEvent
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QSizePolicy, QWidget
 
 from ilf._runtime.formatting import grouped, millimetres
@@ -22,13 +22,10 @@ from ..base import theme
 from ..base.commands import command
 from ..state.edits import DrawnChange, Edit
 from ..state.parts import Part
-from ..state.workspace import Workspace
-from ..views.linked_views import LinkedViews
 from ..views.view_data import FormerState
 from ..widgets.basics import Themed, lay_out
 from ..work.frame_runs import RunState
 from ..work.latest_request import LatestRequest
-from ..work.runs import RunController
 from .context import Context, Feature
 
 # One line under the views with the summary of the last edit.
@@ -150,26 +147,16 @@ class _Request:
     after: Completion | None
 
 
-class EditSummaryPresenter(QObject):
-    """Presenter of the line that summarises the last edit of the current frame.
+class EditSummaryFeature(Feature):
+    """The line that summarises the last edit of the current frame, and the view of the state before it.
 
-    The effect on depth is computed in a worker thread once the edited blocks have been completed again.
-
-    Parameters
-    ----------
-    live : QAction
-        Whether blocks are completed again after edits; if not, the effect is known after the next run.
+    The effect on depth is computed in a worker thread once the edited blocks have been completed again; if they are
+    not completed after edits, it is known after the next run.
     """
 
-    def __init__(
-        self, workspace: Workspace, runs: RunController, views: LinkedViews, line: EditSummaryLine, live: QAction
-    ) -> None:
-        super().__init__(line)
-        self._workspace = workspace
-        self._runs = runs
-        self._views = views
-        self._line = line
-        self._live = live
+    def __init__(self, context: Context) -> None:
+        super().__init__(context)
+        self._workspace = workspace = context.workspace
         self._change: Edit | None = None
         self._asked = True
         self._edited = False
@@ -178,6 +165,9 @@ class EditSummaryPresenter(QObject):
         """Completion before the last edit."""
         self._present: Completion | None = None
         """Completion when no run was in progress."""
+        self.line = EditSummaryLine()
+        self.line.clear(workspace.has_current)
+        context.centre.add_strip(self.line)
         self._questions = LatestRequest[_Request, EditSummary](_find, self)
         self._questions.answered.connect(self._say)
         self._questions.failed.connect(lambda question, error: self._say(question, None, f"not evaluated: {error}"))
@@ -187,24 +177,37 @@ class EditSummaryPresenter(QObject):
         workspace.on(Part.REPLACED, self._forget)
         workspace.on(Part.GROUND_TRUTH, self._ask_again)
         workspace.on(Part.PARAMETERS | Part.RESULTS, self._go_on)
-        runs.state_changed.connect(self._go_on)
-        line.clear(workspace.has_current)
+        context.runs.state_changed.connect(self._go_on)
+        context.runs.resolved.connect(self._tell_resolved)
+        edits = Part.STROKE | Part.LABELS | Part.INVALID_MASK | Part.BY_HAND | Part.NEIGHBOURS
+        # an edit shows the current state again
+        before = context.actions["show_before_edit"]
+        context.refresh.add("state before the edit", lambda: before.setChecked(False), Part.FRAME | edits)
 
     @property
     def busy(self) -> bool:
         """Whether a summary is pending."""
         return self._questions.busy
 
+    @command("show_before_edit", "Show state &before the last edit", icon="ph.eye", checkable=True, held="Z")
     def look(self, on: bool) -> None:
-        """Show the blocks and the depth before the last edit (after it if it was undone), or go back."""
-        self._line.mark_before(on)
+        """Show blocks and depth before the last edit; holding Z does the same.
+
+        If it was undone, they are those after it.
+        """
+        views = self.context.views
+        self.line.mark_before(on)
         if not on or not self._edited:
-            self._views.look_back(None)
+            views.look_back(None)
             return
         labels = self._workspace.current.labels
         if self._change is not None and self._change.patch is not None:
             labels = _labels_before(self._change.patch, self._change.forward, labels)
-        self._views.look_back(FormerState(labels, None if self._before is None else self._before.depth))
+        views.look_back(FormerState(labels, None if self._before is None else self._before.depth))
+
+    def _tell_resolved(self, text: str) -> None:
+        if not self.busy:  # after an edit, its summary is shown instead
+            self.context.notes.show_briefly(text)
 
     def _take(self, edit: Edit) -> None:
         """Note an edit at once: results of the blocks before it are gone by the next turn."""
@@ -225,7 +228,7 @@ class EditSummaryPresenter(QObject):
         self._change, self._asked, self._edited = edit, False, True
         self._before = self._present
         self._questions.forget()
-        self._line.show_message(_title(edit), EditSummary(int(np.count_nonzero(patch.before != patch.after))))
+        self.line.show_message(_title(edit), EditSummary(int(np.count_nonzero(patch.before != patch.after))))
         self._go_on()
 
     def _turn(self) -> None:
@@ -238,23 +241,23 @@ class EditSummaryPresenter(QObject):
         before = self._present
         self._forget()
         self._edited, self._before = True, before
-        self._line.show_message(title, note=f"{grouped(count)} px in all" if count else "none left")
+        self.line.show_message(title, note=f"{grouped(count)} px in all" if count else "none left")
 
     def _forget(self) -> None:
         self._change, self._before, self._asked, self._edited = None, None, True, False
         self._questions.forget()
-        self._line.clear(self._workspace.has_current)
+        self.line.clear(self._workspace.has_current)
         self._note_present()
 
     def _go_on(self) -> None:
-        if self._runs.state is not RunState.IDLE or not self._workspace.has_current:
+        if self.context.runs.state is not RunState.IDLE or not self._workspace.has_current:
             return
         self._note_present()
         change = self._change
         if self._asked or change is None or change.patch is None:
             return
         document = change.document
-        solved = bool(document.results.kept) or not self._live.isChecked()
+        solved = bool(document.results.kept) or not self.context.actions["live"].isChecked()
         if solved and not all(document.is_up_to_date(label) for label in change.blocks & document.counts().keys()):
             return  # they are not completed yet
         self._asked = True
@@ -268,7 +271,7 @@ class EditSummaryPresenter(QObject):
 
     def _note_idle(self) -> None:
         """Note the completion before an edit, unless a run is changing it."""
-        if self._runs.state is RunState.IDLE:
+        if self.context.runs.state is RunState.IDLE:
             self._note_present()
 
     def _note_present(self) -> None:
@@ -278,33 +281,7 @@ class EditSummaryPresenter(QObject):
         change = self._change
         if change is not None and change is question.edit:
             unknown = effect is not None and effect.held_out is None and effect.by_ground_truth is None
-            self._line.show_message(_title(change), effect, note or (_UNKNOWN if unknown else ""))
-
-
-class EditSummaryFeature(Feature):
-    """The line with the effect of the last edit, and the command that shows the state before it."""
-
-    def __init__(self, context: Context) -> None:
-        super().__init__(context)
-        workspace, runs, actions = context.workspace, context.runs, context.actions
-        self.line = EditSummaryLine()
-        context.centre.add_strip(self.line)
-        self.presenter = EditSummaryPresenter(workspace, runs, context.views, self.line, actions["live"])
-        edits = Part.STROKE | Part.LABELS | Part.INVALID_MASK | Part.BY_HAND | Part.NEIGHBOURS
-        # an edit shows the current state again
-        context.refresh.add(
-            "state before the edit", lambda: actions["show_before_edit"].setChecked(False), Part.FRAME | edits
-        )
-        runs.resolved.connect(self._tell_resolved)
-
-    @command("show_before_edit", "Show state &before the last edit", icon="ph.eye", checkable=True, held="Z")
-    def _show_before(self, on: bool) -> None:
-        """Show blocks and depth before the last edit; holding Z does the same."""
-        self.presenter.look(on)
-
-    def _tell_resolved(self, text: str) -> None:
-        if not self.presenter.busy:  # after an edit, its summary is shown instead
-            self.context.notes.show_briefly(text)
+            self.line.show_message(_title(change), effect, note or (_UNKNOWN if unknown else ""))
 
 
 def _title(change: Edit) -> str:

@@ -1,8 +1,13 @@
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
+from PySide6.QtGui import QAction
 
+from gui.features.edit_summary import EditSummaryFeature
 from gui.state.document import Document
 from gui.state.workspace import Workspace
+from gui.views.linked_views import LinkedViews
 from gui.work.jobs import stop_workers
 from ilf.data.blocks import Blocks
 from ilf.data.parameters import BlockParameters
@@ -32,6 +37,37 @@ def bench(qtbot, small_frame, small_labels, script):
     yield bench
     script.allow()
     assert stop_workers(bench.runs)
+
+
+@pytest.fixture
+def views(bench, qtbot):
+    views = LinkedViews(bench.workspace)
+    qtbot.addWidget(views)
+    views.look_back(None)
+    return views
+
+
+@pytest.fixture
+def live(qapp):
+    """The action of *Live*, which is on."""
+    return QAction(checkable=True, checked=True)
+
+
+class _Actions(dict):
+    def add(self, commands) -> None:
+        self.update((command.name, QAction(checkable=command.checkable)) for command in commands)
+
+
+@pytest.fixture
+def summary(bench, views, live, qtbot):
+    """The line that summarises edits, without a window."""
+    context = SimpleNamespace(window=views, features=[], actions=_Actions(live=live), workspace=bench.workspace)
+    context.runs, context.views, context.notes = bench.runs, views, SimpleNamespace(show_briefly=bench.said.append)
+    context.refresh, context.centre = SimpleNamespace(add=lambda *_: None), SimpleNamespace(add_strip=qtbot.addWidget)
+    summary = EditSummaryFeature(context)
+    summary.line.resize(1200, 24)
+    yield summary
+    assert stop_workers(summary)
 
 
 @pytest.fixture

@@ -4,16 +4,13 @@ from threading import Event
 
 import numpy as np
 import pytest
-from PySide6.QtGui import QAction
 
 from gui.features.blocks.commands import BlockCommands
 from gui.features.compare import DerivedPresenter
-from gui.features.edit_summary import EditSummaryLine, EditSummaryPresenter
 from gui.features.export.feature import behind
 from gui.state.document import Document
 from gui.state.parts import Part
 from gui.tools.editor import Editor
-from gui.views.linked_views import LinkedViews
 from gui.work.frame_runs import RunState
 from gui.work.jobs import stop_workers
 from gui.work.runs import LiveSolver
@@ -27,22 +24,9 @@ Completed = tuple[Completion | None, Completion | None]
 
 
 @pytest.fixture
-def views(bench, qtbot):
-    views = LinkedViews(bench.workspace)
-    qtbot.addWidget(views)
-    views.look_back(None)
-    return views
-
-
-@pytest.fixture
-def effect(bench, views, qtbot):
-    live = QAction(checkable=True, checked=True)
-    line = EditSummaryLine()
-    qtbot.addWidget(line)
-    presenter = EditSummaryPresenter(bench.workspace, bench.runs, views, line, live)
-    presenter.solver = LiveSolver(bench.workspace, bench.runs, live)  # type: ignore[attr-defined]
-    yield presenter
-    assert stop_workers(presenter)
+def effect(bench, summary, live):
+    summary.solver = LiveSolver(bench.workspace, bench.runs, live)
+    return summary
 
 
 def test_results_of_a_run_are_of_the_depth_that_it_was_begun_with(bench):
@@ -109,7 +93,7 @@ def test_the_depth_before_an_edit_is_that_of_the_values_then(bench, effect, view
 def test_other_blocks_leave_nothing_to_look_back_to(bench, effect, views):
     bench.run_all()
     bench.workspace.current.edit(bench.patch(2, np.s_[5:20], np.s_[26:30]), "Paint")
-    line = effect.parent()
+    line = effect.line
     assert "Paint" in line.label.text()
     bench.workspace.current.replace_blocks(
         np.where(bench.labels > 0, 3 - bench.labels, 0).astype(np.int32), "Load blocks"

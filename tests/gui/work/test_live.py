@@ -2,12 +2,8 @@
 
 import numpy as np
 import pytest
-from PySide6.QtGui import QAction
 
-from gui.features.edit_summary import EditSummaryLine, EditSummaryPresenter
-from gui.views.linked_views import LinkedViews
 from gui.work.frame_runs import RunState
-from gui.work.jobs import stop_workers
 from gui.work.runs import LiveSolver
 from ilf.data.guide import Guide
 from ilf.data.results import Completion
@@ -22,28 +18,13 @@ Completed = tuple[Completion | None, Completion | None]
 
 
 @pytest.fixture
-def live(qtbot):
-    action = QAction()
-    action.setCheckable(True)
-    action.setChecked(True)
-    return action
-
-
-@pytest.fixture
 def solver(bench, live):
     return LiveSolver(bench.workspace, bench.runs, live)
 
 
 @pytest.fixture
-def line(bench, live, qtbot):
-    views, line = LinkedViews(bench.workspace), EditSummaryLine()
-    line.resize(1200, 24)
-    for widget in (views, line):
-        qtbot.addWidget(widget)
-    presenter = EditSummaryPresenter(bench.workspace, bench.runs, views, line, live)
-    line.presenter = presenter
-    yield line
-    assert stop_workers(presenter)
+def line(summary):
+    return summary.line
 
 
 def _patch(bench, label: int, column: int = 26) -> LabelPatch:
@@ -186,27 +167,29 @@ def test_an_edit_is_said_at_once_and_what_it_did_when_it_is_known(bench, solver,
     assert "appears here" in line.label.text()
 
 
-def test_of_two_edits_the_last_is_said(bench, solver, line, until):
+def test_of_two_edits_the_last_is_said(bench, solver, line, summary, until):
     bench.run_all()
     bench.workspace.current.edit(_patch(bench, 2), "Paint")
     bench.workspace.current.edit(merge(bench.document.labels, [1, 2]), "Merge")
-    until(lambda: not line.presenter.busy and bench.runs.state is RunState.IDLE)
+    until(lambda: not summary.busy and bench.runs.state is RunState.IDLE)
     assert "<b>Merge</b>" in line.label.text()
 
 
-def test_without_live_what_an_edit_did_is_said_after_the_next_run(bench, live, solver, line, until, monkeypatch):
+def test_without_live_what_an_edit_did_is_said_after_the_next_run(
+    bench, live, solver, line, summary, until, monkeypatch
+):
     monkeypatch.setattr(
         "gui.features.edit_summary.summarise_edit", lambda *_: EditSummary(60, None, None, (0.04, 0.03), 99)
     )
     bench.run_all()
     live.setChecked(False)
     bench.workspace.current.edit(_patch(bench, 2), "Paint")
-    assert not line.presenter.busy
+    assert not summary.busy
     bench.runs.current.start_changed()
     until(lambda: bench.runs.state is RunState.IDLE and "hold-out" in line.label.text())
 
 
-def test_other_blocks_and_other_depth_leave_no_word_of_the_last_edit(bench, solver, line, until):
+def test_other_blocks_and_other_depth_leave_no_word_of_the_last_edit(bench, solver, line, summary, until):
     bench.run_all()
     bench.workspace.current.edit(_patch(bench, 2), "Paint")
     assert "Paint" in line.label.text()
@@ -219,7 +202,7 @@ def test_other_blocks_and_other_depth_leave_no_word_of_the_last_edit(bench, solv
     assert bench.workspace.current.set_invalid_mask(wrong, "Distrust depth")
     assert "Paint" not in line.label.text()
     assert f"{np.count_nonzero(wrong)} px" in line.label.text()
-    until(lambda: not line.presenter.busy and bench.runs.state is RunState.IDLE)
+    until(lambda: not summary.busy and bench.runs.state is RunState.IDLE)
 
 
 def test_better_is_green_and_worse_is_red(line):
