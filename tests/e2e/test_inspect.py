@@ -18,7 +18,7 @@ from .hand import click, drag, hover, key
 def shown(window, kind: type[Stroke] | type[Text] = Text) -> list[Stroke | Text]:
     """The marks of a kind over the views."""
     window.refresh.now()
-    return [one for one in part_of(window)._marks.marks if isinstance(one, kind)]
+    return [one for one in part_of(window)._marks[0].marks if isinstance(one, kind)]
 
 
 def part_of(window) -> InspectPanel:

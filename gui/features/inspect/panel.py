@@ -35,10 +35,10 @@ from ...widgets.number_table import NumberTable, Row
 from ..context import Context
 from ..expected_error import ErrorFeature
 from ..panel import Panel
-from .marks import InspectMarks, measurement_marks, profile_marks, region_marks
+from .marks import MarksItem, measurement_marks, profile_marks, region_marks
 from .profile_page import ProfilePage
 from .profile_plot import profile_data
-from .statistics import COLUMNS, Mask, Statistics, StatisticsRequest, metres
+from .statistics import COLUMNS, Mask, StatisticsRequest, metres
 
 PROFILE, STATISTICS, MEASUREMENTS = range(3)
 """The pages."""
@@ -75,7 +75,7 @@ class InspectPanel(Panel):
         self._place: Point | None = None
         """The place of the marked sample of the profile, in image coordinates."""
         self._deleted: WeakKeyDictionary[Document, tuple[Line, ...]] = WeakKeyDictionary()
-        self._marks = InspectMarks(context.views)
+        self._marks = [MarksItem(cell.view) for cell in context.views.cells.values()]
         super().__init__(context)
         for tool, number in (("profile", PROFILE), ("rectangle", STATISTICS), ("measure", MEASUREMENTS)):
             context.actions[f"tool_{tool}"].triggered.connect(lambda _=False, number=number: self.reveal_page(number))
@@ -187,7 +187,8 @@ class InspectPanel(Panel):
             marks += profile_marks(looked.line, self._place)
         for line, text in zip(lines, texts, strict=True):
             marks += measurement_marks(line, text)
-        self._marks.show(tuple(marks))
+        for item in self._marks:
+            item.show_marks(tuple(marks))
         self.context.cloud.canvas.set_lines(lines, texts)
 
     @command("remove_marks", "Remo&ve line and rectangle", icon="ph.x", needs=Need.FRAME)
@@ -205,8 +206,7 @@ class InspectPanel(Panel):
             self.profile.show_hint(self._with_key(_NO_LINE, "profile"))
         else:
             data = profile_data(document, line, self.context.workspace.viewed_iteration)
-            names = {label: document.info(label).name for label in set(data.labels.tolist()) if label}
-            self.profile.show_data(data, names)
+            self.profile.show_data(data)
             if data.error is None:
                 self.context.refresh.mark("error")
         if self._pixel is None:
@@ -300,9 +300,10 @@ class InspectPanel(Panel):
             return None, ""
         return document.labels == chosen, " and ".join(document.info(label).name for label in document.selected[:2])
 
-    def take(self, request: StatisticsRequest, answer: Statistics) -> None:
-        self.statistics.set_rows(answer.rows())
-        _tell(self.statistics_note, " ".join(filter(None, (*answer.notes, self._iteration_note()))))
+    def take(self, request: StatisticsRequest, answer: tuple[list[Row], list[str]]) -> None:
+        rows, notes = answer
+        self.statistics.set_rows(rows)
+        _tell(self.statistics_note, " ".join(filter(None, (*notes, self._iteration_note()))))
 
     @command("copy_statistics", "Copy &statistics", icon="ph.copy", needs=Need.FRAME)
     def _copy_statistics(self) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import html
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,7 +44,6 @@ class ProfilePage(Themed, QWidget):
         self.sample: int | None = None
         """Number of the marked sample; None for none."""
         self._x: NDArray[np.float64] = np.zeros(0)
-        self._names: Mapping[int, str] = {}
         self.plot = ProfilePlot()
         self.plot.hovered.connect(self._hover)
         self.legend = QLabel(wordWrap=True)
@@ -72,9 +71,9 @@ class ProfilePage(Themed, QWidget):
         self._pages.setCurrentIndex(0)
         self.point_at(None)
 
-    def show_data(self, data: ProfileData, names: Mapping[int, str]) -> None:
-        """Plot depth, with the names of the blocks by label."""
-        self.data, self._names = data, names
+    def show_data(self, data: ProfileData) -> None:
+        """Plot depth."""
+        self.data = data
         self._pages.setCurrentIndex(1)
         metres = data.profile.metres
         self.axis.setEnabled(metres is not None)
@@ -105,7 +104,7 @@ class ProfilePage(Themed, QWidget):
 
     def _show_again(self) -> None:
         if self.data is not None:
-            self.show_data(self.data, self._names)
+            self.show_data(self.data)
 
     def _hover(self, x: float) -> None:
         sample = None
@@ -124,7 +123,7 @@ class ProfilePage(Themed, QWidget):
         entries = []
         if n is not None:
             x, y, label = int(data.profile.columns[n]), int(data.profile.rows[n]), int(data.labels[n])
-            block = html.escape(self._names.get(label, "no block")).replace(" ", "&nbsp;")
+            block = html.escape(data.names.get(label, "no block")).replace(" ", "&nbsp;")
             entries.append(f"<span style='color:{colours.muted.name()}'>x&nbsp;{x}, y&nbsp;{y}&nbsp; {block}</span>")
         entries.append(_entry(_DOT, raw_colour(colours), "raw", data.raw, n))
         for number, curve in enumerate(data.curves):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -68,6 +69,8 @@ class ProfileData:
         Expected error [m] of the result, the first of the curves.
     labels : ndarray of int32, shape (N,)
         The block of each sample.
+    names : mapping of int to str
+        Names of these blocks.
     """
 
     profile: DepthProfile
@@ -75,6 +78,7 @@ class ProfileData:
     curves: tuple[Curve, ...]
     error: NDArray[np.float32] | None
     labels: NDArray[np.int32]
+    names: Mapping[int, str]
 
     @property
     def borders(self) -> NDArray[np.intp]:
@@ -101,7 +105,8 @@ def profile_data(document: Document, line: Line, viewed_iteration: ViewedIterati
     if frame.ground_truth is not None:
         curves.append(Curve("ground truth", found[_GROUND_TRUTH], is_reference=True))
     labels = document.labels[profile.rows, profile.columns]
-    return ProfileData(profile, found[_RAW], tuple(curves), found.get(_ERROR), labels)
+    blocks = {label: document.info(label).name for label in set(labels.tolist()) if label}
+    return ProfileData(profile, found[_RAW], tuple(curves), found.get(_ERROR), labels, blocks)
 
 
 _RAW_SIZE = 3.5
@@ -124,9 +129,8 @@ class ProfilePlot(pg.PlotWidget):
 
     def __init__(self) -> None:
         super().__init__(viewBox=pg.ViewBox(enableMenu=False), enableMenu=False)
-        self._names: list[str] = []
         self._curves: list[pg.PlotCurveItem] = []
-        self._raw = pg.ScatterPlotItem(size=_RAW_SIZE, pen=None)
+        self._raw = pg.ScatterPlotItem(size=_RAW_SIZE, pen=None, name="raw")
         self._band = QGraphicsPathItem()
         self._band.setPen(Qt.PenStyle.NoPen)
         self._borders = pg.VTickGroup(yrange=[0, 1])
@@ -153,23 +157,22 @@ class ProfilePlot(pg.PlotWidget):
         set_title(self.getAxis("bottom"), unit, color=self._colours.muted.name(), **self._label_font)
         known = np.isfinite(data.raw) & np.isfinite(x)
         self._raw.setData(x[known], data.raw[known])
-        while len(self._curves) < len(data.curves):
-            self._curves.append(pg.PlotCurveItem(antialias=True, connect="finite"))
-            self._curves[-1].setZValue(90 - len(self._curves))
-            self.addItem(self._curves[-1])
-        while len(self._curves) > len(data.curves):
-            self.removeItem(self._curves.pop())
-        for number, (item, curve) in enumerate(zip(self._curves, data.curves, strict=True)):
+        for item in self._curves:
+            self.removeItem(item)
+        self._curves = []
+        for number, curve in enumerate(data.curves):
             style = Qt.PenStyle.DashLine if curve.is_reference else Qt.PenStyle.SolidLine
-            item.setPen(pg.mkPen(curve.drawn_in(self._colours), width=1.5 if number else 2, style=style))
-            item.setData(x, curve.depth)
+            pen = pg.mkPen(curve.drawn_in(self._colours), width=1.5 if number else 2, style=style)
+            item = pg.PlotCurveItem(x, curve.depth, pen=pen, name=curve.name, antialias=True, connect="finite")
+            item.setZValue(89 - number)
+            self.addItem(item)
+            self._curves.append(item)
         self._band.setPath(QPainterPath())
         if data.error is not None and data.curves:
             self._band.setPath(_band(x, data.curves[0].depth, data.error))
         edges = data.borders
         between = (x[edges] + x[edges - 1]) / 2
         self._borders.setXVals(between[np.isfinite(between)].tolist())
-        self._names = [curve.name for curve in data.curves]
 
     def point_at(self, x: float) -> None:
         """Set the cursor to a position on the axis; NaN hides it."""
@@ -201,8 +204,8 @@ class ProfilePlot(pg.PlotWidget):
         """Return the plot with a legend as PNG, twice as large as on the screen, or as SVG."""
         legend = pg.LegendItem(offset=(-12, 8), labelTextColor=self._colours.text, verSpacing=-4)
         legend.setParentItem(self.getViewBox())
-        for item, name in zip((self._raw, *self._curves), ("raw", *self._names), strict=True):
-            legend.addItem(item, name)
+        for item in (self._raw, *self._curves):
+            legend.addItem(item, item.name())
         pointed = self._cursor.isVisible()
         self._cursor.hide()
         self._raw.setExportMode(True)

@@ -57,8 +57,9 @@ class StatisticsRequest:
     subject: Mask
     other: Mask | None
 
-    def answer(self) -> Statistics:
-        """Compute the statistics; called in a worker thread."""
+    def answer(self) -> tuple[list[Row], list[str]]:
+        """Compute the rows of the table, and sentences on them, as on the angle between the planes of two blocks;
+        called in a worker thread."""
         depths = [self.raw, *([] if self.result is None else [self.result])]
         found = [surface_statistics(depth, self.subject, self.intrinsics) for depth in depths]
         notes = [one.reason for one in found if one.reason]
@@ -69,25 +70,12 @@ class StatisticsRequest:
                 notes.insert(0, f"Angle between the planes of both selected blocks: {angle:.1f}°")
             except InputError as error:
                 notes.append(str(error))
-        return Statistics(found[0], found[1] if len(found) > 1 else None, tuple(dict.fromkeys(notes)))
-
-
-@dataclass(frozen=True)
-class Statistics:
-    """Statistics of raw depth and of the result, None without one; and sentences on them, as on the angle between the
-    planes of two blocks."""
-
-    raw: SurfaceStatistics
-    result: SurfaceStatistics | None
-    notes: tuple[str, ...]
-
-    def rows(self) -> list[Row]:
-        """Rows of the table."""
-        raw, result = _texts(self.raw), [""] * len(_ROWS) if self.result is None else _texts(self.result)
-        return [
-            Row(name, (one, other), f"{name}: {hint[0].lower()}{hint[1:]}")
-            for (name, hint), one, other in zip(_ROWS, raw, result, strict=True)
+        raw, result = _texts(found[0]), _texts(found[1]) if len(found) > 1 else [""] * len(_ROWS)
+        rows = [
+            Row(name, cells, f"{name}: {hint[0].lower()}{hint[1:]}")
+            for (name, hint), cells in zip(_ROWS, zip(raw, result, strict=True), strict=True)
         ]
+        return rows, list(dict.fromkeys(notes))
 
 
 def _plane(found: SurfaceStatistics) -> PlaneFit:
