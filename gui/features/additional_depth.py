@@ -266,7 +266,7 @@ class AdditionalDepthPanel(Panel):
     @command("guide_by_network", "Guide by net&work…", icon="ph.brain")
     def choose_network(self) -> None:
         """Fetch a network that predicts depth from colour, or choose one that is here, and use it as guide."""
-        dialog = GuideNetworksDialog(self.context.window, self.context.workspace.has_current, self._requests)
+        dialog = GuideNetworksDialog(self.context.window, self.context.workspace.has_current, self.requests)
         dialog.use_requested.connect(lambda name: self.ask(_Load(self._document, self._frame, name)))
         dialog.use_requested.connect(lambda _: self.reveal())
         dialog.finished.connect(lambda _: setattr(self, "_networks", None))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from copy import copy
 from dataclasses import replace
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -23,7 +24,6 @@ from ..views.colours import FIXED, KINDS, Range
 from ..views.interaction import PointerEvent, PointerKind
 from ..views.layers import Layer, Look, content_of
 from ..views.view_data import ShownDepth, colour_table
-from ..work.latest_request import LatestRequest
 from .context import Context, Feature
 from .expected_error import ErrorFeature
 
@@ -57,6 +57,7 @@ class CloudFeature(Feature):
     """
 
     changed = Signal()
+    what = "point cloud"
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)
@@ -72,10 +73,7 @@ class CloudFeature(Feature):
         """Key of the document whose cloud was shown last; its viewpoint is kept."""
         self._blocks: tuple[NDArray[np.int32], NDArray[np.uint8]] | None = None
         """Label map and colours of the last request."""
-        self._questions = LatestRequest[_Request, Scene](lambda question: compose(*question), self)
-        self._questions.answered.connect(self._take)
-        self._questions.failed.connect(lambda _, error: self._report(error))
-        cloud.canvas.failed.connect(self._report)
+        cloud.canvas.failed.connect(partial(self.fail, None))
         views.cursorMoved.connect(self._show_value)
         views.cursorMoved.connect(cloud.canvas.mark)
         cloud.canvas.hovered.connect(self._hover)
@@ -114,11 +112,6 @@ class CloudFeature(Feature):
         """Show only the selected blocks in 3D."""
         self.changed.emit()
 
-    @property
-    def busy(self) -> bool:
-        """Whether a cloud is being built."""
-        return self._questions.busy
-
     def show(self) -> None:
         """Show the cloud, or the reason why there is none."""
         if self.context.refresh.changed("cloud") & (Part.FRAME | Part.LABELS | Part.STROKE | Part.INFOS):
@@ -139,16 +132,13 @@ class CloudFeature(Feature):
                 self._request = request
                 made = self._made
                 before = made[1] if made is not None and request.has_same_points(made[0]) else None
-                self._questions.ask(_Request(request, before))
+                self.requests.ask(_Request(request, before))
 
     def _turn(self) -> None:
         """Release the data of a frame that is not shown any more."""
         document = self._workspace.current if self._workspace.has_current else None
         if self._request is not None and (document is None or document.key != self._request.key):
             self._drop()
-
-    def _report(self, error: Exception) -> None:
-        self.context.notes.report("Point cloud", error)
 
     def _present_request(self, document: Document, intrinsics: Camera) -> CloudRequest:
         completion, by = document.completion(), self._cloud.colour_by
@@ -223,7 +213,12 @@ class CloudFeature(Feature):
             self._blocks = document.labels.copy(), colour_table(document, int(document.labels.max()))
         return self._blocks
 
-    def _take(self, question: _Request, scene: Scene) -> None:
+    def compute(self, question: _Request) -> Scene:
+        """Build the cloud."""
+        return compose(*question)
+
+    def take(self, question: _Request, scene: Scene) -> None:
+        """Show the cloud, if it is of the current frame."""
         request = question.request
         if self._request is None or request.key != self._request.key:
             return
@@ -236,7 +231,7 @@ class CloudFeature(Feature):
 
     def _drop(self, message: str = "") -> None:
         """Show no cloud, and release the data of the last one."""
-        self._questions.forget()
+        self.requests.forget()
         self._request = self._made = self._blocks = self._proposed = None
         self._cloud.set_message(*([message] if message else []))
 

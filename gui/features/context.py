@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import NamedTuple, TypeVar
+from functools import cached_property
+from typing import Any, ClassVar, NamedTuple, TypeVar
 
 from PySide6.QtCore import QObject
 from PySide6.QtWidgets import QMainWindow
@@ -21,6 +22,7 @@ from ..views.cloud.cloud_view import CloudView
 from ..views.linked_views import LinkedViews
 from ..widgets.docks import Docks
 from ..widgets.notices import Notes
+from ..work.latest_request import LatestRequest
 from ..work.refresh import Refresh
 from ..work.runs import RunController
 
@@ -129,8 +131,16 @@ class Feature(QObject):
 
     When it is made, its methods that are commands are added to the context's actions. It makes its widgets, adds its
     panels to the context's docks, registers their updates with the context's refresh, and passes its messages to the
-    context's notes.
+    context's notes. What takes time it asks for by `requests`: `compute` answers in a worker thread, `take` uses the
+    answer.
+
+    Attributes
+    ----------
+    what : str
+        What is computed, as in "hold-out test": named in errors.
     """
+
+    what: ClassVar[str] = "computation"
 
     def __init__(self, context: Context) -> None:
         super().__init__(context.window)
@@ -140,6 +150,32 @@ class Feature(QObject):
 
     def begin(self) -> None:
         """Called when the window has all features and menus, just before it is shown; not for one made on use."""
+
+    @cached_property
+    def requests(self) -> LatestRequest[Any, Any]:
+        """What it asks for."""
+        requests = LatestRequest[Any, Any](self.compute, self)
+        requests.answered.connect(self.take)
+        requests.failed.connect(self.fail)
+        return requests
+
+    @property
+    def busy(self) -> bool:
+        """Whether an answer is pending."""
+        return self.requests.busy
+
+    def compute(self, request: Any) -> Any:
+        """Return the answer to a request, or be a generator that yields shares done (0-1) and returns it. Called in a
+        worker thread: it uses nothing but the request, which answers itself unless a feature overrides this."""
+        return request.answer()
+
+    def take(self, request: Any, answer: Any) -> None:
+        """Use an answer. Called for requests that were not forgotten; a newer one may be in progress, as in a drag."""
+        raise NotImplementedError
+
+    def fail(self, request: Any, error: Exception) -> None:
+        """Handle an error of `compute`."""
+        self.context.notes.report(f"The {self.what} failed", error)
 
     def pending_work(self) -> Sequence[PendingWork]:
         """Pending background work that would be lost."""

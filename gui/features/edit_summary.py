@@ -25,7 +25,6 @@ from ..state.parts import Part
 from ..views.view_data import FormerState
 from ..widgets.basics import Themed, lay_out
 from ..work.frame_runs import RunState
-from ..work.latest_request import LatestRequest
 from .context import Context, Feature
 
 # One line under the views with the summary of the last edit.
@@ -146,6 +145,17 @@ class _Request:
     before: Completion | None
     after: Completion | None
 
+    def answer(self) -> EditSummary:
+        """Compute the summary."""
+        run, edit, patch = self.run, self.edit, self.patch
+        labels = _labels_before(patch, edit.forward, run.blocks.labels)
+        drawn = run.blocks.drawn if edit.drawn is None else _drawn_before(edit.drawn, edit.forward, run)
+        before = replace(run, blocks=replace(run.blocks, labels=labels, drawn=drawn))
+        there = set(np.unique(labels[patch.box]).tolist()) - {0}
+        known = self.before is not None and there <= self.before.results.keys()
+        completed = self.before if known else None  # blocks edited earlier and not run since have no result to compare
+        return summarise_edit(before, run, patch, (completed, self.after))
+
 
 class EditSummaryFeature(Feature):
     """The line that summarises the last edit of the current frame, and the view of the state before it.
@@ -168,9 +178,6 @@ class EditSummaryFeature(Feature):
         self.line = EditSummaryLine()
         self.line.clear(workspace.has_current)
         context.centre.add_strip(self.line)
-        self._questions = LatestRequest[_Request, EditSummary](_find, self)
-        self._questions.answered.connect(self._say)
-        self._questions.failed.connect(lambda question, error: self._say(question, None, f"not evaluated: {error}"))
         workspace.about_to_change.connect(self._note_idle)
         workspace.edited.connect(self._take)
         workspace.on(Part.FRAME, self._turn)
@@ -183,11 +190,6 @@ class EditSummaryFeature(Feature):
         # an edit shows the current state again
         before = context.actions["show_before_edit"]
         context.refresh.add("state before the edit", lambda: before.setChecked(False), Part.FRAME | edits)
-
-    @property
-    def busy(self) -> bool:
-        """Whether a summary is pending."""
-        return self._questions.busy
 
     @command("show_before_edit", "Show state &before the last edit", icon="ph.eye", checkable=True, held="Z")
     def look(self, on: bool) -> None:
@@ -227,7 +229,7 @@ class EditSummaryFeature(Feature):
     def _take_labels(self, edit: Edit, patch: LabelPatch) -> None:
         self._change, self._asked, self._edited = edit, False, True
         self._before = self._present
-        self._questions.forget()
+        self.requests.forget()
         self.line.show_message(_title(edit), EditSummary(int(np.count_nonzero(patch.before != patch.after))))
         self._go_on()
 
@@ -245,7 +247,7 @@ class EditSummaryFeature(Feature):
 
     def _forget(self) -> None:
         self._change, self._before, self._asked, self._edited = None, None, True, False
-        self._questions.forget()
+        self.requests.forget()
         self.line.clear(self._workspace.has_current)
         self._note_present()
 
@@ -262,7 +264,7 @@ class EditSummaryFeature(Feature):
             return  # they are not completed yet
         self._asked = True
         run = document.run(self._workspace.parameters.current)
-        self._questions.ask(_Request(change, change.patch, run, self._before, self._present))
+        self.requests.ask(_Request(change, change.patch, run, self._before, self._present))
 
     def _ask_again(self) -> None:
         """Evaluate the edit again, because the ground truth has changed."""
@@ -277,27 +279,22 @@ class EditSummaryFeature(Feature):
     def _note_present(self) -> None:
         self._present = self._workspace.current.completion() if self._workspace.has_current else None
 
-    def _say(self, question: _Request, effect: EditSummary | None, note: str = "") -> None:
+    def take(self, question: _Request, effect: EditSummary) -> None:
+        """Show the effect of the edit."""
+        self._say(question, effect, _UNKNOWN if effect.held_out is None and effect.by_ground_truth is None else "")
+
+    def fail(self, question: _Request, error: Exception) -> None:
+        """Say why it is not known."""
+        self._say(question, None, f"not evaluated: {error}")
+
+    def _say(self, question: _Request, effect: EditSummary | None, note: str) -> None:
         change = self._change
         if change is not None and change is question.edit:
-            unknown = effect is not None and effect.held_out is None and effect.by_ground_truth is None
-            self.line.show_message(_title(change), effect, note or (_UNKNOWN if unknown else ""))
+            self.line.show_message(_title(change), effect, note)
 
 
 def _title(change: Edit) -> str:
     return change.text if change.forward else f"Undone: {change.text}"
-
-
-def _find(question: _Request) -> EditSummary:
-    """Compute the summary; called in a worker thread."""
-    run, edit, patch = question.run, question.edit, question.patch
-    labels = _labels_before(patch, edit.forward, run.blocks.labels)
-    drawn = run.blocks.drawn if edit.drawn is None else _drawn_before(edit.drawn, edit.forward, run)
-    before = replace(run, blocks=replace(run.blocks, labels=labels, drawn=drawn))
-    there = set(np.unique(labels[patch.box]).tolist()) - {0}
-    known = question.before is not None and there <= question.before.results.keys()
-    completed = question.before if known else None  # blocks edited earlier and not run since have no result to compare
-    return summarise_edit(before, run, patch, (completed, question.after))
 
 
 def _labels_before(patch: LabelPatch, forward: bool, labels: NDArray[np.int32]) -> NDArray[np.int32]:

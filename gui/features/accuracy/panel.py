@@ -88,8 +88,8 @@ class AccuracyPanel(Panel):
         about = "Evaluation against ground truth"
         self._evaluations.failed.connect(lambda _, error: context.notes.report(about, error))
         self._reader = LatestRequest[GroundTruthSource, RGBDFrame](frame_with, self)
-        self._requests.progressed.connect(self._cancel_closed)
-        self._requests.ended.connect(self._end_test)
+        self.requests.progressed.connect(self._cancel_closed)
+        self.requests.ended.connect(self._end_test)
 
     def make(self) -> QWidget:
         self.work.cancelled.connect(lambda: self.context.notes.show_message("The hold-out test was cancelled."))
@@ -262,7 +262,7 @@ class AccuracyPanel(Panel):
     def _cancel_closed(self) -> None:
         """Cancel the test if its frame was closed."""
         if self._testing not in self.context.workspace.open:
-            self._requests.cancel()
+            self.requests.cancel()
 
     def _show_hold_out(self, document: Document | None) -> None:
         chosen = self.context.workspace.chosen

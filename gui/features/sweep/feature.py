@@ -79,8 +79,8 @@ class SweepFeature(Panel):
     def __init__(self, context: Context) -> None:
         super().__init__(context)
         _ = self.widget
-        self._requests.progressed.connect(self._take_arrived)
-        self._requests.ended.connect(self._end)
+        self.requests.progressed.connect(self._take_arrived)
+        self.requests.ended.connect(self._end)
         self.work.cancelled.connect(lambda: self.state.show_message("Cancelled. Results so far are kept."))
         for changed in (context.views.ranges.changed, self.criterion.changed):
             changed.connect(self.redraw)
