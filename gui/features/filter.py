@@ -47,6 +47,9 @@ class _Difference:
     change: _Change
     depths: Sequence[tuple[Depth, Depth]]
 
+    def answer(self) -> Effect:
+        return effect_of(self.depths)
+
 
 class _Trial(NamedTuple):
     """Request: the effect of other values of these parameters on a run, or on some of its blocks."""
@@ -54,6 +57,9 @@ class _Trial(NamedTuple):
     run: Run
     names: Sequence[str]
     blocks: Sequence[int]
+
+    def answer(self) -> Generator[float, None, dict[str, Tried]]:
+        return try_parameters(*self)
 
 
 class FilterPanel(Panel):
@@ -272,12 +278,6 @@ class FilterPanel(Panel):
         same = change.before.keys() & now.keys()
         if same:
             self.ask(_Difference(change, [(change.before[label].depth, now[label].depth) for label in sorted(same)]))
-
-    def compute(self, request: _Difference | _Trial) -> Effect | Generator[float, None, dict[str, Tried]]:
-        """Compare depth before and after a change, or try values."""
-        if isinstance(request, _Difference):
-            return effect_of(request.depths)
-        return try_parameters(request.run, request.names, request.blocks)
 
     def take(self, request: _Difference | _Trial, answer: Effect | dict[str, Tried]) -> None:
         """Show effects beside the parameters; after a trial, the parameters with the largest effect come first."""
