@@ -117,16 +117,8 @@ class BlocksFeature(Panel):
         context.loader.busy_changed.connect(self._show_hint)
 
     def make(self) -> BlockTable:
-        """Make the table, whose changes by the user are edits."""
-        workspace = self.context.workspace
-        self.table = table = BlockTable()
-        table.labelsSelected.connect(workspace.select)
-        table.renamed.connect(lambda label, name: workspace.current.edit_info(label, "Rename block", name=name))
-        table.recoloured.connect(
-            lambda label, colour: workspace.current.edit_info(label, "Recolour block", colour=colour.getRgb()[:3])
-        )
-        table.visibilityChanged.connect(lambda label, on: workspace.current.set_visible(label, on))
-        table.lockChanged.connect(lambda label, on: workspace.current.set_lock(label, on))
+        self.table = table = BlockTable(self.context.workspace)
+        table.labelsSelected.connect(self.context.workspace.select)
         menu = self.context.actions.menu
         table.customContextMenuRequested.connect(
             lambda at: self._run(menu("", table, BLOCK_MENU), table.viewport().mapToGlobal(at))

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from enum import IntEnum
 from typing import Any
 
-from PySide6.QtCore import QAbstractTableModel, QModelIndex, Qt, Signal
+from PySide6.QtCore import QAbstractTableModel, QModelIndex, Qt
 from PySide6.QtGui import QColor, QIcon, QPalette
 from PySide6.QtWidgets import QWidget
 
@@ -19,6 +19,7 @@ from ilf.data.blocks import BlockInfo
 from ...base import theme
 from ...state.block_counts import BlockCounts
 from ...state.block_errors import EXPECTED
+from ...state.workspace import Workspace
 from ...widgets.basics import literal_text
 from ...widgets.tables import ICON_SIZE, Index
 
@@ -122,18 +123,12 @@ _NUMBERS = (Column.PIXELS, Column.MISSING, Column.ERROR, Column.ITERATIONS, Colu
 
 
 class BlockModel(QAbstractTableModel):
-    """Rows of blocks, in the order of their labels; a proxy sorts them.
+    """Rows of blocks, in the order of their labels; a proxy sorts them. A name that the user types is an edit; rows
+    change only by `set_rows`."""
 
-    Signals
-    -------
-    renamed(int, str)
-        Label and the name that the user typed; rows change only by `set_rows`.
-    """
-
-    renamed = Signal(int, str)
-
-    def __init__(self, parent: QWidget) -> None:
+    def __init__(self, workspace: Workspace, parent: QWidget) -> None:
         super().__init__(parent)
+        self._workspace = workspace
         self.rows: list[BlockRow] = []
         self.error_source = ""
         """Reference of the errors, in words; "" if there is none."""
@@ -223,7 +218,7 @@ class BlockModel(QAbstractTableModel):
         row, name = self.rows[index.row()], str(value).strip()
         if not name or name == row.info.name:
             return False
-        self.renamed.emit(row.label, name)
+        self._workspace.current.edit_info(row.label, "Rename block", name=name)
         return True
 
     def _hint(self, column: Column) -> str:

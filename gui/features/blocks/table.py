@@ -17,6 +17,7 @@ from PySide6.QtCore import (
 from PySide6.QtGui import QColor, QKeyEvent, QMouseEvent, QPaintEvent, QResizeEvent
 from PySide6.QtWidgets import QAbstractItemView, QColorDialog, QHeaderView, QMenu, QTableView, QWidget
 
+from ...state.workspace import Workspace
 from ...widgets.basics import Themed, paint_hint
 from ...widgets.tables import RowDelegate, set_up_table
 from .model import HOLD_OUT_AT_FIRST, ICON_COLUMNS, OPTIONAL, SORT_ROLE, TOOL_ICONS, BlockModel, BlockRow, Column
@@ -28,7 +29,7 @@ _NAME_WIDTH = 58  # minimum; in less width, the table scrolls sideways
 
 
 class BlockTable(Themed, QTableView):
-    """Table of blocks. It emits the user's requests; rows change only by `set_rows`.
+    """Table of the blocks of the current frame. What the user does in it is an edit; rows change only by `set_rows`.
 
     Attributes
     ----------
@@ -39,24 +40,18 @@ class BlockTable(Themed, QTableView):
     -------
     labelsSelected(list of int)
         Labels in table order, after the user selected.
-    renamed(int, str), recoloured(int, QColor), visibilityChanged(int, bool), lockChanged(int, bool)
-        Label and the new value.
     shown(int)
         Double-click or Enter: show this block.
     """
 
     labelsSelected = Signal(list)
-    renamed = Signal(int, str)
-    recoloured = Signal(int, QColor)
-    visibilityChanged = Signal(int, bool)
-    lockChanged = Signal(int, bool)
     shown = Signal(int)
 
-    def __init__(self, parent: QWidget | None = None) -> None:
+    def __init__(self, workspace: Workspace, parent: QWidget | None = None) -> None:
         super().__init__(parent)
+        self._workspace = workspace
         self.hint = ""
-        self.blocks = BlockModel(self)
-        self.blocks.renamed.connect(self.renamed)
+        self.blocks = BlockModel(workspace, self)
         self._proxy = QSortFilterProxyModel(self)
         self._proxy.setSourceModel(self.blocks)
         self._proxy.setSortRole(SORT_ROLE)
@@ -111,13 +106,14 @@ class BlockTable(Themed, QTableView):
             return False
         row = self._row(index)
         if index.column() == Column.VISIBLE:
-            self.visibilityChanged.emit(row.label, not row.info.visible)
+            self._workspace.current.set_visible(row.label, not row.info.visible)
         elif index.column() == Column.LOCKED:
-            self.lockChanged.emit(row.label, not row.info.locked)
+            self._workspace.current.set_lock(row.label, not row.info.locked)
         else:
             colour = QColorDialog.getColor(QColor(*row.info.colour), self, f"Colour of {row.info.name}")
             if colour.isValid():
-                self.recoloured.emit(row.label, colour)
+                rgb = colour.red(), colour.green(), colour.blue()
+                self._workspace.current.edit_info(row.label, "Recolour block", colour=rgb)
         return True
 
     def _arrange(self) -> None:
