@@ -19,7 +19,6 @@ from ..features.colour_range import ColourRange
 from ..features.compare import CompareFeature
 from ..features.context import Context, Feature
 from ..features.curves import CurvesFeature
-from ..features.depth_colours import DepthColoursFeature
 from ..features.documents.feature import DocumentsFeature
 from ..features.edit_summary import EditSummaryFeature
 from ..features.expected_error import ErrorFeature
@@ -91,7 +90,6 @@ _FURTHER: tuple[type[Feature], ...] = (
     InspectPanel,
     CompareFeature,
     ColourRange,
-    DepthColoursFeature,
     StartPageFeature,
     PlayFeature,
     FlickerFeature,

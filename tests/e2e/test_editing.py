@@ -6,7 +6,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 
 from gui.features.blocks.feature import BlocksFeature
-from gui.features.blocks.model import Column
+from gui.features.blocks.table import Column
 from gui.features.status import StatusFeature
 from ilf import RGBDFrame
 from ilf.sources.frame_ref import FrameRef

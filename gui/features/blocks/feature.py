@@ -27,8 +27,7 @@ from ..menus import BLOCK_MENU
 from ..panel import Panel
 from ..views import ViewsFeature
 from .commands import BlockCommands
-from .model import BlockRow
-from .table import BlockTable
+from .table import BlockRow, BlockTable
 
 # The rows of the table of blocks.
 

@@ -36,8 +36,7 @@ from ..context import Context
 from ..expected_error import ErrorFeature
 from ..panel import Panel
 from .marks import MarksItem, measurement_marks, profile_marks, region_marks
-from .profile_page import ProfilePage
-from .profile_plot import profile_data
+from .profile import ProfilePage, profile_data
 from .statistics import COLUMNS, Mask, StatisticsRequest, metres
 
 PROFILE, STATISTICS, MEASUREMENTS = range(3)

@@ -9,8 +9,7 @@ from PySide6.QtGui import QColor
 from PySide6.QtWidgets import QColorDialog, QLineEdit
 
 from gui.base.theme import colours
-from gui.features.blocks.model import BlockRow, Column
-from gui.features.blocks.table import BlockTable
+from gui.features.blocks.table import BlockRow, BlockTable, Column
 from gui.state.block_counts import BlockCounts
 from ilf.data.blocks import BlockInfo
 

@@ -8,8 +8,7 @@ import pytest
 from PySide6.QtGui import QImage
 from PySide6.QtSvg import QSvgRenderer
 
-from gui.features.inspect.profile_page import ProfilePage
-from gui.features.inspect.profile_plot import profile_data
+from gui.features.inspect.profile import ProfilePage, profile_data
 from gui.state.document import Document
 from gui.state.results import ErrorEstimate
 from gui.state.shown_depth import ViewedIteration
