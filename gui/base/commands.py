@@ -182,8 +182,8 @@ class Actions:
             self.commands[command.name] = command
             self.adopt(command.name, action, command.icon)
 
-    def adopt(self, name: str, action: QAction, icon: str) -> None:
-        """Add an action that was made elsewhere, or give one another icon."""
+    def adopt(self, name: str, action: QAction, icon: str = "") -> None:
+        """Add an action that was made elsewhere, as that of a menu, or give one another icon."""
         action.setObjectName(name)
         self._actions[name] = action
         self._icons[name] = icon

@@ -15,7 +15,6 @@ from ...views.layouts import CORRECT as CORRECT_VIEWS
 from ...views.layouts import LAYOUTS
 from ...widgets.basics import open_once
 from ..context import Context, Feature
-from ..menus import insert_menu
 from ..views import ViewsFeature
 from .header import Header, LayoutBar
 from .layout import BUILT_IN, CORRECT, INSPECT, OWN, OWN_HINT, STANDARD, TUNE, Arrangement, Layout, LayoutStore
@@ -50,6 +49,7 @@ class LayoutsFeature(Feature):
             self._actions[name] = context.actions[switch.name]
         context.views.sheet.layoutChanged.connect(self._follow_views)
         self.menu = context.actions.menu("&Layout", context.window)
+        context.actions.adopt("layout_menu", self.menu.menuAction())
         self.bar = LayoutBar()
         self.header = Header(context.window.menuBar(), context.feature(ViewsFeature).bar, self.bar)
         context.centre.turned.connect(self.header.fit)
@@ -65,8 +65,7 @@ class LayoutsFeature(Feature):
         return "" if self._deleted is not None else "No layout has been deleted."
 
     def begin(self) -> None:
-        """Insert the menu, and restore layout and options of the last program start."""
-        insert_menu(self.context.window.menuBar(), self.menu, self.context.actions["full_screen"])
+        """Restore layout and options of the last program start."""
         self._apply(self.store.left(self.store.present))
         self._show()
         if self.context.panels.persistent:

@@ -52,6 +52,7 @@ class ProjectFeature(Feature):
         Zooms(workspace, context.views, context.refresh)
         is_kept = context.panels.persistent
         self.recent = RecentMenu("Open recent pro&ject", "projects", is_kept, self.opening.open, window)
+        context.actions.adopt("recent_projects_menu", self.recent.menuAction(), "ph.clock-counter-clockwise")
         self.discard_silently = False
         """Whether to close without asking; for headless use."""
         self.question: CloseDialog | None = None
@@ -76,11 +77,10 @@ class ProjectFeature(Feature):
         return Missing(self.context)
 
     def begin(self) -> None:
-        """Insert the menu of recent projects and the button *Save*."""
+        """Insert the button *Save*."""
         actions = self.context.actions
         actions["show_project"].setIconText("Show in folder")
         actions["save_project_as"].setIconText("Save elsewhere…")
-        self.recent.insert_after(actions["new_project"])
         bar = self.context.window.findChild(QToolBar, "Tools")
         if isinstance(bar, QToolBar):
             bar.insertAction(actions["export"], actions["save_project"])
