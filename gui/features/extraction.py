@@ -138,16 +138,10 @@ class ExtractionPanel(Panel):
 
     def _mark_stages(self) -> None:
         """Mark the command of the shown stage, and show the commands' hints on the buttons of the view."""
-        board, stages = self._board, {name: self.context.actions[f"stage_{name}"] for name in STAGES}
-
-        def show_hints() -> None:
-            board.set_hints({name: hint_of(action) for name, action in stages.items()})
-
-        stages[board.stage].setChecked(True)
-        board.stageChanged.connect(lambda name: stages[name].setChecked(True))
-        for action in stages.values():  # also when its shortcut changes
-            action.changed.connect(show_hints)
-        show_hints()
+        stages = {name: self.context.actions[f"stage_{name}"] for name in STAGES}
+        stages[self._board.stage].setChecked(True)
+        self._board.stageChanged.connect(lambda name: stages[name].setChecked(True))
+        self._board.set_hints({name: hint_of(action) for name, action in stages.items()})
 
     @property
     def busy(self) -> bool:

@@ -73,7 +73,7 @@ class OnUseFeature(Feature):
     @command("palette", "Command &palette…", icon="ph.magnifying-glass", keys="Ctrl+Shift+P")
     def _toggle_palette(self) -> None:
         """Find a command by part of its name."""
-        from .palette.palette import PaletteFeature
+        from .palette import PaletteFeature
 
         self.context.feature(PaletteFeature).palette.toggle()
 

@@ -30,7 +30,6 @@ from ..base.commands import (
 )
 from ..widgets.basics import Message, give_size, label_of, lay_out, open_once, row_list, stack
 from .context import Feature
-from .palette.matching import match
 
 # Keys of the commands: the defaults, and those set by the user.
 
@@ -286,6 +285,8 @@ class ShortcutsDialog(QDialog):
         self._choose()
 
     def _filter(self, query: str) -> None:
+        from .palette import match
+
         scores = {}
         for entry in self._keymap.entries:
             found = match(query, f"{entry.text} {entry.where}")

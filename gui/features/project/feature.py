@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QUrl
 from PySide6.QtGui import QDesktopServices
-from PySide6.QtWidgets import QMessageBox, QToolBar
+from PySide6.QtWidgets import QMessageBox
 
 from ilf._runtime.formatting import counted
 from ilf._runtime.named_places import NotAllowed, note_opened
@@ -77,13 +77,9 @@ class ProjectFeature(Feature):
         return Missing(self.context)
 
     def begin(self) -> None:
-        """Insert the button *Save*."""
-        actions = self.context.actions
-        actions["show_project"].setIconText("Show in folder")
-        actions["save_project_as"].setIconText("Save elsewhere…")
-        bar = self.context.window.findChild(QToolBar, "Tools")
-        if isinstance(bar, QToolBar):
-            bar.insertAction(actions["export"], actions["save_project"])
+        """Shorten the texts of buttons."""
+        self.context.actions["show_project"].setIconText("Show in folder")
+        self.context.actions["save_project_as"].setIconText("Save elsewhere…")
 
     # commands
 
