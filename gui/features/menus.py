@@ -13,7 +13,7 @@ from ilf.drawing.blocks import STAGES
 from ..base import theme
 from ..base.commands import Actions, plain
 from ..tools.kinds import KINDS
-from ..tools.options_row import OptionsRow
+from ..tools.options_row import BY_HAND, OptionsRow
 from ..views.colours import DEPTH_MAP, DEPTH_MAPS
 from ..views.layouts import CELLS, LAYOUT_TEXTS, LAYOUTS
 from ..views.linked_views import LinkedViews
@@ -24,7 +24,6 @@ BLOCK_MENU = (
     "grow_blocks shrink_blocks smooth_blocks clean_up | new_block fit"
 )
 _TOOLS = " ".join(f"tool_{kind.name}" for kind in KINDS if not kind.inspects)
-BY_HAND_MENU = "fill_by_hand continue_plane nearer_surface farther_surface | remove_by_hand"
 _INSPECT = (
     f"{' '.join(f'tool_{kind.name}' for kind in KINDS if kind.inspects)} | remove_marks | save_profile "
     "save_profile_picture | copy_statistics | copy_measurements save_measurements delete_measurements"
@@ -38,7 +37,7 @@ _MENUS = {
     "save_blocks | export export_all batch "
     "report save_picture | close_frame quit",
     "&Edit": f"undo redo | {_TOOLS} | next_tool previous_tool | brush_smaller brush_larger "
-    f"similar_only to_no_block | {BY_HAND_MENU} | cancel_stroke",
+    f"similar_only to_no_block | {BY_HAND} | cancel_stroke",
     "&Blocks": "extract | propagate_next propagate_previous propagate_through propagation_menu | "
     "new_block delete_blocks merge_blocks lock_blocks hide_blocks | "
     "grow_blocks shrink_blocks smooth_blocks clean_up | zoom_block select_all",

@@ -59,11 +59,17 @@ class _Actions(dict):
 
 
 @pytest.fixture
-def summary(bench, views, live, qtbot):
-    """The line that summarises edits, without a window."""
+def context(bench, views, live, qtbot):
+    """What features use, without a window."""
     context = SimpleNamespace(window=views, features=[], actions=_Actions(live=live), workspace=bench.workspace)
     context.runs, context.views, context.notes = bench.runs, views, SimpleNamespace(show_briefly=bench.said.append)
     context.refresh, context.centre = SimpleNamespace(add=lambda *_: None), SimpleNamespace(add_strip=qtbot.addWidget)
+    return context
+
+
+@pytest.fixture
+def summary(context):
+    """The summary of edits."""
     summary = EditSummaryFeature(context)
     summary.line.resize(1200, 24)
     yield summary

@@ -14,7 +14,7 @@ from ilf.data.blocks import block_colour
 from ilf.data.parameters import Parameters
 from ilf.data.results import BlockResult
 
-from ...base.commands import command, commands_of
+from ...base.commands import command
 from ...base.needs import Need, sentence
 from ...state.block_counts import BlockCounts
 from ...state.document import Document
@@ -109,8 +109,7 @@ class BlocksFeature(Panel):
     deferred = Part.SOME_RESULTS | Part.RECORDS
 
     def __init__(self, context: Context) -> None:
-        self.commands = BlockCommands(context.workspace, context.editor)
-        context.actions.add(commands_of(self.commands))
+        self._commands = context.feature(BlockCommands)
         super().__init__(context)
         context.views.navigation.contextMenuRequested.connect(self._show_menu_at)
         context.loader.busy_changed.connect(self._show_hint)
@@ -155,7 +154,7 @@ class BlocksFeature(Panel):
         The block there is selected; the block that was selected before can take over that block or a piece of it.
         """
         menu = self.context.actions.menu("", self.context.views)
-        for text, act in self.commands.offers(x, y):
+        for text, act in self._commands.offers(x, y):
             menu.addAction(text).triggered.connect(lambda _=False, act=act: act())
         self.context.actions.fill(menu, f"| {BLOCK_MENU}")
         return menu

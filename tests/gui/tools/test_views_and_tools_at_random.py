@@ -183,9 +183,9 @@ def test_undo_takes_back_the_values_of_its_step_alone(bench):
     assert (workspace.parameters.current, bench.document.state.common) == (quick, common)
 
 
-def test_a_command_during_a_stroke_can_be_undone_exactly(bench, views):
-    editor = Editor(bench.workspace, views)
-    commands = BlockCommands(bench.workspace, editor)
+def test_a_command_during_a_stroke_can_be_undone_exactly(bench, views, context):
+    context.editor = editor = Editor(bench.workspace, views)
+    commands = BlockCommands(context)
     former = bench.document.labels.copy()
     bench.workspace.select([1])
     editor.set_tool("paint")
