@@ -39,7 +39,7 @@ from PySide6.QtWidgets import (
 
 from ..base import theme
 from ..base.commands import ActionEntry, action_entries
-from ..widgets.basics import PlainLabel, Themed, lay_out
+from ..widgets.basics import PlainLabel, lay_out
 from .context import Context, Feature
 
 # Letters that are found in a text.
@@ -234,11 +234,12 @@ def _parts(offer: Offer) -> Iterator[tuple[str, bool]]:
 
 _WIDTH, _ROWS = 560, 11
 _TOP = 48
+_STYLE = "#palette { background: palette(window); border: 1px solid palette(highlight); border-radius: 6px; }"
 _MOVES = frozenset({Qt.Key.Key_Up, Qt.Key.Key_Down, Qt.Key.Key_PageUp, Qt.Key.Key_PageDown})
 _TAKEN = _MOVES | {Qt.Key.Key_Return, Qt.Key.Key_Enter, Qt.Key.Key_Escape}
 
 
-class CommandPalette(Themed, QFrame):
+class CommandPalette(QFrame):
     """Field and list at the top of the window; it closes after a command or by Escape.
 
     Parameters
@@ -276,7 +277,7 @@ class CommandPalette(Themed, QFrame):
         self.hint.setWordWrap(True)
         self.hint.setMargin(4)
         lay_out(QVBoxLayout(self), self.field, self.list, self.hint, margins=(8, 8, 8, 4), spacing=4)
-        self._take_theme()
+        self.setStyleSheet(_STYLE)
 
     def toggle(self) -> None:
         """Open or close the palette."""
@@ -371,15 +372,6 @@ class CommandPalette(Themed, QFrame):
         self.setFixedWidth(width)
         self.adjustSize()
         self.move(QPoint((self._window.width() - width) // 2, _TOP))
-
-    def _take_theme(self) -> None:
-        colours = theme.colours(self.palette())
-        sheet = (
-            f"#palette {{ background: {colours.panel.name()}; border: 1px solid {colours.accent.name()}; "
-            "border-radius: 6px; }"
-        )
-        if sheet != self.styleSheet():
-            self.setStyleSheet(sheet)
 
 
 # The feature of the window.
