@@ -111,9 +111,9 @@ def test_statistics_of_block_and_rectangle_beside_each_other(opened, qtbot, run_
     window.actions_["tool_rectangle"].trigger()
     drag(window, [(35.5, 5.5), (40, 10), (50.5, 20.5)])
     assert "Pixels\t256\t256" in numbers(window, qtbot)
-    part.subject.activated.emit(0)
+    QTest.keyClick(part.subject, Qt.Key.Key_Up)
     assert f"Pixels\t{raw.pixels:,}" in numbers(window, qtbot)
-    part.subject.activated.emit(1)
+    QTest.keyClick(part.subject, Qt.Key.Key_Down)
     key(window, Qt.Key.Key_Escape)
     assert document.state.looked.region is None
     assert f"Pixels\t{raw.pixels:,}" in numbers(window, qtbot)
