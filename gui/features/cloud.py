@@ -9,7 +9,6 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import Signal
 from PySide6.QtGui import QBrush, QColor
 
 from ilf.data.camera import Camera
@@ -48,15 +47,8 @@ class CloudFeature(Feature):
 
     The position of the pointer is marked in cloud and images. A click on a point selects its block, or goes to the tool
     if the tool needs points only.
-
-    Signals
-    -------
-    changed()
-        The output of `show` has changed: colours, raw or completed depth, all or selected blocks, compared runs, or
-        ground truth.
     """
 
-    changed = Signal()
     what = "point cloud"
 
     def __init__(self, context: Context) -> None:
@@ -87,10 +79,7 @@ class CloudFeature(Feature):
             _SHOWN,
             deferred_on=Part.SOME_RESULTS,
             when=cloud.isVisible,
-            also=(
-                *(self.changed, views.shownChanged, context.centre.turned),
-                *(cloud.colours_changed, views.ranges.changed),
-            ),
+            also=(views.shownChanged, context.centre.turned, cloud.colours_changed, views.ranges.changed),
         )
 
     @command("cloud_beside", "&3D beside the images", icon="ph.columns", keys="Ctrl+Shift+B", checkable=True)
@@ -105,12 +94,12 @@ class CloudFeature(Feature):
     @command("cloud_raw", "3D: ra&w depth", icon="ph.eye", checkable=True, held="X", why_off=_why_no_raw)
     def _show_raw(self, on: bool) -> None:
         """Show the point cloud before completion; holding X in the 3D view does the same."""
-        self.changed.emit()
+        self.context.refresh.mark("cloud")
 
     @command("cloud_selected_only", "3D: selected blocks onl&y", icon="ph.selection", checkable=True)
     def _show_selected_only(self, on: bool) -> None:
         """Show only the selected blocks in 3D."""
-        self.changed.emit()
+        self.context.refresh.mark("cloud")
 
     def show(self) -> None:
         """Show the cloud, or the reason why there is none."""

@@ -235,10 +235,8 @@ class ColourRange(Panel):
 
     def refresh(self, parts: Part) -> None:
         """Show the range of the active view, or why there is none."""
-        ranges, cell, levels = self.context.views.ranges, self.context.views.ranged, None
+        ranges, cell, levels = self.context.views.ranges, self.context.views.ranged, self._levels
         self.map.setCurrentIndex(self.map.findData(self.context.views.data.depth_map))
-        if self._is_there():
-            levels = cell.bar.levels
         self.kind = kind = "" if levels is None else cell.range_kind
         self.heading.setText(f"{cell.strip.title} [{KINDS[kind]}]" if kind else cell.strip.title)
         self._pages.setCurrentIndex(int(levels is None))
@@ -268,19 +266,20 @@ class ColourRange(Panel):
             self.mode.setCurrentIndex(self.mode.findData(FIXED))
             self._set_levels(low, high)
 
-    def _is_there(self) -> bool:
-        """Whether the active view has a range now."""
+    @property
+    def _levels(self) -> Levels | None:
+        """The range of the active view; None if it has none now."""
         cell = self.context.views.ranged
-        return self.context.workspace.has_current and bool(cell.range_kind) and cell.bar.levels is not None
+        return cell.bar.levels if self.context.workspace.has_current and cell.range_kind else None
 
     def _why_no_range(self) -> str:
-        return "" if self._is_there() else "Not available now."
+        return "" if self._levels is not None else "Not available now."
 
     def _show_lock(self) -> None:
         """Show whether the range is locked."""
         views, lock = self.context.views, self.context.actions["lock_range"]
         with QSignalBlocker(lock):
-            lock.setChecked(self._is_there() and views.ranges.of(views.ranged.range_kind).locked)
+            lock.setChecked(self._levels is not None and views.ranges.of(views.ranged.range_kind).locked)
 
     @command(
         "fit_range",

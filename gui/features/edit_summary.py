@@ -61,25 +61,22 @@ class EditSummaryLine(Themed, QWidget):
         self._looks = False
         self._empty = ""
         """What is shown before the first edit."""
-        self._write()
+        self._take_theme()
 
     def show_message(self, text: str, effect: EditSummary | None = None, note: str = "") -> None:
         """Show the title of an edit, its effect as far as known, and a note."""
         self._content = text, effect, note
-        self._write()
+        self._take_theme()
 
     def mark_before(self, on: bool) -> None:
         """Show whether the views show the state before the edit."""
         self._looks = on
-        self._write()
+        self._take_theme()
 
     def clear(self, editable: bool) -> None:
         """Show that there has been no edit; nothing if there is nothing to edit."""
         self._content, self._empty = None, _EMPTY if editable else ""
-        self._write()
-
-    def _take_theme(self) -> None:
-        self._write()
+        self._take_theme()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
@@ -89,7 +86,8 @@ class EditSummaryLine(Themed, QWidget):
         self.label.setMaximumHeight(self.height() if beside_film_strip else line)
         self.label.setAlignment(Qt.AlignmentFlag.AlignVCenter if beside_film_strip else Qt.AlignmentFlag.AlignTop)
 
-    def _write(self) -> None:
+    def _take_theme(self) -> None:
+        """Write the text, in the colours of the theme."""
         if self._content is None:
             tone = theme.colours(self.palette()).muted.name()
             self.label.setText(f'<span style="color:{tone}">{self._empty}</span>')

@@ -55,8 +55,9 @@ class LayoutsFeature(Feature):
         context.centre.turned.connect(self.header.fit)
 
     def _choose(self, name: str, on: bool) -> None:
+        """Switch to a layout, or to the previous one."""
         if on != (name == self.present):
-            self.toggle(name)
+            self.turn(name if on else self._back())
 
     def _why_not_own(self) -> str:
         return "" if self.present in OWN else _NOT_OWN
@@ -78,10 +79,6 @@ class LayoutsFeature(Feature):
     def present(self) -> str:
         """Name of the current layout."""
         return self.store.present
-
-    def toggle(self, name: str) -> None:
-        """Switch to a layout, or to the previous one if it is the current one."""
-        self.turn(self._back() if name == self.present else name)
 
     def turn(self, name: str) -> None:
         """Switch to a layout in its last state."""
