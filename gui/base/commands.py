@@ -158,6 +158,8 @@ class Actions:
     def __init__(self, window: QWidget, missing: Callable[[], Need]) -> None:
         self._window = window
         self._missing = missing
+        self.commands: dict[str, Command] = {}
+        """All commands by name, in the order in which they were added."""
         self._icons: dict[str, str] = {}
         self._actions: dict[str, QAction] = {}
         self._groups: dict[str, QActionGroup] = {}
@@ -177,6 +179,7 @@ class Actions:
                 self._groups.setdefault(command.group, QActionGroup(self._window)).addAction(action)
             self._connect(action, command)
             self._window.addAction(action)
+            self.commands[command.name] = command
             self.adopt(command.name, action, command.icon)
 
     def adopt(self, name: str, action: QAction, icon: str = "") -> None:

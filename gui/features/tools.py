@@ -9,7 +9,7 @@ from PySide6.QtCore import Qt
 
 from ilf._runtime.formatting import counted
 
-from ..base.commands import HOLD_KEY, Command, command
+from ..base.commands import Command, command
 from ..base.needs import Need
 from ..state.parts import Part
 from ..tools.depth_by_hand import DepthByHandTool
@@ -44,9 +44,10 @@ class ToolsFeature(Feature):
 
     def begin(self) -> None:
         """Connect the keys that switch commands on while held."""
-        for action in self.context.window.actions():
-            if held := action.property(HOLD_KEY):
-                self.keys.hold(Qt.Key[f"Key_{held}"], action)
+        actions = self.context.actions
+        for name, one in actions.commands.items():
+            if one.held:
+                self.keys.hold(Qt.Key[f"Key_{one.held}"], actions[name])
 
     def show(self) -> None:
         """Show the active tool and its options."""
