@@ -18,7 +18,6 @@ from ..tools.kinds import KINDS
 from ..tools.options_row import OptionsRow
 from ..views.interaction import PointerEvent
 from .context import Context, Feature
-from .menus import BY_HAND_MENU
 
 
 class ToolsFeature(Feature):
@@ -32,11 +31,7 @@ class ToolsFeature(Feature):
             "only_icons", "Tools &without names", "Leave out the names beside the icons of the tools", checkable=True
         )
         actions.add((*self._choices(), names))
-        by_amount = [actions[name] for name in ("grow_blocks", "shrink_blocks", "smooth_blocks")]
-        by_hand = [actions[name] for name in BY_HAND_MENU.split() if name != "|"]
-        self.options = OptionsRow(
-            actions["similar_only"], actions["to_no_block"], actions["new_block"], by_amount, by_hand
-        )
+        self.options = OptionsRow(actions)
         self.options.changed.connect(editor.set_option)
         self.keys = ToolKeys(context.window, editor, context.views)
         context.views.navigation.set_handler(self._point)

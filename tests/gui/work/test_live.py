@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from gui.features.edit_summary import EditSummaryFeature
 from gui.work.frame_runs import RunState
 from gui.work.runs import LiveSolver
 from ilf.data.guide import Guide
@@ -19,23 +18,12 @@ Completed = tuple[Completion | None, Completion | None]
 
 
 @pytest.fixture
-def live(context):
-    return context.actions["live"]
-
-
-@pytest.fixture
 def solver(bench, live):
     return LiveSolver(bench.workspace, bench.runs, live)
 
 
 @pytest.fixture
-def summary(context):
-    return EditSummaryFeature(context)
-
-
-@pytest.fixture
 def line(summary):
-    summary.line.resize(1200, 24)
     return summary.line
 
 
