@@ -10,7 +10,6 @@ from typing import NamedTuple
 from weakref import WeakSet
 
 import numpy as np
-from numpy.typing import NDArray
 from PySide6.QtCore import QSettings, Qt
 from PySide6.QtWidgets import QFormLayout, QPushButton, QSpinBox, QVBoxLayout, QWidget
 
@@ -39,8 +38,7 @@ from .context import Context
 from .documents.frame_files import guide_files
 from .guide_networks import GuideNetworksDialog
 from .panel import Panel
-
-Depth = NDArray[np.float32]
+from .parameter_effects import Depth, effect_of
 
 GUIDE, NEIGHBOURS, BY_HAND = "Guide", "Depth of neighbours", "Depth by hand"
 _SHORT = {
@@ -55,8 +53,6 @@ _SHORT = {
 _FOLDER_KEY = "guide/folder"
 _COUNT_KEY, _STEP_KEY = "neighbours/count", "neighbours/step"
 _COUNT, _MAX_COUNT, _STEP, _MAX_STEP = 2, 10, 1, 99
-_CHANGED_M = 1e-4
-"""Depth that differs by less [m] is not changed."""
 
 # What is computed in a worker.
 
@@ -95,16 +91,9 @@ def _completed(run: Run, first: float) -> Generator[float, None, Depth]:
 
 def _difference(bare: Depth, used: Depth) -> str:
     """Describe how much completed depth differs, and where only one is there."""
-    change = np.abs(used - bare)
-    changed = change[change > _CHANGED_M]
     only = int(np.count_nonzero(np.isnan(bare) & ~np.isnan(used)))
     filled = f" {counted(only, 'pixel')} are filled only with it." if only else ""
-    if not changed.size:
-        return f"It changes completed depth nowhere.{filled}"
-    return (
-        f"It changes completed depth at {counted(changed.size, 'pixel')}, by {millimetres(float(np.median(changed)))} "
-        f"mm (median), at most {millimetres(float(changed.max()))} mm.{filled}"
-    )
+    return f"With it, {effect_of([(bare, used)]).text}.{filled}"
 
 
 # The panel.

@@ -8,7 +8,6 @@ from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import Signal
 from PySide6.QtGui import QBrush, QColor
 
 from ilf.data.camera import Camera
@@ -22,7 +21,6 @@ from ..views.colours import FIXED, KINDS, Range
 from ..views.interaction import PointerEvent, PointerKind
 from ..views.layers import Layer, Look, content_of
 from ..views.view_data import ShownDepth, colour_table
-from ..work.latest_request import LatestRequest
 from .context import Context, Feature
 from .expected_error import ErrorFeature
 
@@ -41,15 +39,9 @@ class CloudFeature(Feature):
 
     The position of the pointer is marked in cloud and images. A click on a point selects its block, or goes to the tool
     if the tool needs points only.
-
-    Signals
-    -------
-    changed()
-        The output of `show` has changed: colours, raw or completed depth, all or selected blocks, compared runs, or
-        ground truth.
     """
 
-    changed = Signal()
+    what = "point cloud"
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)
@@ -65,8 +57,7 @@ class CloudFeature(Feature):
         """Key of the document whose cloud was shown last; its viewpoint is kept."""
         self._blocks: tuple[NDArray[np.int32], NDArray[np.uint8], NDArray[np.bool_]] | None = None
         """Label map, colours, and pixels without block of the last request."""
-        self._questions = LatestRequest(self, self._report)
-        cloud.canvas.failed.connect(self._report)
+        cloud.canvas.failed.connect(self.fail)
         views.cursorMoved.connect(self._show_value)
         views.cursorMoved.connect(cloud.canvas.mark)
         cloud.canvas.hovered.connect(self._hover)
@@ -80,10 +71,7 @@ class CloudFeature(Feature):
             _SHOWN,
             deferred_on=Part.SOME_RESULTS,
             when=cloud.isVisible,
-            also=(
-                *(self.changed, views.shownChanged, context.centre.turned),
-                *(cloud.colours_changed, views.ranges.changed),
-            ),
+            also=(views.shownChanged, context.centre.turned, cloud.colours_changed, views.ranges.changed),
         )
 
     @command("cloud_beside", "&3D beside the images", icon="ph.columns", keys="Ctrl+Shift+B", checkable=True)
@@ -98,17 +86,12 @@ class CloudFeature(Feature):
     @command("cloud_raw", "3D: ra&w depth", icon="ph.eye", checkable=True, held="X", why_off=_why_no_raw)
     def _show_raw(self, on: bool) -> None:
         """Show the point cloud before completion; holding X in the 3D view does the same."""
-        self.changed.emit()
+        self.context.refresh.mark("cloud")
 
     @command("cloud_selected_only", "3D: selected blocks onl&y", icon="ph.selection", checkable=True)
     def _show_selected_only(self, on: bool) -> None:
         """Show only the selected blocks in 3D."""
-        self.changed.emit()
-
-    @property
-    def busy(self) -> bool:
-        """Whether a cloud is being built."""
-        return self._questions.busy
+        self.context.refresh.mark("cloud")
 
     def show(self) -> None:
         """Show the cloud, or the reason why there is none."""
@@ -130,16 +113,13 @@ class CloudFeature(Feature):
             if asked is None or (request.geometry, request.look) != (asked.geometry, asked.look):
                 self._request = request
                 before = made[1] if made is not None and request.geometry == made[0].geometry else None
-                self._questions.ask(partial(compose, request, before), partial(self._take, request))
+                self.requests.ask(partial(compose, request, before), partial(self._take, request))
 
     def _turn(self) -> None:
         """Release the data of a frame that is not shown any more."""
         document = self._workspace.current if self._workspace.has_current else None
         if self._request is not None and (document is None or document.key != self._request.key):
             self._drop()
-
-    def _report(self, error: Exception) -> None:
-        self.context.notes.report("Point cloud", error)
 
     def _present_request(self, document: Document, intrinsics: Camera) -> CloudRequest:
         completion, by = document.completion(), self._cloud.colour_by
@@ -239,7 +219,7 @@ class CloudFeature(Feature):
 
     def _drop(self, message: str = "") -> None:
         """Show no cloud, and release the data of the last one."""
-        self._questions.forget()
+        self.requests.forget()
         self._request = self._made = self._blocks = self._proposed = None
         self._cloud.set_message(*([message] if message else []))
 

@@ -25,7 +25,6 @@ from ..state.parts import DrawnChange, Edit, Part
 from ..views.view_data import FormerState
 from ..widgets.basics import Themed, lay_out
 from ..work.frame_runs import RunState
-from ..work.latest_request import LatestRequest
 from .context import Context, Feature
 
 # One line under the views with the summary of the last edit.
@@ -62,25 +61,22 @@ class EditSummaryLine(Themed, QWidget):
         self._looks = False
         self._empty = ""
         """What is shown before the first edit."""
-        self._write()
+        self._take_theme()
 
     def show_message(self, text: str, effect: EditSummary | None = None, note: str = "") -> None:
         """Show the title of an edit, its effect as far as known, and a note."""
         self._content = text, effect, note
-        self._write()
+        self._take_theme()
 
     def mark_before(self, on: bool) -> None:
         """Show whether the views show the state before the edit."""
         self._looks = on
-        self._write()
+        self._take_theme()
 
     def clear(self, editable: bool) -> None:
         """Show that there has been no edit; nothing if there is nothing to edit."""
         self._content, self._empty = None, _EMPTY if editable else ""
-        self._write()
-
-    def _take_theme(self) -> None:
-        self._write()
+        self._take_theme()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
@@ -90,7 +86,8 @@ class EditSummaryLine(Themed, QWidget):
         self.label.setMaximumHeight(self.height() if beside_film_strip else line)
         self.label.setAlignment(Qt.AlignmentFlag.AlignVCenter if beside_film_strip else Qt.AlignmentFlag.AlignTop)
 
-    def _write(self) -> None:
+    def _take_theme(self) -> None:
+        """Write the text, in the colours of the theme."""
         if self._content is None:
             tone = theme.colours(self.palette()).muted.name()
             self.label.setText(f'<span style="color:{tone}">{self._empty}</span>')
@@ -145,7 +142,7 @@ class EditSummaryFeature(Feature):
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)
-        self._workspace, self._runs = workspace, runs = context.workspace, context.runs
+        self._workspace = workspace = context.workspace
         self.line = EditSummaryLine()
         context.centre.add_strip(self.line)
         self._change: Edit | None = None
@@ -156,25 +153,19 @@ class EditSummaryFeature(Feature):
         """Completion before the last edit."""
         self._present: Completion | None = None
         """Completion when no run was in progress."""
-        self._questions = LatestRequest(self)
         workspace.about_to_change.connect(self._note_idle)
         workspace.edited.connect(self._take)
         workspace.on(Part.FRAME, self._turn)
         workspace.on(Part.REPLACED, self._forget)
         workspace.on(Part.GROUND_TRUTH, self._ask_again)
         workspace.on(Part.PARAMETERS | Part.RESULTS, self._go_on)
-        runs.state_changed.connect(self._go_on)
-        runs.resolved.connect(self._tell_resolved)
+        context.runs.state_changed.connect(self._go_on)
+        context.runs.resolved.connect(self._tell_resolved)
         self.line.clear(workspace.has_current)
         edits = Part.STROKE | Part.LABELS | Part.INVALID_MASK | Part.BY_HAND | Part.NEIGHBOURS
         # an edit shows the current state again
         before = context.actions["show_before_edit"]
         context.refresh.add("state before the edit", lambda: before.setChecked(False), Part.FRAME | edits)
-
-    @property
-    def busy(self) -> bool:
-        """Whether a summary is pending."""
-        return self._questions.busy
 
     @command("show_before_edit", "Show state &before the last edit", icon="ph.eye", checkable=True, held="Z")
     def _show_before(self, on: bool) -> None:
@@ -206,7 +197,7 @@ class EditSummaryFeature(Feature):
     def _take_labels(self, edit: Edit, patch: LabelPatch) -> None:
         self._change, self._asked, self._edited = edit, False, True
         self._before = self._present
-        self._questions.forget()
+        self.requests.forget()
         self.line.show_message(_title(edit), EditSummary(int(np.count_nonzero(patch.before != patch.after))))
         self._go_on()
 
@@ -224,12 +215,12 @@ class EditSummaryFeature(Feature):
 
     def _forget(self) -> None:
         self._change, self._before, self._asked, self._edited = None, None, True, False
-        self._questions.forget()
+        self.requests.forget()
         self.line.clear(self._workspace.has_current)
         self._note_present()
 
     def _go_on(self) -> None:
-        if self._runs.state is not RunState.IDLE or not self._workspace.has_current:
+        if self.context.runs.state is not RunState.IDLE or not self._workspace.has_current:
             return
         self._note_present()
         change = self._change
@@ -241,7 +232,7 @@ class EditSummaryFeature(Feature):
             return  # they are not completed yet
         self._asked = True
         run = document.run(self._workspace.parameters.current)
-        self._questions.ask(
+        self.requests.ask(
             partial(_summary, change, change.patch, run, self._before, self._present),
             partial(self._say, change),
             lambda error: self._say(change, None, f"not evaluated: {error}"),
@@ -254,7 +245,7 @@ class EditSummaryFeature(Feature):
 
     def _note_idle(self) -> None:
         """Note the completion before an edit, unless a run is changing it."""
-        if self._runs.state is RunState.IDLE:
+        if self.context.runs.state is RunState.IDLE:
             self._note_present()
 
     def _note_present(self) -> None:

@@ -11,7 +11,6 @@ from ilf.data.results import Completion
 from ..state.parts import Part
 from ..state.results import ErrorEstimate
 from ..work.frame_runs import RunState
-from ..work.latest_request import LatestRequest
 from .context import Context, Feature
 
 
@@ -22,19 +21,12 @@ class ErrorFeature(Feature):
         super().__init__(context)
         self._views = views = context.views
         self._watchers: list[Callable[[], bool]] = []
-        self._questions = LatestRequest(self)
-        self.busy_changed = self._questions.begun, self._questions.ended
         context.refresh.add(
             "error",
             self.ask,
             Part.FRAME | Part.LABELS | Part.RESULTS | Part.EXPECTED_ERROR | Part.RUNNING,
             also=(context.cloud.colours_changed, views.shownChanged, context.centre.turned),
         )
-
-    @property
-    def busy(self) -> bool:
-        """Whether an expected error is being computed."""
-        return self._questions.busy
 
     def watch(self, is_seen: Callable[[], bool]) -> None:
         """Compute it also while `is_seen()` is true."""
@@ -53,7 +45,7 @@ class ErrorFeature(Feature):
             and (self._views.shows("expected") or any(is_seen() for is_seen in self._watchers))
             and self.context.runs.state in (RunState.IDLE, RunState.PAUSED)
         ):
-            self._questions.ask(
+            self.requests.ask(
                 lambda: ErrorEstimate(expected_error(completion), unsupported(completion)),
                 partial(document.store_error_estimate, completion),
                 partial(self._fail, completion),

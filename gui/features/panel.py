@@ -12,15 +12,13 @@ from ..state.parts import NO_PART, Part
 from ..widgets.basics import Late
 from ..widgets.docks import PanelGroup
 from ..widgets.work_row import WorkRow
-from ..work.latest_request import LatestRequest
 from .context import Context, Feature
 
 
 class Panel(Feature):
     """A panel of the window: a widget in a dock, drawn only while it is visible.
 
-    A subclass declares the attributes, makes its widget in `make`, when it is first shown, and draws
-    it in `refresh`. What takes time it asks for by `requests.ask`: the answer is found in a worker thread, and shown.
+    A subclass declares the attributes, makes its widget in `make`, when it is first shown, and draws it in `refresh`.
 
     Attributes
     ----------
@@ -34,10 +32,6 @@ class Panel(Feature):
         Those that change several times a second by themselves, as in a run: it is drawn when there is time.
     open_at_first : bool
         Whether it is open at the first start; it is made at once then.
-    what : str
-        What is computed, as in "hold-out test": named beside the progress and in errors.
-    requests : LatestRequest
-        What it asks for; errors go to `fail`.
     work : WorkRow
         Progress of the computation, with *Cancel*, from the first share on that is told; a panel that computes in steps
         places it in its widget.
@@ -49,11 +43,9 @@ class Panel(Feature):
     parts: ClassVar[Part]
     deferred: ClassVar[Part] = NO_PART
     open_at_first: ClassVar[bool] = False
-    what: ClassVar[str] = "computation"
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)
-        self.requests = LatestRequest(self, self.fail)
         if self.group is not None:
             context.panels.add(self.title, self._in_dock(), self.group, self.icon, self.open_at_first)
         context.refresh.add(self.title, self._draw, self.parts, self.deferred)
@@ -90,19 +82,10 @@ class Panel(Feature):
         """Draw the panel; `parts` have changed since it was drawn last. Called only while it is visible."""
         raise NotImplementedError
 
-    def fail(self, error: Exception) -> None:
-        """Handle an error of what was asked for."""
-        self.context.notes.report(f"The {self.what} failed", error)
-
     @property
     def visible(self) -> bool:
         """Whether the panel is open, in front of the other tabs of its place."""
         return self.made and self.widget.isVisible()
-
-    @property
-    def busy(self) -> bool:
-        """Whether an answer is pending."""
-        return self.requests.busy
 
     def reveal(self) -> None:
         """Open the panel in front of the other tabs of its place."""

@@ -367,15 +367,12 @@ class QualityPanel(Panel):
             self.reason.setText(self._named(place.reason))
             self._ask_remedy(place, search)
             return
-        ignored = len(self._found or ()) - count
-        and_ignored = f" {ignored} ignored." if ignored else ""
+        ignored, done = len(self._found or ()) - count, "Fixed. " if fixed else ""
         if count:
-            done = "Fixed. " if fixed else ""
-            self._show_no_place(f"{done}{counted(count, 'flagged place')} left to check.{and_ignored}")
-        elif fixed:
-            self._show_no_place(f"Fixed. That was the last flagged place.{and_ignored}")
+            text = f"{done}{counted(count, 'flagged place')} left to check."
         else:
-            self._show_no_place(f"No more flagged places.{and_ignored}" if ignored else "No flagged places.")
+            text = f"{done}No more flagged places." if fixed or ignored else "No flagged places."
+        self._show_no_place(f"{text} {ignored} ignored." if ignored else text)
 
     def _show_no_place(self, text: str) -> None:
         self._mark(self._marks, None)

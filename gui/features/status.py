@@ -112,7 +112,7 @@ class StatusFeature(Feature):
         add = context.refresh.add
         hinted = editor.tool_changed, editor.hint_changed, context.cloud.canvas.hover_changed, context.centre.turned
         add("hint", self.show_hint, Part.FRAME | Part.LOADING | Part.SELECTION | Part.LABELS, also=hinted)
-        working = self._saving.changed, *self._error.busy_changed
+        working = self._saving.changed, self._error.requests.begun, self._error.requests.ended
         later = Part.SOME_RESULTS | Part.RECORDS | Part.PREVIEWS
         add("progress", self.show_progress, Part.FRAME | Part.RUNNING | Part.LOADING, later, working)
         add("readout", self.show_readout, _READ, Part.SOME_RESULTS | Part.PREVIEWS)

@@ -19,7 +19,6 @@ from ..tools.kinds import KINDS
 from ..tools.options_row import OptionsRow
 from ..views.interaction import PointerEvent
 from .context import Context, Feature
-from .menus import BY_HAND_MENU
 
 
 class ToolsFeature(Feature):
@@ -33,7 +32,7 @@ class ToolsFeature(Feature):
             "only_icons", "Tools &without names", "Leave out the names beside the icons of the tools", checkable=True
         )
         actions.add((*self._choices(), names))
-        self.options = OptionsRow(actions, [name for name in BY_HAND_MENU.split() if name != "|"])
+        self.options = OptionsRow(actions)
         self.options.changed.connect(editor.set_option)
         self.keys = ToolKeys(context.window, editor, context.views)
         context.views.navigation.set_handler(self._point)

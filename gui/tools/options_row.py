@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable
+from collections.abc import Collection
 from functools import partial
 
 from PySide6.QtCore import QEvent, QSignalBlocker, Qt, Signal
@@ -18,15 +18,12 @@ from .base import BRUSH_RADII, LARGEST_AMOUNT, LARGEST_LEASH, ToolOptions
 _SLIDER_WIDTH = 60
 _GAP = 4
 
+BY_HAND = "fill_by_hand continue_plane nearer_surface farther_surface | remove_by_hand"
+"""The commands of the tool Depth by hand."""
+
 
 class OptionsRow(QWidget):
     """Editors of `ToolOptions`; only those of the active tool are visible.
-
-    Parameters
-    ----------
-    actions : Actions
-    by_hand : iterable of str
-        Names of the commands of the tool Depth by hand, shown beside its depth.
 
     Signals
     -------
@@ -36,7 +33,7 @@ class OptionsRow(QWidget):
 
     changed = Signal(str, object)
 
-    def __init__(self, actions: Actions, by_hand: Iterable[str]) -> None:
+    def __init__(self, actions: Actions) -> None:
         super().__init__()
         by_amount = [actions[name] for name in ("grow_blocks", "shrink_blocks", "smooth_blocks")]
         self._brush_text, self._leash_text = PlainLabel(), PlainLabel()
@@ -57,7 +54,8 @@ class OptionsRow(QWidget):
         )
         self.amount.setToolTip("Pixels by which the selected blocks grow, shrink or are smoothed")
         self.amount.setFocusPolicy(Qt.FocusPolicy.ClickFocus)
-        _show_while_usable(self.amount, by_amount[0])
+        _show_while_usable(self.amount, actions["grow_blocks"])
+        by_hand = [name for name in BY_HAND.split() if name != "|"]
         self._parts: dict[str, QWidget] = {
             "brush": _together(self.brush, self._brush_text),
             "leash": _together(PlainLabel("Snap"), self.leash, self._leash_text),

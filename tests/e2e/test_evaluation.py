@@ -13,7 +13,7 @@ from gui.features.accuracy.ground_truth import GroundTruthDialog
 from gui.features.accuracy.hold_out import HoldOutDialog
 from gui.features.accuracy.panel import AccuracyPanel
 from gui.features.blocks.feature import BlocksFeature
-from gui.features.blocks.model import Column
+from gui.features.blocks.table import Column
 from gui.features.filter import FilterPanel
 from gui.features.inspect.panel import InspectPanel
 from gui.features.presets import SavePresetDialog

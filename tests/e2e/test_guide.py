@@ -56,7 +56,7 @@ def test_guide_is_loaded_seen_followed_undone_and_kept(window, qtbot, frame_fold
     guided = document.completion().depth
     assert np.nanmax(np.abs(guided - ground_truth)) < 0.002
     assert np.nanmax(np.abs(guided - before)) < 1e-4
-    assert "It changes completed depth nowhere." in section.effect.text()
+    assert "With it, no pixel changed by 0.1 mm." in section.effect.text()
 
     # undo brings the former results back, without a run, and redo these
     workspace.undo_group.undo()

@@ -69,7 +69,7 @@ def test_depth_of_neighbours_is_found_used_seen_undone_and_kept(window, qtbot, t
     qtbot.waitUntil(lambda: "without it, " in section.effect.text())
     together = document.completion().depth
     changed = np.count_nonzero(np.abs(together - before) > 1e-4)
-    assert f"It changes completed depth at {changed:,} pixels, by " in section.effect.text()
+    assert f"With it, {changed:,} px changed: median " in section.effect.text()
     assert np.abs(together - exact)[hole].mean() < 0.5 * np.abs(before - exact)[hole].mean()
 
     # undo brings the former results back, without a run, and redo these

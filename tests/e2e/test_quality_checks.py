@@ -206,7 +206,7 @@ def test_high_expected_error_is_a_place_once_it_is_known(window, qtbot, tmp_path
     first = press(window, qtbot, "next_check")
     assert "Expected error 300 mm" in first
     monkeypatch.setattr(Document, "expected_error", lambda _: None)  # as while an edit is solved
-    monkeypatch.setattr(window.feature(ErrorFeature)._questions, "ask", lambda *_, **__: None)  # or it is endless
+    monkeypatch.setattr(window.feature(ErrorFeature).requests, "ask", lambda *_, **__: None)  # or it is endless
     labels = document.labels.copy()
     labels[102:, 138:] = 1
     window.workspace.current.edit(patch_between(document.labels, labels), "Paint")

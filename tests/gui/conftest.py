@@ -2,12 +2,11 @@ from unittest.mock import Mock
 
 import numpy as np
 import pytest
-from PySide6.QtWidgets import QMainWindow
 
 import ilf
 from gui.base.commands import Actions, Command
 from gui.base.needs import NOTHING
-from gui.features.context import Context
+from gui.features.edit_summary import EditSummaryFeature
 from gui.state.document import Document
 from gui.state.workspace import Workspace
 from gui.views.linked_views import LinkedViews
@@ -40,19 +39,35 @@ def bench(qtbot, small_frame, small_labels, script):
 
 
 @pytest.fixture
-def context(bench, qtbot):
+def views(bench, qtbot):
+    views = LinkedViews(bench.workspace)
+    qtbot.addWidget(views)
+    views.look_back(None)
+    return views
+
+
+@pytest.fixture
+def context(bench, views):
     """What features of the bench may use: its state and runs, views, and commands; the rest is not there."""
-    window, views = QMainWindow(), LinkedViews(bench.workspace)
-    for widget in (window, views):
-        qtbot.addWidget(widget)
-    actions = Actions(window, lambda: NOTHING)
+    actions = Actions(views, lambda: NOTHING)
     actions.add([Command("live", "Live", "Solve blocks after edits", checkable=True)])
     actions["live"].setChecked(True)
-    others = {
-        name: Mock() for name in ("recorder", "loader", "refresh", "editor", "cloud", "centre", "panels", "notes")
-    }
-    yield Context(window=window, workspace=bench.workspace, runs=bench.runs, views=views, actions=actions, **others)
-    assert stop_workers(window)
+    yield Mock(window=views, workspace=bench.workspace, runs=bench.runs, views=views, actions=actions)
+    assert stop_workers(views)
+
+
+@pytest.fixture
+def live(context):
+    """The action of *Live*, which is on."""
+    return context.actions["live"]
+
+
+@pytest.fixture
+def summary(context):
+    """The summary of edits."""
+    summary = EditSummaryFeature(context)
+    summary.line.resize(1200, 24)
+    return summary
 
 
 @pytest.fixture

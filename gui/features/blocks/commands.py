@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from PySide6.QtCore import QObject
-
 from ilf._runtime.formatting import counted
 from ilf.segmentation.editing.cleaning import clean_up, count_slivers, delete, grow, merge, shrink, smooth
 from ilf.segmentation.editing.cutting import piece_at
@@ -13,20 +11,19 @@ from ilf.segmentation.editing.patches import LabelPatch
 
 from ...base.commands import command
 from ...base.needs import Need
-from ...state.workspace import Workspace
-from ...tools.editor import Editor, sliver_size
+from ...tools.editor import sliver_size
 from ...tools.give import give_piece
 from ...tools.select import merge_blocks
 from ...tools.split import cut_suggested
+from ..context import Context, Feature
 
 
-class BlockCommands(QObject):
+class BlockCommands(Feature):
     """Commands on the selected blocks."""
 
-    def __init__(self, workspace: Workspace, editor: Editor) -> None:
-        super().__init__(editor)
-        self._workspace = workspace
-        self._editor = editor
+    def __init__(self, context: Context) -> None:
+        super().__init__(context)
+        self._workspace, self._editor = context.workspace, context.editor
 
     @command("delete_blocks", "&Delete blocks", icon="ph.trash", keys="Ctrl+Del", needs=Need.UNLOCKED)
     def delete(self) -> None:

@@ -53,14 +53,13 @@ class DocumentsFeature(Feature):
         self._project = context.feature(ProjectFeature)
         self._looks, self._block_files = LatestRequest(self), LatestRequest(self)
         self.recent = RecentMenu("Open re&cent", "frames", context.panels.persistent, self._open_recent, context.window)
+        context.actions.adopt("recent_frames_menu", self.recent.menuAction(), "ph.clock-counter-clockwise")
         self._noted: set[str] = set()
         context.workspace.on(Part.LIST, self._note_recent)
 
     def begin(self) -> None:
-        """Insert the menu of recent frames, and show the messages of reading; the features that react to them do so
-        before."""
+        """Show the messages of reading; the features that react to them do so before."""
         loader, notes = self._loader, self._notes
-        self.recent.insert_after(self.context.actions["open_sample"])
         loader.listed.connect(self.recent.note)
         loader.replayed.connect(self._tell_differences)
         self.context.runs.finished.connect(self._tell_verdict)

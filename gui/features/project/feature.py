@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QUrl
 from PySide6.QtGui import QDesktopServices
-from PySide6.QtWidgets import QMessageBox, QToolBar
+from PySide6.QtWidgets import QMessageBox
 
 from ilf._runtime.formatting import counted
 from ilf._runtime.named_places import NotAllowed, note_opened
@@ -52,6 +52,7 @@ class ProjectFeature(Feature):
         Zooms(workspace, context.views, context.refresh)
         is_kept = context.panels.persistent
         self.recent = RecentMenu("Open recent pro&ject", "projects", is_kept, self.opening.open, window)
+        context.actions.adopt("recent_projects_menu", self.recent.menuAction(), "ph.clock-counter-clockwise")
         self.discard_silently = False
         """Whether to close without asking; for headless use."""
         self.question: CloseDialog | None = None
@@ -76,14 +77,9 @@ class ProjectFeature(Feature):
         return Missing(self.context)
 
     def begin(self) -> None:
-        """Insert the menu of recent projects and the button *Save*."""
-        actions = self.context.actions
-        actions["show_project"].setIconText("Show in folder")
-        actions["save_project_as"].setIconText("Save elsewhere…")
-        self.recent.insert_after(actions["new_project"])
-        bar = self.context.window.findChild(QToolBar, "Tools")
-        if isinstance(bar, QToolBar):
-            bar.insertAction(actions["export"], actions["save_project"])
+        """Shorten the texts of buttons."""
+        self.context.actions["show_project"].setIconText("Show in folder")
+        self.context.actions["save_project_as"].setIconText("Save elsewhere…")
 
     # commands
 

@@ -17,10 +17,8 @@ from ilf._runtime.schema import Section
 from ilf.errors import FormatError
 from ilf.sources.frame_ref import FrameRef
 
-from ...base import theme
 from ...base.commands import TEMPORARY, WHY_NOT
 from ...widgets.basics import literal_text
-from ..menus import insert_menu
 
 MOST = 12
 
@@ -112,12 +110,6 @@ class RecentMenu(QMenu):
         self._remove = self._action("Remove the grey entries from this list", self.remove_missing)
         self._clear = self._action("Clear this list; files are not changed", lambda: self._set([]))
         self._clear.setText("&Clear this list")
-
-    def insert_after(self, action: QAction) -> None:
-        """Insert it after a command of the window's menus."""
-        assert self._window is not None
-        self.setIcon(theme.icon("ph.clock-counter-clockwise", self.palette()))
-        insert_menu(self._window.menuBar(), self, action)
         self.fill()
 
     def note(self, origin: Origin) -> None:

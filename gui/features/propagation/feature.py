@@ -23,7 +23,6 @@ from ...state.entries import Entry
 from ...widgets.basics import Message, PlainLabel, answers, combo, form, lay_out, open_once, stack
 from ...widgets.work_row import WorkRow
 from ..context import Context, Feature, PendingWork
-from ..menus import insert_menu
 from .propagator import PropagatedFrame, PropagationRun, Propagator
 
 _WAYS = {
@@ -167,6 +166,8 @@ class PropagationFeature(Feature):
         self.propagator.changed.connect(self._show)
         self.propagator.changed.connect(actions.refresh)
         self.propagator.ended.connect(self._tell)
+        menu = actions.menu("Pr&opagation method", context.window, " ".join(map(_COMMAND, _WAYS)))
+        actions.adopt("propagation_menu", menu.menuAction())
         remembered = str(QSettings().value(_HOW_KEY))
         actions[_COMMAND(remembered if remembered in _WAYS else "auto")].setChecked(True)
 
@@ -182,11 +183,6 @@ class PropagationFeature(Feature):
     def _stop(self) -> None:
         """Stop the propagation; frames that have the blocks keep them."""
         self.propagator.stop()
-
-    def begin(self) -> None:
-        """Insert the menu of the methods."""
-        menu = self.context.actions.menu("Pr&opagation method", self.context.window, " ".join(map(_COMMAND, _WAYS)))
-        insert_menu(self.context.window.menuBar(), menu, self.context.actions["propagate_through"])
 
     def pending_work(self) -> list[PendingWork]:
         """The propagation to a frame, which must stay open meanwhile."""

@@ -13,7 +13,7 @@ from PySide6.QtWidgets import QApplication
 from gui.app.main_window import MainWindow
 from gui.features.export.files import stored_options
 from gui.features.layouts.layout import Arrangement, LayoutStore
-from gui.features.palette.matching import RecentCommands
+from gui.features.palette import RecentCommands
 from gui.features.project.recent import RecentMenu, is_missing, key_of, name_of
 from gui.features.shortcuts import Keymap
 from gui.widgets.file_choice import last_folder, save_folder

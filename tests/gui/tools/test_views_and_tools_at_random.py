@@ -8,7 +8,6 @@ import pytest
 import ilf
 from gui.features.blocks.commands import BlockCommands
 from gui.features.compare import DerivedFeature
-from gui.features.edit_summary import EditSummaryFeature
 from gui.features.export.feature import behind
 from gui.state.document import Document
 from gui.state.parts import Part
@@ -23,16 +22,9 @@ Completed = tuple[ilf.Completion | None, ilf.Completion | None]
 
 
 @pytest.fixture
-def views(context):
-    context.views.look_back(None)
-    return context.views
-
-
-@pytest.fixture
-def look(bench, context):
+def look(bench, context, summary, live):
     """Show the state before the last edit, or go back; blocks are solved after edits."""
-    feature = EditSummaryFeature(context)
-    feature.solver = LiveSolver(bench.workspace, bench.runs, context.actions["live"])  # type: ignore[attr-defined]
+    summary.solver = LiveSolver(bench.workspace, bench.runs, live)
     return context.actions["show_before_edit"].setChecked
 
 
@@ -97,10 +89,10 @@ def test_the_depth_before_an_edit_is_that_of_the_values_then(bench, look, views)
     assert views.data.result.depth is now.depth
 
 
-def test_other_blocks_leave_nothing_to_look_back_to(bench, look, views, context):
+def test_other_blocks_leave_nothing_to_look_back_to(bench, look, views, summary):
     bench.run_all()
     bench.workspace.current.edit(bench.patch(2, np.s_[5:20], np.s_[26:30]), "Paint")
-    line = context.feature(EditSummaryFeature).line
+    line = summary.line
     assert "Paint" in line.label.text()
     bench.workspace.current.replace_blocks(
         np.where(bench.labels > 0, 3 - bench.labels, 0).astype(np.int32), "Load blocks"
@@ -189,9 +181,9 @@ def test_undo_takes_back_the_values_of_its_step_alone(bench):
     assert (workspace.parameters.current, bench.document.state.common) == (quick, common)
 
 
-def test_a_command_during_a_stroke_can_be_undone_exactly(bench, views):
-    editor = Editor(bench.workspace, views)
-    commands = BlockCommands(bench.workspace, editor)
+def test_a_command_during_a_stroke_can_be_undone_exactly(bench, views, context):
+    context.editor = editor = Editor(bench.workspace, views)
+    commands = BlockCommands(context)
     former = bench.document.labels.copy()
     bench.workspace.select([1])
     editor.set_tool("paint")

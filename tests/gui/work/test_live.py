@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 import ilf
-from gui.features.edit_summary import EditSummaryFeature
 from gui.work.frame_runs import RunState
 from gui.work.runs import LiveSolver
 from ilf.data.guide import Guide
@@ -18,23 +17,12 @@ Completed = tuple[ilf.Completion | None, ilf.Completion | None]
 
 
 @pytest.fixture
-def live(context):
-    return context.actions["live"]
-
-
-@pytest.fixture
 def solver(bench, live):
     return LiveSolver(bench.workspace, bench.runs, live)
 
 
 @pytest.fixture
-def summary(context):
-    return EditSummaryFeature(context)
-
-
-@pytest.fixture
 def line(summary):
-    summary.line.resize(1200, 24)
     return summary.line
 
 
