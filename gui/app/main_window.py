@@ -132,10 +132,8 @@ class MainWindow(QMainWindow):
     def _make_state(self, persistent: bool) -> None:
         self.workspace = Workspace(self)
         self.recorder = Recorder(self.workspace, WorkStore(autosave_folder() if persistent else None), self)
-        self.loader = FrameLoader(self.workspace, self.recorder.store, self)
         self.runs = RunController(self.workspace, self)
         self.runs.state_changed.connect(lambda: self.workspace.note(Part.RUNNING))
-        self.loader.busy_changed.connect(lambda: self.workspace.note(Part.LOADING))
         self.refresh = Refresh(self.workspace, self)
 
     def _make_display(self, persistent: bool) -> None:
@@ -146,6 +144,8 @@ class MainWindow(QMainWindow):
         self.setCentralWidget(self.centre)
         self.log, self.toasts = LogPanel(), Toasts(self)
         self.notes = Notes(self, self.toasts, self.log)
+        self.loader = FrameLoader(self.workspace, self.recorder.store, self.notes, self)
+        self.loader.busy_changed.connect(lambda: self.workspace.note(Part.LOADING))
         self.drops = FileDrops(self)
         self.editor = Editor(self.workspace, self.views, self)
         self.actions_ = Actions(self, lambda: self.context.missing())

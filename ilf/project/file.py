@@ -18,8 +18,7 @@ from .frame_state import FrameState
 from .project import Project, ProjectFrame
 from .project_json import PROJECT, ReadProject, check_replaceable, decode_project, encode_project
 from .sources import SOURCES, FilePlace, Places, find_source, source_part
-from .state_codec import Decoded, empty_state, encode, frame_part, load_state, read_head
-from .thumbnail import thumbnail_part
+from .state_codec import Decoded, empty_state, encode, frame_part, load_state, read_head, thumbnail_part
 
 SUFFIX = ".ilf"
 
@@ -39,6 +38,11 @@ class OpenedProject(ReadProject, Closeable):
     def path(self) -> Path:
         """Absolute path of the project file."""
         return self.parts.path
+
+    @property
+    def embedded(self) -> bool:
+        """Whether it has files of the frames."""
+        return any(name.startswith(SOURCES) for name in self.parts.names())
 
     def frame(self, frame_id: str) -> ProjectFrame:
         """Return a frame of the list; raises InputError if there is none."""
@@ -200,8 +204,7 @@ class _Saving:
             self._encode(state)
         listed = tuple(map(self._listed, self._project.frames))
         places = Places(self._path, self._files)
-        embedded = self._embed if self._embed is not None else any(name.startswith(SOURCES) for name in self._names)
-        self._made[PROJECT] = encode_project(replace(self._project, frames=listed), places, embedded=embedded)
+        self._made[PROJECT] = encode_project(replace(self._project, frames=listed), places)
         return list(self._names)
 
     def part(self, name: str) -> Part | None:

@@ -19,7 +19,7 @@ from .archive import Parts
 from .codec import UNREADABLE
 from .file import SUFFIX, OpenedProject
 from .project import ProjectFrame
-from .sources import Places, is_there, source_part
+from .sources import Places, source_part
 from .state_codec import frame_part, read_head
 
 
@@ -77,10 +77,9 @@ def located(wanted: InputFile, places: Places, since: float | None = None) -> tu
     known SHA-256 may be folders; those not modified since a time [s since 1970] are not read."""
     other: Path | None = None
     for path in places.candidates(wanted):
-        if is_there(path, wanted):
-            if not wanted.sha256 or _is_same(path, wanted.sha256, since):
-                return path, None
-            other = other or path
+        if not wanted.sha256 or _is_same(path, wanted.sha256, since):
+            return path, None
+        other = other or path
     return None, other
 
 

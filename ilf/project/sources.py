@@ -105,7 +105,11 @@ class Places:
         return Path(os.path.normpath(self.project.parent / relative))
 
     def candidates(self, wanted: InputFile) -> Iterator[Path]:
-        """Yield all possible paths of a file that may be opened, the likeliest first."""
+        """Yield the paths where a file may be opened and one is, of any content, or, without a known SHA-256, a folder;
+        the likeliest first."""
+        return (path for path in self._possible(wanted) if _is_there(path, wanted))
+
+    def _possible(self, wanted: InputFile) -> Iterator[Path]:
         yield from (self.given[key] for key in (wanted.path, wanted.sha256) if key in self.given)
         for path in self._stated(wanted):
             with suppress(InputError):
@@ -127,12 +131,11 @@ class Places:
         yield from map(str, _in(() if self.project is None else (self.project.parent,), wanted))
 
     def present(self, wanted: InputFile) -> Path | None:
-        """Return the first candidate that is a file (of any content), or a folder if no hash is known; else None."""
-        return next((path for path in self.candidates(wanted) if is_there(path, wanted)), None)
+        """Return the first candidate; None if there is none."""
+        return next(self.candidates(wanted), None)
 
 
-def is_there(path: Path, wanted: InputFile) -> bool:
-    """Whether a path is a file (of any content), or, without a known SHA-256, a folder."""
+def _is_there(path: Path, wanted: InputFile) -> bool:
     try:
         return path.is_file() or (not wanted.sha256 and path.is_dir())
     except (OSError, ValueError):
@@ -206,8 +209,6 @@ def first_original(wanted: InputFile, places: Places, read: Callable[[Path], Fou
     """
     changed: tuple[Path, str] | None = None
     for path in places.candidates(wanted):
-        if not is_there(path, wanted):
-            continue
         try:
             found, problem = read(path), ""
         except (InputError, OSError, ValueError) as error:

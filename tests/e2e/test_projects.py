@@ -17,7 +17,6 @@ import ilf
 from gui.features.export.dialog import Export
 from gui.features.export.feature import ExportFeature
 from gui.features.project.save_as import SaveAsDialog
-from gui.features.project.saving import SaveRequest
 from gui.features.run_history.panel import RunsPanel
 from gui.features.sweep.feature import SweepFeature
 from gui.state.document import Document
@@ -34,7 +33,7 @@ from .conftest import open_frame, write_frame
 
 def save(window, qtbot, path: Path, embed: bool | None = None):
     done: list[bool] = []
-    window.project.saving.save(SaveRequest(path, embed, None, done.append))
+    window.project.saving.save(path, embed, None, done.append)
     qtbot.waitUntil(lambda: bool(done))
     assert done == [True]
 
@@ -204,7 +203,7 @@ def test_missing_files_are_asked_for_and_checked(window, another, qtbot, small_f
         Stage.EXTRACTED,
         Stage.FAILED,
     ]
-    assert second.project.present.words() == "list of frames, paths of files"
+    assert second.project.present.words() == "paths of files"
     for number in (0, 1):
         show(second, qtbot, number)
         assert workspace.current.info(1).name == f"Wall {number}"
@@ -263,7 +262,7 @@ def test_a_save_that_fails_leaves_file_and_mark_and_one_message(opened, qtbot, t
 def test_what_is_saved_is_what_there_was_and_replaces_nothing_unasked(opened, qtbot, tmp_path, monkeypatch):
     workspace, done = opened.workspace, []
     workspace.current.edit_info(1, "Rename", name="Wall")
-    opened.project.saving.save(SaveRequest(tmp_path / "p.ilf", then=done.append))
+    opened.project.saving.save(tmp_path / "p.ilf", then=done.append)
     workspace.current.edit_info(1, "Rename", name="Floor")
     qtbot.waitUntil(lambda: bool(done))
     assert workspace.current.unsaved

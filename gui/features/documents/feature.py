@@ -15,13 +15,13 @@ from ilf.data.results import Completion
 from ilf.errors import IlfError, InputError
 from ilf.io.block_files import BLOCK_FORMATS
 from ilf.io.labels import LoadedBlocks
+from ilf.project.missing_files import folder_projects_dir
 from ilf.run.run import Run
 from ilf.sources.frame_ref import FrameRef
 
 from ...base.commands import command
 from ...base.needs import Need
 from ...base.paths import sort_paths
-from ...project.loading import FolderPreview, contains_frames, preview_folder
 from ...state.document import Document
 from ...state.entries import Entry
 from ...state.parts import Part
@@ -31,7 +31,8 @@ from ...work.found_blocks import describe_blocks
 from ...work.latest_request import LatestRequest
 from ..context import Context, Feature
 from ..project.feature import ProjectFeature
-from ..project.recent import Origin, RecentMenu
+from .frame_files import Kind, Look, contains_frames, look_into
+from .recent import Origin, RecentMenu
 
 _IMAGES = "PNG image (*.png)"
 _NO_RESULT = (
@@ -42,7 +43,7 @@ _TOO_MANY = "Only one colour file and its depth file can be opened at a time. Fo
 
 
 class DocumentsFeature(Feature):
-    """Opening and writing of files, and the menu of frames that were opened last."""
+    """Opening and writing of files, and the menu of what was opened last."""
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)
@@ -51,24 +52,23 @@ class DocumentsFeature(Feature):
         self._loader = context.loader
         self._notes = context.notes
         self._project = context.feature(ProjectFeature)
-        self._looks = LatestRequest[FrameRef, FolderPreview](preview_folder, self)
+        self._looks = LatestRequest[FrameRef, Look](look_into, self)
         self._block_files = LatestRequest[Callable[[], LoadedBlocks], LoadedBlocks](lambda read: read(), self)
         self.exporting = False
         """Whether an export is in progress."""
-        self.recent = RecentMenu("Open re&cent", "frames", context.panels.persistent, self._open_recent, context.window)
+        self.recent = RecentMenu(context.panels.persistent, self.open_again, context.window)
         self._noted: set[str] = set()
         context.workspace.on(Part.LIST, self._note_recent)
+        self._project.opening.opened.connect(lambda opened: self._note_project(opened.path))
+        self._project.saving.saved.connect(lambda path, _: self._note_project(path))
 
     def begin(self) -> None:
-        """Insert the menu of recent frames, and show the messages of reading; the features that react to them do so
-        before."""
-        loader, notes = self._loader, self._notes
+        """Insert the menu of what was opened last, and tell about runs, after the features that react to them."""
+        loader = self._loader
         self.recent.insert_after(self.context.actions["open_sample"])
         loader.listed.connect(self.recent.note)
         loader.replayed.connect(self._tell_differences)
         self.context.runs.finished.connect(self._tell_verdict)
-        loader.failed.connect(notes.report)
-        loader.message.connect(notes.show_message)
 
     # opening
 
@@ -115,16 +115,11 @@ class DocumentsFeature(Feature):
     def _open_joined(self, source: FrameRef) -> None:
         if source.depth is None and source.frame is None and contains_frames(source.rgb):
             self._project.opening.open_folder(source)
-            return
-        entry = self._workspace.entries.of_key(source.key)
-        if entry is None or entry.origin == source:
-            self._loader.open(source)
         else:
-            ask = self._project.ask_remove
-            self._loader.read_again(entry, source, lambda frame: ask([entry], lambda: self._loader.open(source, frame)))
+            self._loader.open(source)
 
     def _open_dialog(self, *files: str) -> None:
-        from .open_dialog import Kind, OpenDialog
+        from .open_dialog import OpenDialog
 
         dialog = OpenDialog(self._looks, self._window)
         if files:
@@ -204,7 +199,7 @@ class DocumentsFeature(Feature):
 
         self._project.ask_remove(entries, remove)
 
-    # frames that were opened last
+    # what was opened last
 
     def _note_recent(self) -> None:
         """Record newly opened frames, except those of a project or a folder."""
@@ -216,9 +211,15 @@ class DocumentsFeature(Feature):
                 self.recent.note(document.origin)
         self._noted = set(open_now)
 
-    def _open_recent(self, origin: Origin) -> None:
+    def _note_project(self, path: Path) -> None:
+        """List a project, unless it is in the data folder: there, the folder of its frames opens it."""
+        if not path.is_relative_to(folder_projects_dir()):
+            self.recent.note(path)
+
+    def open_again(self, origin: Origin) -> None:
+        """Open what was opened before."""
         if isinstance(origin, Path):
-            self.open_run(origin)
+            (self.open_run if origin.suffix == ".json" else self._project.opening.open)(origin)
         else:
             self.open_source(origin)
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from functools import partial
 from pathlib import Path
 
 from PySide6.QtCore import QPoint, QUrl
@@ -12,14 +11,12 @@ from PySide6.QtWidgets import QMenu, QWidget
 
 from ilf._runtime.formatting import counted
 from ilf.project.project import Stage
-from ilf.project.thumbnail import thumbnail_part
 from ilf.sources.frame_ref import FrameRef
 from ilf.sources.listing import Listing
 
 from ...base import theme
 from ...base.commands import command
 from ...base.needs import Need
-from ...project.store import WorkStore
 from ...state.entries import Entry
 from ...state.parts import Part
 from ...widgets.docks import PanelGroup
@@ -27,6 +24,7 @@ from ..context import Context
 from ..documents.feature import DocumentsFeature
 from ..panel import Panel
 from .limiter import OpenFrameLimiter
+from .model import ENTRY
 from .panel import FramesPanel
 from .place import FramesPlace
 
@@ -47,12 +45,11 @@ class FramesFeature(Panel):
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)
-        self.panel.thumbnails.stored = partial(_stored_picture, context.recorder.store)
         self.open_frames = OpenFrameLimiter(context)
         context.workspace.on(Part.FRAME, self._forget_wanted)
         panel = self.panel
         panel.filter_changed.connect(self._show_list)
-        panel.noted.connect(context.workspace.set_note)
+        panel.model.noted.connect(context.workspace.set_note)
         panel.view.opened.connect(self.open)
         panel.view.note_requested.connect(self._note)
         panel.view.removal_requested.connect(self.remove)
@@ -61,7 +58,7 @@ class FramesFeature(Panel):
 
     def make(self) -> QWidget:
         """Make the list, which is visible in one of its shapes."""
-        self.panel = FramesPanel()
+        self.panel = FramesPanel(self.context.recorder.store.thumbnail)
         return self.panel
 
     def _in_dock(self) -> QWidget:
@@ -95,7 +92,6 @@ class FramesFeature(Panel):
         model.note_all_changed()
         if present is not former or model.row_of(present) != row:
             self.panel.show_present(selects=present is not former)
-        self.panel.show_note()
 
     def show_played(self, entry: Entry | None) -> None:
         """Mark the frame shown by playing as the current one; None once an open one is shown again."""
@@ -172,13 +168,15 @@ class FramesFeature(Panel):
     def write_note(self) -> None:
         """Write a note on the current frame."""
         self._show_list()
-        if self.panel.noting is not None:
-            self._note(self.panel.noting)
+        index = self.panel.view.currentIndex()
+        entry = index.data(ENTRY) if index.isValid() else self.panel.model.present
+        if entry is not None:
+            self._note(entry)
 
     def _note(self, entry: Entry) -> None:
         """Edit the note on a frame in the open panel."""
         self.context.panels.reveal("Frames")
-        self.panel.write_note(entry)
+        self.panel.view.write_note(self.panel.model.index_of(entry))
 
     def remove(self, entries: Sequence[Entry]) -> None:
         """Remove frames from the list, and close those that are open."""
@@ -215,16 +213,6 @@ class FramesFeature(Panel):
         add("ph.x", removal, lambda: self.remove(chosen))
         menu.aboutToHide.connect(menu.deleteLater)
         menu.popup(self.panel.view.viewport().mapToGlobal(at))
-
-    def shutdown(self) -> None:
-        """Take the note that is being edited."""
-        self.panel.take_note()
-
-
-def _stored_picture(store: WorkStore, id: str) -> bytes | None:
-    """Return the stored thumbnail of a frame, None if there is none."""
-    name = thumbnail_part(id)
-    return store.part(name) if store.has_part(name) else None
 
 
 def _is_untouched(entry: Entry) -> bool:

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from functools import lru_cache
+from typing import Any
 
-from PySide6.QtCore import QAbstractListModel, QModelIndex, QObject, QPersistentModelIndex, Qt
+from PySide6.QtCore import QAbstractListModel, QModelIndex, QObject, QPersistentModelIndex, Qt, Signal
 from PySide6.QtGui import QPixmap
 
 from ilf._runtime.formatting import counted
@@ -77,13 +78,20 @@ ENTRY, PRESENT = (Qt.ItemDataRole.UserRole + number for number in range(2))
 
 
 class FrameListModel(QAbstractListModel):
-    """List model of the shown entries, in their order.
+    """List model of the shown entries, in their order. What is edited of one is the note on it.
 
     Parameters
     ----------
     picture_of : callable
         Returns an entry's thumbnail, None while there is none.
+
+    Signals
+    -------
+    noted(object, str)
+        An entry, and the user's note on it.
     """
+
+    noted = Signal(object, str)
 
     def __init__(self, picture_of: Callable[[Entry], QPixmap | None], parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -123,12 +131,22 @@ class FrameListModel(QAbstractListModel):
     def rowCount(self, parent: Index = QModelIndex()) -> int:  # noqa: B008
         return 0 if parent.isValid() else len(self.entries)
 
+    def flags(self, index: Index) -> Qt.ItemFlag:
+        flags = super().flags(index)
+        return flags | Qt.ItemFlag.ItemIsEditable if index.isValid() else flags
+
+    def setData(self, index: Index, value: Any, role: int = Qt.ItemDataRole.EditRole) -> bool:
+        self.noted.emit(self.entries[index.row()], value.strip())
+        return True
+
     def data(self, index: Index, role: int = Qt.ItemDataRole.DisplayRole) -> object:
         if not index.isValid():
             return None
         entry = self.entries[index.row()]
         if role == Qt.ItemDataRole.DisplayRole:
             return entry.name
+        if role == Qt.ItemDataRole.EditRole:
+            return entry.note
         if role == Qt.ItemDataRole.ToolTipRole:
             return literal_text(tooltip_text(entry))
         if role == Qt.ItemDataRole.AccessibleTextRole:

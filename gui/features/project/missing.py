@@ -337,7 +337,7 @@ class Missing(QObject):
             entry.source = relocated(entry.source, found)
         if any(lost.frame == frame for lost in self.lost):
             return
-        self._present.note_relocated()
+        self._present.found_elsewhere = True
         workspace.note_problem(entry, "")
         if frame == self._requested or not workspace.has_current:
             self._requested = ""

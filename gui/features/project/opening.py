@@ -14,7 +14,7 @@ from ilf.project.project import Project, ProjectFrame
 from ilf.project.sources import Places
 from ilf.sources.frame_ref import FrameRef
 
-from ...project.current_project import ProjectSettings, apply_settings
+from ...project.current_project import apply_settings
 from ...state.entries import Entry
 from ..context import Context
 from .view_state import restore_views
@@ -151,8 +151,7 @@ class Opening(QObject):
         if opened is None:
             present.take(None)
         else:
-            why = _why_not_written(opened.path) or read_only
-            present.take(opened.path, opened.project, why, ProjectSettings.of(opened.project))
+            present.take(opened.path, opened.project, _why_not_written(opened.path) or read_only)
         restore_views(self._context.views, project.view)
         entries = self._context.workspace.entries
         first = entries.of(project.present) or next(iter(entries), None)

@@ -15,8 +15,9 @@ from ilf.sources.frame_ref import FrameRef
 from ...base.paths import PROJECT_SUFFIX
 from ...widgets.basics import Message, answers, label_of, row, stack
 from ...widgets.file_choice import last_folder, remember_folder
-from .saving import FILE_FILTER, FOLDER_KEY
 
+FOLDER_KEY = "project/folder"
+FILE_FILTER = f"Project of ILF Studio (*{PROJECT_SUFFIX})"
 _NOT_EMBEDDED = "The frames' files are not included: copy them, too, when you move the project to another computer."
 _BEFORE_WHOLE_PATH = re.compile(r"^.*[/\\](?=/|~/|[A-Za-z]:[/\\])")
 """What stands before a whole path that was typed over the name."""

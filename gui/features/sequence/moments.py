@@ -64,7 +64,7 @@ class Moment:
         """
         place = place_of(entry)
         if entry.has_state and store.has(entry.id):
-            state = store.read(entry.id, to_edit=False).state
+            state = store.state(entry.id).state
             depth = present_completion(state).depth if state.results else None
             return cls(entry.name, place, state.frame, depth)
         source = entry.source or FrameRef(entry.key)
