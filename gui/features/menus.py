@@ -93,7 +93,7 @@ class ToolBar(_Bar):
 
     def __init__(self, actions: Actions, options: OptionsRow, window: QWidget) -> None:
         super().__init__("Tools", actions["only_icons"], window)
-        actions.fill(self, "open export | run live | undo redo")
+        actions.fill(self, "open save_project export | run live | undo redo")
         self._undo = [self.widgetForAction(actions[name]) for name in ("undo", "redo")]
         self._options = self.addWidget(options)
         for name in ("pause", "step", "cancel", "run_selected", "merge_blocks", "delete_blocks"):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from functools import partial
 
 import numpy as np
@@ -48,18 +48,21 @@ _ORIGIN = Qt.ItemDataRole.UserRole
 class StartPage(Themed, QWidget):
     """The program's name and purpose, commands that open something, and what was opened last, with thumbnails.
 
+    Parameters
+    ----------
+    actions : iterable of QAction
+    open : callable
+        Opens an `Origin` again.
+
     Signals
     -------
-    chosen(object)
-        What the user wants to open again, an `Origin`.
     shown()
         The page has become visible.
     """
 
-    chosen = Signal(object)
     shown = Signal()
 
-    def __init__(self, actions: Iterable[QAction]) -> None:
+    def __init__(self, actions: Iterable[QAction], open: Callable[[Origin], object]) -> None:
         super().__init__()
         self.thumbnails = Thumbnails(self)
         self.thumbnails.arrived.connect(self._take_theme)
@@ -87,8 +90,8 @@ class StartPage(Themed, QWidget):
         self.recent.setFrameShape(QListWidget.Shape.NoFrame)
         self.recent.viewport().setAutoFillBackground(False)
         self.recent.setTextElideMode(Qt.TextElideMode.ElideMiddle)
-        self.recent.itemClicked.connect(self._choose)
-        self.recent.itemActivated.connect(self._choose)
+        for chosen in (self.recent.itemClicked, self.recent.itemActivated):
+            chosen.connect(lambda item: open(item.data(_ORIGIN)))
         self._message = Message()
         self._message.setAlignment(Qt.AlignmentFlag.AlignCenter)
         self._message.show_message(_DROP)
@@ -122,9 +125,6 @@ class StartPage(Themed, QWidget):
         for widget in (self.title, self.recent):
             widget.setVisible(self.recent.count() > 0)
         self._limit_height()
-
-    def _choose(self, item: QListWidgetItem) -> None:
-        self.chosen.emit(item.data(_ORIGIN))
 
     def _limit_height(self) -> None:
         """Limit the list to its rows, so that the page is in the middle."""
@@ -180,8 +180,7 @@ class StartPageFeature(Feature):
     def __init__(self, context: Context) -> None:
         super().__init__(context)
         self._documents = context.feature(DocumentsFeature)
-        self.page = StartPage([context.actions[name] for name in _COMMANDS])
-        self.page.chosen.connect(self._documents.open_again)
+        self.page = StartPage([context.actions[name] for name in _COMMANDS], self._documents.open_again)
         self.page.shown.connect(self.show)
 
     def begin(self) -> None:

@@ -256,8 +256,9 @@ class FrameLoader(QObject):
 
     def _take_listing(self, how: FrameRef, listing: Listing, found: Sequence[Entry], show: bool) -> None:
         workspace, entries = self._workspace, self._workspace.entries
-        there = [(entry, entries.of_key(entry.key)) for entry in found]
-        others = [old for new, old in there if show and old is not None and _is_read_otherwise(old, new)]
+        options = {source.key: source.options for source in listing.sources}
+        there = [entry for key in options if show and (entry := entries.of_key(key)) is not None]
+        others = [one for one in there if one.source is not None and one.source.options != options[one.key]]
 
         def add() -> None:
             workspace.remove_entries(others)
@@ -283,10 +284,7 @@ class FrameLoader(QObject):
 
     def extract(self, document: Document) -> None:
         """Extract the blocks of an open frame again, with the workspace's parameters."""
-        frame, parameters = document.frame, self._workspace.parameters.extraction
-        self._add_extraction(
-            document, lambda: find(frame, parameters), lambda found: self.take_extraction(document, found)
-        )
+        self._ask_extraction(document, find, partial(self.take_extraction, document))
 
     def is_extracting(self, document: Document) -> bool:
         """Whether a frame's extraction is in progress or waiting."""
@@ -303,7 +301,6 @@ class FrameLoader(QObject):
     def _extract_first(self, document: Document, transient: bool = False) -> None:
         """Extract the blocks of a frame that was opened without any; `transient`: only if it is still the current
         one."""
-        frame, parameters = document.frame, self._workspace.parameters.extraction
 
         def wanted() -> bool:
             if document.blocks.propagated_from:
@@ -313,14 +310,12 @@ class FrameLoader(QObject):
             self._postponed.add(document)
             return False
 
-        self._add_extraction(
-            document, lambda: _extract_first(frame, parameters), lambda found: self._take_first(document, found), wanted
-        )
+        self._ask_extraction(document, _extract_first, partial(self._take_first, document), wanted)
 
-    def _add_extraction(
+    def _ask_extraction(
         self,
         document: Document,
-        do: Callable[[], FoundBlocks],
+        extract: Callable[[RGBDFrame, BlockParameters], FoundBlocks],
         take: Callable[[FoundBlocks], None],
         wanted: Callable[[], bool] = lambda: True,
     ) -> None:
@@ -328,7 +323,7 @@ class FrameLoader(QObject):
         self._extracting.ask(
             Job(
                 what,
-                do,
+                partial(extract, document.frame, self._workspace.parameters.extraction),
                 lambda found: take(found) if document in documents else None,
                 partial(self._notes.report, what),
                 lambda: document in documents and wanted(),
@@ -412,11 +407,6 @@ def _describe_kept(locked: int, by_hand: int, all_kept: bool) -> str:
 def _list(how: FrameRef) -> tuple[Listing, list[Entry]]:
     listing = list_frames(how.rgb, how.options)
     return listing, [Entry.of(source, from_folder=True) for source in listing.sources]
-
-
-def _is_read_otherwise(present: Entry, found: Entry) -> bool:
-    """Whether a frame of the list was read with other options than those of the same frame in a listing."""
-    return present.source is not None and found.source is not None and present.source.options != found.source.options
 
 
 def _key(origin: FrameRef | Path) -> str:

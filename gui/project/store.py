@@ -6,9 +6,8 @@ import os
 import secrets
 import tempfile
 import threading
-from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
 
@@ -81,7 +80,7 @@ class WorkStore:
 
         Raises
         ------
-        MissingSource, ChangedSource, UnreadableFrame
+        MissingSource, UnreadableFrame
             As `load_state` does.
         """
         with self._lock:
@@ -146,14 +145,14 @@ class WorkStore:
         with self._lock:
             return self.own_names().union(() if self.project is None else self.project.names())
 
-    def unsaved_parts(self, left_out: Collection[str] = ()) -> tuple[Sequence[FrameState], Parts]:
-        """Return all that the project file does not contain, as of now, without some frames: the states that are not
-        written, and the written parts. They must be `held` meanwhile."""
+    def unsaved(self, left_out: Collection[str] = ()) -> tuple[Sequence[FrameState], list[Parts]]:
+        """Return all work on frames that the project file does not contain, as of now, without some frames: the states
+        that are not written, the parts of the others, and what has their arrays, which must be `held` meanwhile."""
         with self._lock:
             states = [state for id, state in self._waiting.items() if id not in left_out]
-            names = self.own_names() - _parts_of(left_out)
-            frames = {name: self.read(name) for name in names if name.startswith(_OF_FRAMES)}
-        return states, _View(lambda: names, lambda name: frames[name] if name in frames else self.read(name))
+            names = (name for name in self.own_names() - _parts_of(left_out) if name.startswith(_OF_FRAMES))
+            copies: Parts = _Copies({name: self.read(name) for name in names})
+            return states, [copies] if self._work is None else [copies, self._work]
 
     # for the autosave
 
@@ -291,9 +290,8 @@ def _frame_of(name: str) -> str:
     return name.rpartition("/")[2].partition(".")[0]
 
 
-@dataclass(frozen=True, eq=False)
-class _View:
-    """Parts of a store."""
+class _Copies(dict[str, bytes]):
+    """Parts in memory, by name."""
 
-    names: Callable[[], Collection[str]]
-    read: Callable[[str], bytes]
+    names = dict.keys
+    read = dict.__getitem__

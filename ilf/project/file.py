@@ -62,7 +62,7 @@ class OpenedProject(ReadProject, Closeable):
 
         Raises
         ------
-        MissingSource, ChangedSource
+        MissingSource
             If one of the frame's files was not found, or has changed.
         UnreadableFrame
             If any part of its state is missing, damaged or of another version.
@@ -193,7 +193,11 @@ class _Saving:
     def __init__(self, path: Path, project: Project, base: Sequence[Parts], places: Places, embed: bool | None) -> None:
         self.notes: list[str] = []
         self._path, self._project, self._places, self._embed = path, project, places, embed
-        self._base = [(parts, frozenset(parts.names())) for parts in base]
+        self._stored: dict[str, list[Parts]] = {}
+        """Name of a part -> the stores that have it, in their order."""
+        for parts in base:
+            for name in parts.names():
+                self._stored.setdefault(name, []).append(parts)
         self._made: dict[str, bytes] = {}
         self._names: dict[str, None] = {PROJECT: None}
         self._files: dict[str, FilePlace] = {}
@@ -212,7 +216,7 @@ class _Saving:
         if name in self._made:
             return Part(name, self._made[name])
         damaged: Part | None = None
-        for parts in self._having(name):
+        for parts in self._stored.get(name, ()):
             try:
                 part = parts.read_raw(name) if isinstance(parts, Archive) else Part(name, parts.read(name))
             except FormatError as error:
@@ -229,11 +233,8 @@ class _Saving:
         encoded = encode(state)
         self._made |= encoded.made | {frame_part(state.id): encoded.content}
 
-    def _having(self, name: str) -> Iterator[Parts]:
-        return (parts for parts, names in self._base if name in names)
-
     def _has(self, name: str) -> bool:
-        return name in self._made or any(True for _ in self._having(name))
+        return name in self._made or name in self._stored
 
     def _listed(self, frame: ProjectFrame) -> ProjectFrame:
         """Add the parts of a frame; return its entry for the list. A frame without a state gets one if its files are to
@@ -259,7 +260,7 @@ class _Saving:
     def _add_state(self, name: str) -> None:
         """Add a state and the parts that it names; all of its store if it cannot be read, so that nothing is lost."""
         self._names[name] = None
-        store = next(self._having(name), None)
+        store = next(iter(self._stored.get(name, ())), None)
         try:
             content = self._made[name] if name in self._made or store is None else store.read(name)
             head = read_head(content)

@@ -26,7 +26,7 @@ from .archive import Parts
 from .codec import UNREADABLE, from_plain, inline, pack, small_array, stored_fields, to_plain, unpack
 from .frame_state import FrameState
 from .run_history import Extrapolation
-from .sources import ChangedSource, MissingSource, Places, load_inputs, with_ground_truth
+from .sources import MissingSource, Places, load_inputs, with_ground_truth
 
 SCHEMA = 2
 """Version of the format of a project's parts."""
@@ -269,7 +269,7 @@ def load_state(frame_id: str, parts: Parts, places: Places | None = None, known:
 
     Raises
     ------
-    MissingSource, ChangedSource
+    MissingSource
         If one of its files was not found, or has changed.
     UnreadableFrame
         If any part of its state is missing, damaged or of another version.
@@ -279,7 +279,7 @@ def load_state(frame_id: str, parts: Parts, places: Places | None = None, known:
         reader = _Reader(head, parts, places, known or Known())
         state: FrameState = replace(from_plain(head.state, FrameState, reader.hooks), id=frame_id)
         _check(state)
-    except (MissingSource, ChangedSource, NotAllowed):
+    except (MissingSource, NotAllowed):
         raise
     except UNREADABLE as error:
         raise UnreadableFrame(f"The work on this frame cannot be read: {error}") from error

@@ -16,6 +16,7 @@ from PySide6.QtWidgets import QApplication, QMessageBox
 import ilf
 from gui.features.export.dialog import Export
 from gui.features.export.feature import ExportFeature
+from gui.features.frame_list.feature import FramesFeature
 from gui.features.project.save_as import SaveAsDialog
 from gui.features.run_history.panel import RunsPanel
 from gui.features.sweep.feature import SweepFeature
@@ -183,18 +184,18 @@ def test_missing_files_are_asked_for_and_checked(window, another, qtbot, small_f
     with read_project(path) as project:
         assert [frame.summary.stage for frame in project.project.frames] == [Stage.EXTRACTED] * 3
     changed = next(lost for lost in second.project.missing.lost if lost.changed is not None)
-    dialog.choose(changed.frame)
+    dialog.files.setCurrentItem(dialog.files.findItems("changed", Qt.MatchFlag.MatchExactly, 2)[0])
     assert "the results would not belong to it" in dialog.message.text()
     assert dialog.new_button.isEnabled()
 
     def searched() -> bool:
         return not second.project.missing.busy and not second.loader.busy
 
-    second.project.missing.locate_file(changed, folders[2] / "rgb.png")
+    second.project.missing.look(folders[2] / "rgb.png", changed)
     qtbot.waitUntil(searched)
     assert dialog.message.tone() == "error"
     assert len(second.project.missing.lost) == 5
-    second.project.missing.locate_folder(tmp_path / "away")
+    second.project.missing.look(tmp_path / "away")
     qtbot.waitUntil(searched)
     assert [lost.frame for lost in second.project.missing.lost] == [changed.frame]
     assert dialog.message.text() == "Found 4 files; files of 1 frame are still missing."
@@ -385,7 +386,7 @@ def test_a_frame_that_is_closed_comes_back_as_it_was_saved(opened, qtbot, tmp_pa
     assert not opened.project.present.unsaved
 
     workspace.current.edit_info(1, "Rename", name="Ceiling")
-    opened.documents.remove_entries([workspace.entries[0]])
+    opened.feature(FramesFeature).remove([workspace.entries[0]])
     box = next(box for box in QApplication.topLevelWidgets() if isinstance(box, QMessageBox) and box.isVisible())
     assert "The work on two-planes is removed, too" in box.text()
     box.button(QMessageBox.StandardButton.Cancel).click()

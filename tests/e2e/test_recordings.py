@@ -71,7 +71,7 @@ def test_a_project_brings_frames_of_a_recording_back(
     again = another()
     open_project(again, qtbot, tmp_path / "work.ilf")
     assert isinstance(again.project.missing.dialog, MissingFilesDialog)
-    again.project.missing.locate_folder(tmp_path / "away")
+    again.project.missing.look(tmp_path / "away")
     qtbot.waitUntil(lambda: not again.project.missing.busy and not again.loader.busy)
     document = show(again, qtbot, 0)
     assert np.array_equal(document.labels, labels)

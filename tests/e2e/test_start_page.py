@@ -49,7 +49,7 @@ def test_it_goes_with_a_frame_comes_back_and_offers_what_was_open(window, qtbot,
 
 def test_a_folder_of_frames_has_the_thumbnail_of_its_first_frame(tmp_path, small_frame, qtbot):
     write_frame(tmp_path / "frame-0", small_frame)
-    page = StartPage([])
+    page = StartPage([], print)
     qtbot.addWidget(page)
     page.show_recent([FrameRef(str(tmp_path))])
     (key,) = page.thumbnails._made

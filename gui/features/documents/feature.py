@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from pathlib import Path
 
 from PySide6.QtGui import QPixmap
@@ -23,7 +23,6 @@ from ...base.commands import command
 from ...base.needs import Need
 from ...base.paths import sort_paths
 from ...state.document import Document
-from ...state.entries import Entry
 from ...state.parts import Part
 from ...widgets.basics import open_once
 from ...widgets.file_choice import save_folder
@@ -106,17 +105,13 @@ class DocumentsFeature(Feature):
         replace nothing."""
         source = source.absolute()
         note_opened(*source.paths)
-        self._project.join(Path(source.rgb), lambda: self._open_joined(source))
+        several = source.depth is None and source.frame is None and contains_frames(source.rgb)
+        open_ = self._project.opening.open_folder if several else self._loader.open
+        self._project.join(Path(source.rgb), lambda: open_(source))
 
     def open_run(self, record: Path) -> None:
         """Open the frame, blocks and parameters of a run.json."""
         self._project.join(record.absolute(), lambda: self._loader.open_run(record))
-
-    def _open_joined(self, source: FrameRef) -> None:
-        if source.depth is None and source.frame is None and contains_frames(source.rgb):
-            self._project.opening.open_folder(source)
-        else:
-            self._loader.open(source)
 
     def _open_dialog(self, *files: str) -> None:
         from .open_dialog import OpenDialog
@@ -189,15 +184,6 @@ class DocumentsFeature(Feature):
         entry = self._workspace.current_entry
         if entry is not None:
             self._project.close_frame(entry)
-
-    def remove_entries(self, entries: Sequence[Entry], then: Callable[[], object] = lambda: None) -> None:
-        """Remove frames from the list, after asking once about the work on them; then call `then`."""
-
-        def remove() -> None:
-            self._workspace.remove_entries(entries)
-            then()
-
-        self._project.ask_remove(entries, remove)
 
     # what was opened last
 

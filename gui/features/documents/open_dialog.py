@@ -3,21 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import TypeVar
 
-from PySide6.QtCore import QSignalBlocker, Qt, QTimer
+from PySide6.QtCore import Qt, QTimer
 from PySide6.QtGui import QDragEnterEvent, QDropEvent, QKeyEvent
 from PySide6.QtWidgets import (
     QCheckBox,
     QComboBox,
     QDialog,
     QDialogButtonBox,
-    QFormLayout,
     QHBoxLayout,
     QLineEdit,
     QPushButton,
-    QSizePolicy,
     QToolButton,
     QWidget,
 )
@@ -66,10 +65,6 @@ _DELAY_MS = 200
 
 _AUTOMATIC = "Automatic (as the files state, or by file type)"
 _AS_STATED = "As the files state, or none"
-_CHOICE_LENGTH = 12
-"""Letters of a choice that there is room for in any case."""
-_VIEWS = {"Colour camera": None, "Depth camera": DEPTH_VIEW}
-"""The camera whose pixels the frame has -> reading option."""
 
 
 class OpenDialog(QDialog):
@@ -97,8 +92,8 @@ class OpenDialog(QDialog):
         self._reading_delay.timeout.connect(self.read)
         self._form, self._reading = form(), QWidget()
         self._reading_form = form(parent=self._reading)
-        self._rows: dict[QWidget, tuple[QFormLayout, QWidget]] = {}
-        """Field -> its form and line."""
+        self._show_row: dict[QWidget, Callable[[bool], None]] = {}
+        """Field -> shows or hides its row."""
         self._add_files()
         self._add_reading()
         self._add_camera()
@@ -127,8 +122,8 @@ class OpenDialog(QDialog):
     def _add_files(self) -> None:
         kinds = COLOUR_SUFFIXES, DEPTH_FILE_SUFFIXES, recording_suffixes(), (PROJECT_SUFFIX, ".json")
         filters = files_of("All that can be opened", dict.fromkeys(sum(kinds, ())), recording_files())
-        file = self._file_button("Choose what to open", filters, self._take_path)
-        folder = self._button("Folder…", lambda: choose_folder(self, "Choose folder", _FOLDER_KEY), self._take_path)
+        file = self._file_button("Choose what to open", filters, self._set_paths)
+        folder = self._button("Folder…", lambda: choose_folder(self, "Choose folder", _FOLDER_KEY), self._set_paths)
         texts = (
             "Colour image, folder, data set, recording, project, or run.json",
             "Raw depth: 16-bit or float, one channel",
@@ -157,14 +152,10 @@ class OpenDialog(QDialog):
         cameras.addItems([_AS_STATED, *INTRINSICS])
         file = self._file_button("Choose intrinsics", files_of("Intrinsics", CAMERA_FILES), cameras.setEditText)
         self.undistort = QCheckBox("Undistort")
-        self.undistort.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)  # the choice has the rest
-        self.undistort.setToolTip(
-            "Correct the lens distortion that the file states, of colour and depth: the camera of the frame and of all "
-            "results is that of the corrected images."
-        )
+        self.undistort.setToolTip(_hint("undistort"))
         self.undistort.toggled.connect(self._schedule)
         self.camera = self._add("Camera &intrinsics", cameras, "intrinsics", file, self.undistort)
-        self.view = self._add("Pi&xels of", combo([*_VIEWS]), "view")
+        self.view = self._add("Pi&xels of", combo({None: "Colour camera", DEPTH_VIEW: "Depth camera"}), "view")
 
     def _add_guide(self) -> None:
         self.guide_path = QLineEdit(placeholderText="Depth or inverse depth from elsewhere (optional)")
@@ -174,13 +165,12 @@ class OpenDialog(QDialog):
         self.guide_gives = self._add("&What it gives", kinds, "guide_gives")
         for choice in (self.encoding, self.camera, self.guide_gives):  # no wider than the pictures
             choice.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
-            choice.setMinimumContentsLength(_CHOICE_LENGTH)
+            choice.setMinimumContentsLength(12)
 
     def _add(self, text: str, field: Field, option: str, *beside: QWidget) -> Field:
         """Add a field, with what is said of its reading option: files above the pictures, others below them."""
         if option:
-            told = OPTIONS[option].help
-            field.setToolTip(f"{told[:1].upper()}{told[1:]}.")
+            field.setToolTip(_hint(option))
         field.setAccessibleName(text.replace("&", ""))
         changed = field.textChanged if isinstance(field, QLineEdit) else field.currentTextChanged
         changed.connect(self._schedule)
@@ -188,12 +178,8 @@ class OpenDialog(QDialog):
         lay_out(QHBoxLayout(line), field, *beside, stretched=field, spacing=8)
         fields = self._form if field in (self.path, self.depth_path) else self._reading_form
         fields.addRow(label_of(text, field), line)
-        self._rows[field] = fields, line
+        self._show_row[field] = partial(fields.setRowVisible, line)
         return field
-
-    def _show_row(self, field: QWidget, on: bool) -> None:
-        fields, line = self._rows[field]
-        fields.setRowVisible(line, on)
 
     def _button(self, text: str, choose: Callable[[], str], take: Callable[[str], object]) -> QPushButton:
         """Return a button that asks for a path, and takes it."""
@@ -249,7 +235,7 @@ class OpenDialog(QDialog):
             ),
             intrinsics=self._intrinsics(),
             undistort=(self.undistort.isChecked() and self._states_lens(kind)) or None,
-            view=_VIEWS[self.view.currentText()],
+            view=self.view.currentData(),
             guide=self.guide_path.text().strip() or None if kind in (Kind.PAIR, Kind.FRAME) else None,
             guide_gives=self.guide_gives.currentData() if kind in (Kind.PAIR, Kind.FRAME) else None,
         )
@@ -257,9 +243,9 @@ class OpenDialog(QDialog):
 
     def read(self) -> None:
         """Read the chosen files and describe them."""
-        self._reading_delay.stop()
         self._looks.forget()
         self._propose_partner()
+        self._reading_delay.stop()
         (colour, depth), kind = self._paths(), self.kind
         self._offer_options(kind)
         try:
@@ -292,10 +278,10 @@ class OpenDialog(QDialog):
     def _offer_options(self, kind: Kind) -> None:
         """Show the reading options that apply, and those only."""
         of_images, is_pair = kind in (Kind.PAIR, Kind.FRAME, Kind.FRAMES), kind is Kind.PAIR
-        self._show_row(self.depth_path, is_pair)
-        self._show_row(self.dataset, of_images and not is_pair)  # a pair names the dataset behind its depth
-        self._show_row(self.guide_path, kind in (Kind.PAIR, Kind.FRAME))
-        self._show_row(self.guide_gives, kind in (Kind.PAIR, Kind.FRAME))
+        self._show_row[self.depth_path](is_pair)
+        self._show_row[self.dataset](of_images and not is_pair)  # a pair names the dataset behind its depth
+        for field in (self.guide_path, self.guide_gives):
+            self._show_row[field](kind in (Kind.PAIR, Kind.FRAME))
         self.undistort.setVisible(self._states_lens(kind))
         self.more.setVisible(of_images)
         self._reading.setVisible(of_images and self.more.isChecked())
@@ -391,18 +377,14 @@ class OpenDialog(QDialog):
         given = self._intrinsics()
         return kind is Kind.FRAMES if given is None else isinstance(given, str) and not is_preset(given)
 
-    def _take_path(self, path: str) -> None:
-        self._set_paths(path, "")
-
-    def _set_paths(self, path: str, depth: str) -> None:
+    def _set_paths(self, path: str, depth: str = "") -> None:
         self._write_paths(path, depth)
         self.read()
 
     def _write_paths(self, path: str, depth: str) -> None:
-        with QSignalBlocker(self.path), QSignalBlocker(self.depth_path):
-            if path != self.path.text():
-                self.path.setText(path)
-            self.depth_path.setText(depth)
+        if path != self.path.text():  # the cursor stays where it is
+            self.path.setText(path)
+        self.depth_path.setText(depth)
 
     def _paths(self) -> tuple[str, str]:
         return self.path.text().strip(), self.depth_path.text().strip()
@@ -429,6 +411,12 @@ class OpenDialog(QDialog):
             return tuple(float(part) for part in text.replace(",", " ").split())
         except ValueError:
             return str(Path(self._paths()[0]).parent / text) if "." in text else text  # messages leave out the folder
+
+
+def _hint(option: str) -> str:
+    """Return what is said of a reading option, as a sentence."""
+    text = OPTIONS[option].help
+    return f"{text[:1].upper()}{text[1:]}."
 
 
 def _number(field: QLineEdit, demand: str) -> float | None:

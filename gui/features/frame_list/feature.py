@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from PySide6.QtCore import QPoint, QUrl
+from PySide6.QtCore import QEvent, QObject, QPoint, QSettings, QUrl
 from PySide6.QtGui import QDesktopServices, QGuiApplication
-from PySide6.QtWidgets import QMenu, QWidget
+from PySide6.QtWidgets import QMenu, QVBoxLayout, QWidget
 
 from ilf._runtime.formatting import counted
 from ilf.project.project import Stage
@@ -19,14 +19,20 @@ from ...base.commands import command
 from ...base.needs import Need
 from ...state.entries import Entry
 from ...state.parts import Part
+from ...widgets.basics import lay_out
 from ...widgets.docks import PanelGroup
 from ..context import Context
-from ..documents.feature import DocumentsFeature
+from ..edit_summary import EditSummaryFeature
 from ..panel import Panel
+from ..project.feature import ProjectFeature
 from .limiter import OpenFrameLimiter
 from .model import ENTRY
 from .panel import FramesPanel
-from .place import FramesPlace
+
+_HEIGHT_SHARE = 0.0375
+_HEIGHTS = 30, 60
+"""Height of the strip: share of the window's height, minimum and maximum [px]."""
+_KEY = "frames/film_strip"
 
 
 class FramesFeature(Panel):
@@ -61,10 +67,47 @@ class FramesFeature(Panel):
         self.panel = FramesPanel(self.context.recorder.store.thumbnail)
         return self.panel
 
+    # its two places
+
     def _in_dock(self) -> QWidget:
-        _ = self.widget
-        self.place = FramesPlace(self.context, self.panel)
-        return self.place.dock
+        """Return what the dock contains. While that is closed, the list is in a bar under the images."""
+        context, _ = self.context, self.widget
+        self.dock, self.bar = QWidget(), QWidget()
+        self._in_place, self._in_bar = lay_out(QVBoxLayout(self.dock)), lay_out(QVBoxLayout(self.bar), self.panel)
+        self.bar.hide()
+        context.centre.add_before(context.feature(EditSummaryFeature).line, self.bar)
+        strip = context.actions["film_strip"]
+        strip.setChecked(not context.panels.persistent or QSettings().value(_KEY, True, bool) is True)
+        context.refresh.add("film strip", self._find_place, Part.LIST, also=(strip.toggled,))
+        self.dock.installEventFilter(self)
+        return self.dock
+
+    def _find_place(self) -> None:
+        """Move the list to where it belongs, and show or hide the strip."""
+        context, docked = self.context, self.dock.isVisibleTo(self.context.window)
+        if self.panel.parentWidget() is not (self.dock if docked else self.bar):
+            (self._in_place if docked else self._in_bar).addWidget(self.panel)
+            self.panel.show()  # at once: it may be given the focus
+        least, most = _HEIGHTS
+        self.panel.set_bar(0 if docked else min(max(round(_HEIGHT_SHARE * context.window.height()), least), most))
+        shown = not docked and len(context.workspace.entries) > 1 and context.actions.is_on("film_strip")
+        self.bar.setVisible(shown)
+        (context.centre.installEventFilter if shown else context.centre.removeEventFilter)(self)  # its height matters
+        self.redraw()
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        """Follow the dock as it opens and closes, and the height of the window."""
+        opens = watched is self.dock and event.type() in (QEvent.Type.Show, QEvent.Type.Hide)
+        if opens or (watched is self.context.centre and event.type() == QEvent.Type.Resize):
+            self._find_place()
+        return super().eventFilter(watched, event)
+
+    @command("film_strip", "Film &strip", icon="ph.film-strip", checkable=True)
+    def _keep_strip(self, on: bool) -> None:
+        """Show the frames under the images while there are several and their panel is closed; the bar has the colour of
+        the state."""
+        if self.context.panels.persistent:
+            QSettings().setValue(_KEY, on)
 
     @command("next_frame", "&Next frame", icon="ph.caret-down", keys="Ctrl+PgDown", needs=Need.OTHERS)
     def _next(self) -> None:
@@ -89,7 +132,6 @@ class FramesFeature(Panel):
         former, row = model.present, model.row_of(present)
         model.present = present
         model.set_entries(self.panel.filtered(self.context.workspace.entries, present))
-        model.note_all_changed()
         if present is not former or model.row_of(present) != row:
             self.panel.show_present(selects=present is not former)
 
@@ -127,7 +169,8 @@ class FramesFeature(Panel):
     )
     def next_untouched(self) -> None:
         """Show the next frame that has not been worked on."""
-        self._go_to_next(_is_untouched, "All frames shown in the list have been worked on.")
+        none_left = "All frames shown in the list have been worked on."
+        self._go_to_next(lambda one: one.document is None and one.summary.stage is Stage.UNTOUCHED, none_left)
 
     @command("mark_done", "Mark as &done", icon="ph.check-circle", keys="Ctrl+Return", needs=Need.FRAME)
     def mark_done(self) -> None:
@@ -179,16 +222,17 @@ class FramesFeature(Panel):
         self.panel.view.write_note(self.panel.model.index_of(entry))
 
     def remove(self, entries: Sequence[Entry]) -> None:
-        """Remove frames from the list, and close those that are open."""
+        """Remove frames from the list, and close those that are open, after asking once about the work on them."""
         row = self.panel.model.row_of(entries[0])
 
-        def go_on() -> None:
+        def remove() -> None:
+            self.context.workspace.remove_entries(entries)
             self._show_list()
             shown = self.panel.model.entries
             if shown and not self.context.workspace.has_current:
                 self._go_to(shown[min(max(row, 0), len(shown) - 1)])
 
-        self.context.feature(DocumentsFeature).remove_entries(entries, go_on)
+        self.context.feature(ProjectFeature).ask_remove(entries, remove)
 
     def _tell_listed(self, how: FrameRef, listing: Listing) -> None:
         text = f"{how.name}: {counted(len(listing.sources), 'frame')}."
@@ -213,10 +257,6 @@ class FramesFeature(Panel):
         add("ph.x", removal, lambda: self.remove(chosen))
         menu.aboutToHide.connect(menu.deleteLater)
         menu.popup(self.panel.view.viewport().mapToGlobal(at))
-
-
-def _is_untouched(entry: Entry) -> bool:
-    return entry.document is None and entry.summary.stage is Stage.UNTOUCHED
 
 
 def _show_files(entry: Entry) -> None:

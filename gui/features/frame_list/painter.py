@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import QModelIndex, QPersistentModelIndex, QPoint, QPointF, QRect, QRectF, QSize, Qt
+from PySide6.QtCore import QPoint, QPointF, QRect, QRectF, QSize, Qt
 from PySide6.QtGui import QColor, QFont, QPainter, QPalette, QPen, QPixmap
-from PySide6.QtWidgets import QLineEdit, QStyle, QStyledItemDelegate, QStyleOptionViewItem, QWidget
+from PySide6.QtWidgets import QLineEdit, QStyle, QStyleOptionViewItem, QWidget
 
 from ilf.project.project import Stage
 
 from ...base import theme
 from ...state.entries import Entry
+from ...widgets.tables import Index, RowDelegate
 from .model import ENTRY, PRESENT, last_line, state_line
 
 _THUMBNAIL = QSize(72, 54)
@@ -24,10 +25,8 @@ _PLATE = 13
 _NOTE_WIDTH = 96
 """Minimum width of the line in which a note is edited [px]."""
 
-Index = QModelIndex | QPersistentModelIndex
 
-
-class FramePainter(QStyledItemDelegate):
+class FramePainter(RowDelegate):
     """Paints rows, of which the one under the mouse has a cross to remove the frame; or thumbnails alone. The note on a
     frame is edited in the last line of its row, or at the foot of its thumbnail.
 
@@ -55,11 +54,6 @@ class FramePainter(QStyledItemDelegate):
         editor = QLineEdit(parent, placeholderText=f"Note on {index.data()}")
         editor.setAccessibleName("Note on the frame")
         return editor
-
-    def setEditorData(self, editor: QWidget, index: Index) -> None:
-        """Leave what the user has typed while the list is drawn anew."""
-        if isinstance(editor, QLineEdit) and not editor.isModified():
-            super().setEditorData(editor, index)
 
     def updateEditorGeometry(self, editor: QWidget, option: QStyleOptionViewItem, index: Index) -> None:
         height = editor.sizeHint().height()

@@ -51,7 +51,7 @@ class FrameView(QListView):
         self.hint = ""
         """Text of an empty list."""
         self._closing = QModelIndex()
-        self._painter = FramePainter(self)
+        self._painter = FramePainter((), self)
         self.setAccessibleName("Frames")
         self.setItemDelegate(self._painter)
         self.setUniformItemSizes(True)
@@ -86,10 +86,6 @@ class FrameView(QListView):
     def sizeHint(self) -> QSize:
         """As much as a row needs, so that the panel leaves room for the images where it is docked beside them."""
         return QSize(_ROW_WIDTH, super().sizeHint().height())
-
-    def strip_width(self) -> int:
-        """Return the width of all thumbnails of a strip [px]."""
-        return max(self.model().rowCount(), 1) * (4 * self._painter.strip_height // 3)
 
     def chosen(self) -> list[Entry]:
         """Return the entries of the selected frames, in their order."""
@@ -236,7 +232,7 @@ class FramesPanel(QWidget):
         self.view.set_strip((self._bar or min(max(room, 1), self.height())) if strip else 0)
         needed, off = Qt.ScrollBarPolicy.ScrollBarAsNeeded, Qt.ScrollBarPolicy.ScrollBarAlwaysOff
         self.view.setHorizontalScrollBarPolicy(needed if strip and not self._bar else off)
-        self.setMaximumWidth(self.view.strip_width() if self._bar else _UNLIMITED)
+        self.setMaximumWidth(max(self.model.rowCount(), 1) * (4 * self._bar // 3) if self._bar else _UNLIMITED)
         self._parts.setDirection(QBoxLayout.Direction.LeftToRight if strip else QBoxLayout.Direction.TopToBottom)
         self._parts.setStretch(0, int(strip))
         self.filter_row.setMaximumWidth(_SIDE_WIDTH if strip else _UNLIMITED)

@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QUrl
 from PySide6.QtGui import QDesktopServices
-from PySide6.QtWidgets import QMessageBox, QToolBar
+from PySide6.QtWidgets import QMessageBox
 
 from ilf._runtime.formatting import counted
 from ilf._runtime.named_places import note_opened
-from ilf.project.archive import Archive
 from ilf.project.file import OpenedProject
+from ilf.project.sources import Places
 from ilf.project.state_codec import UnreadableFrame, frame_part
 
 from ...base.commands import command
@@ -56,7 +56,6 @@ class ProjectFeature(Feature):
         loader.opening_failed.connect(self._note_failure)
         self.opening.opened.connect(self._note_opened)
         self.saving.saved.connect(self._note_saved)
-        self.saving.failed.connect(lambda error: context.notes.report("The project is not saved", error))
         also = workspace.project_touched, workspace.undo_group.cleanChanged, self.saving.changed
         context.refresh.add("title", self._show_title, Part.FRAME | Part.LIST | Part.CONTENT, also=also)
 
@@ -68,13 +67,10 @@ class ProjectFeature(Feature):
         return Missing(self.context)
 
     def begin(self) -> None:
-        """Insert the button *Save*."""
+        """Name the commands as they are offered after saving."""
         actions = self.context.actions
         actions["show_project"].setIconText("Show in folder")
         actions["save_project_as"].setIconText("Save elsewhere…")
-        bar = self.context.window.findChild(QToolBar, "Tools")
-        if isinstance(bar, QToolBar):
-            bar.insertAction(actions["export"], actions["save_project"])
 
     # commands
 
@@ -112,8 +108,7 @@ class ProjectFeature(Feature):
     def shutdown(self) -> None:
         """Close the project's file."""
         self.present.release()
-        if isinstance(self.context.recorder.store.project, Archive):
-            self.context.recorder.store.project.close()
+        self.context.recorder.store.set_project(None, Places())
 
     def close_frame(self, entry: Entry) -> None:
         """Close a frame, after asking about unsaved work; if the project file contains it, it stays in the list in

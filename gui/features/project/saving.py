@@ -51,13 +51,10 @@ class Saving(QObject):
         `busy` or `share` has changed.
     saved(object, object)
         The Path, and a sentence for each thing that was not saved as requested.
-    failed(object)
-        The exception raised while saving.
     """
 
     changed = Signal()
     saved = Signal(object, object)
-    failed = Signal(object)
 
     def __init__(self, context: Context) -> None:
         super().__init__(context.window)
@@ -132,10 +129,10 @@ class Saving(QObject):
             self._fail(error)
             return
 
-        def job() -> Generator[None, None, tuple[_Snapshot, OpenedProject, tuple[str, ...]]]:
+        def job() -> Generator[None, None, tuple[OpenedProject, tuple[str, ...]]]:
             yield None
             problems = self._write_file(taken, store)
-            return taken, open_project(taken.path), problems
+            return open_project(taken.path), problems
 
         self._worker.start(job)
 
@@ -148,8 +145,9 @@ class Saving(QObject):
         archive = taken.archive
         with store.held():
             only = {frame.id for frame in project.frames} if taken.only is None else taken.only
-            states, parts = store.unsaved_parts([frame.id for frame in project.frames if frame.id not in only])
-            base = [parts, *([] if archive is None else [archive])]
+            left_out = [frame.id for frame in project.frames if frame.id not in only]
+            states, (newer, *written) = store.unsaved(left_out)
+            base = [newer, *([] if archive is None else [archive]), *written]
             return save_project(
                 path,
                 project,
@@ -163,9 +161,10 @@ class Saving(QObject):
     def _note_share(self, done: int, total: int) -> None:
         self.share = done / max(total, 1)
 
-    def _finish(self, outcome: tuple[_Snapshot, OpenedProject, tuple[str, ...]]) -> None:
-        taken, opened, problems = outcome
+    def _finish(self, outcome: tuple[OpenedProject, tuple[str, ...]]) -> None:
+        (opened, problems), taken = outcome, self._snapshot
         self._snapshot = None
+        assert taken is not None
         workspace, store = self._context.workspace, self._context.recorder.store
         if isinstance(store.project, Archive) and store.project.path == opened.path:
             opened.close()  # the former one reads the same file
@@ -188,7 +187,7 @@ class Saving(QObject):
     def _fail(self, error: Exception) -> None:
         taken, self._snapshot = self._snapshot, None
         if taken is not None:
-            self._tell(lambda: self.failed.emit(error), taken, False)
+            self._tell(lambda: self._context.notes.report("The project is not saved", error), taken, False)
 
     def _tell(self, tell: Callable[[], None], taken: _Snapshot, done: bool) -> None:
         """Tell of the end of a request, after which nothing is being saved, and go on to what waits for it."""

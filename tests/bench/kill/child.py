@@ -194,7 +194,9 @@ def main() -> None:
     hand = RandomUser(window, Path(folder), frames, random.Random(seed), moment)
     hands.append(hand)
     window.recorder.failed.connect(lambda error: report_action(failed=repr(error)))
-    window.project.saving.failed.connect(lambda error: report_action(failed=repr(error)))
+    window.notes.reported.connect(
+        lambda text: report_action(failed=text) if text.startswith("The project is not saved") else None
+    )
     window.project.saving.saved.connect(lambda path, problems: report_action(saved=str(path), problems=problems))
     hand.timer.start(5)
     sys.excepthook = lambda kind, error, trace: (

@@ -245,7 +245,7 @@ def test_a_note_is_edited_in_the_row_that_is_chosen(panel, qtbot, size):
         return line
 
     line = edit("mirror")
-    model.note_all_changed()
+    model.set_entries(model.entries)
     assert line.text() == "mirror", "the list is drawn anew meanwhile"
     view.setCurrentIndex(model.index(2, 0))
     view.setFocus()

@@ -53,24 +53,24 @@ def test_the_chosen_file_is_located(dialog, files, asked, tmp_path, monkeypatch)
         dialog.file_button.click()
 
     choose(("", ""))
-    asked.locate_file.assert_not_called()
+    asked.look.assert_not_called()
     choose((str(tmp_path / "new.png"), ""))
-    asked.locate_file.assert_called_once_with(files[0], tmp_path / "new.png")
+    asked.look.assert_called_once_with(tmp_path / "new.png", files[0])
     assert seen[0] == ("Locate rgb.png", str(tmp_path)), "from the nearest folder that is there"
 
 
 def test_a_folder_is_located_for_all(dialog, files, asked, tmp_path, monkeypatch):
     monkeypatch.setattr(QFileDialog, "getExistingDirectory", lambda *_: "")
     dialog.folder_button.click()
-    asked.locate_folder.assert_not_called()
+    asked.look.assert_not_called()
     monkeypatch.setattr(QFileDialog, "getExistingDirectory", lambda *_: str(tmp_path / "moved"))
     dialog.folder_button.click()
-    asked.locate_folder.assert_called_once_with(tmp_path / "moved")
+    asked.look.assert_called_once_with(tmp_path / "moved")
 
 
 def test_only_a_changed_file_can_be_opened_as_a_new_frame(dialog, files, asked):
     assert not dialog.new_button.isEnabled()
-    dialog.choose("b")
+    dialog.show_files([("hall", files[0]), ("stairs", files[1])], "b")
     dialog.new_button.click()
     asked.open_new.assert_called_once_with(files[1])
 
