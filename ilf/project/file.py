@@ -9,6 +9,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from .._runtime.closing import Closeable, closed_on_error
+from .._runtime.schema import check_schema
 from ..data.frame import InputFile
 from ..errors import ExportError, FormatError, IlfError, InputError, told_as
 from ..sources.reading import read_frame
@@ -16,9 +17,9 @@ from .archive import Archive, Part, Parts, write_archive
 from .codec import ARRAYS, UNREADABLE
 from .frame_state import FrameState
 from .project import Project, ProjectFrame
-from .project_json import PROJECT, ReadProject, check_replaceable, decode_project, encode_project
+from .project_json import PROJECT, ReadProject, decode_project, encode_project, read_project_head
 from .sources import SOURCES, FilePlace, Places, find_source, source_part
-from .state_codec import Decoded, empty_state, encode, frame_part, load_state, read_head, thumbnail_part
+from .state_codec import SCHEMA, Decoded, empty_state, encode, frame_part, load_state, read_head, thumbnail_part
 
 SUFFIX = ".ilf"
 
@@ -180,11 +181,12 @@ def _check_replaceable(path: str | os.PathLike[str]) -> None:
         return
     if not os.access(path, os.W_OK):
         raise ExportError(f"{path} is write-protected. Save under another name.")
-    content = b""
-    with suppress(IlfError), Archive(path) as there:
-        content = there.read(PROJECT)
-    with told_as(ExportError, f"{path} is not replaced. {{error}}", FormatError):
-        check_replaceable(content)
+    head = None
+    with suppress(*UNREADABLE), Archive(path) as there:
+        head = read_project_head(there.read(PROJECT))
+    if head is not None:
+        with told_as(ExportError, f"{path} is not replaced. {{error}}", FormatError):
+            check_schema(head, SCHEMA, "project")
 
 
 class _Saving:

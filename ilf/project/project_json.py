@@ -98,8 +98,7 @@ def decode_project(parts: Parts, path: Path | None = None, *, stated_in: str | N
         If there is neither a project nor a frame, or the project has another schema.
     """
     try:
-        content = parts.read(PROJECT)
-        head = _head(content)
+        head = read_project_head(parts.read(PROJECT))
     except UNREADABLE as error:
         return _from_states(parts, path, stated_in, error)
     check_schema(head, SCHEMA, "project" if path is None else f"project {path}")
@@ -109,20 +108,12 @@ def decode_project(parts: Parts, path: Path | None = None, *, stated_in: str | N
         return _from_states(parts, path, stated_in, error)
 
 
-def _head(content: bytes) -> dict[str, Any]:
+def read_project_head(content: bytes) -> dict[str, Any]:
+    """Parse a project.json; raises FormatError if it is damaged, or of another program."""
     data = parse_json(content, "Its list of frames")
     if not isinstance(data, dict) or data.get("program") != PROGRAM:
         raise FormatError("It was written by another program.")
     return data
-
-
-def check_replaceable(content: bytes) -> None:
-    """Raise FormatError if the content of a project.json has another schema."""
-    try:
-        head = _head(content)
-    except UNREADABLE:
-        return
-    check_schema(head, SCHEMA, "project")
 
 
 def _decoded(data: Mapping[str, Any], path: Path | None, stated_in: str | None) -> ReadProject:
