@@ -86,16 +86,16 @@ class Context:
         self.window = window
         self.workspace = workspace = Workspace(window)
         self.recorder = Recorder(workspace, WorkStore(autosave_folder() if persistent else None), window)
-        self.loader = FrameLoader(workspace, self.recorder.store, window)
         self.runs = RunController(workspace, window)
         self.runs.state_changed.connect(lambda: workspace.note(Part.RUNNING))
-        self.loader.busy_changed.connect(lambda: workspace.note(Part.LOADING))
         self.refresh = Refresh(workspace, window)
         self.panels = Docks(window, persistent)
         self.views, self.cloud = LinkedViews(workspace), CloudView()
         self.centre = Centre(self.views, self.cloud)
         self.log, self.toasts = LogPanel(), Toasts(window)
         self.notes = Notes(window, self.toasts, self.log)
+        self.loader = FrameLoader(workspace, self.recorder.store, self.notes, window)
+        self.loader.busy_changed.connect(lambda: workspace.note(Part.LOADING))
         self.editor = Editor(workspace, self.views, window)
         self.actions = Actions(window, self.missing)
         self.features: list[Feature] = []

@@ -10,7 +10,6 @@ import ilf
 from gui.features.export.dialog import ALL, DONE, Export
 from gui.features.export.feature import ExportFeature
 from gui.features.frame_list.feature import FramesFeature
-from gui.features.project.saving import SaveRequest
 from ilf.run.options import ExportOptions
 from ilf.segmentation.editing.patches import patch_between
 from tests.gui.naming import unnamed
@@ -140,7 +139,7 @@ def test_marking_a_frame_is_saved_with_the_project(listed, qtbot, tmp_path):
     frames.set_done(frames.entries[2], True)
     assert frames.entries[0].unsaved
     done = []
-    listed.project.saving.save(SaveRequest(path, then=done.append))
+    listed.project.saving.save(path, then=done.append)
     qtbot.waitUntil(lambda: done == [True])
     with ilf.open_project(path) as opened:
         assert [frame.summary.done for frame in opened.project.frames] == [True, False, True]

@@ -75,7 +75,7 @@ def _click(window, text: str):
 
 def _said(window) -> list[str]:
     texts: list[str] = []
-    window.loader.message.connect(texts.append)
+    window.notes.show_message = texts.append
     return texts
 
 

@@ -3,7 +3,6 @@
 import numpy as np
 
 from gui.features.additional_depth import GUIDE, AdditionalDepthPanel
-from gui.features.project.saving import SaveRequest
 from ilf.project.file import open_project
 
 from .conftest import open_frame
@@ -67,7 +66,7 @@ def test_guide_is_loaded_seen_followed_undone_and_kept(window, qtbot, frame_fold
     assert np.array_equal(document.completion().depth, guided, equal_nan=True)
 
     with qtbot.waitSignal(window.project.saving.saved):
-        window.project.saving.save(SaveRequest(tmp_path / "work.ilf"))
+        window.project.saving.save(tmp_path / "work.ilf")
     with open_project(tmp_path / "work.ilf") as project:
         state = project.state(project.project.frames[0].id).state
         assert state.frame.guide.is_same_as(document.frame.guide)

@@ -4,7 +4,6 @@ import numpy as np
 
 from gui.base.commands import why_not
 from gui.features.additional_depth import NEIGHBOURS, AdditionalDepthPanel
-from gui.features.project.saving import SaveRequest
 from gui.work.frame_runs import RunState
 from ilf.project.file import open_project
 from ilf.sources.frame_ref import FrameRef
@@ -81,7 +80,7 @@ def test_depth_of_neighbours_is_found_used_seen_undone_and_kept(window, qtbot, t
     np.testing.assert_array_equal(document.completion().depth, together)
 
     with qtbot.waitSignal(window.project.saving.saved):
-        window.project.saving.save(SaveRequest(tmp_path / "work.ilf"))
+        window.project.saving.save(tmp_path / "work.ilf")
     with open_project(tmp_path / "work.ilf") as project:
         decoded = project.state(document.id)
         assert not decoded.problems

@@ -16,8 +16,8 @@ from PySide6.QtWidgets import QApplication, QFileDialog, QMessageBox
 import ilf
 from gui.features.export.dialog import Export
 from gui.features.export.feature import ExportFeature
+from gui.features.frame_list.feature import FramesFeature
 from gui.features.project.save_as import SaveAsDialog
-from gui.features.project.saving import SaveRequest
 from gui.features.run_history.panel import RunsPanel
 from gui.features.sweep.feature import SweepFeature
 from gui.state.document import Document
@@ -33,7 +33,7 @@ from .conftest import open_frame, write_frame
 
 def save(window, qtbot, path: Path, embed: bool | None = None):
     done: list[bool] = []
-    window.project.saving.save(SaveRequest(path, embed, None, done.append))
+    window.project.saving.save(path, embed, None, done.append)
     qtbot.waitUntil(lambda: bool(done))
     assert done == [True]
 
@@ -218,7 +218,7 @@ def test_missing_files_are_asked_for_and_checked(window, another, qtbot, small_f
         Stage.EXTRACTED,
         Stage.FAILED,
     ]
-    assert second.project.present.words() == "list of frames, paths of files"
+    assert second.project.present.words() == "paths of files"
     for number in (0, 1):
         show(second, qtbot, number)
         assert workspace.current.info(1).name == f"Wall {number}"
@@ -278,7 +278,7 @@ def test_a_save_that_fails_leaves_file_and_mark_and_one_message(opened, qtbot, t
 def test_what_is_saved_is_what_there_was_and_replaces_nothing_unasked(opened, qtbot, tmp_path, monkeypatch):
     workspace, done = opened.workspace, []
     workspace.current.edit_info(1, "Rename", name="Wall")
-    opened.project.saving.save(SaveRequest(tmp_path / "p.ilf", then=done.append))
+    opened.project.saving.save(tmp_path / "p.ilf", then=done.append)
     workspace.current.edit_info(1, "Rename", name="Floor")
     qtbot.waitUntil(lambda: bool(done))
     assert workspace.current.unsaved
@@ -401,7 +401,7 @@ def test_a_frame_that_is_closed_comes_back_as_it_was_saved(opened, qtbot, tmp_pa
     assert not opened.project.present.unsaved
 
     workspace.current.edit_info(1, "Rename", name="Ceiling")
-    opened.documents.remove_entries([workspace.entries[0]])
+    opened.feature(FramesFeature).remove([workspace.entries[0]])
     box = next(box for box in QApplication.topLevelWidgets() if isinstance(box, QMessageBox) and box.isVisible())
     assert "The work on two-planes is removed, too" in box.text()
     box.button(QMessageBox.StandardButton.Cancel).click()

@@ -219,12 +219,12 @@ def test_what_cannot_be_read_of_a_frame_on_the_way_is_told(listed, part, qtbot):
         entry.id, read_frame(entry.source), Blocks(np.zeros(window.workspace.current.labels.shape, np.int32))
     )
     damaged = SimpleNamespace(state=state, problems=("Its runs cannot be read.",))
-    window.loader.store = SimpleNamespace(has=lambda id: True, read=lambda id: damaged)
+    window.loader.store = SimpleNamespace(has=lambda id: True, state=lambda id: damaged)
     entry.has_state = True
-    told: list[tuple[Document, tuple[str, ...]]] = []
-    window.loader.incomplete.connect(lambda document, problems: told.append((document, problems)))
-    document = propagate_state(window, part, qtbot, "propagate_next")
-    assert told == [(document, damaged.problems)]
+    told: list[str] = []
+    window.notes.warn = lambda what, problems: told.extend(problems)
+    propagate_state(window, part, qtbot, "propagate_next")
+    assert told == ["Its runs cannot be read."]
 
 
 def test_what_needs_a_look_is_gone_through(listed, part, qtbot):

@@ -12,7 +12,6 @@ from PySide6.QtWidgets import QMessageBox
 import ilf
 from gui.app.main_window import MainWindow
 from gui.features.project.autosave import AutosaveFeature, RecoveryDialog
-from gui.features.project.saving import SaveRequest
 from gui.project.recorder import Recorder
 from gui.project.store import WorkStore
 from gui.state.document import Document
@@ -157,7 +156,7 @@ def test_what_cannot_be_restored_is_left_for_another_time(window, left, qtbot, m
 
     with monkeypatch.context() as broken:
         broken.setattr("gui.features.project.restoring.copy_frames", fail)
-        with qtbot.waitSignal(window.loader.failed):
+        with qtbot.waitSignal(window.notes.reported):
             dialog.rows[1].restore_button.click()
     assert set(left.glob("*.work")) == works
     dialog.rows[1].restore_button.click()
@@ -236,7 +235,7 @@ def test_frames_that_were_saved_since_are_not_called_changed(
         open_frame(former, qtbot, write_frame(tmp_path / name, small_frame))
         former.workspace.current.edit_info(1, "Rename", name="wall")
     done: list[bool] = []
-    former.project.saving.save(SaveRequest(path, then=done.append))
+    former.project.saving.save(path, then=done.append)
     qtbot.waitUntil(lambda: bool(done))
     former.workspace.current.edit_info(1, "Rename", name="roof")
     if sets_more:

@@ -25,7 +25,7 @@ class Store:
     def has(self, id):
         return True
 
-    def read(self, id):
+    def state(self, id):
         if id == "lost":
             raise InputError("depth.png is not there any more.")
         frame = ilf.RGBDFrame(np.zeros((20, 30, 3), np.uint8), np.full((20, 30), 2.0), name="put away")

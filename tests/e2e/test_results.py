@@ -122,7 +122,7 @@ def test_a_frame_that_was_moved_is_asked_for_once(window, qtbot, results, tmp_pa
     qtbot.waitUntil(lambda: missing.dialog is not None and not missing.busy)
     assert [lost.wanted.path for lost in missing.lost] == [str(tmp_path / "frames" / "far" / "rgb.png")]
     assert not window.workspace.has_current
-    missing.locate_folder(tmp_path / "moved")
+    missing.look(tmp_path / "moved")
     qtbot.waitUntil(lambda: window.workspace.has_current and not window.loader.busy)
     shutil.copytree(tmp_path / "moved", tmp_path / "frames")
     check_result(window.workspace.current, results / "far")

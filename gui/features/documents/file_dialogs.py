@@ -116,9 +116,7 @@ class PreviewDialog(QDialog, Generic[Found]):
         """Whether the path was chosen in the file dialog, not typed."""
         self.preview = Preview(shown)
         self.message = Message(lines=5)
-        buttons, self.load_button = answers(self, QDialogButtonBox.StandardButton.Open, "Load")
-        seen = lay_out(QHBoxLayout(), self.preview, self.message, spacing=12, stretched=self.message)
-        self._column = lay_out(QVBoxLayout(self), seen, None, buttons, margins=(14, 14, 14, 14), spacing=12)
+        self._buttons, self.load_button = answers(self, QDialogButtonBox.StandardButton.Open, "Load")
 
     def reader(self, path: str) -> Callable[[], Found]:
         """Return what reads a path, in a worker thread; InputError if another input of the dialog is wrong."""
@@ -133,12 +131,9 @@ class PreviewDialog(QDialog, Generic[Found]):
         raise NotImplementedError
 
     def ask(self, *above: QLayout | QWidget) -> None:
-        """Insert the inputs above the preview, and start reading."""
-        for place, part in enumerate(above):
-            if isinstance(part, QWidget):
-                self._column.insertWidget(place, part)
-            else:
-                self._column.insertLayout(place, part)
+        """Lay out the inputs above the preview, and start reading."""
+        seen = lay_out(QHBoxLayout(), self.preview, self.message, spacing=12, stretched=self.message)
+        lay_out(QVBoxLayout(self), *above, seen, None, self._buttons, margins=(14, 14, 14, 14), spacing=12)
         self.file_button.setFocus()
         self.read()
 

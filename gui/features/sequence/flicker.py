@@ -105,7 +105,7 @@ def moment_reader(
 def _read(entry: Entry, store: WorkStore) -> tuple[RGBDFrame, Depth | None]:
     """Read a frame that is not open, and its completed depth."""
     if entry.has_state and store.has(entry.id):
-        state = store.read(entry.id, to_edit=False).state
+        state = store.state(entry.id).state
         return state.frame, present_completion(state).depth if state.results else None
     source = entry.source or FrameRef(entry.key)
     again = recorded_run(source, store.places)

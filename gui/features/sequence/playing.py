@@ -175,7 +175,7 @@ class PlayFeature(Feature):
         context.refresh.add("opened frame", self._follow, Part.FRAME)
         context.refresh.add("played", self._settle, Part.FRAME | Part.LIST | Part.LOADING)
         self.bar = _PlayBar(context.actions)
-        context.centre.add_before(self._frames.place.bar, self.bar)
+        context.centre.add_before(self._frames.bar, self.bar)
         entries = workspace.entries
         context.refresh.add("play bar", lambda: self.bar.setVisible(len(entries) > 1), Part.LIST)
 

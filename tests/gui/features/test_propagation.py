@@ -1,9 +1,11 @@
 """Blocks that came from another frame: taken as one step, and looked at."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from PySide6.QtWidgets import QWidget
 
 import ilf
 from gui.features.blocks.feature import block_rows
@@ -129,10 +131,12 @@ def test_another_extraction_forgets_what_was_carried(workspace, document, propag
     assert document.blocks.propagated_from == propagated.blocks.propagated_from
 
 
-def test_of_frames_of_the_same_files_the_chosen_one_is_opened(workspace, small_frame):
+def test_of_frames_of_the_same_files_the_chosen_one_is_opened(workspace, small_frame, qtbot):
+    window, notes = QWidget(), SimpleNamespace(warn=lambda what, problems: None)
+    qtbot.addWidget(window)
     chosen, other = (Entry.of(FrameRef("/frames/one")) for _ in range(2))
     workspace.add_entries([chosen, other])
     state = FrameState(chosen.id, small_frame, ilf.Blocks(np.zeros(small_frame.shape, np.int32)))
-    FrameLoader(workspace, WorkStore(None)).open_state(chosen, Decoded(state), show=False)
+    FrameLoader(workspace, WorkStore(None), notes, window).open_state(chosen, Decoded(state), show=False)
     assert chosen.document is not None
     assert other.document is None

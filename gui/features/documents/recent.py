@@ -1,4 +1,4 @@
-"""Menus of recent frames and projects."""
+"""Menu of what was opened last."""
 
 from __future__ import annotations
 
@@ -20,7 +20,8 @@ from ilf.sources.frame_ref import FrameRef
 from ...base.commands import TEMPORARY, WHY_NOT
 from ...widgets.basics import literal_text
 
-MOST = 12
+MOST = 20
+_KEY = "recent/frames"
 
 Origin = FrameRef | Path
 """A frame's files, the record of a run, or a project file."""
@@ -80,9 +81,6 @@ class RecentMenu(QMenu):
 
     Parameters
     ----------
-    title : str
-    what : str
-        Name of the list: "frames" or "projects".
     persistent : bool
         Whether the list is stored between program starts.
     open : callable
@@ -95,14 +93,12 @@ class RecentMenu(QMenu):
     origins : list of Origin
     """
 
-    def __init__(
-        self, title: str, what: str, persistent: bool, open: Callable[[Any], object], window: QMainWindow | None
-    ) -> None:
-        super().__init__(title, window)
+    def __init__(self, persistent: bool, open: Callable[[Origin], object], window: QMainWindow | None) -> None:
+        super().__init__("Open re&cent", window)
         self.setToolTipsVisible(True)
         self.aboutToShow.connect(self.fill)
-        self._key, self._persistent = f"recent/{what}", persistent
-        self.origins = _read(str(QSettings().value(self._key, "[]"))) if persistent else []
+        self._persistent = persistent
+        self.origins = _read(str(QSettings().value(_KEY, "[]"))) if persistent else []
         self.open = open
         """Opens an origin."""
         self._window = window
@@ -125,7 +121,7 @@ class RecentMenu(QMenu):
         self.origins = origins
         self.menuAction().setEnabled(bool(origins))
         if self._persistent:
-            QSettings().setValue(self._key, json.dumps(list(map(_entry, origins))))
+            QSettings().setValue(_KEY, json.dumps(list(map(_entry, origins))))
 
     def fill(self) -> None:
         """Create the entries."""
