@@ -31,7 +31,7 @@ _INSPECT = (
 _SPEEDS = "speed_quarter speed_half speed_normal speed_double speed_fourfold speed_fastest"
 _GOING = "next_frame previous_frame next_untouched mark_done note_frame"
 _MENUS = {
-    "&File": "open open_sample play_live_menu recent_frames_menu | new_project recent_projects_menu save_project "
+    "&File": "open open_sample play_live_menu recent_menu | new_project save_project "
     "save_project_as show_project | load_ground_truth remove_ground_truth | load_guide guide_by_network remove_guide | "
     "use_neighbours remove_neighbours | load_blocks "
     "save_blocks | export export_all batch "

@@ -48,6 +48,7 @@ from .frame_files import (
     kind_of,
     look_at_file,
     look_at_frame,
+    look_into,
     looks_like_depth,
     pair_of,
     recording_files,
