@@ -18,8 +18,7 @@ import numpy as np
 import pytest
 from pytestqt.qtbot import QtBot
 
-from ilf.data.camera import Camera
-from ilf.data.frame import RGBDFrame
+import ilf
 
 # what tests open is remembered until they all have ended
 _state = tempfile.TemporaryDirectory(prefix="ilf-tests-")
@@ -124,7 +123,7 @@ def any_theme(qapp: Any) -> Iterator[None]:
 
 
 @pytest.fixture
-def small_frame() -> RGBDFrame:
+def small_frame() -> ilf.RGBDFrame:
     """48 x 64: two slanted planes that meet in a colour edge and a depth jump, with a hole in each."""
     rows, columns = np.mgrid[:48, :64]
     left = columns < 30
@@ -132,7 +131,7 @@ def small_frame() -> RGBDFrame:
     depth[10:22, 8:20] = np.nan
     depth[30:40, 40:56] = np.nan
     rgb = np.where(left[..., None], [200, 90, 40], [40, 110, 180]).astype(np.uint8)
-    return RGBDFrame(rgb, depth, Camera(60.0, 60.0, 31.5, 23.5), name="two-planes")
+    return ilf.RGBDFrame(rgb, depth, ilf.Camera(60.0, 60.0, 31.5, 23.5), name="two-planes")
 
 
 @pytest.fixture

@@ -15,7 +15,7 @@ import numpy as np
 
 import ilf
 from ilf._runtime.installation import asset_path
-from ilf.data.colour_maps import depth_colours
+from ilf.data.pictures import depth_colours
 from ilf.drawing.blocks import block_overlay
 from ilf.drawing.colours import robust_depth_levels, to_indices
 from ilf.evaluation.evaluation import evaluate_completion

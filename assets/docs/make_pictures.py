@@ -23,7 +23,7 @@ from PySide6.QtWidgets import QApplication, QTabWidget, QWidget
 
 from gui.app.main_window import MainWindow
 from gui.base import theme
-from gui.features.accuracy.hold_out_dialog import HoldOutDialog
+from gui.features.accuracy.hold_out import HoldOutDialog
 from gui.features.accuracy.panel import AccuracyPanel
 from gui.features.blocks.feature import BlocksFeature
 from gui.features.expected_error import ErrorFeature
@@ -255,7 +255,7 @@ def run_tour(tour: Tour) -> None:
     tour.figures |= {
         "frame, all blocks": f"({1000 * completion.rmse:.0f} mm)",
         "hold-out, all blocks": f"({1000 * evaluate_hold_out(everywhere, outcome.test).whole.rmse:.0f} mm instead of",
-        "hold-out, frame": f"{1000 * outcome.tested[0].whole.rmse:.0f} mm).",
+        "hold-out, frame": f"{1000 * outcome.errors[0].evaluated[0].rmse:.0f} mm).",
     }
 
 

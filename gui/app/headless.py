@@ -84,7 +84,7 @@ class HeadlessRun(QObject):
         )
 
     def _ran(self) -> None:
-        if not self._window.runs.free:
+        if not self._window.runs.state.free:
             self._await_end()
             return
         document = self._window.workspace.current

@@ -6,9 +6,6 @@ from PySide6.QtCore import QEvent, QSignalBlocker, Qt
 from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDragLeaveEvent, QDropEvent, QShowEvent
 from PySide6.QtWidgets import QDialog, QMainWindow, QTabWidget
 
-from ilf.project.recovery import autosave_folder
-
-from ..base.commands import Actions
 from ..features.about import WindowFeature
 from ..features.accuracy.block_errors import BlockErrorsFeature
 from ..features.accuracy.panel import AccuracyPanel
@@ -16,10 +13,9 @@ from ..features.additional_depth import AdditionalDepthPanel
 from ..features.blocks.feature import BlocksFeature
 from ..features.cloud import CloudFeature
 from ..features.colour_range import ColourRange
-from ..features.compare import CompareFeature
+from ..features.compare import CompareFeature, DerivedFeature
 from ..features.context import Context, Feature
 from ..features.curves import CurvesFeature
-from ..features.depth_colours import DepthColoursFeature
 from ..features.documents.feature import DocumentsFeature
 from ..features.edit_summary import EditSummaryFeature
 from ..features.expected_error import ErrorFeature
@@ -44,23 +40,9 @@ from ..features.start_page import StartPageFeature
 from ..features.status import StatusFeature
 from ..features.tools import ToolsFeature
 from ..features.views import ViewsFeature
-from ..project.loading import FrameLoader
-from ..project.recorder import Recorder
-from ..project.store import WorkStore
-from ..state.parts import Part
-from ..state.workspace import Workspace
-from ..tools.editor import Editor
-from ..views.centre import Centre
-from ..views.cloud.cloud_view import CloudView
-from ..views.linked_views import LinkedViews
 from ..widgets.basics import Late
-from ..widgets.docks import Docks, PanelGroup
-from ..widgets.log_panel import LogPanel
-from ..widgets.notices import Notes
-from ..widgets.toasts import Toasts
+from ..widgets.docks import PanelGroup
 from ..work.jobs import stop_workers
-from ..work.refresh import Refresh
-from ..work.runs import RunController
 from .drops import FileDrops
 
 # In the order in which they draw. A feature that another one asks for comes before it.
@@ -90,8 +72,8 @@ _FURTHER: tuple[type[Feature], ...] = (
     AdditionalDepthPanel,
     InspectPanel,
     CompareFeature,
+    DerivedFeature,
     ColourRange,
-    DepthColoursFeature,
     StartPageFeature,
     PlayFeature,
     FlickerFeature,
@@ -101,12 +83,9 @@ _FURTHER: tuple[type[Feature], ...] = (
 )
 """Those with panels of their own add them after the standard ones."""
 
-_OF_COMMANDS = ~(Part.STROKE | Part.CONTENT | Part.RECORDS | Part.PREVIEWS | Part.BLOCK_ERRORS)
-"""The parts on which it depends whether a command can be used."""
-
 
 class MainWindow(QMainWindow):
-    """The main window. It only assembles workspace (state), controllers (work), shared widgets and features.
+    """The main window. It only assembles the shared objects and the features.
 
     With `persistent`, size and panels are restored from the last session and stored for the next, and work is saved
     automatically.
@@ -114,13 +93,19 @@ class MainWindow(QMainWindow):
 
     def __init__(self, persistent: bool = True) -> None:
         super().__init__()
-        self._make_state(persistent)
-        self._make_display(persistent)
+        self.context = context = Context(self, persistent)
+        self.workspace, self.recorder, self.loader = context.workspace, context.recorder, context.loader
+        self.runs, self.refresh, self.editor = context.runs, context.refresh, context.editor
+        self.views, self.cloud, self.centre = context.views, context.cloud, context.centre
+        self.panels, self.log, self.toasts, self.notes = context.panels, context.log, context.toasts, context.notes
+        self.actions_, self.features, self.feature = context.actions, context.features, context.feature
+        self.setCentralWidget(self.centre)
+        self.drops = FileDrops(self)
         for make in _STANDARD:
-            make(self.context)
+            make(context)
         self._add_panels()
         for make in _FURTHER:
-            make(self.context)
+            make(context)
         self.documents, self.project = self.feature(DocumentsFeature), self.feature(ProjectFeature)
         self._add_menus()
         for feature in self.features:
@@ -128,44 +113,6 @@ class MainWindow(QMainWindow):
         self.refresh.draw_all()
         self.panels.place()
         self.panels.size_window()
-
-    def _make_state(self, persistent: bool) -> None:
-        self.workspace = Workspace(self)
-        self.recorder = Recorder(self.workspace, WorkStore(autosave_folder() if persistent else None), self)
-        self.loader = FrameLoader(self.workspace, self.recorder.store, self)
-        self.runs = RunController(self.workspace, self)
-        self.runs.state_changed.connect(lambda: self.workspace.note(Part.RUNNING))
-        self.loader.busy_changed.connect(lambda: self.workspace.note(Part.LOADING))
-        self.refresh = Refresh(self.workspace, self)
-
-    def _make_display(self, persistent: bool) -> None:
-        """Make the widgets that several features use, and the context of the features."""
-        self.panels = Docks(self, persistent)
-        self.views, self.cloud = LinkedViews(self.workspace), CloudView()
-        self.centre = Centre(self.views, self.cloud)
-        self.setCentralWidget(self.centre)
-        self.log, self.toasts = LogPanel(), Toasts(self)
-        self.notes = Notes(self, self.toasts, self.log)
-        self.drops = FileDrops(self)
-        self.editor = Editor(self.workspace, self.views, self)
-        self.actions_ = Actions(self, lambda: self.context.missing())
-        self.context = Context(
-            window=self,
-            workspace=self.workspace,
-            recorder=self.recorder,
-            loader=self.loader,
-            runs=self.runs,
-            refresh=self.refresh,
-            editor=self.editor,
-            views=self.views,
-            cloud=self.cloud,
-            centre=self.centre,
-            panels=self.panels,
-            notes=self.notes,
-            actions=self.actions_,
-        )
-        self.features, self.feature = self.context.features, self.context.feature
-        self.refresh.add("commands", self.actions_.refresh, _OF_COMMANDS, also=(self.editor.tool_changed,))
 
     def _add_panels(self) -> None:
         """Add the standard panels."""

@@ -145,39 +145,33 @@ def _application(theme_name: str | None) -> tuple[QApplication, bool]:
 def build_parser() -> argparse.ArgumentParser:
     """Build the parser of `ilf-gui`."""
     from ilf.cli.parsing import add_options
-    from ilf.cli.usage import Parser
+    from ilf.cli.usage import Parser, declare
     from ilf.sources.reading_options import OPTIONS
 
     parser = Parser(prog="ilf-gui", description="Complete the missing depth of RGB-D frames, and watch it converge.")
     parser.add_argument("--version", action="version", version=f"ilf-gui {__version__}")
-    parser.add_argument(
-        "frames",
-        nargs="*",
-        metavar="FRAME",
-        type=Path,
-        help="a project (.ilf), frame folders (with meta.json), folders of frames, run.json files, or a colour file "
-        "and its depth file",
-    )
-    parser.add_argument(
-        "--frame",
-        metavar="KEY",
-        help="key of a frame in a folder of frames, a data set or a recording, as for `ilf complete`",
-    )
-    parser.add_argument("--sample", action="store_true", help="open the bundled sample room")
+    declared = """
+        [FRAME ...]  a project (.ilf), frame folders (with meta.json), folders of frames, run.json files, or a colour
+            file and its depth file
+        --frame KEY  key of a frame in a folder of frames, a data set or a recording, as for `ilf complete`
+        --sample     open the bundled sample room
+    """
+    declare(parser, declared)
     add_options(parser, {name: option for name, option in OPTIONS.items() if not option.of_source})
-    played = parser.add_mutually_exclusive_group()
-    played.add_argument("--live", metavar="SOURCE", help="play a recording or folder, completed as it plays")
-    played.add_argument("--realsense", action="store_true", help="play the connected RealSense camera, as with --live")
-    parser.add_argument("--rate", type=float, metavar="HZ", help="frames a second of --live or --realsense")
-    parser.add_argument("--run", action="store_true", help="complete the depth of the (last) frame on start")
-    parser.add_argument(
-        "--screenshot", metavar="FILE.png", help="save a screenshot of the window when all work is done, and exit"
-    )
-    parser.add_argument(
-        "--show", choices=("images", "cloud"), default="images", help="content of the central view (default: images)"
-    )
+    declared = """
+        --live SOURCE  play a recording or folder, completed as it plays
+        --realsense    play the connected RealSense camera, as with --live
+    """
+    declare(parser.add_mutually_exclusive_group(), declared)
+    declared = """
+        --rate HZ                  frames a second of --live or --realsense
+        --run                      complete the depth of the (last) frame on start
+        --screenshot FILE.png      save a screenshot of the window when all work is done, and exit
+        --show images|cloud        content of the central view
+    """
+    declare(parser, declared, show="images")
     parser.add_argument("--size", type=_size, metavar="WxH", help="size of the window")
-    parser.add_argument("--theme", choices=("system", "light", "dark"), help="colours of the window")
+    declare(parser, "--theme system|light|dark  colours of the window")
     return parser
 
 
@@ -244,7 +238,7 @@ def _inputs(options: argparse.Namespace, reading: ReadingOptions) -> _Inputs:
     if options.frame is not None:
         found = Source(options.frames[0], reading).ref(options.frame)
         return _Inputs([], [], [replace(found, options=reading.or_else(found.options))], [])
-    projects, folders, records, files = sort_paths(options.frames)
+    projects, folders, records, files = sort_paths(map(Path, options.frames))
     sources = [FrameRef(str(path), options=reading) for path in folders]
     if len(files) % 2 and (pair := pair_of(files[-1])) is not None:
         files[-1:] = pair
@@ -269,7 +263,7 @@ def _without_display(options: argparse.Namespace, inputs: _Inputs, reading: Read
         print(f"ilf-gui: show the content of {path} with: ilf project info {path}", file=sys.stderr)
     jobs = [["--replay", str(record)] for record in records]
     if options.frame is not None:
-        jobs.append([str(options.frames[0]), "--frame", options.frame])
+        jobs.append([options.frames[0], "--frame", options.frame])
     else:
         jobs += [[source.rgb, source.depth] if source.depth else [source.rgb] for source in sources]
     if options.sample:

@@ -5,9 +5,9 @@ from __future__ import annotations
 import html
 import inspect
 from collections.abc import Callable, Collection, Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
-from typing import Any, TypeVar
+from typing import TypeVar
 
 from PySide6.QtGui import QAction, QActionGroup, QIcon, QKeySequence
 from PySide6.QtWidgets import QMainWindow, QMenu, QMenuBar, QToolBar, QToolButton, QWidget
@@ -28,10 +28,15 @@ HINT = "hint"
 TEMPORARY = "transient"
 """The property of a temporary action, which cannot be given a shortcut."""
 
+_COMMAND = "_command"
+"""The attribute of a method that is the command it is the handler of."""
+
+Handler = TypeVar("Handler", bound=Callable[..., object])
+
 
 @dataclass(frozen=True, eq=False)
 class Command:
-    """One command of the window.
+    """One command of the window; as a decorator, it declares a method as its handler.
 
     Attributes
     ----------
@@ -39,7 +44,7 @@ class Command:
     text : str
         Menu text, with & before its mnemonic letter.
     hint, icon, keys : str
-        "" for none.
+        "" for none. The hint of a declared method is the first paragraph of its docstring.
     group : str
         Commands of one group are checkable, one at a time.
     checkable : bool
@@ -52,7 +57,8 @@ class Command:
         What must be there for it.
     why_off : callable, optional
         Given that this is there, returns why the command cannot be used now, as a sentence with what to do first; ""
-        if it can. It is asked when somebody looks: at a button, as a menu opens, before its key is used.
+        if it can. It is asked when somebody looks: at a button, as a menu opens, before its key is used. Declared
+        beside a method, it is given the object of the method.
     """
 
     name: str
@@ -65,50 +71,29 @@ class Command:
     held: str = ""
     handler: Callable[..., object] | None = None
     needs: Need = NOTHING
-    why_off: Callable[[], str] | None = None
+    why_off: Callable[..., str] | None = None
 
-
-_COMMAND = "_command"
-"""The attribute of a method that makes the command it is the handler of, given the object of the method."""
-
-Handler = TypeVar("Handler", bound=Callable[..., object])
-
-
-def command(
-    name: str,
-    text: str,
-    *,
-    icon: str = "",
-    keys: str = "",
-    checkable: bool = False,
-    held: str = "",
-    needs: Need = NOTHING,
-    why_off: Callable[[Any], str] | None = None,
-) -> Callable[[Handler], Handler]:
-    """Declare a method as the handler of a command, with the attributes of `Command`.
-
-    The hint is the first paragraph of the method's docstring. `why_off` is given the object of the method.
-    """
-
-    def declare(handler: Handler) -> Handler:
-        hint = " ".join((inspect.getdoc(handler) or "").partition("\n\n")[0].split()).removesuffix(".")
-
-        def of(owner: object) -> Command:
-            why = None if why_off is None else partial(why_off, owner)
-            return Command(name, text, hint, icon, keys, "", checkable, held, partial(handler, owner), needs, why)
-
-        setattr(handler, _COMMAND, of)
+    def __call__(self, handler: Handler) -> Handler:
+        """Declare a method as the handler."""
+        setattr(handler, _COMMAND, replace(self, hint=first_paragraph(handler)))
         return handler
 
-    return declare
+
+command = Command
+
+
+def first_paragraph(described: object) -> str:
+    """Return the first paragraph of a docstring, on one line without the full stop."""
+    return " ".join((inspect.getdoc(described) or "").partition("\n\n")[0].split()).removesuffix(".")
 
 
 def commands_of(owner: object) -> Iterator[Command]:
     """Yield the commands whose handlers are methods of an object, in the order of their definition."""
     for kind in reversed(type(owner).__mro__):
         for method in vars(kind).values():
-            if (of := getattr(method, _COMMAND, None)) is not None:
-                yield of(owner)
+            if isinstance(declared := getattr(method, _COMMAND, None), Command):
+                why_off = None if declared.why_off is None else partial(declared.why_off, owner)
+                yield replace(declared, handler=partial(method, owner), why_off=why_off)
 
 
 class CommandAction(QAction):
@@ -201,8 +186,8 @@ class Actions:
             self.commands[command.name] = command
             self.adopt(command.name, action, command.icon)
 
-    def adopt(self, name: str, action: QAction, icon: str) -> None:
-        """Add an action that was made elsewhere, or give one another icon."""
+    def adopt(self, name: str, action: QAction, icon: str = "") -> None:
+        """Add an action that was made elsewhere, as that of a menu, or give one another icon."""
         action.setObjectName(name)
         self._actions[name] = action
         self._icons[name] = icon

@@ -1,1 +1,1 @@
-"""Features of the window: a package or a module each, with its panel, dialog, presenter and commands."""
+"""Features of the window: a package or a module each, with its panel, dialogs and commands."""

@@ -3,25 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Generator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 from weakref import WeakSet
 
 import numpy as np
-from numpy.typing import NDArray
 from PySide6.QtCore import QSettings, Qt
 from PySide6.QtWidgets import QFormLayout, QPushButton, QSpinBox, QVBoxLayout, QWidget
 
+from ilf._runtime.cancellation import mapped_steps
 from ilf._runtime.formatting import counted, millimetres
-from ilf._runtime.stepping import mapped_steps
 from ilf.completion.completion import guide_text
 from ilf.completion.edge_aware.fitted_guide import fit_guide
 from ilf.data.frame import RGBDFrame
 from ilf.evaluation.hold_out import compared_steps, hold_out_steps
 from ilf.io.frame_additions import load_guide
 from ilf.run.run import Run
-from ilf.sources.frame_ref import FrameRef
 from ilf.sources.neighbours import around, neighbour_steps
 from ilf.sources.own_results import is_result_folder
 
@@ -37,11 +36,9 @@ from ..widgets.notices import error_text
 from ..work.jobs import spare_cores
 from .context import Context
 from .documents.frame_files import guide_files
-from .guide_networks import Add, Fetch, GuideNetworksDialog
+from .guide_networks import GuideNetworksDialog
 from .panel import Panel
-from .sequence.moments import place_of
-
-Depth = NDArray[np.float32]
+from .parameter_effects import Depth, effect_of
 
 GUIDE, NEIGHBOURS, BY_HAND = "Guide", "Depth of neighbours", "Depth by hand"
 _SHORT = {
@@ -56,72 +53,33 @@ _SHORT = {
 _FOLDER_KEY = "guide/folder"
 _COUNT_KEY, _STEP_KEY = "neighbours/count", "neighbours/step"
 _COUNT, _MAX_COUNT, _STEP, _MAX_STEP = 2, 10, 1, 99
-_CHANGED_M = 1e-4
-"""Depth that differs by less [m] is not changed."""
 
 # What is computed in a worker.
 
 
-@dataclass(frozen=True, eq=False)
-class _Load:
-    """Read a guide from a file and fit it to the known depth."""
-
-    document: Document
-    frame: RGBDFrame
-    path: str
-
-    def answer(self) -> tuple[RGBDFrame, str]:
-        frame = self.frame.with_guide(load_guide(self.path, self.frame.shape, self.frame.rgb))
-        fitted = fit_guide(frame)
-        assert fitted is not None
-        share = (fitted.confidence > 0).mean()
-        name = Path(self.path).name
-        return frame, f"Guide {name}: It covers {share:.0%} of the pixels, and is {guide_text(frame)}."
+def _with_guide(frame: RGBDFrame, path: str) -> tuple[RGBDFrame, str]:
+    """Read a guide from a file and fit it to the known depth; return the frame with it, and a sentence on it."""
+    frame = frame.with_guide(load_guide(path, frame.shape, frame.rgb))
+    fitted = fit_guide(frame)
+    assert fitted is not None
+    share = (fitted.confidence > 0).mean()
+    return frame, f"Guide {Path(path).name}: It covers {share:.0%} of the pixels, and is {guide_text(frame)}."
 
 
-@dataclass(frozen=True, eq=False)
-class _Search:
-    """Find depth that the nearest frames before and after have measured."""
-
-    document: Document
-    frame: RGBDFrame
-    before: Sequence[FrameRef]
-    after: Sequence[FrameRef]
-    step: int
-
-    def answer(self) -> Generator[float, None, tuple[RGBDFrame, str]]:
-        frame = yield from neighbour_steps(self.frame, self.before, self.after, step=self.step)
-        return frame, frame.notes[-1]
-
-
-@dataclass(frozen=True, eq=False)
-class _Compare:
-    """Complete the frame without one kind of depth and with it, and both once more with hidden known depth."""
-
-    document: Document
-    kind: str
-    without: Run
-    used: Run
-    depth: Depth | None
-    """The completed depth with it, if it is known."""
-
-    def answer(self) -> Generator[float, None, str]:
-        bare = yield from _completed(self.without, 0.0)
-        used = self.depth
-        if used is None:
-            used = yield from _completed(self.used, 0.25)
-        hidden = compared_steps([hold_out_steps(run, threads=spare_cores()) for run in (self.without, self.used)])
-        results = yield from mapped_steps(hidden, lambda step: 0.5 + 0.5 * step.share)
-        alone, together = (result.whole for result in results)
-        was, now = (f"{millimetres(one.mae)} mm (RMSE {millimetres(one.rmse)})" for one in (alone, together))
-        return (
-            f"{_difference(bare, used)} Mean error of hidden depth, at {together.pixels:,} pixels: {was} without it, "
-            f"{now} with it."
-        )
-
-
-Request = _Load | Fetch | Add | _Search | _Compare
-_DOING = {_Load: "Load guide", Fetch: "Fetch network", Add: "Add network", _Search: "Use neighbours"}
+def _comparison(without: Run, used: Run, depth: Depth | None) -> Generator[float, None, str]:
+    """Complete a frame without one kind of depth and with it, unless that `depth` is known, and both once more with
+    hidden known depth; return sentences on the differences."""
+    bare = yield from _completed(without, 0.0)
+    if depth is None:
+        depth = yield from _completed(used, 0.25)
+    hidden = compared_steps([hold_out_steps(run, threads=spare_cores()) for run in (without, used)])
+    results = yield from mapped_steps(hidden, lambda step: 0.5 + 0.5 * step.share)
+    alone, together = (result.whole for result in results)
+    was, now = (f"{millimetres(one.mae)} mm (RMSE {millimetres(one.rmse)})" for one in (alone, together))
+    return (
+        f"{_difference(bare, depth)} Mean error of hidden depth, at {together.pixels:,} pixels: {was} without it, "
+        f"{now} with it."
+    )
 
 
 def _completed(run: Run, first: float) -> Generator[float, None, Depth]:
@@ -133,16 +91,9 @@ def _completed(run: Run, first: float) -> Generator[float, None, Depth]:
 
 def _difference(bare: Depth, used: Depth) -> str:
     """Describe how much completed depth differs, and where only one is there."""
-    change = np.abs(used - bare)
-    changed = change[change > _CHANGED_M]
     only = int(np.count_nonzero(np.isnan(bare) & ~np.isnan(used)))
     filled = f" {counted(only, 'pixel')} are filled only with it." if only else ""
-    if not changed.size:
-        return f"It changes completed depth nowhere.{filled}"
-    return (
-        f"It changes completed depth at {counted(changed.size, 'pixel')}, by {millimetres(float(np.median(changed)))} "
-        f"mm (median), at most {millimetres(float(changed.max()))} mm.{filled}"
-    )
+    return f"With it, {effect_of([(bare, used)]).text}.{filled}"
 
 
 # The panel.
@@ -260,23 +211,22 @@ class AdditionalDepthPanel(Panel):
     def ask_guide(self) -> None:
         """Use depth or inverse depth from another source, or a network that predicts it, where it helps."""
         if path := choose_file(self.context.window, "Load guide", _FOLDER_KEY, guide_files()):
-            self.reveal()
-            self.ask(_Load(self._document, self._frame, path))
+            self._load_guide(path)
 
     @command("guide_by_network", "Guide by net&work…", icon="ph.brain")
     def choose_network(self) -> None:
         """Fetch a network that predicts depth from colour, or choose one that is here, and use it as guide."""
-        dialog = GuideNetworksDialog(self.context.window, self.context.workspace.has_current, self._requests)
-        dialog.use_requested.connect(lambda name: self.ask(_Load(self._document, self._frame, name)))
-        dialog.use_requested.connect(lambda _: self.reveal())
+        dialog = GuideNetworksDialog(self.context.window, self.context.workspace.has_current, self.requests)
+        dialog.use_requested.connect(self._load_guide)
+        dialog.change_requested.connect(self._change_networks)
         dialog.finished.connect(lambda _: setattr(self, "_networks", None))
         self._networks = dialog
         open_once(dialog)
 
     def _why_no_neighbours(self) -> str:
-        entry, place = self._entry(), place_of(self._entry())
+        entry, place = self._entry(), self._entry().place
         others = (one for one in self.context.workspace.entries if one is not entry)
-        if place is None or all(place_of(one) != place for one in others):
+        if place is None or all(one.place != place for one in others):
             return "The list has no other frame of this sequence: open its folder or recording."
         if entry.source is not None and is_result_folder(entry.source):
             return "Depth of the frames beside this one was completed, not measured: open the folder of the frames."
@@ -291,10 +241,19 @@ class AdditionalDepthPanel(Panel):
         QSettings().setValue(_COUNT_KEY, self._count.value())
         QSettings().setValue(_STEP_KEY, self._step.value())
         entry, step = self._entry(), self._step.value()
-        same = [one for one in self.context.workspace.entries if place_of(one) == place_of(entry)]
+        same = [one for one in self.context.workspace.entries if one.place == entry.place]
         sides = around([one.source for one in same if one.source is not None], same.index(entry), len(same))
         before, after = (side[: self._count.value() * step] for side in sides)
-        self.ask(_Search(self._document, self._frame, before, after, step))
+        document, frame = self._document, self._frame
+
+        def take(found: RGBDFrame) -> None:
+            if self._is_shown(document):
+                if found.from_neighbours is not None:
+                    document.set_neighbours(found.neighbours, "Use neighbours")
+                self.context.notes.show_message(f"{document.name}: {found.notes[-1]}")
+
+        fail = partial(self.context.notes.report, "Use neighbours")
+        self.requests.ask(lambda: neighbour_steps(frame, before, after, step=step), take, fail, kind="neighbours")
         self.work.begin()
 
     def compare(self, kind: str) -> None:
@@ -308,7 +267,16 @@ class AdditionalDepthPanel(Panel):
         }
         completion = None if document.changed_blocks() or document.extrapolated else document.completion()
         depth = None if completion is None else completion.depth
-        self.ask(_Compare(document, kind, changed[kind](), used, depth))
+        without, effect = changed[kind](), self._sections[kind].effect
+
+        def take(text: str) -> None:
+            if self._is_shown(document):
+                effect.show_message(text, "text")
+
+        def fail(error: Exception) -> None:
+            effect.show_message(error_text(error), "error")
+
+        self.requests.ask(lambda: _comparison(without, used, depth), take, fail, kind="comparison")
 
     @command("remove_guide", "Remove guide", icon="ph.x-circle", needs=Need.GUIDE)
     def remove_guide(self) -> None:
@@ -322,39 +290,47 @@ class AdditionalDepthPanel(Panel):
         self.context.workspace.current.set_neighbours(None, "Remove depth of neighbours")
         self.context.notes.show_message("Depth of neighbours removed.")
 
-    # answers
+    # what a worker does
 
-    def take(self, request: Request, answer: object) -> None:
-        workspace = self.context.workspace
-        if isinstance(request, Fetch | Add):
-            self.context.notes.show_message(f"The guide network {answer} is ready.")
+    def _load_guide(self, path: str) -> None:
+        """Use a file or a network of this name as guide."""
+        self.reveal()
+        document, frame = self._document, self._frame
+
+        def take(found: tuple[RGBDFrame, str]) -> None:
+            if self._is_shown(document):
+                self._told.add(document)
+                document.set_guide(found[0].guide, "Load guide")
+                self.context.notes.show_message(f"{document.name}: {found[1]}")
+
+        self.requests.ask(
+            lambda: _with_guide(frame, path), take, partial(self.context.notes.report, "Load guide"), kind="guide"
+        )
+
+    def _change_networks(self, what: str, find: Callable[[], str]) -> None:
+        """Fetch or add a network, whose name `find` returns; the dialog may be closed meanwhile."""
+
+        def take(name: str) -> None:
+            self.context.notes.show_message(f"The guide network {name} is ready.")
             if self._networks is not None:
-                self._networks.show_networks(str(answer))
-            return
-        if not workspace.has_current or workspace.current is not request.document:
-            self.context.notes.show_message(
-                f"{request.document.name}: nothing was added, since another frame is shown now. Show it, and try again."
-            )
-            return
-        if isinstance(request, _Compare):
-            self._sections[request.kind].effect.show_message(str(answer), "text")
-            return
-        assert isinstance(answer, tuple)
-        frame, text = answer
-        if isinstance(request, _Load):
-            self._told.add(request.document)
-            workspace.current.set_guide(frame.guide, "Load guide")
-        elif frame.from_neighbours is not None:
-            workspace.current.set_neighbours(frame.neighbours, "Use neighbours")
-        self.context.notes.show_message(f"{request.document.name}: {text}")
+                self._networks.show_networks(name)
 
-    def fail(self, request: Request, error: Exception) -> None:
-        if isinstance(request, _Compare):
-            self._sections[request.kind].effect.show_message(error_text(error), "error")
-        elif isinstance(request, Fetch | Add) and self._networks is not None:
-            self._networks.message.show_message(error_text(error), "error")
-        else:
-            self.context.notes.report(_DOING[type(request)], error)
+        def fail(error: Exception) -> None:
+            if self._networks is not None:
+                self._networks.message.show_message(error_text(error), "error")
+            else:
+                self.context.notes.report(what, error)
+
+        self.requests.ask(find, take, fail, kind=what)
+
+    def _is_shown(self, document: Document) -> bool:
+        """Whether a frame still is the current one; a message says if not."""
+        shown = self.context.workspace.is_shown(document)
+        if not shown:
+            self.context.notes.show_message(
+                f"{document.name}: nothing was added, since another frame is shown now. Show it, and try again."
+            )
+        return shown
 
     def _tell_guide(self) -> None:
         """Tell once that a frame was opened with a guide."""

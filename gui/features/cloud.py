@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from copy import copy
 from dataclasses import replace
-from typing import NamedTuple
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import Signal
 from PySide6.QtGui import QBrush, QColor
 
 from ilf.data.camera import Camera
@@ -17,13 +16,11 @@ from ..base import theme
 from ..base.commands import command
 from ..state.document import Document
 from ..state.parts import Part
-from ..views.cloud.colouring import CloudRequest, ColourBy, Subject, compose, signed_table
-from ..views.cloud.scene import Scene
+from ..views.cloud.scene import CloudRequest, ColourBy, Mark, Scene, compose, signed_table
 from ..views.colours import FIXED, KINDS, Range
 from ..views.interaction import PointerEvent, PointerKind
 from ..views.layers import Layer, Look, content_of
 from ..views.view_data import ShownDepth, colour_table
-from ..work.latest_request import LatestRequest
 from .context import Context, Feature
 from .expected_error import ErrorFeature
 
@@ -37,26 +34,14 @@ _SHOWN |= Part.PROPOSAL
 _NOTHING_KNOWN = "There is no depth to show."
 
 
-class _Request(NamedTuple):
-    request: CloudRequest
-    before: Scene | None
-    """Scene with the same points; None if there is none."""
-
-
 class CloudFeature(Feature):
     """Point cloud of the current frame, rebuilt in a worker thread when the frame or a setting changes.
 
     The position of the pointer is marked in cloud and images. A click on a point selects its block, or goes to the tool
     if the tool needs points only.
-
-    Signals
-    -------
-    changed()
-        The output of `show` has changed: colours, raw or completed depth, all or selected blocks, compared runs, or
-        ground truth.
     """
 
-    changed = Signal()
+    what = "point cloud"
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)
@@ -70,12 +55,9 @@ class CloudFeature(Feature):
         """The last depth, the proposal, and the depth with it."""
         self._seen = ""
         """Key of the document whose cloud was shown last; its viewpoint is kept."""
-        self._blocks: tuple[NDArray[np.int32], NDArray[np.uint8]] | None = None
-        """Label map and colours of the last request."""
-        self._questions = LatestRequest[_Request, Scene](lambda question: compose(*question), self)
-        self._questions.answered.connect(self._take)
-        self._questions.failed.connect(lambda _, error: self._report(error))
-        cloud.canvas.failed.connect(self._report)
+        self._blocks: tuple[NDArray[np.int32], NDArray[np.uint8], NDArray[np.bool_]] | None = None
+        """Label map, colours, and pixels without block of the last request."""
+        cloud.canvas.failed.connect(self.fail)
         views.cursorMoved.connect(self._show_value)
         views.cursorMoved.connect(cloud.canvas.mark)
         cloud.canvas.hovered.connect(self._hover)
@@ -89,10 +71,7 @@ class CloudFeature(Feature):
             _SHOWN,
             deferred_on=Part.SOME_RESULTS,
             when=cloud.isVisible,
-            also=(
-                *(self.changed, views.shownChanged, context.centre.turned),
-                *(cloud.colours_changed, views.ranges.changed),
-            ),
+            also=(views.shownChanged, context.centre.turned, cloud.colours_changed, views.ranges.changed),
         )
 
     @command("cloud_beside", "&3D beside the images", icon="ph.columns", keys="Ctrl+Shift+B", checkable=True)
@@ -107,17 +86,12 @@ class CloudFeature(Feature):
     @command("cloud_raw", "3D: ra&w depth", icon="ph.eye", checkable=True, held="X", why_off=_why_no_raw)
     def _show_raw(self, on: bool) -> None:
         """Show the point cloud before completion; holding X in the 3D view does the same."""
-        self.changed.emit()
+        self.context.refresh.mark("cloud")
 
     @command("cloud_selected_only", "3D: selected blocks onl&y", icon="ph.selection", checkable=True)
     def _show_selected_only(self, on: bool) -> None:
         """Show only the selected blocks in 3D."""
-        self.changed.emit()
-
-    @property
-    def busy(self) -> bool:
-        """Whether a cloud is being built."""
-        return self._questions.busy
+        self.context.refresh.mark("cloud")
 
     def show(self) -> None:
         """Show the cloud, or the reason why there is none."""
@@ -135,20 +109,17 @@ class CloudFeature(Feature):
             self._drop(_NONE_SELECTED)
         else:
             request = self._present_request(document, document.frame.intrinsics)
-            if not request.is_same(self._request):
+            asked, made = self._request, self._made
+            if asked is None or (request.geometry, request.look) != (asked.geometry, asked.look):
                 self._request = request
-                made = self._made
-                before = made[1] if made is not None and request.has_same_points(made[0]) else None
-                self._questions.ask(_Request(request, before))
+                before = made[1] if made is not None and request.geometry == made[0].geometry else None
+                self.requests.ask(partial(compose, request, before), partial(self._take, request))
 
     def _turn(self) -> None:
         """Release the data of a frame that is not shown any more."""
         document = self._workspace.current if self._workspace.has_current else None
         if self._request is not None and (document is None or document.key != self._request.key):
             self._drop()
-
-    def _report(self, error: Exception) -> None:
-        self.context.notes.report("Point cloud", error)
 
     def _present_request(self, document: Document, intrinsics: Camera) -> CloudRequest:
         completion, by = document.completion(), self._cloud.colour_by
@@ -170,24 +141,37 @@ class CloudFeature(Feature):
         chosen = frozenset(document.selected) if self._cloud.chosen_only.isChecked() else None
         if chosen is None and by is not ColourBy.BLOCK:
             self._blocks = None
-        labels, block_colours = self._present_blocks(document) if chosen or by is ColourBy.BLOCK else (None, None)
         shades = theme.colours(self._cloud.palette())
-        layer = self._layer(document, depth, by.content, shades) if by.content else Layer()
+        # visible on the background, and unlike any value
+        plain = shades.grid if shades.is_dark else shades.muted
+        layer, unit = Layer(), ""
+        if by is ColourBy.BLOCK:
+            labels, colours, _ = self._present_blocks(document)
+            layer = Layer((labels, colours), picture=lambda: colours[:, :3][labels])
+        elif by.content:
+            layer, unit = self._layer(document, depth, by.content, shades), content_of(by.content).unit
         lacking = {ColourBy.EXPECTED: "measured", ColourBy.ERROR: "no ground truth"}
         if document.compared:
             lacking[ColourBy.DIFFERENCE] = f"not in {document.compared[0].name}"
-        subject = Subject(
-            document.frame.rgb,
+        note = ""
+        if not layer.parts:
+            notes = {ColourBy.COLOUR: "", ColourBy.FILLED: "image colours where measured"}
+            note, rgb = notes.get(by, "image colours until it is computed"), document.frame.rgb
+            layer = Layer((rgb,), picture=lambda: rgb)
+        return CloudRequest(
+            document.key,
+            intrinsics,
             depth,
-            shades,
             layer,
-            content_of(by.content).unit if by.content else "",
+            unit,
+            title,
+            note,
+            plain,
             lacking.get(by, ""),
-            labels,
-            block_colours,
-            self._marks(document, by, shades),
+            self._marks(document, by, shades, plain),
+            chosen,
+            None if chosen is None else self._present_blocks(document)[0],
         )
-        return CloudRequest(document.key, intrinsics, subject, by, chosen, title)
 
     def _layer(self, document: Document, depth: NDArray[np.float32], content: str, shades: theme.Colours) -> Layer:
         """The layer of a content of the images for this depth, in their colour ranges."""
@@ -206,25 +190,24 @@ class CloudFeature(Feature):
         one = self._views.ranges.of(kind)
         return replace(one) if one.locked or one.mode == FIXED else replace(one, levels=None)
 
-    @staticmethod
-    def _marks(
-        document: Document, by: ColourBy, shades: theme.Colours
-    ) -> tuple[tuple[NDArray[np.bool_], QColor, str], ...]:
+    def _marks(self, document: Document, by: ColourBy, shades: theme.Colours, plain: QColor) -> tuple[Mark, ...]:
         completion, unsupported = document.completion(), document.unsupported()
+        if by is ColourBy.BLOCK:
+            return ((self._present_blocks(document)[2], plain, "no block"),)
         if by is ColourBy.FILLED and completion is not None:
-            filled = (completion.filled, shades.accent, "filled")
-            return filled, (completion.extrapolated, shades.warning, "extrapolated")
+            filled = (completion.filled, shades.accent, "{} filled")
+            return filled, (completion.extrapolated, shades.warning, "{} extrapolated")
         if by is ColourBy.EXPECTED and unsupported is not None:
-            return ((unsupported, shades.warning, "unsupported"),)
+            return ((unsupported, shades.warning, "{} unsupported"),)
         return ()
 
-    def _present_blocks(self, document: Document) -> tuple[NDArray[np.int32], NDArray[np.uint8]]:
+    def _present_blocks(self, document: Document) -> tuple[NDArray[np.int32], NDArray[np.uint8], NDArray[np.bool_]]:
         if self._blocks is None:
-            self._blocks = document.labels.copy(), colour_table(document, int(document.labels.max()))
+            labels = document.labels.copy()
+            self._blocks = labels, colour_table(document, int(labels.max())), labels == 0
         return self._blocks
 
-    def _take(self, question: _Request, scene: Scene) -> None:
-        request = question.request
+    def _take(self, request: CloudRequest, scene: Scene) -> None:
         if self._request is None or request.key != self._request.key:
             return
         self._made = request, scene
@@ -236,15 +219,14 @@ class CloudFeature(Feature):
 
     def _drop(self, message: str = "") -> None:
         """Show no cloud, and release the data of the last one."""
-        self._questions.forget()
+        self.requests.forget()
         self._request = self._made = self._blocks = self._proposed = None
         self._cloud.set_message(*([message] if message else []))
 
     def _show_value(self, pixel: tuple[int, int] | None) -> None:
         """Mark the value of a pixel on the colour bar."""
-        request = self._made[0] if self._made is not None and pixel is not None and self._shows_present() else None
-        layer = Layer() if request is None else request.subject.layer
-        self._cloud.bar.set_value(None if pixel is None else layer.value_at(*pixel, layer.parts))
+        layer = self._made[1].layer if self._made is not None and self._shows_present() else None
+        self._cloud.bar.set_value(None if pixel is None or layer is None else layer.value_at(*pixel, layer.parts))
 
     def _shows_present(self) -> bool:
         """Whether the visible cloud is of the current frame."""

@@ -1,17 +1,18 @@
-"""The colour range: its panel and its commands."""
+"""The colour range: its panel and its commands; and the colour map of depth, which is remembered."""
 
 from __future__ import annotations
 
 import numpy as np
 import pyqtgraph as pg
 from numpy.typing import NDArray
-from PySide6.QtCore import QSignalBlocker, Qt, QTimer, Signal
+from PySide6.QtCore import QSettings, QSignalBlocker, Qt, QTimer, Signal
 from PySide6.QtWidgets import QDoubleSpinBox, QHBoxLayout, QStackedWidget, QVBoxLayout, QWidget
 
 from ..base import theme
 from ..base.commands import command
 from ..state.parts import Part
-from ..views.colours import DEPTH_MAPS, FIXED, KINDS, MODES, Levels, Range
+from ..views.colours import DEPTH_MAP, DEPTH_MAPS, FIXED, KINDS, MODES, Levels, Range
+from ..views.curves.axes import paint_plot
 from ..widgets.basics import PlainLabel, Themed, combo, command_button, lay_out
 from ..widgets.docks import PanelGroup
 from .context import Context
@@ -97,17 +98,13 @@ class Histogram(Themed, pg.PlotWidget):
     def _take_theme(self) -> None:
         colours, font = theme.colours(self.palette()), self.font()
         font.setPointSizeF(font.pointSizeF() * 0.85)
-        self.setBackground(colours.background)
+        paint_plot(self, colours, font)
         self._curve.setPen(pg.mkPen(colours.muted))
         self._curve.setBrush(theme.faded(colours.muted, 90))
         self._region.setBrush(theme.faded(colours.accent, 36))
         for line in self._region.lines:
             line.setPen(pg.mkPen(colours.accent, width=2))
             line.setHoverPen(pg.mkPen(colours.accent, width=4))
-        axis = self.getAxis("bottom")
-        axis.setPen(colours.grid)
-        axis.setTextPen(colours.muted)
-        axis.setTickFont(font)
 
     def _on_axis(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
         return np.log10(np.maximum(values, _MIN_LOG_VALUE)) if self._logarithmic else values
@@ -127,6 +124,8 @@ class Histogram(Themed, pg.PlotWidget):
 _DECIMALS = {"depth": 3, "signed": 2, "expected": 2}
 _LARGEST = 1e6
 _NO_RANGE = "Click a view of depth, a difference or an error"
+_MAP_KEY, _TOLD_KEY = "depth_colours/map", "depth_colours/told"
+_ABOUT_MAP = f"Depth is drawn in {DEPTH_MAP}, which colour-blind people can read. Others are in View › Depth colours."
 
 
 _ROBUST = 1, 99
@@ -167,6 +166,28 @@ class ColourRange(Panel):
         views = context.views
         context.feature(ViewsFeature).bar.add_entry(context.actions["fit_range"])
         context.refresh.add("range_lock", self._show_lock, Part.FRAME, also=(views.rangeChanged, views.shownChanged))
+        if context.panels.persistent:
+            self._restore_map()
+
+    def _restore_map(self) -> None:
+        """Restore the colour map of depth, and store what is chosen; in the first frame of a first start, say which
+        one it is."""
+        chosen = str(QSettings().value(_MAP_KEY, DEPTH_MAP))
+        if chosen in DEPTH_MAPS:
+            self.context.views.ranges.set_depth_map(chosen)
+        self._map = self.context.views.data.depth_map
+        self.context.views.ranges.changed.connect(self._remember_map)
+        self.context.refresh.add("depth colours", self._tell_map, Part.FRAME)
+
+    def _remember_map(self) -> None:
+        if self.context.views.data.depth_map != self._map:
+            self._map = self.context.views.data.depth_map
+            QSettings().setValue(_MAP_KEY, self._map)
+
+    def _tell_map(self) -> None:
+        if self.context.workspace.has_current and not QSettings().value(_TOLD_KEY, False, type=bool):
+            QSettings().setValue(_TOLD_KEY, True)
+            self.context.notes.offer(_ABOUT_MAP)
 
     @command("show_range", "Colour &range", icon="ph.chart-bar", keys="Ctrl+Shift+G")
     def _open(self) -> None:
@@ -211,10 +232,8 @@ class ColourRange(Panel):
 
     def refresh(self, parts: Part) -> None:
         """Show the range of the active view, or why there is none."""
-        ranges, cell, levels = self.context.views.ranges, self.context.views.ranged, None
+        ranges, cell, levels = self.context.views.ranges, self.context.views.ranged, self._levels
         self.map.setCurrentIndex(self.map.findData(self.context.views.data.depth_map))
-        if self._is_there():
-            levels = cell.bar.levels
         self.kind = kind = "" if levels is None else cell.range_kind
         self.heading.setText(f"{cell.strip.title} [{KINDS[kind]}]" if kind else cell.strip.title)
         self._pages.setCurrentIndex(int(levels is None))
@@ -244,19 +263,20 @@ class ColourRange(Panel):
             self.mode.setCurrentIndex(self.mode.findData(FIXED))
             self._set_levels(low, high)
 
-    def _is_there(self) -> bool:
-        """Whether the active view has a range now."""
+    @property
+    def _levels(self) -> Levels | None:
+        """The range of the active view; None if it has none now."""
         cell = self.context.views.ranged
-        return self.context.workspace.has_current and bool(cell.range_kind) and cell.bar.levels is not None
+        return cell.bar.levels if self.context.workspace.has_current and cell.range_kind else None
 
     def _why_no_range(self) -> str:
-        return "" if self._is_there() else "Not available now."
+        return "" if self._levels is not None else "Not available now."
 
     def _show_lock(self) -> None:
         """Show whether the range is locked."""
         views, lock = self.context.views, self.context.actions["lock_range"]
         with QSignalBlocker(lock):
-            lock.setChecked(self._is_there() and views.ranges.of(views.ranged.range_kind).locked)
+            lock.setChecked(self._levels is not None and views.ranges.of(views.ranged.range_kind).locked)
 
     @command(
         "fit_range",

@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QObject, Signal
 
 from ilf.completion.edge_aware.fitted_guide import fit_guide
 from ilf.completion.interpolation import linear
@@ -24,9 +22,7 @@ from ..base.commands import command
 from ..base.needs import Need
 from ..state.document import Document
 from ..state.parts import Part
-from ..state.workspace import Workspace
 from ..views.layouts import COMPARE
-from ..views.linked_views import LinkedViews
 from ..views.view_data import Spectrum
 from ..work.latest_request import LatestRequest
 from .context import Context, Feature
@@ -39,42 +35,32 @@ _MIN_EXTENT = 24
 """Minimum extent of the shown spectrum [wave numbers], where the grid has them."""
 
 
-@dataclass(frozen=True)
-class _Request:
-    """Request for derived data, computed in a worker thread; requests with the same key have the same result."""
-
-    key: tuple[Any, ...]
-    find: Callable[[], Any] = field(compare=False)
-
+_INPUTS = Part.FRAME | Part.LABELS | Part.INVALID_MASK | Part.GUIDE | Part.NEIGHBOURS
 
 _NOTHING: dict[str, Any] = {"edges": None, "interpolated": None, "guide": None, "spectrum": ""}
 """Each kind of derived data -> what is shown while there is none."""
 
 
-class DerivedPresenter(QObject):
-    """Edges, interpolated holes and the spectrum of the selected block, each while visible; and the fitted guide.
+class DerivedFeature(Feature):
+    """Edges, interpolated holes and the spectrum of the selected block, each while visible; and the fitted guide."""
 
-    Signals
-    -------
-    failed(object)
-        The exception raised during a computation, which is not repeated.
-    """
-
-    failed = Signal(object)
-
-    def __init__(self, workspace: Workspace, views: LinkedViews) -> None:
-        super().__init__(views)
-        self._workspace = workspace
-        self._views = views
+    def __init__(self, context: Context) -> None:
+        super().__init__(context)
+        self._workspace = context.workspace
         self._document: Document | None = None
-        self._requested: dict[str, _Request] = {}
-        self._questions: dict[str, LatestRequest[_Request, Any]] = {}
-        for name in _NOTHING:
-            self._questions[name] = questions = LatestRequest[_Request, Any](lambda request: request.find(), self)
-            questions.answered.connect(lambda request, answer, name=name: self._take(name, request, answer))
-            questions.failed.connect(
-                lambda request, error, name=name: self.failed.emit(error) if self._needs(name, request) else None
-            )
+        self._requested: dict[str, tuple[Any, ...]] = {}
+        """What each kind is derived from; the same data are derived once, also if that fails."""
+        self._questions = {name: LatestRequest(self) for name in _NOTHING}
+        views, add = context.views, context.refresh.add
+        add("derived", self.show, _INPUTS, also=(views.shownChanged,))
+        add(
+            "spectrum",
+            self._show_spectrum,
+            Part.FRAME | Part.LABELS | Part.RESULTS | Part.SELECTION,
+            Part.SOME_RESULTS,
+            also=(views.shownChanged,),
+            when=partial(views.shows, "spectrum"),
+        )
 
     @property
     def busy(self) -> bool:
@@ -91,9 +77,9 @@ class DerivedPresenter(QObject):
         if document is None:
             return
         frame, extraction = document.frame, document.blocks.extraction or BlockParameters()
-        if self._views.shows("edges"):
+        if self.context.views.shows("edges"):
             self._ask("edges", (frame, extraction), lambda: find_edges(frame, extraction))
-        if self._views.shows("interpolated"):
+        if self.context.views.shows("interpolated"):
             self._ask("interpolated", (frame,), lambda: linear(frame))
         # also while it is not visible: a run needs it, too
         if frame.guide is None:
@@ -103,28 +89,29 @@ class DerivedPresenter(QObject):
 
     def _ask(self, name: str, key: tuple[Any, ...], find: Callable[[], Any]) -> None:
         """Request derived data unless it is there or pending."""
-        request = _Request(key, find)
-        if request != self._requested.get(name):
-            self._requested[name] = request
-            self._questions[name].ask(request)
+        if key != self._requested.get(name):
+            self._requested[name] = key
+            take, fail = partial(self._take, name, key), partial(self._fail, name, key)
+            self._questions[name].ask(find, take, fail, key=key)
 
     def _tell(self, name: str, instead: str = "") -> None:
         """Drop what is pending, and show nothing of it, or a text instead."""
         self._requested.pop(name, None)
         self._questions[name].forget()
         shown = instead or _NOTHING[name]
-        if getattr(self._views.data, name) is not shown:
-            self._views.show_found(**{name: shown})
+        if getattr(self.context.views.data, name) is not shown:
+            self.context.views.show_found(**{name: shown})
 
-    def _needs(self, name: str, request: _Request) -> bool:
-        return request == self._requested.get(name)
-
-    def _take(self, name: str, request: _Request, answer: Any) -> None:
+    def _take(self, name: str, key: tuple[Any, ...], found: Any) -> None:
         # another frame may be shown that nothing was asked of yet
-        if self._needs(name, request) and self._document is not None and self._workspace.is_shown(self._document):
-            self._views.show_found(**{name: answer})
+        if key == self._requested.get(name) and self._document is not None and self._workspace.is_shown(self._document):
+            self.context.views.show_found(**{name: found})
 
-    def show_spectrum(self) -> None:
+    def _fail(self, name: str, key: tuple[Any, ...], error: Exception) -> None:
+        if key == self._requested.get(name):
+            self.context.notes.report("View content", error)
+
+    def _show_spectrum(self) -> None:
         """Request the spectrum of the selected block."""
         if not self._workspace.has_current:
             return
@@ -164,26 +151,13 @@ class CompareFeature(Feature):
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)
-        workspace, views, actions = context.workspace, context.views, context.actions
-        self.derived = DerivedPresenter(workspace, views)
         self._was_compared = False
         self._replaced: dict[str, str] = {}
         """Content of a view before the result replaced it: name of its cell -> content."""
-        self.derived.failed.connect(lambda error: context.notes.report("View content", error))
-        inputs = Part.FRAME | Part.LABELS | Part.INVALID_MASK | Part.GUIDE | Part.NEIGHBOURS
-        add = context.refresh.add
+        blink = context.actions["blink"]
         # an edit must show its effect on the result
-        add("blink", lambda: actions["blink"].setChecked(False), inputs | Part.STROKE)
-        add("derived", self.derived.show, inputs, also=(views.shownChanged,))
-        add(
-            "spectrum",
-            self.derived.show_spectrum,
-            Part.FRAME | Part.LABELS | Part.RESULTS | Part.SELECTION,
-            Part.SOME_RESULTS,
-            also=(views.shownChanged,),
-            when=partial(views.shows, "spectrum"),
-        )
-        views.sheet.layoutChanged.connect(self._follow_layout)
+        context.refresh.add("blink", lambda: blink.setChecked(False), _INPUTS | Part.STROKE)
+        context.views.sheet.layoutChanged.connect(self._follow_layout)
 
     @command("view_content", "&View content…", icon="ph.list", keys="Ctrl+Shift+V", needs=Need.FRAME)
     def _choose_content(self) -> None:

@@ -3,24 +3,30 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
-from typing import NamedTuple, TypeVar
+from functools import cached_property
+from typing import ClassVar, NamedTuple, TypeVar
 
 from PySide6.QtCore import QObject
 from PySide6.QtWidgets import QMainWindow
+
+from ilf.project.recovery import autosave_folder
 
 from ..base.commands import Actions, commands_of
 from ..base.needs import NOTHING, Need
 from ..project.loading import FrameLoader
 from ..project.recorder import Recorder
+from ..project.store import WorkStore
 from ..state.document import Document
+from ..state.parts import Part
 from ..state.workspace import Workspace
 from ..tools.editor import Editor
 from ..views.centre import Centre
 from ..views.cloud.cloud_view import CloudView
 from ..views.linked_views import LinkedViews
 from ..widgets.docks import Docks
-from ..widgets.notices import Notes
+from ..widgets.notices import LogPanel, Notes
+from ..widgets.toasts import Toasts
+from ..work.latest_request import LatestRequest
 from ..work.refresh import Refresh
 from ..work.runs import RunController
 
@@ -40,48 +46,60 @@ class PendingWork(NamedTuple):
     document: Document | None = None
 
 
+_OF_COMMANDS = ~(Part.STROKE | Part.CONTENT | Part.RECORDS | Part.PREVIEWS | Part.BLOCK_ERRORS)
+"""The parts on which it depends whether a command can be used."""
+
 _OF_FRAME = ~Need.NOT_PLAYING
 """What a frame gives, whether or not frames are played."""
 
 FeatureType = TypeVar("FeatureType", bound="Feature")
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
 class Context:
     """Shared objects of the window: what a feature may use.
 
-    Attributes
+    Parameters
     ----------
     window : QMainWindow
         Parent of dialogs, with menu bar and status bar.
+    persistent : bool
+        Whether size and panels are restored from the last session and stored for the next, and work is saved
+        automatically.
+
+    Attributes
+    ----------
     workspace, recorder
         The data, and what stores it.
     loader, runs, refresh
         The work: reading of frames, runs, and drawing of what has become stale.
+    panels, views, cloud, centre, log, toasts, notes
+        The display: the panels around the centre, linked views, point cloud, the centre with both, and messages.
     editor
         Host of the tools.
-    views, cloud, centre, panels, notes
-        The display: linked views, point cloud, the centre with both, the panels around it, and messages.
     actions
         The commands.
     features : list of Feature
         All features, in the order in which they were made.
     """
 
-    window: QMainWindow
-    workspace: Workspace
-    recorder: Recorder
-    loader: FrameLoader
-    runs: RunController
-    refresh: Refresh
-    editor: Editor
-    views: LinkedViews
-    cloud: CloudView
-    centre: Centre
-    panels: Docks
-    notes: Notes
-    actions: Actions
-    features: list[Feature] = field(default_factory=list)
+    def __init__(self, window: QMainWindow, persistent: bool) -> None:
+        self.window = window
+        self.workspace = workspace = Workspace(window)
+        self.recorder = Recorder(workspace, WorkStore(autosave_folder() if persistent else None), window)
+        self.runs = RunController(workspace, window)
+        self.runs.state_changed.connect(lambda: workspace.note(Part.RUNNING))
+        self.refresh = Refresh(workspace, window)
+        self.panels = Docks(window, persistent)
+        self.views, self.cloud = LinkedViews(workspace), CloudView()
+        self.centre = Centre(self.views, self.cloud)
+        self.log, self.toasts = LogPanel(), Toasts(window)
+        self.notes = Notes(window, self.toasts, self.log)
+        self.loader = FrameLoader(workspace, self.recorder.store, self.notes, window)
+        self.loader.busy_changed.connect(lambda: workspace.note(Part.LOADING))
+        self.editor = Editor(workspace, self.views, window)
+        self.actions = Actions(window, self.missing)
+        self.features: list[Feature] = []
+        self.refresh.add("commands", self.actions.refresh, _OF_COMMANDS, also=(self.editor.tool_changed,))
 
     def feature(self, kind: type[FeatureType]) -> FeatureType:
         """Return the feature of a type; it is made now if nothing has used it yet."""
@@ -93,8 +111,8 @@ class Context:
         workspace = self.workspace
         document = workspace.current if workspace.has_current else None
         there = NOTHING if self.actions.is_on("play_frames") else Need.NOT_PLAYING
-        there |= Need.IDLE if self.runs.free and not self.loader.is_preparing(document) else NOTHING
-        there |= Need.GOING if self.runs.going else NOTHING
+        there |= Need.IDLE if self.runs.state.free and not self.loader.is_preparing(document) else NOTHING
+        there |= Need.GOING if self.runs.state.going else NOTHING
         for need, count in ((Need.LISTED, 1), (Need.OTHERS, 2)):
             there |= need if len(workspace.entries) >= count else NOTHING
         if document is None:
@@ -129,8 +147,15 @@ class Feature(QObject):
 
     When it is made, its methods that are commands are added to the context's actions. It makes its widgets, adds its
     panels to the context's docks, registers their updates with the context's refresh, and passes its messages to the
-    context's notes.
+    context's notes. What takes time it asks for by `requests.ask`: the answer is found in a worker thread.
+
+    Attributes
+    ----------
+    what : str
+        What is computed, as in "hold-out test": named in errors.
     """
+
+    what: ClassVar[str] = "computation"
 
     def __init__(self, context: Context) -> None:
         super().__init__(context.window)
@@ -140,6 +165,20 @@ class Feature(QObject):
 
     def begin(self) -> None:
         """Called when the window has all features and menus, just before it is shown; not for one made on use."""
+
+    @cached_property
+    def requests(self) -> LatestRequest:
+        """What it asks for; errors go to `fail`."""
+        return LatestRequest(self, self.fail)
+
+    @property
+    def busy(self) -> bool:
+        """Whether an answer is pending."""
+        return self.requests.busy
+
+    def fail(self, error: Exception) -> None:
+        """Handle an error of what was asked for."""
+        self.context.notes.report(f"The {self.what} failed", error)
 
     def pending_work(self) -> Sequence[PendingWork]:
         """Pending background work that would be lost."""

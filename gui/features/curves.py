@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,11 +12,12 @@ from ilf._runtime.formatting import length_text
 from ilf.data.frame import RGBDFrame
 from ilf.data.parameters import Parameters
 from ilf.data.results import BlockResult, IterationRecord, Status
-from ilf.run.key_frames import KeyFrame, Track, depth_at_key_frames
+from ilf.evaluation.evaluation import evaluate
+from ilf.run.key_frames import Track, depth_at_key_frames
 
 from ..state.document import Document
 from ..state.parts import Part
-from ..state.shown_depth import ViewedIteration
+from ..state.results import ViewedIteration
 from ..views.curves.curve import Curve
 from ..views.curves.panel import EMPTY_TEXT, CurvesPanel
 from ..widgets.docks import PanelGroup
@@ -27,16 +27,6 @@ from .panel import Panel
 MAX_CURVES = 8
 
 _ACTIVE_STATES = (RunState.RUNNING, RunState.RESOLVING)
-
-
-@dataclass(frozen=True, eq=False)
-class _EarlierIteration:
-    """The current depth and the blocks that continued after an iteration, to compose the depth after it."""
-
-    document: Document
-    iteration: int
-    present: NDArray[np.float32]
-    blocks: list[tuple[Track, KeyFrame]]
 
 
 class CurvesFeature(Panel):
@@ -96,7 +86,7 @@ class CurvesFeature(Panel):
         """Show the depth at the slider's iteration."""
         document, iteration = self._document, self._bar.position
         if self._bar.at_end or document is None:
-            self.forget()
+            self.requests.forget()
             self.widget.look_at(None)
             self._workspace.view_iteration(None)
             return
@@ -104,16 +94,12 @@ class CurvesFeature(Panel):
         present = document.current_depth()
         base = (document.frame.depth if present is None else present).copy()
         blocks = [(track, track.at(iteration)) for records, track in _tracks(document) if iteration < len(records)]
-        self.ask(_EarlierIteration(document, iteration, base, blocks))
 
-    def compute(self, request: _EarlierIteration) -> NDArray[np.float32]:
-        """Compose the depth."""
-        return depth_at_key_frames(request.present, request.blocks)
+        def show(depth: NDArray[np.float32]) -> None:
+            if document is self._document and not self._bar.at_end:
+                self._workspace.view_iteration(ViewedIteration(depth, iteration))
 
-    def take(self, request: _EarlierIteration, answer: NDArray[np.float32]) -> None:
-        """Show the depth in the views."""
-        if request.document is self._document and not self._bar.at_end:
-            self._workspace.view_iteration(ViewedIteration(answer, request.iteration))
+        self.requests.ask(lambda: depth_at_key_frames(base, blocks), show)
 
 
 def draw_curves(panel: CurvesPanel, document: Document | None) -> None:
@@ -184,9 +170,7 @@ def _corrected_error(result: BlockResult, frame: RGBDFrame) -> float:
     if not result.correction or frame.ground_truth is None:
         return math.nan
     box, mask = result.block.box, result.block.mask
-    off = (result.depth - frame.ground_truth[box][mask])[~frame.known[box][mask]].astype(np.float64)
-    off = off[np.isfinite(off)]
-    return float(np.sqrt(np.mean(off * off))) if off.size else math.nan
+    return evaluate(result.depth, frame.ground_truth[box][mask], ~frame.known[box][mask]).rmse
 
 
 def _hint(document: Document, label: int) -> str:

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import html
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QObject, Qt
-from PySide6.QtGui import QAction, QResizeEvent
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QSizePolicy, QWidget
 
 from ilf._runtime.formatting import grouped, millimetres
@@ -20,15 +21,10 @@ from ilf.segmentation.editing.patches import LabelPatch
 
 from ..base import theme
 from ..base.commands import command
-from ..state.edits import DrawnChange, Edit
-from ..state.parts import Part
-from ..state.workspace import Workspace
-from ..views.linked_views import LinkedViews
+from ..state.parts import DrawnChange, Edit, Part
 from ..views.view_data import FormerState
 from ..widgets.basics import Themed, lay_out
 from ..work.frame_runs import RunState
-from ..work.latest_request import LatestRequest
-from ..work.runs import RunController
 from .context import Context, Feature
 
 # One line under the views with the summary of the last edit.
@@ -65,25 +61,22 @@ class EditSummaryLine(Themed, QWidget):
         self._looks = False
         self._empty = ""
         """What is shown before the first edit."""
-        self._write()
+        self._take_theme()
 
     def show_message(self, text: str, effect: EditSummary | None = None, note: str = "") -> None:
         """Show the title of an edit, its effect as far as known, and a note."""
         self._content = text, effect, note
-        self._write()
+        self._take_theme()
 
     def mark_before(self, on: bool) -> None:
         """Show whether the views show the state before the edit."""
         self._looks = on
-        self._write()
+        self._take_theme()
 
     def clear(self, editable: bool) -> None:
         """Show that there has been no edit; nothing if there is nothing to edit."""
         self._content, self._empty = None, _EMPTY if editable else ""
-        self._write()
-
-    def _take_theme(self) -> None:
-        self._write()
+        self._take_theme()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
@@ -93,7 +86,8 @@ class EditSummaryLine(Themed, QWidget):
         self.label.setMaximumHeight(self.height() if beside_film_strip else line)
         self.label.setAlignment(Qt.AlignmentFlag.AlignVCenter if beside_film_strip else Qt.AlignmentFlag.AlignTop)
 
-    def _write(self) -> None:
+    def _take_theme(self) -> None:
+        """Write the text, in the colours of the theme."""
         if self._content is None:
             tone = theme.colours(self.palette()).muted.name()
             self.label.setText(f'<span style="color:{tone}">{self._empty}</span>')
@@ -139,37 +133,18 @@ class EditSummaryLine(Themed, QWidget):
 _UNKNOWN = "too little known depth nearby to evaluate it"
 
 
-@dataclass(frozen=True, eq=False)
-class _Request:
-    """An edit of the label map, the run of the frame after it, and the completions before and after it."""
+class EditSummaryFeature(Feature):
+    """The line that summarises the last edit of the current frame, and the command that shows the state before it.
 
-    edit: Edit
-    patch: LabelPatch
-    run: Run
-    before: Completion | None
-    after: Completion | None
-
-
-class EditSummaryPresenter(QObject):
-    """Presenter of the line that summarises the last edit of the current frame.
-
-    The effect on depth is computed in a worker thread once the edited blocks have been completed again.
-
-    Parameters
-    ----------
-    live : QAction
-        Whether blocks are completed again after edits; if not, the effect is known after the next run.
+    The effect on depth is computed in a worker thread once the edited blocks have been completed again: after the next
+    run, if live depth is off.
     """
 
-    def __init__(
-        self, workspace: Workspace, runs: RunController, views: LinkedViews, line: EditSummaryLine, live: QAction
-    ) -> None:
-        super().__init__(line)
-        self._workspace = workspace
-        self._runs = runs
-        self._views = views
-        self._line = line
-        self._live = live
+    def __init__(self, context: Context) -> None:
+        super().__init__(context)
+        self._workspace = workspace = context.workspace
+        self.line = EditSummaryLine()
+        context.centre.add_strip(self.line)
         self._change: Edit | None = None
         self._asked = True
         self._edited = False
@@ -178,33 +153,31 @@ class EditSummaryPresenter(QObject):
         """Completion before the last edit."""
         self._present: Completion | None = None
         """Completion when no run was in progress."""
-        self._questions = LatestRequest[_Request, EditSummary](_find, self)
-        self._questions.answered.connect(self._say)
-        self._questions.failed.connect(lambda question, error: self._say(question, None, f"not evaluated: {error}"))
         workspace.about_to_change.connect(self._note_idle)
         workspace.edited.connect(self._take)
         workspace.on(Part.FRAME, self._turn)
         workspace.on(Part.REPLACED, self._forget)
         workspace.on(Part.GROUND_TRUTH, self._ask_again)
         workspace.on(Part.PARAMETERS | Part.RESULTS, self._go_on)
-        runs.state_changed.connect(self._go_on)
-        line.clear(workspace.has_current)
+        context.runs.state_changed.connect(self._go_on)
+        context.runs.resolved.connect(self._tell_resolved)
+        self.line.clear(workspace.has_current)
+        edits = Part.STROKE | Part.LABELS | Part.INVALID_MASK | Part.BY_HAND | Part.NEIGHBOURS
+        # an edit shows the current state again
+        before = context.actions["show_before_edit"]
+        context.refresh.add("state before the edit", lambda: before.setChecked(False), Part.FRAME | edits)
 
-    @property
-    def busy(self) -> bool:
-        """Whether a summary is pending."""
-        return self._questions.busy
-
-    def look(self, on: bool) -> None:
-        """Show the blocks and the depth before the last edit (after it if it was undone), or go back."""
-        self._line.mark_before(on)
+    @command("show_before_edit", "Show state &before the last edit", icon="ph.eye", checkable=True, held="Z")
+    def _show_before(self, on: bool) -> None:
+        """Show blocks and depth before the last edit; holding Z does the same."""
+        self.line.mark_before(on)
         if not on or not self._edited:
-            self._views.look_back(None)
+            self.context.views.look_back(None)
             return
         labels = self._workspace.current.labels
         if self._change is not None and self._change.patch is not None:
             labels = _labels_before(self._change.patch, self._change.forward, labels)
-        self._views.look_back(FormerState(labels, None if self._before is None else self._before.depth))
+        self.context.views.look_back(FormerState(labels, None if self._before is None else self._before.depth))
 
     def _take(self, edit: Edit) -> None:
         """Note an edit at once: results of the blocks before it are gone by the next turn."""
@@ -224,8 +197,8 @@ class EditSummaryPresenter(QObject):
     def _take_labels(self, edit: Edit, patch: LabelPatch) -> None:
         self._change, self._asked, self._edited = edit, False, True
         self._before = self._present
-        self._questions.forget()
-        self._line.show_message(_title(edit), EditSummary(int(np.count_nonzero(patch.before != patch.after))))
+        self.requests.forget()
+        self.line.show_message(_title(edit), EditSummary(int(np.count_nonzero(patch.before != patch.after))))
         self._go_on()
 
     def _turn(self) -> None:
@@ -238,28 +211,32 @@ class EditSummaryPresenter(QObject):
         before = self._present
         self._forget()
         self._edited, self._before = True, before
-        self._line.show_message(title, note=f"{grouped(count)} px in all" if count else "none left")
+        self.line.show_message(title, note=f"{grouped(count)} px in all" if count else "none left")
 
     def _forget(self) -> None:
         self._change, self._before, self._asked, self._edited = None, None, True, False
-        self._questions.forget()
-        self._line.clear(self._workspace.has_current)
+        self.requests.forget()
+        self.line.clear(self._workspace.has_current)
         self._note_present()
 
     def _go_on(self) -> None:
-        if self._runs.state is not RunState.IDLE or not self._workspace.has_current:
+        if self.context.runs.state is not RunState.IDLE or not self._workspace.has_current:
             return
         self._note_present()
         change = self._change
         if self._asked or change is None or change.patch is None:
             return
         document = change.document
-        solved = bool(document.results.kept) or not self._live.isChecked()
+        solved = bool(document.results.kept) or not self.context.actions.is_on("live")
         if solved and not all(document.is_up_to_date(label) for label in change.blocks & document.counts().keys()):
             return  # they are not completed yet
         self._asked = True
         run = document.run(self._workspace.parameters.current)
-        self._questions.ask(_Request(change, change.patch, run, self._before, self._present))
+        self.requests.ask(
+            partial(_summary, change, change.patch, run, self._before, self._present),
+            partial(self._say, change),
+            lambda error: self._say(change, None, f"not evaluated: {error}"),
+        )
 
     def _ask_again(self) -> None:
         """Evaluate the edit again, because the ground truth has changed."""
@@ -268,42 +245,19 @@ class EditSummaryPresenter(QObject):
 
     def _note_idle(self) -> None:
         """Note the completion before an edit, unless a run is changing it."""
-        if self._runs.state is RunState.IDLE:
+        if self.context.runs.state is RunState.IDLE:
             self._note_present()
 
     def _note_present(self) -> None:
         self._present = self._workspace.current.completion() if self._workspace.has_current else None
 
-    def _say(self, question: _Request, effect: EditSummary | None, note: str = "") -> None:
-        change = self._change
-        if change is not None and change is question.edit:
+    def _say(self, change: Edit, effect: EditSummary | None, note: str = "") -> None:
+        if change is self._change:
             unknown = effect is not None and effect.held_out is None and effect.by_ground_truth is None
-            self._line.show_message(_title(change), effect, note or (_UNKNOWN if unknown else ""))
-
-
-class EditSummaryFeature(Feature):
-    """The line with the effect of the last edit, and the command that shows the state before it."""
-
-    def __init__(self, context: Context) -> None:
-        super().__init__(context)
-        workspace, runs, actions = context.workspace, context.runs, context.actions
-        self.line = EditSummaryLine()
-        context.centre.add_strip(self.line)
-        self.presenter = EditSummaryPresenter(workspace, runs, context.views, self.line, actions["live"])
-        edits = Part.STROKE | Part.LABELS | Part.INVALID_MASK | Part.BY_HAND | Part.NEIGHBOURS
-        # an edit shows the current state again
-        context.refresh.add(
-            "state before the edit", lambda: actions["show_before_edit"].setChecked(False), Part.FRAME | edits
-        )
-        runs.resolved.connect(self._tell_resolved)
-
-    @command("show_before_edit", "Show state &before the last edit", icon="ph.eye", checkable=True, held="Z")
-    def _show_before(self, on: bool) -> None:
-        """Show blocks and depth before the last edit; holding Z does the same."""
-        self.presenter.look(on)
+            self.line.show_message(_title(change), effect, note or (_UNKNOWN if unknown else ""))
 
     def _tell_resolved(self, text: str) -> None:
-        if not self.presenter.busy:  # after an edit, its summary is shown instead
+        if not self.busy:  # after an edit, its summary is shown instead
             self.context.notes.show_briefly(text)
 
 
@@ -311,16 +265,18 @@ def _title(change: Edit) -> str:
     return change.text if change.forward else f"Undone: {change.text}"
 
 
-def _find(question: _Request) -> EditSummary:
-    """Compute the summary; called in a worker thread."""
-    run, edit, patch = question.run, question.edit, question.patch
+def _summary(
+    edit: Edit, patch: LabelPatch, run: Run, before_edit: Completion | None, after: Completion | None
+) -> EditSummary:
+    """Summarise an edit of the label map, from the run after it and the completions before and after it; called in a
+    worker thread."""
     labels = _labels_before(patch, edit.forward, run.blocks.labels)
     drawn = run.blocks.drawn if edit.drawn is None else _drawn_before(edit.drawn, edit.forward, run)
     before = replace(run, blocks=replace(run.blocks, labels=labels, drawn=drawn))
     there = set(np.unique(labels[patch.box]).tolist()) - {0}
-    known = question.before is not None and there <= question.before.results.keys()
-    completed = question.before if known else None  # blocks edited earlier and not run since have no result to compare
-    return summarise_edit(before, run, patch, (completed, question.after))
+    known = before_edit is not None and there <= before_edit.results.keys()
+    completed = before_edit if known else None  # blocks edited earlier and not run since have no result to compare
+    return summarise_edit(before, run, patch, (completed, after))
 
 
 def _labels_before(patch: LabelPatch, forward: bool, labels: NDArray[np.int32]) -> NDArray[np.int32]:

@@ -3,22 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import NamedTuple
+from functools import partial
 
 from ilf.completion.confidence.expected_error import expected_error, unsupported
 from ilf.data.results import Completion
 
-from ..state.document import Document
 from ..state.parts import Part
 from ..state.results import ErrorEstimate
 from ..work.frame_runs import RunState
-from ..work.latest_request import LatestRequest
 from .context import Context, Feature
-
-
-class _Question(NamedTuple):
-    document: Document
-    completion: Completion
 
 
 class ErrorFeature(Feature):
@@ -28,21 +21,12 @@ class ErrorFeature(Feature):
         super().__init__(context)
         self._views = views = context.views
         self._watchers: list[Callable[[], bool]] = []
-        self._questions = LatestRequest[_Question, ErrorEstimate](_find, self)
-        self._questions.answered.connect(self._take)
-        self._questions.failed.connect(self._fail)
-        self.busy_changed = self._questions.begun, self._questions.ended
         context.refresh.add(
             "error",
             self.ask,
             Part.FRAME | Part.LABELS | Part.RESULTS | Part.EXPECTED_ERROR | Part.RUNNING,
             also=(context.cloud.colours_changed, views.shownChanged, context.centre.turned),
         )
-
-    @property
-    def busy(self) -> bool:
-        """Whether an expected error is being computed."""
-        return self._questions.busy
 
     def watch(self, is_seen: Callable[[], bool]) -> None:
         """Compute it also while `is_seen()` is true."""
@@ -61,17 +45,14 @@ class ErrorFeature(Feature):
             and (self._views.shows("expected") or any(is_seen() for is_seen in self._watchers))
             and self.context.runs.state in (RunState.IDLE, RunState.PAUSED)
         ):
-            self._questions.ask(_Question(document, completion))
+            self.requests.ask(
+                lambda: ErrorEstimate(expected_error(completion), unsupported(completion)),
+                partial(document.store_error_estimate, completion),
+                partial(self._fail, completion),
+                key=completion,
+            )
 
-    def _take(self, question: _Question, error_estimate: ErrorEstimate) -> None:
-        question.document.store_error_estimate(question.completion, error_estimate)
-
-    def _fail(self, question: _Question, error: Exception) -> None:
-        self._views.data.without_error = question.completion
+    def _fail(self, completion: Completion, error: Exception) -> None:
+        self._views.data.without_error = completion
         self.context.workspace.note(Part.EXPECTED_ERROR)
         self.context.notes.report("Expected error", error)
-
-
-def _find(question: _Question) -> ErrorEstimate:
-    """Compute the estimate; runs in a worker thread."""
-    return ErrorEstimate(expected_error(question.completion), unsupported(question.completion))

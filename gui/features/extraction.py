@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import html
 from functools import partial
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +16,7 @@ from ilf.data.parameters import BlockParameters
 from ilf.drawing.blocks import STAGES, stage_picture
 
 from ..base import theme
-from ..base.commands import Command, command, hint_of
+from ..base.commands import Command, command
 from ..base.needs import Need
 from ..state.parts import Part
 from ..views.layouts import LAYOUT_TEXTS
@@ -46,12 +45,8 @@ _COMMANDS = {
 """Text and hint of the command that shows a stage."""
 
 
-class _StageRequest(NamedTuple):
-    """Request: the picture of one stage."""
-
-    frame: RGBDFrame
-    parameters: BlockParameters
-    stage: str
+_Stage = tuple[RGBDFrame, BlockParameters, str]
+"""Frame, parameters and name of a stage: what its picture depends on."""
 
 
 class ExtractionPanel(Panel):
@@ -78,7 +73,7 @@ class ExtractionPanel(Panel):
         """Whether a request waits until the blocks have been extracted."""
         self._held: FoundBlocks | None = None
         """The last extraction: its other stages only have to be drawn."""
-        self._drawn: _StageRequest | None = None
+        self._drawn: _Stage | None = None
         """What the picture in the view answers."""
         self._found: FoundBlocks | None = None
         """The extraction in the view."""
@@ -103,9 +98,12 @@ class ExtractionPanel(Panel):
         context.loader.extracted.connect(self._hold)
         context.loader.busy_changed.connect(lambda: self.redraw() if self._is_waiting else None)
         views = context.views
-        for signal in (self._board.stageChanged, views.sheet.layoutChanged, views.shownChanged, context.centre.turned):
+        for signal in (views.sheet.layoutChanged, views.shownChanged, context.centre.turned):
             signal.connect(self.redraw)
-        self._mark_stages()
+        for name, text in STAGES.items():
+            context.actions[f"stage_{name}"].setIconText(text)
+        context.actions[f"stage_{self._board.stage}"].setChecked(True)
+        self._board.actions = [context.actions[f"stage_{name}"] for name in STAGES]
 
     def make(self) -> QWidget:
         """Make the form, with the commands and the summary above it."""
@@ -136,19 +134,6 @@ class ExtractionPanel(Panel):
         lay_out(QVBoxLayout(widget), row, keep, self._summary, self.form, margins=(8, 8, 4, 4), stretched=self.form)
         return widget
 
-    def _mark_stages(self) -> None:
-        """Mark the command of the shown stage, and show the commands' hints on the buttons of the view."""
-        board, stages = self._board, {name: self.context.actions[f"stage_{name}"] for name in STAGES}
-
-        def show_hints() -> None:
-            board.set_hints({name: hint_of(action) for name, action in stages.items()})
-
-        stages[board.stage].setChecked(True)
-        board.stageChanged.connect(lambda name: stages[name].setChecked(True))
-        for action in stages.values():  # also when its shortcut changes
-            action.changed.connect(show_hints)
-        show_hints()
-
     @property
     def busy(self) -> bool:
         """Whether a picture is pending."""
@@ -164,7 +149,7 @@ class ExtractionPanel(Panel):
         frame = workspace.current.frame if workspace.has_current else None
         if frame is not self._frame:
             self._frame, self._drawn, self._found, self._failure = frame, None, None, ""
-            self.forget()
+            self.requests.forget()
             self._slow.stop()
         self._is_waiting = False
         if frame is not None and self.context.views.shows("stage"):
@@ -186,29 +171,33 @@ class ExtractionPanel(Panel):
             return
         held = self._held is not None and self._held.matches(frame, parameters)
         self._is_waiting = self.context.loader.is_extracting(document) and not held
-        request = _StageRequest(frame, parameters, self._board.stage)
-        if not self._is_waiting and (request != self._drawn or super().busy):
-            self.ask(request)
+        stage = frame, parameters, self._board.stage
+        if not self._is_waiting and (stage != self._drawn or super().busy):
+            self.requests.ask(
+                lambda: self._draw_stage(*stage), lambda drawn: self._show_stage(stage, *drawn), key=stage
+            )
         self._watch()
 
-    def compute(self, request: _StageRequest) -> tuple[FoundBlocks, NDArray[np.uint8]]:
-        """Extract the blocks, unless the last extraction is that one, and draw the stage."""
+    def _draw_stage(
+        self, frame: RGBDFrame, parameters: BlockParameters, stage: str
+    ) -> tuple[FoundBlocks, NDArray[np.uint8]]:
+        """Extract the blocks, unless the last extraction is that one, and draw the stage; called in a worker thread."""
         held = self._held  # the window may replace it meanwhile
-        if held is None or not held.matches(request.frame, request.parameters):
-            held = find(request.frame, request.parameters)
-        return held, stage_picture(request.stage, request.frame.rgb, held.extraction)
+        if held is None or not held.matches(frame, parameters):
+            held = find(frame, parameters)
+        return held, stage_picture(stage, frame.rgb, held.extraction)
 
-    def take(self, request: _StageRequest, answer: tuple[FoundBlocks, NDArray[np.uint8]]) -> None:
+    def _show_stage(self, stage: _Stage, found: FoundBlocks, picture: NDArray[np.uint8]) -> None:
         """Show the picture."""
-        self._found, picture = answer
-        self._held, self._failure = self._found, ""
+        self._held = self._found = found
+        self._failure = ""
         self._watch()
-        if request.stage == self._board.stage:
-            self._drawn = request
-            self._board.show_picture(request.stage, picture, self._found.extraction)
+        if stage[-1] == self._board.stage:
+            self._drawn = stage
+            self._board.show_picture(stage[-1], picture, found.extraction)
         self._describe()
 
-    def fail(self, request: object, error: Exception) -> None:
+    def fail(self, error: Exception) -> None:
         """Show the error in the panel: a dialog would come at every move of a slider."""
         self._watch()
         self._failure, self._drawn = f"The extraction failed: {error_text(error)}", None
@@ -227,6 +216,7 @@ class ExtractionPanel(Panel):
         """Show a stage, and the view of the extraction if it is not visible."""
         self._board.set_stage(name)
         self.show_view()
+        self.redraw()
 
     def show_view(self, *_: str) -> None:
         """Show the view of the extraction if it is not visible."""

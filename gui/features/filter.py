@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping
+from functools import partial
 from typing import NamedTuple
 
 from PySide6.QtWidgets import QHBoxLayout, QVBoxLayout, QWidget
@@ -11,7 +11,6 @@ from PySide6.QtWidgets import QHBoxLayout, QVBoxLayout, QWidget
 from ilf.data.blocks import OwnValues
 from ilf.data.parameters import DEFAULT_PRESET, Parameters
 from ilf.data.results import BlockResult
-from ilf.run.run import Run
 
 from ..base.commands import command
 from ..base.needs import Need
@@ -22,7 +21,7 @@ from ..widgets.basics import TEXT, PlainLabel, combo, command_button, form, lay_
 from ..widgets.parameter_form import ParameterForm
 from .context import Context
 from .panel import Panel
-from .parameter_effects import Depth, Effect, Tried, effect_of, try_parameters
+from .parameter_effects import Effect, Tried, effect_of, try_parameters
 from .presets import PresetBox
 from .sharing import SharingRow
 
@@ -38,22 +37,6 @@ class _Change(NamedTuple):
     document: Document
     step: int
     before: Mapping[int, BlockResult]
-
-
-@dataclass(frozen=True, eq=False)
-class _Difference:
-    """Request: depth [m] of blocks before a change, and now."""
-
-    change: _Change
-    depths: Sequence[tuple[Depth, Depth]]
-
-
-class _Trial(NamedTuple):
-    """Request: the effect of other values of these parameters on a run, or on some of its blocks."""
-
-    run: Run
-    names: Sequence[str]
-    blocks: Sequence[int]
 
 
 class FilterPanel(Panel):
@@ -262,7 +245,8 @@ class FilterPanel(Panel):
         document = workspace.current
         blocks = sorted(self._selected) if self._applies_to_selected else ()
         self._change, self._edited = None, self.shown
-        self.ask(_Trial(document.run(workspace.parameters.current), self.form.shown, blocks))
+        run, names = document.run(workspace.parameters.current), self.form.shown
+        self.requests.ask(lambda: try_parameters(run, names, blocks), self._show_trial, kind="trial")
 
     def _compare(self, change: _Change) -> None:
         """Compare the results of the blocks that have been completed again with those before the change."""
@@ -270,33 +254,28 @@ class FilterPanel(Panel):
             return
         now = _up_to_date(change.document)
         same = change.before.keys() & now.keys()
-        if same:
-            self.ask(_Difference(change, [(change.before[label].depth, now[label].depth) for label in sorted(same)]))
+        depths = [(change.before[label].depth, now[label].depth) for label in sorted(same)]
+        if depths:
+            self.requests.ask(lambda: effect_of(depths), partial(self._show_effect, change), kind="effect")
 
-    def compute(self, request: _Difference | _Trial) -> Effect | Generator[float, None, dict[str, Tried]]:
-        """Compare depth before and after a change, or try values."""
-        if isinstance(request, _Difference):
-            return effect_of(request.depths)
-        return try_parameters(request.run, request.names, request.blocks)
+    def _show_effect(self, change: _Change, effect: Effect) -> None:
+        if change is self._change:
+            self._effects[change.name] = effect.text
+            self.form.show_effects(self._effects)
 
-    def take(self, request: _Difference | _Trial, answer: Effect | dict[str, Tried]) -> None:
-        """Show effects beside the parameters; after a trial, the parameters with the largest effect come first."""
-        if isinstance(answer, Effect):
-            if isinstance(request, _Difference) and request.change is self._change:
-                self._effects[request.change.name] = answer.text
-                self.form.show_effects(self._effects)
-            return
+    def _show_trial(self, found: dict[str, Tried]) -> None:
+        """Show the effects beside the parameters, those with the largest effect first."""
         declarations = Parameters.declarations()
         self._effects = {
-            name: f"at {declarations[name].to_text(tried.value)}: {tried.effect.text}" for name, tried in answer.items()
+            name: f"at {declarations[name].to_text(tried.value)}: {tried.effect.text}" for name, tried in found.items()
         }
-        acting = [name for name, tried in answer.items() if tried.effect.pixels]
-        self.form.put_first(sorted(acting, key=lambda name: -answer[name].effect.size))
+        acting = [name for name, tried in found.items() if tried.effect.pixels]
+        self.form.put_first(sorted(acting, key=lambda name: -found[name].effect.size))
         self.form.show_effects(self._effects)
 
     def _forget_effects(self) -> None:
         """Show no effects: they were of another frame, other blocks or other parameters."""
-        self.cancel()
+        self.requests.cancel()
         self._change = None
         if self._effects:
             self._effects = {}

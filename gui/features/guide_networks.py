@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Any
 from urllib.parse import urlsplit
 
 from PySide6.QtCore import Qt, Signal
@@ -12,7 +9,7 @@ from PySide6.QtWidgets import QDialog, QDialogButtonBox, QPushButton, QTreeWidge
 
 from ilf.data.guide import Gives, GuideCard
 from ilf.io.frame_additions import NETWORK_SUFFIX
-from ilf.io.guide_models import add_guide, damaged_cards, fetch_guide, guide_cards, guide_file, licence_text, state_of
+from ilf.io.guide_models import add_guide, fetch_guide, guide_cards, guide_file, licence_text, state_of
 
 from ..widgets.basics import Message, combo, give_size, label_of, row, row_list, stack
 from ..widgets.file_choice import choose_file
@@ -31,30 +28,6 @@ GIVES = {
 """What guides give, in words."""
 
 
-@dataclass(frozen=True, eq=False)
-class Fetch:
-    """Request: fetch a guide network."""
-
-    name: str
-    progressed: Callable[[float], object]
-    """Called with the share done; in the worker's thread."""
-
-    def answer(self) -> str:
-        fetch_guide(self.name, lambda here, whole: self.progressed(min(here / max(whole, 1), 1.0)))
-        return self.name
-
-
-@dataclass(frozen=True, eq=False)
-class Add:
-    """Request: add a guide network from a file."""
-
-    path: str
-    gives: Gives
-
-    def answer(self) -> str:
-        return add_guide(self.path, gives=self.gives).stem
-
-
 class GuideNetworksDialog(QDialog):
     """Dialog with a row for each network. Nothing is fetched before *Fetch* is pressed, and its work is done elsewhere:
     closing the dialog does not end it.
@@ -63,11 +36,15 @@ class GuideNetworksDialog(QDialog):
     -------
     use_requested(str)
         Request to use the network of this name as guide of the frame.
+    change_requested(str, object)
+        Request to fetch or add a network: what is done, and a function for a worker's thread that does it and returns
+        the network's name.
     """
 
     use_requested = Signal(str)
+    change_requested = Signal(str, object)
 
-    def __init__(self, parent: QWidget, has_frame: bool, requests: LatestRequest[Any, Any]) -> None:
+    def __init__(self, parent: QWidget, has_frame: bool, requests: LatestRequest) -> None:
         super().__init__(parent)
         self.setWindowTitle("Guide by network")
         self._has_frame = has_frame
@@ -93,7 +70,7 @@ class GuideNetworksDialog(QDialog):
         self.add_button = QPushButton("&Add file…", autoDefault=False)
         self.add_button.setToolTip("Add an ONNX file: one that was copied from another computer, or of your own")
         self.gives = combo(GIVES, "What a network of your own predicts; it is fitted to known depth as that")
-        self.fetch_button.clicked.connect(lambda: requests.ask(Fetch(self.chosen(), requests.progressed.emit)))
+        self.fetch_button.clicked.connect(self._fetch)
         self.use_button.clicked.connect(self._use)
         self.add_button.clicked.connect(self._add)
         buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
@@ -113,7 +90,7 @@ class GuideNetworksDialog(QDialog):
         """Show the networks as they are now, and select one; by default the same as before."""
         chosen = chosen or self.chosen()
         self.networks.clear()
-        self._cards = guide_cards()
+        self._cards, damaged = guide_cards()
         for name, card in self._cards.items():
             size = f"{card.bytes / 1e6:.1f} MB"
             item = QTreeWidgetItem([name, card.maker, licence_text(card), size, card.gives, state_of(card)])
@@ -122,7 +99,7 @@ class GuideNetworksDialog(QDialog):
             self.networks.addTopLevelItem(item)
             if name == chosen or self.networks.currentItem() is None:
                 self.networks.setCurrentItem(item)
-        for error in damaged_cards().values():
+        for error in damaged.values():
             self.message.show_message(error_text(error), "error")
 
     def _allow(self) -> None:
@@ -145,10 +122,20 @@ class GuideNetworksDialog(QDialog):
         licence = f" of {card.maker}: licence {licence_text(card)}" if card.licence else ": a network of your own"
         self.message.show_message(f"{card.name}{licence}.{source}{frame}", "text")
 
+    def _fetch(self) -> None:
+        name, progressed = self.chosen(), self._requests.progressed
+
+        def fetch() -> str:
+            fetch_guide(name, lambda here, whole: progressed.emit(min(here / max(whole, 1), 1.0)))
+            return name
+
+        self.change_requested.emit("Fetch network", fetch)
+
     def _use(self) -> None:
         self.use_requested.emit(self.chosen())
         self.accept()
 
     def _add(self) -> None:
         if path := choose_file(self, "Add guide network", _FOLDER_KEY, f"ONNX networks (*{NETWORK_SUFFIX})"):
-            self._requests.ask(Add(path, self.gives.currentData()))
+            gives: Gives = self.gives.currentData()
+            self.change_requested.emit("Add network", lambda: add_guide(path, gives=gives).stem)

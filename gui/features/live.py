@@ -33,8 +33,8 @@ from ilf.data.parameters import Parameters
 from ilf.data.results import Completion
 from ilf.drawing.colours import robust_depth_levels, to_indices
 from ilf.errors import IlfError
+from ilf.sources.frame_folder import write_frame
 from ilf.sources.frame_ref import FrameRef
-from ilf.sources.frame_writing import write_frame
 from ilf.sources.reading import read_frame
 from ilf.sources.realsense import camera_pairs
 from ilf.sources.registration import register
@@ -64,9 +64,11 @@ _RECENT = 20
 
 @dataclass(frozen=True, eq=False)
 class LiveFrame:
-    """A completed frame, what the stream has done so far, the number of recorded frames, and why recording ended."""
+    """A completed frame, the rate of its source, what the stream has done so far, the number of recorded frames, and
+    why recording ended."""
 
     completion: Completion
+    rate: float
     statistics: StreamStatistics
     recorded: int
     problem: str = ""
@@ -109,10 +111,8 @@ _playing = threading.Lock()
 """Held by the thread that plays: one that was cancelled may still be completing a frame."""
 
 
-def play(
-    path: str | None, rate: float | None, parameters: Parameters, tape: Tape
-) -> Generator[float | LiveFrame, None, None]:
-    """Play a source at its rate, or the connected RealSense camera (None): yields the rate, then completed frames."""
+def play(path: str | None, rate: float | None, parameters: Parameters, tape: Tape) -> Generator[LiveFrame, None, None]:
+    """Play a source at its rate, or the connected RealSense camera (None): yields completed frames."""
     with acquired(_playing), closing(tape):
         if path is None:
             usual, frames = USUAL_RATE, _captured()
@@ -123,11 +123,10 @@ def play(
                 _readable(partial(read_frame, source.ref(key)) for key in source.keys),
             )
         chosen = rate or usual
-        yield chosen
         with closing(frames), Stream(parameters, rate=chosen) as stream, closing(stream.play(frames)) as played:
             for completion in played:
                 recorded, problem = tape.write(completion, time.time_ns())
-                yield LiveFrame(completion, stream.statistics, recorded, problem)
+                yield LiveFrame(completion, chosen, stream.statistics, recorded, problem)
 
 
 def _captured() -> Generator[RGBDFrame, None, None]:
@@ -195,7 +194,6 @@ class LiveWindow(QDialog):
         self.shown: LiveFrame | None = None
         """The frame shown at present."""
         self._times = deque[float](maxlen=_RECENT)
-        self._rate = 0.0
         self._problem = ""
         """Why the last recording ended, if it could not be written."""
         self._levels: tuple[int, tuple[float, float]] | None = None
@@ -297,11 +295,7 @@ class LiveWindow(QDialog):
         tape = self.tape
         self.worker.start(lambda: play(path, rate, parameters, tape))
 
-    def _take(self, items: list[float | LiveFrame]) -> None:
-        frames = [item for item in items if isinstance(item, LiveFrame)]
-        self._rate = next((item for item in items if isinstance(item, float)), self._rate)
-        if not frames:
-            return
+    def _take(self, frames: list[LiveFrame]) -> None:
         now = time.monotonic()
         self._times.extend(now for _ in frames)
         problem = next((frame.problem for frame in frames if frame.problem), "")
@@ -323,7 +317,7 @@ class LiveWindow(QDialog):
         completed.show_rgb(table[to_indices(completion.depth, *levels)])
         recorded = f"; recorded: {counted(frame.recorded, 'frame')}" if frame.recorded else ""
         self.state.show_message(
-            f"{completion.frame.name}: {measured_rate(self._times):.1f} of {self._rate:.1f} frames a second; latency "
+            f"{completion.frame.name}: {measured_rate(self._times):.1f} of {frame.rate:.1f} frames a second; latency "
             f"{1000 * found.median:.0f} ms (median), {1000 * found.worst:.0f} ms (95 %); "
             f"{counted(found.frames, 'frame')} completed, {found.dropped} dropped, {counted(found.scenes, 'scene')}"
             f"{recorded}. {self._problem}",

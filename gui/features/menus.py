@@ -13,7 +13,7 @@ from ilf.drawing.blocks import STAGES
 from ..base import theme
 from ..base.commands import Actions, plain
 from ..tools.kinds import KINDS
-from ..tools.options_row import OptionsRow
+from ..tools.options_row import BY_HAND, OptionsRow
 from ..views.colours import DEPTH_MAP, DEPTH_MAPS
 from ..views.layouts import CELLS, LAYOUT_TEXTS, LAYOUTS
 from ..views.linked_views import LinkedViews
@@ -24,7 +24,6 @@ BLOCK_MENU = (
     "grow_blocks shrink_blocks smooth_blocks clean_up | new_block fit"
 )
 _TOOLS = " ".join(f"tool_{kind.name}" for kind in KINDS if not kind.inspects)
-BY_HAND_MENU = "fill_by_hand continue_plane nearer_surface farther_surface | remove_by_hand"
 _INSPECT = (
     f"{' '.join(f'tool_{kind.name}' for kind in KINDS if kind.inspects)} | remove_marks | save_profile "
     "save_profile_picture | copy_statistics | copy_measurements save_measurements delete_measurements"
@@ -32,14 +31,14 @@ _INSPECT = (
 _SPEEDS = "speed_quarter speed_half speed_normal speed_double speed_fourfold speed_fastest"
 _GOING = "next_frame previous_frame next_untouched mark_done note_frame"
 _MENUS = {
-    "&File": "open open_sample | new_project save_project "
+    "&File": "open open_sample play_live_menu recent_menu | new_project save_project "
     "save_project_as show_project | load_ground_truth remove_ground_truth | load_guide guide_by_network remove_guide | "
     "use_neighbours remove_neighbours | load_blocks "
     "save_blocks | export export_all batch "
     "report save_picture | close_frame quit",
     "&Edit": f"undo redo | {_TOOLS} | next_tool previous_tool | brush_smaller brush_larger "
-    f"similar_only to_no_block | {BY_HAND_MENU} | cancel_stroke",
-    "&Blocks": "extract | propagate_next propagate_previous propagate_through | "
+    f"similar_only to_no_block | {BY_HAND} | cancel_stroke",
+    "&Blocks": "extract | propagate_next propagate_previous propagate_through propagation_menu | "
     "new_block delete_blocks merge_blocks lock_blocks hide_blocks | "
     "grow_blocks shrink_blocks smooth_blocks clean_up | zoom_block select_all",
     "I&nspect": _INSPECT,
@@ -47,6 +46,11 @@ _MENUS = {
     "&Run": "run run_selected run_all | pause step cancel | live | reset_own copy_own | "
     "share_parameters keep_own_parameters reset_to_shared separate_parameters | extrapolate clear_results | "
     "hold_out_test sweep | show_runs compare_runs accept_run restore_run export_runs clear_runs",
+    "&View": f"fit one_to_one zoom_block show_before_edit | {_GOING} | full_screen layout_menu play_menu | panels_menu "
+    "toggle_panels film_strip only_icons | view_content reset_contents compare_menu | contours_only block_names "
+    "show_missing shuffle_colours cloud_beside cloud_raw cloud_selected_only | view_set_menu stage_menu "
+    "depth_colours_menu show_range fit_range lock_range theme_menu",
+    "&Help": "palette shortcuts | about",
 }
 
 _ICONS = QSize(20, 20)
@@ -93,7 +97,7 @@ class ToolBar(_Bar):
 
     def __init__(self, actions: Actions, options: OptionsRow, window: QWidget) -> None:
         super().__init__("Tools", actions["only_icons"], window)
-        actions.fill(self, "open export | run live | undo redo")
+        actions.fill(self, "open save_project export | run live | undo redo")
         self._undo = [self.widgetForAction(actions[name]) for name in ("undo", "redo")]
         self._options = self.addWidget(options)
         for name in ("pause", "step", "cancel", "run_selected", "merge_blocks", "delete_blocks"):
@@ -133,40 +137,24 @@ def draw_extensions(window: QWidget) -> None:
 
 def fill_menu_bar(bar: QMenuBar, actions: Actions, views: LinkedViews, toggles: Iterable[QAction]) -> None:
     """Create all menus; `toggles` show and hide the docks."""
-    for title, names in _MENUS.items():
-        bar.addMenu(actions.menu(title, bar, names))
-    view = actions.menu("&View", bar, f"fit one_to_one zoom_block show_before_edit | {_GOING} | full_screen")
-    bar.addMenu(view)
-    view.addMenu(actions.menu("&Play the frames", view, f"play_frames | {_SPEEDS} | play_loop play_completed"))
-    view.addSeparator()
-    panels = actions.menu("Pa&nels", view)
+    panels = actions.menu("Pa&nels", bar)
     panels.addActions(list(toggles))
-    view.addMenu(panels)
-    actions.fill(view, "toggle_panels film_strip only_icons | view_content reset_contents")
-    compare = actions.menu("Co&mpare two depths", view, "compare_two swipe blink | swap_sides")
+    compare = actions.menu("Co&mpare two depths", bar, "compare_two swipe blink | swap_sides")
     for side in (0, 1):
         compare.addMenu(SidesMenu(views, side, compare))
-    view.addMenu(compare)
-    view.addSeparator()
-    actions.fill(view, "contours_only block_names show_missing shuffle_colours")
-    actions.fill(view, "cloud_beside cloud_raw cloud_selected_only |")
-    view.addMenu(_layout_menu(views, view))
-    view.addMenu(actions.menu("&Stage of the extraction", view, " ".join(f"stage_{name}" for name in STAGES)))
-    view.addMenu(_depth_map_menu(views, view))
-    actions.fill(view, "show_range fit_range lock_range")
-    view.addMenu(_theme_menu(view))
-    bar.addMenu(actions.menu("&Help", bar, "palette shortcuts | about"))
-
-
-def insert_menu(bar: QMenuBar, menu: QMenu, after: QAction) -> None:
-    """Insert a menu after an action, in the menu of the bar that contains the action."""
-    for action in bar.actions():
-        holder = action.menu()
-        entries = holder.actions() if isinstance(holder, QMenu) else []
-        if isinstance(holder, QMenu) and after in entries[:-1]:
-            holder.insertMenu(entries[entries.index(after) + 1], menu)
-            return
-    raise ValueError(f"no menu contains {after.text()!r}, or it is the last entry")
+    below = {
+        "play": actions.menu("&Play the frames", bar, f"play_frames | {_SPEEDS} | play_loop play_completed"),
+        "panels": panels,
+        "compare": compare,
+        "view_set": _layout_menu(views, bar),
+        "stage": actions.menu("&Stage of the extraction", bar, " ".join(f"stage_{name}" for name in STAGES)),
+        "depth_colours": _depth_map_menu(views, bar),
+        "theme": _theme_menu(bar),
+    }
+    for name, menu in below.items():
+        actions.adopt(f"{name}_menu", menu.menuAction())
+    for title, names in _MENUS.items():
+        bar.addMenu(actions.menu(title, bar, names))
 
 
 def _choices(menu: QMenu, texts: Mapping[str, str], chosen: str, choose: Callable[[str], object]) -> dict[str, QAction]:
@@ -182,7 +170,7 @@ def _choices(menu: QMenu, texts: Mapping[str, str], chosen: str, choose: Callabl
     return actions
 
 
-def _layout_menu(views: LinkedViews, parent: QMenu) -> QMenu:
+def _layout_menu(views: LinkedViews, parent: QWidget) -> QMenu:
     menu = QMenu("&View set", parent)
     actions = _choices(menu, LAYOUT_TEXTS, LAYOUTS[0], views.sheet.set_layout)
     menu.insertSeparator(actions[next(iter(CELLS))])
@@ -190,7 +178,7 @@ def _layout_menu(views: LinkedViews, parent: QMenu) -> QMenu:
     return menu
 
 
-def _depth_map_menu(views: LinkedViews, parent: QMenu) -> QMenu:
+def _depth_map_menu(views: LinkedViews, parent: QWidget) -> QMenu:
     menu = QMenu("Depth &colours", parent)
     texts = {name: name.capitalize() for name in DEPTH_MAPS}
     actions = _choices(menu, texts, DEPTH_MAP, views.ranges.set_depth_map)
@@ -198,7 +186,7 @@ def _depth_map_menu(views: LinkedViews, parent: QMenu) -> QMenu:
     return menu
 
 
-def _theme_menu(parent: QMenu) -> QMenu:
+def _theme_menu(parent: QWidget) -> QMenu:
     """The themes; the choice is remembered."""
     menu = QMenu("&Theme", parent)
     texts = {name: name.capitalize() for name in theme.THEMES}

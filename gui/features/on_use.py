@@ -5,12 +5,10 @@ from __future__ import annotations
 from importlib.util import find_spec
 from typing import TYPE_CHECKING
 
-from ..base import theme
 from ..base.commands import command
 from ..base.needs import Need
 from .context import Context, Feature
 from .filter import FilterPanel
-from .menus import insert_menu
 
 if TYPE_CHECKING:
     from .export.feature import ExportFeature
@@ -29,12 +27,8 @@ class OnUseFeature(Feature):
         context.feature(FilterPanel).form.menu_requested.connect(
             lambda name, place: self._sweep().show_menu(name, place)
         )
-
-    def begin(self) -> None:
-        """Insert the menu *Play live*."""
-        menu = self.context.actions.menu("Play &live", self.context.window, "play_recording play_folder play_camera")
-        menu.setIcon(theme.icon("ph.play-circle", menu.palette()))
-        insert_menu(self.context.window.menuBar(), menu, self.context.actions["open_sample"])
+        menu = context.actions.menu("Play &live", context.window, "play_recording play_folder play_camera")
+        context.actions.adopt("play_live_menu", menu.menuAction(), "ph.play-circle")
 
     @command("sweep", "S&weep a parameter…", icon="ph.chart-bar", needs=Need.FRAME)
     def _open_sweep(self) -> None:
@@ -79,7 +73,7 @@ class OnUseFeature(Feature):
     @command("palette", "Command &palette…", icon="ph.magnifying-glass", keys="Ctrl+Shift+P")
     def _toggle_palette(self) -> None:
         """Find a command by part of its name."""
-        from .palette.palette import PaletteFeature
+        from .palette import PaletteFeature
 
         self.context.feature(PaletteFeature).palette.toggle()
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import cached_property
-from typing import Any, ClassVar
+from typing import ClassVar
 
 from PySide6.QtCore import QEvent, QObject
 from PySide6.QtWidgets import QWidget
@@ -12,15 +12,13 @@ from ..state.parts import NO_PART, Part
 from ..widgets.basics import Late
 from ..widgets.docks import PanelGroup
 from ..widgets.work_row import WorkRow
-from ..work.latest_request import LatestRequest
 from .context import Context, Feature
 
 
 class Panel(Feature):
     """A panel of the window: a widget in a dock, drawn only while it is visible.
 
-    A subclass declares the attributes, makes its widget in `make`, when it is first shown, and draws
-    it in `refresh`. What takes time it asks for: `compute` answers in a worker thread, `take` shows the answer.
+    A subclass declares the attributes, makes its widget in `make`, when it is first shown, and draws it in `refresh`.
 
     Attributes
     ----------
@@ -34,11 +32,9 @@ class Panel(Feature):
         Those that change several times a second by themselves, as in a run: it is drawn when there is time.
     open_at_first : bool
         Whether it is open at the first start; it is made at once then.
-    what : str
-        What is computed, as in "hold-out test": named beside the progress and in errors.
     work : WorkRow
-        Progress of the computation, with *Cancel*, from the first share on that `compute` yields; a panel whose
-        `compute` does so places it in its widget.
+        Progress of the computation, with *Cancel*, from the first share on that is told; a panel that computes in steps
+        places it in its widget.
     """
 
     title: ClassVar[str]
@@ -47,13 +43,9 @@ class Panel(Feature):
     parts: ClassVar[Part]
     deferred: ClassVar[Part] = NO_PART
     open_at_first: ClassVar[bool] = False
-    what: ClassVar[str] = "computation"
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)
-        self._requests = LatestRequest[Any, Any](self.compute, self)
-        self._requests.answered.connect(self.take)
-        self._requests.failed.connect(self.fail)
         if self.group is not None:
             context.panels.add(self.title, self._in_dock(), self.group, self.icon, self.open_at_first)
         context.refresh.add(self.title, self._draw, self.parts, self.deferred)
@@ -67,7 +59,7 @@ class Panel(Feature):
     @cached_property
     def work(self) -> WorkRow:
         work = WorkRow(self.what)
-        work.follow(self._requests)
+        work.follow(self.requests)
         return work
 
     @cached_property
@@ -90,28 +82,10 @@ class Panel(Feature):
         """Draw the panel; `parts` have changed since it was drawn last. Called only while it is visible."""
         raise NotImplementedError
 
-    def compute(self, request: Any) -> Any:
-        """Return the answer to a request, or be a generator that yields shares done (0-1) and returns it. Called in a
-        worker thread: it uses nothing but the request, which answers itself unless a panel overrides this."""
-        return request.answer()
-
-    def take(self, request: Any, answer: Any) -> None:
-        """Show an answer. Called for requests that were not forgotten; a newer one may be in progress, as in a drag."""
-        raise NotImplementedError
-
-    def fail(self, request: Any, error: Exception) -> None:
-        """Handle an error of `compute`."""
-        self.context.notes.report(f"The {self.what} failed", error)
-
     @property
     def visible(self) -> bool:
         """Whether the panel is open, in front of the other tabs of its place."""
         return self.made and self.widget.isVisible()
-
-    @property
-    def busy(self) -> bool:
-        """Whether an answer is pending."""
-        return self._requests.busy
 
     def reveal(self) -> None:
         """Open the panel in front of the other tabs of its place."""
@@ -121,19 +95,6 @@ class Panel(Feature):
     def redraw(self) -> None:
         """Draw the panel at the next turn, as after a change of one of its own controls."""
         self.context.refresh.mark(self.title)
-
-    def ask(self, request: Any) -> None:
-        """Have `compute` answer a request; it replaces the one of its class that waits, and is not computed again if it
-        equals the one in progress."""
-        self._requests.ask(request)
-
-    def forget(self) -> None:
-        """Drop what was asked so far, as when its frame is not shown any more."""
-        self._requests.forget()
-
-    def cancel(self) -> None:
-        """Drop what was asked so far, and end the computation in progress."""
-        self._requests.cancel()
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         """Draw what has changed while the panel was not visible."""

@@ -140,8 +140,7 @@ class PresetBox(Themed, QWidget):
 
     def read(self) -> None:
         """Read all presets of the user, and list them below the built-in ones."""
-        found = list_presets()
-        self._own = dict(found.presets)
+        self._own, problems = list_presets()
         present = self.names.currentData()
         with QSignalBlocker(self.names):
             self.names.clear()
@@ -153,7 +152,7 @@ class PresetBox(Themed, QWidget):
                 self.names.addItem(name, name)
             self.names.setCurrentIndex(max(self.names.findData(present), 0))
         self.names.setToolTip(_ABOUT + (" Below the line: your own presets." if self._own else ""))
-        for problem in found.problems:
+        for problem in problems:
             self._context.notes.show_message(problem)
 
     @command("save_preset", "&Save preset as…", icon="ph.floppy-disk")

@@ -6,6 +6,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -19,9 +20,8 @@ from ilf.data.frame import RGBDFrame
 from ilf.data.label_map import Box
 from ilf.data.parameters import BlockParameters
 from ilf.errors import IlfError
-from ilf.evaluation.quality.ignored import without_ignored
 from ilf.evaluation.quality.invalid_depth import suggest_invalid
-from ilf.evaluation.quality.places import Place
+from ilf.evaluation.quality.places import Place, without_ignored
 from ilf.evaluation.quality.ranking import find_places, propagated_places
 from ilf.evaluation.quality.remedies import Remedy, find_remedy
 from ilf.segmentation.edges.frame_edges import find_edges
@@ -104,7 +104,7 @@ def _is_part(place: Place, whole: Place) -> bool:
 
 @dataclass(frozen=True, eq=False)
 class _Search:
-    """Request: the flagged places of a frame in its present state."""
+    """A search for the flagged places of a frame in its present state."""
 
     document: Document
     frame: RGBDFrame
@@ -114,36 +114,24 @@ class _Search:
     to_check: Mapping[int, str]
     """Propagated blocks that need a check -> reason."""
 
-    def answer(self) -> Sequence[Place]:
+    def places(self) -> Sequence[Place]:
+        """Return the places; called in a worker thread, as `remedy_of`."""
         propagated = propagated_places(self.labels, dict(self.to_check))
         strength = find_edges(self.frame, self.extraction).strength
         return [*propagated, *find_places(self.frame, self.labels, strength, self.error)]
 
+    def remedy_of(self, place: Place, locked: frozenset[int], new: int) -> Remedy | None:
+        """Return the remedy for a place, given locked blocks and the label of a new block."""
+        strength = find_edges(self.frame, self.extraction).strength
+        return find_remedy(place, self.frame, self.labels, strength, locked=locked, first_new=new)
+
 
 @dataclass(frozen=True, eq=False)
-class _RemedySearch:
-    """Request: the remedy for a place that a search has found, given locked blocks and the label of a new block."""
+class _Remedied:
+    """A place for which a remedy is looked for, and the blocks that are locked meanwhile."""
 
-    search: _Search
     place: Place
     locked: frozenset[int]
-    new: int
-
-    def answer(self) -> Remedy | None:
-        search = self.search
-        strength = find_edges(search.frame, search.extraction).strength
-        return find_remedy(self.place, search.frame, search.labels, strength, locked=self.locked, first_new=self.new)
-
-
-@dataclass(frozen=True, eq=False)
-class _InvalidSearch:
-    """Request: known depth of a frame that is probably wrong."""
-
-    frame: RGBDFrame
-    extraction: BlockParameters
-
-    def answer(self) -> Mask:
-        return suggest_invalid(self.frame, find_edges(self.frame, self.extraction).strength)
 
 
 class QualityPanel(Panel):
@@ -161,12 +149,10 @@ class QualityPanel(Panel):
         self._reviews: WeakKeyDictionary[Document, Review] = WeakKeyDictionary()
         self._search: _Search | None = None
         """The last search."""
-        self._found: Sequence[Place] = ()
-        """All places of the last search, with ignored ones."""
-        self._fresh = False
-        """Whether they are of the present state."""
+        self._found: Sequence[Place] | None = None
+        """All places of the last search, with ignored ones; None until they are known."""
         self._pending_step: int | None = None
-        self._remedy_search: _RemedySearch | None = None
+        self._remedied: _Remedied | None = None
         self.remedy: Remedy | None = None
         """The remedy shown for the current place; None if there is none, or none yet."""
         self.candidates: Mask | None = None
@@ -217,7 +203,7 @@ class QualityPanel(Panel):
 
     def begin(self) -> None:
         """Connect the key that applies the remedy, unless the tool needs it, as its hint says."""
-        self.context.feature(ToolsFeature).keys.on_enter(lambda: self.visible and self.apply())
+        self.context.feature(ToolsFeature).keys.on_enter = lambda: self.visible and self.apply()
 
     @command("next_check", "Next &quality check", icon="ph.crosshair", keys="F8", needs=Need.FRAME)
     def _next(self) -> None:
@@ -241,38 +227,27 @@ class QualityPanel(Panel):
         if parts & Part.FRAME:
             self._search = None
         if not self.context.workspace.has_current:
-            self._fresh = False
+            self._found = None
             self._show_no_place("Open a frame first.")
             return
-        document, search, remedy = self.context.workspace.current, self._search, self._remedy_search
+        document, search, remedied = self.context.workspace.current, self._search, self._remedied
         if search is None or parts & _SEARCHED or document.state.to_check != search.to_check.keys():
             self._ask_places()
-        elif self._fresh and parts & Part.IGNORED:
-            self._take_places(search)
-        elif remedy is not None and remedy.locked != document.locked:
-            self._ask_remedy(remedy.place, search)
+        elif self._found is not None and parts & Part.IGNORED:
+            self._take_places(search, self._found)
+        elif remedied is not None and remedied.locked != document.locked:
+            self._ask_remedy(remedied.place, search)
 
-    def take(self, request: _Search | _RemedySearch | _InvalidSearch, answer: object) -> None:
-        """Show the places, the remedy or the suggestion."""
-        if isinstance(request, _InvalidSearch):
-            self._take_invalid(request, np.asarray(answer))
-        elif request is self._search and isinstance(answer, list):
-            self._found, self._fresh = answer, True
-            self._take_places(self._search)
-        elif request is self._remedy_search:
-            self._set_remedy(answer if isinstance(answer, Remedy) else None)
-            self._show_remedy("No remedy found")
-
-    def fail(self, request: object, error: Exception) -> None:
+    def fail(self, error: Exception) -> None:
         """Report an error."""
         self._show_no_place("The quality check failed.")
-        super().fail(request, error)
+        super().fail(error)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         """While the panel is hidden, mark nothing: the search is made anew when it is shown again."""
         if watched is self.widget and event.type() == QEvent.Type.Hide:
-            self.forget()
-            self._search, self._fresh, self._pending_step = None, False, None
+            self.requests.forget()
+            self._search = self._found = self._pending_step = None
             self._show_no_place("")
             self._show_suggestion("")
         return super().eventFilter(watched, event)
@@ -286,7 +261,7 @@ class QualityPanel(Panel):
         self.reveal()
         self.context.views.active.view.setFocus()
         self.context.refresh.now()
-        if self._fresh:
+        if self._found is not None:
             self._show(self.review.step(by))
         else:
             self._pending_step = by
@@ -300,12 +275,12 @@ class QualityPanel(Panel):
 
         Returns False if none is shown.
         """
-        request, remedy = self._remedy_search, self.remedy
-        if request is None or remedy is None:
+        remedied, remedy = self._remedied, self.remedy
+        if remedied is None or remedy is None:
             return False
         self._pending_step = 1
         if remedy.kind == "checked":
-            self.context.workspace.current.mark_checked(request.place.labels)
+            self.context.workspace.current.mark_checked(remedied.place.labels)
         elif remedy.patch is not None:
             if self.context.editor.commit(remedy.patch, self._named(remedy.text)) is None:
                 self._pending_step = None
@@ -319,7 +294,7 @@ class QualityPanel(Panel):
         return True
 
     def _why_no_place(self) -> str:
-        return "" if self._remedy_search is not None else "No place is shown: press F8 first."
+        return "" if self._remedied is not None else "No place is shown: press F8 first."
 
     @command("ignore_check", "&Ignore", icon="ph.eye-slash", keys="Ctrl+F8", needs=Need.FRAME, why_off=_why_no_place)
     def leave(self) -> None:
@@ -328,7 +303,7 @@ class QualityPanel(Panel):
         A propagated block is marked as checked.
         """
         place = self.review.present
-        if place is None or not self._fresh:
+        if place is None or self._found is None:
             return
         self._pending_step = 1
         if place.kind == "propagated":
@@ -342,10 +317,16 @@ class QualityPanel(Panel):
         extraction = document.blocks.extraction or BlockParameters()
         labels = document.labels.copy()
         search = _Search(document, document.frame, labels, extraction, self._error(labels), to_check)
-        self._fresh, self._search = False, search
+        self._found, self._search = None, search
         self._drop_remedy()
         self.reason.setText("Running quality checks…")
-        self.ask(search)
+
+        def take(places: Sequence[Place]) -> None:
+            if search is self._search:
+                self._found = places
+                self._take_places(search, places)
+
+        self.requests.ask(search.places, take, kind="places")
 
     def _error(self, labels: NDArray[np.int32]) -> NDArray[np.float32] | None:
         """Return the expected error; until depth has been completed again, the former one where blocks are the same."""
@@ -354,9 +335,9 @@ class QualityPanel(Panel):
             return np.where(labels == former.labels, former.error, np.float32(np.nan))
         return error
 
-    def _take_places(self, search: _Search) -> None:
+    def _take_places(self, search: _Search, found: Sequence[Place]) -> None:
         former, document = self.review.present, search.document
-        gone = self.review.take(without_ignored(self._found, document.state.ignored, search.frame, search.labels))
+        gone = self.review.take(without_ignored(found, document.state.ignored, search.frame, search.labels))
         # the expected error is unknown until the depth has been completed again
         fixed = gone and former is not None and (former.kind != "error" or document.expected_error() is not None)
         pending_step, self._pending_step = self._pending_step, None
@@ -386,15 +367,12 @@ class QualityPanel(Panel):
             self.reason.setText(self._named(place.reason))
             self._ask_remedy(place, search)
             return
-        ignored = len(self._found) - count
-        and_ignored = f" {ignored} ignored." if ignored else ""
+        ignored, done = len(self._found or ()) - count, "Fixed. " if fixed else ""
         if count:
-            done = "Fixed. " if fixed else ""
-            self._show_no_place(f"{done}{counted(count, 'flagged place')} left to check.{and_ignored}")
-        elif fixed:
-            self._show_no_place(f"Fixed. That was the last flagged place.{and_ignored}")
+            text = f"{done}{counted(count, 'flagged place')} left to check."
         else:
-            self._show_no_place(f"No more flagged places.{and_ignored}" if ignored else "No flagged places.")
+            text = f"{done}No more flagged places." if fixed or ignored else "No flagged places."
+        self._show_no_place(f"{text} {ignored} ignored." if ignored else text)
 
     def _show_no_place(self, text: str) -> None:
         self._mark(self._marks, None)
@@ -413,14 +391,20 @@ class QualityPanel(Panel):
         """Look for the remedy of a place."""
         document = search.document
         self._drop_remedy()
-        self._remedy_search = _RemedySearch(search, place, document.locked, document.next_label())
+        self._remedied = remedied = _Remedied(place, document.locked)
         self._set_remedy(None)
         self._show_remedy("Looking for a remedy…")
-        self.ask(self._remedy_search)
+
+        def take(remedy: Remedy | None) -> None:
+            if remedied is self._remedied:
+                self._set_remedy(remedy)
+                self._show_remedy("No remedy found")
+
+        self.requests.ask(partial(search.remedy_of, place, document.locked, document.next_label()), take, kind="remedy")
 
     def _drop_remedy(self) -> None:
-        if self._remedy_search is not None:
-            self._remedy_search = None
+        if self._remedied is not None:
+            self._remedied = None
             self._set_remedy(None)
 
     def _set_remedy(self, remedy: Remedy | None) -> None:
@@ -459,8 +443,13 @@ class QualityPanel(Panel):
         self.reveal()
         self.context.refresh.now()
         document = self.context.workspace.current
+        frame, extraction = document.frame, document.blocks.extraction or BlockParameters()
         self.suggestion.setText("Looking for depth that may be invalid…")
-        self.ask(_InvalidSearch(document.frame, document.blocks.extraction or BlockParameters()))
+        self.requests.ask(
+            lambda: suggest_invalid(frame, find_edges(frame, extraction).strength),
+            partial(self._take_invalid, frame),
+            kind="invalid",
+        )
 
     def _why_no_suggestion(self) -> str:
         return "" if self.candidates is not None else "No depth is suggested: choose Suggest invalid depth first."
@@ -487,9 +476,9 @@ class QualityPanel(Panel):
             return False
         return True
 
-    def _take_invalid(self, request: _InvalidSearch, found: Mask) -> None:
+    def _take_invalid(self, frame: RGBDFrame, found: Mask) -> None:
         workspace = self.context.workspace
-        if not workspace.has_current or request.frame is not workspace.current.frame:
+        if not workspace.has_current or frame is not workspace.current.frame:
             return
         pixels = int(np.count_nonzero(found))
         if not pixels:

@@ -56,7 +56,7 @@ class RunsFeature(Feature):
     def _offer_rest(self) -> None:
         """Offer to run the blocks with stale depth, unless they are running."""
         stale: set[int] = set()
-        if self._workspace.has_current and self._runs.free:
+        if self._workspace.has_current and self._runs.state.free:
             document = self._workspace.current
             document.update_depth()
             stale = set(document.stale_blocks()).difference(self._runs.current.resolving)
@@ -83,7 +83,7 @@ class RunsFeature(Feature):
         self._runs.current.start_selected()
 
     def _why_no_step(self) -> str:
-        return "" if self._is_paused or self._runs.free else "Pause the run first."
+        return "" if self._is_paused or self._runs.state.free else "Pause the run first."
 
     @command("step", "&Step", icon="ph.skip-forward", keys="F7", needs=Need.BLOCKS, why_off=_why_no_step)
     def _step(self) -> None:
@@ -121,7 +121,7 @@ class RunsFeature(Feature):
     @property
     def _is_awaited(self) -> bool:
         """Whether the blocks of the current frame are being extracted."""
-        return self._runs.free and self.context.loader.is_extracting(self._workspace.current)
+        return self._runs.state.free and self.context.loader.is_extracting(self._workspace.current)
 
     def _why_no_run(self) -> str:
         return "" if self._is_awaited else sentence((Need.BLOCKS | Need.IDLE) & self.context.missing())
@@ -157,7 +157,7 @@ class RunsFeature(Feature):
             document, under_way = self._workspace.current, ""
             if document.current_depth() is None:
                 extracting = "Extracting blocks…" if self.context.loader.is_extracting(document) else ""
-                under_way = "Completing…" if self._runs.going else extracting
+                under_way = "Completing…" if self._runs.state.going else extracting
             self.context.views.show_found(under_way=under_way)
         self._pause.setChecked(self._is_paused)
         self._pause.setText("Resume" if self._is_paused else "&Pause")

@@ -83,17 +83,10 @@ class SharingRow(QWidget):
 
     def choose(self, wanted: Sharing) -> None:
         """Change the sharing; a frame with its own parameters gets the shared ones back."""
-        present = self.present
-        if wanted is present:
-            return
-        if wanted is Sharing.EACH:
-            self._separate()
-        elif wanted is Sharing.ALONE:
-            self._keep_own()
-        elif present is Sharing.ALONE:
-            self._reset()
-        else:
-            self._share()
+        to_all = self._reset if self.present is Sharing.ALONE else self._share
+        changes = {Sharing.EACH: self._separate, Sharing.ALONE: self._keep_own, Sharing.ALL: to_all}
+        if wanted is not self.present:
+            changes[wanted]()
 
     @command(
         "share_parameters",

@@ -30,7 +30,6 @@ from ..base.commands import (
 )
 from ..widgets.basics import Message, give_size, label_of, lay_out, open_once, row_list, stack
 from .context import Feature
-from .palette.matching import match
 
 # Keys of the commands: the defaults, and those set by the user.
 
@@ -211,7 +210,6 @@ class ShortcutsDialog(QDialog):
         give_size(self, 620, 560)
         self._keymap = keymap
         self._items: dict[str, QTreeWidgetItem] = {}
-        self._wanted = QKeySequence()
         self.filter = QLineEdit(placeholderText="Filter by name, menu or keys", clearButtonEnabled=True)
         self.filter.setAccessibleName("Filter")
         self.filter.setToolTip("Show only commands that match by name, menu or keys")
@@ -251,7 +249,7 @@ class ShortcutsDialog(QDialog):
         self.reset_button.clicked.connect(lambda: self._keymap.assign(self._key(), self._keymap.default(self._key())))
         self.reset_all_button.clicked.connect(self._keymap.reset_all)
         self.swap_button.clicked.connect(self._swap)
-        self.take_button.clicked.connect(lambda: self._keymap.assign(self._key(), [self._wanted]))
+        self.take_button.clicked.connect(lambda: self._keymap.assign(self._key(), [self.edit.keySequence()]))
         self._keymap.changed.connect(self._show)
         self._keymap.update()
         self._fill()
@@ -286,6 +284,8 @@ class ShortcutsDialog(QDialog):
         self._choose()
 
     def _filter(self, query: str) -> None:
+        from .palette import match
+
         scores = {}
         for entry in self._keymap.entries:
             found = match(query, f"{entry.text} {entry.where}")
@@ -316,7 +316,6 @@ class ShortcutsDialog(QDialog):
         """Show the keys of the selected command."""
         entry = self._entry()
         keys = entry.action.shortcuts() if entry is not None else []
-        self._wanted = QKeySequence()
         with QSignalBlocker(self.edit):
             self.edit.setKeySequence(keys[0] if keys else QKeySequence())
         self.edit.setEnabled(entry is not None)
@@ -329,9 +328,8 @@ class ShortcutsDialog(QDialog):
 
     def _set(self) -> None:
         entry, wanted = self._entry(), self.edit.keySequence()
-        if entry is None or wanted.isEmpty() or wanted == self._wanted or wanted in entry.action.shortcuts():
+        if entry is None or wanted.isEmpty() or wanted in entry.action.shortcuts():
             return
-        self._wanted = wanted
         fixed = self._keymap.fixed(wanted)
         others = self._keymap.clashes(entry.key, wanted)
         if fixed:
@@ -344,8 +342,8 @@ class ShortcutsDialog(QDialog):
             self._keymap.assign(entry.key, [wanted])
 
     def _swap(self) -> None:
-        other = self._keymap.clashes(self._key(), self._wanted)[0]
-        self._keymap.swap(self._key(), self._wanted, other.key)
+        key, wanted = self._key(), self.edit.keySequence()
+        self._keymap.swap(key, wanted, self._keymap.clashes(key, wanted)[0].key)
 
     def _say(self, text: str, tone: str = "muted", clash: bool = False, swap: bool = False) -> None:
         self.message.show_message(text, tone)

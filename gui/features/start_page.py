@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator, Iterable
-from contextlib import suppress
-from pathlib import Path
+from collections.abc import Callable, Iterable
+from functools import partial
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QSize, Qt, Signal
-from PySide6.QtGui import QAction, QIcon, QImage, QPainter, QPixmap, QResizeEvent, QShowEvent
+from PySide6.QtGui import QAction, QIcon, QPainter, QPixmap, QResizeEvent, QShowEvent
 from PySide6.QtWidgets import (
     QGridLayout,
     QHBoxLayout,
@@ -22,28 +20,25 @@ from PySide6.QtWidgets import (
 )
 
 from ilf._runtime.installation import asset_path
-from ilf.errors import IlfError
+from ilf.errors import InputError
 from ilf.project.archive import Archive
 from ilf.sources.frame_ref import FrameRef
 from ilf.sources.listing import list_frames
 
 from ..base import theme
-from ..project.loading import contains_frames
-from ..views.pixel_items import rgb_image
 from ..widgets.basics import TEXT_BESIDE_ICON, Message, PlainLabel, Themed, command_button, lay_out, literal_text
-from ..work.jobs import Worker
 from .context import Context, Feature
 from .documents.feature import DocumentsFeature
-from .frame_list.thumbnails import read_thumbnail, stored_thumbnail
-from .project.feature import ProjectFeature
-from .project.recent import Origin, is_missing, key_of, name_of
+from .documents.frame_files import contains_frames
+from .documents.recent import Origin, is_missing, key_of, name_of
+from .frame_list.thumbnails import Thumbnails, read_thumbnail, stored_thumbnail
 
 _WIDTH, _MARGIN = 720, 16
 _PICTURE, _NO_PICTURE, _LOGO = QSize(160, 120), QSize(64, 64), QSize(56, 56)
 _SLACK = 4
 """Height [px] that the list needs beyond its entries."""
-_MOST_PROJECTS, _MOST = 4, 8
-"""Maximum number of projects, and of all that is listed."""
+_MOST = 8
+"""Maximum number of what is listed."""
 _COMMANDS = "open", "open_sample"
 _NAME, _PURPOSE = "ILF Studio", "Complete the missing depth of RGB-D frames, and watch it converge."
 _DROP = "Or drop images, a folder of frames, a recording or a project anywhere in this window."
@@ -53,21 +48,24 @@ _ORIGIN = Qt.ItemDataRole.UserRole
 class StartPage(Themed, QWidget):
     """The program's name and purpose, commands that open something, and what was opened last, with thumbnails.
 
+    Parameters
+    ----------
+    actions : iterable of QAction
+    open : callable
+        Opens an `Origin` again.
+
     Signals
     -------
-    chosen(object)
-        What the user wants to open again, an `Origin`.
     shown()
         The page has become visible.
     """
 
-    chosen = Signal(object)
     shown = Signal()
 
-    def __init__(self, actions: Iterable[QAction]) -> None:
+    def __init__(self, actions: Iterable[QAction], open: Callable[[Origin], object]) -> None:
         super().__init__()
-        self.pictures: dict[str, QPixmap] = {}
-        """Key of what was opened -> its thumbnail, an empty one where there is none."""
+        self.thumbnails = Thumbnails(self)
+        self.thumbnails.arrived.connect(self._take_theme)
         buttons = QGridLayout()
         buttons.setSpacing(8)
         for number, action in enumerate(actions):
@@ -92,8 +90,8 @@ class StartPage(Themed, QWidget):
         self.recent.setFrameShape(QListWidget.Shape.NoFrame)
         self.recent.viewport().setAutoFillBackground(False)
         self.recent.setTextElideMode(Qt.TextElideMode.ElideMiddle)
-        self.recent.itemClicked.connect(self._choose)
-        self.recent.itemActivated.connect(self._choose)
+        for chosen in (self.recent.itemClicked, self.recent.itemActivated):
+            chosen.connect(lambda item: open(item.data(_ORIGIN)))
         self._message = Message()
         self._message.setAlignment(Qt.AlignmentFlag.AlignCenter)
         self._message.show_message(_DROP)
@@ -128,14 +126,6 @@ class StartPage(Themed, QWidget):
             widget.setVisible(self.recent.count() > 0)
         self._limit_height()
 
-    def show_picture(self, key: str, picture: QPixmap) -> None:
-        """Show the thumbnail of what has this key."""
-        self.pictures[key] = picture
-        self._take_theme()
-
-    def _choose(self, item: QListWidgetItem) -> None:
-        self.chosen.emit(item.data(_ORIGIN))
-
     def _limit_height(self) -> None:
         """Limit the list to its rows, so that the page is in the middle."""
         columns = max((self.recent.width() - self._bar_width) // self._cell.width(), 1)
@@ -145,8 +135,9 @@ class StartPage(Themed, QWidget):
         """Draw the thumbnails, or an icon where there is none."""
         none = theme.icon("ph.image", self.palette()).pixmap(_NO_PICTURE, QIcon.Mode.Disabled)
         for item in map(self.recent.item, range(self.recent.count())):
-            picture = self.pictures.get(key_of(item.data(_ORIGIN)), none)
-            item.setIcon(_centred(none if picture.isNull() else picture))
+            origin = item.data(_ORIGIN)
+            picture = self.thumbnails.of(key_of(origin), partial(_picture_of, origin))
+            item.setIcon(_centred(none if picture is None or picture.isNull() else picture))
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
@@ -184,60 +175,33 @@ def _heading() -> QHBoxLayout:
 
 
 class StartPageFeature(Feature):
-    """Shows the start page while no frame is open, and makes its thumbnails in the background."""
+    """Shows the start page while no frame is open."""
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)
-        self._projects, self._frames = context.feature(ProjectFeature).recent, context.feature(DocumentsFeature).recent
-        self._listed: list[Origin] = []
-        self.page = StartPage([context.actions[name] for name in _COMMANDS])
-        self.page.chosen.connect(self._open)
+        self._documents = context.feature(DocumentsFeature)
+        self.page = StartPage([context.actions[name] for name in _COMMANDS], self._documents.open_again)
         self.page.shown.connect(self.show)
-        self._worker = Worker(self)
-        self._worker.progressed.connect(self._take)
-        self._worker.finished.connect(lambda _: self._make_missing())
 
     def begin(self) -> None:
         """Put the page into its place."""
         self.context.views.set_empty_page(self.page)
 
     def show(self) -> None:
-        """List what was opened last, the projects first, and make the missing thumbnails."""
-        projects, frames = (
-            [origin for origin in menu.origins if not is_missing(origin)] for menu in (self._projects, self._frames)
+        """List what was opened last."""
+        there = [origin for origin in self._documents.recent.origins if not is_missing(origin)]
+        self.page.show_recent(there[:_MOST])
+
+
+def _picture_of(origin: Origin) -> NDArray[np.uint8]:
+    """Read the thumbnail of a frame, the first of several, or the first in a project file; raises IlfError if there is
+    none."""
+    if isinstance(origin, FrameRef):
+        return read_thumbnail(
+            list_frames(origin.rgb, origin.options).sources[0] if contains_frames(origin.rgb) else origin
         )
-        self._listed = [*projects[:_MOST_PROJECTS], *frames][:_MOST]
-        self.page.show_recent(self._listed)
-        self._make_missing()
-
-    def _make_missing(self) -> None:
-        missing = [origin for origin in self._listed if key_of(origin) not in self.page.pictures]
-        if missing and not self._worker.busy:
-            self._worker.start(lambda: _pictures(missing))
-
-    def _take(self, batch: list[tuple[str, QImage]]) -> None:
-        for key, image in batch:
-            self.page.show_picture(key, QPixmap.fromImage(image))
-
-    def _open(self, origin: Origin) -> None:
-        (self._projects if origin in self._projects.origins else self._frames).open(origin)
-
-
-def _pictures(origins: Iterable[Origin]) -> Generator[tuple[str, QImage], None, None]:
-    """Make thumbnails, empty ones where there is none; runs in a worker thread."""
-    for origin in origins:
-        image = QImage()
-        with suppress(IlfError, OSError, cv2.error):
-            if isinstance(origin, FrameRef):
-                first = list_frames(origin.rgb, origin.options).sources[0] if contains_frames(origin.rgb) else origin
-                image = rgb_image(read_thumbnail(first))
-            elif (picture := _picture_in(origin)) is not None:
-                image = rgb_image(picture)
-        yield key_of(origin), image
-
-
-def _picture_in(project: Path) -> NDArray[np.uint8] | None:
-    """Return the first thumbnail in a project file, None if there is none; IlfError if it is no project file."""
-    with Archive(project) as archive:
-        name = next((name for name in archive.names() if name.startswith("thumbnails/")), None)
-        return None if name is None else stored_thumbnail(archive.read(name))
+    with Archive(origin) as archive:
+        for name in archive.names():
+            if name.startswith("thumbnails/"):
+                return stored_thumbnail(archive.read(name))
+    raise InputError(f"{origin} has no thumbnail.")

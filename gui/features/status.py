@@ -20,7 +20,6 @@ from ..widgets.basics import ElidedLabel, literal_text
 from ..work.frame_runs import RunState
 from ..work.jobs import Pace
 from .context import Context, Feature
-from .documents.feature import DocumentsFeature
 from .expected_error import ErrorFeature
 from .project.feature import ProjectFeature
 
@@ -97,10 +96,10 @@ class StatusFeature(Feature):
         self._workspace = context.workspace
         self._runs = context.runs
         self._loader = context.loader
-        self._documents, self._saving = context.feature(DocumentsFeature), context.feature(ProjectFeature).saving
+        self._saving = context.feature(ProjectFeature).saving
         self._editor = editor = context.editor
         self._pace = Pace()
-        self._playing = ""
+        self._playing, self._exporting = "", False
         self._paced: list[Document] = []
         """Frames whose runs the pace was measured on."""
         self.bar = StatusBar()
@@ -113,7 +112,7 @@ class StatusFeature(Feature):
         add = context.refresh.add
         hinted = editor.tool_changed, editor.hint_changed, context.cloud.canvas.hover_changed, context.centre.turned
         add("hint", self.show_hint, Part.FRAME | Part.LOADING | Part.SELECTION | Part.LABELS, also=hinted)
-        working = self._saving.changed, *self._error.busy_changed
+        working = self._saving.changed, self._error.requests.begun, self._error.requests.ended
         later = Part.SOME_RESULTS | Part.RECORDS | Part.PREVIEWS
         add("progress", self.show_progress, Part.FRAME | Part.RUNNING | Part.LOADING, later, working)
         add("readout", self.show_readout, _READ, Part.SOME_RESULTS | Part.PREVIEWS)
@@ -123,6 +122,11 @@ class StatusFeature(Feature):
         self._playing = text
         self.show_hint()
         self.show_readout()
+
+    def show_exporting(self, on: bool) -> None:
+        """Show whether an export is in progress."""
+        self._exporting = on
+        self.context.refresh.mark("progress")
 
     def show_hint(self) -> None:
         """Show what is played, or else how much is selected and the effect of a click."""
@@ -151,7 +155,7 @@ class StatusFeature(Feature):
             self._pace.note(share or 0.0)
         elif self._saving.busy:
             text, share = "Saving", self._saving.share
-        elif self._documents.exporting:
+        elif self._exporting:
             text = "Exporting"
         else:
             text = "Estimating the error" if self._error.busy else ""
@@ -163,7 +167,7 @@ class StatusFeature(Feature):
     def _runs_text(self) -> tuple[str, float | None]:
         """Return the stage and the finished share of the current frame's run, or else of the other frames' runs; None
         where the share is not known."""
-        runs, present = self._runs, not self._runs.free
+        runs, present = self._runs, not self._runs.state.free
         going = [self._workspace.current] if present else runs.running
         shares = [runs.of(document).share_done for document in going]
         share = sum(shares) / len(shares)

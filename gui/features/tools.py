@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from functools import partial
 
 from PySide6.QtCore import Qt
@@ -13,12 +13,12 @@ from ..base.commands import Command, command
 from ..base.needs import Need
 from ..state.parts import Part
 from ..tools.depth_by_hand import DepthByHandTool
+from ..tools.editor import Editor
 from ..tools.keys import ToolKeys
 from ..tools.kinds import KINDS
 from ..tools.options_row import OptionsRow
 from ..views.interaction import PointerEvent
 from .context import Context, Feature
-from .menus import BY_HAND_MENU
 
 
 class ToolsFeature(Feature):
@@ -32,11 +32,7 @@ class ToolsFeature(Feature):
             "only_icons", "Tools &without names", "Leave out the names beside the icons of the tools", checkable=True
         )
         actions.add((*self._choices(), names))
-        by_amount = [actions[name] for name in ("grow_blocks", "shrink_blocks", "smooth_blocks")]
-        by_hand = [actions[name] for name in BY_HAND_MENU.split() if name != "|"]
-        self.options = OptionsRow(
-            actions["similar_only"], actions["to_no_block"], actions["new_block"], by_amount, by_hand
-        )
+        self.options = OptionsRow(actions)
         self.options.changed.connect(editor.set_option)
         self.keys = ToolKeys(context.window, editor, context.views)
         context.views.navigation.set_handler(self._point)
@@ -52,7 +48,7 @@ class ToolsFeature(Feature):
         actions = self.context.actions
         for name, one in actions.commands.items():
             if one.held:
-                self.keys.hold(Qt.Key[f"Key_{one.held}"], actions[name])
+                self.keys.held[Qt.Key[f"Key_{one.held}"]] = actions[name]
 
     def show(self) -> None:
         """Show the active tool and its options."""
@@ -134,35 +130,35 @@ class ToolsFeature(Feature):
 
     # depth by hand
 
-    def _hand(self) -> DepthByHandTool:
-        """Return the tool, which is the active one then."""
+    def _by_hand(self, act: Callable[[DepthByHandTool, Editor], None]) -> None:
+        """Let the tool act, which is the active one then."""
         tool = self._editor.tools["depth_by_hand"]
         assert isinstance(tool, DepthByHandTool)
         if self._editor.tool is not tool:
             self._choose("depth_by_hand")
-        return tool
+        self._editor.attempt(lambda: act(tool, self._editor))
 
     @command("fill_by_hand", "&Fill with depth", icon="ph.paint-bucket", needs=Need.SELECTION)
     def fill(self) -> None:
         """State the depth in the tool bar at all missing depth of the selected blocks."""
-        self._hand().fill(self._editor)
+        self._by_hand(DepthByHandTool.fill)
 
     @command("continue_plane", "&Continue this plane", icon="ph.square-half", keys="Ctrl+Shift+U", needs=Need.SELECTION)
     def continue_plane(self) -> None:
         """Continue the plane of the known depth in the rectangle, or in the selected blocks, into their holes."""
-        self._hand().propose_plane(self._editor)
+        self._by_hand(DepthByHandTool.propose_plane)
 
     @command("nearer_surface", "&Nearer surface", icon="ph.arrow-line-down", needs=Need.SELECTION)
     def continue_nearer(self) -> None:
         """Continue the nearer of the two surfaces around a hole of the selected blocks into it."""
-        self._hand().propose_surface(self._editor, nearer=True)
+        self._by_hand(partial(DepthByHandTool.propose_surface, nearer=True))
 
     @command("farther_surface", "F&arther surface", icon="ph.arrow-line-up", needs=Need.SELECTION)
     def continue_farther(self) -> None:
         """Continue the farther of the two surfaces around a hole of the selected blocks into it."""
-        self._hand().propose_surface(self._editor, nearer=False)
+        self._by_hand(partial(DepthByHandTool.propose_surface, nearer=False))
 
     @command("remove_by_hand", "Remo&ve depth by hand", icon="ph.backspace", needs=Need.BY_HAND)
     def remove(self) -> None:
         """Remove depth by hand from the selected blocks, or everywhere if none is selected."""
-        self._hand().erase(self._editor)
+        self._by_hand(DepthByHandTool.erase)

@@ -64,25 +64,17 @@ def apply_settings(workspace: Workspace, project: Project) -> None:
 class ProjectSettings(NamedTuple):
     """The settings of a project apart from its frames' states, to detect unsaved changes."""
 
-    frames: tuple[tuple[str, FrameRef | None], ...]
+    frames: tuple[str, ...]
+    """Their ids."""
     shared: Parameters | None
     """Parameters of all frames; None if each frame has its own."""
     extraction: BlockParameters
     keeps_handmade: bool
 
-    @classmethod
-    def of(cls, project: Project) -> ProjectSettings:
-        """Make it from a project."""
-        frames = tuple((frame.id, frame.source) for frame in project.frames)
-        return cls(frames, project.common if project.for_all else None, project.extraction, project.keeps_handmade)
 
-
-FileMark = tuple[int, int, int]
-"""Size [bytes], time of the last change [ns] and inode of a file, to detect changes by other programs."""
-
-
-def _mark(path: Path) -> FileMark | None:
-    """Return the mark of a file; None if the file does not exist."""
+def _mark(path: Path) -> tuple[int, ...] | None:
+    """Return size, time of the last change and inode of a file, to detect changes by other programs; None if there is
+    none."""
     try:
         status = path.stat()
     except OSError:
@@ -99,21 +91,19 @@ class CurrentProject:
         None for a project without a file.
     read_only : str
         Why the file cannot be overwritten, as a sentence; "" if it can.
+    found_elsewhere : bool
+        Whether missing files were found elsewhere since.
     """
 
     def __init__(self, workspace: Workspace) -> None:
         self._workspace = workspace
         self.path: Path | None = None
         self.read_only = ""
-        self._mark: FileMark | None = None
+        self._mark: tuple[int, ...] | None = None
         """That of the file when it was opened or saved; None if there was none."""
         self._lock: FileLock | None = None
-        self._frames: tuple[tuple[str, FrameRef | None], ...] | None = None
-        """The frames; None if the list has changed."""
-        for signal in (workspace.entries.added, workspace.entries.removed):
-            signal.connect(lambda *_: self._forget_frames())
-        self._saved = self.current_settings()
-        self._found_elsewhere = False
+        self._saved = self._settings()
+        self.found_elsewhere = False
         self._saved_frames: dict[str, ProjectFrame] = {}
 
     @property
@@ -134,25 +124,17 @@ class CurrentProject:
     def words(self) -> str:
         """Return a summary of unsaved changes apart from frames' states; "" for none. Without a file, the list of
         frames does not count."""
-        now, saved = self.current_settings(), self._saved
+        now, saved = self._settings(), self._saved
         texts = ["list of frames"] * (self.path is not None and now.frames != saved.frames)
         texts += ["parameters for all frames"] * (now.shared != saved.shared)
         texts += ["extraction parameters"] * (now[2:] != saved[2:])
-        texts += ["paths of files"] * self._found_elsewhere
+        texts += ["paths of files"] * self.found_elsewhere
         return ", ".join(texts)
 
-    def current_settings(self) -> ProjectSettings:
-        """Return the current settings apart from frames' states."""
-        workspace = self._workspace
-        if self._frames is None:
-            self._frames = tuple((entry.id, entry.source) for entry in workspace.entries)
-        shared = workspace.parameters.shared.values if workspace.parameters.shared.on else None
-        return ProjectSettings(
-            self._frames, shared, workspace.parameters.extraction, workspace.parameters.keeps_handmade
-        )
-
-    def _forget_frames(self) -> None:
-        self._frames = None
+    def _settings(self) -> ProjectSettings:
+        parameters, frames = self._workspace.parameters, tuple(entry.id for entry in self._workspace.entries)
+        shared = parameters.shared.values if parameters.shared.on else None
+        return ProjectSettings(frames, shared, parameters.extraction, parameters.keeps_handmade)
 
     def snapshot(self, view: Mapping[str, Any], only: Collection[str] | None = None) -> Project:
         """Return the current project for saving; with `only`, all other frames as they were saved before."""
@@ -166,20 +148,16 @@ class CurrentProject:
                 frames.append(replace(frame, summary=before.summary, has_state=before.has_state))
         return replace(project, frames=tuple(frames), view=view)
 
-    def take(
-        self,
-        path: Path | None,
-        project: Project | None = None,
-        read_only: str = "",
-        saved: ProjectSettings | None = None,
-    ) -> None:
-        """Store the project's file, which contains `project` and the settings `saved`, or else the current ones."""
+    def take(self, path: Path | None, project: Project | None = None, read_only: str = "") -> None:
+        """Store the project's file, which contains `project`, or else no frame and the current settings."""
         self.release()
         self.path, self.read_only = path, read_only or self._hold(path)
         self._mark = None if path is None else _mark(path)
-        self._saved_frames = {frame.id: frame for frame in project.frames} if project is not None else {}
-        self._saved = saved or self.current_settings()
-        self._found_elsewhere = False
+        self._saved_frames, self._saved, self.found_elsewhere = {}, self._settings(), False
+        if project is not None:
+            self._saved_frames = {frame.id: frame for frame in project.frames}
+            shared = project.common if project.for_all else None
+            self._saved = ProjectSettings(tuple(self._saved_frames), shared, project.extraction, project.keeps_handmade)
 
     def _hold(self, path: Path | None) -> str:
         """Lock a project file for this window; return why it cannot be overwritten, "" if it can."""
@@ -196,7 +174,7 @@ class CurrentProject:
 
     def mark_saved(self, setting: str) -> None:
         """Mark one of the settings as saved: the frames were found again, or the extraction came with a frame."""
-        self._saved = self._saved._replace(**{setting: getattr(self.current_settings(), setting)})
+        self._saved = self._saved._replace(**{setting: getattr(self._settings(), setting)})
 
     def saved_summary(self, entry: Entry) -> FrameSummary | None:
         """Return the summary of a frame in the file; None if the file has no state of it."""
@@ -206,8 +184,3 @@ class CurrentProject:
     def changed_on_disk(self) -> bool:
         """Return whether another program has changed, made or removed the file since it was opened or saved."""
         return self.path is not None and _mark(self.path) != self._mark
-
-    def note_relocated(self) -> None:
-        """Note that missing files were found elsewhere."""
-        self._found_elsewhere = True
-        self._forget_frames()

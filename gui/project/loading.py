@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import os
-import uuid
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -13,80 +12,35 @@ from weakref import WeakSet
 
 import numpy as np
 from PySide6.QtCore import QObject, Signal
+from PySide6.QtWidgets import QWidget
 
-from ilf._runtime.named_places import NotAllowed
+from ilf._runtime.named_places import NotAllowed, note_opened
 from ilf.completion.filter import edges_for
 from ilf.data.blocks import Blocks
 from ilf.data.frame import RGBDFrame
 from ilf.data.parameters import BlockParameters
 from ilf.data.presets import preset
-from ilf.errors import IlfError
-from ilf.io.depth_reading import PlausibilityWarning
-from ilf.project.recorded_frames import measured_frame, recorded_run
+from ilf.errors import one_line
+from ilf.project.recorded_frames import recorded_run
 from ilf.project.sources import Places
 from ilf.project.state_codec import Decoded
 from ilf.run.replaying import Replay, replay
 from ilf.run.run import Run
-from ilf.sources.frame_folder import is_frame_folder
 from ilf.sources.frame_ref import FrameRef
 from ilf.sources.listing import Listing, list_frames
-from ilf.sources.opening import is_recording
 from ilf.sources.own_results import is_result_folder
-from ilf.sources.reading import described_beside, read_depth, read_frame
+from ilf.sources.reading import described_beside, read_frame
 
 from ..state.document import Document
 from ..state.entries import Entry
 from ..state.parts import Part
 from ..state.workspace import Workspace
+from ..widgets.notices import Notes, ask_yes_no
 from ..work.found_blocks import FoundBlocks, describe_blocks, find
-from ..work.queue import Job, JobQueue
+from ..work.latest_request import Job, JobQueue
 from .store import WorkStore
 
 _RECORDED = "They are those of a recorded run, which is shown with its result."
-
-# Folders of frames and recordings: their frames, and a preview of the first. Without Qt.
-
-
-@dataclass(frozen=True, eq=False)
-class FolderPreview:
-    """A preview of a folder of frames or a recording before it is opened.
-
-    Attributes
-    ----------
-    listing : Listing
-        Its frames.
-    frame : RGBDFrame or None
-        The first frame; None if it cannot be read.
-    problem : str
-        Why it cannot be read; "" if it can.
-    plausibility_warnings : tuple of PlausibilityWarning
-        Plausibility warnings about the way its depth is read.
-    """
-
-    listing: Listing
-    frame: RGBDFrame | None
-    problem: str = ""
-    plausibility_warnings: tuple[PlausibilityWarning, ...] = ()
-
-
-def contains_frames(path: str) -> bool:
-    """Return whether a path is a folder of frames or a recording, by names only; a single frame's folder is not."""
-    return is_recording(path) or (Path(path).is_dir() and not is_frame_folder(path))
-
-
-def preview_folder(how: FrameRef) -> FolderPreview:
-    """List the frames of the folder or recording `how.rgb` and read the first; raises what `list_frames` does."""
-    listing = list_frames(how.rgb, how.options)
-    first = listing.sources[0]
-    try:
-        if is_result_folder(first):
-            return FolderPreview(listing, measured_frame(first))
-        frame = read_frame(first)
-        return FolderPreview(
-            listing, frame, plausibility_warnings=read_depth(first).plausibility_warnings if frame.notes else ()
-        )
-    except IlfError as error:
-        return FolderPreview(listing, None, str(error))
 
 
 def state_reader(entry: Entry, store: WorkStore) -> Callable[[], Any] | None:
@@ -95,7 +49,7 @@ def state_reader(entry: Entry, store: WorkStore) -> Callable[[], Any] | None:
     if entry.document is not None:
         present = Decoded(entry.document.snapshot())
         return lambda: present
-    return partial(store.read, entry.id) if entry.has_state and store.has(entry.id) else None
+    return partial(store.state, entry.id) if entry.has_state and store.has(entry.id) else None
 
 
 _Opened = tuple[Run, Replay | None]
@@ -103,7 +57,7 @@ _Opened = tuple[Run, Replay | None]
 
 
 class FrameLoader(QObject):
-    """Opens frames and extracts blocks.
+    """Opens frames and extracts blocks, and tells the user what has come of it.
 
     A frame is shown as soon as it is read, also while others are being extracted.
 
@@ -111,8 +65,6 @@ class FrameLoader(QObject):
     -------
     busy_changed()
         `busy` or `present` has changed.
-    message(str)
-        The result of opening a frame or of an extraction.
     extracted(object)
         The Found of the frame that is or becomes the current one.
     replayed(object)
@@ -121,30 +73,20 @@ class FrameLoader(QObject):
         The FrameRef of a folder, and the Listing of its frames, which are now in the list.
     opening_failed(object, object)
         An Entry, and the exception that was raised on opening it.
-    incomplete(object, object)
-        A document that was opened from its stored state, and sentences about files that are not available.
-    failed(str, object)
-        A description of the work, and the exception.
-    not_allowed(object, object, object)
-        A NotAllowed, a function that tries again after the user has allowed its place, and one that gives up.
     idle()
         All work has ended.
     """
 
     busy_changed = Signal()
-    message = Signal(str)
     extracted = Signal(object)
     replayed = Signal(object)
     listed = Signal(object, object)
     opening_failed = Signal(object, object)
-    incomplete = Signal(object, object)
-    failed = Signal(str, object)
-    not_allowed = Signal(object, object, object)
     idle = Signal()
 
-    def __init__(self, workspace: Workspace, store: WorkStore, parent: QObject | None = None) -> None:
-        super().__init__(parent)
-        self._workspace = workspace
+    def __init__(self, workspace: Workspace, store: WorkStore, notes: Notes, window: QWidget) -> None:
+        super().__init__(window)
+        self._workspace, self._notes, self._window = workspace, notes, window
         self.store = store
         self.replace: Callable[[Sequence[Entry], Callable[[], None]], None] = lambda entries, then: then()
         """Prepares removal of frames that are read again: calls `then` unless the user cancels."""
@@ -175,47 +117,25 @@ class FrameLoader(QObject):
 
     # opening
 
-    def open(self, source: FrameRef, frame: RGBDFrame | None = None) -> None:
-        """Read a frame, unless `frame` is what was read, show it, and extract its blocks.
+    def open(self, source: FrameRef) -> None:
+        """Read a frame, show it, and extract its blocks; of a folder with a result, open the recorded run.
 
-        A frame that is already open is only shown; if it is open with other units or intrinsics, it is read again and
-        replaced. Of a folder with a result, the recorded run is opened, with the frame that was completed.
+        A frame of the list is only shown; if it was read with other options, it is read again and replaced, or, if only
+        its camera differs, this is taken over, and the work on it stays.
         """
-        entry, parameters = self._workspace.entries.of_key(source.key), self._workspace.parameters.extraction
-        if entry is not None and entry.document is None and entry.source == source:
-            self.open_entry(entry)
-        elif entry is None and is_result_folder(source):
-            self.open_new(source, source.name)
-        elif not self._shown_already(source):
-            do, take = partial(_open, source, parameters, frame), partial(self._take_opened, source)
-            self.read(f"Opening {Path(source.key).name}", do, take)
-
-    def read_again(self, entry: Entry, source: FrameRef, replace: Callable[[RGBDFrame | None], None]) -> None:
-        """Read an open frame with other options. If only its camera differs, it is taken over, and the work on the
-        frame stays; otherwise call `replace` with what was read, or, for a frame that is not open, with None."""
-        document = entry.document
-        if document is None:
-            replace(None)
+        if self._shows(source):
             return
-
-        def take(frame: RGBDFrame) -> None:
-            if entry.document is not document or not document.set_camera(frame, source):
-                replace(frame)
-                return
-            entry.source = source
-            self._workspace.show(document)
-            camera = "no intrinsics" if frame.intrinsics is None else "other intrinsics"
-            self.message.emit(f"{entry.name} has {camera} now; its blocks, edits and their results stay.")
-
-        self.read(f"Opening {entry.name}", lambda: measured_frame(source), take)
+        if self._workspace.entries.of_key(source.key) is None and is_result_folder(source):
+            self.open_new(source, source.name)
+            return
+        parameters = self._workspace.parameters.extraction
+        do, take = partial(_open, source, parameters), partial(self._take_opened, source)
+        self.read(f"Opening {Path(source.key).name}", do, take)
 
     def open_run(self, record: Path) -> None:
         """Open a run.json: its frame, blocks, parameters and result."""
         record = Path(os.path.abspath(record))  # one key for all spellings of the path
-        entry = self._workspace.entries.of_key(str(record))
-        if entry is not None and entry.document is None:
-            self.open_entry(entry)
-        elif not self._shown_already(record):
+        if not self._shows(record):
             do = lambda: _replayed(replay(record, extract=False))  # noqa: E731
             self.read(f"Opening {record.name}", do, partial(self._take_opened, record))
 
@@ -239,25 +159,25 @@ class FrameLoader(QObject):
         else:
             source, parameters = entry.source or FrameRef(entry.key), self._workspace.parameters.extraction
             do = partial(_open, source, parameters, places=self.store.places)
-            take = partial(self._take_entry, entry, source)
+            take = partial(self._show_opened, source, entry=entry)
 
         def wanted() -> bool:
             return entry.document is None and self._workspace.entries.of(entry.id) is entry
 
-        self._reading.ask(
+        self._reading.add(
             Job(
-                f"Opening {entry.name}",
                 do,
                 lambda found: take(found) if wanted() else None,
                 lambda error: self._note_problem(entry, error) if wanted() else None,
-                wanted,
-                transient=True,
+                kind="opening",
+                what=f"Opening {entry.name}",
+                still_wanted=wanted,
             )
         )
 
     def open_new(self, source: FrameRef, name: str) -> None:
         """Open a frame as a new one of the list, beside others of the same files."""
-        entry = Entry(uuid.uuid4().hex, source.key, name, source)
+        entry = replace(Entry.of(source), name=name)
         self._workspace.add_entries([entry])
         self.open_entry(entry)
 
@@ -265,52 +185,65 @@ class FrameLoader(QObject):
         self, what: str, do: Callable[[], object], take: Callable[..., None], fail: Callable[[], None] = lambda: None
     ) -> None:
         """Run `do` in the reading queue, in the background; then call `take` with its result in the GUI's thread, or
-        emit `failed` and call `fail`."""
+        report the error and call `fail`."""
 
         def give_up(error: Exception) -> None:
-            self.failed.emit(what, error)
+            self._notes.report(what, error)
             fail()
 
         def report(error: Exception) -> None:
             if isinstance(error, NotAllowed):
-                again = lambda: self.read(what, do, take, fail)  # noqa: E731
-                self.not_allowed.emit(error, again, lambda: give_up(error))
+                ask_allowed(self._window, error, lambda: self.read(what, do, take, fail), lambda: give_up(error))
             else:
                 give_up(error)
 
-        self._reading.ask(Job(what, do, take, report))
+        self._reading.add(Job(do, take, report, what=what))
 
-    def _shown_already(self, origin: FrameRef | Path) -> bool:
-        document = self._workspace.document_of(_key(origin))
-        if document is None or document.origin != origin:
+    def _shows(self, origin: FrameRef | Path) -> bool:
+        """Show the frame of the list that is of this origin; return False if there is none."""
+        entry = self._workspace.entries.of_key(_key(origin))
+        if entry is None or entry.origin not in (origin, None):
             return False
-        self._workspace.show(document)
+        self.open_entry(entry)
         return True
 
-    def _take_entry(self, entry: Entry, source: FrameRef, opened: _Opened) -> None:
-        """Show a frame of the list that was read; other frames of the same files are not affected."""
-        document = _document(source, opened)
-        document.change(id=entry.id)
-        self._show_opened(document, transient=True)
-
     def _take_opened(self, origin: FrameRef | Path, opened: _Opened) -> None:
-        if self._shown_already(origin):
-            return
-        document = _document(origin, opened)
-        replaced = self._workspace.entries.of_key(document.key)
-        if replaced is not None:
-            self._workspace.remove_entries([replaced])
-        self._show_opened(document)
+        """Show a frame that was read, in place of the same one that was read with other options."""
+        former = self._workspace.entries.of_key(_key(origin))
+        if former is None:
+            self._show_opened(origin, opened)
+        elif not (self._shows(origin) or self._take_camera(former, origin, opened[0].frame)):
 
-    def _show_opened(self, document: Document, transient: bool = False) -> None:
-        """Show what was opened: a frame, whose blocks are extracted then (`transient` as there), or a recorded run."""
-        again = document.record_replay
+            def take_place() -> None:
+                self._workspace.remove_entries([former])
+                self._show_opened(origin, opened)
+
+            self.replace([former], take_place)
+
+    def _take_camera(self, entry: Entry, origin: FrameRef | Path, frame: RGBDFrame) -> bool:
+        """Take over the camera of a frame that was read again; return False if more of it differs."""
+        document = entry.document
+        if document is None or isinstance(origin, Path) or not document.set_camera(frame, origin):
+            return False
+        entry.source = origin
+        self._workspace.show(document)
+        camera = "no intrinsics" if frame.intrinsics is None else "other intrinsics"
+        self._notes.show_message(f"{entry.name} has {camera} now; its blocks, edits and their results stay.")
+        return True
+
+    def _show_opened(self, origin: FrameRef | Path, opened: _Opened, entry: Entry | None = None) -> None:
+        """Show what was opened: a frame, whose blocks are extracted then, or a recorded run. If it was opened from the
+        list, other frames of the same files are not affected."""
+        run, again = opened
+        document = Document.of(run, origin, _key(origin), again)
+        if entry is not None:
+            document.change(id=entry.id)
         if again is None:
             self._workspace.open_document(document)
-            self._extract_first(document, transient)
+            self._extract_first(document, transient=entry is not None)
             return
-        self._workspace.open_document(document, again.run, completion=again.completion)
-        self._report_blocks(document, _RECORDED, *again.run.blocks.notes)
+        self._workspace.open_document(document, run, completion=again.completion)
+        self._report_blocks(document, _RECORDED, *run.blocks.notes)
         self.replayed.emit(document)
 
     def open_state(self, entry: Entry, decoded: Decoded, show: bool = True) -> Document:
@@ -318,14 +251,14 @@ class FrameLoader(QObject):
         origin = entry.source or (Path(entry.key) if entry.has_state else FrameRef(entry.key))
         document = Document.of_state(decoded.state, origin, entry.key)
         self._workspace.open_document(document, restored=entry.has_state, show=show)
-        if decoded.problems:
-            self.incomplete.emit(document, decoded.problems)
+        self._notes.warn(f"{document.name}: opened without some of its files", decoded.problems)
         return document
 
     def _take_listing(self, how: FrameRef, listing: Listing, found: Sequence[Entry], show: bool) -> None:
         workspace, entries = self._workspace, self._workspace.entries
-        there = [(entry, entries.of_key(entry.key)) for entry in found]
-        others = [old for new, old in there if show and old is not None and _is_read_otherwise(old, new)]
+        options = {source.key: source.options for source in listing.sources}
+        there = [entry for key in options if show and (entry := entries.of_key(key)) is not None]
+        others = [one for one in there if one.source is not None and one.source.options != options[one.key]]
 
         def add() -> None:
             workspace.remove_entries(others)
@@ -343,18 +276,15 @@ class FrameLoader(QObject):
     def _note_problem(self, entry: Entry, error: Exception) -> None:
         self.opening_failed.emit(entry, error)
         self._workspace.note_problem(entry, str(error))
-        self.message.emit(f"{entry.name} cannot be opened: {error}")
+        self._notes.show_message(f"{entry.name} cannot be opened: {error}")
         if isinstance(error, NotAllowed):
-            self.not_allowed.emit(error, lambda: self.open_entry(entry), lambda: None)
+            ask_allowed(self._window, error, lambda: self.open_entry(entry))
 
     # extracting
 
     def extract(self, document: Document) -> None:
         """Extract the blocks of an open frame again, with the workspace's parameters."""
-        frame, parameters = document.frame, self._workspace.parameters.extraction
-        self._add_extraction(
-            document, lambda: find(frame, parameters), lambda found: self.take_extraction(document, found)
-        )
+        self._ask_extraction(document, find, partial(self.take_extraction, document))
 
     def is_extracting(self, document: Document) -> bool:
         """Whether a frame's extraction is in progress or waiting."""
@@ -371,7 +301,6 @@ class FrameLoader(QObject):
     def _extract_first(self, document: Document, transient: bool = False) -> None:
         """Extract the blocks of a frame that was opened without any; `transient`: only if it is still the current
         one."""
-        frame, parameters = document.frame, self._workspace.parameters.extraction
 
         def wanted() -> bool:
             if document.blocks.propagated_from:
@@ -381,25 +310,23 @@ class FrameLoader(QObject):
             self._postponed.add(document)
             return False
 
-        self._add_extraction(
-            document, lambda: _extract_first(frame, parameters), lambda found: self._take_first(document, found), wanted
-        )
+        self._ask_extraction(document, _extract_first, partial(self._take_first, document), wanted)
 
-    def _add_extraction(
+    def _ask_extraction(
         self,
         document: Document,
-        do: Callable[[], FoundBlocks],
+        extract: Callable[[RGBDFrame, BlockParameters], FoundBlocks],
         take: Callable[[FoundBlocks], None],
         wanted: Callable[[], bool] = lambda: True,
     ) -> None:
         what, documents = f"Extracting blocks of {document.name}", self._workspace.open
-        self._extracting.ask(
+        self._extracting.add(
             Job(
-                what,
-                do,
+                partial(extract, document.frame, self._workspace.parameters.extraction),
                 lambda found: take(found) if document in documents else None,
-                lambda error: self.failed.emit(what, error),
-                lambda: document in documents and wanted(),
+                partial(self._notes.report, what),
+                what=what,
+                still_wanted=lambda: document in documents and wanted(),
                 about=document,
             )
         )
@@ -438,7 +365,7 @@ class FrameLoader(QObject):
 
     def _report_blocks(self, document: Document, *notes: str) -> None:
         text = f"{document.name}: {describe_blocks(len(document.counts()), document.labels)}."
-        self.message.emit(" ".join(filter(None, (text, *notes))))
+        self._notes.show_message(" ".join(filter(None, (text, *notes))))
 
     # both
 
@@ -447,6 +374,23 @@ class FrameLoader(QObject):
         self.busy_changed.emit()
         if was_busy and not self.busy:
             self.idle.emit()
+
+
+def ask_allowed(
+    window: QWidget, error: NotAllowed, yes: Callable[[], object], no: Callable[[], object] = lambda: None
+) -> None:
+    """Ask whether to open places that a file names; call `yes` after they were noted as opened by the user."""
+
+    def agree() -> None:
+        note_opened(*error.places, beside=True)
+        yes()
+
+    places = "\n".join(map(one_line, error.places))
+    text = f"A file names this outside its own folder, which was never opened here:\n{places}"
+    more = (
+        "Open it, and files beside it that are named, only if you trust the file: opening may contact another computer."
+    )
+    ask_yes_no(window, "Open what a file names?", text, more, agree, no)
 
 
 def _describe_kept(locked: int, by_hand: int, all_kept: bool) -> str:
@@ -465,28 +409,15 @@ def _list(how: FrameRef) -> tuple[Listing, list[Entry]]:
     return listing, [Entry.of(source, from_folder=True) for source in listing.sources]
 
 
-def _is_read_otherwise(present: Entry, found: Entry) -> bool:
-    """Whether a frame of the list was read with other options than those of the same frame in a listing."""
-    return present.source is not None and found.source is not None and present.source.options != found.source.options
-
-
 def _key(origin: FrameRef | Path) -> str:
     return origin.key if isinstance(origin, FrameRef) else str(origin)
 
 
-def _document(origin: FrameRef | Path, opened: _Opened) -> Document:
-    """Make the document of what was opened, in the GUI's thread because of its undo stack."""
-    run, again = opened
-    return Document.of(run, origin, _key(origin), again)
-
-
-def _open(
-    source: FrameRef, parameters: BlockParameters, frame: RGBDFrame | None = None, places: Places | None = None
-) -> _Opened:
-    again = recorded_run(source, places) if frame is None else None
+def _open(source: FrameRef, parameters: BlockParameters, places: Places | None = None) -> _Opened:
+    again = recorded_run(source, places)
     if again is not None:
         return _replayed(again)
-    frame = read_frame(source) if frame is None else frame
+    frame = read_frame(source)
     no_blocks = np.zeros(frame.shape, np.int32)
     return Run(frame, Blocks(no_blocks, extraction=parameters, extracted=no_blocks)), None
 

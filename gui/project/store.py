@@ -6,28 +6,27 @@ import os
 import secrets
 import tempfile
 import threading
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
-from dataclasses import dataclass
+from collections.abc import Collection, Iterable, Iterator, Sequence
+from contextlib import contextmanager, suppress
 from datetime import datetime
 from pathlib import Path
 
 from ilf.errors import IlfError, InputError
 from ilf.project.archive import Archive, Parts
+from ilf.project.codec import ARRAYS
 from ilf.project.frame_state import FrameState
 from ilf.project.project import Project
 from ilf.project.project_json import PROJECT, encode_project
 from ilf.project.recovery import SUFFIX, Copied
 from ilf.project.sources import Places
-from ilf.project.state_codec import Decoded, Encoded, Known, encode, frame_part, load_state
+from ilf.project.state_codec import Decoded, Known, encode, frame_part, load_state, thumbnail_part
 from ilf.project.store import WorkFolder, WorkHeader
-from ilf.project.thumbnail import thumbnail, thumbnail_part
 
 _OF_FRAMES = ("frames/", "thumbnails/")
 
 
 class WorkStore:
-    """The stored states of one window's frames. Safe from several threads; one of them writes.
+    """The stored states of one window's frames, and all written parts. Safe from several threads; one of them writes.
 
     States that are not written yet, or cannot be, are kept in memory; readers see no difference.
 
@@ -38,8 +37,6 @@ class WorkStore:
 
     Attributes
     ----------
-    parts : Parts
-        All written parts.
     project : Parts or None
         Parts of the project file.
     places : Places
@@ -54,18 +51,16 @@ class WorkStore:
         self._work: WorkFolder | None = None
         self._waiting: dict[str, FrameState] = {}
         """Newest states, by frame, that are not written yet."""
-        self._reverted: set[str] = set()
-        """Frames whose written states are out of date."""
         self._names: dict[str, frozenset[str]] = {}
-        """Frame -> the parts that its written state names."""
-        self._known: dict[str, Known] = {}
-        """Frame -> its objects that are stored."""
+        """Frame whose written state is not out of date -> the parts that this names."""
+        self._outdated = False
+        """Whether there are others."""
+        self._known = Known()
         self._adopted: set[str] = set()
         """Frames of another window that are not listed yet."""
         self._held = 0
         self.lost = False
         """Whether what was written has been lost with its folder: open frames must be put again."""
-        self.parts: Parts = _View(self.all_names, self.part)
         self.project: Parts | None = None
         self.places = Places()
 
@@ -80,52 +75,54 @@ class WorkStore:
     def has(self, frame_id: str) -> bool:
         """Whether there is a state of this frame."""
         with self._lock:
-            return frame_id in self._waiting or self.has_part(frame_part(frame_id))
+            return frame_id in self._waiting or self._has(frame_part(frame_id))
 
-    def read(self, frame_id: str, to_edit: bool = True) -> Decoded:
-        """Read the newest state of a frame. `to_edit`: it may be stored again, and its parts are then reused.
+    def state(self, frame_id: str) -> Decoded:
+        """Read the newest state of a frame.
 
         Raises
         ------
-        MissingSource, ChangedSource, UnreadableFrame
+        MissingSource, UnreadableFrame
             As `load_state` does.
         """
         with self._lock:
             if frame_id in self._waiting:
                 return Decoded(self._waiting[frame_id])
-        with self.held() as parts:
-            decoded = load_state(frame_id, parts, self.places)
-        if to_edit:
-            with self._lock:
-                self._known[frame_id] = decoded.known
-        return decoded
+        with self.held():
+            return load_state(frame_id, self, self.places, self._known)
+
+    def thumbnail(self, frame_id: str) -> bytes | None:
+        """Return the stored thumbnail of a frame; None if there is none."""
+        with suppress(InputError):
+            return self.read(thumbnail_part(frame_id))
+        return None
 
     @contextmanager
-    def held(self) -> Iterator[Parts]:
-        """Context with all written parts: none is removed meanwhile, but newer states of frames may be added."""
+    def held(self) -> Iterator[None]:
+        """Context in which no array is removed, but newer states of frames may be added."""
         with self._lock:
             self._held += 1
         try:
-            yield self.parts
+            yield
         finally:
             with self._lock:
                 self._held -= 1
 
-    def has_part(self, name: str) -> bool:
+    def _has(self, name: str) -> bool:
         """Whether there is a part of this name."""
         with self._lock:
             return self._owns(name) or (self.project is not None and name in self.project.names())
 
     def _owns(self, name: str) -> bool:
-        """Whether a part is written here."""
-        return self._work is not None and name in self._work.names() and name not in _parts_of(self._reverted)
+        """Whether a part is written here, and not out of date."""
+        there = self._work is not None and name in self._work.names()
+        return there and (not name.startswith(_OF_FRAMES) or _frame_of(name) in self._names)
 
-    def part(self, name: str) -> bytes:
+    def read(self, name: str) -> bytes:
         """Return the bytes of a part; raises InputError if there is none or it is damaged."""
         with self._lock:
-            work, project = self._work, self.project
-            own = self._owns(name)
-        if own and work is not None:
+            work, project = self._work if self._owns(name) else None, self.project
+        if work is not None:
             try:
                 return work.read(name)
             except InputError:
@@ -138,27 +135,26 @@ class WorkStore:
         except InputError:
             if self.project is project:
                 raise
-        return self.part(name)  # the project file was replaced and closed meanwhile
+        return self.read(name)  # the project file was replaced and closed meanwhile
 
     def own_names(self) -> frozenset[str]:
         """Return the names of the written parts that are not only in the project file."""
         with self._lock:
-            names = frozenset() if self._work is None else frozenset(self._work.names())
-            return names - _parts_of(self._reverted)
+            return frozenset(filter(self._owns, () if self._work is None else self._work.names()))
 
-    def all_names(self) -> frozenset[str]:
+    def names(self) -> Collection[str]:
         """Return the names of all parts."""
         with self._lock:
             return self.own_names().union(() if self.project is None else self.project.names())
 
-    def unsaved_parts(self, left_out: Collection[str] = ()) -> tuple[Sequence[FrameState], Parts]:
-        """Return all that the project file does not contain, as of now, without some frames: the states that are not
-        written, and the written parts. They must be `held` meanwhile."""
+    def unsaved(self, left_out: Collection[str] = ()) -> tuple[Sequence[FrameState], list[Parts]]:
+        """Return all work on frames that the project file does not contain, as of now, without some frames: the states
+        that are not written, the parts of the others, and what has their arrays, which must be `held` meanwhile."""
         with self._lock:
             states = [state for id, state in self._waiting.items() if id not in left_out]
-            names = self.own_names() - _parts_of(left_out)
-            frames = {name: self.part(name) for name in names if name.startswith(_OF_FRAMES)}
-        return states, _View(lambda: names, lambda name: frames[name] if name in frames else self.part(name))
+            names = (name for name in self.own_names() - _parts_of(left_out) if name.startswith(_OF_FRAMES))
+            copies: Parts = _Copies({name: self.read(name) for name in names})
+            return states, [copies] if self._work is None else [copies, self._work]
 
     # for the autosave
 
@@ -169,11 +165,10 @@ class WorkStore:
 
     def revert(self, frames: Collection[str]) -> None:
         """Discard the newer states of these frames: those of the project file are the latest again."""
-        with self._lock:
+        with self._writing, self._lock:
             for frame_id in frames:
                 self._waiting.pop(frame_id, None)
-                self._known.pop(frame_id, None)
-            self._reverted |= set(frames)
+                self._outdated |= self._names.pop(frame_id, None) is not None
 
     def adopt(self, copied: Copied) -> None:
         """Write copies of frames of another window; raises as `write`."""
@@ -181,14 +176,13 @@ class WorkStore:
             self._open().commit(copied.put)
             with self._lock:
                 self._names |= copied.names
-                self._reverted -= copied.names.keys()
                 self._adopted |= copied.names.keys()
 
     @property
     def is_written(self) -> bool:
-        """Whether all is written."""
+        """Whether all is written, and nothing else."""
         with self._lock:
-            return self._work is not None and not self._waiting and not self._reverted
+            return self._work is not None and not self._waiting and not self._outdated
 
     def write(self, project: Project | None, frames: Collection[str], header: WorkHeader) -> Exception | None:
         """Write all states that wait, in one step, and remove frames that are no longer listed.
@@ -216,50 +210,45 @@ class WorkStore:
             with self._lock:
                 self._adopted -= set(frames)
                 self._waiting = {id: state for id, state in self._waiting.items() if id in frames}
-                waiting, reverted = dict(self._waiting), set(self._reverted)
-                gone = self._names.keys() - set(frames) - self._adopted
+                waiting, kept = dict(self._waiting), {*frames, *self._adopted}
+            names = {id: one for id, one in self._names.items() if id in kept}
             put = {} if project is None else {PROJECT: encode_project(project, self.places)}
-            done: dict[str, Encoded] = {}
+            done: list[str] = []
             problem: Exception | None = None
             for frame_id, state in waiting.items():
                 try:
-                    done[frame_id] = self._encoded(state, work, put)
+                    names[frame_id] = self._encode(state, work, put)
+                    done.append(frame_id)
                 except Exception as error:  # any error must affect only this frame
                     problem = error
-            names = {id: one for id, one in self._names.items() if id not in gone | reverted}
-            names |= {frame_id: encoded.names for frame_id, encoded in done.items()}
-            work.commit(put, self._unused(work, names, gone | (reverted - done.keys())), header)
+            work.commit(put, self._unused(work, names), header)
             with self._lock:
-                self._names = names
-                self._reverted -= reverted
-                for frame_id in gone:
-                    self._known.pop(frame_id, None)
-                for frame_id, encoded in done.items():
-                    self._known[frame_id] = encoded.known
+                self._names, self._outdated = names, False
+                for frame_id in done:
                     if self._waiting.get(frame_id) is waiting[frame_id]:
                         del self._waiting[frame_id]
             return problem
 
-    def _encoded(self, state: FrameState, work: WorkFolder, put: dict[str, bytes]) -> Encoded:
-        """Encode a state and add its parts to `put`, with those that so far only the project file has."""
-        there = {*work.names(), *put}
-        encoded = encode(state, self._known.get(state.id))
+    def _encode(self, state: FrameState, work: WorkFolder, put: dict[str, bytes]) -> frozenset[str]:
+        """Encode a state and add its parts to `put`, with those that so far only the project file has; return the names
+        of the parts that it names."""
+        encoded = encode(state, self._known, lambda name: name in put or self._has(name))
+        others = encoded.names - encoded.made.keys() - put.keys()
         try:
-            copied = {name: self.part(name) for name in encoded.names - encoded.made.keys() - there}
+            copied = {name: self.read(name) for name in others if name not in work.names()}
         except IlfError:  # the project file has changed
             encoded, copied = encode(state), {}
-        put |= {name: content for name, content in encoded.made.items() if name not in there}
-        put |= copied | {frame_part(state.id): encoded.content, thumbnail_part(state.id): thumbnail(state)}
-        return encoded
+        put |= {name: content for name, content in encoded.made.items() if name not in work.names()}
+        put |= copied | {frame_part(state.id): encoded.content, thumbnail_part(state.id): state.thumbnail()}
+        return encoded.names
 
-    def _unused(self, work: WorkFolder, names: Mapping[str, frozenset[str]], gone: Collection[str]) -> set[str]:
+    def _unused(self, work: WorkFolder, names: dict[str, frozenset[str]]) -> set[str]:
         """Return the written parts that are not needed any more."""
-        unused = _parts_of(gone)
+        unused = {*work.names()} - _parts_of(names) - {PROJECT}
         with self._lock:
-            if not self._held:
-                arrays = (name for name in work.names() if name.startswith("arrays/"))
-                unused |= set(arrays).difference(*names.values())
-        return unused
+            if self._held:
+                return {name for name in unused if not name.startswith(ARRAYS)}
+        return unused.difference(*names.values())
 
     def discard(self) -> None:
         """Delete all that is written, after the work was saved or discarded."""
@@ -279,7 +268,6 @@ class WorkStore:
             if self._work is not None and not self._work.is_there:
                 self._work.close()
                 self._work = None
-                self._known.clear()
                 self._names.clear()
                 self.lost = True
             if self._work is None:
@@ -299,9 +287,13 @@ def _parts_of(frames: Iterable[str]) -> set[str]:
     return {part(frame_id) for frame_id in frames for part in (frame_part, thumbnail_part)}
 
 
-@dataclass(frozen=True, eq=False)
-class _View:
-    """Parts of a store."""
+def _frame_of(name: str) -> str:
+    """Return the id of the frame that has a part of this name."""
+    return name.rpartition("/")[2].partition(".")[0]
 
-    names: Callable[[], Collection[str]]
-    read: Callable[[str], bytes]
+
+class _Copies(dict[str, bytes]):
+    """Parts in memory, by name."""
+
+    names = dict.keys
+    read = dict.__getitem__

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
-from typing import Any, NamedTuple, Self
+from typing import Any, Self
 from uuid import uuid4
 
 import numpy as np
@@ -21,33 +21,22 @@ from ilf.data.neighbours import NeighbourDepth
 from ilf.data.parameters import BlockParameters
 from ilf.data.results import BlockResult, Completion, IterationRecord
 from ilf.evaluation.measuring import Line
-from ilf.evaluation.quality.ignored import ignore
-from ilf.evaluation.quality.places import Place
+from ilf.evaluation.quality.places import Place, ignore
 from ilf.project.frame_state import FrameState
 from ilf.project.run_history import StoredRun
 from ilf.run.replaying import Replay
 from ilf.run.run import Run
-from ilf.segmentation.editing.patches import LabelPatch, bounds, patch_between
+from ilf.segmentation.editing.patches import LabelPatch, bounds, patch_between, redrawn
 from ilf.segmentation.extraction import Extraction
 from ilf.segmentation.reextraction import fill_around, overlay_kept
 
-from .block_errors import BlockErrors
-from .changes import Changes
-from .edits import Edit, EditLabels, Swap
+from .blocks import BlockErrors
 from .frame_data import FrameData
-from .parts import Part
+from .parts import NO_PART, Changes, DrawnChange, Edit, Part, Swap
 from .results import ErrorEstimate, FrameResults, Preview, same_layers
 from .run_history import COLOURS, MAX_COMPARED
 
 Depth = NDArray[np.float32]
-
-
-class KeptBlocks(NamedTuple):
-    """How many blocks a new extraction kept, and whether there are no others."""
-
-    locked: int
-    by_hand: int
-    all_of_them: bool
 
 
 class Document(FrameData):
@@ -56,14 +45,14 @@ class Document(FrameData):
     Attributes
     ----------
     undo_stack : QUndoStack
-    changes : Changes or None
-        Where changes are told; None while it is not in the list of documents.
+    changes : Changes
+        Where changes are told: to the window while it is in the list of documents, else to nobody.
     """
 
     def __init__(self, state: FrameState, origin: object, key: str) -> None:
         super().__init__(state, origin, key)
         self.undo_stack = QUndoStack()
-        self.changes: Changes | None = None
+        self.changes = Changes()
         self._before_stroke: NDArray[np.int32] | None = None
         """The label map before the stroke in progress."""
         self._edits = 0
@@ -101,22 +90,20 @@ class Document(FrameData):
 
     def note(self, part: Part) -> None:
         """Tell that a part has changed."""
-        if self.changes is not None:
-            self.changes.note(part, self)
+        self.changes.note(part, self)
 
-    def touch(self, viewing: bool = False) -> None:
-        """Note a change that a project stores, other than an undo step; `viewing`: only of the view, which needs no
+    def touch(self, part: Part = NO_PART, viewing: bool = False) -> None:
+        """Tell of a change that a project stores, other than an undo step; `viewing`: only of the view, which needs no
         saving."""
         if not viewing:
             self.note_other_change()
-        if self.changes is not None:
-            self.changes.touch(self)
+        self.changes.touch(self)
+        self.note(part)
 
     def note_edit(self) -> None:
         """Note an edit that the undo stack does not report; undo steps call this through their signal."""
         self._edits += 1
-        if self.changes is not None:
-            self.changes.touch(self)
+        self.changes.touch(self)
 
     def note_other_change(self) -> None:
         """Note a change that is not an undo step."""
@@ -191,12 +178,12 @@ class Document(FrameData):
 
     def prepare_change(self) -> None:
         """End strokes before the label map changes."""
-        if self.changes is not None and self.changes.is_shown(self):
+        if self.changes.is_shown(self):
             self.changes.about_to_change.emit()
         self.drop_stroke()
 
     def _note_labels(self, box: Box, part: Part) -> None:
-        if self.changes is not None and self.changes.is_shown(self):
+        if self.changes.is_shown(self):
             self.changes.labels_changed.emit(box)
         self.note(part)
 
@@ -210,9 +197,11 @@ class Document(FrameData):
         self.touch(viewing=True)
         self._note_labels(whole(labels.shape), Part.LABELS | Part.REPLACED | Part.RESULTS)
 
-    def set_extracted(self, extraction: Extraction, used: BlockParameters, keep_handmade: bool) -> KeptBlocks:
+    def set_extracted(
+        self, extraction: Extraction, used: BlockParameters, keep_handmade: bool
+    ) -> tuple[int, int, bool]:
         """Replace the blocks by those of another extraction as one undo step; locked blocks stay, and with
-        `keep_handmade` hand-made ones."""
+        `keep_handmade` hand-made ones. Return the numbers of both, and whether there are no other blocks."""
         self.prepare_change()
         locked, by_hand = self.staying(keep_handmade)
         kept, handmade = locked | by_hand, self.handmade()
@@ -228,7 +217,7 @@ class Document(FrameData):
             handmade=handmade & kept,
         )
         self._replace(blocks, "Extract blocks")
-        return KeptBlocks(len(locked), len(by_hand), kept == set(self.counts()))
+        return len(locked), len(by_hand), kept == set(self.counts())
 
     def staying(self, keep_handmade: bool) -> tuple[frozenset[int], frozenset[int]]:
         """Return the blocks that a new extraction keeps: locked ones, and other hand-made ones."""
@@ -267,14 +256,40 @@ class Document(FrameData):
             own={label: own for label, own in old.own.items() if label in kept},
             drawn=None if old.drawn is None else old.drawn & np.isin(blocks.labels, list(kept)),
         )
-        self.undo_stack.push(EditLabels(self, patch, text, blocks=blocks))
+        self._change_labels(patch, text, blocks)
 
     def edit(self, patch: LabelPatch | None, text: str) -> bool:
         """Change the label map as one undo step; False if there is nothing to change."""
         if patch is None:
             return False
-        self.undo_stack.push(EditLabels(self, patch, text))
+        self._change_labels(patch, text)
         return True
+
+    def _change_labels(self, patch: LabelPatch, text: str, blocks: Blocks | None = None) -> None:
+        """Change the label map as one undo step. New borders become drawn borders; with `blocks`, they do not: all that
+        is said about the blocks changes too, as when all blocks are replaced."""
+        touched, unseen, drawn = patch.touched, self.state.to_check, self.blocks.drawn
+        borders: DrawnChange | None = None
+        if blocks is None:
+            box, now = redrawn(drawn, self.labels, patch)
+            borders = box, np.zeros_like(now) if drawn is None else drawn[box].copy(), now
+
+        def exchange(to: tuple[bool, frozenset[int], Blocks | None]) -> tuple[bool, frozenset[int], Blocks | None]:
+            (forward, to_check, other), former, edit = to, self.state.to_check, None
+            self.prepare_change()
+            self.apply(patch, forward)
+            self.change(to_check=to_check)
+            if other is not None:
+                other = self.take_blocks(other)
+            elif borders is not None:
+                box, before, after = borders
+                self.draw(box, after if forward else before, touched)
+                edit = Edit(self, touched, text, Part.LABELS, patch, forward, borders)
+            self.note_labels_changed(patch, edit)
+            return not forward, former, other
+
+        to_check = unseen - touched if blocks is None else unseen & blocks.kept
+        self.undo_stack.push(Swap(text, (True, to_check, blocks), exchange))
 
     def start_block(self) -> int:
         """Select and return an unused label, to be painted."""
@@ -308,8 +323,7 @@ class Document(FrameData):
     def set_visible(self, label: int, visible: bool) -> None:
         """Show or hide a block in the overlay; not undoable."""
         self.change_info(label, visible=visible)
-        self.touch()
-        self.note(Part.INFOS)
+        self.touch(Part.INFOS)
 
     def mark_checked(self, blocks: Collection[int]) -> None:
         """Mark blocks as checked, as one undo step."""
@@ -349,7 +363,7 @@ class Document(FrameData):
                 self.select([label for label in self.selected if label not in gone])
         if edit is None:
             self.note(Part.REPLACED)
-        elif self.changes is not None:
+        else:
             self.changes.edited.emit(edit)
         self.note(Part.RESULTS)
 
@@ -427,8 +441,7 @@ class Document(FrameData):
 
     def _note_edit(self, edit: Edit) -> None:
         self.note(edit.part | Part.RESULTS)
-        if self.changes is not None:
-            self.changes.edited.emit(edit)
+        self.changes.edited.emit(edit)
 
     def propose(self, depth: Depth | None) -> None:
         """Show depth [m], float32 (H, W), NaN for none, in place of the completed depth until it is taken or dropped;
@@ -446,8 +459,7 @@ class Document(FrameData):
         looked = replace(self.state.looked, **fields)
         if looked != self.state.looked:
             self.change(looked=looked)
-            self.touch(viewing)
-            self.note(part)
+            self.touch(part, viewing)
 
     def set_camera(self, read: RGBDFrame, origin: object) -> bool:
         """Take over the camera of the frame as it was read again, and what was read; no undo step. Return False, and
@@ -458,8 +470,7 @@ class Document(FrameData):
             return False
         self.take_camera(read)
         self.origin = origin
-        self.touch()
-        self.note(Part.FRAME)
+        self.touch(Part.FRAME)
         self.note(Part.RESULTS)
         return True
 
@@ -476,8 +487,7 @@ class Document(FrameData):
         self.change(frame=self.frame.with_ground_truth(ground_truth, file))
         for kept in self.state.runs:
             kept.ground_truth_error = None
-        self.touch()
-        self.note(Part.GROUND_TRUTH)
+        self.touch(Part.GROUND_TRUTH)
 
     def set_block_errors(self, errors: BlockErrors) -> None:
         """Set the known errors of blocks."""
@@ -502,14 +512,12 @@ class Document(FrameData):
     def store_results(self, results: Sequence[BlockResult], frame: RGBDFrame | None = None) -> None:
         """Store results of blocks; `frame` is the frame as it was when they started, if it may have changed since."""
         self.add_results(results, frame)
-        self.touch()
-        self.note(Part.SOME_RESULTS)
+        self.touch(Part.SOME_RESULTS)
 
     def store_extrapolation(self, base: Completion, extrapolation: Completion) -> None:
         """Store the extrapolation of a completion."""
         self.add_extrapolation(base, extrapolation)
-        self.touch()
-        self.note(Part.RESULTS)
+        self.touch(Part.RESULTS)
 
     def store_error_estimate(self, completion: Completion, error_estimate: ErrorEstimate) -> None:
         """Store the error estimate of a completion; ignored if the completion is outdated."""
@@ -542,8 +550,7 @@ class Document(FrameData):
     def keep_run(self, kept: StoredRun) -> None:
         """Add a run to the history."""
         self.change(runs=(*self.state.runs, kept), next_number=max(self.state.next_number, kept.number + 1))
-        self.touch()
-        self.note(Part.HISTORY)
+        self.touch(Part.HISTORY)
 
     def change_run(self, kept: StoredRun, **changes: Any) -> None:
         """Set attributes of a stored run, such as its name or note."""
@@ -553,13 +560,11 @@ class Document(FrameData):
 
     def note_run_changed(self, kept: StoredRun) -> None:
         """Called after a stored run has changed."""
-        self.touch()
-        self.note(Part.HISTORY | Part.COMPARED if kept in self.compared else Part.HISTORY)
+        self.touch(Part.HISTORY | Part.COMPARED if kept in self.compared else Part.HISTORY)
 
     def note_run_measured(self) -> None:
         """Called after the error of a stored run was computed."""
-        self.touch(viewing=True)
-        self.note(Part.HISTORY)
+        self.touch(Part.HISTORY, viewing=True)
 
     def delete_runs(self, runs: Collection[StoredRun]) -> None:
         """Delete runs from the history, as one undo step; later runs stay when it is undone."""
@@ -584,8 +589,7 @@ class Document(FrameData):
     def drop_run(self, kept: StoredRun) -> None:
         """Delete a run from the history; not undoable."""
         self.change(runs=tuple(one for one in self.state.runs if one is not kept))
-        self.touch()
-        self.note(Part.HISTORY)
+        self.touch(Part.HISTORY)
 
     def _take_history(self, runs: list[StoredRun], compared: list[StoredRun]) -> None:
         """Replace the run history and the compared runs."""
@@ -612,5 +616,4 @@ class Document(FrameData):
             if kept.colour in taken:
                 kept.colour = next(colour for colour in COLOURS if colour not in taken)
         self.change(compared=tuple(kept.number for kept in runs))
-        self.touch(viewing=True)
-        self.note(Part.COMPARED)
+        self.touch(Part.COMPARED, viewing=True)

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
+import os
 import uuid
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Self
-
-from PySide6.QtCore import QObject, Signal
 
 from ilf.project.project import FrameSummary, Stage
 from ilf.sources.frame_ref import FrameRef
@@ -99,28 +98,23 @@ class Entry:
         return self.source if self.document is None else self.document.origin
 
     @property
+    def place(self) -> str | None:
+        """The recording or the folder that it is from; None if it was not opened from one."""
+        source = self.source
+        if source is None:
+            return None
+        return source.rgb if source.frame is not None else os.path.dirname(source.rgb)
+
+    @property
     def note(self) -> str:
         """The user's note on it."""
         return self.summary.note
 
 
-class Entries(QObject):
-    """The frames in list order. Only the workspace changes the list.
+class Entries:
+    """The frames in list order. Only the workspace changes the list, and tells of it."""
 
-    Signals
-    -------
-    added(int, int), removed(int, int)
-        First and last row, after adding and before removing.
-    changed(object)
-        An Entry: its frame was opened or closed, or its summary changed.
-    """
-
-    added = Signal(int, int)
-    removed = Signal(int, int)
-    changed = Signal(object)
-
-    def __init__(self, parent: QObject | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self) -> None:
         self._entries: list[Entry] = []
         self._by_id: dict[str, Entry] = {}
         self._by_key: dict[str, Entry] = {}
@@ -147,29 +141,18 @@ class Entries(QObject):
 
     def add(self, entries: Sequence[Entry]) -> None:
         """Add entries with new ids at the end."""
-        if not entries:
-            return
-        first = len(self._entries)
         self._entries += entries
         self._by_id |= {entry.id: entry for entry in entries}
         self._by_key |= {entry.key: entry for entry in entries}
-        self.added.emit(first, len(self._entries) - 1)
 
     def remove(self, entries: Collection[Entry]) -> None:
         """Remove entries."""
-        gone = {entry.id for entry in entries}
-        rows = [row for row, entry in enumerate(self._entries) if entry.id in gone]
-        while rows:
-            first = last = rows.pop()
-            while rows and rows[-1] == first - 1:
-                first = rows.pop()
-            for entry in self._entries[first : last + 1]:
-                entry.document = None  # a list that is not drawn would keep it alive
-                del self._by_id[entry.id]
-                if self._by_key.get(entry.key) is entry:
-                    del self._by_key[entry.key]
-            del self._entries[first : last + 1]
-            self.removed.emit(first, last)
+        for entry in entries:
+            entry.document = None  # a list that is not drawn would keep it alive
+            self._by_id.pop(entry.id, None)
+            if self._by_key.get(entry.key) is entry:
+                del self._by_key[entry.key]
+        self._entries = [entry for entry in self._entries if entry.id in self._by_id]
 
     def attach(self, document: Document) -> Entry:
         """Attach an opened frame to its entry and return it; a new entry if there is none."""
@@ -183,7 +166,6 @@ class Entries(QObject):
         if entry.unsaved:
             document.note_other_change()
         entry.document, entry.name, entry.problem = document, document.name, ""
-        self.changed.emit(entry)
         return entry
 
     def detach(self, entry: Entry, stored: bool) -> None:
@@ -192,9 +174,3 @@ class Entries(QObject):
         entry.set_unsaved(entry.unsaved)
         entry.set_summary(entry.stored_summary)
         entry.document, entry.has_state = None, stored
-        self.changed.emit(entry)
-
-    def set_summary(self, entry: Entry, summary: FrameSummary) -> None:
-        """Set the summary of a frame that is not open."""
-        entry.set_summary(summary)
-        self.changed.emit(entry)

@@ -24,10 +24,8 @@ from ilf.run.run import Run
 from ilf.segmentation.editing.patches import LabelPatch, values_at
 from ilf.segmentation.reextraction import made_by_hand
 
-from .block_counts import BlockCounts, BlockTally
-from .block_errors import BlockErrors
-from .results import FrameResults, Results, StoredBlockResult, same_depth, same_layers, same_mask
-from .shown_depth import ShownDepth
+from .blocks import BlockCounts, BlockErrors, BlockTally
+from .results import FrameResults, Results, ShownDepth, StoredBlockResult, same_depth, same_layers, same_mask
 
 LARGEST_LABEL = 65535
 """Label maps are exported as 16-bit images."""
@@ -245,7 +243,7 @@ class FrameData:
         if inputs is not None and read.inputs is not None:
             inputs = replace(read.inputs, ground_truth=inputs.ground_truth)
         camera = {name: getattr(read, name) for name in ("intrinsics", "notes", "plausibility_warnings")}
-        self.change(frame=replace(self.frame, depth=self.frame.measured, inputs=inputs, **camera))
+        self.change(frame=self.frame.changed(inputs=inputs, **camera))
         self.results.extrapolation = None
         self._completion = None
 
@@ -263,13 +261,13 @@ class FrameData:
     def apply(self, patch: LabelPatch, forward: bool = True) -> None:
         """Apply or revert a change of the label map."""
         if self._tally is not None:
-            self._tally.take_out(patch.box)
+            self._tally.add(patch.box, -1)
         (patch.apply if forward else patch.revert)(self.labels)
         self._copies.pop("labels", None)
         if self._tally is not None:
             self._tally.add(patch.box)
         self._shown.note(patch.box)
-        for label in touched_by(patch):
+        for label in patch.touched:
             self._forget_result(label)
 
     def draw(self, box: Box, drawn: NDArray[np.bool_], blocks: Iterable[int]) -> None:
@@ -482,13 +480,6 @@ class FrameData:
         self._valid = None
         self._fitting.clear()
         self._shown.note_all()
-
-
-def touched_by(patch: LabelPatch) -> frozenset[int]:
-    """Return the blocks that gain or lose pixels by a change of the label map."""
-    changed = patch.before != patch.after
-    counts = (np.bincount(labels[changed]) for labels in (patch.before, patch.after))
-    return frozenset(int(label) for count in counts for label in np.flatnonzero(count)) - {0}
 
 
 def _best_of(fitting: Sequence[BlockResult], wanted: Parameters) -> BlockResult | None:

@@ -8,10 +8,9 @@ from dataclasses import replace
 from PySide6.QtCore import QObject, Signal
 from PySide6.QtGui import QUndoGroup, QUndoStack
 
-from .changes import Changes
 from .document import Document
 from .entries import Entries, Entry
-from .parts import Part
+from .parts import Changes, Part
 
 
 class Frames(Changes):
@@ -36,11 +35,9 @@ class Frames(Changes):
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self.open: list[Document] = []
-        self.entries = Entries(self)
+        self.entries = Entries()
         self.undo_group = QUndoGroup(self)
         self._empty_stack = QUndoStack(self)
-        for signal in (self.entries.added, self.entries.removed, self.entries.changed):
-            signal.connect(lambda *_: self.note(Part.LIST))
 
     @property
     def current(self) -> Document:
@@ -80,6 +77,11 @@ class Frames(Changes):
         if self.stroke_in_progress:
             self.current.prepare_change()
 
+    def touch_project(self, part: Part) -> None:
+        """Tell of a change of the project apart from its frames."""
+        self.note(part)
+        self.project_touched.emit()
+
     def document_of(self, key: str) -> Document | None:
         """Return the open document of a file or folder; None if there is none."""
         return next((document for document in self.open if document.key == key), None)
@@ -107,12 +109,6 @@ class Frames(Changes):
         self.undo_group.setActiveStack(document.undo_stack if document else self._empty_stack)
         self.note(Part.FRAME)
 
-    def close(self, document: Document) -> None:
-        """Close a frame permanently; the previous one in the list becomes the current one."""
-        entry = self.entries.of(document.id)
-        if entry is not None:
-            self.remove_entries([entry])
-
     def unload(self, document: Document, stored: bool = True) -> None:
         """Close a frame whose state is stored, or that has none; its entry stays, and it can be opened again in the
         same state, without its undo history."""
@@ -124,7 +120,7 @@ class Frames(Changes):
     def add_entries(self, entries: Sequence[Entry]) -> None:
         """Add frames to the list without opening them."""
         self.entries.add(entries)
-        self.project_touched.emit()
+        self.touch_project(Part.LIST)
 
     def remove_entries(self, entries: Collection[Entry]) -> None:
         """Remove frames from the list permanently, and close those that are open."""
@@ -136,19 +132,19 @@ class Frames(Changes):
         for document in [document for document in self.open if document in gone]:
             self._close(document)
         self.entries.remove(entries)
-        self.project_touched.emit()
+        self.touch_project(Part.LIST)
 
     def note_problem(self, entry: Entry, problem: str) -> None:
         """Store why a frame of the list could not be opened."""
         entry.problem = problem
-        self.entries.changed.emit(entry)
+        self.note(Part.LIST)
 
     def _close(self, document: Document) -> None:
         position = self.open.index(document)
         self.open.remove(document)
         if document is self._shown:
             self.show(self.open[max(position - 1, 0)] if self.open else None)
-        document.changes = None
+        document.changes = Changes()
         self.undo_group.removeStack(document.undo_stack)
         document.undo_stack.setParent(None)  # PySide treats it as owned by the group while the group exists
         document.undo_stack.clear()  # commands and document reference each other and would never be freed
@@ -167,9 +163,8 @@ class Frames(Changes):
             return
         if entry.document is None:
             entry.set_unsaved(True)
-            self.entries.set_summary(entry, replace(entry.stored_summary, note=note, done=done))
+            entry.set_summary(replace(entry.stored_summary, note=note, done=done))
         else:
             entry.document.change(note=note, done=done)
             entry.document.touch()
-        self.note(Part.LIST)
-        self.project_touched.emit()
+        self.touch_project(Part.LIST)

@@ -22,9 +22,8 @@ from ilf.project.run_history import StoredRun
 from ilf.run.run import Run
 
 from .document import Document
-from .edits import Swap
 from .frames import Frames
-from .parts import Part
+from .parts import Part, Swap
 
 DRAG_S = 0.7
 """Changes of the same parameters within this time [s] are one undo step."""
@@ -50,14 +49,9 @@ class SharedParameters(NamedTuple):
                 document.change(common=self.values)
 
 
-class _Sharing(NamedTuple):
-    """Whether parameters are shared, those of a frame, and whether they are its own; to undo a change, also those of
-    all frames before it."""
-
-    shared: SharedParameters
-    common: Parameters
-    own: bool
-    others: WeakKeyDictionary[Document, Parameters] | None = None
+_Sharing = tuple[SharedParameters, Parameters, bool, WeakKeyDictionary[Document, Parameters] | None]
+"""Whether parameters are shared, those of a frame, and whether they are its own; to undo a change, also those of all
+frames before it."""
 
 
 class DocumentParameters:
@@ -122,14 +116,12 @@ class DocumentParameters:
     def set_own(self, values: OwnValues, blocks: Collection[int]) -> None:
         """Add own parameters to blocks; values equal to the common ones are removed."""
         common, own = self.current.to_dict(), self._frames.current.blocks.own
-        merged = {label: {**own.get(label, {}), **values} for label in blocks}
-        self._edit(
-            {},
-            {
-                label: {name: value for name, value in one.items() if value != common[name]}
-                for label, one in merged.items()
-            },
-        )
+
+        def own_values(label: int) -> OwnValues:
+            merged = {**own.get(label, {}), **values}
+            return {name: value for name, value in merged.items() if value != common[name]}
+
+        self._edit({}, {label: own_values(label) for label in blocks})
 
     def reset_own(self, blocks: Collection[int]) -> None:
         """Remove all own parameters from blocks."""
@@ -203,8 +195,7 @@ class DocumentParameters:
             for document in self._frames.open:
                 if document.counts() or document.unsaved:
                     self._frames.touch(document)
-        self._frames.note(Part.PARAMETERS)
-        self._frames.project_touched.emit()
+        self._frames.touch_project(Part.PARAMETERS)
 
     def share(self) -> list[Document]:
         """Share the current frame's parameters with all frames without own ones, as one undo step.
@@ -233,28 +224,30 @@ class DocumentParameters:
         frames, document = self._frames, self._frames.current
 
         def exchange(to: _Sharing) -> _Sharing:
-            before = self.shared, document.state.common, document.state.own_parameters
+            shared, common, own, undone = to
+            former = self.shared, document.state.common, document.state.own_parameters
             others = WeakKeyDictionary({one: one.state.common for one in frames.open})
             results = document.valid_results()
             document.remember_parameters()
-            document.change(common=to.common, own_parameters=to.own)
-            self.set_shared(to.shared)
+            document.change(common=common, own_parameters=own)
+            self.set_shared(shared)
             frames.note(Part.LIST)
             if document.valid_results() != results:
                 document.note(Part.RESULTS)
-            if to.others is not None and not self.shared.on:
-                for one, common in to.others.items():
+            if undone is not None and not shared.on:
+                for one, common in undone.items():
                     if one in frames.open and one.state.common != common:
                         one.remember_parameters()
                         one.change(common=common)
-            for one in frames.open if before[0].on and not self.shared.on else ():
+            for one in frames.open if former[0].on and not shared.on else ():
                 # its parameters are now stored with it; restoring an earlier state is no unsaved change
                 if one is not document and not one.state.own_parameters:
-                    one.touch(viewing=to.others is not None)
-            return _Sharing(*before, others if to.others is None else None)
+                    one.touch(viewing=undone is not None)
+            return *former, others if undone is None else None
 
         common = document.state.common if own or not shared.on else shared.values
-        document.undo_stack.push(Swap(text, _Sharing(shared, common, own), exchange))
+        to: _Sharing = shared, common, own, None
+        document.undo_stack.push(Swap(text, to, exchange))
 
     def restore(self, kept: StoredRun) -> bool:
         """Restore common and own parameters of a stored run in the current frame, as one undo step; False if they are
@@ -272,14 +265,12 @@ class DocumentParameters:
     def set_extraction(self, parameters: BlockParameters) -> None:
         """Set the parameters of the next extraction."""
         self.extraction = parameters
-        self._frames.note(Part.EXTRACTION)
-        self._frames.project_touched.emit()
+        self._frames.touch_project(Part.EXTRACTION)
 
     def set_keeps_handmade(self, on: bool) -> None:
         """Set whether the next extraction keeps hand-made blocks."""
         self.keeps_handmade = on
-        self._frames.note(Part.EXTRACTION)
-        self._frames.project_touched.emit()
+        self._frames.touch_project(Part.EXTRACTION)
 
 
 class EditParameters(QUndoCommand):

@@ -1,8 +1,23 @@
-"""What of the state has changed: the window draws by these parts."""
+"""What of the state has changed, how the window is told of it, and how it is undone. It draws by the parts."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from enum import Flag, auto
+from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+from PySide6.QtCore import QObject, Qt, Signal
+from PySide6.QtGui import QUndoCommand
+
+from ilf.data.label_map import Box
+from ilf.segmentation.editing.patches import LabelPatch
+
+if TYPE_CHECKING:
+    from .document import Document
+
+Value = TypeVar("Value")
 
 
 class Part(Flag):
@@ -67,3 +82,123 @@ class Part(Flag):
 
 NO_PART = Part(0)
 EVERY_PART = ~NO_PART
+
+
+DrawnChange = tuple[Box, NDArray[np.bool_], NDArray[np.bool_]]
+"""Where drawn borders change, and the drawn pixels there before and after."""
+
+
+class Edit(NamedTuple):
+    """A change of what the depth of blocks depends on, which was made, undone or redone.
+
+    Attributes
+    ----------
+    document : Document
+    blocks : frozenset of int
+        Blocks whose depth is concerned.
+    text : str
+        The name of the edit.
+    part : Part
+        What was changed: the label map, depth by hand, the invalid mask, the guide or the depth of neighbours.
+    patch : LabelPatch or None
+        The change of the label map in forward direction.
+    forward : bool
+        False if it was undone.
+    drawn : (Box, ndarray of bool, ndarray of bool) or None
+        Where drawn borders change, and the drawn pixels there before the edit and after it.
+    """
+
+    document: Document
+    blocks: frozenset[int]
+    text: str
+    part: Part
+    patch: LabelPatch | None = None
+    forward: bool = True
+    drawn: DrawnChange | None = None
+
+
+class Changes(QObject):
+    """The channel from documents to the window.
+
+    Signals
+    -------
+    changed(Part)
+        What has changed of the current document and of the list, once per turn of the event loop.
+    edited(object)
+        An undoable change of what the depth of blocks depends on, of any document, at once: an `Edit`.
+    labels_changed(object)
+        The box (rows, columns) of the current label map that has changed, at once, also by a stroke in progress.
+    about_to_change()
+        The current document or its label map is about to change: strokes in progress must end.
+    touched(object)
+        Content of a document that a project stores has changed.
+    """
+
+    changed = Signal(object)
+    edited = Signal(object)
+    labels_changed = Signal(object)
+    about_to_change = Signal()
+    touched = Signal(object)
+    _wanted = Signal()
+
+    def __init__(self, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self._shown: Any = None
+        self._parts = NO_PART
+        self._listeners: list[tuple[Part, Callable[[], None]]] = []
+        # not a timer with interval 0: the next user input would be handled before it
+        self._wanted.connect(self.tell, Qt.ConnectionType.QueuedConnection)
+
+    def on(self, parts: Part, call: Callable[[], None]) -> None:
+        """Call a function in each turn in which one of these parts has changed, before `changed` is emitted."""
+        self._listeners.append((parts, call))
+
+    def is_shown(self, document: object) -> bool:
+        """Whether this is the current document."""
+        return document is self._shown
+
+    def note(self, part: Part, document: object = None) -> None:
+        """Note that a part has changed: `changed` tells it in the next turn of the event loop. Of a `document` that is
+        not shown, only its summary in the list is."""
+        if not self._parts:
+            self._wanted.emit()
+        self._parts |= part if document is None or document is self._shown else Part.LIST
+
+    def touch(self, document: object) -> None:
+        """Tell that content of a document that a project stores has changed."""
+        self.touched.emit(document)
+        self.note(Part.CONTENT, document)
+
+    def tell(self) -> None:
+        """Tell now what would be told in the next turn."""
+        parts, self._parts = self._parts, NO_PART
+        for wanted, call in self._listeners:
+            if wanted & parts:
+                call()
+        if parts:
+            self.changed.emit(parts)
+
+
+class Swap(QUndoCommand, Generic[Value]):
+    """A change of a value. Redo and undo exchange it with the former one.
+
+    Parameters
+    ----------
+    text : str
+        The name of the step.
+    value : object
+        The new value.
+    exchange : callable
+        Sets a value, reports the change and returns the former value.
+    """
+
+    def __init__(self, text: str, value: Value, exchange: Callable[[Value], Value]) -> None:
+        super().__init__(text)
+        self._other = value
+        self._exchange = exchange
+
+    def redo(self) -> None:
+        """Exchange the values."""
+        self._other = self._exchange(self._other)
+
+    undo = redo

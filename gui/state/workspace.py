@@ -16,12 +16,10 @@ from ilf.run.run import Run
 from ilf.segmentation.editing.patches import patch_between
 
 from .document import Document
-from .edits import Swap
 from .frames import Frames
 from .parameters import DocumentParameters
-from .parts import Part
-from .results import FrameResults
-from .shown_depth import ViewedIteration
+from .parts import Part, Swap
+from .results import FrameResults, ViewedIteration
 
 _MAX_WATCHED = 4
 """Maximum number of frames with key frames at a time."""

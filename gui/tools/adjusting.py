@@ -13,8 +13,7 @@ from ilf.segmentation.editing.patches import LabelPatch, Labels
 from ..state.document import Document
 from ..views.interaction import PointerEvent, PointerKind, Preview
 from .base import Host, Point, Press, line_path
-from .line import LineTool, Snap, Stretch, nearest, off_line, touches
-from .line_preview import preview_of_patch
+from .line import LineTool, Snap, Stretch, nearest, off_line, preview_of_patch, touches
 
 _SLACK = 4.0
 """Maximum distance of a free line from the straight lines between its points [screen pixels]."""
@@ -179,8 +178,8 @@ class AdjustableTool(LineTool):
         """Return the change of a label map of a document by a line; also called in the background."""
         raise NotImplementedError
 
-    def explain(self, line: list[Point], host: Host) -> None:
-        """Show a message why a line changes nothing."""
+    def explain(self, line: list[Point], document: Document) -> str:
+        """Return a sentence why a line changes nothing."""
         raise NotImplementedError
 
     def after_change(self, before: Labels, patch: LabelPatch, host: Host) -> None:
@@ -234,21 +233,28 @@ class AdjustableTool(LineTool):
         undoes = applied.step is not None and self._is_last(applied, host)
         self.cancel(host)
         if undoes:
-            host.undo()
+            host.document.undo_stack.undo()
         return True
 
-    def apply(self, line: AdjustableLine, text: str, host: Host) -> bool:
-        """Apply a line as one undo step, and keep it for adjustment; False if it changes nothing."""
-        before = host.document.labels.copy()
-        patch = self.change(before, line.points, host.document)
-        done = host.commit(patch, text, self.label)
+    def apply(self, line: AdjustableLine, text: str, host: Host) -> None:
+        """Apply a line as one undo step, and keep it for adjustment if it changes anything."""
+        applied = _Applied(line, host.document, host.document.labels.copy(), text, None)
+        step = self._make_step(applied, host)
+        if step is not None:
+            self._keep(replace(applied, step=step), host)
+
+    def _make_step(self, applied: _Applied, host: Host) -> int | None:
+        """Make the undo step of a line in place of the one that it had; None, with a message, if it changes nothing."""
+        patch = self.change(applied.before, applied.line.points, applied.document)
+        if applied.step is not None:
+            host.document.undo_stack.undo()
+        done = host.commit(patch, applied.text, self.label)
         if done is None:
             if patch is None:
-                self.explain(line.points, host)
-            return False
-        self.after_change(before, done, host)
-        self._keep(_Applied(line, host.document, before, text, host.document.undo_stack.index()), host)
-        return True
+                host.show_message(self.explain(applied.line.points, host.document))
+            return None
+        self.after_change(applied.before, done, host)
+        return host.document.undo_stack.index()
 
     def _adjust(self, event: PointerEvent, host: Host) -> bool:
         """Move, add or remove a point of the line; False if the event is not for it."""
@@ -294,17 +300,8 @@ class AdjustableTool(LineTool):
 
     def _apply_again(self, applied: _Applied, line: AdjustableLine, host: Host) -> None:
         """Replace the step that the line made before it was adjusted."""
-        patch = self.change(applied.before, line.points, applied.document)
-        if applied.step is not None:
-            host.undo()
-        step = None
-        done = host.commit(patch, applied.text, self.label)
-        if done is not None:
-            self.after_change(applied.before, done, host)
-            step = host.document.undo_stack.index()
-        elif patch is None:
-            self.explain(line.points, host)
-        self._keep(replace(applied, line=line, step=step), host)
+        applied = replace(applied, line=line)
+        self._keep(replace(applied, step=self._make_step(applied, host)), host)
 
     def _is_last(self, applied: _Applied, host: Host) -> bool:
         """Return whether nothing else was done since the line was applied."""

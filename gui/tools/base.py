@@ -12,6 +12,7 @@ import numpy as np
 from PySide6.QtCore import QRectF
 from PySide6.QtGui import QPainterPath
 
+from ilf.errors import InputError
 from ilf.segmentation.editing.patches import LabelPatch, Labels
 
 from ..state.document import Document
@@ -69,7 +70,8 @@ _CLICK = 3
 
 
 class Host(Protocol):
-    """The interface of the editor for its tools."""
+    """The interface of the editor for its tools. It shows the message of an InputError by which a tool refuses a
+    pointer event, its end, or a result of `run_in_background`."""
 
     options: ToolOptions
 
@@ -88,14 +90,6 @@ class Host(Protocol):
         whole change, None for none. `label` is the block that is painted or drawn, 0 for none."""
         ...
 
-    def attempt(self, change: Callable[[], bool]) -> bool:
-        """Change the document by a function that returns whether it did; False, with a message, on an InputError."""
-        ...
-
-    def undo(self) -> None:
-        """Undo the last step."""
-        ...
-
     def set_option(self, name: str, value: float | bool) -> None:
         """Set one of the options."""
         ...
@@ -105,8 +99,7 @@ class Host(Protocol):
         ...
 
     def run_in_background(self, find: Callable[[], Result], take: Callable[[Result], None]) -> None:
-        """Call `find` in the background, then `take` with its result, or show the message of its InputError; neither
-        after a label map change or `cancel`."""
+        """Call `find` in the background, then `take` with its result; neither after a label map change or `cancel`."""
         ...
 
     def show_message(self, message: str) -> None:
@@ -174,6 +167,7 @@ class Tool:
         """
         match event.kind:
             case PointerKind.PRESS:
+                self._press = None
                 self._press = Press(event) if self._begin(event, host) else None
             case PointerKind.MOVE if self._press is not None:
                 self._drag(self._press, event, host)
@@ -225,24 +219,24 @@ class Tool:
         return False
 
 
-def warn_if_locked(host: Host, label: int) -> bool:
-    """Return whether a block is locked; if so, show a message."""
-    document = host.document
-    if label in document.locked:
-        host.show_message(f"{document.info(label).name} is locked. Unlock it in the table of blocks.")
-    return label in document.locked
+def locked_text(document: Document, labels: Iterable[int]) -> str:
+    """Return a sentence about the first of these blocks that is locked; "" if none is."""
+    locked = sorted(document.locked.intersection(labels))
+    return f"{document.info(locked[0]).name} is locked. Unlock it in the table of blocks." if locked else ""
 
 
-def warn_if_any_locked(host: Host, labels: Iterable[int]) -> bool:
-    """Return whether any of these blocks is locked; if so, show a message about the first."""
-    return any(warn_if_locked(host, label) for label in sorted(labels))
+def check_unlocked(document: Document, labels: Iterable[int]) -> None:
+    """Raise InputError if one of these blocks is locked."""
+    if text := locked_text(document, labels):
+        raise InputError(text)
 
 
-def edges_ready(host: Host) -> bool:
-    """Return whether the frame's edges are computed; if not, show a message."""
-    if host.edge_data is None:
-        host.show_message("The edges of the frame are still being computed. Try again in a moment.")
-    return host.edge_data is not None
+def edges_of(host: Host) -> EdgeData:
+    """Return the frame's edges; raise InputError while they are being computed."""
+    edges = host.edge_data
+    if edges is None:
+        raise InputError("The edges of the frame are still being computed. Try again in a moment.")
+    return edges
 
 
 def line_path(points: Sequence[Point], closed: bool = False) -> QPainterPath:
@@ -255,14 +249,6 @@ def line_path(points: Sequence[Point], closed: bool = False) -> QPainterPath:
     if closed and points:
         path.closeSubpath()
     return path
-
-
-def snapped(host: Host, pixel: float, points: Sequence[Point]) -> list[Point]:
-    """Return a drawn line, moved to edges within the leash; `pixel` is the size of a screen pixel in image pixels."""
-    edge_data, leash = host.edge_data, min(host.options.leash * pixel, LARGEST_LEASH)
-    if edge_data is None or leash <= 0 or len(points) < 2:
-        return list(points)
-    return edge_data.snapper.snap(points, leash)
 
 
 # Blocks that a line crosses or starts near, and parts too thin to be intended.

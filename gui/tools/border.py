@@ -4,24 +4,26 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from functools import partial
 
+from ilf.errors import InputError
 from ilf.segmentation.editing.borders import redraw_border
 from ilf.segmentation.editing.cleaning import pixels_apart
 from ilf.segmentation.editing.painting import assign_outline
 from ilf.segmentation.editing.patches import LabelPatch, Labels
 
 from ..state.document import Document
-from ..state.frame_data import touched_by
 from ..views.interaction import PointerEvent
 from .adjusting import AdjustableLine, AdjustableTool
-from .base import Host, Point, Press, warn_if_any_locked, warn_if_locked
-from .line_preview import LinePreview, disconnected_text, preview_of_patch
+from .base import Host, Point, Press, check_unlocked, locked_text
+from .line import tell_if_apart
 from .select import select_at
 
 
 class BorderTool(AdjustableTool):
-    """The tool that redraws a border by a drag: the blocks on both sides follow. A click selects a block."""
+    """Draw a border between two blocks anew; the blocks on both sides follow.
+
+    A click selects a block.
+    """
 
     @property
     def hint(self) -> str:
@@ -38,25 +40,22 @@ class BorderTool(AdjustableTool):
         else:
             select_at(press.point, event, host)
 
-    def look_ahead(self, line: list[Point], host: Host) -> Callable[[], LabelPatch | None]:
+    def look_ahead(self, line: list[Point], host: Host) -> Callable[[], tuple[LabelPatch | None]]:
         """Return a function that computes the change by the line."""
-        return partial(redraw_border, host.document.labels.copy(), line)
-
-    def line_preview(self, answer: LabelPatch | None, host: Host) -> LinePreview:
-        """Return the preview: pixels that change their block."""
-        return preview_of_patch(host.document, answer)
+        labels = host.document.labels.copy()
+        return lambda: (redraw_border(labels, line),)
 
     def change(self, labels: Labels, line: list[Point], document: Document) -> LabelPatch | None:
         """Return the change by the line."""
         return redraw_border(labels, line, document.locked)
 
-    def explain(self, line: list[Point], host: Host) -> None:
-        """Show a message why the line moves no border."""
-        swept = redraw_border(host.document.labels, line)
-        if swept is None or not warn_if_any_locked(host, touched_by(swept)):
-            host.show_message(
-                "The line moves no border: draw it next to the border that it replaces. To cut off a part, use Give."
-            )
+    def explain(self, line: list[Point], document: Document) -> str:
+        """Return a sentence why the line moves no border."""
+        swept = redraw_border(document.labels, line)
+        locked = "" if swept is None else locked_text(document, swept.touched)
+        return locked or (
+            "The line moves no border: draw it next to the border that it replaces. To cut off a part, use Give."
+        )
 
 
 # Outlining a block.
@@ -66,7 +65,10 @@ _NEAR = 8
 
 
 class OutlineTool(AdjustableTool):
-    """The tool that outlines pixels, by a drag or by clicks: they form a new block, or join the selected one."""
+    """Outline pixels to make them a new block, or to add them to the selected one.
+
+    The outline is drawn by a drag or by clicks.
+    """
 
     def __init__(self) -> None:
         super().__init__()
@@ -93,8 +95,7 @@ class OutlineTool(AdjustableTool):
             return super().finish(host)
         line = self._pen.line
         if len(line) < 3:
-            host.show_message("An outline needs at least three corners.")
-            return True
+            raise InputError("An outline needs at least three corners.")
         closing = self._pen.reach(line[0], False, self._snap(host))
         outline = AdjustableLine.of(self._pen.stretches, [line[-1], *closing[1:-1], line[0]], self.slack)
         self.cancel(host)
@@ -107,18 +108,16 @@ class OutlineTool(AdjustableTool):
         """Return the change by the outline."""
         return assign_outline(labels, line, self.label, document.locked)
 
-    def explain(self, line: list[Point], host: Host) -> None:
-        """Show a message that the outline adds no pixels."""
-        name = host.document.info(self.label).name
-        host.show_message(f"The outline adds no pixels to {name}: they belong to it already, or to locked blocks.")
+    def explain(self, line: list[Point], document: Document) -> str:
+        """Return a sentence that the outline adds no pixels."""
+        name = document.info(self.label).name
+        return f"The outline adds no pixels to {name}: they belong to it already, or to locked blocks."
 
     def after_change(self, before: Labels, patch: LabelPatch, host: Host) -> None:
         """Select the block; show a message if pixels are disconnected from the rest of it."""
         host.document.select([self.label])
-        apart = pixels_apart(before, patch, self.label)
-        if apart:
-            name = host.document.info(self.label).name
-            host.show_message(f"{disconnected_text(name, apart)} Start an outline without Ctrl to make a new block.")
+        remedy = " Start an outline without Ctrl to make a new block."
+        tell_if_apart(host, self.label, pixels_apart(before, patch, self.label), remedy)
 
     def look_ahead(self, line: list[Point], host: Host) -> Callable[[], tuple[LabelPatch | None, int]]:
         """Return a function that computes the change by the outline and the number of disconnected pixels."""
@@ -131,10 +130,6 @@ class OutlineTool(AdjustableTool):
 
         return find
 
-    def line_preview(self, answer: tuple[LabelPatch | None, int], host: Host) -> LinePreview:
-        """Return the preview: pixels that the block would get."""
-        return preview_of_patch(host.document, *answer)
-
     def _target(self, host: Host) -> int:
         """Return the block that gets the inside: the selected one if it has no pixels yet; 0 for a new one."""
         chosen = host.document.selected[:1]
@@ -144,15 +139,13 @@ class OutlineTool(AdjustableTool):
         """Start an outline or its next corner; a press at the first corner closes it."""
         if not self._pen.down:
             self._joins = event.opposite
-            return not warn_if_locked(host, self._target(host))
-        if self._closes(event):
-            self.finish(host)
-            return False
-        return True
-
-    def _closes(self, event: PointerEvent) -> bool:
+            check_unlocked(host.document, [self._target(host)])
+            return True
         corners = self._pen.corners
-        return len(corners) > 2 and math.dist(corners[0], (event.x, event.y)) <= _NEAR * event.pixel
+        closes = len(corners) > 2 and math.dist(corners[0], (event.x, event.y)) <= _NEAR * event.pixel
+        if closes:
+            self.finish(host)
+        return not closes
 
     def _release(self, press: Press, event: PointerEvent, host: Host) -> None:
         """Add a corner; a drag closes the outline."""
@@ -161,6 +154,8 @@ class OutlineTool(AdjustableTool):
         elif self._by_clicks:
             self._pen.rest()
         else:
-            self.finish(host)
-            if self._pen.down:  # too short to be closed
-                self.cancel(host)
+            try:
+                self.finish(host)
+            finally:
+                if self._pen.down:  # too short to be closed
+                    self.cancel(host)

@@ -8,11 +8,12 @@ from PySide6.QtCore import QPointF, Qt
 from PySide6.QtGui import QPainterPath, QPainterPathStroker
 
 from ilf.data.label_map import Box, union
+from ilf.errors import InputError
 from ilf.segmentation.editing.painting import Stroke, brush_stroke, erase, paint
-from ilf.segmentation.editing.snapping import Similar
+from ilf.segmentation.editing.snapping import similar_pixels
 
 from ..views.interaction import PointerEvent, PointerKind, Preview
-from .base import Host, Point, Tool, edges_ready, line_path, warn_if_any_locked, warn_if_locked
+from .base import Host, Point, Tool, check_unlocked, edges_of, line_path
 
 # Pixels that a brush has covered since the button was pressed.
 
@@ -54,15 +55,17 @@ class StrokeTool(Tool):
     def pointer(self, event: PointerEvent, host: Host) -> bool:
         """Cover pixels while the button is down; apply the stroke on release."""
         point = event.x, event.y
-        if event.kind is PointerKind.PRESS and self.begin(event, host):
-            self._swept, self._points = Swept(host.document.frame.shape), [point]
-            self._sweep(self._swept, point, host)
-        elif event.kind is PointerKind.MOVE and self._swept is not None:
-            self._sweep(self._swept, point, host)
-        elif event.kind is PointerKind.RELEASE and self._swept is not None:
-            swept, self._swept = self._swept, None
-            self.apply(swept, host)
-        self.show_brush(event, host)
+        try:
+            if event.kind is PointerKind.PRESS and self.begin(event, host):
+                self._swept, self._points = Swept(host.document.frame.shape), [point]
+                self._sweep(self._swept, point, host)
+            elif event.kind is PointerKind.MOVE and self._swept is not None:
+                self._sweep(self._swept, point, host)
+            elif event.kind is PointerKind.RELEASE and self._swept is not None:
+                swept, self._swept = self._swept, None
+                self.apply(swept, host)
+        finally:  # also if that was refused
+            self.show_brush(event, host)
         return event.kind is not PointerKind.DOUBLE  # the second of two quick clicks is a normal press
 
     def cancel(self, host: Host) -> None:
@@ -100,15 +103,11 @@ class StrokeTool(Tool):
         stroker.setWidth(2 * max(radius, 0.5))
         stroker.setCapStyle(Qt.PenCapStyle.RoundCap)
         stroker.setJoinStyle(Qt.PenJoinStyle.RoundJoin)
-        points = self._points
-        trail = stroker.createStroke(line_path(points if points[0] != points[-1] else [*points, _beside(points[0])]))
+        points, (x, y) = self._points, self._points[0]
+        # a line of zero length would have no direction: a dot is drawn as a line to a point beside it
+        trail = stroker.createStroke(line_path(points if points[0] != points[-1] else [*points, (x + 1e-3, y)]))
         trail.setFillRule(Qt.FillRule.WindingFill)
         return trail
-
-
-def _beside(point: Point) -> Point:
-    """Return a point so near that a line to it is drawn as a dot; a line of zero length would have no direction."""
-    return point[0] + 1e-3, point[1]
 
 
 def brush_preview(event: PointerEvent, host: Host, area: QPainterPath | None = None) -> Preview:
@@ -120,12 +119,12 @@ def brush_preview(event: PointerEvent, host: Host, area: QPainterPath | None = N
 
 
 class PaintTool(StrokeTool):
-    """The tool Paint: adds pixels to the selected block, or to the one under the press if none is selected.
+    """Add pixels to the selected block with the brush.
 
-    Ctrl swaps painting and erasing for one stroke.
+    If none is selected, it is the block under the press. Ctrl swaps painting and erasing for one stroke.
     """
 
-    options = ("brush", "similar", "new_block")
+    options = ("brush", "similar_only", "new_block")
     guided = True
     leaves_trail = False
     erases = False
@@ -134,7 +133,7 @@ class PaintTool(StrokeTool):
     def __init__(self) -> None:
         super().__init__()
         self._erasing = False
-        self._similar: Similar | None = None
+        self._similar: NDArray[np.bool_] | None = None
         self._label = 0
 
     def cancel(self, host: Host) -> None:
@@ -143,38 +142,31 @@ class PaintTool(StrokeTool):
         host.document.drop_stroke()
 
     def begin(self, event: PointerEvent, host: Host) -> bool:
-        """Choose the block; False without one, or if it is locked."""
+        """Choose the block; refused without one, or if it is locked."""
         document = host.document
         chosen = document.selected
         self._label = chosen[0] if chosen else document.label_at(event.x, event.y)
         self._erasing = self.erases != event.opposite
         if self._label == 0:
-            host.show_message("Select a block first, or start a new one with Blocks > New block.")
-            return False
-        if warn_if_locked(host, self._label) or not self._look_around(event, host):
-            return False
+            raise InputError("Select a block first, or start a new one with Blocks > New block.")
+        check_unlocked(document, [self._label])
+        self._similar = None
+        if host.options.similar_only:
+            edges = edges_of(host)
+            self._similar = similar_pixels(edges.frame, edges.strength, event.x, event.y)
         if chosen != [self._label]:
             host.document.select([self._label])
         return True
 
-    def _look_around(self, event: PointerEvent, host: Host) -> bool:
-        """Prepare the limit to similar pixels; False if edges are not computed yet."""
-        self._similar = None
-        if not host.options.similar_only:
-            return True
-        edge_data = host.edge_data
-        if not edges_ready(host) or edge_data is None:
-            return False
-        self._similar = Similar(edge_data.frame, edge_data.strength, event.x, event.y)
-        return True
-
     def cover(self, stroke: Stroke, host: Host) -> Stroke | None:
         """Paint or erase the pixels at once."""
-        covered = stroke if self._similar is None else self._similar.limit(stroke)
-        if covered is not None:
-            change = erase if self._erasing else paint
-            host.document.stroke(change(host.document.labels, covered, self._label, host.document.locked))
-        return covered
+        if self._similar is not None:
+            stroke = Stroke(stroke.box, stroke.mask & self._similar[stroke.box])
+            if not stroke.mask.any():
+                return None
+        change = erase if self._erasing else paint
+        host.document.stroke(change(host.document.labels, stroke, self._label, host.document.locked))
+        return stroke
 
     def apply(self, swept: Swept, host: Host) -> None:
         """Make the stroke one undo step; erased pixels go to the neighbours that fit best."""
@@ -185,19 +177,25 @@ class PaintTool(StrokeTool):
             patch = erase(document.labels, swept.stroke, self._label, document.locked, frame=document.frame)
         text = f"{'Erase from' if self._erasing else 'Paint'} {document.info(self._label).name}"
         if not host.commit(patch, text, self._label) and not self._erasing:
-            warn_if_any_locked(host, np.unique(document.labels[swept.mask]).tolist())
+            check_unlocked(document, np.unique(document.labels[swept.mask]).tolist())
 
 
 class EraseTool(PaintTool):
-    """The tool Erase: removes pixels from the selected block only, and assigns them to neighbours on release."""
+    """Remove pixels from the selected block.
 
-    options = ("brush", "similar", "no_block")
+    Other blocks lose none; on release, the pixels go to neighbours.
+    """
+
+    options = ("brush", "similar_only", "to_no_block")
     erases = True
     hint = "Drag: remove pixels from the block | Ctrl+drag: add | [ ] or Ctrl+wheel: brush size"
 
 
 class MarkInvalidTool(StrokeTool):
-    """The tool that marks measured depth as invalid by strokes: it counts as missing. Ctrl marks it valid again."""
+    """Mark measured depth as invalid, for example behind glass: it counts as missing.
+
+    With Ctrl, a stroke marks it valid again.
+    """
 
     hint = "Drag: mark depth invalid, as behind glass | Ctrl+drag: mark valid | [ ] or Ctrl+wheel: brush size"
 
@@ -217,9 +215,6 @@ class MarkInvalidTool(StrokeTool):
         measured = mask & np.isfinite(frame.measured)
         after = before & ~measured if self._marks_valid else before | measured
         text = "Mark depth valid" if self._marks_valid else "Mark depth invalid"
-        if not np.array_equal(after, before):
-            host.attempt(lambda: host.document.set_invalid_mask(after, text))
-        elif self._marks_valid:
-            host.show_message("There is no invalid depth here.")
-        else:
-            host.show_message("There is no valid measured depth here.")
+        if np.array_equal(after, before):
+            raise InputError(f"There is no {'invalid' if self._marks_valid else 'valid measured'} depth here.")
+        host.document.set_invalid_mask(after, text)

@@ -12,12 +12,13 @@ from numpy.typing import NDArray
 from PySide6.QtGui import QPainterPath
 
 from ilf.completion.continuation import continue_plane, nearer_or_farther
-from ilf.segmentation.editing.patches import values_at
+from ilf.errors import InputError
+from ilf.segmentation.editing.patches import unlocked_pixels, values_at
 
 from ..state.document import Document
 from ..views.interaction import PointerEvent, PointerKind, Preview
 from ..views.pixel_items import boundary_path
-from .base import Host, warn_if_any_locked
+from .base import Host, check_unlocked
 from .brush import StrokeTool, Swept, brush_preview
 
 Depth = NDArray[np.float32]
@@ -50,8 +51,10 @@ class Surface(NamedTuple):
 
 
 class DepthByHandTool(StrokeTool):
-    """The tool Depth by hand. A drag paints the set depth on missing depth of the selected blocks, or of all if none is
-    selected; Shift erases, Ctrl+click picks the depth under the pointer.
+    """State depth where it is missing: paint it, fill a hole, or continue a surface.
+
+    A drag paints the set depth on missing depth of the selected blocks, or of all if none is selected; Shift erases,
+    Ctrl+click picks the depth under the pointer.
 
     A proposal, such as a continued plane, is shown in images and point cloud until Enter takes it; meanwhile a drag
     limits it to what the brush covers.
@@ -87,8 +90,7 @@ class DepthByHandTool(StrokeTool):
             return False
         self._erases = event.shift and self._surface is None
         if self._surface is None and not self._erases and host.options.hand_depth <= 0:
-            host.show_message(_NO_DEPTH)
-            return False
+            raise InputError(_NO_DEPTH)
         return True
 
     def apply(self, swept: Swept, host: Host) -> None:
@@ -97,22 +99,19 @@ class DepthByHandTool(StrokeTool):
         if self._surface is not None:
             kept = mask if self._kept is None else self._kept | mask
             if not np.isfinite(self._surface.depth[kept]).any():
-                host.show_message("The proposed surface has no depth under this stroke.")
-                return
+                raise InputError("The proposed surface has no depth under this stroke.")
             self._kept = kept
             self._show(host)
-            return
-        if self._erases:
-            self._remove(host, mask & _selected(document))
-            return
-        missing = mask & document.frame.missing
-        wanted = missing & _selected(document) & (document.labels > 0)
-        if wanted.any():
-            self._state(host, _constant(host), wanted, "Paint depth")
-        elif not missing.any():
-            host.show_message(_NOT_MISSING)
+        elif self._erases:
+            _remove(document, mask & _selected(document))
         else:
-            host.show_message(_NOT_SELECTED if document.selected and document.labels[missing].any() else _NO_BLOCK)
+            missing = mask & document.frame.missing
+            if not missing.any():
+                raise InputError(_NOT_MISSING)
+            wanted = missing & _selected(document) & (document.labels > 0)
+            if not wanted.any():
+                raise InputError(_NOT_SELECTED if document.selected and document.labels[missing].any() else _NO_BLOCK)
+            _state(document, _constant(host), wanted, "Paint depth")
 
     def cancel(self, host: Host) -> None:
         """Cancel the stroke and drop the proposal."""
@@ -126,25 +125,22 @@ class DepthByHandTool(StrokeTool):
             return False
         proposal, step = self._proposal, self._surface.step
         self.cancel(host)
-        self._state(host, proposal, np.isfinite(proposal), step)
+        _state(host.document, proposal, np.isfinite(proposal), step)
         return True
 
     def fill(self, host: Host) -> None:
         """State the set depth at all missing depth of the selected blocks."""
         if host.options.hand_depth <= 0:
-            host.show_message(_NO_DEPTH)
-        elif (hole := _hole_of(host)) is not None:
-            self._state(host, _constant(host), hole, "Fill with depth")
+            raise InputError(_NO_DEPTH)
+        _state(host.document, _constant(host), _hole_of(host.document), "Fill with depth")
 
     def erase(self, host: Host) -> None:
         """Remove depth by hand from the selected blocks, or everywhere if none is selected."""
-        self._remove(host, _selected(host.document))
+        _remove(host.document, _selected(host.document))
 
     def propose_plane(self, host: Host) -> None:
         """Propose the plane of the known depth in the rectangle, or else in the selected blocks, for their holes."""
-        document, hole = host.document, _hole_of(host)
-        if hole is None:
-            return
+        document, hole = host.document, _hole_of(host.document)
         source = np.isin(document.labels, document.selected)
         if document.state.looked.region is not None:
             source = np.zeros_like(source)
@@ -159,9 +155,7 @@ class DepthByHandTool(StrokeTool):
 
     def propose_surface(self, host: Host, nearer: bool) -> None:
         """Propose the nearer or the farther of the surfaces around the holes of the selected blocks."""
-        document, hole = host.document, _hole_of(host)
-        if hole is None:
-            return
+        document, hole = host.document, _hole_of(host.document)
         text, labels = f"{'Nearer' if nearer else 'Farther'} surface", document.labels.copy()
         self._find(host, lambda: Surface(nearer_or_farther(document.frame.depth, labels, hole, nearer), text, text))
 
@@ -197,20 +191,20 @@ class DepthByHandTool(StrokeTool):
         depth = self._surface.depth
         return depth if self._kept is None else np.where(self._kept, depth, np.float32(np.nan))
 
-    def _state(self, host: Host, depth: Depth, where: Mask, text: str) -> None:
-        """State depth, except in locked blocks."""
-        free = where & ~np.isin(host.document.labels, list(host.document.locked))
-        if not free.any():
-            warn_if_any_locked(host, np.unique(host.document.labels[where]).tolist())
-        else:
-            host.attempt(lambda: host.document.set_by_hand(depth, free, text))
 
-    def _remove(self, host: Host, where: Mask) -> None:
-        """Remove depth by hand, except in locked blocks."""
-        free = where & ~np.isin(host.document.labels, list(host.document.locked))
-        nothing = np.full(where.shape, np.nan, np.float32)
-        if not host.attempt(lambda: host.document.set_by_hand(nothing, free, "Remove depth by hand")):
-            host.show_message("There is no depth by hand here that can be removed.")
+def _state(document: Document, depth: Depth, where: Mask, text: str) -> None:
+    """State depth, except in locked blocks."""
+    free = where & unlocked_pixels(document.labels, document.locked)
+    if not free.any():
+        check_unlocked(document, np.unique(document.labels[where]).tolist())
+    document.set_by_hand(depth, free, text)
+
+
+def _remove(document: Document, where: Mask) -> None:
+    """Remove depth by hand, except in locked blocks."""
+    free = where & unlocked_pixels(document.labels, document.locked)
+    if not document.set_by_hand(np.full(where.shape, np.nan, np.float32), free, "Remove depth by hand"):
+        raise InputError("There is no depth by hand here that can be removed.")
 
 
 def _selected(document: Document) -> Mask:
@@ -225,30 +219,21 @@ def _constant(host: Host) -> Depth:
     return np.full(host.document.frame.shape, host.options.hand_depth, np.float32)
 
 
-def _hole_of(host: Host) -> Mask | None:
-    """Return the missing depth of the selected blocks, bool (H, W); None, with a message, if there is none."""
-    document = host.document
+def _hole_of(document: Document) -> Mask:
+    """Return the missing depth of the selected blocks, bool (H, W); raise InputError if there is none."""
     if not document.selected:
-        host.show_message("Select the block with the hole first.")
-        return None
+        raise InputError("Select the block with the hole first.")
     hole: Mask = document.frame.missing & np.isin(document.labels, document.selected)
     if not hole.any():
-        host.show_message("The selected blocks have no missing depth.")
-        return None
+        raise InputError("The selected blocks have no missing depth.")
     return hole
 
 
 def pick_depth(host: Host, x: float, y: float) -> None:
     """Set the depth to paint to that at image coordinates, completed or measured."""
-    depth = _depth_at(host.document, x, y)
-    if depth is None:
-        host.show_message("There is no depth to pick here.")
-    else:
-        host.set_option("hand_depth", depth)
-
-
-def _depth_at(document: Document, x: float, y: float) -> float | None:
-    completed = document.current_depth()
-    shown = document.frame.depth if completed is None else completed
+    completed = host.document.current_depth()
+    shown = host.document.frame.depth if completed is None else completed
     depth = float(values_at(shown, np.array([[x, y]]), beyond=0)[0])
-    return depth if depth > 0 else None
+    if not depth > 0:
+        raise InputError("There is no depth to pick here.")
+    host.set_option("hand_depth", depth)

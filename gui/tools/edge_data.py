@@ -7,11 +7,10 @@ from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QObject
 
 from ilf.data.frame import RGBDFrame
 from ilf.data.parameters import BlockParameters
-from ilf.segmentation.editing.snapping import Similar, Snapper
+from ilf.segmentation.editing.snapping import border_evidence, similar_pixels
 
 from ..state.document import Document
 from ..work.found_blocks import FoundBlocks, find
@@ -29,14 +28,14 @@ class EdgeData:
         Edge strength in [0, 1].
     regions : ndarray of int32, shape (H, W)
         The regions that the extraction merges into blocks.
-    snapper : Snapper
-        Moves drawn lines onto edges.
+    evidence : ndarray of float32, shape (H, W)
+        Evidence for a border, to which drawn lines snap.
     """
 
     frame: RGBDFrame
     strength: NDArray[np.float32]
     regions: NDArray[np.int32]
-    snapper: Snapper
+    evidence: NDArray[np.float32]
 
 
 class EdgeDataSource:
@@ -45,12 +44,11 @@ class EdgeDataSource:
     Later changes of the invalid mask do not change the aid.
     """
 
-    def __init__(self, parent: QObject) -> None:
+    def __init__(self, requests: LatestRequest) -> None:
         self._document: Document | None = None
         self._edge_data: EdgeData | None = None
         self._extraction: FoundBlocks | None = None
-        self.requests = LatestRequest[partial[EdgeData], EdgeData](lambda find: find(), parent)
-        self.requests.answered.connect(self._take)
+        self._requests = requests
 
     def of(self, document: Document, parameters: BlockParameters) -> EdgeData | None:
         """Return the aid of a document's frame; None while it is being computed.
@@ -60,8 +58,8 @@ class EdgeDataSource:
         if document is not self._document:
             self._document, self._edge_data = document, None
             held = self._extraction if self._extraction and self._extraction.frame is document.frame else None
-            self.requests.forget()
-            self.requests.ask(partial(_find, document.frame, parameters, held))
+            self._requests.forget()
+            self._requests.ask(partial(_find, document.frame, parameters, held), self._take)
         return self._edge_data
 
     def hold(self, extraction: FoundBlocks) -> None:
@@ -76,9 +74,9 @@ class EdgeDataSource:
             self._extraction = None
         if document is not self._document:
             self._document = self._edge_data = None
-            self.requests.forget()
+            self._requests.forget()
 
-    def _take(self, _: object, edge_data: EdgeData) -> None:
+    def _take(self, edge_data: EdgeData) -> None:
         self._edge_data = edge_data
 
 
@@ -90,5 +88,5 @@ def _find(frame: RGBDFrame, parameters: BlockParameters, found: FoundBlocks | No
 
 def edge_data_of(frame: RGBDFrame, strength: NDArray[np.float32], regions: NDArray[np.int32]) -> EdgeData:
     """Return the aid of a frame with known edges and regions."""
-    Similar(frame, strength, 0, 0)  # computes and caches what it needs of the whole frame
-    return EdgeData(frame, strength, regions, Snapper(frame, strength))
+    similar_pixels(frame, strength, 0, 0)  # computes and caches what it needs of the whole frame
+    return EdgeData(frame, strength, regions, border_evidence(frame, strength))

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from PySide6.QtCore import QObject, Signal
@@ -23,13 +21,7 @@ from ..views.linked_views import LinkedViews
 from ..work.latest_request import LatestRequest
 from .base import Result, Tool, ToolOptions
 from .edge_data import EdgeData, EdgeDataSource
-from .kinds import KINDS, Tools
-
-
-@dataclass(frozen=True, eq=False)
-class _Job:
-    find: Callable[[], Any]
-    take: Callable[[Any], None]
+from .kinds import KINDS, make_tools
 
 
 class Editor(QObject):
@@ -59,12 +51,9 @@ class Editor(QObject):
         super().__init__(parent)
         self._workspace = workspace
         self._views = views
-        self.edge_data_source = EdgeDataSource(self)
-        self._jobs = LatestRequest[_Job, Any](lambda job: job.find(), self)
-        self._jobs.answered.connect(self._take_answer)
-        for requests in (self._jobs, self.edge_data_source.requests):
-            requests.failed.connect(self._take_error)
-        self.tools = Tools()
+        self.edge_data_source = EdgeDataSource(LatestRequest(self, self._take_error))
+        self._jobs = LatestRequest(self, self._take_error)
+        self.tools = make_tools()
         self.options = ToolOptions()
         self.tool_name = "select"
         """The name of the active tool; `set_tool` sets it."""
@@ -128,7 +117,7 @@ class Editor(QObject):
 
     def finish(self) -> bool:
         """Complete the tool's action in progress; False if there is none."""
-        return self._update_hint(self._workspace.has_current and self.tool.finish(self))
+        return self._update_hint(self._workspace.has_current and self.attempt(lambda: self.tool.finish(self)))
 
     def undo_last(self) -> bool:
         """Undo the last part of the tool's action in progress; False if there is none."""
@@ -143,7 +132,7 @@ class Editor(QObject):
                 self.step_brush(event.steps)
             return "brush" in self.tool.options
         self._pointer = None if event.kind is PointerKind.LEAVE else event
-        return self._update_hint(self.tool.pointer(event, self))
+        return self._update_hint(self.attempt(lambda: self.tool.pointer(event, self)))
 
     def _update_hint(self, answer: bool) -> bool:
         if self.tool.hint != self._hint:
@@ -215,19 +204,24 @@ class Editor(QObject):
             self._tell_of_rests(patch, whole)
         return whole
 
-    def attempt(self, change: Callable[[], bool]) -> bool:
-        """Change the document; show a message if the change is refused."""
+    def attempt(self, act: Callable[[], object]) -> bool:
+        """Let a tool act, and return its answer; True, with a message, if it refuses by an InputError."""
         try:
-            return change()
+            return bool(act())
         except InputError as error:
             self.show_message(str(error))
-            return False
+            return True
 
     def run_in_background(self, find: Callable[[], Result], take: Callable[[Result], None]) -> None:
         """Call `find` in the background, then `take` with its result, unless the tool is cancelled before."""
-        self._jobs.ask(_Job(find, take))
 
-    def _take_error(self, _: object, error: Exception) -> None:
+        def take_answer(answer: Result) -> None:
+            self.attempt(lambda: take(answer))
+            self._update_hint(True)
+
+        self._jobs.ask(find, take_answer)
+
+    def _take_error(self, error: Exception) -> None:
         if isinstance(error, InputError):
             self.show_message(str(error))
         else:
@@ -237,10 +231,6 @@ class Editor(QObject):
     def working(self) -> bool:
         """Whether a background computation is in progress."""
         return self._jobs.busy
-
-    def _take_answer(self, job: _Job, answer: object) -> None:
-        job.take(answer)
-        self._update_hint(True)
 
     def show_preview(self, preview: Preview | None) -> None:
         """Draw a tool's preview over the views."""

@@ -9,6 +9,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
+from ilf.errors import InputError
 from ilf.segmentation.editing.cleaning import pixels_apart
 from ilf.segmentation.editing.cutting import cut_off, piece_at
 from ilf.segmentation.editing.painting import give
@@ -16,13 +17,14 @@ from ilf.segmentation.editing.patches import LabelPatch, Labels, values_at
 
 from ..views.interaction import PointerEvent, Preview
 from ..views.pixel_items import boundary_path
-from .base import Host, Point, Press, around, crossed, is_thick, warn_if_locked
-from .line import LineTool
-from .line_preview import LinePreview, disconnected_text, preview_of_patch
+from .base import Host, Point, Press, around, check_unlocked, crossed, is_thick
+from .line import LineTool, tell_if_apart
 
 
 class GiveTool(LineTool):
-    """The tool Give. A click gives the piece under the pointer to the selected block; hovering shows the piece.
+    """Give pieces of other blocks to the selected block.
+
+    A click gives the piece under the pointer; hovering shows it.
 
     A line drawn from one block through another cuts off a part of the second, and gives it to the first; to the
     selected block if the line starts in it or next to it.
@@ -57,15 +59,12 @@ class GiveTool(LineTool):
         self._piece = None
         super().cancel(host)
 
-    def look_ahead(self, line: list[Point], host: Host) -> Callable[[], _Cut | None]:
+    def look_ahead(self, line: list[Point], host: Host) -> Callable[[], tuple[LabelPatch | None, int]]:
         """Return a function that computes what the line would cut off."""
         start = line[0] if self._press is None else self._press.point
         takers = _receivers(host, start, self._near)
-        return partial(_find_cut, host.document.labels.copy(), takers, line, self._near)
-
-    def line_preview(self, answer: _Cut | None, host: Host) -> LinePreview:
-        """Return the preview: pixels that change their block."""
-        return preview_of_patch(host.document, *((None,) if answer is None else (answer.patch, answer.apart)))
+        find = partial(_find_cut, host.document.labels.copy(), takers, line, self._near)
+        return lambda: (None, 0) if (cut := find()) is None else (cut.patch, cut.apart)
 
     def _give(self, event: PointerEvent, host: Host) -> None:
         document = host.document
@@ -140,25 +139,22 @@ def _cut_off(start: Point, line: list[Point], near: float, host: Host) -> None:
     takers = _receivers(host, start, near)
     cut = _find_cut(document.labels, takers, line, near)
     if cut is not None:
-        if warn_if_locked(host, cut.taker) or warn_if_locked(host, cut.source):
-            return
+        check_unlocked(document, [cut.taker, cut.source])
         name = document.info(cut.taker).name
         host.commit(cut.patch, f"Give a part of {document.info(cut.source).name} to {name}", cut.taker)
-        if cut.apart:
-            host.show_message(disconnected_text(name, cut.apart))
+        tell_if_apart(host, cut.taker, cut.apart)
     elif takers[0] and set(crossed(document.labels, line)) - set(takers[0][:1]):
         name = document.info(takers[0][0]).name
-        host.show_message(f"The line cuts nothing off for {name}: draw it right across another block.")
+        raise InputError(f"The line cuts nothing off for {name}: draw it right across another block.")
     else:
-        host.show_message("Start the line in the block that gets the part, and draw it right across another block.")
+        raise InputError("Start the line in the block that gets the part, and draw it right across another block.")
 
 
 def give_piece(host: Host, piece: NDArray[np.bool_], source: int) -> None:
     """Give a piece of a block to the selected one, if neither is locked."""
     document = host.document
     label = document.selected[0]
-    if warn_if_locked(host, label) or warn_if_locked(host, source):
-        return
+    check_unlocked(document, [label, source])
     name = document.info(label).name
     if not host.commit(give(document.labels, piece, label, document.locked), f"Give a piece to {name}", label):
-        host.show_message(f"This piece already belongs to {name}. Shift+click selects another block.")
+        raise InputError(f"This piece already belongs to {name}. Shift+click selects another block.")

@@ -17,7 +17,10 @@ from .line import REACH, clamped, nearest, straightened, touches
 
 
 class MeasureTool(Tool):
-    """The tool Measure. Two clicks make a measurement; a drag moves an end."""
+    """Measure distances, heights and angles between points.
+
+    Two clicks make a measurement; a drag moves an end.
+    """
 
     points_only = True
 
@@ -41,6 +44,10 @@ class MeasureTool(Tool):
     def pointer(self, event: PointerEvent, host: Host) -> bool:
         """Measure by two clicks, move an end by a drag, preview the line to the second point."""
         at = clamped((event.x, event.y), host.document.frame.shape)
+        preview = None
+        if self._start is not None and event.kind is PointerKind.HOVER:
+            preview = Preview(line_path([self._start, at]), dashed=True)
+        host.show_preview(preview)
         if event.kind is PointerKind.PRESS:
             self._press, self._before = Press(event), host.document.state.looked.measurements
             self._held = _held(self._before, event) if self._start is None else None
@@ -51,10 +58,6 @@ class MeasureTool(Tool):
             press, self._press = self._press, None
             if self._held is None or not press.drags:
                 self._click(at, host)
-        preview = None
-        if self._start is not None and event.kind is PointerKind.HOVER:
-            preview = Preview(line_path([self._start, at]), dashed=True)
-        host.show_preview(preview)
         return event.kind is not PointerKind.DOUBLE  # the second of two quick clicks is a normal press
 
     def cancel(self, host: Host) -> None:
@@ -72,20 +75,13 @@ class MeasureTool(Tool):
         return was_busy
 
     def _click(self, at: Point, host: Host) -> None:
-        if not _has_place(at, host):
-            return
+        frame, depth = host.document.frame, host.document.current_depth()
+        point_in_space(frame.depth if depth is None else depth, at, frame.intrinsics)  # refused without a place
         if self._start is None:
             self._start = at
         else:
             host.document.set_measurements([*host.document.state.looked.measurements, (self._start, at)])
             self._start = None
-
-
-def _has_place(point: Point, host: Host) -> bool:
-    """Return whether the pixel at image coordinates has a position in space; if not, show a message why."""
-    frame, depth = host.document.frame, host.document.current_depth()
-    shown = frame.depth if depth is None else depth
-    return host.attempt(lambda: point_in_space(shown, point, frame.intrinsics) is not None)
 
 
 def _held(lines: Sequence[Line], event: PointerEvent) -> tuple[int, int] | None:
@@ -141,17 +137,20 @@ class ShapeTool(Tool, Generic[Shape, Grip]):
         """Return the shape after a drag, on a frame of shape (H, W)."""
         raise NotImplementedError
 
-    def pointer(self, event: PointerEvent, host: Host) -> bool:
-        """Draw or change the shape while the button is down."""
-        if event.kind is PointerKind.PRESS:
-            self._press, self._before = Press(event), self._shape(host.document)
-            self._grip = None if self._before is None else self.grip(self._before, event)
-        elif event.kind in (PointerKind.MOVE, PointerKind.RELEASE) and self._press is not None:
-            if self._press.follow(event):
-                self._put(host.document, self.dragged(self._press, event, host.document.frame.shape))
-            if event.kind is PointerKind.RELEASE:
-                self._press = None
-        return event.kind is not PointerKind.DOUBLE  # the second of two quick clicks is a normal press
+    def _begin(self, event: PointerEvent, host: Host) -> bool:
+        self._before = self._shape(host.document)
+        self._grip = None if self._before is None else self.grip(self._before, event)
+        return True
+
+    def _drag(self, press: Press, event: PointerEvent, host: Host) -> bool:
+        """Draw or change the shape."""
+        drags = press.follow(event)
+        if drags:
+            self._put(host.document, self.dragged(press, event, host.document.frame.shape))
+        return drags
+
+    def _release(self, press: Press, event: PointerEvent, host: Host) -> None:
+        self._drag(press, event, host)
 
     def cancel(self, host: Host) -> None:
         """Restore the former shape."""
@@ -170,7 +169,10 @@ class ShapeTool(Tool, Generic[Shape, Grip]):
 
 
 class ProfileTool(ShapeTool[Line, str]):
-    """The tool Profile line. A drag draws the line, or moves an end or all of it. Its ends are pixel centres."""
+    """Draw a line across the image and plot the depth along it.
+
+    A drag draws the line, or moves an end or all of it. Its ends are pixel centres.
+    """
 
     name, part = "line", Part.MARKS
     hint = "Drag: line to plot depth along | drag an end or the line: move it | Shift: straight | Esc: remove it"
@@ -214,7 +216,10 @@ def _shifted(line: Line, by: Point, shape: tuple[int, int]) -> Line:
 
 
 class RectangleTool(ShapeTool[Box, frozenset[str]]):
-    """The tool Rectangle. A drag draws it; dragging a side or a corner resizes it, dragging its inside moves it."""
+    """Draw a rectangle for statistics and errors.
+
+    Dragging a side or a corner resizes it, dragging its inside moves it.
+    """
 
     name, part = "region", Part.REGION
     hint = "Drag: rectangle for statistics | drag its sides or inside: change it | Esc: remove it"

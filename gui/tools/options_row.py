@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection
+from functools import partial
 
 from PySide6.QtCore import QEvent, QSignalBlocker, Qt, Signal
 from PySide6.QtGui import QAction
@@ -10,24 +11,19 @@ from PySide6.QtWidgets import QDoubleSpinBox, QHBoxLayout, QSizePolicy, QSlider,
 
 from ilf.data.frame import FARTHEST_DEPTH
 
+from ..base.commands import Actions
 from ..widgets.basics import TEXT_BESIDE_ICON, PlainLabel, command_button, lay_out
 from .base import BRUSH_RADII, LARGEST_AMOUNT, LARGEST_LEASH, ToolOptions
 
 _SLIDER_WIDTH = 60
 _GAP = 4
 
+BY_HAND = "fill_by_hand continue_plane nearer_surface farther_surface | remove_by_hand"
+"""The commands of the tool Depth by hand."""
+
 
 class OptionsRow(QWidget):
     """Editors of `ToolOptions`; only those of the active tool are visible.
-
-    Parameters
-    ----------
-    similar, no_block : QAction
-        Switches of the options `similar_only` and `to_no_block`.
-    new_block : QAction
-        Starts a block with the tool.
-    by_amount, by_hand : sequence of QAction
-        Commands that use the option `amount`, and those of the tool Depth by hand, shown beside its depth.
 
     Signals
     -------
@@ -37,19 +33,13 @@ class OptionsRow(QWidget):
 
     changed = Signal(str, object)
 
-    def __init__(
-        self,
-        similar: QAction,
-        no_block: QAction,
-        new_block: QAction,
-        by_amount: Sequence[QAction],
-        by_hand: Sequence[QAction],
-    ) -> None:
+    def __init__(self, actions: Actions) -> None:
         super().__init__()
+        by_amount = [actions[name] for name in ("grow_blocks", "shrink_blocks", "smooth_blocks")]
         self._brush_text, self._leash_text = PlainLabel(), PlainLabel()
         self.brush = _slider("Brush", 1, round(BRUSH_RADII[-1]))
         self.leash = _slider("Snap", 0, LARGEST_LEASH)
-        self._switches = {"similar_only": similar, "to_no_block": no_block}
+        self._switches = {name: actions[name] for name in ("similar_only", "to_no_block")}
         self.amount = QSpinBox(minimum=1, maximum=LARGEST_AMOUNT, prefix="by ", suffix=" px")
         self.amount.setAccessibleName("Amount")
         self.hand_depth = QDoubleSpinBox(decimals=3, maximum=FARTHEST_DEPTH, singleStep=0.01, suffix=" m")
@@ -64,14 +54,13 @@ class OptionsRow(QWidget):
         )
         self.amount.setToolTip("Pixels by which the selected blocks grow, shrink or are smoothed")
         self.amount.setFocusPolicy(Qt.FocusPolicy.ClickFocus)
-        _show_while_usable(self.amount, by_amount[0])
+        _show_while_usable(self.amount, actions["grow_blocks"])
+        by_hand = [name for name in BY_HAND.split() if name != "|"]
         self._parts: dict[str, QWidget] = {
             "brush": _together(self.brush, self._brush_text),
             "leash": _together(PlainLabel("Snap"), self.leash, self._leash_text),
-            "similar": _together(_button(similar)),
-            "no_block": _together(_button(no_block)),
-            "new_block": _together(_button(new_block)),
-            "hand_depth": _together(self.hand_depth, *(_button(action, short=True) for action in by_hand)),
+            **{name: _together(_button(actions[name])) for name in ("similar_only", "to_no_block", "new_block")},
+            "hand_depth": _together(self.hand_depth, *(_button(actions[name], short=True) for name in by_hand)),
             "amount": _together(*(_button(action) for action in by_amount), self.amount),
         }
         lay_out(QHBoxLayout(self), *self._parts.values(), spacing=_GAP)
@@ -80,12 +69,16 @@ class OptionsRow(QWidget):
         self.setSizePolicy(policy)
         for label, longest in ((self._brush_text, "120 px"), (self._leash_text, "20 px")):
             label.setMinimumWidth(label.fontMetrics().horizontalAdvance(longest))
-        self.brush.valueChanged.connect(lambda radius: self.changed.emit("brush_radius", float(radius)))
-        self.leash.valueChanged.connect(lambda leash: self.changed.emit("leash", leash))
         for box in (self.amount, self.hand_depth):
             box.editingFinished.connect(box.clearFocus)  # so that keys go to the tools again
-        self.hand_depth.valueChanged.connect(lambda depth: self.changed.emit("hand_depth", depth))
-        self.amount.valueChanged.connect(lambda amount: self.changed.emit("amount", amount))
+        self._numbers: dict[str, QSlider | QSpinBox] = {
+            "brush_radius": self.brush,
+            "leash": self.leash,
+            "amount": self.amount,
+        }
+        for name, number in self._numbers.items():
+            number.valueChanged.connect(partial(self.changed.emit, name))
+        self.hand_depth.valueChanged.connect(partial(self.changed.emit, "hand_depth"))
 
     def event(self, event: QEvent) -> bool:
         """Tell the tool bar of another width also while it has no room for the row, which it hides then."""
@@ -101,14 +94,9 @@ class OptionsRow(QWidget):
         self._brush_text.setText(f"{diameter:g} px")
         self.brush.setToolTip(f"Brush diameter: {diameter:g} px ([ and ], or Ctrl+wheel)")
         self._leash_text.setText(f"{options.leash} px" if options.leash else "off")
-        values = (
-            (self.brush, round(options.brush_radius)),
-            (self.leash, options.leash),
-            (self.amount, options.amount),
-        )
-        for slider, value in values:
-            with QSignalBlocker(slider):
-                slider.setValue(value)
+        for name, number in self._numbers.items():
+            with QSignalBlocker(number):
+                number.setValue(round(getattr(options, name)))
         if not self.hand_depth.hasFocus():  # a number that is being typed is rounded
             with QSignalBlocker(self.hand_depth):
                 self.hand_depth.setValue(options.hand_depth)

@@ -13,14 +13,16 @@ from ilf.segmentation.editing.refining import refine_borders
 
 from ..views.interaction import PointerEvent, PointerKind, Preview
 from ..views.pixel_items import boundary_path
-from .base import Host, Point, edges_ready, warn_if_any_locked
+from .base import Host, Point, edges_of, locked_text
 from .brush import StrokeTool, Swept, brush_preview
-from .line_preview import LinePreview, preview_of_patch
+from .line import LinePreview, preview_of_patch
 
 
 class RefineTool(StrokeTool):
-    """The tool Refine edge. A stroke along a border decides the covered pixels by edges, colour and depth, as one undo
-    step; a dashed outline shows the pixels that would change their block."""
+    """Brush along a border: only the pixels under the brush are divided anew, by edges, colour and depth.
+
+    A stroke is one undo step; a dashed outline shows the pixels that would change their block.
+    """
 
     guided = True
 
@@ -44,7 +46,8 @@ class RefineTool(StrokeTool):
         if self._decide is not None:
             self._decide()
         self._at = event
-        return edges_ready(host)
+        edges_of(host)
+        return True
 
     def cancel(self, host: Host) -> None:
         """Cancel the stroke."""
@@ -79,12 +82,10 @@ class RefineTool(StrokeTool):
         if host.commit(patch, "Refine edge"):
             return
         inside = np.unique(host.document.labels[swept.mask]).tolist()
-        if warn_if_any_locked(host, inside):
-            return
-        if len(inside) < 2:
-            host.show_message("There is no border under the brush: paint along a border between two blocks.")
-        else:
-            host.show_message("The border stays: no better one was found under the brush.")
+        text = "There is no border under the brush: paint along a border between two blocks."
+        if len(inside) > 1:
+            text = "The border stays: no better one was found under the brush."
+        host.show_message(locked_text(host.document, inside) or text)
 
     def _find(self, swept: Swept, host: Host) -> Callable[[], LabelPatch | None] | None:
         """Return a function that divides the band; None if it is outside the frame."""
@@ -93,7 +94,7 @@ class RefineTool(StrokeTool):
             return None
         band = Stroke(band.box, band.mask.copy())
         return partial(
-            refine_borders, edge_data.frame, edge_data.snapper.evidence, document.labels.copy(), band, document.locked
+            refine_borders, edge_data.frame, edge_data.evidence, document.labels.copy(), band, document.locked
         )
 
     def show_brush(self, event: PointerEvent, host: Host) -> None:

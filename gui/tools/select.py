@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from enum import Enum
 
 import numpy as np
 from PySide6.QtCore import QRectF
 from PySide6.QtGui import QPainterPath
 
 from ilf._runtime.formatting import counted, grouped
+from ilf.errors import InputError
 from ilf.segmentation.editing.cleaning import merge, parts_touch
 
 from ..state.document import Document
@@ -18,16 +18,10 @@ from ..views.pixel_items import boundary_path
 from .base import Host, Point, Press, Tool, crossed, line_path
 
 
-class _Act(Enum):
-    """What a drag does."""
-
-    BOX = "select"
-    STROKE = "add"
-    MERGE = "merge"
-
-
 class SelectTool(Tool):
-    """The tool Select. A click selects a block, with Ctrl adds or removes it, with Shift adds it; a drag pans.
+    """Select blocks.
+
+    A click selects a block, with Ctrl adds or removes it, with Shift adds it; a drag pans.
 
     A drag with Shift selects the blocks of which more than half is inside the box, one with Ctrl those that the stroke
     crosses, and one with both merges these into the largest. All pieces of the blocks are outlined: of the one under
@@ -37,7 +31,8 @@ class SelectTool(Tool):
     options = ("amount",)
 
     def __init__(self) -> None:
-        self._act = _Act.BOX
+        self._act = "select"
+        """What a drag does: "select" by a box, "add" by a stroke, or "merge" by one."""
         self._stroke: list[Point] = []
         self._found: list[int] = []
         """The blocks that are outlined."""
@@ -60,7 +55,7 @@ class SelectTool(Tool):
         match event.kind:
             case PointerKind.PRESS if event.shift or event.ctrl:
                 self._press, self._stroke, self._found = Press(event), [(event.x, event.y)], []
-                self._act = (_Act.MERGE if event.shift else _Act.STROKE) if event.ctrl else _Act.BOX
+                self._act = ("merge" if event.shift else "add") if event.ctrl else "select"
                 return True
             case PointerKind.PRESS:
                 select_at((event.x, event.y), event, host)
@@ -71,7 +66,7 @@ class SelectTool(Tool):
                 self.cancel(host)
                 if not press.drags:
                     select_at(press.point, event, host)
-                elif act is _Act.MERGE:
+                elif act == "merge":
                     merge_blocks(host, found)
                 else:
                     add(found, host)
@@ -90,7 +85,7 @@ class SelectTool(Tool):
 
     def _follow(self, press: Press, event: PointerEvent, host: Host) -> None:
         document = host.document
-        if self._act is _Act.BOX:
+        if self._act == "select":
             drawn = QPainterPath()
             drawn.addRect(press.box_to(event))
             found = _inside(press.box_to(event), host)
@@ -98,27 +93,27 @@ class SelectTool(Tool):
             self._stroke.append((event.x, event.y))
             drawn = line_path(self._stroke)
             found = list(dict.fromkeys([*self._found, *crossed(document.labels, self._stroke[-2:])]))
-        if self._act is _Act.MERGE:
+        if self._act == "merge":
             free = [label for label in found if label not in document.locked]
             self._effect = f"merge {_count_text(document, free)}"
             left_out = _locked_text(document, found)
             self._effect += f" | {left_out}" if left_out else ""
         else:
             chosen = list(dict.fromkeys([*document.selected, *found]))
-            self._effect = f"{self._act.value} {_count_text(document, found)}, {len(chosen)} selected then"
+            self._effect = f"{self._act} {_count_text(document, found)}, {len(chosen)} selected then"
         self._show(found, drawn, host)
 
     def _show(self, found: list[int], drawn: QPainterPath | None, host: Host) -> None:
         """Outline blocks with all their pieces, and show the box or stroke."""
         document = host.document
         if found != self._found:
-            merges = drawn is not None and self._act is _Act.MERGE
+            merges = drawn is not None and self._act == "merge"
             mask = np.isin(document.labels, [one for one in found if not merges or one not in document.locked])
             self._found, self._outline = found, boundary_path(mask)
         if drawn is None and not found:
             host.show_preview(None)
             return
-        host.show_preview(Preview(drawn or QPainterPath(), dashed=self._act is _Act.BOX, line_preview=self._outline))
+        host.show_preview(Preview(drawn or QPainterPath(), dashed=self._act == "select", line_preview=self._outline))
 
 
 def selected_text(document: Document) -> str:
@@ -155,8 +150,7 @@ def merge_blocks(host: Host, labels: Sequence[int]) -> None:
     left_out = _locked_text(document, labels)
     if len(free) < 2:
         few = "Two or more unlocked blocks are needed to merge: select them, or Ctrl+Shift+drag across them."
-        host.show_message(f"{left_out}. {few}" if left_out else few)
-        return
+        raise InputError(f"{left_out}. {few}" if left_out else few)
     apart = not parts_touch(document.labels, free)
     if host.commit(merge(document.labels, free, document.locked), f"Merge {len(free)} blocks", free[0]):
         host.document.select(free[:1])

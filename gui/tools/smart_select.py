@@ -11,6 +11,7 @@ from PySide6.QtCore import QRectF
 from PySide6.QtGui import QPainterPath
 
 from ilf.data.frame import RGBDFrame
+from ilf.errors import InputError
 from ilf.segmentation.editing.cleaning import pixels_apart
 from ilf.segmentation.editing.painting import Stroke, erase, give
 from ilf.segmentation.editing.patches import LabelPatch, bounds, patch_between
@@ -19,8 +20,8 @@ from ilf.segmentation.selection import select_region
 from ..state.document import Document
 from ..views.interaction import PointerEvent, PointerKind, Preview
 from ..views.pixel_items import boundary_path, filled_path
-from .base import Host, Point, Press, Tool, line_path, warn_if_locked
-from .line_preview import disconnected_text
+from .base import Host, Point, Press, Tool, check_unlocked, line_path
+from .line import tell_if_apart
 
 Mask = NDArray[np.bool_]
 
@@ -73,7 +74,9 @@ class _Clicks:
 
 
 class SmartSelectTool(Tool):
-    """The tool Smart select. Clicks add what is under them to the selection, with Ctrl they take it away. A drag draws
+    """Select a surface or object by clicks, strokes or a box: a new block, or a change of the selected one.
+
+    Clicks add what is under them to the selection, with Ctrl they take it away. A drag draws
     a box, with Shift a stroke, which acts like a click. Ctrl+wheel steps to smaller and larger regions, after a click
     as after a box, or says why not. Enter makes the selection a block.
 
@@ -82,7 +85,7 @@ class SmartSelectTool(Tool):
     preview shows what a click would change; it is hatched where a block changes.
     """
 
-    options = ("no_block",)
+    options = ("to_no_block",)
     wheel = True
 
     def __init__(self) -> None:
@@ -169,20 +172,17 @@ class SmartSelectTool(Tool):
             return True
         document = host.document
         label = self._label or document.next_label()
-        if warn_if_locked(host, label):
-            return True
+        check_unlocked(document, [label])
         name = document.info(label).name
         before = document.labels.copy()
         patch = _change(document, mask, label, host.options.to_no_block)
         self.cancel(host)
         done = host.commit(patch, f"Smart select {name}", label)
         if done is None:
-            host.show_message(f"The selection changes no pixels of {name}: it is equal, or they are in locked blocks.")
-            return True
+            raise InputError(f"The selection changes no pixels of {name}: it is equal, or they are in locked blocks.")
         host.document.select([label])
-        apart = pixels_apart(before, done, label)
-        if apart:
-            host.show_message(f"{disconnected_text(name, apart)} Click without Shift to make a new block.")
+        remedy = " Click without Shift to make a new block."
+        tell_if_apart(host, label, pixels_apart(before, done, label), remedy)
         return True
 
     def _draw(self, press: Press, event: PointerEvent, host: Host) -> None:
@@ -200,9 +200,9 @@ class SmartSelectTool(Tool):
         height, width = host.document.labels.shape
         is_box = press.drags and not self._stroke
         label = self._label if self._clicks else 0 if is_box else _start(event, host)
-        if not self._clicks and label and warn_if_locked(host, label):
+        if not self._clicks and label in host.document.locked:
             self._show(host)
-            return
+            check_unlocked(host.document, [label])
         if is_box:
             box = press.box_to(event).intersected(QRectF(0, 0, width, height))
             self._clicks = _Clicks() if box.isEmpty() else _Clicks(box=box)
@@ -224,8 +224,7 @@ class SmartSelectTool(Tool):
     def _step(self, event: PointerEvent, host: Host) -> None:
         """Step to a larger or smaller region."""
         if self._clicks and not self._clicks.sized:
-            host.show_message("Sizes belong to what a click or a box adds: click what you want to add first.")
-            return
+            raise InputError("Sizes belong to what a click or a box adds: click what you want to add first.")
         before = self._before_steps
         if before is None and self._mask is not None:
             before = self._clicks, self._mask

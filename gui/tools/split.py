@@ -5,17 +5,20 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import partial
 
+from ilf.errors import InputError
 from ilf.segmentation.editing.cutting import extend_to_boundary, split, suggest_split
 from ilf.segmentation.editing.patches import Labels
 
 from ..views.interaction import PointerEvent, Preview
-from .base import Host, Point, Press, crossed, edges_ready, is_thick, line_path, warn_if_locked
-from .line import LineTool
-from .line_preview import LinePreview
+from .base import Host, Point, Press, check_unlocked, crossed, edges_of, is_thick, line_path
+from .line import LinePreview, LineTool
 
 
 class SplitTool(LineTool):
-    """The tool Split: draw a line across a block, freely or by clicks, or accept the line that a click suggests."""
+    """Cut a block along a line.
+
+    It is drawn across the block, freely or by clicks, or suggested by a click.
+    """
 
     def __init__(self) -> None:
         super().__init__()
@@ -100,9 +103,9 @@ class SplitTool(LineTool):
         label = host.document.label_at(*point)
         if label == 0:
             return False
-        if not warn_if_locked(host, label) and edges_ready(host):
-            self._searched = label, point
-            _find_line(host, label, partial(self._take, host, label, point))
+        find = _line_search(host, label)
+        self._searched = label, point
+        host.run_in_background(find, partial(self._take, host, label, point))
         return True
 
     def _take(self, host: Host, label: int, point: Point, line: list[Point] | None) -> None:
@@ -110,40 +113,30 @@ class SplitTool(LineTool):
             return
         at_once = self._at_once
         self._forget_suggestion()
-        if line is not None:
-            self._suggestion = label, line
-            host.show_preview(Preview(line_path(line), dashed=True))
-            if at_once:
-                self.finish(host)
-            return
-        host.show_message(_nothing_found(host, label))
+        self._suggestion = label, _found(line, label, host)
+        host.show_preview(Preview(line_path(self._suggestion[1]), dashed=True))
+        if at_once:
+            self.finish(host)
 
 
 def cut_suggested(host: Host, label: int) -> None:
     """Cut a block along the line that its depth and edges suggest, as soon as it is found."""
-    if warn_if_locked(host, label) or not edges_ready(host):
-        return
-
-    def take(line: list[Point] | None) -> None:
-        if line is None:
-            host.show_message(_nothing_found(host, label))
-        else:
-            _cut(label, line, host)
-
-    _find_line(host, label, take)
+    find = _line_search(host, label)
+    host.run_in_background(find, lambda line: _cut(label, _found(line, label, host), host))
 
 
-def _nothing_found(host: Host, label: int) -> str:
-    name = host.document.info(label).name
-    return f"No line between two surfaces was found in {name}. Drag a line across it with Split."
+def _line_search(host: Host, label: int) -> Callable[[], list[Point] | None]:
+    """Return a function that finds a line to cut a block along."""
+    document = host.document
+    check_unlocked(document, [label])
+    return partial(suggest_split, document.frame, document.labels.copy(), label, edges_of(host).strength)
 
 
-def _find_line(host: Host, label: int, take: Callable[[list[Point] | None], None]) -> None:
-    document, edge_data = host.document, host.edge_data
-    if edge_data is None:
-        return
-    frame, labels, strength = document.frame, document.labels.copy(), edge_data.strength
-    host.run_in_background(lambda: suggest_split(frame, labels, label, strength), take)
+def _found(line: list[Point] | None, label: int, host: Host) -> list[Point]:
+    if line is None:
+        name = host.document.info(label).name
+        raise InputError(f"No line between two surfaces was found in {name}. Drag a line across it with Split.")
+    return line
 
 
 def _cut_target(labels: Labels, line: list[Point], near: float) -> tuple[int, list[Point]]:
@@ -165,13 +158,11 @@ def _cut_target(labels: Labels, line: list[Point], near: float) -> tuple[int, li
 def _cut(label: int, line: list[Point], host: Host) -> None:
     document = host.document
     if label == 0:
-        host.show_message("The line crosses no block: draw it across one.")
-        return
+        raise InputError("The line crosses no block: draw it across one.")
     name = document.info(label).name
-    if warn_if_locked(host, label):
-        return
+    check_unlocked(document, [label])
     patch = split(document.labels, label, line, document.locked, document.next_label())
     if host.commit(patch, f"Split {name}"):
         host.document.select([label])
     elif patch is None:
-        host.show_message(f"The line does not divide {name}: draw it from boundary to boundary.")
+        raise InputError(f"The line does not divide {name}: draw it from boundary to boundary.")

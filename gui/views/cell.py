@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Set
+from collections.abc import Callable
 
 from PySide6.QtCore import QEvent, QPoint, Qt, Signal
 from PySide6.QtGui import QBrush, QColor, QResizeEvent, QShowEvent
-from PySide6.QtWidgets import QVBoxLayout, QWidget
+from PySide6.QtWidgets import QMenu, QVBoxLayout, QWidget
 
 from ..base.theme import Colours
 from ..widgets.basics import lay_out
-from .content_menu import ContentMenu
+from .contents import DIFFERENCE, FLICKERS, RUNS, SIDES, TITLES, capital, difference_of, operands_of, short_title
 from .image_view import ImageView
 from .layer_picture import LayerPicture
-from .layers import Layer, Legend, Look, checked, content_of, title_of, uses
+from .layers import CONTENTS, Layer, Legend, Look, checked, content_of, lacking, striped, title_of, uses
 from .pixel_items import BlockOverlay, PixelItem
 from .screen_layers import STYLES
 from .spectrum_picture import SpectrumPicture
@@ -89,32 +89,33 @@ class Cell(QWidget):
         if concrete == self.concrete:
             return
         self.concrete = concrete
-        self._replace_widget()
+        self._drop_widget()
         content = content_of(concrete)
         self.picture.draw(Layer())
         self.set_legend([])
         self.strip.set_text("")
         self.strip.set_title(title_of(concrete, self._data))
         self.bar.set_unit(content.unit)
-        self.view.shows_missing = content.stripes == "missing"
-        self.view.shows_unsupported = content.stripes == "unsupported"
         self.view.has_lines = concrete != "extraction"  # its blocks differ from those of the frame
         for item in self._fills:
             item.setVisible(concrete == "colour")
+        self.show_stripes()
         self.draw_again()
 
-    def _replace_widget(self) -> None:
+    def _drop_widget(self) -> None:
         self.strip.set_title_widget(None)
         if isinstance(self._widget, SpectrumPicture):
             self._widget.hide()
             self._widget.setParent(None)
             self._widget.deleteLater()
         self._widget = None
+
+    def _add_widget(self) -> None:
+        """Add the widget that a content has besides its picture."""
         if self.concrete == "spectrum":
             self._widget = SpectrumPicture(self.view)
         elif self.concrete == "extraction":
-            self._widget = StagePicker(self.strip)
-            self._widget.chosen.connect(self._data.stage.set_stage)
+            self._widget = StagePicker(self._data.stage.actions, self.strip)
             self._widget.setFont(self.strip.font())
             self.strip.set_title_widget(self._widget)
 
@@ -123,17 +124,13 @@ class Cell(QWidget):
         self._legend = legend
         self.strip.set_legend([*self._stripe_legend, *legend])
 
-    def set_stripe_legend(self, names: Collection[str]) -> None:
-        """Set which stripes lie over the picture, for the legend."""
-        styles = [(name, STYLES[name]) for name in names]
+    def show_stripes(self) -> None:
+        """Set what is striped over the picture, drawn with the lines of all views, and its legend."""
+        self.view.striped = striped(self._data, self.concrete)
+        styles = [(name, STYLES[name]) for name in self.view.striped]
         patterns = {1: Qt.BrushStyle.FDiagPattern, -1: Qt.BrushStyle.BDiagPattern}
         self._stripe_legend = [(QBrush(QColor(style.legend), patterns[style.lean]), name) for name, style in styles]
         self.set_legend(self._legend)
-
-    def redraw(self, parts: Set[str]) -> None:
-        """Redraw if the content depends on any of these changed parts of the data."""
-        if not self.uses.isdisjoint(parts):
-            self.draw_again()
 
     def point_at(self, pixel: tuple[int, int] | None) -> None:
         """Put the crosshair on a pixel (x, y) and mark its value on the colour bar; None hides both."""
@@ -152,7 +149,6 @@ class Cell(QWidget):
 
     def set_colours(self, colours: Colours, hatch: QBrush) -> None:
         """Apply the theme's colours; `draw_again` draws the picture with them."""
-        self.strip.set_colours(colours)
         self.view.set_colours(colours, hatch)
         self._look = Look(colours, hatch)
 
@@ -172,11 +168,9 @@ class Cell(QWidget):
         self.picture.draw(layer)
         if self.concrete == "colour":
             self._draw_sides()
-        if isinstance(self._widget, StagePicker):
-            self._widget.show_stage(data.stage.stage)
-            self._widget.set_hints(data.stage.hints)
-        elif self._widget is not None:
-            self._widget.set_colours(look.colours)
+        if self._widget is None:
+            self._add_widget()
+        if isinstance(self._widget, SpectrumPicture):
             self._widget.show_spectrum(data.spectrum)
 
     def _draw_sides(self) -> None:
@@ -205,3 +199,61 @@ class Cell(QWidget):
         strip = self.strip.height()
         self.strip.setGeometry(0, 0, self.width(), strip)
         self.view.setGeometry(0, strip, self.width(), max(self.height() - strip, 0))
+
+
+_ELSEWHERE = "colour", "expected-error"
+"""Contents of the table of layers that lie in other groups of the menu."""
+_SIDE_TEXTS = {"a": "Side A", "b": "Side B"}
+
+
+class ContentMenu(QMenu):
+    """Menu of contents, refilled each time it opens, since runs change. The data of an action is a content's name."""
+
+    def __init__(self, parent: QWidget) -> None:
+        super().__init__("Content of the view", parent, toolTipsVisible=True)
+
+    def offer(self, data: ViewData, content: str) -> None:
+        """Fill the menu with the available contents; check `content`."""
+        self.clear()
+        self._content, self._data = content, data
+        self._add(self, "colour", CONTENTS["colour"].title)
+        for name in ("depth-in", "result"):
+            self._add(self, name, TITLES[name])
+        for depth in RUNS:
+            if depth in data.names:
+                self._add(self, depth, f"Run: {data.names[depth]}")
+        self._add(self, "ground_truth", TITLES["ground_truth"])
+        self._add(self, "guide", TITLES["guide"])
+        self.addSeparator()
+        first, second = operands_of(data.concrete(DIFFERENCE)) or ("", "")
+        pair = f"{short_title(first, data.names)} \N{MINUS SIGN} {short_title(second, data.names)}"
+        self._add(self, DIFFERENCE, f"Difference ({pair})")
+        self._add_differences(data)
+        self._add(self, "error", TITLES["error"])
+        self._add(self, "expected-error", CONTENTS["expected-error"].title)
+        for name in FLICKERS:
+            self._add(self, name, TITLES[name])
+        self.addSeparator()
+        for name in (name for name in CONTENTS if name not in _ELSEWHERE):
+            self._add(self, name, CONTENTS[name].title)
+        self.addSeparator()
+        for side, depth in zip(SIDES, data.sides, strict=True):
+            self._add(self, side, f"{_SIDE_TEXTS[side]} of the comparison ({short_title(depth, data.names)})")
+
+    def _add_differences(self, data: ViewData) -> None:
+        depths = data.comparable()
+        menu = self.addMenu("Difference of")
+        for first in depths:
+            others = menu.addMenu(capital(short_title(first, data.names)).replace("&", "&&"))
+            for second in depths:
+                if second != first:
+                    self._add(others, difference_of(first, second), f"less {short_title(second, data.names)}")
+
+    def _add(self, menu: QMenu, content: str, text: str) -> None:
+        action = menu.addAction(text.replace("&", "&&"))
+        action.setData(content)
+        action.setCheckable(True)
+        action.setChecked(content == self._content)
+        why_off = lacking(content, self._data)
+        action.setEnabled(not why_off)
+        action.setToolTip(why_off)

@@ -11,7 +11,8 @@ from PySide6.QtCore import QRect, QSize, Qt, Signal
 from PySide6.QtGui import QImage, QPainter, QPaintEvent, QPixmap
 from PySide6.QtWidgets import QWidget
 
-from ..base.theme import Colours
+from ..base import theme
+from ..widgets.basics import Themed
 
 _BAR = 4
 """Height of the gradient, below the labels of its ticks [px]."""
@@ -22,9 +23,11 @@ _LEAST = 3
 """Minimum number of ticks, and the number of labels that the minimum width has room for."""
 _MAX_TICKS = 9
 _MAX_WIDTH = 280
+_NO_LEVELS = -1000.0, 1000.0
+"""The values whose labels set the width of a bar without values."""
 
 
-class ColourBar(QWidget):
+class ColourBar(Themed, QWidget):
     """Gradient of a lookup table with labelled ticks above it, and the unit at the right; hidden without values.
 
     Ticks are at round numbers; where fewer than three of them have room, at both ends and in the middle.
@@ -44,18 +47,12 @@ class ColourBar(QWidget):
         """Values at the left and right end; None if the bar is hidden."""
         self._logarithmic = False
         self._gradient = QImage()
-        self._colours: Colours | None = None
         self.value: float | None = None
         """The marked value."""
         self._drawn: QPixmap | None = None
         """The bar without the marked value."""
         self.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
         self.hide()
-
-    def set_colours(self, colours: Colours) -> None:
-        """Apply the theme's colours."""
-        self._colours = colours
-        self._redraw()
 
     def set_unit(self, unit: str) -> None:
         """Set the unit of the values."""
@@ -108,7 +105,7 @@ class ColourBar(QWidget):
 
     def _ends(self) -> list[tuple[str, float]]:
         """Ticks at both ends and in the middle."""
-        low, high = self.levels or (-1000.0, 1000.0)
+        low, high = self.levels or _NO_LEVELS
         middle = math.sqrt(low * high) if self._logarithmic else (low + high) / 2
         return [(self._text(value), share) for value, share in ((low, 0.0), (middle, 0.5), (high, 1.0))]
 
@@ -120,7 +117,7 @@ class ColourBar(QWidget):
         """Text of a value with as many decimals as the bar resolves."""
         if self._logarithmic:
             return tick_text(value, min(10.0 ** (math.floor(math.log10(max(value, 1e-2))) - 1), 1.0))
-        low, high = self.levels or (-1000.0, 1000.0)
+        low, high = self.levels or _NO_LEVELS
         return tick_text(value, max((high - low) / 100, 1e-3))
 
     def _unit_width(self) -> int:
@@ -142,25 +139,29 @@ class ColourBar(QWidget):
         return QRect(left, 0, width + 1, bar.top() - _TICK)
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        if self._colours is None or self.levels is None:
+        if self.levels is None:
             return
+        colours = theme.colours(self.palette())
         size, ratio = self.size(), self.devicePixelRatioF()
         if self._drawn is None or self._drawn.size() != size * ratio:
             self._drawn = QPixmap(size * ratio)
             self._drawn.setDevicePixelRatio(ratio)
             self._drawn.fill(Qt.GlobalColor.transparent)
-            self._paint_scale(QPainter(self._drawn), self._colours)
+            self._paint_scale(QPainter(self._drawn), colours)
         painter = QPainter(self)
         painter.drawPixmap(0, 0, self._drawn)
         if self.value is not None:
-            self._paint_value(painter, self._colours, self.value, self.levels)
+            self._paint_value(painter, colours, self.value)
 
     def _redraw(self) -> None:
         """Redraw the scale."""
         self._drawn = None
         self.update()
 
-    def _paint_scale(self, painter: QPainter, colours: Colours) -> None:
+    def _take_theme(self) -> None:
+        self._redraw()
+
+    def _paint_scale(self, painter: QPainter, colours: theme.Colours) -> None:
         painter.setFont(self.font())
         bar = self._bar()
         painter.drawImage(bar, self._gradient)
@@ -177,15 +178,15 @@ class ColourBar(QWidget):
         """Write digits at the bottom of a place, which has no room for descenders."""
         painter.drawText(place.left(), place.bottom(), text)
 
-    def _share(self, value: float, levels: tuple[float, float]) -> float:
+    def _share(self, value: float) -> float:
         """Position of a value on the bar, 0-1 from the left."""
-        low, high = levels
+        low, high = self.levels or _NO_LEVELS
         if self._logarithmic:
             value, low, high = math.log(max(value, low)), math.log(low), math.log(high)
         return min(max((value - low) / (high - low), 0.0), 1.0)
 
-    def _paint_value(self, painter: QPainter, colours: Colours, value: float, levels: tuple[float, float]) -> None:
-        share, text, bar = self._share(value, levels), self._text(value), self._bar()
+    def _paint_value(self, painter: QPainter, colours: theme.Colours, value: float) -> None:
+        share, text, bar = self._share(value), self._text(value), self._bar()
         place = self._label(text, share)
         taken, ticks = place.adjusted(-_GAP // 2, 0, _GAP // 2, 0), [self._label(*tick) for tick in self.ticks]
         covered = [label for label in ticks if label.intersects(taken)]

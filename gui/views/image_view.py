@@ -14,7 +14,7 @@ from PySide6.QtWidgets import QGraphicsItem, QGraphicsRectItem, QStyleOptionGrap
 from ilf.data.label_map import Box
 from ilf.drawing.blocks import InnerPoint
 
-from ..base.theme import Colours
+from ..base import theme
 from .interaction import PreviewItem
 from .pixel_items import PixelItem, PointsItem
 from .scene_items import HaloPath, Hatch, ViewItem
@@ -198,7 +198,6 @@ class ImageView(pg.GraphicsView):
         """Ratio of this view's scale to the transform's, for a view of another size."""
         self._frame = QRectF()
         self._message = ""
-        self._muted = self._accent = QColor()
         self._pixel_size = 1.0
         self.image = self.add_picture(PixelItem(0))
         self._hatches: list[Hatch] = []
@@ -209,10 +208,8 @@ class ImageView(pg.GraphicsView):
         self.names = NamesItem(5.5)
         self.has_lines = True
         """Whether lines around blocks are drawn on this picture."""
-        self.shows_missing = False
-        """Whether missing depth is striped over this picture when switched on."""
-        self.shows_unsupported = False
-        """Whether unsupported depth is striped over this picture."""
+        self.striped: Mapping[str, NDArray[np.bool_]] = {}
+        """What is striped over this picture -> its pixels, bool (H, W)."""
         self.sampling: Sampling | None = None
         """Mapping of the frame to device pixels; None until known."""
         self.preview = PreviewItem(6)
@@ -282,9 +279,8 @@ class ImageView(pg.GraphicsView):
         self._message = text
         self.viewport().update()
 
-    def set_colours(self, colours: Colours, hatch: QBrush) -> None:
+    def set_colours(self, colours: theme.Colours, hatch: QBrush) -> None:
         """Apply the theme's colours."""
-        self._muted, self._accent = colours.muted, colours.accent
         self.setBackground(colours.background)
         self.hatch.set_brush(hatch)
         self.viewport().update()
@@ -357,14 +353,14 @@ class ImageView(pg.GraphicsView):
 
     def drawForeground(self, painter: QPainter, rect: QRectF) -> None:
         """Draw the message, and a frame in the accent colour while the view has the keyboard focus."""
-        room = self.viewport().rect()
+        room, colours = self.viewport().rect(), theme.colours(self.palette())
         painter.save()
         painter.resetTransform()
-        painter.setPen(self._muted)
+        painter.setPen(colours.muted)
         if self.image.image is None:
             painter.drawText(room, Qt.AlignmentFlag.AlignCenter, self._message)
         if self.hasFocus():
-            painter.setPen(self._accent)
+            painter.setPen(colours.accent)
             painter.setBrush(Qt.BrushStyle.NoBrush)
             for inset in range(FOCUS_WIDTH):
                 painter.drawRect(room.adjusted(inset, inset, -inset - 1, -inset - 1))

@@ -39,9 +39,12 @@ class LayerPicture:
         """Draw a layer, as far as it is not drawn already."""
         former, self._layer = self._layer, layer
         if layer.message or not layer.parts:
-            self._show_message(layer.message)
+            self._forget()
+            self._view.set_message(layer.message)
+            self._view.set_picture(None)
+            self._bar.set_levels(None)
         elif layer.picture is not None:
-            if former.picture is None or not _are_same(former.parts, layer.parts):
+            if former.picture is None or [*map(id, former.parts)] != [*map(id, layer.parts)]:
                 self._forget()
                 self._view.set_picture(layer.picture())
                 self._bar.set_levels(None)
@@ -64,12 +67,6 @@ class LayerPicture:
     @property
     def _parts(self) -> list[NDArray[Any]]:
         return self.drawn[: len(self._layer.parts)]
-
-    def _show_message(self, message: str) -> None:
-        self._forget()
-        self._view.set_message(message)
-        self._view.set_picture(None)
-        self._bar.set_levels(None)
 
     def _forget(self) -> None:
         self.drawn = []
@@ -122,12 +119,7 @@ def _arrays(layer: Layer) -> list[NDArray[Any]]:
     return [*layer.parts, *(mask for mask in (layer.stale, layer.extrapolated) if mask is not None)]
 
 
-def _are_same(some: tuple[NDArray[Any], ...], others: tuple[NDArray[Any], ...]) -> bool:
-    return len(some) == len(others) and all(one is other for one, other in zip(some, others, strict=True))
-
-
 def _look(layer: Layer) -> list[Any]:
     """All but the pixels: which arrays are there, their size, and their colours."""
-    tables = [None if table is None else table.tobytes() for table in (layer.table, layer.mark_table)]
     shapes = [part.shape for part in layer.parts]
-    return [layer.levels, layer.stale is None, layer.extrapolated is None, shapes, tables]
+    return [*layer.look, layer.stale is None, layer.extrapolated is None, shapes]

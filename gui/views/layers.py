@@ -88,6 +88,12 @@ class Layer:
     text: str = ""
     legend: Legend = field(default_factory=list)
 
+    @property
+    def look(self) -> list[Any]:
+        """What the colours of the parts follow from."""
+        tables = [None if table is None else table.tobytes() for table in (self.table, self.mark_table)]
+        return [self.levels, self.logarithmic, *tables]
+
     def indices(self, *parts: NDArray[Any]) -> NDArray[np.uint8]:
         """Indices into the table of the parts, or of the same piece of each."""
         values, levels = self.measure(*parts), self.levels
@@ -105,14 +111,13 @@ class Layer:
 
 class Content(NamedTuple):
     """Title of a content, function that finds its layer, parts of the data that it uses, kind of its colour range
-    ("" for none), unit of its colour bar, and what is striped over it besides what is striped everywhere."""
+    ("" for none), and unit of its colour bar."""
 
     title: str
     find: Callable[[ViewData, str, Look], Layer]
     uses: frozenset[str] = frozenset()
     range_kind: str = ""
     unit: str = ""
-    stripes: str = ""
 
 
 def checked(content: str) -> str:
@@ -180,6 +185,20 @@ def levels_of(
     if data.played is not None and former is not None:
         return former
     return data.ranges[kind].find(robust, lambda: full_levels(values()))
+
+
+def striped(data: ViewData, name: str) -> dict[str, Mask]:
+    """What is striped over the picture of a concrete content -> its pixels, from below."""
+    is_colour, measured = name == "colour", data.measured
+    masks = {
+        "missing": ~np.isfinite(measured) if is_colour and data.shows_missing and measured is not None else None,
+        "outside view": data.outside_view if data.shows_missing or not is_colour else None,
+        "unsupported": data.unsupported if name == "expected-error" else None,
+        "suspect": data.suspect,
+        "invalid": data.invalid_mask,
+        "by hand": data.by_hand,
+    }
+    return {what: mask for what, mask in masks.items() if mask is not None}
 
 
 _LACKING = {
@@ -445,14 +464,13 @@ _DEPTH = Content("", depth, frozenset({"levels"}), "depth", "m")
 _DIFFERENCE = Content("", difference, frozenset({"levels", "runs"}), "signed", "mm")
 
 CONTENTS = {
-    "colour": Content("Colour + blocks", colour, frozenset({"frame", "swipe", "runs"}), stripes="missing"),
+    "colour": Content("Colour + blocks", colour, frozenset({"frame", "swipe", "runs"})),
     "expected-error": Content(
         "Expected error",
         expected,
         frozenset({"invalid_mask", "expected", "levels", "result"}),
         "expected",
         "mm",
-        stripes="unsupported",
     ),
     "strength": Content("Edge strength", edges, frozenset({"edges"})),
     "creases": Content("Creases", edges, frozenset({"edges"})),

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 CELLS = {
     "colour": ("Colour + blocks", "colour"),
     "depth-in": ("Depth in", "depth-in"),
@@ -60,28 +58,23 @@ _SMALL_SHARES = (0.2, 0.36)
 _SHARES_TRIED = 33
 
 
-class Place(NamedTuple):
-    """Position of a cell in the area of the views [screen pixels]."""
-
-    left: int
-    top: int
-    width: int
-    height: int
-
-    def picture_area(self, aspect: float, strip: int) -> float:
-        """Area of a picture of this aspect ratio below a title strip of this height."""
-        height = max(self.height - strip, 0)
-        width = min(float(self.width), height * aspect)
-        return width * width / aspect
+Place = tuple[int, int, int, int]
+"""Left, top, width and height of a cell in the area of the views [screen pixels]."""
 
 
-def grid_places(count: int, columns: int, width: int, height: int) -> list[Place]:
-    """Places of cells of one size, row by row."""
+def picture_area(place: Place, aspect: float, strip: int) -> float:
+    """Area of a picture of this aspect ratio in a cell, below a title strip of this height."""
+    width = min(float(place[2]), max(place[3] - strip, 0) * aspect)
+    return width * width / aspect
+
+
+def grid_places(count: int, columns: int, width: int, height: int, left: int = 0, top: int = 0) -> list[Place]:
+    """Places of cells of one size, row by row, in an area of this size and corner."""
     columns = min(columns, count)
     rows = -(-count // columns)
     across, down = (width - (columns - 1) * _GAP) // columns, (height - (rows - 1) * _GAP) // rows
     return [
-        Place(index % columns * (across + _GAP), index // columns * (down + _GAP), across, down)
+        (left + index % columns * (across + _GAP), top + index // columns * (down + _GAP), across, down)
         for index in range(count)
     ]
 
@@ -101,22 +94,11 @@ def correct_places(small: int, width: int, height: int, aspect: float, strip: in
         Height of the cells' title strips.
     """
     low, high = _SMALL_SHARES
-    shares = [low + (high - low) * step / (_SHARES_TRIED - 1) for step in range(_SHARES_TRIED)]
-    choices = [beside(small, width, height, share) for beside in (_small_at_right, _small_below) for share in shares]
-    return max(choices, key=lambda places: sum(place.picture_area(aspect, strip) for place in places))
-
-
-def _small_at_right(small: int, width: int, height: int, share: float) -> list[Place]:
-    column = round(share * width)
-    left = width - column
-    stacked = grid_places(small, 1, column, height)
-    return [Place(0, 0, left - _GAP, height), *(place._replace(left=left) for place in stacked)]
-
-
-def _small_below(small: int, width: int, height: int, share: float) -> list[Place]:
-    row = round(share * height)
-    top = height - row
-    return [
-        Place(0, 0, width, top - _GAP),
-        *(place._replace(top=top) for place in grid_places(small, small, width, row)),
-    ]
+    choices = []
+    for share in (low + (high - low) * step / (_SHARES_TRIED - 1) for step in range(_SHARES_TRIED)):
+        left, top = width - round(share * width), height - round(share * height)
+        choices += [
+            [(0, 0, left - _GAP, height), *grid_places(small, 1, width - left, height, left=left)],
+            [(0, 0, width, top - _GAP), *grid_places(small, small, width, height - top, top=top)],
+        ]
+    return max(choices, key=lambda places: sum(picture_area(place, aspect, strip) for place in places))

@@ -82,7 +82,6 @@ class LinkedViews(Themed, QWidget):
         self.blocks = ShownBlocks(workspace, self.data)
         self._used_with_sides: frozenset[str] = frozenset()
         """Data that the shown cells used when the sides were last drawn."""
-        self._shows_missing = False
         self.cells = {
             name: Cell(content, self._handle, self.data, self.blocks.overlay) for name, (_, content) in CELLS.items()
         }
@@ -195,33 +194,26 @@ class LinkedViews(Themed, QWidget):
 
     def set_missing_shown(self, on: bool) -> None:
         """Set whether missing depth is striped over the colour image."""
-        self._shows_missing = on
-        self._show_marks()
-
-    def _show_marks(self) -> None:
-        data, measured, unsupported = self.data, self.data.measured, self.data.unsupported
-        self.blocks.layers.set_masks(
-            {
-                "missing": ~np.isfinite(measured) if self._shows_missing and measured is not None else None,
-                "outside view": data.outside_view,
-                "unsupported": unsupported if unsupported is not None and unsupported.any() else None,
-                "suspect": data.suspect,
-                "invalid": data.invalid_mask,
-                "by hand": data.by_hand,
-            }
-        )
+        self.data.shows_missing = on
         for cell in self.cells.values():
-            cell.set_stripe_legend(self.blocks.layers.striped_in(cell.view))
+            cell.show_stripes()
+        self.blocks.layers.show(self._shown_views)
+
+    @property
+    def _shown_views(self) -> list[ImageView]:
+        return [cell.view for cell in self.sheet.shown]
 
     def _draw(self, *changed: str) -> None:
         """Redraw the cells that use any of these data, or all cells."""
         if not changed or "result" in changed:
             self.ranges.update_for_result()
-        if not changed or not _MARKS.isdisjoint(changed):
-            self._show_marks()
         for cell in self.cells.values():
             cell.follow()
-            cell.redraw(set(changed) or cell.uses)
+            if not changed or not _MARKS.isdisjoint(changed):
+                cell.show_stripes()
+            if not changed or not cell.uses.isdisjoint(changed):
+                cell.draw_again()
+        self.blocks.layers.show(self._shown_views)
         if not changed or not {"runs", "result"}.isdisjoint(changed):
             self.sides.show_divider()
         levels = self.ranged.bar.levels
@@ -255,8 +247,7 @@ class LinkedViews(Themed, QWidget):
             raise ValueError(f"cell must be one of {', '.join(self.cells)}, not {cell!r}")
         if content != self.cells[cell].content:
             self.cells[cell].set_content(content)
-            self.blocks.layers.show([cell.view for cell in self.sheet.shown])
-            self._show_marks()
+            self.blocks.layers.show(self._shown_views)
             self.sides.show_divider()
             self.shownChanged.emit()
             self.rangeChanged.emit()
@@ -295,9 +286,8 @@ class LinkedViews(Themed, QWidget):
 
     def set_contours_only(self, on: bool) -> None:
         """Set whether blocks are drawn as coloured outlines without fill."""
-        self.blocks.overlay.set_filled(not on)
+        self.blocks.set_contours_only(on)
         self._draw("swipe")
-        self.blocks.layers.set_in_colours(on)
 
     def set_preview(self, preview: Preview | None) -> None:
         """Draw the preview of a tool in all views; None removes it."""
@@ -362,7 +352,7 @@ class LinkedViews(Themed, QWidget):
 
     def _fit_views(self) -> None:
         """Apply the transform to views of their current size."""
-        views = [cell.view for cell in self.sheet.shown]
+        views = self._shown_views
         sizes = [view.viewport().size() for view in views]
         self._transform.set_view(sizes[0].width(), sizes[0].height())
         for view, size in zip(views, sizes, strict=True):
@@ -372,9 +362,8 @@ class LinkedViews(Themed, QWidget):
     def _show_transform(self) -> None:
         for view in self._views:
             view.show_transform(self._transform)
-        shown = [cell.view for cell in self.sheet.shown]
-        self.blocks.layers.show(shown)
-        self.navigation.follow(shown)
+        self.blocks.layers.show(self._shown_views)
+        self.navigation.follow(self._shown_views)
 
     def _move_cursor(self, pixel: tuple[int, int] | None) -> None:
         for cell in self.sheet.shown:
@@ -407,8 +396,6 @@ class LinkedViews(Themed, QWidget):
         self._old_pictures = [cell for cell in self.cells.values() if cell.isVisible()]
         if self._old_pictures:
             self._draw_timer.start()
-        # a style sheet, because the application's replaces palettes of single widgets
-        self.sheet.setStyleSheet(f"#sheet {{ background: {colours.border.name()}; }}")
 
     def _draw_next(self) -> None:
         """Draw the picture of one cell with the theme's colours, the next one at the next turn of the event loop."""

@@ -229,12 +229,13 @@ class BlockOverlay:
         self.colours = np.array(colour_table, np.uint8)
         self._rebuild()
 
-    def add_colours(self, colour_table: NDArray[np.uint8]) -> None:
-        """Set a colour table that extends the current one to further labels, which no block has yet."""
-        self.colours = np.array(colour_table, np.uint8)
-        self._fills = self._find_fills(self.colours)
-        if self.pixels is None:
+    def set_colours(self, colour_table: NDArray[np.uint8]) -> None:
+        """Set another colour table; one that adds labels, which no block has, costs nothing."""
+        former, self.colours = self.colours, np.array(colour_table, np.uint8)
+        if self.pixels is None or not np.array_equal(self.colours[: len(former)], former):
             self._rebuild()
+        else:
+            self._fills = self._find_fills(self.colours)
 
     def set_opacity(self, opacity: float) -> None:
         """Set the opacity of the fills, 0-1."""

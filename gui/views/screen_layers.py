@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import cv2
 import numpy as np
@@ -36,46 +36,38 @@ _CROSS = cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3))
 
 
 class BlockLines:
-    """Draws the lines around blocks for any sampling of the frame on the screen.
+    """Draws the lines around blocks for any sampling of the frame on the screen, given their colours, RGBA uint8
+    (N + 1, 4) by label, alpha 0 for no line.
 
     A bright line with a dark halo separates blocks from each other and from pixels without block. Selected blocks have
     a wider outline inside them, and a tint if there are several; blocks that need checking have the outline in another
     colour. With `in_colours`, each block's side of the line has its own colour, with a band of it along the line.
     """
 
-    def __init__(self) -> None:
-        self.in_colours = False
-        self._colours = np.zeros((1, 4), np.uint8)
-        self._shown = np.zeros(1, np.int32)
-        self._lines = self._bands = np.zeros(1, np.uint32)
-        self._selected: tuple[int, ...] = ()
-        self._labels_to_check: tuple[int, ...] = ()
-
-    def set_colours(self, colours: NDArray[np.uint8]) -> None:
-        """Set the colours of blocks, RGBA uint8 (N + 1, 4) by label; alpha 0 means no line."""
-        self._colours = colours
+    def __init__(
+        self,
+        colours: NDArray[np.uint8],
+        selected: Sequence[int] = (),
+        to_check: Sequence[int] = (),
+        in_colours: bool = False,
+    ) -> None:
         visible = colours[:, 3] > 0
         visible[0] = False
         self._shown = np.where(visible, np.arange(len(colours), dtype=np.int32), 0)
         self._lines, self._bands = _argb(colours, 255), _argb(colours, _BAND_ALPHA)
+        self._selected, self._to_check = (np.zeros(len(colours), np.uint8) for _ in range(2))
+        self._selected[[label for label in selected if label < len(colours)]] = 1
+        self._to_check[[label for label in to_check if label < len(colours)]] = 1
+        self._has_tint = len(selected) > 1
+        self.in_colours = in_colours
+        self._looks = np.column_stack((colours, self._selected * (1 + self._has_tint), self._to_check))
 
-    def set_selected(self, labels: Iterable[int]) -> list[int]:
-        """Set the selected blocks; return the labels whose selection changed."""
-        before, now = self._selected, tuple(labels)
-        self._selected = now
-        tints = (len(before) > 1) != (len(now) > 1)
-        return sorted(set(before) | set(now) if tints else set(before) ^ set(now))
-
-    def set_to_check(self, labels: Iterable[int]) -> list[int]:
-        """Set the blocks that need checking; return the labels that changed."""
-        before, self._labels_to_check = self._labels_to_check, tuple(labels)
-        return sorted(set(before) ^ set(self._labels_to_check))
-
-    def marked(self, labels: Iterable[int]) -> NDArray[np.uint8]:
-        """Label -> whether it is one of these."""
-        marked = np.zeros(len(self._colours), np.uint8)
-        marked[[label for label in labels if 0 < label < len(marked)]] = 1
-        return marked
+    def differing(self, other: BlockLines) -> NDArray[np.bool_]:
+        """Label -> whether it looks different, of those that both know."""
+        known = min(len(self._looks), len(other._looks))
+        differ = np.zeros(len(self._looks), bool)
+        differ[:known] = (self._looks[:known] != other._looks[:known]).any(axis=1)
+        return differ
 
     def draw(self, here: NDArray[np.int32], drawn: Argb, box: Box, rims: Rims, ratio: int = 1) -> Box:
         """Draw the lines that depend on the labels inside a box.
@@ -124,19 +116,16 @@ class BlockLines:
             line[shown == 0] = 0
         if ratio > 1:
             line[:] = cv2.dilate(line, _SQUARE, iterations=ratio // 2)
-        drawn, selected = np.zeros(shown.shape, np.uint32), self.marked(self._selected)
-        if len(self._selected) > 1:
-            drawn[selected[here] > 0] = _TINT
+        drawn = np.zeros(shown.shape, np.uint32)
+        if self._has_tint:
+            drawn[self._selected[here] > 0] = _TINT
         if self.in_colours:
             band = (cv2.dilate(line, _SQUARE, iterations=_BAND * ratio) > 0) & (shown > 0)
             drawn[band] = self._bands[shown[band]]
         drawn[cv2.dilate(line, _SQUARE, iterations=ratio) > 0] = _HALO
         on_line = line > 0
         drawn[on_line] = self._lines[shown[on_line]] if self.in_colours else np.uint32(_LINE)
-        for marked, colour in (
-            (self.marked(self._labels_to_check) & self._shown.astype(bool), _TO_CHECK),
-            (selected, _SELECTED),
-        ):
+        for marked, colour in ((self._to_check & self._shown.astype(bool), _TO_CHECK), (self._selected, _SELECTED)):
             if marked.any():
                 self._draw_rim(marked[here], rims, drawn, colour, ratio)
         return drawn
@@ -198,7 +187,7 @@ def stripes(mask: NDArray[np.bool_], sampling: Sampling, box: Box, style: Style,
     return np.where(sampling.sample(mask, box), pattern, np.uint32(0)).astype(np.uint32)
 
 
-Mask = NDArray[np.bool_]
+Masks = Mapping[str, NDArray[np.bool_]]
 
 
 @dataclass
@@ -216,91 +205,51 @@ class ScreenLayers:
 
     def __init__(self) -> None:
         self._views: Sequence[ImageView] = ()
-        self._blocks = BlockLines()
+        self._blocks = BlockLines(np.zeros((1, 4), np.uint8))
         self._labels: NDArray[np.int32] | None = None
-        self._masks: dict[str, Mask] = {}
         self._lines: dict[Sampling, _Lines] = {}
-        self._stripes: dict[tuple[Sampling, bool, bool], Argb | None] = {}
+        self._stripes: dict[Any, tuple[Masks, Argb | None]] = {}
+        """Sampling, and names and identities of masks -> the masks, which are kept for their identities, and what is
+        drawn."""
 
     def show(self, views: Sequence[ImageView]) -> None:
-        """Draw for these views with their current sampling."""
+        """Draw for these views with their current sampling and stripes."""
         self._views = views
         wanted = {view.sampling for view in views}
         self._lines = {sampling: lines for sampling, lines in self._lines.items() if sampling in wanted}
-        self._stripes = {key: drawn for key, drawn in self._stripes.items() if key[0] in wanted}
+        former, self._stripes = self._stripes, {}
         for view in views:
             self._show_lines(view)
-            self._show_stripes(view)
+            self._show_stripes(view, former)
 
-    def set_blocks(self, labels: NDArray[np.int32] | None, colours: NDArray[np.uint8] | None = None) -> None:
-        """Set a label map, int32 (H, W), which the caller changes in place, and RGBA by label; None for none."""
-        self._labels = labels
-        if colours is not None:
-            self._blocks.set_colours(colours)
-        self._draw_lines()
-
-    def add_colours(self, colours: NDArray[np.uint8]) -> None:
-        """Set RGBA by label that extends the current table; no block has the further labels yet."""
-        self._blocks.set_colours(colours)
-
-    def update_region(self, box: Box) -> None:
-        """Redraw after the label map changed inside a box (rows, columns)."""
-        if self._labels is None:
+    def show_blocks(self, labels: NDArray[np.int32] | None, blocks: BlockLines, boxes: Sequence[Box] = ()) -> None:
+        """Draw the lines of a label map, int32 (H, W), which the caller changes in place; None for none. Of the map
+        drawn last, only boxes (rows, columns) that have changed and blocks with another look are drawn."""
+        former, self._blocks = self._blocks, blocks
+        if labels is None or labels is not self._labels or blocks.in_colours != former.in_colours:
+            self._labels = labels
+            self._lines.clear()
+            for view in self._views:
+                self._show_lines(view)
             return
+        differ = blocks.differing(former)
         for sampling, lines in self._lines.items():
-            part = sampling.box_of(box)
-            if lines.labels is not None and all(span.start < span.stop for span in part):
-                lines.labels[part] = sampling.sample(self._labels, part)
-                self._redraw(sampling, lines.labels, part)
+            if lines.labels is None:
+                continue
+            parts = [sampling.box_of(box) for box in boxes]
+            for part in parts:
+                lines.labels[part] = sampling.sample(labels, part)
+            if differ.any():
+                parts += filter(None, [bounds(differ[lines.labels])])
+            for part in parts:
+                if all(span.start < span.stop for span in part):
+                    self._redraw(sampling, lines, lines.labels, part)
 
-    def set_selected(self, labels: Iterable[int]) -> None:
-        """Set the selected blocks."""
-        self._redraw_blocks(self._blocks.set_selected(labels))
-
-    def set_to_check(self, labels: Iterable[int]) -> None:
-        """Set the blocks that need checking."""
-        self._redraw_blocks(self._blocks.set_to_check(labels))
-
-    def _redraw_blocks(self, others: Sequence[int]) -> None:
-        for sampling, lines in self._lines.items():
-            if lines.labels is not None and others:
-                part = bounds(self._blocks.marked(others)[lines.labels] > 0)
-                if part is not None:
-                    self._redraw(sampling, lines.labels, part)
-
-    def _redraw(self, sampling: Sampling, labels: NDArray[np.int32], part: Box) -> None:
-        lines = self._lines[sampling]
+    def _redraw(self, sampling: Sampling, lines: _Lines, labels: NDArray[np.int32], part: Box) -> None:
         drawn = self._blocks.draw(labels, lines.pixels, part, sampling.rims, lines.ratio)
         for view in self._views:
             if view.sampling == sampling:
                 view.lines.notify_change(drawn)
-
-    def set_in_colours(self, on: bool) -> None:
-        """Set whether lines have the colours of their blocks."""
-        self._blocks.in_colours = on
-        self._draw_lines()
-
-    def set_masks(self, masks: Mapping[str, Mask | None]) -> None:
-        """Set the pixels, bool (H, W), that are striped, by the names of `STYLES`; None for none. The same arrays are
-        not drawn again."""
-        present = {name: mask for name, mask in masks.items() if mask is not None}
-        if present.keys() != self._masks.keys() or any(mask is not self._masks[name] for name, mask in present.items()):
-            self._masks = present
-            self._draw_stripes()
-
-    def striped_in(self, view: ImageView) -> list[str]:
-        """What is striped in a view. Views that show missing depth stripe what is outside the view only with it."""
-        hidden = set() if view.shows_missing else {"missing"}
-        if view.shows_missing and "missing" not in self._masks:
-            hidden.add("outside view")
-        if not view.shows_unsupported:
-            hidden.add("unsupported")
-        return [name for name in STYLES if name in self._masks and name not in hidden]
-
-    def _draw_lines(self) -> None:
-        self._lines.clear()
-        for view in self._views:
-            self._show_lines(view)
 
     def _show_lines(self, view: ImageView) -> None:
         sampling = view.sampling
@@ -320,29 +269,24 @@ class ScreenLayers:
             lines.labels = sampling.sample(self._labels, part)
             self._blocks.draw(lines.labels, lines.pixels, part, sampling.rims, lines.ratio)
 
-    def _draw_stripes(self) -> None:
-        self._stripes.clear()
-        for view in self._views:
-            self._show_stripes(view)
-
-    def _show_stripes(self, view: ImageView) -> None:
+    def _show_stripes(self, view: ImageView, former: Mapping[Any, tuple[Masks, Argb | None]]) -> None:
         sampling = view.sampling
         if sampling is None:
             return
-        key = sampling, view.shows_missing, view.shows_unsupported
+        key = sampling, *((name, id(mask)) for name, mask in view.striped.items())
         if key not in self._stripes:
-            self._stripes[key] = self._striped(sampling, view)
-        drawn = self._stripes[key]
+            self._stripes[key] = former.get(key) or (view.striped, _striped(sampling, view))
+        drawn = self._stripes[key][1]
         if drawn is None:
             view.stripes.clear()
         elif not view.stripes.shows(drawn):
             view.stripes.show_pixels(drawn, sampling, view.devicePixelRatioF())
 
-    def _striped(self, sampling: Sampling, view: ImageView) -> Argb | None:
-        drawn = None
-        for name in self.striped_in(view):
-            mask = self._masks[name]
-            if mask.shape == sampling.frame[::-1]:
-                part = stripes(mask, sampling, whole(sampling.shape), STYLES[name], view.pixel_ratio)
-                drawn = part if drawn is None else np.where(sampling.sample(mask, whole(sampling.shape)), part, drawn)
-        return drawn
+
+def _striped(sampling: Sampling, view: ImageView) -> Argb | None:
+    drawn, everywhere = None, whole(sampling.shape)
+    for name, mask in view.striped.items():
+        if mask.shape == sampling.frame[::-1]:
+            part = stripes(mask, sampling, everywhere, STYLES[name], view.pixel_ratio)
+            drawn = part if drawn is None else np.where(sampling.sample(mask, everywhere), part, drawn)
+    return drawn

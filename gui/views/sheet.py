@@ -37,7 +37,6 @@ class Sheet(QWidget):
         super().__init__()
         self.is_placing = False
         """Whether the cells are being moved; `placed` follows."""
-        self.setObjectName("sheet")
         self.setMinimumSize(_MIN_SIZE)
         self._cells = cells
         self._aspect = 1.0

@@ -15,7 +15,7 @@ from ..state.parts import EVERY_PART, Part
 from ..state.workspace import Workspace
 from .image_view import ImageView
 from .pixel_items import BlockOverlay
-from .screen_layers import ScreenLayers
+from .screen_layers import BlockLines, ScreenLayers
 from .view_data import ViewData, colour_table
 
 BLOCK_PARTS = Part.FRAME | Part.LABELS | Part.STROKE | Part.INFOS | Part.SELECTION
@@ -32,10 +32,9 @@ class ShownBlocks:
         self._data = data
         self._drawn: NDArray[np.int32] | None = None
         """The label map that was drawn last."""
-        self._table = np.zeros((0, 4), np.uint8)
         self._boxes: list[Box] = []
         """Where it has changed since."""
-        self._shows_names = False
+        self._shows_names = self._contours_only = False
         workspace.labels_changed.connect(self._boxes.append)
 
     def draw(self, parts: Part) -> None:
@@ -49,21 +48,23 @@ class ShownBlocks:
         is_other = labels is not self._drawn
         # a new block is selected before it is painted
         table = self._colours(document, labels, boxes, is_other or bool(parts & ~(Part.LABELS | Part.STROKE)))
-        if is_other or not np.array_equal(table[: len(self._table)], self._table):
+        if is_other:
             self.overlay.set_blocks(labels, table)
-            self.layers.set_blocks(self.overlay.labels, self.overlay.colours)
         else:
-            if len(table) > len(self._table):
-                self.overlay.add_colours(table)
-                self.layers.add_colours(self.overlay.colours)
+            self.overlay.set_colours(table)
             for box in boxes:
                 self.overlay.update_region(box, labels[box])
-                self.layers.update_region(box)
-        self._drawn, self._table = labels, table
-        self.layers.set_selected(document.selected)
-        self.layers.set_to_check(sorted(document.state.to_check))
+        self._drawn = labels
+        lines = BlockLines(table, document.selected, sorted(document.state.to_check), self._contours_only)
+        self.layers.show_blocks(self.overlay.labels, lines, boxes)
         if is_other or parts & ~(Part.STROKE | Part.SELECTION):
             self._write_names(document)
+
+    def set_contours_only(self, on: bool) -> None:
+        """Set whether blocks are drawn as coloured outlines without fill."""
+        self._contours_only = on
+        self.overlay.set_filled(not on)
+        self.draw(EVERY_PART)
 
     def show_names(self, on: bool) -> None:
         """Show or hide the blocks' names."""
@@ -74,7 +75,7 @@ class ShownBlocks:
         if self._drawn is not None:
             self._drawn = None
             self.overlay.clear()
-            self.layers.set_blocks(None)
+            self.layers.show_blocks(None, BlockLines(self.overlay.colours))
             for view in self.views:
                 view.write_names({}, {})
 
@@ -82,11 +83,11 @@ class ShownBlocks:
         self, document: Document, labels: NDArray[np.int32], boxes: Sequence[Box], all_of_them: bool
     ) -> NDArray[np.uint8]:
         """Colour table; the last one if it cannot have changed, as in a stroke with a block that has a colour."""
-        known = len(self._table) - 1
+        known = len(self.overlay.colours) - 1
         if self._drawn is not labels:
             return colour_table(document, int(labels.max()))
         top = max((int(labels[box].max()) for box in boxes), default=0)
-        return colour_table(document, max(top, known)) if all_of_them or top > known else self._table
+        return colour_table(document, max(top, known)) if all_of_them or top > known else self.overlay.colours
 
     def _write_names(self, document: Document) -> None:
         labels = self.overlay.labels

@@ -7,7 +7,7 @@ from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QImage, QPainter, QPaintEvent, QPen
 from PySide6.QtWidgets import QWidget
 
-from ..base.theme import Colours
+from ..base import theme
 from .colours import strength_table
 from .image_view import FOCUS_WIDTH, ImageView
 from .layers import BAND
@@ -28,16 +28,10 @@ class SpectrumPicture(QWidget):
         self._spectrum: Spectrum | None = None
         self._message = ""
         self._image = QImage()
-        self._background = self._text = QColor()
         self.setAccessibleName("Spectrum of the selected block")
         view.resized.connect(self._cover)
         self._cover()
         self.show()
-
-    def set_colours(self, colours: Colours) -> None:
-        """Apply the theme's colours."""
-        self._background, self._text = colours.background, colours.muted
-        self.update()
 
     def show_spectrum(self, spectrum: Spectrum | str) -> None:
         """Draw a spectrum, or show the reason why there is none."""
@@ -54,9 +48,9 @@ class SpectrumPicture(QWidget):
             self.setGeometry(view.rect().adjusted(FOCUS_WIDTH, FOCUS_WIDTH, -FOCUS_WIDTH, -FOCUS_WIDTH))
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        painter = QPainter(self)
-        painter.fillRect(self.rect(), self._background)
-        painter.setPen(self._text)
+        painter, colours = QPainter(self), theme.colours(self.palette())
+        painter.fillRect(self.rect(), colours.background)
+        painter.setPen(colours.muted)
         if self._spectrum is None:
             painter.drawText(self.rect(), Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap, self._message)
             return

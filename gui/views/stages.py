@@ -2,65 +2,47 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QObject, QSignalBlocker, Qt, Signal
-from PySide6.QtWidgets import QButtonGroup, QHBoxLayout, QToolButton, QWidget
+from PySide6.QtCore import QObject, Signal
+from PySide6.QtGui import QAction
+from PySide6.QtWidgets import QHBoxLayout, QMenu, QToolButton, QWidget
 
 from ilf.drawing.blocks import STAGES, stage_count, stage_legend
 from ilf.segmentation.extraction import Extraction
 
-from ..widgets.basics import combo, flat_button, lay_out
+from ..widgets.basics import lay_out, menu_button
 
 
 class StagePicker(QWidget):
-    """Buttons for all stages side by side, or a combo box if there is too little room.
+    """The commands of the stages as buttons side by side, or as a menu if there is too little room."""
 
-    Signals
-    -------
-    chosen(str)
-        The user selected a stage.
-    """
-
-    chosen = Signal(str)
-
-    def __init__(self, parent: QWidget | None = None) -> None:
+    def __init__(self, actions: Sequence[QAction], parent: QWidget | None = None) -> None:
         super().__init__(parent)
-        layout = lay_out(QHBoxLayout(self), spacing=1)
-        self._buttons: dict[str, QToolButton] = {}
-        group = QButtonGroup(self)
-        self._box = combo(STAGES, "Stage of the extraction", "Stage of the extraction")
-        for name, text in STAGES.items():
-            button = flat_button("", text=text)
-            button.clicked.connect(lambda _=False, name=name: self.chosen.emit(name))
-            button.setCheckable(True)
-            group.addButton(button)
-            layout.addWidget(button)
-            self._buttons[name] = button
-        layout.addWidget(self._box)
-        self._box.currentIndexChanged.connect(lambda _: self.chosen.emit(self._box.currentData()))
+        self._actions, self._buttons = actions, [QToolButton(autoRaise=True) for _ in actions]
+        menu = QMenu(self)
+        menu.setToolTipsVisible(True)
+        self._menu = menu_button(menu, "", "Stage of the extraction")
+        for action, button in zip(actions, self._buttons, strict=True):
+            button.setDefaultAction(action)
+            menu.addAction(action)
+            action.toggled.connect(self._show_stage)
+        lay_out(QHBoxLayout(self), *self._buttons, self._menu, spacing=1)
+        self._show_stage()
         self.set_available_width(0)
 
-    def show_stage(self, name: str) -> None:
-        """Mark a stage as the current one, without a signal."""
-        self._buttons[name].setChecked(True)
-        with QSignalBlocker(self._box):
-            self._box.setCurrentIndex(self._box.findData(name))
-
-    def set_hints(self, hints: Mapping[str, str]) -> None:
-        """Set the tooltips of the stages."""
-        for name, hint in hints.items():
-            self._buttons[name].setToolTip(hint)
-            self._box.setItemData(self._box.findData(name), hint, Qt.ItemDataRole.ToolTipRole)
+    def _show_stage(self) -> None:
+        shown = next((action.iconText() for action in self._actions if action.isChecked()), "Stage")
+        self._menu.setText(f"{shown} \u25be")
 
     def set_available_width(self, width: int) -> None:
         """Set the width [px] available for the buttons."""
-        wide = width >= sum(button.sizeHint().width() + 1 for button in self._buttons.values())
-        for button in self._buttons.values():
+        wide = width >= sum(button.sizeHint().width() + 1 for button in self._buttons)
+        for button in self._buttons:
             button.setVisible(wide)
-        self._box.setVisible(not wide)
+        self._menu.setVisible(not wide)
 
 
 class StageModel(QObject):
@@ -68,20 +50,17 @@ class StageModel(QObject):
 
     Signals
     -------
-    stageChanged(str)
-        Another of `STAGES` was selected, by the user or by `set_stage`.
     changed()
         The picture, text or stage changed.
     """
 
-    stageChanged = Signal(str)
     changed = Signal()
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self.stage = "blocks"
-        self.hints: Mapping[str, str] = {}
-        """Tooltips of the stages."""
+        self.actions: Sequence[QAction] = ()
+        """The commands that select a stage."""
         self.picture: NDArray[np.uint8] | None = None
         """Picture from `stage_picture`; None while there is only `message`."""
         self.message = ""
@@ -96,12 +75,6 @@ class StageModel(QObject):
         if name != self.stage:
             self.stage = name
             self.changed.emit()
-            self.stageChanged.emit(name)
-
-    def set_hints(self, hints: Mapping[str, str]) -> None:
-        """Set the tooltips of the stages."""
-        self.hints = hints
-        self.changed.emit()
 
     def show_picture(self, stage: str, picture: NDArray[np.uint8], extraction: Extraction) -> None:
         """Show the picture of a stage of an extraction, from `stage_picture`."""

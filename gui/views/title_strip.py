@@ -6,7 +6,7 @@ from PySide6.QtCore import QEvent, QPoint, QPointF, QRect, Qt, Signal
 from PySide6.QtGui import QBrush, QColor, QMouseEvent, QPainter, QPaintEvent, QPolygonF, QResizeEvent
 from PySide6.QtWidgets import QWidget
 
-from ..base.theme import Colours
+from ..base import theme
 from ..widgets.basics import literal_text
 from .colour_bar import ColourBar
 
@@ -50,7 +50,6 @@ class TitleStrip(QWidget):
         self._swatch: QColor | None = None
         self._legend: list[tuple[QBrush, str]] = []
         self._text = ""
-        self._colours: Colours | None = None
         self._title_widget: QWidget | None = None
         self._hovered = False
         font = self.font()
@@ -62,12 +61,6 @@ class TitleStrip(QWidget):
         self.setFixedHeight(self.fontMetrics().height() + 3)
         self.setMouseTracking(True)
         self.setToolTip(_TITLE_HINT)
-
-    def set_colours(self, colours: Colours) -> None:
-        """Apply the theme's colours."""
-        self._colours = colours
-        self.bar.set_colours(colours)
-        self.update()
 
     def set_title(self, title: str, swatch: tuple[int, int, int] | None = None) -> None:
         """Set the title of the picture, and its own colour (R, G, B) if it has one."""
@@ -156,14 +149,12 @@ class TitleStrip(QWidget):
         return self.mapToGlobal(QPoint(0, self.height()))
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        if self._colours is None:
-            return
-        painter = QPainter(self)
-        painter.fillRect(self.rect(), self._colours.panel)
-        self._paint_title(painter)
+        painter, colours = QPainter(self), theme.colours(self.palette())
+        painter.fillRect(self.rect(), colours.panel)
+        self._paint_title(painter, colours.text if self._hovered else colours.muted)
         right = self._right - PAD
         metrics = self.fontMetrics()
-        painter.setPen(self._colours.muted)
+        painter.setPen(colours.muted)
         painter.drawText(QRect(0, 0, right, self.height()), _RIGHT, self._text)
         if self._text:
             right -= metrics.horizontalAdvance(self._text) + PAD + 2
@@ -205,13 +196,11 @@ class TitleStrip(QWidget):
         """Width of entries of the legend with their words [px]."""
         return sum(PAD + 2 + _SWATCH + 5 + self.fontMetrics().horizontalAdvance(text) for _, text in legend)
 
-    def _paint_title(self, painter: QPainter) -> None:
-        assert self._colours is not None
+    def _paint_title(self, painter: QPainter, colour: QColor) -> None:
         left, end = PAD, self.title_end
         if self._swatch is not None:
             painter.fillRect(left, (self.height() - _SWATCH) // 2, _SWATCH, _SWATCH, self._swatch)
             left += _SWATCH + PAD
-        colour = self._colours.text if self._hovered else self._colours.muted
         painter.setPen(colour)
         room = QRect(left, 0, end - left - 2 * PAD - _ARROW, self.height())
         title = self.fontMetrics().elidedText(self.title, Qt.TextElideMode.ElideRight, room.width() + PAD // 2)

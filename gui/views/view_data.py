@@ -145,6 +145,8 @@ class ViewData:
         self.depth_table = depth_table(self.depth_map)
         self.chosen_sides = ("", "")
         self.swipe_column: int | None = None
+        self.shows_missing = False
+        """Whether missing depth is striped over the colour image."""
         self.keeps_picture = False
         """Whether the picture stays while no frame is open, since frames are going to be played."""
         self._forget(None)
@@ -253,7 +255,8 @@ class ViewData:
         hopeless = completion is not None and completion is self.without_error
         self.error_is_outdated = error is None and document.current_depth() is not None and not hopeless
         if not self.error_is_outdated:
-            self.expected, self.unsupported = error, document.unsupported()
+            unsupported = document.unsupported()
+            self.expected, self.unsupported = error, None if unsupported is None else _any(unsupported)
 
     def play(self, frame: RGBDFrame, depth: Depth | None, text: str, before: Before) -> None:
         """Show a frame of a sequence in place of a document."""

@@ -329,16 +329,18 @@ def row_list(name: str, hint: str, headers: Sequence[str], stretched: int) -> QT
     rows.setStyleSheet("QTreeView::item { padding: 3px 0; }")
     rows.setAccessibleName(name)
     rows.setToolTip(hint)
+    set_up_rows(rows, headers, stretched)
+    return rows
+
+
+def set_up_rows(rows: QTreeWidget, headers: Sequence[str], stretched: int) -> None:
+    """Set up a list of rows with these columns, of which one takes the space left."""
     rows.setHeaderLabels(headers)
     rows.setRootIsDecorated(False)
     rows.setUniformRowHeights(True)
-    header = rows.header()
-    header.setStretchLastSection(False)
-    for column in range(len(headers)):
-        stretches = column == stretched
-        mode = QHeaderView.ResizeMode.Stretch if stretches else QHeaderView.ResizeMode.ResizeToContents
-        header.setSectionResizeMode(column, mode)
-    return rows
+    rows.header().setStretchLastSection(False)
+    rows.header().setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
+    rows.header().setSectionResizeMode(stretched, QHeaderView.ResizeMode.Stretch)
 
 
 # Placeholder text of empty lists.

@@ -4,17 +4,18 @@ from __future__ import annotations
 
 import traceback
 from collections.abc import Callable, Iterable, Sequence
+from datetime import datetime
 
 from PySide6.QtCore import QObject, Qt, Signal
 from PySide6.QtGui import QAction, QGuiApplication
-from PySide6.QtWidgets import QMessageBox, QPushButton, QWidget
+from PySide6.QtWidgets import QHBoxLayout, QMessageBox, QPlainTextEdit, QPushButton, QVBoxLayout, QWidget
 
 from ilf._runtime.termination import log_error
 from ilf.errors import IlfError, to_text, without_credentials
 
 from ..base import theme
 from ..base.versions import versions_text
-from .log_panel import LogPanel
+from .basics import flat_button, lay_out
 from .toasts import Toasts
 
 
@@ -153,6 +154,37 @@ def error_details(error: Exception) -> str:
 
 def _is_expected(error: Exception) -> bool:
     return isinstance(error, (IlfError, OSError))
+
+
+MAXIMUM_LINES = 2000
+
+
+class LogPanel(QWidget):
+    """The log: messages in order of time, which can be selected, copied and cleared."""
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.text = QPlainTextEdit()
+        self.text.setReadOnly(True)
+        self.text.setMaximumBlockCount(MAXIMUM_LINES)
+        self.text.setFrameShape(QPlainTextEdit.Shape.NoFrame)
+        self.text.setPlaceholderText("Messages appear here.")
+        self.text.setAccessibleName("Log")
+        self.copy_button = flat_button("Copy the log, or the selected part of it", self.copy, "Copy", "Copy")
+        self.clear_button = flat_button("Clear the log", self.text.clear, "Clear", "Clear")
+        buttons = lay_out(QVBoxLayout(), self.copy_button, self.clear_button, None, margins=(4, 4, 4, 4), spacing=2)
+        lay_out(QHBoxLayout(self), self.text, buttons, spacing=0, stretched=self.text)
+        self.setFocusProxy(self.text)
+
+    def add(self, message: str) -> None:
+        """Append a message."""
+        self.text.appendPlainText(f"{datetime.now():%H:%M:%S}  {message}")
+
+    def copy(self) -> None:
+        """Copy the selected text, or all, to the clipboard."""
+        cursor = self.text.textCursor()
+        chosen = cursor.selection().toPlainText() if cursor.hasSelection() else self.text.toPlainText()
+        QGuiApplication.clipboard().setText(chosen)
 
 
 _MESSAGE_MS = 6000

@@ -51,8 +51,8 @@ def has_slider(declaration: Declaration) -> bool:
     return declaration.scale == "log" or declaration.maximum - declaration.minimum <= _LINEAR_STEPS * declaration.step
 
 
-class ValueScale:
-    """The mapping of slider positions 0, 1, ..., `last` to ascending values; whole numbers for an int.
+class ValueSlider(QSlider):
+    """A slider with positions 0, 1, ... for ascending values; whole numbers for an int.
 
     Parameters
     ----------
@@ -61,27 +61,26 @@ class ValueScale:
     """
 
     def __init__(self, declaration: Declaration) -> None:
-        self._kind = declaration.kind
-        if declaration.minimum is None or declaration.maximum is None:
-            raise ValueError(f"{declaration.name} has no bounds, which a slider needs")
-        self._low, self._high = float(declaration.minimum), float(declaration.maximum)
-        self._step = declaration.step
-        self._log = declaration.scale == "log"
+        super().__init__(Qt.Orientation.Horizontal)
+        self._kind, self._step, self._log = declaration.kind, declaration.step, declaration.scale == "log"
+        self._low, self._high = float(declaration.minimum or 0), float(declaration.maximum or 0)
+        last = round((self._high - self._low) / self._step)
         if self._log:
             # 0 has no logarithm: it gets a separate position at the left end
             self._apart = int(self._low <= 0)
             finest = 1.0 if self._kind is int else _FINEST * self._step
             self._first = finest if self._apart else self._low
             self._decades = math.log10(self._high / self._first)
-            self.last = _LOG_STEPS + self._apart
-        else:
-            self.last = round((self._high - self._low) / self._step)
+            last = _LOG_STEPS + self._apart
+        self.setRange(0, last)
+        self.setPageStep(max(last // 10, 1))
+        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
 
-    def value(self, position: int) -> Value:
+    def value_at(self, position: int) -> Value:
         """Return the value at a position, rounded to a readable number."""
         if position <= 0:
             found = self._low
-        elif position >= self.last:
+        elif position >= self.maximum():
             found = self._high
         elif self._log:
             exponent = self._decades * (position - self._apart) / _LOG_STEPS
@@ -91,7 +90,7 @@ class ValueScale:
         found = min(max(found, self._low), self._high)
         return round(found) if self._kind is int else found
 
-    def position(self, value: Value) -> int:
+    def position_of(self, value: Value) -> int:
         """Return the position nearest to a value."""
         number = float(value)
         if not self._log:
@@ -100,27 +99,16 @@ class ValueScale:
             return 0
         return self._apart + round(_LOG_STEPS * math.log10(number / self._first) / self._decades)
 
-
-class ValueSlider(QSlider):
-    """A slider over a `ValueScale`; `valueChanged` carries positions, `shown_value` is the value."""
-
-    def __init__(self, declaration: Declaration) -> None:
-        super().__init__(Qt.Orientation.Horizontal)
-        self._scale = ValueScale(declaration)
-        self.setRange(0, self._scale.last)
-        self.setPageStep(max(self._scale.last // 10, 1))
-        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
-
     @property
     def shown_value(self) -> Value:
         """The value at the current position."""
-        return self._scale.value(self.value())
+        return self.value_at(self.value())
 
     def show_value(self, value: Value) -> None:
         """Move to a value without a signal; the handle does not move if its position already has that value."""
         if self.shown_value != value:
             with QSignalBlocker(self):
-                self.setValue(self._scale.position(value))
+                self.setValue(self.position_of(value))
 
 
 _DECIMALS = 9
@@ -173,15 +161,12 @@ class ParameterForm(Themed, QScrollArea):
         self._controlling = {item.when[0] for item in declarations.values() if item.when}
         """Parameters that determine whether others have an effect."""
 
-        groups: dict[str, list[Declaration]] = {_FIRST: []}
-        for declaration in declarations.values():
-            groups.setdefault(declaration.group, []).append(declaration)
-        self._headers: dict[str, QToolButton] = {}
-        self._rows_of: dict[str, QVBoxLayout] = {}
-        """The rows of every section."""
         self._groups = {name: declaration.group for name, declaration in declarations.items()}
         """The section that a parameter is in at present."""
-        self._sections = {group: self._section(group, members) for group, members in groups.items()}
+        self._sections = {group: ParameterSection(group) for group in dict.fromkeys((_FIRST, *self._groups.values()))}
+        for name, group in self._groups.items():
+            self._places[name] = place = QWidget()
+            self._sections[group].rows.addWidget(place)
         self._key = f"parameters/all_{set_class.__name__}"
         self.all_button = QToolButton(autoRaise=True)
         self.all_button.setCheckable(True)
@@ -232,39 +217,13 @@ class ParameterForm(Themed, QScrollArea):
         """Put parameters first, in this order; the others have the order of their declarations."""
         self._groups = {name: _FIRST if name in names else item.group for name, item in self._declarations.items()}
         for name in (*names, *(name for name in self._places if name not in names)):
-            for rows in self._rows_of.values():
-                rows.removeWidget(self._places[name])
-            self._rows_of[self._groups[name]].addWidget(self._places[name])
+            for section in self._sections.values():
+                section.rows.removeWidget(self._places[name])
+            self._sections[self._groups[name]].rows.addWidget(self._places[name])
         self._update_visibility()
 
     def sizeHint(self) -> QSize:
         return QSize(300, 520)
-
-    def _section(self, group: str, members: list[Declaration]) -> QWidget:
-        section, body, header = QWidget(), QWidget(), QToolButton(autoRaise=True)
-        lay_out(QVBoxLayout(section), header, body, margins=(0, 0, 0, 6), spacing=2)
-        header.setText(group)
-        header.setCheckable(True)
-        header.setChecked(True)
-        header.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
-        header.setArrowType(Qt.ArrowType.DownArrow)
-        header.setStyleSheet("QToolButton { border: none; padding: 3px 0; }")
-        header.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
-        font = header.font()
-        font.setBold(True)
-        header.setFont(font)
-        self._rows_of[group] = rows = lay_out(QVBoxLayout(body), margins=(2, 2, 0, 2), spacing=5)
-        for declaration in members:
-            self._places[declaration.name] = place = QWidget()
-            rows.addWidget(place)
-
-        def fold(opened: bool) -> None:
-            body.setVisible(opened)
-            header.setArrowType(Qt.ArrowType.DownArrow if opened else Qt.ArrowType.RightArrow)
-
-        header.toggled.connect(fold)
-        self._headers[group] = header
-        return section
 
     def _make_row(self, name: str) -> None:
         """Make the row of a parameter, when it is first shown; Tab reaches it after those before it."""
@@ -273,7 +232,7 @@ class ParameterForm(Themed, QScrollArea):
         group = self._groups[name]
         earlier = takewhile(lambda other: other != name, self._places)
         made = [self._rows[other].reset for other in earlier if other in self._rows and self._groups[other] == group]
-        last: QWidget = made[-1] if made else self._headers[group]
+        last: QWidget = made[-1] if made else self._sections[group].header
         self._rows[name] = row = self._row(self._declarations[name], self._places[name])
         for control in filter(None, (row.editor, row.slider, row.reset)):
             QWidget.setTabOrder(last, control)
@@ -332,7 +291,7 @@ class ParameterForm(Themed, QScrollArea):
         current = getattr(self._parameters, name)
         # Enter in an unchanged field reports the rounded value that it shows
         if isinstance(current, float) and isinstance(value, float) and round(current, _DECIMALS) == value:
-            self._rows[name].show(current)
+            self._show_row(name)
             return
         if value == current:
             return
@@ -350,7 +309,8 @@ class ParameterForm(Themed, QScrollArea):
     def _show_row(self, name: str) -> None:
         row = self._rows[name]
         value, base = getattr(self._parameters, name), getattr(self._base, name)
-        row.show(value)
+        with QSignalBlocker(row.editor):
+            row.show(value)
         if row.slider is not None:
             row.slider.show_value(value)
         # not by palette, which a new application style sheet would reset
@@ -369,14 +329,13 @@ class ParameterForm(Themed, QScrollArea):
             if name in shown:
                 self._make_row(name)
             place.setVisible(name in shown)
-        for header in self._headers.values():
-            header.setVisible(every)
-            if not every:
-                header.setChecked(True)
         self.all_button.setText("Only the main parameters" if every else f"All {len(effective)} parameters")
         self.all_button.setArrowType(Qt.ArrowType.UpArrow if every else Qt.ArrowType.DownArrow)
         groups = {self._groups[name] for name in shown}
         for group, section in self._sections.items():
+            section.header.setVisible(every)
+            if not every:
+                section.header.setChecked(True)
             section.setVisible(group in groups)
 
     def _differs(self, name: str) -> bool:
@@ -395,6 +354,31 @@ class ParameterForm(Themed, QScrollArea):
         return theme.icon("ph.arrow-counter-clockwise", self.palette())
 
 
+class ParameterSection(QWidget):
+    """A titled group of rows, which can be folded."""
+
+    def __init__(self, title: str) -> None:
+        super().__init__()
+        body, self.header = QWidget(), QToolButton(autoRaise=True)
+        lay_out(QVBoxLayout(self), self.header, body, margins=(0, 0, 0, 6), spacing=2)
+        self.rows = lay_out(QVBoxLayout(body), margins=(2, 2, 0, 2), spacing=5)
+        self.header.setText(title)
+        self.header.setCheckable(True)
+        self.header.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
+        self.header.setStyleSheet("QToolButton { border: none; padding: 3px 0; }")
+        self.header.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
+        font = self.header.font()
+        font.setBold(True)
+        self.header.setFont(font)
+
+        def fold(opened: bool) -> None:
+            body.setVisible(opened)
+            self.header.setArrowType(Qt.ArrowType.DownArrow if opened else Qt.ArrowType.RightArrow)
+
+        self.header.toggled.connect(fold)
+        self.header.setChecked(True)
+
+
 @dataclass(frozen=True)
 class _Row:
     declaration: Declaration
@@ -403,7 +387,7 @@ class _Row:
     reset: QToolButton
     slider: ValueSlider | None
     effect: Message
-    show: Callable[[Value], None]
+    show: Callable[[Any], None]
 
 
 class _WheelGuard(QObject):
@@ -416,7 +400,7 @@ class _WheelGuard(QObject):
         return False
 
 
-class _FloatBox(QDoubleSpinBox):
+class FloatBox(QDoubleSpinBox):
     """A spin box that shows the decimals of its step, and more only if the value has more."""
 
     def __init__(self, step: float) -> None:
@@ -470,14 +454,14 @@ class _ChoiceBox(QComboBox):
         super().showPopup()
 
 
-def _editor(declaration: Declaration, edited: Callable[[Value], None]) -> tuple[QWidget, Callable[[Value], None]]:
-    """Return the editor of one parameter and the function that shows a value in it without a signal."""
+def _editor(declaration: Declaration, edited: Callable[[Value], None]) -> tuple[QWidget, Callable[[Any], None]]:
+    """Return the editor of one parameter and the function that shows a value in it."""
     if declaration.choices:
         combo = QComboBox()
         combo.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         combo.addItems(declaration.choices)
         combo.currentTextChanged.connect(edited)
-        return combo, _silently(combo, combo.setCurrentText)
+        return combo, combo.setCurrentText
     if declaration.offers is not None:
         box = _ChoiceBox(declaration.offers)
         box.chosen.connect(edited)
@@ -485,12 +469,12 @@ def _editor(declaration: Declaration, edited: Callable[[Value], None]) -> tuple[
     if declaration.kind is bool:
         tick = QCheckBox(declaration.label)
         tick.toggled.connect(edited)
-        return tick, _silently(tick, tick.setChecked)
+        return tick, tick.setChecked
     if declaration.kind is int:
         spin: QSpinBox | QDoubleSpinBox = QSpinBox()
         spin.setSingleStep(max(1, int(declaration.step)))
     else:
-        spin = _FloatBox(declaration.step)
+        spin = FloatBox(declaration.step)
     low, high = declaration.minimum, declaration.maximum
     spin.setMinimum(declaration.kind(-_UNBOUNDED if low is None else low))
     spin.setMaximum(declaration.kind(_UNBOUNDED if high is None else high))
@@ -502,15 +486,7 @@ def _editor(declaration: Declaration, edited: Callable[[Value], None]) -> tuple[
     spin.setAccelerated(True)
     spin.setCorrectionMode(QAbstractSpinBox.CorrectionMode.CorrectToNearestValue)
     spin.valueChanged.connect(edited)
-    return spin, _silently(spin, spin.setValue)
-
-
-def _silently(widget: QWidget, setter: Callable[[Any], None]) -> Callable[[Value], None]:
-    def show(value: Value) -> None:
-        with QSignalBlocker(widget):
-            setter(value)
-
-    return show
+    return spin, spin.setValue
 
 
 def _decimals(value: float) -> int:

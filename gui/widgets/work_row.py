@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from PySide6.QtCore import QTimer, Signal
 from PySide6.QtWidgets import QHBoxLayout, QProgressBar, QPushButton, QSizePolicy, QWidget
 
@@ -42,7 +40,7 @@ class WorkRow(QWidget):
         lay_out(QHBoxLayout(self), self.bar, self.cancel_button, spacing=6, stretched=self.bar)
         self.hide()
 
-    def follow(self, requests: LatestRequest[Any, Any]) -> None:
+    def follow(self, requests: LatestRequest) -> None:
         """Show the progress of requests, and cancel them by *Cancel*."""
         self.cancelled.connect(requests.cancel)
         soon = QTimer(self, singleShot=True, interval=_SOON_MS)

@@ -12,9 +12,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from PySide6.QtCore import QObject, Signal
 
-from ilf._runtime.cancellation import check_cancelled
+from ilf._runtime.cancellation import check_cancelled, mapped_steps
 from ilf._runtime.formatting import counted
-from ilf._runtime.stepping import mapped_steps
 from ilf.completion.extrapolation import extrapolation_steps
 from ilf.data.results import NO_BLOCK, Completion, IterationRecord, Step, notes_of
 from ilf.run.run import EXTRAPOLATED, Execution, Run
@@ -48,6 +47,16 @@ class RunState(Enum):
     """Extrapolation of what no block could complete, after a run."""
     RESOLVING = "re-solving"
     """Blocks are solved again because they or their parameters changed; a run has priority."""
+
+    @property
+    def free(self) -> bool:
+        """Whether a run can be started."""
+        return self in (RunState.IDLE, RunState.RESOLVING)
+
+    @property
+    def going(self) -> bool:
+        """Whether a run can be paused or cancelled."""
+        return self in (RunState.RUNNING, RunState.PAUSED, RunState.EXTRAPOLATING)
 
 
 class RunOutcome(NamedTuple):
@@ -148,11 +157,6 @@ class FrameRuns(QObject):
         if self._worker.is_paused:
             return RunState.PAUSED
         return RunState.RUNNING if self._extrapolating is None else RunState.EXTRAPOLATING
-
-    @property
-    def free(self) -> bool:
-        """Whether a run can be started."""
-        return self.state in (RunState.IDLE, RunState.RESOLVING)
 
     @property
     def queued(self) -> set[int]:
@@ -257,7 +261,7 @@ class FrameRuns(QObject):
         completion = self.document.completion()
         if self.resolving:
             self._follow_up(self.extrapolate)
-        elif self.free and completion is not None and not self.document.extrapolated:
+        elif self.state.free and completion is not None and not self.document.extrapolated:
             self._begin_extrapolation(completion)
 
     def _begin_extrapolation(self, completion: Completion) -> None:
@@ -285,7 +289,7 @@ class FrameRuns(QObject):
 
     def step(self) -> None:
         """Run one iteration, then pause: of the current run, or of a new one over the selected blocks, or all."""
-        if self.free:
+        if self.state.free:
             self.start(self._chosen() or None, stepwise=True)
         else:
             self._worker.order(Order.STEP)

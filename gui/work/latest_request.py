@@ -1,85 +1,120 @@
-"""Background computation of the latest request, as while a slider is moved."""
+"""Background computation of the latest request, as while a slider is moved; and queues of jobs, which are all done."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Generator
-from typing import Generic, TypeVar
+from dataclasses import dataclass
+from typing import Any, TypeVar
 
-from PySide6.QtCore import QObject, Signal, SignalInstance
+from PySide6.QtCore import QObject, Signal
 
 from .jobs import Worker
 
-Request = TypeVar("Request")
 Answer = TypeVar("Answer")
 
 
-class LatestRequest(QObject, Generic[Request, Answer]):
-    """Computes answers to one question at a time; a new question replaces the one of its class that waits.
+@dataclass(frozen=True, eq=False)
+class Job:
+    """What is computed, and who is told.
+
+    Attributes
+    ----------
+    find : callable
+        Returns the answer, or a generator that yields shares done (0-1) and parts, and returns it; called in the
+        background thread.
+    take, fail, step : callable
+        Called with the answer, with the exception that was raised, and with each part, in the GUI's thread.
+    kind : str
+        Of those of a kind, the latest waits; those of the kind "" are all done.
+    key : object
+        What is asked for: a job in progress with an equal key gives the same answer. None for a job that has no equal.
+    what : str
+        Description for the user while it is in progress.
+    still_wanted : callable
+        Called before the job starts; a queue skips it if it returns False.
+    about : object
+        The object that it works on.
+    """
+
+    find: Callable[[], Any]
+    take: Callable[[Any], object]
+    fail: Callable[[Exception], object]
+    step: Callable[[Any], object] = lambda part: None
+    kind: str = ""
+    key: object = None
+    what: str = ""
+    still_wanted: Callable[[], bool] = lambda: True
+    about: object = None
+
+
+def _raise(error: Exception) -> None:
+    raise error
+
+
+class LatestRequest(QObject):
+    """Answers one question at a time; a new question replaces the one of its kind that waits.
 
     A question in progress is still answered when a newer one arrives, so that the window is updated during a drag;
     after `forget`, older questions are not answered any more.
 
     Parameters
     ----------
-    answer : callable
-        Given a question, returns its answer, or is a generator that yields shares done (0-1) and returns it; called
-        in the background thread.
+    fail : callable
+        Called with the exception of a question that has no `fail` of its own.
 
     Signals
     -------
-    answered(object, object)
-        A question and its answer.
-    failed(object, object)
-        A question and the exception that was raised.
     progressed(float)
         The share done of the question in progress.
     begun(), ended()
         Work on a question has begun, has ended in any way.
     """
 
-    answered = Signal(object, object)
-    failed = Signal(object, object)
     progressed = Signal(float)
     begun = Signal()
     ended = Signal()
 
-    def __init__(
-        self,
-        answer: Callable[[Request], Answer | Generator[float | None, None, Answer]],
-        parent: QObject | None = None,
-    ) -> None:
+    def __init__(self, parent: QObject | None = None, fail: Callable[[Exception], object] = _raise) -> None:
         super().__init__(parent)
-        self._answer = answer
+        self._fail = fail
         self._worker = Worker(self)
-        self._worker.finished.connect(lambda answer: self._end(self.answered, answer))
-        self._worker.failed.connect(lambda error: self._end(self.failed, error))
+        self._worker.finished.connect(lambda answer: self._end(lambda job: job.take(answer)))
+        self._worker.failed.connect(lambda error: self._end(lambda job: job.fail(error)))
         self._worker.cancelled.connect(self._go_on)
-        self._worker.progressed.connect(self._show_share)
-        self._waiting: list[Request] = []
-        self._current: list[Request] = []
-        """The question in progress; empty once its answer is no longer needed."""
+        self._worker.progressed.connect(self._advance)
+        self._waiting: list[Job] = []
+        self.question: Job | None = None
+        """The question in progress; None once its answer is no longer needed."""
 
     @property
     def busy(self) -> bool:
         """Whether an answer is pending."""
         return self._worker.busy or bool(self._waiting)
 
-    @property
-    def question(self) -> Request | None:
-        """The question in progress whose answer is needed; None for none."""
-        return self._current[0] if self._current else None
+    def ask(
+        self,
+        find: Callable[[], Answer | Generator[Any, None, Answer]],
+        take: Callable[[Answer], object],
+        fail: Callable[[Exception], object] | None = None,
+        step: Callable[[Any], object] = lambda part: None,
+        kind: str = "latest",
+        key: object = None,
+    ) -> None:
+        """Call `take` with what `find` returns in the background, or `fail` with its exception; see `Job`."""
+        self.add(Job(find, take, fail or self._fail, step, kind, key))
 
-    def ask(self, question: Request) -> None:
-        """Compute an answer; `answered` or `failed` follows, once for equal questions asked meanwhile."""
-        self._waiting = [one for one in self._waiting if type(one) is not type(question)]
-        if question not in self._current:
-            self._waiting.append(question)
+    def add(self, job: Job) -> None:
+        """Do a job once there is time."""
+        self._waiting = [one for one in self._waiting if not job.kind or one.kind != job.kind]
+        current = self.question
+        if job.key is None or current is None or (current.kind, current.key) != (job.kind, job.key):
+            self._waiting.append(job)
         self._start()
 
     def forget(self) -> None:
         """Drop all questions asked so far."""
         self._waiting = []
-        self._current = []
+        self.question = None
 
     def cancel(self) -> None:
         """Drop all questions asked so far, and end the work on the one in progress."""
@@ -89,29 +124,85 @@ class LatestRequest(QObject, Generic[Request, Answer]):
     def _start(self) -> None:
         if self._worker.busy or not self._waiting:
             return
-        self._current, self._waiting = self._waiting[:1], self._waiting[1:]
-        question = self._current[0]
+        self.question = self._waiting.pop(0)
+        find = self.question.find
 
-        def job() -> Generator[float | None, None, Answer]:
+        def steps() -> Generator[Any, None, Any]:
             yield None
-            answer = self._answer(question)
+            answer = find()
             if isinstance(answer, Generator):
                 answer = yield from answer
             return answer
 
         self.begun.emit()
-        self._worker.start(job)
+        self._worker.start(steps)
 
-    def _show_share(self, shares: list[float | None]) -> None:
-        if shares[-1] is not None:
+    def _advance(self, items: list[Any]) -> None:
+        shares = [item for item in items if isinstance(item, int | float)]
+        for part in items:
+            if self.question is not None and part is not None and not isinstance(part, int | float):
+                self.question.step(part)
+        if shares:
             self.progressed.emit(shares[-1])
 
-    def _end(self, signal: SignalInstance, found: Answer | Exception) -> None:
-        asked, self._current = self._current, []
-        for question in asked:
-            signal.emit(question, found)
-        self._go_on()
+    def _end(self, tell: Callable[[Job], object]) -> None:
+        asked, self.question = self.question, None
+        try:
+            if asked is not None:
+                tell(asked)
+        finally:
+            self._go_on()
 
     def _go_on(self) -> None:
         self.ended.emit()
         self._start()
+
+
+class JobQueue(LatestRequest):
+    """Jobs that are all done, in their order, but for those of a kind.
+
+    Signals
+    -------
+    changed()
+        `busy` or `present` has changed.
+    """
+
+    changed = Signal()
+
+    def __init__(self, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self.done = 0
+        """Number of jobs that have ended since the queue was last idle."""
+
+    @property
+    def present(self) -> str:
+        """Description of the job in progress; "" for none."""
+        return self.question.what if self.question else ""
+
+    @property
+    def pending_count(self) -> int:
+        """Number of jobs that have not ended."""
+        return len(self._waiting) + (self.question is not None)
+
+    def has(self, about: object) -> bool:
+        """Whether a job on this object is in progress or waiting."""
+        return any(job is not None and job.about is about for job in (self.question, *self._waiting))
+
+    def cancel_if(self, unwanted: Callable[[object], bool]) -> None:
+        """Cancel the current job if its object is no longer wanted; it does not report."""
+        if self.question and self.question.about is not None and unwanted(self.question.about):
+            self.question = None
+            self._worker.cancel()
+
+    def _go_on(self) -> None:
+        self.done += 1
+        super()._go_on()
+
+    def _start(self) -> None:
+        if not self._worker.busy:
+            while self._waiting and not self._waiting[0].still_wanted():
+                del self._waiting[0]
+            if not self._waiting:
+                self.done = 0
+        super()._start()
+        self.changed.emit()

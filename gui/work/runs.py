@@ -8,8 +8,7 @@ from PySide6.QtCore import QObject
 from PySide6.QtGui import QAction
 
 from ..state.document import Document
-from ..state.edits import Edit
-from ..state.parts import Part
+from ..state.parts import Edit, Part
 from ..state.workspace import Workspace
 from .frame_runs import FrameRuns, RunNews, RunOutcome, RunState
 
@@ -41,22 +40,14 @@ class RunController(RunNews):
     @property
     def running(self) -> list[Document]:
         """Frames with a run or an extrapolation in progress."""
-        return [document for document, runs in self._all.items() if not runs.free and document in self._workspace.open]
+        return [
+            document for document, runs in self._all.items() if not runs.state.free and document in self._workspace.open
+        ]
 
     @property
     def state(self) -> RunState:
         """The state of the current frame's run."""
         return self.current.state if self._workspace.has_current else RunState.IDLE
-
-    @property
-    def free(self) -> bool:
-        """Whether a run of the current frame can be started."""
-        return self.state in (RunState.IDLE, RunState.RESOLVING)
-
-    @property
-    def going(self) -> bool:
-        """Whether a run of the current frame can be paused or cancelled."""
-        return self.state in (RunState.RUNNING, RunState.PAUSED, RunState.EXTRAPOLATING)
 
     def _cancel_closed(self) -> None:
         """Cancel the runs of frames that are no longer open."""
@@ -113,7 +104,7 @@ class LiveSolver(QObject):
 
     def _go_on(self) -> None:
         runs, workspace = self._runs, self._workspace
-        if not workspace.has_current or runs.state not in (RunState.IDLE, RunState.RESOLVING):
+        if not workspace.has_current or not runs.state.free:
             return
         document, chosen = workspace.current, workspace.chosen
         touched = self._touched.get(document, set())

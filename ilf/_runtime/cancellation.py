@@ -1,18 +1,20 @@
-"""Cooperative cancellation: long work regularly checks whether it has been cancelled."""
+"""Long work: it regularly checks whether it has been cancelled, or is done in steps, for progress."""
 
 from __future__ import annotations
 
 import math
 import threading
 import time
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Generator, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor, wait
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import AbstractContextManager, closing, contextmanager
 from typing import Any, TypeVar
 
 from ..errors import Cancelled
 
+S = TypeVar("S")
 T = TypeVar("T")
+R = TypeVar("R")
 
 _POLL_S = 0.02
 """Interval at which waiting threads check for cancellation [s]."""
@@ -121,3 +123,29 @@ def run_aside(work: Callable[[], T], stop: Callable[[], None], seconds: float = 
             stop()
             raise
         return future.result()
+
+
+# Work as a generator: steps, and a result at its end.
+
+
+def run_to_end(steps: Generator[S, None, T], on_step: Callable[[S], object] | None = None) -> T:
+    """Run all steps and return their result. An exception in `on_step` ends them."""
+    told = mapped_steps(steps, on_step or (lambda step: None))
+    while True:
+        try:
+            next(told)
+        except StopIteration as end:
+            result: T = end.value
+            return result
+
+
+def mapped_steps(steps: Generator[S, None, T], change: Callable[[S], R]) -> Generator[R, None, T]:
+    """Yield the changed steps, and return their result."""
+    with closing(steps):
+        while True:
+            try:
+                step = next(steps)
+            except StopIteration as end:
+                result: T = end.value
+                return result
+            yield change(step)

@@ -17,14 +17,14 @@ import time
 import traceback
 from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from functools import partial
 from itertools import islice
 from queue import SimpleQueue
 from typing import Any, BinaryIO, TypeVar
 
 from ..errors import FormatError, IlfError, InputError, told_as
-from .cancellation import check_cancelled, run_aside
+from .cancellation import check_cancelled, run_aside, set_cancel_events
 from .installation import child_command
 from .writing import remove_temporary_files
 
@@ -292,39 +292,6 @@ if hasattr(os, "register_at_fork"):
 # Work on many items.
 
 
-class _Pool:
-    """Children that share work; when the block ends, they have ended."""
-
-    def __init__(self, jobs: int) -> None:
-        self._threads = ThreadPoolExecutor(jobs, "ilf-child")
-        self._waiting: list[Child] = []
-        self._children: set[Child] = set()
-        self._closed = False
-
-    def submit(self, function: Callable[[Item], Result], item: Item) -> Future[Result]:
-        """Have a child call a function; ChildEnded is raised by the future if the child ends before."""
-        return self._threads.submit(self._call, function, item)
-
-    def _call(self, function: Callable[[Item], Result], item: Item) -> Result:
-        with _borrowed(self._waiting) as child:
-            self._children.add(child)
-            if self._closed:
-                child.end()
-            return child.call(function, item)
-
-    def __enter__(self) -> _Pool:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._closed = True
-        self._threads.shutdown(wait=False, cancel_futures=True)
-        with ThreadPoolExecutor(len(self._children) or 1) as ending:
-            list(ending.map(Child.end, self._children.copy()))
-        self._threads.shutdown()
-        for child in self._children:
-            child.close()
-
-
 def run_in_processes(
     work: Callable[[Item], Result],
     items: Iterable[Item],
@@ -368,11 +335,17 @@ def _once(
     work: Callable[[Item], Result], items: Iterable[Item], jobs: int, tidy: Callable[[Item], object]
 ) -> Generator[tuple[Item, tuple[Result] | None], None, None]:
     """Yield every item with its result, None if its process crashed."""
-    more = iter(items)
+    more, waiting, stopped = iter(items), list[Child](), threading.Event()
     under_way: dict[Future[Result], Item] = {}
+
+    def call(item: Item) -> Result:
+        with _borrowed(waiting) as child:
+            return child.call(work, item)
+
     try:
-        with _Pool(jobs) as pool:
-            under_way |= {pool.submit(work, item): item for item in islice(more, jobs)}
+        with ThreadPoolExecutor(jobs, "ilf-child", set_cancel_events, (stopped,)) as threads, ExitStack() as at_end:
+            at_end.callback(stopped.set)  # ends the children that are busy
+            under_way |= {threads.submit(call, item): item for item in islice(more, jobs)}
             while under_way:
                 check_cancelled()
                 for future in wait(under_way, _POLL_S, FIRST_COMPLETED).done:
@@ -383,9 +356,10 @@ def _once(
                         tidy(item)
                         result = None
                     del under_way[future]
-                    under_way |= {pool.submit(work, item): item for item in islice(more, 1)}
+                    under_way |= {threads.submit(call, item): item for item in islice(more, 1)}
                     yield item, result
     finally:
+        end(waiting)
         for item in under_way.values():
             tidy(item)
 

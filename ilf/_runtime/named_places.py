@@ -102,8 +102,10 @@ def named_in(path: str, base: str | os.PathLike[str] | None, sha256: str = "") -
         place = path if _SHARE.match(path) else os.path.abspath(path if is_address(root) else os.path.join(root, path))
         inside = bool(root) and not is_address(root) and _is_in(place, [_key(root)])
     allowed = map(_key, filter(None, os.environ.get(VARIABLE, "").split("\n")))
-    stated = sha256 and not _is_far(root) and not _is_far(place)
-    if inside or _is_in(place, allowed) or _was_opened(_key(place)) or (stated and _has_content(place, sha256)):
+    if inside or _is_in(place, allowed) or _was_opened(_key(place)):
+        return place
+    is_stated = sha256 and not _is_far(root) and not _is_far(place) and os.path.isfile(place)
+    if is_stated and os.path.getsize(place) <= MAX_FILE_BYTES and file_sha256(place) == sha256:
         return place
     raise NotAllowed(place)
 
@@ -112,10 +114,6 @@ def may_look_at(path: str) -> bool:
     """Whether asking for the time and the size of a file that a file names tells nobody: it is on this machine, or the
     user has opened its network share."""
     return not _is_far(path) or _was_opened(_key(path))
-
-
-def _has_content(path: str, sha256: str) -> bool:
-    return os.path.isfile(path) and os.path.getsize(path) <= MAX_FILE_BYTES and file_sha256(path) == sha256
 
 
 def _is_far(place: str) -> bool:

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import time
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
+from collections.abc import Callable, Collection, Generator, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache, partial
 from typing import Any, Self
@@ -30,7 +30,7 @@ from ..evaluation.evaluation import Evaluation, evaluate_completion
 from ..evaluation.hold_out import evaluate_hold_out, untrusted_note
 from ..run.run import Run
 from .cluster import check_wanted, run_on_cluster, threads_of_worker
-from .frame_record import FrameOutcome, FrameStatus, LoadedFrame, read_frame
+from .frame_record import FrameOutcome, LoadedFrame, read_frame
 from .frames import BatchFrame
 from .settings import BatchSettings
 
@@ -71,12 +71,15 @@ class Sink(ABC):
     settings : BatchSettings
     strict : bool
         Whether a frame with plausibility warnings fails.
+    to_do : collection
+        The units that are not finished.
     counts : Counts
         Brought up to date by `complete_many`.
     """
 
     settings: BatchSettings
     strict: bool = False
+    to_do: Collection[Unit] = ()
     counts: Counts = field(default_factory=Counts)
 
     # A frame, in any process.
@@ -103,7 +106,7 @@ class Sink(ABC):
     def put(self, frame: BatchFrame, outcome: FrameOutcome, written: Any = None) -> None:
         """Store a frame's outcome, which makes it done; `written` is None for a failed frame. Raises ExportError."""
 
-    # A unit, which is stored as a whole.
+    # A unit, which is stored as a whole: each frame alone, unless a sink says otherwise.
 
     @abstractmethod
     def bare(self) -> Self:
@@ -113,21 +116,17 @@ class Sink(ABC):
     def check_here(self) -> None:
         """Raise InputError if this machine does not see the results, or would give others."""
 
-    @abstractmethod
-    def units(self) -> Sequence[Unit]:
-        """Return the units that are not finished."""
-
-    @abstractmethod
     def unit_of(self, frame: BatchFrame) -> Unit:
         """Return the unit of a frame."""
+        return frame
 
     def begin(self, unit: Unit) -> bool:
         """Return whether no other process has begun a unit, which has now been begun."""
         return True
 
-    @abstractmethod
     def frames_of(self, unit: Unit) -> list[BatchFrame]:
         """Return the frames of a unit that are left to complete; none if another process has finished it."""
+        return [unit]
 
     def finish(self, unit: Unit) -> None:  # noqa: B027 - a folder is finished with its frame
         """Store a unit whose frames are all done; raises ExportError."""
@@ -176,7 +175,7 @@ def complete_many(sink: Sink, *, jobs: int = 1, cluster: str | None = None) -> O
 
 
 def _outcomes(sink: Sink, jobs: int, cluster: str | None) -> Outcomes:
-    units = sink.units()
+    units = list(sink.to_do)
     if cluster is not None and units:
         given_up = []
         for unit, done in run_on_cluster(partial(_on_worker, sink.bare()), units, cluster):
@@ -295,7 +294,7 @@ def complete_frame(sink: Sink, frame: BatchFrame, threads: int | None = None) ->
 
 def failed_outcome(frame: BatchFrame, message: str) -> FrameOutcome:
     """Return the outcome of a failed frame; the message becomes one line."""
-    return FrameOutcome(frame.key, frame.folder, frame.time, FrameStatus.FAILED, " ".join(message.split()))
+    return FrameOutcome(frame.key, frame.folder, frame.time, "failed", " ".join(message.split()))
 
 
 @lru_cache(1)
@@ -339,7 +338,7 @@ def _measured(
         frame=frame.key,
         folder=frame.folder,
         time_s=frame.time,
-        status=FrameStatus.COMPLETED,
+        status="completed",
         message="" if hidden is None else untrusted_note(run.frame),
         blocks=len(np.unique(run.blocks.labels[run.blocks.labels > 0])),
         pixels=missing.size,

@@ -62,8 +62,6 @@ class FolderSink(Sink):
         Colour range of the previews: depth [m] of its two ends.
     frames : tuple of BatchFrame
         All frames of the batch.
-    to_do : tuple of BatchFrame
-        Frames to complete.
     finished, failed : tuple of FrameOutcome
         Outcomes of the frames that are already completed, and of those that failed before and are not retried.
     """
@@ -72,7 +70,6 @@ class FolderSink(Sink):
     sha256: str
     levels: Levels
     frames: tuple[BatchFrame, ...] = ()
-    to_do: tuple[BatchFrame, ...] = ()
     finished: tuple[FrameOutcome, ...] = ()
     failed: tuple[FrameOutcome, ...] = ()
 
@@ -141,15 +138,6 @@ class FolderSink(Sink):
     def check_here(self) -> None:
         if sha256_of(facts_here(self.settings)) != self.sha256:
             raise InputError(OTHER_MACHINE)
-
-    def units(self) -> Sequence[BatchFrame]:
-        return self.to_do
-
-    def unit_of(self, frame: BatchFrame) -> BatchFrame:
-        return frame
-
-    def frames_of(self, unit: BatchFrame) -> list[BatchFrame]:
-        return [unit]
 
     def outcomes(self, unit: BatchFrame) -> Iterator[FrameOutcome]:
         record = read_frame_record(self.folder_of(unit))

@@ -6,9 +6,8 @@ import dataclasses
 import os
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
-from enum import StrEnum
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from .._runtime.files import file_sha256, is_address, read_json
 from .._runtime.named_places import may_look_at
@@ -126,13 +125,6 @@ def _facts(frame: RGBDFrame) -> list[Any]:
 FRAME_FILE = "frame.json"
 
 
-class FrameStatus(StrEnum):
-    """Whether a frame was completed."""
-
-    COMPLETED = "completed"
-    FAILED = "failed"
-
-
 @dataclass(frozen=True)
 class FrameOutcome:
     """The result of a frame of a batch in numbers; None for values that do not exist.
@@ -145,7 +137,7 @@ class FrameOutcome:
         Name of the folder with its results.
     time_s : float or None
         Timestamp [s].
-    status : FrameStatus
+    status : "completed" or "failed"
     message : str
         Why it failed, or notes on the result.
     seconds : float or None
@@ -171,7 +163,7 @@ class FrameOutcome:
     frame: str
     folder: str
     time_s: float | None
-    status: FrameStatus
+    status: Literal["completed", "failed"]
     message: str = ""
     seconds: float | None = None
     blocks: int | None = None
@@ -190,7 +182,7 @@ class FrameOutcome:
     @property
     def is_completed(self) -> bool:
         """Whether the frame was completed; otherwise it failed."""
-        return self.status is FrameStatus.COMPLETED
+        return self.status == "completed"
 
 
 @dataclass(frozen=True)

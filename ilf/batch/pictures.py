@@ -14,14 +14,14 @@ from PIL import Image, ImageDraw, ImageFont, ImageOps
 from .._runtime.children import run_in_processes
 from .._runtime.installation import optional
 from .._runtime.writing import atomic_path, write_bytes
-from ..data.colour_maps import depth_colours
 from ..data.frame import RGBDFrame
+from ..data.pictures import depth_colours
 from ..drawing.colours import robust_depth_levels, sample, to_indices
 from ..errors import FormatError, IlfError, InputError, told_as
 from ..io.images import read_colour
 from ..sources.frame_ref import FrameRef
 from ..sources.reading import read_frame
-from .frame_record import FrameOutcome, FrameStatus
+from .frame_record import FrameOutcome
 from .frames import BatchFrame
 from .settings import Levels
 
@@ -133,10 +133,9 @@ def write_contact_sheet(folder: Path, outcomes: Sequence[FrameOutcome]) -> Path:
     for number, outcome in enumerate(chosen):
         row, column = divmod(number, columns)
         left, top = _GAP + column * width, _GAP + row * height
-        failed = outcome.status is FrameStatus.FAILED
-        if not failed:
+        if outcome.is_completed:
             sheet.paste(_fitted(read_preview(folder / outcome.folder), _CELL), (left, top))
-        draw.text((left, top + _CELL[1] + 1), _caption(outcome), _WARNING if failed else _INK, font)
+        draw.text((left, top + _CELL[1] + 1), _caption(outcome), _INK if outcome.is_completed else _WARNING, font)
     path = folder / SHEET_FILE
     with atomic_path(path) as temporary:
         sheet.save(temporary)
@@ -161,7 +160,7 @@ def write_video(folder: Path, outcomes: Sequence[FrameOutcome]) -> Path:
         If it cannot be written.
     """
     av = optional("av", "ilf-studio[sensors]", "A video")
-    shown = [outcome for outcome in outcomes if outcome.status is FrameStatus.COMPLETED]
+    shown = [outcome for outcome in outcomes if outcome.is_completed]
     if not shown:
         raise InputError(f"{folder} has no completed frames for a video.")
     height, width, _ = read_preview(folder / shown[0].folder).shape
@@ -193,4 +192,4 @@ def _fitted(picture: Picture, size: tuple[int, int]) -> Image.Image:
 
 def _caption(outcome: FrameOutcome) -> str:
     name = outcome.frame if len(outcome.frame) <= 48 else f"…{outcome.frame[-47:]}"
-    return f"{name}: failed" if outcome.status is FrameStatus.FAILED else name
+    return name if outcome.is_completed else f"{name}: failed"

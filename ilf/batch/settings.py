@@ -14,14 +14,14 @@ from typing import Any
 from .._runtime.files import file_sha256, read_json
 from .._runtime.installation import __version__
 from .._runtime.networks.models import CORRECTION, SPARSE_CORRECTION
-from .._runtime.schema import PROGRAM, check_schema, converted, json_file
+from .._runtime.schema import PROGRAM, Section, check_schema, json_file
 from .._runtime.writing import write_bytes
 from ..data.frame import RGBDFrame
 from ..data.parameters import Parameters
 from ..data.presets import preset
 from ..errors import FormatError, InputError, told_as
 from ..evaluation.hold_out import HoldOutTest
-from ..io.labels import with_more_invalid
+from ..io.labels import read_mask
 from ..run.block_choice import BlockChoice
 from ..run.options import ExportOptions
 from ..run.record import installed_sha256, requested_networks
@@ -72,7 +72,7 @@ class BatchSettings:
         """Make the run of a frame; InputError if its blocks cannot be made, or the mask of invalid depth is of another
         size."""
         if self.invalid_mask is not None:
-            frame = with_more_invalid(frame, self.invalid_mask)
+            frame = frame.with_more_invalid(read_mask(self.invalid_mask, frame.shape))
         return Run(frame, self.blocks.blocks_of(frame), self.parameters, extrapolate=self.extrapolate)
 
     def facts(self) -> dict[str, Any]:
@@ -130,19 +130,11 @@ def read_settings(folder: Path) -> tuple[dict[str, Any], Levels] | None:
     if not isinstance(data, dict) or data.get("program") != PROGRAM:
         raise no_batch
     check_schema(data, SCHEMA, f"batch {path}")
+    batch = Section("batch", data)
     try:
-        batch = converted(data, _BatchFile, "batch")
+        return batch.get("settings", dict[str, Any]), batch.get("levels", Levels)
     except FormatError:
         raise no_batch from None
-    return batch.settings, batch.levels
-
-
-@dataclass(frozen=True)
-class _BatchFile:
-    """The content of batch.json, besides its schema."""
-
-    settings: dict[str, Any]
-    levels: Levels
 
 
 def write_settings(folder: Path, facts: Mapping[str, Any], levels: Levels) -> None:

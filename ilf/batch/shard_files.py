@@ -1,11 +1,17 @@
-"""The files of shards: writing, checking and merging them."""
+"""The files of shards: the parts of their frames, tars and tables; checking and merging them.
+
+The part of a frame in a shard is a row of its table, and files of its tar. It waits in a file of its own until all
+frames of the shard have one.
+"""
 
 from __future__ import annotations
 
 import dataclasses
 import hashlib
 import json
-from collections.abc import Iterable, Iterator, Sequence
+import tarfile
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, get_type_hints
 
@@ -13,10 +19,132 @@ from .._runtime.cancellation import check_cancelled
 from .._runtime.files import open_file, parse_json
 from .._runtime.folders import Folder
 from .._runtime.installation import optional
-from ..errors import FormatError, IlfError
-from ..sources.shards import END, LIST_FILE, MERGED_FILE, ShardSet, ShardTable, read_shard_set, table_ends
-from .frame_record import FrameOutcome, FrameStatus
-from .shard_parts import COLUMNS, Part
+from .._runtime.schema import plain
+from .._runtime.writing import ensure_folder, write_bytes
+from ..data.frame import RGBDFrame
+from ..errors import ExportError, FormatError, IlfError, InputError, cause
+from ..run.options import ExportOptions
+from ..sources.shards import END, FACTS, LIST_FILE, MERGED_FILE, ShardSet, ShardTable, read_shard_set, table_ends
+from .frame_record import FrameOutcome
+
+_LONGEST_ROW = 2**20
+
+COLUMNS = {
+    field.name: {"frame": "key", "folder": "sample"}.get(field.name, field.name)
+    for field in dataclasses.fields(FrameOutcome)
+}
+"""Field of an outcome -> its column in the tables."""
+
+
+@dataclass(frozen=True)
+class Part:
+    """A frame's row of the table, and its files as part of a tar; none for a failed frame."""
+
+    row: dict[str, Any]
+    data: bytes = b""
+
+    @classmethod
+    def of(cls, content: bytes) -> Part:
+        """Return the part in the content of its file."""
+        line, _, data = content.partition(b"\n")
+        return cls(json.loads(line), data)
+
+    def write(self, path: Path) -> None:
+        """Write its file: the row as a line of JSON, then its files. Its folder is made anew if another process has
+        finished the shard and removed it meanwhile."""
+        content = json.dumps(plain(self.row), ensure_ascii=True).encode() + b"\n" + self.data
+        try:
+            write_bytes(ensure_folder(path.parent) / path.name, content)
+        except ExportError:
+            if path.parent.exists():
+                raise
+            write_bytes(ensure_folder(path.parent) / path.name, content)
+
+
+def read_row(path: Path) -> dict[str, Any] | None:
+    """Read the row of a part, whose files are not read; None if there is no such part. Raises FormatError if it is
+    damaged."""
+    try:
+        with open_file(path) as file:
+            row = Part.of(file.readline(_LONGEST_ROW)).row
+            return {**row, "status": str(row["status"])}
+    except (OSError, ValueError, LookupError, TypeError, RecursionError, InputError) as error:
+        if not path.exists():
+            return None
+        raise FormatError(f"{path} is damaged ({cause(error)}). Delete it and run the batch again.") from error
+
+
+def outcome_of(row: Mapping[str, Any]) -> FrameOutcome:
+    """Return the outcome in a row of a table."""
+    return FrameOutcome(**{name: row[column] for name, column in COLUMNS.items() if column in row})
+
+
+def failed_part(outcome: FrameOutcome) -> Part:
+    """Return the part of a failed frame."""
+    return Part(_figures(outcome) | {"seconds": outcome.seconds})
+
+
+def completed_part(
+    outcome: FrameOutcome, frame: RGBDFrame, files: Mapping[str, bytes], settings: str, options: ExportOptions
+) -> Part:
+    """Return the part of a completed frame; the same frame gives the same tar, wherever and whenever it is completed.
+
+    Parameters
+    ----------
+    outcome : FrameOutcome
+    frame : RGBDFrame
+        As it was completed.
+    files : mapping
+        Ending of a file's name -> its content.
+    settings : str
+        Hash of the settings and the frozen list.
+    options : ExportOptions
+    """
+    figures, inputs, camera, (height, width) = _figures(outcome), frame.inputs, frame.intrinsics, frame.shape
+    hashes = {
+        "rgb_sha256": None if inputs is None else inputs.rgb.sha256,
+        "depth_sha256": None if inputs is None else inputs.depth.sha256,
+    }
+    facts = {
+        "settings": settings,
+        **figures,
+        **hashes,
+        "size": [width, height],
+        "depth_units_per_m": options.depth_units if options.depth_formats == ("png",) else None,
+        "K": None if camera is None else camera.numbers,
+        "pose": None if frame.pose is None else frame.pose.tolist(),
+    }
+    members = {**files, FACTS: f"{json.dumps(plain(facts), indent=2)}\n".encode()}
+    data = b"".join(_member(f"{outcome.folder}.{name}", content) for name, content in members.items())
+    place = {"rgb": _colour_path(frame), "size": len(data), "sha256": hashlib.sha256(data).hexdigest()}
+    return Part({**figures, **hashes, **place, "seconds": outcome.seconds}, data)
+
+
+def _figures(outcome: FrameOutcome) -> dict[str, Any]:
+    """Return the values of an outcome by their columns, without its duration: equal runs give equal values."""
+    values = dataclasses.asdict(outcome)
+    del values["seconds"]
+    return {COLUMNS[name]: value for name, value in values.items()}
+
+
+def _colour_path(frame: RGBDFrame) -> str | None:
+    """Return the file of a frame's colour; None if it is from a recording, or was registered, turned or undistorted."""
+    inputs = frame.inputs
+    if inputs is None:
+        return None
+    changes = inputs.frame, inputs.depth_intrinsics, inputs.orientations, inputs.lenses, inputs.view
+    return inputs.rgb.path if all(change is None for change in changes) else None
+
+
+def _member(name: str, content: bytes) -> bytes:
+    """Return a file as part of a tar."""
+    info = tarfile.TarInfo(name)
+    info.size = len(content)
+    padding = bytes(-len(content) % tarfile.BLOCKSIZE)
+    return info.tobuf(tarfile.GNU_FORMAT) + content + padding
+
+
+# Tars and tables.
 
 _PURPOSE = "Writing shards"
 
@@ -80,7 +208,7 @@ def write_shard(folder: Folder, name: str, sha256: str, parts: Sequence[Path]) -
             yield data
 
     folder.put(f"{name}.tar", hashed())
-    failed = sum(row["status"] == FrameStatus.FAILED for row in rows)
+    failed = sum(row["status"] == "failed" for row in rows)
     facts = {"sha256": sha256, "tar_sha256": digest.hexdigest(), "failed": failed}
     table = pyarrow.Table.from_pylist(rows, columns.with_metadata({"ilf": json.dumps(facts)}))
     sink = pyarrow.BufferOutputStream()
@@ -95,7 +223,8 @@ def sample_of(folder: Folder, name: str) -> Iterator[tuple[dict[str, Any], bytes
         for row in ShardTable.of(folder, f"{name}.parquet").read().to_pylist():
             data = tar.read(row["size"] or 0)  # they lie one after the other
             if row["size"] and hashlib.sha256(data).hexdigest() != row["sha256"]:
-                raise FormatError(f"{folder}/{name}.tar is damaged in {row['key']}. {_REMEDY.format(name=name)}")
+                what = f"{row['key']} is not as in its table. {_REMEDY.format(name=name)}"
+                raise FormatError(f"{folder}/{name}.tar is damaged: {what}")
             yield row, data
 
 
@@ -110,7 +239,7 @@ def _text(value: Any) -> Any:
 # Checking and merging a folder of shards.
 
 
-@dataclasses.dataclass(frozen=True)
+@dataclass(frozen=True)
 class ShardCheck:
     """The state of a folder of shards.
 
@@ -180,20 +309,15 @@ def _problems(folder: Folder, shards: ShardSet, finished: Iterable[int]) -> Iter
 def _check_shard(folder: Folder, name: str, sha256: str, keys: list[str]) -> None:
     """Raise FormatError or InputError unless a tar and a table belong to the settings, the list and each other."""
     table, remedy = ShardTable.of(folder, f"{name}.parquet"), _REMEDY.format(name=name)
-    rows = table.read("key", "offset", "size", "sha256").to_pylist()
-    if table.sha256 != sha256 or [row["key"] for row in rows] != keys:
+    if table.sha256 != sha256 or table.read("key")["key"].to_pylist() != keys:
         raise FormatError(f"{folder}/{name}.parquet does not have the frames of the list. {remedy}")
     digest, place = hashlib.sha256(), 0
-    with folder.open(f"{name}.tar") as tar:
-        for row in rows:
-            if row["offset"] is None:  # it has failed
-                continue
-            data = tar.read(row["size"] or 0)
-            if row["offset"] != place or hashlib.sha256(data).hexdigest() != row["sha256"]:
-                raise FormatError(f"{folder}/{name}.tar is damaged: {row['key']} is not as in its table. {remedy}")
-            place += len(data)
-            digest.update(data)
-        digest.update(tar.read(len(END) + 1))
+    for row, data in sample_of(folder, name):
+        if row["offset"] not in {None, place}:  # None: it has failed
+            raise FormatError(f"{folder}/{name}.tar is damaged: {row['key']} is not as in its table. {remedy}")
+        place += len(data)
+        digest.update(data)
+    digest.update(folder.read_range(f"{name}.tar", place, len(END) + 1))
     if digest.hexdigest() != table.tar_sha256:
         raise FormatError(f"{folder}/{name}.tar is damaged: its content is not that of its table. {remedy}")
 

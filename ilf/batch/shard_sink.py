@@ -12,7 +12,7 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
-from typing import Any, NamedTuple, Self
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,12 +35,10 @@ from ..sources.own_results import SHARDS_FILE
 from ..sources.shards import COLOUR, DEPTH, LIST_FILE, ShardSet, ShardTable, read_shard_set, table_ends
 from .cluster import SHARED_FOLDER
 from .engine import OTHER_MACHINE, Counts, Sink, facts_here
-from .frame_record import FrameOutcome, FrameStatus, LoadedFrame
-from .frames import BatchFrame
-from .frozen_list import ListFrames, freeze, listed_frames
+from .frame_record import FrameOutcome, LoadedFrame
+from .frames import BatchFrame, ListFrames, freeze, listed_frames
 from .settings import SETTINGS_FILE, BatchSettings, differences, some
-from .shard_files import sample_of, write_shard
-from .shard_parts import Part, completed_part, failed_part, outcome_of, read_row
+from .shard_files import Part, completed_part, failed_part, outcome_of, read_row, sample_of, write_shard
 
 KEPT = ("depth", "expected_error", "blocks", "unsupported", "rgb")
 """What a shard can contain of a frame, besides its frame.json."""
@@ -49,11 +47,8 @@ _PARTS = "parts"
 """Folder on this machine of the parts of unfinished shards."""
 
 
-class Encoded(NamedTuple):
-    """A frame as it was completed, and its files by the endings of their names."""
-
-    frame: RGBDFrame
-    files: dict[str, bytes]
+Encoded = tuple[RGBDFrame, dict[str, bytes]]
+"""A frame as it was completed, and its files by the endings of their names."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -118,7 +113,7 @@ class ShardSink(Sink):
             image = f"{frame.folder}.{COLOUR}" if "rgb" in keep else ""
             files[FORMATS[export].file], found = FORMATS[export].content(completion, image)
             notes = [*notes, *(f"{FORMATS[export].file}: {note}" for note in found)]
-        return Encoded(run.frame, files), [*notes, *without]
+        return (run.frame, files), [*notes, *without]
 
     def put(self, frame: BatchFrame, outcome: FrameOutcome, written: Encoded | None = None) -> None:
         if written is None:
@@ -136,9 +131,6 @@ class ShardSink(Sink):
             raise InputError(f"A worker of the cluster does not see the shards in {self.folder}. {SHARED_FOLDER}")
         if there.settings != facts_here(self.settings) | _form(there.keep, there.per_shard):
             raise InputError(OTHER_MACHINE)
-
-    def units(self) -> Sequence[int]:
-        return list(self.to_do)
 
     def unit_of(self, frame: BatchFrame) -> int:
         return frame.number // self.shards.per_shard
@@ -200,7 +192,7 @@ class ShardSink(Sink):
         """Turn a finished shard into the parts of its completed frames."""
         samples = sample_of(self.folder, self.shards.name(index))
         for number, (row, data) in zip(self.shards.numbers(index), samples, strict=True):
-            if row["status"] == FrameStatus.COMPLETED:
+            if row["status"] == "completed":
                 Part(row, data).write(self.part(number))
         self.folder.remove(self.shards.table(index))
 
@@ -208,7 +200,7 @@ class ShardSink(Sink):
         """Remove the parts of failed frames."""
         for number in self.parts(index):
             row = read_row(self.part(number))
-            if row is not None and row["status"] != FrameStatus.COMPLETED:
+            if row is not None and row["status"] != "completed":
                 self.part(number).unlink(missing_ok=True)
 
 
@@ -272,8 +264,8 @@ def open_shards(
             sink.remove_parts(index)  # left by a process that was killed
             continue
         there = _statuses(sink, index, finished=failed is not None)
-        done = {number for number, status in there.items() if not (retry_failed and status == FrameStatus.FAILED)}
-        completed = sum(there[number] == FrameStatus.COMPLETED for number in done)
+        done = {number for number, status in there.items() if not (retry_failed and status == "failed")}
+        completed = sum(there[number] == "completed" for number in done)
         counts.before += completed
         counts.failed_before += len(done) - completed
         to_do[index] = frozenset(numbers) - done if done else numbers

@@ -6,23 +6,30 @@ import argparse
 import os
 import time
 from contextlib import closing
-from dataclasses import astuple, replace
+from dataclasses import asdict, astuple, replace
 from functools import partial
 from pathlib import Path
+from typing import Any
 
+from .._runtime.files import absolute
+from .._runtime.folders import folder_at
 from .._runtime.formatting import counted
 from .._runtime.termination import extended_time_limit
 from ..batch.engine import Sink, complete_many
 from ..batch.folder_sink import MANIFEST_COLUMNS, MANIFEST_FILE, FolderSink, open_folder
-from ..batch.frames import BatchFrame, frames_of_sources, shard_of, slice_frames, with_companion_files
+from ..batch.frames import BatchFrame, ListFrames, frames_of_sources, shard_of, slice_frames, with_companion_files
 from ..batch.pictures import write_contact_sheet, write_video
 from ..batch.settings import BatchSettings
+from ..batch.shard_files import check_shards, merge_tables
+from ..batch.shard_sink import KEPT, ShardSink, open_shards
+from ..errors import IlfError
 from ..io.frame_additions import guide_network
 from ..io.guide_models import is_guide_name
+from ..sources.shards import MERGED_FILE
 from ..sources.source import Source
-from .batch_summary import BatchSummary
-from .options import add_export_options, export_options
-from .output import FramesBar, print_json, shows_progress, warn
+from .batch_summary import BatchSummary, FramesBar
+from .options import add_export_options, export_options, geometry_flags
+from .output import print_json, shows_progress, warn
 from .parsing import (
     add_given_blocks,
     add_pairing,
@@ -35,8 +42,7 @@ from .parsing import (
     reading_options,
     settings_from,
 )
-from .shards import add_shard_arguments, check_or_merge, check_shard_arguments, open_given_shards
-from .usage import VALUES, Parser, UsageError, add_json, add_progress, declare
+from .usage import VALUES, Parser, UsageError, add_json, add_progress, declare, given_flags
 
 _USAGE = """ilf batch SOURCE... --out DIR [options]
        ilf batch SOURCE... --out DIR [--jobs 4] [--shard 3/40]
@@ -62,7 +68,7 @@ def add_arguments(parser: Parser) -> None:
         --out DIR     output folder, created if missing
     """
     declare(parser, declared)
-    add_shard_arguments(parser.add_argument_group("shards: many frames in a file"))
+    _add_shard_arguments(parser.add_argument_group("shards: many frames in a file"))
     frames = parser.add_argument_group("selection of frames")
     declared = """
         --every N     complete every N-th frame only
@@ -117,13 +123,7 @@ def add_arguments(parser: Parser) -> None:
         --video          write video.mp4, all previews in sequence
     """
     declare(output, declared)
-    add_json(
-        output,
-        "folder, files, completed, failed, completed_before, failed_before, not_done (frames), seconds and frames. "
-        f"frames: {', '.join(MANIFEST_COLUMNS)}, as in manifest.csv. With --shards: folder, shards, before, "
-        "failed_before, completed, failed, total, left (frames) and seconds; with --verify or --merge: folder, shards, "
-        "finished, frames, completed, failed, problems",
-    )
+    add_json(output)
     add_progress(output)
     add_shared(output, "--quiet")
     add_settings(parser)
@@ -133,15 +133,15 @@ def run(arguments: argparse.Namespace) -> None:
     """Run the command."""
     if arguments.dask is not None and (arguments.jobs is not None or arguments.shard is not None):
         raise UsageError("--dask distributes the work itself: leave out --jobs and --shard.")
-    check_shard_arguments(arguments)
+    _check_shard_arguments(arguments)
     if arguments.verify or arguments.merge:
-        check_or_merge(arguments)
+        _check_or_merge(arguments)
         return
     if not arguments.sources or (arguments.out is None and arguments.shards is None):
         raise UsageError("Give a SOURCE, and an output folder by --out or --shards.")
     settings = _settings(arguments)
     if arguments.shards is not None:
-        shards = open_given_shards(arguments, settings, partial(_frames, arguments))
+        shards = _open_given_shards(arguments, settings, partial(_frames, arguments))
         summary = BatchSummary(shards.counts, "the tables")
         seconds = _complete(shards, arguments, summary)
         if arguments.json:
@@ -225,19 +225,118 @@ def _frames(arguments: argparse.Namespace) -> list[BatchFrame]:
 
 def _complete(sink: Sink, arguments: argparse.Namespace, summary: BatchSummary) -> float:
     """Complete the frames, with a progress bar, and print the summary however that ends; return the seconds."""
-    counts, started = sink.counts, time.perf_counter()
-    done = counts.before + counts.failed_before
+    started = time.perf_counter()
     with extended_time_limit(_SHUTDOWN_S):
         try:
             with (
-                FramesBar(counts.total, done, counts.failed_before, shown=shows_progress(arguments)) as bar,
+                FramesBar(sink.counts, shown=shows_progress(arguments)) as bar,
                 closing(complete_many(sink, jobs=arguments.jobs or 1, cluster=arguments.dask)) as outcomes,
             ):
                 for outcome in outcomes:
                     summary.add(outcome)
-                    bar.add(completed=outcome.is_completed)
+                    bar.count()
         finally:
             seconds = time.perf_counter() - started
             if not (arguments.quiet or arguments.json):
                 print("\n".join(summary.lines(seconds)), flush=True)
     return seconds
+
+
+# Shards: their arguments; checking and merging a folder of them.
+
+_PER_SHARD, _KEEP = 1000, "depth,expected_error,blocks"
+
+_MAX_LISTED = 5
+"""Maximum number of damaged files listed on the terminal."""
+
+_ONLY_SHARDS = "per_shard", "keep", "verify", "merge"
+_ONLY_FOLDERS = "static_camera", "neighbours", "rerun_changed", "no_expected_error", "contact_sheet", "video"
+"""Flags of batches in shards, and of those with a folder for each frame."""
+
+
+def _add_shard_arguments(group: argparse._ArgumentGroup) -> None:
+    """Add the arguments of shards."""
+    declared = f"""
+        --shards DIR   write WebDataset tars, each with a table, instead of a folder per frame. DIR is a folder or an
+            address (s3://bucket/folder). The tables are Parquet, depth has one format: png (default) or npy
+        --per-shard N  frames in a shard (default: {_PER_SHARD})
+        --keep LIST    what a shard contains: depth, and any of {",".join(KEPT[1:])} (default: {_KEEP})
+        --verify       only check all shards of a folder
+        --merge        only merge the tables of a folder's shards into {MERGED_FILE}
+    """
+    declare(group, declared)
+
+
+def _check_shard_arguments(arguments: argparse.Namespace) -> None:
+    """Raise UsageError for arguments that contradict --shards, or need it."""
+    if arguments.shards is None:
+        if given := given_flags(arguments, _ONLY_SHARDS):
+            raise UsageError(f"{given[0]} applies to shards only: add --shards.")
+        return
+    if arguments.out is not None:
+        raise UsageError("--shards replaces --out: leave one of them out.")
+    alone = given_flags(arguments, ("verify", "merge"))
+    if alone and arguments.sources:
+        raise UsageError(f"{alone[0]} needs no SOURCE: give only --shards.")
+    given = given_flags(arguments, _ONLY_FOLDERS) + geometry_flags(arguments)
+    if given:
+        raise UsageError(f"{', '.join(given)} cannot be combined with --shards. Leave it out, or use --out.")
+
+
+def _open_given_shards(arguments: argparse.Namespace, settings: BatchSettings, list_frames: ListFrames) -> ShardSink:
+    """Open the shards that the arguments name; raises as `open_shards`, and UsageError."""
+    keep = tuple(filter(None, (arguments.keep or _KEEP).split(",")))
+    if "depth" not in keep or not set(keep) <= set(KEPT):
+        raise UsageError(f"--keep takes depth, and any of {', '.join(KEPT[1:])}, not {arguments.keep!r:.60}.")
+    depth_format = arguments.depth_formats or "png"
+    if depth_format not in ("png", "npy"):
+        raise UsageError(f"Depth in shards has one format, png or npy, not {depth_format!r:.40}.")
+    return open_shards(
+        list_frames,
+        arguments.shards,
+        replace(settings, options=replace(settings.options, depth_formats=(depth_format,), cloud=None)),
+        tuple(name for name in KEPT if name in keep),
+        arguments.per_shard or _PER_SHARD,
+        _request(arguments),
+        part=arguments.shard or (1, 1),
+        retry_failed=arguments.retry_failed,
+        strict=arguments.strict,
+    )
+
+
+def _check_or_merge(arguments: argparse.Namespace) -> None:
+    """Check the shards of a folder, merge their tables, or both."""
+    folder = folder_at(arguments.shards)
+    state = check_shards(folder, contents=arguments.verify)
+    if arguments.merge and not state.problems:
+        merge_tables(folder)
+        if not state.is_complete:
+            warn([f"The batch is unfinished: {MERGED_FILE} has {state.finished} of {state.shards} shards."])
+    if arguments.json:
+        print_json({"folder": str(folder), **asdict(state)})
+    elif not arguments.quiet:
+        print(
+            f"{state.finished} of {counted(state.shards, 'shard')} finished: {state.completed} of "
+            f"{counted(state.frames, 'frame')} completed, {state.failed} failed."
+        )
+        if arguments.merge and not state.problems:
+            print(f"Written: {folder}/{MERGED_FILE}.")
+    if state.problems:
+        more = f" And {len(state.problems) - _MAX_LISTED} more." if len(state.problems) > _MAX_LISTED else ""
+        raise IlfError(" ".join(state.problems[:_MAX_LISTED]) + more)
+    if arguments.verify and not state.is_complete:
+        left = state.shards - state.finished
+        raise IlfError(f"{left} of {counted(state.shards, 'shard')} not finished. Run the batch again.")
+
+
+def _request(arguments: argparse.Namespace) -> dict[str, Any]:
+    """Return what determines the frames, as JSON values."""
+    options = reading_options(arguments)
+    topics = None if options.topics is None else list(options.topics)
+    return {
+        "sources": [absolute(path) for path in arguments.sources],
+        "frames": list(arguments.frames),
+        "every": arguments.every,
+        "pairing": {"max_gap": options.time_gap, "topics": topics, "layout": options.layout},
+        "reading": options.to_json(),
+    }

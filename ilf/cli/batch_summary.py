@@ -1,4 +1,4 @@
-"""What `ilf batch` tells of its frames: warnings while they are completed, a summary, and what has failed."""
+"""What `ilf batch` tells of its frames: progress and warnings as they are completed, a summary, and what has failed."""
 
 from __future__ import annotations
 
@@ -14,10 +14,41 @@ from ..batch.frame_record import FrameOutcome
 from ..completion.confidence.expected_error import MEDIAN_NAME
 from ..errors import IlfError
 from ..io.depth_reading import unique_warnings
-from .output import FramesBar, warn
+from .output import Bar, warn
 
 _MAX_LISTED = 5
 """Maximum number of failed frames listed on the terminal."""
+
+
+class FramesBar(Bar):
+    """A progress bar of a batch's frames on stderr; a context manager. The remaining time is estimated from completed
+    frames only, because failed and earlier frames take hardly any time.
+
+    Parameters
+    ----------
+    counts : Counts
+        Those of the batch, as they are brought up to date.
+    shown : bool
+        Whether to show the bar.
+    """
+
+    def __init__(self, counts: Counts, *, shown: bool) -> None:
+        self._counts = counts
+        done = counts.before + counts.failed_before
+        super().__init__(counts.total, "frames", shown=shown, done=done, left=", {left} left")
+
+    def count(self) -> None:
+        """Count one more frame, which is in the counts."""
+        failed = self._counts.failed + self._counts.failed_before
+        self.advance(f"{failed} failed" if failed else "")
+
+    @property
+    def format_dict(self) -> dict[str, Any]:
+        """Values of the bar's format, with the remaining time."""
+        known: dict[str, Any] = super().format_dict
+        completed = self._counts.completed
+        known["left"] = self.format_interval(known["elapsed"] * (self.total - self.n) / completed) if completed else "?"
+        return known
 
 
 _ALWAYS = "completed", "failed"
@@ -55,7 +86,7 @@ class BatchSummary:
 
     def add(self, outcome: FrameOutcome) -> None:
         """Add the outcome of a frame."""
-        with FramesBar.external_write_mode(sys.stderr):
+        with Bar.external_write_mode(sys.stderr):
             self._warn(outcome)
         if not outcome.is_completed:
             self._add_failure(outcome, outcome.message)

@@ -81,7 +81,7 @@ def _add_common(parser: argparse.ArgumentParser, methods: str) -> None:
         --csv FILE      write the table as CSV
     """
     declare(parser, declared, methods="all", jobs=1)
-    add_json(parser, "the table, all rows per frame, and the parameters")
+    add_json(parser)
     add_progress(parser)
 
 

@@ -4,18 +4,19 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Collection
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from .._runtime.formatting import covered
 from .._runtime.writing import ensure_folder, write_bytes
+from ..data.blocks import Blocks
 from ..data.frame import RGBDFrame
 from ..drawing.blocks import stage_pictures
 from ..errors import InputError
 from ..io.block_files import BLOCK_FORMATS, read_blocks, write_blocks
 from ..io.images import encode_image
-from ..io.labels import LoadedBlocks
 from ..run.writing import check_not_an_input
 from ..segmentation.extraction import extract, found_blocks
 from ..segmentation.reextraction import with_gaps_filled
@@ -58,7 +59,7 @@ def run(arguments: argparse.Namespace) -> None:
         raise UsageError("With --from nothing is extracted: leave out --stages, or add --fill-gaps.")
     frame = frame_from(arguments)
     image = None if frame.inputs is None else frame.inputs.rgb.path
-    blocks = LoadedBlocks(np.zeros(frame.shape, np.int32))
+    blocks = Blocks(np.zeros(frame.shape, np.int32))
     if arguments.blocks is not None:
         blocks = read_blocks(arguments.blocks, frame.shape, image=image)
     if arguments.keep is not None:
@@ -67,7 +68,7 @@ def run(arguments: argparse.Namespace) -> None:
     if extracts:
         found = found_blocks(frame, parameters)
         labels = with_gaps_filled(blocks.labels, found.labels, parameters)
-        blocks = LoadedBlocks(labels, blocks.names, blocks.notes + found.notes)
+        blocks = replace(blocks, labels=labels, notes=blocks.notes + found.notes)
         if arguments.stages is not None:
             folder = Path(arguments.stages)
             stages = stage_pictures(frame.rgb, extract(frame, parameters)).items()
@@ -84,7 +85,7 @@ def run(arguments: argparse.Namespace) -> None:
         print("Written:", ", ".join([arguments.out, *map(str, pictures)]))
 
 
-def _report(blocks: LoadedBlocks, frame: RGBDFrame) -> list[str]:
+def _report(blocks: Blocks, frame: RGBDFrame) -> list[str]:
     """Format a table of the blocks, and their coverage."""
     pixels = np.bincount(blocks.labels.ravel())
     missing = np.bincount(blocks.labels[frame.missing], minlength=pixels.size)
@@ -100,9 +101,9 @@ def _report(blocks: LoadedBlocks, frame: RGBDFrame) -> list[str]:
     return [*table(columns, labels), "", f"{covered(len(labels), share)}."]
 
 
-def _only(found: LoadedBlocks, chosen: Collection[int]) -> LoadedBlocks:
+def _only(found: Blocks, chosen: Collection[int]) -> Blocks:
     """Return the selected blocks."""
     if absent := sorted(set(chosen) - set(np.unique(found.labels).tolist())):
         raise InputError(f"--keep: there are no blocks {', '.join(map(str, absent))}. Give the numbers of others.")
     labels = np.where(np.isin(found.labels, list(chosen)), found.labels, 0).astype(np.int32)
-    return LoadedBlocks(labels, {label: found.names[label] for label in chosen if label in found.names}, found.notes)
+    return replace(found, labels=labels, infos={label: found.infos[label] for label in chosen if label in found.infos})

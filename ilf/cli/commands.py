@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import io
 import os
+import re
 import sys
 from collections.abc import Collection, Sequence
 from contextlib import suppress
@@ -110,12 +111,31 @@ def build_parser(names: Collection[str] = tuple(COMMANDS)) -> Parser:
 
 
 class _Completion(argparse.Action):
+    """Prints the script with which a shell completes commands, options and file names."""
+
     def __call__(self, parser: Parser, *given: Any) -> None:  # type: ignore[override]
-        from .completion import completion_script
+        import shtab  # not before: no other command needs it
 
         _, shell, _ = given
-        print(completion_script(build_parser(), shell))
+        whole = build_parser()
+        _prepare(whole, shtab.FILE)
+        print(shtab.complete(whole, shell=shell))
         parser.exit()
+
+
+_FILE = re.compile(r"BAG|CAMERA|DIR|FILE|FOLDER|FRAME|INPUT|PATH|PRESET|RESULT|SOURCE|\w+\.\w+")
+"""Placeholders of arguments that name files or folders."""
+
+
+def _prepare(parser: argparse.ArgumentParser, files: object) -> None:
+    """Describe commands by their one-line help, and complete what names files by files."""
+    for action in parser._actions:
+        if isinstance(action, argparse._SubParsersAction):
+            for command in action.choices.values():
+                command.description = None
+                _prepare(command, files)
+        elif action.choices is None and isinstance(action.metavar, str) and _FILE.fullmatch(action.metavar):
+            action.complete = files  # type: ignore[attr-defined]
 
 
 def _ensure_streams() -> None:

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from ..run.exporters import Export
+from ..run.formats import Export
 from ..run.options import ExportOptions, drop_impossible_cloud, output_folder_name
 from ..run.replaying import Replay, replay
 from ..run.run import Run
@@ -18,7 +18,7 @@ from ..sources.opening import is_recording
 from .options import add_export_options, export_options, geometry_flags, given_exports
 from .output import print_json, shows_progress, warn
 from .parsing import add_frame, add_given_blocks, add_settings, add_shared, frame_from, preset_from, settings_from
-from .run_output import COMPLETION_KEYS, FinishedRun, completed, completion_record, completion_report
+from .run_output import FinishedRun, completed, completion_record, completion_report
 from .usage import Parser, UsageError, add_json, add_progress, declare
 
 _USAGE = """ilf complete RGB DEPTH [options]
@@ -48,7 +48,7 @@ def add_arguments(parser: Parser) -> None:
     declare(output, f"--out DIR  {out}")
     add_shared(output, "--extrapolate")
     add_export_options(output)
-    add_json(output, COMPLETION_KEYS)
+    add_json(output)
     add_progress(output)
     add_shared(output, "--quiet")
     add_settings(parser)

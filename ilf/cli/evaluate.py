@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from itertools import groupby
 from typing import Any
 
+from .._runtime.cancellation import run_to_end
 from .._runtime.formatting import counted
 from .._runtime.schema import plain
-from .._runtime.stepping import run_to_end
 from ..data.declarations import Value
 from ..data.frame import RGBDFrame
 from ..data.parameters import DEFAULT_PRESET, Parameters
@@ -34,7 +34,7 @@ from .parsing import (
     settings_from,
     value_from,
 )
-from .run_output import ERROR_KEYS, dominant_block, errors_record, unscored, unscored_lines
+from .run_output import dominant_block, errors_record, unscored, unscored_lines
 from .usage import Parser, UsageError, add_json, add_progress, declare
 
 _Named = tuple[str, RunEvaluation]
@@ -75,12 +75,7 @@ def add_arguments(parser: Parser) -> None:
         --csv FILE  write all errors as CSV, including those of every block
     """
     declare(output, declared)
-    add_json(
-        output,
-        "frame, against (ground truth or hold-out), unscored (missing pixels without ground truth; null on hold-out), "
-        "pattern, seeds and results. results: name, parameters, errors, coverage (share), seconds, blocks (label, "
-        f"errors). {ERROR_KEYS}",
-    )
+    add_json(output)
     add_progress(output)
     add_settings(parser, several_presets=True)
 
@@ -108,7 +103,9 @@ def run(arguments: argparse.Namespace) -> None:
 
         if swept:
             results = found = run_to_end(sweep_steps(Sweep(runs[0], swept, test)), show).points
-            names = [_point_text(point.values) for point in found]
+            declared = Parameters.declarations()
+            tried = [{name: declared[name].to_text(value) for name, value in point.values.items()} for point in found]
+            names = [", ".join(map(" ".join, values.items())) for values in tried]
         else:
             several = [ground_truth_steps(run) if test is None else hold_out_steps(run, test) for run in runs]
             results, names = run_to_end(compared_steps(several), show), [preset.name for preset in presets]
@@ -144,12 +141,6 @@ def _parse_sweep(text: str) -> tuple[str, list[Value]]:
         if name not in known:
             Parameters().replace(**{name: None})
         return name, [value_from(known[name], value.strip()) for value in values.split(",") if value.strip()]
-
-
-def _point_text(values: Mapping[str, Value]) -> str:
-    """Format the values of a point with the parameter names of the command line."""
-    declared = Parameters.declarations()
-    return ", ".join(f"{name} {declared[name].to_text(value)}" for name, value in values.items())
 
 
 def _report(frame: RGBDFrame, test: HoldOutTest | None, named: Sequence[_Named], heading: str) -> list[str]:

@@ -9,11 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .._runtime.files import read_file
-from ..data.camera import camera_doubt
-from ..data.frame import RGBDFrame, check_depth_scale, check_same_size
+from ..data.frame import RGBDFrame
 from ..data.lenses import undistorted
-from ..io.cameras import IntrinsicsSpec, depth_place, frame_camera
+from ..io.cameras import frame_camera
 from ..io.depth_reading import DepthReading
 from ..io.frame_additions import (
     NO_CONFIDENCE_MAP,
@@ -26,18 +24,17 @@ from ..io.frame_additions import (
     read_ground_truth,
     scale_misfit,
 )
-from ..io.hdf5_depth import with_dataset
-from ..io.images import read_colour_with_warning, turned
-from ..io.orientation import pair_orientation
+from ..io.hdf5 import with_dataset
+from ..io.images import read_colour_with_warning
+from ..sources.copies import copied
 from ..sources.frame_folder import FrameFiles
 from ..sources.frame_ref import FrameRef
-from ..sources.image_pair import depth_of_files, is_registered, read_files, unlike_companions
+from ..sources.image_pair import depth_of_files, is_registered, read_files
 from ..sources.naming import META_NAME
 from ..sources.own_results import COMPLETED_DEPTH, RECORD_FILE, is_result, is_result_folder
+from ..sources.read_images import ReadImages, read_recorded
 from ..sources.reading import files_of, read_frame
-from ..sources.reading_options import DEPTH_VIEW, ReadingOptions
-from ..sources.recorded import read_recorded
-from ..sources.remote import copied
+from ..sources.reading_options import ReadingOptions
 from .facts import Facts
 
 _Depth = NDArray[np.float32]
@@ -49,7 +46,7 @@ def facts_of_frame(ref: FrameRef, given: ReadingOptions) -> Facts:
     ref = replace(ref, options=given.or_else(ref.options))
     if ref.frame is not None:
         return _facts_of_recorded(ref)
-    facts = Facts("frame")
+    facts, frame = Facts("frame"), None
     with copied(ref) as here:
         files = files_of(here)
         files = replace(files, options=here.options.or_else(files.options))
@@ -57,7 +54,19 @@ def facts_of_frame(ref: FrameRef, given: ReadingOptions) -> Facts:
         if is_result_folder(here):
             facts.add("result", f"completed depth, not measured; its run is in {RECORD_FILE}", result=RECORD_FILE)
         depth = depth_of_files(files, given)
-        frame = _add_pair(facts, files, depth, given)
+        _add_colour(facts, files.rgb)
+        _add_depth(facts, with_dataset(files.depth, files.options.dataset), depth)
+        if is_result(FrameRef(str(files.rgb), str(files.depth))):
+            facts.tell("note", f"{files.depth.name}: {COMPLETED_DEPTH}")
+        # one that cannot be read is an error, not a problem of the pair
+        stated = (files.options.depth_intrinsics, files.options.intrinsics)
+        cameras = [frame_camera(camera, None)[0] for camera in stated]
+        with facts.problems():
+            images = read_files(files, given)
+            frame = images.frame()
+            _add_frame(facts, frame, images, files.options)
+        if frame is None:
+            facts.add_camera("intrinsics", cameras[0] or cameras[1])
         _add_ground_truth(facts, files, depth, frame)
         _add_guide(facts, files.options, depth.metres if frame is None else frame.measured)
         _add_confidence(facts, files.options, depth.metres)
@@ -71,12 +80,12 @@ def _facts_of_recorded(ref: FrameRef) -> Facts:
     facts.add("name", frame.name, name=frame.name)
     facts.add("colour", f"{ref.rgb}, {width} x {height}", colour=ref.rgb, width=width, height=height)
     _add_depth(facts, ref.rgb, depth)
-    _add_camera(facts, "intrinsics", frame.intrinsics, frame.shape)
+    facts.add_camera("intrinsics", frame.intrinsics)
     _add_registered(facts, frame)
     if images.confidence is not None:
         with facts.problems():
             _add_confidence_values(facts, None, images.confidence, ref.options.min_confidence, depth.metres)
-    facts.tell("note", *(text for text in frame.notes if text not in depth.notes))
+    _tell_notes(facts, frame, depth)
     return facts
 
 
@@ -87,12 +96,27 @@ def facts_of_colour(path: Path) -> Facts:
     return facts
 
 
-def _add_colour(facts: Facts, path: Path) -> NDArray[np.uint8]:
+def _add_colour(facts: Facts, path: Path) -> None:
     rgb, doubt = read_colour_with_warning(path)
     height, width = rgb.shape[:2]
     facts.add("colour", f"{path}, {width} x {height}", colour=str(path), width=width, height=height)
     facts.tell("warning", doubt)
-    return rgb
+
+
+def _add_frame(facts: Facts, frame: RGBDFrame, images: ReadImages, options: ReadingOptions) -> None:
+    """Add what a frame of two files is, besides these."""
+    cameras, how = images.cameras, ""
+    is_same = is_registered(options, images.rgb.shape[:2], images.metres.shape)
+    if not is_same:
+        is_colour = frame.brought is not None
+        facts.add_camera(*("colour camera", cameras.colour) if is_colour else ("depth camera", cameras.depth))
+        apart = 0 if cameras.depth_to_colour is None else 1000 * float(np.linalg.norm(cameras.depth_to_colour[:3, 3]))
+        place = f"{apart:.0f} mm apart" if apart else "as seen from the same place"
+        how = f"on reading, by the intrinsics of both images, {place}: "
+    facts.add_camera("intrinsics", frame.intrinsics)
+    if how or options.undistort:
+        _add_registered(facts, frame, how)
+    _tell_notes(facts, frame, images.reading)
 
 
 def _add_registered(facts: Facts, frame: RGBDFrame, how: str = "") -> None:
@@ -105,44 +129,12 @@ def _add_registered(facts: Facts, frame: RGBDFrame, how: str = "") -> None:
         facts.add("view", f"of the depth camera; colour sees {seen:.1%} of its pixels", view="depth", colour_share=seen)
 
 
-def _add_pair(facts: Facts, files: FrameFiles, depth: DepthReading, given: ReadingOptions) -> RGBDFrame | None:
-    """Add colour and depth, and whether they match; returns the frame if its pixels are not those of both files."""
-    options, content = files.options, read_file(files.depth)
-    rgb = _add_colour(facts, files.rgb)
-    _add_depth(facts, with_dataset(files.depth, options.dataset), depth)
-    orientation = pair_orientation(read_file(files.rgb), rgb, content, depth.metres)
-    facts.tell("warning" if orientation.is_doubt else "orientation", orientation.note)
-    if is_result(FrameRef(str(files.rgb), str(files.depth))):
-        facts.tell("note", f"{files.depth.name}: {COMPLETED_DEPTH}")
-    rgb, metres = turned(rgb, orientation.tags[0]), turned(depth.metres, orientation.tags[1])
-    shapes = (rgb.shape[0], rgb.shape[1]), (metres.shape[0], metres.shape[1])
-    how = ""
-    if options.depth_intrinsics is not None and not is_registered(options, *shapes):
-        motion = depth_place(options.intrinsics, options.depth_intrinsics)[0]
-        apart = 1000 * float(np.linalg.norm(motion[:3, 3]))
-        place = f"{apart:.0f} mm apart" if apart else "as seen from the same place"
-        how = f"on reading, by the intrinsics of both images, {place}: "
-        if options.view == DEPTH_VIEW:
-            _add_camera(facts, "colour camera", options.intrinsics, shapes[0])
-        else:
-            _add_camera(facts, "depth camera", options.depth_intrinsics, shapes[1])
-    elif not options.undistort and options.view != DEPTH_VIEW:
-        _add_camera(facts, "intrinsics", options.depth_intrinsics or options.intrinsics, shapes[1])
-        with facts.problems():
-            facts.tell("warning", *unlike_companions(options, content, orientation))
-            check_same_size(rgb, metres)
-        return None
-    for camera, shape in zip((options.intrinsics, options.depth_intrinsics), shapes, strict=True):
-        frame_camera(camera, shape)  # one that cannot be read is an error, not a problem of the pair
-    with facts.problems():
-        frame = read_files(files, given).frame()
-        _add_camera(facts, "intrinsics", frame.intrinsics, frame.shape)
-        if options.undistort:
-            told = {*depth.notes, orientation.note}
-            facts.tell("note", *(text for text in frame.notes if text not in told))
-        _add_registered(facts, frame, how)
-        return frame
-    return None
+def _tell_notes(facts: Facts, frame: RGBDFrame, depth: DepthReading) -> None:
+    """Tell the notes on a frame that are not yet told of its colour and depth."""
+    told = {*depth.notes, *facts.told("warning")}
+    for text in frame.notes:
+        if text not in told:
+            facts.tell("warning" if text in frame.plausibility_warnings else "note", text)
 
 
 def _add_depth(facts: Facts, path: str, depth: DepthReading) -> None:
@@ -160,18 +152,8 @@ def _add_depth(facts: Facts, path: str, depth: DepthReading) -> None:
         low, high, median = float(known.min()), float(known.max()), float(np.median(known))
         text = f"{low:.3f} to {high:.3f} m, median {median:.3f} m"
         facts.add("range", text, min_m=low, max_m=high, median_m=median)
-    with facts.problems():
-        check_depth_scale(metres)
     facts.tell("left out", depth.left_out)
     facts.tell("warning", *(doubt.text for doubt in depth.plausibility_warnings))
-
-
-def _add_camera(facts: Facts, name: str, given: IntrinsicsSpec | None, shape: tuple[int, int]) -> None:
-    """Add the camera of an image (H, W)."""
-    camera, notes = frame_camera(given, shape)
-    facts.add_camera(name, camera)
-    facts.tell("note", *notes)
-    facts.tell("warning", "" if camera is None else camera_doubt(camera, shape))
 
 
 def _add_ground_truth(facts: Facts, files: FrameFiles, reading: DepthReading, frame: RGBDFrame | None) -> None:

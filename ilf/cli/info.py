@@ -22,38 +22,24 @@ from ..errors import IlfError, InputError
 from ..io.depth_reading import unique_warnings
 from ..project.file import SUFFIX
 from ..run.options import RECORD_FILE
+from ..sources.copies import restored
 from ..sources.frame_folder import is_frame_folder
 from ..sources.frame_ref import FrameRef
 from ..sources.layouts import all_layouts, layouts_folder
 from ..sources.opening import is_recording
 from ..sources.own_results import is_shards
 from ..sources.reading import read_frame
-from ..sources.remote import restored
 from ..sources.shards import read_shard_set
 from ..sources.source import Source
-from .facts import Facts
+from .facts import Facts, facts_of_record
 from .frame_facts import facts_of_colour, facts_of_frame
 from .output import Column, print_json, table, warn
 from .parsing import add_frame, add_shared, check_plausibility, frame_of_source, reading_options, source_from
-from .record_facts import facts_of_record
 from .run_output import values_text
 from .usage import Parser, UsageError, add_json, declare
 
 _SHOWN = 3
 """Number of keys shown at each end of a long list."""
-
-_KEYS = (
-    "an object for the shards, the source, the frame and the run, if present. All have plausibility_warnings, notes "
-    "and problems (lists of sentences). shards: path, shards, finished, per_shard, frames, completed, failed, keep, "
-    "settings (hash). source: path, frames, layout, keys, start_s, end_s, colour_camera, depth_camera, registered. "
-    "frame: name, result (file of the record, of completed depth), colour, depth (paths), width, height, depth_width, "
-    "depth_height, depth_type, encoding, encoding_assumed, missing_share, min_m, max_m, median_m, intrinsics, "
-    "colour_camera, depth_camera, ground_truth, "
-    "guide, confidence, outside_view_share, view, colour_share. run: version, versions, colour, depth, encoding, "
-    "intrinsics, view, frame, ground_truth, width, height, blocks_from, extraction, preset, parameters, "
-    "block_parameters, networks, invalid_mask, borders, depth_by_hand, guide, neighbours, extrapolated, files, "
-    "blocks (as in `ilf complete --json`). Keys without a value are left out. Of lists: presets or layouts, and folder"
-)
 
 
 def add_arguments(parser: Parser) -> None:
@@ -75,7 +61,7 @@ def add_arguments(parser: Parser) -> None:
     declare(lists, declared)
     output = parser.add_argument_group("output")
     add_shared(output, "--strict")
-    add_json(output, _KEYS)
+    add_json(output)
 
 
 def run(arguments: argparse.Namespace) -> None:
@@ -97,9 +83,9 @@ def run(arguments: argparse.Namespace) -> None:
 
 def _print_presets(as_json: bool) -> None:
     """Print the presets, the built-in ones first."""
-    own = list_presets()
+    own, problems = list_presets()
     found: list[dict[str, Any]] = [{"name": name, "base": None, "changes": {}} for name in PRESETS]
-    for name, preset in own.presets.items():
+    for name, preset in own.items():
         extraction = {f"blocks-{key}": value for key, value in preset.extraction_changes.items()}
         found.append({"name": name, "base": preset.base, "changes": preset.changes | extraction})
     if as_json:
@@ -112,7 +98,7 @@ def _print_presets(as_json: bool) -> None:
         ]
         print("\n".join(table(columns, found)))
         print(f"\nYour own presets are in {presets_folder()}")
-    warn(own.problems)
+    warn(problems)
 
 
 def _print_layouts(as_json: bool) -> None:

@@ -9,7 +9,7 @@ import sys
 from .._runtime.installation import child_command
 from .._runtime.plugins import entry_points
 from ..errors import InputError
-from ..sources.frame_writing import new_frame_files, write_frame
+from ..sources.frame_folder import new_frame_files, write_frame
 from ..sources.realsense import SETTLING, capture_frame, connected_realsense
 from .output import warn
 from .usage import Parser, UsageError, declare

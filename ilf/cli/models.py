@@ -23,7 +23,6 @@ from ..data.guide import Gives
 from ..errors import InputError
 from ..io.guide_models import (
     add_guide,
-    damaged_cards,
     fetch_guide,
     guide_card,
     guide_cards,
@@ -33,7 +32,7 @@ from ..io.guide_models import (
     remove_guide,
     state_of,
 )
-from ..segmentation.edges.hed_weights import INPUTS
+from ..segmentation.edges.hed import INPUTS
 from ..segmentation.edges.importing import add_model
 from .output import Bar, Column, shows_progress, table, warn
 from .usage import Parser, UsageError, add_action, add_progress, declare
@@ -93,6 +92,7 @@ def run_list(arguments: argparse.Namespace) -> None:
     """List the networks: those for edges and correction, then the guides."""
     names = (*model_names(), DEPTH_EDGES, CORRECTION, SPARSE_CORRECTION)
     edges = [(name, *_about(name)) for name in names]
+    cards, damaged = guide_cards()
     guides = [
         (
             card.name,
@@ -102,7 +102,7 @@ def run_list(arguments: argparse.Namespace) -> None:
             f"{card.bytes / 1e6:.1f} MB",
             state_of(card),
         )
-        for card in guide_cards().values()
+        for card in cards.values()
     ]
     headings = "name", "gives", "maker", "licence", "size", "state"
     columns = [Column(heading, itemgetter(at)) for at, heading in enumerate(headings)]
@@ -111,7 +111,7 @@ def run_list(arguments: argparse.Namespace) -> None:
         "\n`ilf models fetch NAME` fetches a known guide. They are listed as their publishers describe them; none was "
         f"tried with this version. Your own and fetched networks are in {models_folder()}"
     )
-    warn(f"The guide network {name} is left out: {error}" for name, error in damaged_cards().items())
+    warn(f"The guide network {name} is left out: {error}" for name, error in damaged.items())
 
 
 def _about(name: str) -> tuple[str, str, str, str, str]:
@@ -161,7 +161,7 @@ def run_add(arguments: argparse.Namespace) -> None:
 
 def run_remove(arguments: argparse.Namespace) -> None:
     """Delete a network."""
-    is_guide = arguments.name in guide_cards() | damaged_cards() and arguments.name not in model_names()
+    is_guide = any(arguments.name in cards for cards in guide_cards()) and arguments.name not in model_names()
     print(f"Removed {(remove_guide if is_guide else remove_model)(arguments.name)}")
 
 

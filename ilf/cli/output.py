@@ -120,34 +120,3 @@ class Bar(tqdm):
         """Count one more, and show a text at once."""
         self.n += 1
         self.set_postfix_str(text)
-
-
-class FramesBar(Bar):
-    """A progress bar of a batch's frames on stderr; a context manager. The remaining time is estimated from completed
-    frames only, because failed and earlier frames take hardly any time.
-
-    Parameters
-    ----------
-    total, done, failed : int
-        Number of all frames, of those done before, and of those of them that failed.
-    shown : bool
-        Whether to show the bar.
-    """
-
-    def __init__(self, total: int, done: int, failed: int, *, shown: bool) -> None:
-        self.completed, self.failed = 0, failed
-        super().__init__(total, "frames", shown=shown, done=done, left=", {left} left")
-
-    def add(self, *, completed: bool) -> None:
-        """Count one more completed or failed frame."""
-        self.completed += completed
-        self.failed += not completed
-        self.advance(f"{self.failed} failed" if self.failed else "")
-
-    @property
-    def format_dict(self) -> dict[str, Any]:
-        """Values of the bar's format, with the remaining time."""
-        known: dict[str, Any] = super().format_dict
-        left = self.total - self.n
-        known["left"] = self.format_interval(known["elapsed"] * left / self.completed) if self.completed else "?"
-        return known

@@ -10,13 +10,13 @@ from typing import Any, TypeVar
 from .._runtime.files import absolute
 from .._runtime.networks.session import DEVICE_VARIABLE, DEVICES
 from ..data.by_hand import USUAL_WEIGHT
-from ..data.declarations import Declaration, ParameterSet, Value
+from ..data.declarations import Declaration, ParameterSet, Value, to_text
 from ..data.frame import RGBDFrame
 from ..data.parameters import DEFAULT_PRESET, PRESETS, BlockParameters, Parameters
 from ..data.presets import UserPreset, find_preset
 from ..errors import InputError, ParameterError, told_as
 from ..evaluation.hold_out import HOLD_OUT_PATTERNS, HoldOutTest
-from ..io.labels import with_more_invalid
+from ..io.labels import read_mask
 from ..run.block_choice import BlockChoice
 from ..sources.frame_ref import FrameRef
 from ..sources.neighbours import with_neighbours
@@ -241,7 +241,8 @@ def frame_from(arguments: argparse.Namespace) -> RGBDFrame:
             frame = with_neighbours(frame, *source.around(arguments.frame, neighbours * step), step=step)
     check_plausibility(frame.plausibility_warnings, vars(arguments).get("strict", False))
     warn(frame.notes)
-    return frame if arguments.invalid_mask is None else with_more_invalid(frame, arguments.invalid_mask)
+    mask = arguments.invalid_mask
+    return frame if mask is None else frame.with_more_invalid(read_mask(mask, frame.shape))
 
 
 def add_block_parameters(parser: argparse.ArgumentParser) -> None:
@@ -341,6 +342,4 @@ def _help(declaration: Declaration, presets: Mapping[str, ParameterSet], base: P
 
 
 def _shown(declaration: Declaration, value: Value) -> str:
-    if isinstance(value, bool):
-        return "on" if value else "off"
-    return declaration.special if declaration.special and value == declaration.minimum else str(value)
+    return declaration.special if declaration.special and value == declaration.minimum else to_text(value)

@@ -165,11 +165,7 @@ def add_arguments(parser: Parser) -> None:
 
     telling = add_action(actions, "info", run_info, "show the contents of a project and its problems")
     _add_project(telling)
-    add_json(
-        telling,
-        "path, bytes, parts, embedded, problems, present, for_all, parameters and frames (id, name, what the table "
-        "shows, sources, runs, problems)",
-    )
+    add_json(telling)
 
     text = "write the stored results of frames, as `ilf complete` writes them, or a data set of another program"
     usage = "ilf project export (FILE.ilf | RESULT... --to FORMAT) --out DIR [options]"

@@ -10,14 +10,14 @@ from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
-from .._runtime.stepping import run_to_end
+from .._runtime.cancellation import run_to_end
 from ..data.parameters import BlockParameters
 from ..data.results import Completion
 from ..errors import IlfError, InputError
 from ..evaluation.hold_out import completion_steps
 from ..project.file import SUFFIX, OpenedProject, open_project
 from ..project.project import ProjectFrame
-from ..report.report import ReportOptions, report_steps, write_report
+from ..report.report import report_steps, write_report
 from ..report.subject import Subject, Unreadable
 from ..run.options import RECORD_FILE, as_file_name
 from ..run.replaying import replay
@@ -149,7 +149,7 @@ def run(arguments: argparse.Namespace) -> None:
         sources = _sources(arguments, opened)
         bar = opened.enter_context(Bar(shown=shows_progress(arguments)))
         title = Path(arguments.inputs[0]).stem if len(arguments.inputs) == 1 else "Report"
-        steps = report_steps(_subjects(sources, notes, bar), ReportOptions(title, hidden), len(sources))
+        steps = report_steps(_subjects(sources, notes, bar), len(sources), title=title, hidden=hidden)
         content = run_to_end(steps, lambda step: bar.show(step.share, step.text))
     warn(notes)
     path = out or Path(f"{as_file_name(content.title)}-report.html")

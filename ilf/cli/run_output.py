@@ -124,20 +124,8 @@ def _recovered_line(record: Mapping[str, Any], filled_outside: int) -> str:
     )
 
 
-ERROR_KEYS = "errors: pixels, rmse_m, mae_m, median_m, bias_m, within_expected_error (share)"
-"""The keys of `errors_record`, for the help."""
-
-COMPLETION_KEYS = (
-    "frame, width, height, preset, parameters, missing_before, missing_after, recovered, from_neighbours, by_hand, "
-    "outside_view, suspect (pixels), blocks, iterations, seconds, errors (against ground truth; null without it), "
-    "folder, files, exports, warnings. blocks: label, status, message, pixels, known, recovered, outside, by_hand, "
-    f"suspect, missing_share, iterations, stages, sigma_i_m, errors. {ERROR_KEYS}"
-)
-"""The keys of `completion_record`, for the help."""
-
-
 def completion_record(finished: FinishedRun, warnings: Iterable[str]) -> dict[str, Any]:
-    """Describe the result of a run for JSON, with `COMPLETION_KEYS`; lengths in metres."""
+    """Describe the result of a run for JSON; lengths in metres."""
     run, frame, completion = finished.run, finished.run.frame, finished.completion
     outcomes = completion.outcomes.values()
     outside = 0 if frame.outside_view is None else np.count_nonzero(frame.outside_view)

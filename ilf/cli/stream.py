@@ -14,8 +14,8 @@ from ..io.rosbags import ENCODINGS_OF_ROS, STORAGES, StampedDepth, write_rosbag
 from ..run.options import RECORD_FILE
 from ..run.record_file import read_record
 from ..run.stored_results import StoredResults, result_folders
+from ..sources.reading import stamp_of
 from ..sources.source import Source
-from ..sources.stamps import stamp_of
 from ..stream.recording import MCAP, StreamRecorder, stamped
 from ..stream.stream import Stream
 from .output import Bar, shows_progress, warn

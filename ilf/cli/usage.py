@@ -155,7 +155,7 @@ def given_flags(arguments: argparse.Namespace, names: Collection[str]) -> list[s
 
 def check_there(paths: Iterable[object]) -> None:
     """Raise InputError for the first path that leads nowhere; addresses are not opened."""
-    from ..io.hdf5_depth import split_dataset  # not before: it imports numpy
+    from ..io.hdf5 import split_dataset  # not before: it imports numpy
 
     for path in paths:
         if path is not None and not is_address(path) and not os.path.lexists(split_dataset(str(path))[0]):
@@ -180,9 +180,9 @@ def add_progress(parser: argparse._ActionsContainer) -> None:
     )
 
 
-def add_json(parser: argparse._ActionsContainer, contents: str) -> None:
-    """Add the flag for JSON output, whose contents its help names."""
-    text = f"print one JSON document instead of text: {contents}. Unknown numbers are null, lengths in metres"
+def add_json(parser: argparse._ActionsContainer) -> None:
+    """Add the flag for JSON output, whose keys are listed in commands.md."""
+    text = "print one JSON document instead of text (keys: commands.md). Unknown numbers are null, lengths in metres"
     declare(parser, f"--json  {text}")
 
 

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .._runtime.formatting import counted, grouped
 from .._runtime.memory import release_memory
-from .._runtime.threads import Steps, available_cores, run_in_parallel, run_sequentially
+from .._runtime.threads import Steps, available_cores, run_in_parallel
 from ..data.blocks import Blocks
 from ..data.by_hand import DepthByHand, by_hand_of
 from ..data.frame import RGBDFrame
@@ -240,7 +240,7 @@ def filter_steps(
     edges_of = cache(edges_for)
     width = min(available_cores() if threads is None else threads, len(tasks))
     if width <= 1:
-        return run_sequentially([task.steps(edges_of, live, watch) for task in tasks])
+        return (step for task in tasks for step in task.steps(edges_of, live, watch))
     sizes = {task.block.label: max_pixels(task.frame, task.block, task.parameters) for task in tasks}
     largest_first = sorted(tasks, key=lambda task: sizes[task.block.label], reverse=True)
     return run_in_parallel(

@@ -147,6 +147,11 @@ class Camera:
         stated = {"name": self.name} | {name: value for name, value in known.items() if value}
         return dict(zip(("fx", "fy", "cx", "cy"), self.numbers, strict=True)) | stated
 
+    def has(self, columns: NDArray[Any], rows: NDArray[Any]) -> NDArray[np.bool_]:
+        """Whether positions [px] lie in its images."""
+        height, width = self.shape
+        return (columns >= -0.5) & (columns < width - 0.5) & (rows >= -0.5) & (rows < height - 0.5)
+
     def points(self, columns: ArrayLike, rows: ArrayLike, depth: ArrayLike) -> NDArray[np.float64]:
         """Back-project pixels with depth to 3-D points.
 
@@ -238,13 +243,21 @@ def checked_transform(matrix: ArrayLike, what: str) -> NDArray[np.float64]:
     is not a rotation and a translation."""
     with told_as(InputError, f"{what} must be a 4 x 4 matrix of numbers.", (TypeError, ValueError, OverflowError)):
         motion = np.array(matrix, np.float64)
-    if motion.shape != (4, 4) or not np.isfinite(motion).all() or not np.array_equal(motion[3], [0, 0, 0, 1]):
+    if motion.shape != (4, 4) or not np.isfinite(motion).all() or not np.allclose(motion[3], [0, 0, 0, 1], atol=1e-6):
         raise InputError(f"{what} must be a 4 x 4 matrix of finite numbers that ends in 0 0 0 1.")
+    motion[3] = 0, 0, 0, 1
     turn = motion[:3, :3]
     is_small = np.abs(turn).max() < 2  # products of larger values could overflow
     if not is_small or not np.allclose(turn @ turn.T, np.eye(3), atol=0.01) or np.linalg.det(turn) < 0:
         raise InputError(f"{what} must be a rotation and a translation, without scale or reflection.")
     return frozen(motion)
+
+
+def rigid_transform(rotation: ArrayLike, translation: ArrayLike) -> NDArray[np.float64]:
+    """The matrix (4, 4) of a rotation, nine numbers row by row, and a translation."""
+    motion = np.eye(4)
+    motion[:3, :3], motion[:3, 3] = np.reshape(rotation, (3, 3)), translation
+    return motion
 
 
 def camera_text(camera: Camera | None) -> str:
@@ -369,7 +382,9 @@ def camera_of(given: Any, shape: tuple[int, int] | None, name: str = "") -> Came
     if isinstance(given, Camera):
         return given
     if isinstance(given, str):
-        return _preset(given)
+        if not is_preset(given):
+            raise InputError(f"There is no intrinsics preset {given!r:.60}. Known: {', '.join(INTRINSICS)}. {REMEDY}")
+        return INTRINSICS[given.strip().lower()]
     if not isinstance(given, Mapping):
         return camera_from_numbers(given, name)
     name = given.get("name", name)
@@ -387,12 +402,6 @@ def camera_of(given: Any, shape: tuple[int, int] | None, name: str = "") -> Came
             raise InputError(f"Intrinsics lack {', '.join(missing)}. Give fx, fy, cx and cy, or a camera matrix K.")
         found = camera_from_numbers([given[key] for key in names], name)
     return replace(found, size=size, model=FISHEYE if _told_lens(given, _FISHEYE) else "pinhole")
-
-
-def _preset(text: str) -> Camera:
-    if not is_preset(text):
-        raise InputError(f"There is no intrinsics preset {text!r:.60}. Known: {', '.join(INTRINSICS)}. {REMEDY}")
-    return INTRINSICS[text.strip().lower()]
 
 
 def stated_size(data: Mapping[str, Any]) -> tuple[int, int] | None:

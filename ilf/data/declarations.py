@@ -280,25 +280,21 @@ def with_documented_parameters(kind: Kind) -> Kind:
     text, heading, examples = inspect.cleandoc(kind.__doc__ or "").partition("\n\nExamples\n")
     lines = [text, "", "Parameters", "----------"]
     for declaration in kind.declarations().values():
-        lines.append(f"{declaration.name} : {_kind_and_range(declaration)}, default {_default(declaration)}")
+        lines.append(f"{declaration.name} : {_range_and_default(declaration)}")
         lines += textwrap.wrap(declaration.help, 110, initial_indent="    ", subsequent_indent="    ")
     kind.__doc__ = "\n".join(lines) + heading + examples
     return kind
 
 
-def _kind_and_range(declaration: Declaration) -> str:
+def _range_and_default(declaration: Declaration) -> str:
+    default = declaration.default
     if declaration.choices:
-        return "{" + ", ".join(map(repr, declaration.choices)) + "}"
+        return f"{{{', '.join(map(repr, declaration.choices))}}}, default {default!r}"
     if declaration.minimum is None or declaration.maximum is None:
-        return declaration.kind.__name__
+        return f"{declaration.kind.__name__}, default {default!r}"
     special = f" ({declaration.minimum:g}: {declaration.special})" if declaration.special else ""
     between = f"{declaration.minimum:g} to {declaration.maximum:g} {declaration.unit}".rstrip()
-    return f"{declaration.kind.__name__}, {between}{special}"
-
-
-def _default(declaration: Declaration) -> str:
-    number = isinstance(declaration.default, int | float) and not isinstance(declaration.default, bool)
-    return declaration.to_text(declaration.default) if number else repr(declaration.default)
+    return f"{declaration.kind.__name__}, {between}{special}, default {declaration.to_text(default)}"
 
 
 def to_text(value: Value) -> str:

@@ -8,8 +8,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from .._runtime.arrays import plain_array
 from .camera import Camera
+from .pixel_grids import Pairs
 from .points import known_pixels
-from .surface import Links, surface_links
+from .surface import surface_links
 
 _MIN_PIECE_PIXELS = 24
 """Minimum number of linked pixels of a surface."""
@@ -47,13 +48,13 @@ def flying_points(depth: ArrayLike, intrinsics: Camera) -> NDArray[np.bool_]:
     image = np.asarray(plain_array(depth), np.float32)
     known = known_pixels(image)
     image = np.where(known, image, np.float32(np.nan))
-    links = surface_links(image, intrinsics)
+    right, down = links = surface_links(image, intrinsics)
     around = cv2.boxFilter(
         known.view(np.uint8), cv2.CV_16U, (_REACH, _REACH), normalize=False, borderType=cv2.BORDER_CONSTANT
     )
     flying = known & (around >= _DENSE) & (_piece_sizes(known, links) < _MIN_PIECE_PIXELS)
-    flying[:, 1:-1] |= _between_neighbours(image, links.right)
-    flying[1:-1] |= _between_neighbours(image.T, links.down.T).T
+    flying[:, 1:-1] |= _between_neighbours(image, right)
+    flying[1:-1] |= _between_neighbours(image.T, down.T).T
     return np.asarray(flying)
 
 
@@ -65,12 +66,12 @@ def _between_neighbours(depth: NDArray[np.float32], right: NDArray[np.bool_]) ->
     return np.asarray(within & ~right[:, :-1] & ~right[:, 1:])
 
 
-def _piece_sizes(known: NDArray[np.bool_], links: Links) -> NDArray[np.int32]:
+def _piece_sizes(known: NDArray[np.bool_], links: Pairs) -> NDArray[np.int32]:
     """Return the size [px] of the connected piece that each known pixel belongs to; 0 for other pixels."""
     height, width = known.shape
     # a grid of pixels with their links in between: its connected components are the pieces
     grid = np.zeros((2 * height - 1, 2 * width - 1), np.uint8)
-    grid[::2, ::2], grid[::2, 1::2], grid[1::2, ::2] = known, links.right, links.down
+    grid[::2, ::2], grid[::2, 1::2], grid[1::2, ::2] = known, *links
     _, labels = cv2.connectedComponents(grid, connectivity=4, ltype=cv2.CV_32S)
     pieces = np.ascontiguousarray(labels[::2, ::2])
     sizes = np.bincount(pieces.reshape(-1)).astype(np.int32)

@@ -14,7 +14,6 @@ from .._runtime.arrays import Array, check_shape, frozen, plain_array, real_imag
 from .._runtime.files import is_address
 from .._runtime.formatting import size_text
 from ..errors import InputError, check_kind, told_as, warn_of_reading
-from .brought_colour import BroughtColour
 from .camera import CAMERA_DOUBT, Camera, as_camera, camera_doubt, checked_transform
 from .guide import Guide, as_guide
 from .neighbours import NeighbourDepth, agrees
@@ -169,6 +168,28 @@ class FrameInputs:
 
 
 @dataclass(frozen=True, eq=False)
+class BroughtColour:
+    """How the colour of a frame in the depth camera's view was brought there (`ilf.sources.registration.register`).
+
+    Attributes
+    ----------
+    seen : ndarray of bool, shape (H, W)
+        Pixels that the colour camera sees; the frame's `rgb` is black elsewhere.
+    edge_rgb : ndarray of uint8, shape (H, W, 3)
+        The frame's `rgb` with the other pixels filled smoothly, so that their outline is no evidence of an edge.
+    camera : Camera
+        The colour camera, without distortion and with its size.
+    depth_to_colour : ndarray of float64, shape (4, 4)
+        Transform of points [m] from the depth camera to the colour camera.
+    """
+
+    seen: NDArray[np.bool_]
+    edge_rgb: NDArray[np.uint8]
+    camera: Camera
+    depth_to_colour: NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
 class RGBDFrame:
     """Registered colour and depth of one moment. Immutable: its arrays are read-only copies, except for colour that is
     read-only already. In numpy masked arrays, here and in all functions, what is masked is missing; colour cannot be.
@@ -191,8 +212,8 @@ class RGBDFrame:
     invalid_mask : array_like of bool, optional
         Invalid mask, shape (H, W): pixels whose measured depth is known to be wrong (the wall behind a glass, flying
         pixels, glare) and counts as missing. It has no effect where nothing was measured. Masks may also be integers
-        that are all 0 and 1, or 0 and 255, as in files. To change the mask of a frame, use `with_invalid_mask`:
-        `dataclasses.replace` would treat the masked `depth` as the measured depth.
+        that are all 0 and 1, or 0 and 255, as in files. To change a frame, use `changed` or
+        `with_invalid_mask`: `dataclasses.replace` would treat the masked `depth` as the measured depth.
     ground_truth : array_like, optional
         Ground truth depth [m] of the same pixels, shape (H, W), any real type; values that are not finite and positive
         are unknown and become NaN. It is used only to evaluate results, never to compute them.
@@ -380,12 +401,16 @@ class RGBDFrame:
         """Arguments of `ilf.load_frame` to read the same files again, ready for JSON; empty if there are no files."""
         return {} if self.inputs is None else self.inputs.arguments
 
+    def changed(self, **values: Any) -> Self:
+        """Return the frame with other values of its parameters; its depth stays as measured."""
+        return replace(self, **{"depth": self.measured, **values})
+
     def with_invalid_mask(self, mask: ArrayLike | None) -> Self:
         """Return the frame with another invalid mask, bool (H, W), or with none."""
         wanted = mask if mask is not None and (np.ma.is_masked(mask) or np.any(mask)) else None
         if wanted is None and self.invalid_mask is None:
             return self
-        return replace(self, depth=self.measured, invalid_mask=wanted)  # type: ignore[arg-type]  # as in __init__
+        return self.changed(invalid_mask=wanted)
 
     def with_more_invalid(self, mask: NDArray[np.bool_]) -> Self:
         """Return the frame with the pixels of a mask, bool (H, W), added to its invalid mask."""
@@ -394,24 +419,15 @@ class RGBDFrame:
     def with_ground_truth(self, ground_truth: ArrayLike | None, file: GroundTruthFile | None = None) -> Self:
         """Return the frame with another ground truth [m], shape (H, W), and the file it comes from; or with none."""
         inputs = None if self.inputs is None else replace(self.inputs, ground_truth=file)
-        return replace(
-            self,
-            depth=self.measured,
-            ground_truth=ground_truth,  # type: ignore[arg-type]  # as in __init__
-            inputs=inputs,
-        )
+        return self.changed(ground_truth=ground_truth, inputs=inputs)
 
     def with_neighbours(self, neighbours: NeighbourDepth | None) -> Self:
         """Return the frame with depth of other neighbours, or of none."""
-        if neighbours is self.neighbours:
-            return self
-        return replace(self, depth=self.measured, neighbours=neighbours)
+        return self if neighbours is self.neighbours else self.changed(neighbours=neighbours)
 
     def with_guide(self, guide: ArrayLike | Guide | None) -> Self:
         """Return the frame with another guide, or with none."""
-        if guide is self.guide:
-            return self
-        return replace(self, depth=self.measured, guide=None if guide is None else as_guide(guide))
+        return self if guide is self.guide else self.changed(guide=None if guide is None else as_guide(guide))
 
     def to_open3d(self) -> Any:
         """Return colour and depth [m] as an `open3d.geometry.RGBDImage`, with 0 for missing depth.

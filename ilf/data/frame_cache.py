@@ -55,13 +55,13 @@ class FrameCache(Generic[Owner, T]):
 
     def __init__(self) -> None:
         self._lock = Lock()
-        # by identity, since arrays cannot be hashed
-        self._known: dict[int, _CachedValues[T]] = {}
+        # by identity, since arrays cannot be hashed; an entry is removed when the reference to its owner dies
+        self._known: dict[int, tuple[weakref.ref[Any], OrderedDict[Hashable, T], Lock]] = {}
 
     def find(self, owner: Owner, key: Hashable) -> T | None:
         """Return the cached value of an owner for a key; None if there is none."""
         with self._lock:
-            known = self._of(owner).values
+            _, known, _ = self._of(owner)
             if key in known:
                 known.move_to_end(key)
             return known.get(key)
@@ -70,7 +70,7 @@ class FrameCache(Generic[Owner, T]):
         """Cache a value of an owner, and drop the least recently used one."""
         _freeze(value)
         with self._lock:
-            known = self._of(owner).values
+            _, known, _ = self._of(owner)
             known[key] = value
             known.move_to_end(key)
             if len(known) > _MAX_VALUES:
@@ -80,27 +80,20 @@ class FrameCache(Generic[Owner, T]):
     def clear_cached(self, owner: Owner) -> None:
         """Clear all values of an owner."""
         with self._lock:
-            self._of(owner).values.clear()
+            self._of(owner)[1].clear()
 
     def lock_of(self, owner: Owner) -> Lock:
         """Return the lock of an owner, to be held while a value is computed, so that no other thread computes it."""
         with self._lock:
-            return self._of(owner).lock
+            return self._of(owner)[2]
 
-    def _of(self, owner: Owner) -> _CachedValues[T]:
+    def _of(self, owner: Owner) -> tuple[weakref.ref[Any], OrderedDict[Hashable, T], Lock]:
+        """The values of an owner, and its lock."""
         number = id(owner)
         if number not in self._known:
-            self._known[number] = _CachedValues(weakref.ref(owner, lambda _: self._known.pop(number, None)))
+            gone = weakref.ref(owner, lambda _: self._known.pop(number, None))
+            self._known[number] = gone, OrderedDict(), Lock()
         return self._known[number]
-
-
-@dataclasses.dataclass(frozen=True, eq=False)
-class _CachedValues(Generic[T]):
-    """Cached values of one owner; they are removed when the weak reference to the owner dies."""
-
-    owner: weakref.ref[Any]
-    values: OrderedDict[Hashable, T] = dataclasses.field(default_factory=OrderedDict)
-    lock: Lock = dataclasses.field(default_factory=Lock)
 
 
 def _once(compute: Callable[Concatenate[Owner, P], T]) -> Callable[Concatenate[Owner, P], T]:

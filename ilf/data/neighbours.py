@@ -44,8 +44,8 @@ class Neighbour:
     Attributes
     ----------
     name : str
-    motion : ndarray of float64, shape (4, 4)
-        Transform of points [m] from its camera to the other frame's camera.
+    motion : tuple of tuple of float
+        Transform of points [m] from its camera to the other frame's camera, as rows of a matrix.
     sha256 : tuple of str
         SHA-256 of its colour and depth in its files; empty if it was not read from files.
     source : mapping
@@ -53,7 +53,7 @@ class Neighbour:
     """
 
     name: str
-    motion: NDArray[np.float64]
+    motion: tuple[tuple[float, ...], ...]
     sha256: tuple[str, ...] = ()
     source: Mapping[str, Any] = field(default_factory=dict)
 

@@ -413,12 +413,12 @@ def nearest_preset(parameters: Parameters, presets: Mapping[str, Parameters] = P
     >>> nearest_preset(preset("paper", mode="fill+denoise"))
     NearestPreset(preset='paper', differs={'mode': 'fill+denoise'})
     """
-    found = [NearestPreset(name, _differing(parameters, values)) for name, values in presets.items()]
+    differences = ((preset, parameters.differences_from(values).items()) for preset, values in presets.items())
+    found = (
+        NearestPreset(preset, {name: value for name, value in differing if parameters.has_effect(name)})
+        for preset, differing in differences
+    )
     return min(found, key=lambda one: len(one.differs))
-
-
-def _differing(parameters: Parameters, others: Parameters) -> dict[str, Value]:
-    return {name: value for name, value in parameters.differences_from(others).items() if parameters.has_effect(name)}
 
 
 def _in_a_list(label: str) -> str:

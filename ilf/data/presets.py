@@ -97,22 +97,6 @@ class UserPreset:
         return {} if self.extraction is None else self.extraction.differences_from(BlockParameters())
 
 
-@dataclass(frozen=True)
-class PresetList:
-    """The user's own presets.
-
-    Attributes
-    ----------
-    presets : dict
-        Name -> UserPreset, in alphabetical order.
-    problems : tuple of str
-        One sentence for every file that cannot be read.
-    """
-
-    presets: dict[str, UserPreset]
-    problems: tuple[str, ...]
-
-
 def preset(name: Parameters | str | os.PathLike[str] = DEFAULT_PRESET, **changes: object) -> Parameters:
     """Return the parameters of the filter of a preset, with any of them changed.
 
@@ -239,7 +223,13 @@ def read_preset(path: str | os.PathLike[str]) -> UserPreset:
     if not isinstance(data, dict) or data.get("kind") != _KIND:
         raise FormatError(f"{Path(path).absolute()} is not a preset: give a file with an exported preset.")
     with told_as(FormatError, f"{Path(path).absolute()}: {{error}}", IlfError):
-        return _parsed(data, Path(path).stem)
+        check_schema(data, SCHEMA, "preset")
+        file = converted(data, _PresetFile, "preset")
+        if file.base not in PRESETS:
+            raise FormatError(f"Its base preset {file.base!r:.40} does not exist. Known: {', '.join(PRESETS)}.")
+        extraction = None if file.extraction is msgspec.UNSET else BlockParameters().replace(**file.extraction)
+        parameters = PRESETS[file.base].replace(**file.parameters)
+        return UserPreset(file.name or Path(path).stem, parameters, file.base, extraction)
 
 
 def write_preset(path: str | os.PathLike[str], preset: UserPreset) -> None:
@@ -273,15 +263,15 @@ def presets_folder() -> Path:
     return user_path("config", "presets", "ILF_PRESETS")
 
 
-def list_presets() -> PresetList:
-    """List the user's presets by file name, and the errors of those that cannot be read."""
+def list_presets() -> tuple[dict[str, UserPreset], list[str]]:
+    """List the user's presets by file name, in alphabetical order, and a sentence for each file that cannot be read."""
     presets, problems = {}, []
     for path in sorted(presets_folder().glob(f"*{PRESET_SUFFIX}"), key=lambda path: path.stem.casefold()):
         try:
             presets[path.stem] = dataclasses.replace(read_preset(path), name=path.stem)
         except IlfError as error:
             problems.append(str(error))
-    return PresetList(presets, tuple(problems))
+    return presets, problems
 
 
 def find_preset(name: str | os.PathLike[str]) -> UserPreset:
@@ -312,7 +302,7 @@ def find_preset(name: str | os.PathLike[str]) -> UserPreset:
         return dataclasses.replace(read_preset(own), name=own.stem)
     if os.path.isfile(name):
         return read_preset(name)
-    known = ", ".join([*PRESETS, *list_presets().presets])
+    known = ", ".join([*PRESETS, *list_presets()[0]])
     raise ParameterError(f"There is no preset {os.fspath(name)!r:.80}, and no such file. Known: {known}.")
 
 
@@ -421,15 +411,6 @@ def import_preset(path: str | os.PathLike[str], *, replace: bool = False) -> Use
     return preset
 
 
-def _parsed(data: Mapping[str, Any], stem: str) -> UserPreset:
-    check_schema(data, SCHEMA, "preset")
-    file = converted(data, _PresetFile, "preset")
-    if file.base not in PRESETS:
-        raise FormatError(f"Its base preset {file.base!r:.40} does not exist. Known: {', '.join(PRESETS)}.")
-    extraction = None if file.extraction is msgspec.UNSET else BlockParameters().replace(**file.extraction)
-    return UserPreset(file.name or stem, PRESETS[file.base].replace(**file.parameters), file.base, extraction)
-
-
 class _PresetFile(msgspec.Struct):
     """The content of a preset's file, besides its kind and schema."""
 
@@ -442,7 +423,7 @@ class _PresetFile(msgspec.Struct):
 def _user_preset(name: str) -> Path:
     path = _existing(name)
     if path is None:
-        known = ", ".join(list_presets().presets) or "none"
+        known = ", ".join(list_presets()[0]) or "none"
         raise InputError(f"There is no user preset {name!r}. Known: {known}.")
     return path
 

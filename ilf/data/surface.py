@@ -14,6 +14,7 @@ from .._runtime.cancellation import check_cancelled
 from ..errors import InputError
 from .camera import Camera
 from .open3d_images import mesh_of
+from .pixel_grids import Pairs
 from .points import PointCloud, known_pixels, point_cloud, required_intrinsics
 
 # Links between neighbouring pixels of one surface, cut where depth jumps.
@@ -36,23 +37,7 @@ _MAX_DIFFERENCE = 0.5
 Mask = NDArray[np.bool_]
 
 
-@dataclass(frozen=True, eq=False)
-class Links:
-    """Links between neighbouring pixels that lie on one surface.
-
-    Parameters
-    ----------
-    right : ndarray of bool, shape (H, W - 1)
-        Whether each pixel is linked to the one on its right.
-    down : ndarray of bool, shape (H - 1, W)
-        Whether each pixel is linked to the one below.
-    """
-
-    right: Mask
-    down: Mask
-
-
-def surface_links(depth: ArrayLike, intrinsics: Camera) -> Links:
+def surface_links(depth: ArrayLike, intrinsics: Camera) -> Pairs:
     """Find which neighbours lie on one surface.
 
     Neighbours are linked unless the surface between them would be seen at a grazing angle (80 degrees), which in depth
@@ -66,16 +51,23 @@ def surface_links(depth: ArrayLike, intrinsics: Camera) -> Links:
     intrinsics : Camera
         Of this image.
 
+    Returns
+    -------
+    ndarray of bool, shape (H, W - 1)
+        Whether each pixel is linked to the one on its right.
+    ndarray of bool, shape (H - 1, W)
+        Whether each pixel is linked to the one below.
+
     Examples
     --------
-    >>> links = surface_links([[2.0, 2.01, 3.0, np.nan]], Camera(500.0, 500.0, 2.0, 0.0))
-    >>> links.right.tolist(), links.down.shape
+    >>> right, down = surface_links([[2.0, 2.01, 3.0, np.nan]], Camera(500.0, 500.0, 2.0, 0.0))
+    >>> right.tolist(), down.shape
     ([[True, False, False]], (0, 4))
     """
     image = np.asarray(plain_array(depth), np.float32)
     inverse = np.full(image.shape, np.nan, np.float32)
     np.divide(1, image, out=inverse, where=known_pixels(image))
-    return Links(_along_rows(inverse, intrinsics.fx), _along_rows(inverse.T, intrinsics.fy).T)
+    return _along_rows(inverse, intrinsics.fx), _along_rows(inverse.T, intrinsics.fy).T
 
 
 def _along_rows(inverse: NDArray[np.float32], focal: float) -> Mask:
@@ -133,7 +125,7 @@ class Mesh:
         return mesh_of(self.vertices.to_open3d(), self.faces)
 
 
-def surface_faces(depth: ArrayLike, links: Links) -> NDArray[np.int32]:
+def surface_faces(depth: ArrayLike, links: Pairs) -> NDArray[np.int32]:
     """Create triangles between linked neighbouring pixels.
 
     Four linked pixels give two triangles, divided along the diagonal with the smaller step in depth; three give one.
@@ -142,8 +134,8 @@ def surface_faces(depth: ArrayLike, links: Links) -> NDArray[np.int32]:
     ----------
     depth : array_like
         Depth [m], (H, W).
-    links : Links
-        Links of that depth.
+    links : tuple of ndarray
+        Links of that depth, from `surface_links`.
 
     Returns
     -------
@@ -161,11 +153,11 @@ def surface_faces(depth: ArrayLike, links: Links) -> NDArray[np.int32]:
     return found[:count]
 
 
-def _triangles(depth: NDArray[np.float32], links: Links, rows: slice) -> Iterator[NDArray[np.int32]]:
+def _triangles(depth: NDArray[np.float32], links: Pairs, rows: slice) -> Iterator[NDArray[np.int32]]:
     """Yield triangles between the pixels a, b of some rows and c, d below them."""
     below = slice(rows.start + 1, rows.stop + 1)
-    top, bottom = links.right[rows], links.right[below]
-    left, right = links.down[rows, :-1], links.down[rows, 1:]
+    top, bottom = links[0][rows], links[0][below]
+    left, right = links[1][rows, :-1], links[1][rows, 1:]
     rising = (top & left).view(np.uint8) + (right & bottom)
     falling = (top & right).view(np.uint8) + (left & bottom)
     here, under = depth[rows], depth[below]
@@ -276,22 +268,21 @@ def surface_normals(depth: ArrayLike, intrinsics: Camera | ArrayLike | None) -> 
     """
     image = np.asarray(plain_array(depth), np.float32)
     camera = required_intrinsics(intrinsics, image.shape)
-    links = surface_links(image, camera)
+    right, down = surface_links(image, camera)
     height = len(image)
     found = np.empty((*image.shape, 3), np.float32)
     for top in range(0, height, _NORMALS_BAND):
         bottom = min(top + _NORMALS_BAND, height)
         first, last = max(top - _ROUNDS * _RADIUS - 1, 0), min(bottom + _ROUNDS * _RADIUS + 1, height)
-        around = Links(links.right[first:last], links.down[first : last - 1])
-        normals = _normals(image[first:last], around, camera, first)
+        normals = _normals(image[first:last], (right[first:last], down[first : last - 1]), camera, first)
         found[top:bottom] = normals[top - first : bottom - first]
     return found
 
 
-def _normals(depth: Array, links: Links, intrinsics: Camera, first_row: int) -> Array:
+def _normals(depth: Array, links: Pairs, intrinsics: Camera, first_row: int) -> Array:
     known = known_pixels(depth)
     inverse = np.divide(1, depth, out=np.zeros(depth.shape, np.float32), where=known)
-    across, along = _slopes(inverse, links), _slopes(inverse.T, Links(links.down.T, links.right.T)).T
+    across, along = _slopes(inverse, links), _slopes(inverse.T, (links[1].T, links[0].T)).T
     rows, columns = np.arange(depth.shape[0], dtype=np.float32)[:, None], np.arange(depth.shape[1], dtype=np.float32)
     sight_x = (columns - np.float32(intrinsics.cx)) / np.float32(intrinsics.fx)
     sight_y = (rows + np.float32(first_row - intrinsics.cy)) / np.float32(intrinsics.fy)
@@ -305,14 +296,15 @@ def _normals(depth: Array, links: Links, intrinsics: Camera, first_row: int) -> 
     return normal
 
 
-def _slopes(inverse: Array, links: Links) -> Array:
+def _slopes(inverse: Array, links: Pairs) -> Array:
     """Return the mean step along the rows over linked pixels; 0 where there is none."""
+    right, down = links
     total, count = np.zeros(inverse.shape), np.zeros(inverse.shape)
-    step = np.where(links.right, np.diff(inverse, axis=1), 0)
+    step = np.where(right, np.diff(inverse, axis=1), 0)
     for side in (np.s_[:, :-1], np.s_[:, 1:]):
         total[side] += step
-        count[side] += links.right
-    along, across = _reach(links.right), _reach(links.down.T)
+        count[side] += right
+    along, across = _reach(right), _reach(down.T)
     for _ in range(_ROUNDS):
         total, count = (_box_sums(_box_sums(values, *along).T, *across).T for values in (total, count))
     return np.divide(total, count, out=np.zeros(inverse.shape), where=count > 0).astype(np.float32)

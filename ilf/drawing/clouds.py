@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from .._runtime.stepping import run_to_end
+from .._runtime.cancellation import run_to_end
 
 # A camera that orbits a point of the cloud.
 
@@ -280,19 +280,15 @@ def _nearest_keys(
         yield
     merged = layers[-1]
     for size in range(largest, 1, -1):
-        _widen(merged, forward=size % 2 == 0)
+        # every square is widened by a pixel in both axes, to the right and down, then to the left and up
+        for axis in (merged, merged.T):
+            np.minimum(axis[:-1], axis[1:], out=axis[1:] if size % 2 == 0 else axis[:-1])
         if size > smallest:
             np.minimum(merged, layers[size - 1 - smallest], out=merged)
         yield
     if look.point_size is None:
         _close_gaps(merged)
     return merged[margin : margin + look.height, margin : margin + look.width]
-
-
-def _widen(keys: NDArray[np.uint64], forward: bool) -> None:
-    """Widen every square by one pixel in both axes, in place: to the right and down, or to the left and up."""
-    for axis in (keys, keys.T):
-        np.minimum(axis[:-1], axis[1:], out=axis[1:] if forward else axis[:-1])
 
 
 def _close_gaps(keys: NDArray[np.uint64]) -> None:

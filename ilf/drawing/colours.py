@@ -87,9 +87,7 @@ def _known_sample(values: NDArray[np.floating]) -> NDArray[np.floating]:
 # The spectrum of a block's depth, for display with the pass band.
 
 
-def depth_spectrum(
-    depth: NDArray[np.floating], padding: float, reach: tuple[int, int] | None = None
-) -> NDArray[np.float32]:
+def depth_spectrum(depth: NDArray[np.floating], padding: float, reach: tuple[int, int]) -> NDArray[np.float32]:
     """Log magnitude of the spectrum of a block's depth on the padded grid, with wave number 0 in the middle.
 
     The mean of the known depth, which would dominate the spectrum, is subtracted; missing pixels count as 0.
@@ -100,8 +98,8 @@ def depth_spectrum(
         Depth on the block's bounding box [m], NaN outside the block and where it is missing.
     padding : float
         Ratio of the grid's sides to those of the bounding box, as in `Parameters.padding`.
-    reach : tuple of int, optional
-        Largest wave numbers (k_y, k_x) that are kept, in cycles per grid; all if left out.
+    reach : tuple of int
+        Largest wave numbers (k_y, k_x) that are kept, in cycles per grid.
 
     Returns
     -------
@@ -120,12 +118,10 @@ def depth_spectrum(
     values = np.where(known, depth - (depth[known].mean() if known.any() else 0.0), 0.0)
     grid = tuple(math.ceil(padding * side) for side in depth.shape)
     magnitude = np.fft.fftshift(np.log1p(np.abs(scipy.fft.fft2(values, s=grid))))
-    if reach is not None:
-        rows, columns = (
-            slice(max(side // 2 - most, 0), side // 2 + most + 1)
-            for side, most in zip(magnitude.shape, reach, strict=True)
-        )
-        magnitude = magnitude[rows, columns]
+    rows, columns = (
+        slice(max(side // 2 - most, 0), side // 2 + most + 1) for side, most in zip(magnitude.shape, reach, strict=True)
+    )
+    magnitude = magnitude[rows, columns]
     low, high = float(magnitude.min()), float(magnitude.max())
     if high <= low:
         return np.zeros(magnitude.shape, np.float32)

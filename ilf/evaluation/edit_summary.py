@@ -87,20 +87,19 @@ def summarise_edit(
     changed[patch.box] = patch.before != patch.after
     moved = int(np.count_nonzero(changed))
     touched = {*np.unique([run.blocks.labels[changed] for run in (before, after)]).tolist()} - {0}
-    filled, expected = None, None
-    if completed[0] is not None and completed[1] is not None:
-        filled, expected = _filled_and_expected((before, completed[0]), (after, completed[1]), touched)
-    effect = EditSummary(moved, filled, expected, by_ground_truth=_by_ground_truth((before, after), completed, touched))
+    runs = before, after
+    filled, expected = _filled_and_expected(runs, completed, touched)
+    effect = EditSummary(moved, filled, expected, by_ground_truth=_by_ground_truth(runs, completed, touched))
     hidden = _near(changed) & after.frame.own
-    errors = _errors((before, after), hidden)
+    errors = _errors(runs, hidden)
     both = np.isfinite(errors[0]) & np.isfinite(errors[1])
     count = int(np.count_nonzero(both))
     if count < _FEWEST:
         return effect
     absolute = [np.abs(error[both]) for error in errors]
     margin = margin_of_mean([absolute[1] - absolute[0]], [np.flatnonzero(hidden)[both]], hidden.shape[1])
-    held_out = _mean(absolute[0]), _mean(absolute[1])
-    return replace(effect, held_out=held_out, hidden=count, margin=margin)
+    before_mean, after_mean = (float(np.mean(error, dtype=np.float64)) for error in absolute)
+    return replace(effect, held_out=(before_mean, after_mean), hidden=count, margin=margin)
 
 
 def _near(changed: NDArray[np.bool_]) -> NDArray[np.bool_]:
@@ -122,18 +121,19 @@ def _errors(runs: tuple[Run, Run], hidden: NDArray[np.bool_]) -> list[NDArray[np
 
 
 def _filled_and_expected(
-    before: tuple[Run, Completion], after: tuple[Run, Completion], touched: set[int]
+    runs: tuple[Run, Run], completed: tuple[Completion | None, Completion | None], touched: set[int]
 ) -> tuple[tuple[int, int] | None, tuple[float, float] | None]:
-    states = before, after
-    if not all(_matches_blocks(run, completion, touched) for run, completion in states):
-        return None, None
-    there = _pixels_of(touched, (before[0], after[0]))
-    first, second = (there & completion.filled_by_blocks for _, completion in states)
+    there, done = _pixels_of(touched, runs), []
+    for run, completion in zip(runs, completed, strict=True):
+        if completion is None or not _matches_blocks(run, completion, touched):
+            return None, None
+        done.append(completion)
+    first, second = (there & completion.filled_by_blocks for completion in done)
     filled = int(np.count_nonzero(first)), int(np.count_nonzero(second))
     both = first & second
     if np.count_nonzero(both) < _FEWEST:
         return filled, None
-    one, other = (summarised(expected_error(completion)[both]).rms for _, completion in states)
+    one, other = (summarised(expected_error(completion)[both]).rms for completion in done)
     return filled, (one, other)
 
 
@@ -173,7 +173,3 @@ def _matches_blocks(run: Run, completion: Completion, touched: set[int]) -> bool
 
 def _rms(values: NDArray[np.float32]) -> float:
     return float(np.sqrt(np.mean(np.square(values, dtype=np.float64))))
-
-
-def _mean(errors: NDArray[np.float32]) -> float:
-    return float(np.mean(errors, dtype=np.float64))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Generator, Iterator, Sequence
+from collections.abc import Generator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, reduce
 from typing import Self, TypeVar
@@ -12,31 +12,41 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._runtime.arrays import check_shape, plain_array
-from .._runtime.stepping import mapped_steps
+from .._runtime.cancellation import mapped_steps
 from ..data.frame import RGBDFrame, checked_frame, checked_mask
 from ..data.label_map import Box, checked_labels
 from ..data.results import Completion, NanEqual
 from ..errors import InputError, check_kind
 from ..run.run import Run
-from .metrics import measure_errors, share_within
+from .metrics import share_within
 
 Depth = NDArray[np.floating]
+
+DELTA_BASE = 1.25
+"""Base of the threshold accuracies delta < 1.25^k."""
 
 
 @dataclass(frozen=True, eq=False)
 class Evaluation(NanEqual):
-    """Errors of depth against ground truth over a set of pixels. NaN equals NaN in comparisons of evaluations.
+    """Errors of depth against ground truth over a set of pixels (section 7). NaN equals NaN in comparisons.
 
     Attributes
     ----------
     pixels : int
         Number of pixels where both are known; if it is 0, the errors are NaN.
     rmse, mae, median : float
-        Root mean square, mean absolute and median absolute error [m].
+        Root mean square error, Eq. (5), mean absolute error, Eq. (6), and median absolute error [m].
     bias : float
-        Mean error [m], positive if the depth is too large.
+        Mean error [m], positive if the depth is too large: the accuracy ACC, Eq. (3).
     within : float or None
         Share of the pixels with an expected error whose error is at most that, 0-1; None without such pixels.
+    rel : float
+        Mean of |error| / ground truth, Eq. (7).
+    delta : tuple of float
+        Shares of pixels with max(depth / ground truth, ground truth / depth) < 1.25^k, for k = 1, 2, 3.
+    deviation : float
+        Standard deviation of the error [m], over N and not N - 1 pixels: the precision PRS, Eq. (4). As printed, it
+        squares the sum of the deviations, which is always 0; here, the deviations are squared.
     """
 
     pixels: int = 0
@@ -45,6 +55,9 @@ class Evaluation(NanEqual):
     median: float = math.nan
     bias: float = math.nan
     within: float | None = None
+    rel: float = math.nan
+    delta: tuple[float, ...] = (math.nan,) * 3
+    deviation: float = math.nan
 
 
 def evaluate(
@@ -82,14 +95,26 @@ def evaluate(
         shapes = ", ".join(f"{name} {values.shape}" for name, values in given.items() if values is not None)
         raise InputError(f"Only arrays of the same shape can be compared: {shapes}.")
     depth, ground_truth = plain_array(depth), plain_array(ground_truth)
-    evaluated = np.isfinite(depth) & np.isfinite(ground_truth)
+    evaluated = _is_known(depth) & _is_known(ground_truth)
     if mask is not None:
         evaluated &= plain_array(mask)
     if not evaluated.any():
         return Evaluation()
-    errors = measure_errors(depth, ground_truth, evaluated)
-    within = None if expected is None else _within(depth[evaluated], ground_truth[evaluated], expected[evaluated])
-    return Evaluation(errors.pixels, errors.rmse, errors.mae, errors.median, errors.acc, within)
+    measured, true = depth[evaluated].astype(np.float64), ground_truth[evaluated].astype(np.float64)
+    error = measured - true
+    size = np.abs(error)
+    ratio = np.maximum(measured / true, true / measured)
+    return Evaluation(
+        pixels=error.size,
+        rmse=float(np.sqrt(np.mean(error**2))),
+        mae=float(np.mean(size)),
+        median=float(np.median(size)),
+        bias=float(np.mean(error)),
+        within=None if expected is None else _within(depth[evaluated], ground_truth[evaluated], expected[evaluated]),
+        rel=float(np.mean(size / true)),
+        delta=tuple(float(np.mean(ratio < DELTA_BASE**power)) for power in (1, 2, 3)),
+        deviation=float(np.std(error)),
+    )
 
 
 def evaluate_completion(
@@ -143,19 +168,12 @@ def evaluate_completion(
     return evaluate(completion.depth, _ground_truth(frame), evaluated, expected)
 
 
-def evaluate_blocks(
-    frame: RGBDFrame,
-    completion: Completion,
-    labels: NDArray[np.integer],
-    *,
-    every: bool = False,
-    expected: Depth | None = None,
-) -> dict[int, Evaluation]:
+def evaluate_blocks(frame: RGBDFrame, completion: Completion, labels: NDArray[np.integer]) -> dict[int, Evaluation]:
     """`evaluate_completion` for every block that has pixels to evaluate.
 
     Parameters
     ----------
-    frame, completion, every, expected
+    frame, completion
         As for `evaluate_completion`.
     labels : ndarray of int, shape (H, W)
         Label map, 0 = no block.
@@ -182,17 +200,9 @@ def evaluate_blocks(
     {1: 20, 2: 20}
     """
     ground_truth, owners = _ground_truth(frame), checked_labels(labels, frame.shape)
-    evaluated = _evaluated(frame, completion, every) & np.isfinite(completion.depth) & np.isfinite(ground_truth)
-    errors = PixelErrors.at(evaluated & (owners > 0), completion.depth, ground_truth, expected)
+    evaluated = _evaluated(frame, completion) & np.isfinite(completion.depth) & np.isfinite(ground_truth)
+    errors = PixelErrors.at(evaluated & (owners > 0), completion.depth, ground_truth)
     return Evaluated(owners, (errors,)).blocks
-
-
-def by_label(labels: NDArray[np.int32], places: NDArray[np.intp]) -> Iterator[tuple[int, NDArray[np.intp]]]:
-    """For each label, in increasing order, the positions in `places` of its flat indices in a label map."""
-    owners = labels.ravel()[places]
-    order = np.argsort(owners, kind="stable")
-    found, starts = np.unique(owners[order], return_index=True)
-    yield from zip(found.tolist(), np.split(order, starts[1:]), strict=False)
 
 
 def _ground_truth(frame: RGBDFrame) -> NDArray[np.float32]:
@@ -201,9 +211,13 @@ def _ground_truth(frame: RGBDFrame) -> NDArray[np.float32]:
     return frame.ground_truth
 
 
-def _evaluated(frame: RGBDFrame, completion: Completion, every: bool) -> NDArray[np.bool_]:
+def _evaluated(frame: RGBDFrame, completion: Completion, every: bool = False) -> NDArray[np.bool_]:
     check_shape("The completion", completion.depth.shape, frame.shape)
     return np.ones(frame.shape, bool) if every else completion.filled & frame.missing
+
+
+def _is_known(depth: Depth) -> NDArray[np.bool_]:
+    return np.isfinite(depth) & (depth > 0)
 
 
 def _within(depth: Depth, ground_truth: Depth, expected: Depth) -> float | None:
@@ -297,14 +311,12 @@ class Evaluated:
 
     def of_block(self, label: int) -> Self:
         """The same for one block."""
-        return replace(
-            self,
-            parts=tuple(self._of_block(part, label) for part in self.parts),
-            shared=None if self.shared is None else tuple(self._of_block(part, label) for part in self.shared),
-        )
+        inside = self.labels.ravel() == label
 
-    def _of_block(self, part: PixelErrors, label: int) -> PixelErrors:
-        return part.only(np.flatnonzero(self.labels.ravel()[part.places] == label))
+        def chosen(parts: tuple[PixelErrors, ...]) -> tuple[PixelErrors, ...]:
+            return tuple(part.only(np.flatnonzero(inside[part.places])) for part in parts)
+
+        return replace(self, parts=chosen(self.parts), shared=None if self.shared is None else chosen(self.shared))
 
     @cached_property
     def whole(self) -> Evaluation:
@@ -321,7 +333,10 @@ class Evaluated:
         """Label -> evaluation of each block with pixels to be filled, all completions together; in increasing order."""
         found: dict[int, list[PixelErrors]] = {}
         for part in self.evaluated:
-            for label, chosen in by_label(self.labels, part.places):
+            owners = self.labels.ravel()[part.places]
+            order = np.argsort(owners, kind="stable")
+            labels, starts = np.unique(owners[order], return_index=True)
+            for label, chosen in zip(labels.tolist(), np.split(order, starts[1:]), strict=False):
                 found.setdefault(label, []).append(part.only(chosen))
         return {label: _evaluation(found[label]) for label in sorted(found)}
 
@@ -366,12 +381,7 @@ def restrict_to_shared(several: Sequence[E]) -> list[E]:
         reduce(np.intersect1d, (part.places[part.filled] for part in parts))
         for parts in zip(*(evaluated.parts for evaluated in leading), strict=True)
     ]
-    return [
-        replace(
-            evaluated, shared=tuple(part.among(places) for part, places in zip(evaluated.parts, shared, strict=True))
-        )
-        for evaluated in several
-    ]
+    return [replace(evaluated, shared=tuple(map(PixelErrors.among, evaluated.parts, shared))) for evaluated in several]
 
 
 def fills_enough(evaluated: Evaluated, several: Sequence[Evaluated]) -> bool:

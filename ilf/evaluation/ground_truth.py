@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Generator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,21 +19,9 @@ from .evaluation import MIN_RELATIVE_COVERAGE, PixelErrors, Progress, RunEvaluat
 from .hold_out import completion_steps
 
 
-@dataclass(frozen=True, eq=False)
-class GroundTruthResult(RunEvaluation):
-    """Evaluation of a run against ground truth where depth was missing in the blocks that were run.
-
-    Attributes
-    ----------
-    completion : Completion
-        Without extrapolation; its history contains no errors of the iterations, which would take longer.
-    """
-
-    completion: Completion
-
-
-def ground_truth_steps(run: Run, *, threads: int | None = None) -> Generator[Progress, None, GroundTruthResult]:
-    """Complete a run's blocks and compare them with ground truth; nothing is extrapolated, even if the run is dense.
+def ground_truth_steps(run: Run, *, threads: int | None = None) -> Generator[Progress, None, RunEvaluation]:
+    """Complete a run's blocks and compare them with ground truth where depth was missing; nothing is extrapolated, even
+    if the run is dense.
 
     Parameters
     ----------
@@ -48,7 +36,7 @@ def ground_truth_steps(run: Run, *, threads: int | None = None) -> Generator[Pro
 
     Returns
     -------
-    GroundTruthResult
+    RunEvaluation
 
     Raises
     ------
@@ -66,12 +54,21 @@ def ground_truth_steps(run: Run, *, threads: int | None = None) -> Generator[Pro
     '0 of 1 blocks'
     >>> steps.close()
     """
-    wanted, started = pixels_with_ground_truth(run), time.perf_counter()
-    frame, ground_truth = _without_ground_truth(run.frame), run.frame.ground_truth
+    started = time.perf_counter()
+    errors, _ = yield from against_ground_truth(run, threads)
+    return RunEvaluation(run.blocks.labels, (errors,), run, time.perf_counter() - started)
+
+
+def against_ground_truth(
+    run: Run, threads: int | None = None
+) -> Generator[Progress, None, tuple[PixelErrors, Completion]]:
+    """The errors of `ground_truth_steps`, and the completion; its history contains no errors of the iterations, which
+    would take longer."""
+    wanted, ground_truth = pixels_with_ground_truth(run), run.frame.ground_truth
     assert ground_truth is not None
-    completion = yield from completion_steps(replace(run, frame=frame, extrapolate=False), threads)
-    errors = PixelErrors.at(wanted, completion.depth, ground_truth, expected_error(completion))
-    return GroundTruthResult(run.blocks.labels, (errors,), run, time.perf_counter() - started, completion)
+    alone = replace(run, frame=_without_ground_truth(run.frame), extrapolate=False)
+    completion = yield from completion_steps(alone, threads)
+    return PixelErrors.at(wanted, completion.depth, ground_truth, expected_error(completion)), completion
 
 
 def pixels_with_ground_truth(run: Run) -> NDArray[np.bool_]:

@@ -12,7 +12,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from .._runtime.stepping import run_to_end
+from .._runtime.cancellation import run_to_end
 from ..completion.confidence.expected_error import expected_error
 from ..data.frame import RGBDFrame
 from ..data.frame_cache import once_per_frame
@@ -42,6 +42,7 @@ HOLD_OUT_PATTERNS = {
 """Name -> description."""
 
 
+@once_per_frame
 def hidden_pixels(frame: RGBDFrame, pattern: str, seed: int = 0) -> NDArray[np.bool_]:
     """Find the pixels whose depth a pattern hides.
 
@@ -74,7 +75,11 @@ def hidden_pixels(frame: RGBDFrame, pattern: str, seed: int = 0) -> NDArray[np.b
         raise InputError(f"There is no pattern {pattern!r}. Known: {', '.join(HOLD_OUT_PATTERNS)}.")
     if frame.inputs is not None and is_result(FrameRef.of(frame.inputs)):
         raise InputError(f"{frame.inputs.depth.path}: {COMPLETED_DEPTH}")
-    return _hidden_pixels(frame, pattern, seed)
+    measured = np.isfinite(frame.measured)
+    rng = generator(frame.name, pattern, seed)
+    if pattern == "random":
+        return drawn_from(measured, rng, slice(round(RANDOM_KEPT * int(np.count_nonzero(measured))), None))
+    return _areas(measured, rng)
 
 
 @once_per_frame
@@ -109,15 +114,6 @@ def frame_without(frame: RGBDFrame, pattern: str, seed: int = 0) -> RGBDFrame:
         outside_view=frame.outside_view,
         neighbours=frame.neighbours,
     )
-
-
-@once_per_frame
-def _hidden_pixels(frame: RGBDFrame, pattern: str, seed: int) -> NDArray[np.bool_]:
-    measured = np.isfinite(frame.measured)
-    rng = generator(frame.name, pattern, seed)
-    if pattern == "random":
-        return drawn_from(measured, rng, slice(round(RANDOM_KEPT * int(np.count_nonzero(measured))), None))
-    return _areas(measured, rng)
 
 
 def untrusted_note(frame: RGBDFrame) -> str:

@@ -13,7 +13,8 @@ from .._runtime.arrays import check_shape, plain_array
 from ..data.camera import Camera
 from ..errors import InputError
 from ..io.tables import csv_text
-from .statistics import PlaneFit
+from ..segmentation.editing.patches import values_at
+from .statistics import SurfaceFit
 
 # Depth along a line between two points of the image.
 
@@ -110,7 +111,11 @@ def depth_profile(
     found = np.where(np.isfinite(found) & (found > 0), found, np.float32(np.nan))
     pixels = np.hypot(columns - columns[0], rows - rows[0])
     metres = None if intrinsics is None else _path_lengths(intrinsics.points(columns, rows, found), pixels)
-    return DepthProfile(columns, rows, pixels, metres, found, _others(others or {}, image.shape, rows, columns))
+    maps = {name: plain_array(values) for name, values in (others or {}).items()}
+    for name, array in maps.items():
+        check_shape(f"The map {name!r}", array.shape, image.shape, "the depth")
+    sampled = {name: array[rows, columns].astype(np.float32) for name, array in maps.items()}
+    return DepthProfile(columns, rows, pixels, metres, found, sampled)
 
 
 def _pixels(start: ImagePoint, end: ImagePoint) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
@@ -119,10 +124,8 @@ def _pixels(start: ImagePoint, end: ImagePoint) -> tuple[NDArray[np.intp], NDArr
         raise InputError(f"The ends of a line must be finite image coordinates, not {start} and {end}.")
     (x0, y0), (x1, y1) = np.floor(start), np.floor(end)
     steps = int(max(abs(x1 - x0), abs(y1 - y0)))
-    return (
-        np.rint(np.linspace(x0, x1, steps + 1)).astype(np.intp),
-        np.rint(np.linspace(y0, y1, steps + 1)).astype(np.intp),
-    )
+    columns, rows = (np.rint(np.linspace(*ends, steps + 1)).astype(np.intp) for ends in ((x0, x1), (y0, y1)))
+    return columns, rows
 
 
 def _path_lengths(points: NDArray[np.float64], pixels: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -133,15 +136,6 @@ def _path_lengths(points: NDArray[np.float64], pixels: NDArray[np.float64]) -> N
     steps = np.linalg.norm(np.diff(points[known], axis=0), axis=1)
     lengths = np.concatenate([[0.0], np.cumsum(steps)])
     return np.interp(pixels, pixels[known], lengths, left=np.nan, right=np.nan)
-
-
-def _others(
-    maps: Mapping[str, ArrayLike], shape: tuple[int, ...], rows: NDArray[np.intp], columns: NDArray[np.intp]
-) -> dict[str, NDArray[np.float32]]:
-    arrays = {name: plain_array(values) for name, values in maps.items()}
-    for name, array in arrays.items():
-        check_shape(f"The map {name!r}", array.shape, shape, "the depth")
-    return {name: array[rows, columns].astype(np.float32) for name, array in arrays.items()}
 
 
 NEEDS_INTRINSICS = "Lengths and angles need the camera's intrinsics, and this frame has none. Open it with intrinsics."
@@ -225,11 +219,13 @@ def measure(depth: ArrayLike, line: Line, intrinsics: Camera | None) -> Measured
     """
     if intrinsics is None:
         raise InputError(NEEDS_INTRINSICS)
-    image = plain_array(depth)
-    return Measured(np.array([_point_or_nan(image, point, intrinsics) for point in line]))
+    places = np.array(line, np.float64)
+    z = values_at(plain_array(depth), places, beyond=0).astype(np.float64)
+    columns, rows = np.floor(places).T
+    return Measured(intrinsics.points(columns, rows, np.where(np.isfinite(z) & (z > 0), z, np.nan)))
 
 
-def angle_between(one: PlaneFit, other: PlaneFit) -> float:
+def angle_between(one: SurfaceFit, other: SurfaceFit) -> float:
     """Compute the angle between two planes [degrees], from 0 for parallel ones to 90.
 
     Raises
@@ -239,7 +235,7 @@ def angle_between(one: PlaneFit, other: PlaneFit) -> float:
 
     Examples
     --------
-    >>> floor, wall = PlaneFit(0.0, 0.0, (0.0, -1.0, 0.0), 90.0), PlaneFit(0.0, 0.0, (0.0, 0.0, -1.0), 0.0)
+    >>> floor, wall = SurfaceFit(0.0, 0.0, (0.0, -1.0, 0.0), 90.0), SurfaceFit(0.0, 0.0, (0.0, 0.0, -1.0), 0.0)
     >>> angle_between(floor, wall)
     90.0
     """
@@ -265,10 +261,3 @@ def measurements_csv(lines: Sequence[Line], found: Sequence[Measured]) -> str:
 
 def _cell(value: float) -> str:
     return "" if math.isnan(value) else f"{value:.5f}"
-
-
-def _point_or_nan(depth: NDArray[np.floating], point: ImagePoint, intrinsics: Camera) -> NDArray[np.float64]:
-    try:
-        return point_in_space(depth, point, intrinsics)
-    except InputError:
-        return np.full(3, np.nan)

@@ -41,40 +41,26 @@ _ROUNDING = 1e-6
 
 
 @dataclass(frozen=True)
-class PlaneFit:
-    """The plane that most points lie on.
+class SurfaceFit:
+    """The plane, or the quadric as a height over that plane, that most points lie on.
 
     Attributes
     ----------
     rms : float
-        Root mean square of the points' distances from it [m] without outliers: perpendicular to it in camera space,
-        along the optical axis without intrinsics.
+        Root mean square of the points' distances from it [m] without outliers: along the plane's normal in camera
+        space, along the optical axis without intrinsics.
     outliers : float
         Share of the points farther from it than 3.5 robust deviations, 0-1.
     normal : (float, float, float) or None
-        Unit normal vector, towards the camera; None without intrinsics.
+        Unit normal vector of a plane, towards the camera; None without intrinsics, and for a quadric.
     tilt : float
-        Angle between normal and optical axis [degrees], 0 for a plane that faces the camera; NaN without intrinsics.
+        Angle between normal and optical axis [degrees], 0 for a plane that faces the camera; NaN without a normal.
     """
 
     rms: float
     outliers: float
-    normal: tuple[float, float, float] | None
-    tilt: float
-
-
-@dataclass(frozen=True)
-class QuadricFit:
-    """The quadric, as a height over the fitted plane, that most points lie on.
-
-    Attributes
-    ----------
-    rms, outliers : float
-        As in `PlaneFit`; distances are along the plane's normal.
-    """
-
-    rms: float
-    outliers: float
+    normal: tuple[float, float, float] | None = None
+    tilt: float = math.nan
 
 
 def check_support(pixels: Array, coefficients: int, width: float, what: str) -> None:
@@ -87,7 +73,7 @@ def check_support(pixels: Array, coefficients: int, width: float, what: str) -> 
         raise InputError(f"The pixels with depth form too narrow a strip for a {what}. Select a wider area.")
 
 
-def _plane(points: Array) -> tuple[PlaneFit, Array, Array]:
+def _plane(points: Array) -> tuple[SurfaceFit, Array, Array]:
     """Fit by total least squares; returns the fit, axes (3, 3) with the normal last, and centre."""
     few = _thinned(points)
     weights = np.ones(len(few))
@@ -102,7 +88,7 @@ def _plane(points: Array) -> tuple[PlaneFit, Array, Array]:
     rms, outliers = _evaluated(offsets, floor)
     x, y, z = axes[2].tolist()
     tilt = float(np.degrees(np.arccos(min(abs(z), 1.0))))
-    return PlaneFit(rms, outliers, (x, y, z), tilt), axes, centre
+    return SurfaceFit(rms, outliers, (x, y, z), tilt), axes, centre
 
 
 def _principal(points: Array, weights: Array) -> tuple[Array, Array]:
@@ -116,7 +102,7 @@ def _principal(points: Array, weights: Array) -> tuple[Array, Array]:
     return axes, centre
 
 
-def _height_fit(heights: Array, places: Array, terms: Callable[[Array], Array], depth: float) -> QuadricFit:
+def _height_fit(heights: Array, places: Array, terms: Callable[[Array], Array], depth: float) -> SurfaceFit:
     """Fit heights (N,) as a polynomial of places (N, 2), rotated and scaled for good conditioning."""
     apart = places - places.mean(axis=0)
     spread, turn = np.linalg.eigh(np.cov(apart.T))
@@ -129,7 +115,7 @@ def _height_fit(heights: Array, places: Array, terms: Callable[[Array], Array], 
         weights = _cauchy(offsets, floor)
     good = np.abs(offsets) <= _OUTLIER * _deviation(offsets, floor)
     coefficients = _solved(few[good], low[good], np.ones(np.count_nonzero(good)))
-    return QuadricFit(*_evaluated(heights - design @ coefficients, floor))
+    return SurfaceFit(*_evaluated(heights - design @ coefficients, floor))
 
 
 def _linear(places: Array) -> Array:
@@ -178,8 +164,8 @@ class SurfaceStatistics:
     noise : float
         Standard deviation of the pixel noise, independent of the surface's shape: the median absolute second difference
         of three neighbours in a row or column, over 0.6745 and the root of 6. Too small for quantised depth.
-    plane : PlaneFit or None
-    quadric : QuadricFit or None
+    plane : SurfaceFit or None
+    quadric : SurfaceFit or None
     reason : str
         Why there is no plane or no quadric; "" if there are both.
     """
@@ -192,8 +178,8 @@ class SurfaceStatistics:
     least: float = math.nan
     largest: float = math.nan
     noise: float = math.nan
-    plane: PlaneFit | None = None
-    quadric: QuadricFit | None = None
+    plane: SurfaceFit | None = None
+    quadric: SurfaceFit | None = None
     reason: str = ""
 
     @property
@@ -267,17 +253,16 @@ def surface_statistics(
 
 def _surfaces(
     z: NDArray[np.float64], rows: NDArray[np.intp], columns: NDArray[np.intp], intrinsics: Camera | None
-) -> tuple[PlaneFit | None, QuadricFit | None, str]:
+) -> tuple[SurfaceFit | None, SurfaceFit | None, str]:
     """Plane, quadric, and the reason if one is missing."""
     pixels = np.column_stack([columns, rows]).astype(np.float64)
-    plane: PlaneFit | None = None
+    plane: SurfaceFit | None = None
     farthest = np.abs(z).max()
     try:
         check_support(pixels, 3, _MIN_WIDTH[0], "plane")
         if intrinsics is None:
             heights, places = z, pixels
-            fit = _height_fit(heights, places, _linear, farthest)
-            plane = PlaneFit(fit.rms, fit.outliers, None, math.nan)
+            plane = _height_fit(heights, places, _linear, farthest)
         else:
             points = intrinsics.points(columns, rows, z)
             plane, axes, centre = _plane(points)

@@ -11,13 +11,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from .._runtime.stepping import run_to_end
+from .._runtime.cancellation import run_to_end
 from ..data.declarations import Declaration, Value
 from ..data.parameters import Parameters, to_text
 from ..errors import InputError, ParameterError
 from ..run.run import Run
-from .evaluation import Progress, RunEvaluation, fills_enough, restrict_to_shared, scaled_progress
-from .ground_truth import ground_truth_steps, pixels_with_ground_truth
+from .evaluation import PixelErrors, Progress, RunEvaluation, fills_enough, restrict_to_shared, scaled_progress
+from .ground_truth import against_ground_truth, pixels_with_ground_truth
 from .hold_out import HoldOutTest, completion_steps, hold_out_steps
 from .ties import Ties, find_ties
 
@@ -141,12 +141,7 @@ class SweepResult:
     @property
     def best(self) -> SweepPoint | None:
         """The point with the smallest RMSE, the first of equals; None if none filled anything."""
-        return self.best_by("rmse")
-
-    def best_by(self, measure: str) -> SweepPoint | None:
-        """The point with the smallest "rmse", "mae" or "median" among those that fill enough; None without any."""
-        able = [point for point in self.points if point.whole.pixels and fills_enough(point, self.points)]
-        return min(able, key=lambda point: float(getattr(point.whole, measure)), default=None)
+        return None if self.ties is None else self.points[self.ties.best]
 
 
 def sweep_steps(sweep: Sweep, *, threads: int | None = None) -> Generator[Progress | SweepPoint, None, SweepResult]:
@@ -223,14 +218,14 @@ def run_sweep(
 def _one_point(sweep: Sweep, values: dict[str, Value], threads: int | None) -> Generator[Progress, None, SweepPoint]:
     started, run = time.perf_counter(), sweep.run_with(values)
     if sweep.criterion is None:
-        against = yield from ground_truth_steps(run, threads=threads)
-        parts, depth = against.parts, against.completion.depth
+        errors, completion = yield from against_ground_truth(run, threads)
+        parts: tuple[PixelErrors, ...] = (errors,)
     else:
         width = 1 / (1 + len(sweep.criterion.seeds))
         completion = yield from scaled_progress(completion_steps(run, threads), 0, width)
         hidden = yield from scaled_progress(hold_out_steps(run, sweep.criterion, threads=threads), width, 1 - width)
-        parts, depth = hidden.parts, completion.depth
-    return SweepPoint(run.blocks.labels, parts, run, time.perf_counter() - started, values, depth)
+        parts = hidden.parts
+    return SweepPoint(run.blocks.labels, parts, run, time.perf_counter() - started, values, completion.depth)
 
 
 # Values of a parameter for a sweep: a range around the present value, and values spread over it.

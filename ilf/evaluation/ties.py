@@ -95,11 +95,8 @@ def find_ties(several: Sequence[Evaluated], able: Collection[int] | None = None)
     Ties or None
         None if nothing was evaluated.
     """
-    errors = {
-        number: one.whole.rmse
-        for number, one in enumerate(several)
-        if one.whole.pixels and (able is None or number in able)
-    }
+    among = range(len(several)) if able is None else able
+    errors = {number: several[number].whole.rmse for number in among if several[number].whole.pixels}
     if not errors:
         return None
     best = min(errors, key=errors.__getitem__)

@@ -14,15 +14,16 @@ from numpy.typing import NDArray
 
 from .._runtime.files import FileContent
 from .._runtime.formatting import counted
+from ..data.blocks import Blocks
 from ..errors import FormatError, InputError, told_as
 from .images import image_header, read_indices
-from .labels import UNNAMED, Candidate, LoadedBlocks, Region, cropped, stacked
+from .labels import UNNAMED, Candidate, Region, cropped, stacked
 from .polygons import Points, compressed, filled_polygon, outline_polygons, part_of_runs, points_of, run_lengths
 
 _IMAGES_SHOWN = 5
 
 
-def blocks_of_coco(path: Path, content: dict[str, Any], shape: tuple[int, int], image: Path | None) -> LoadedBlocks:
+def blocks_of_coco(path: Path, content: dict[str, Any], shape: tuple[int, int], image: Path | None) -> Blocks:
     """Convert a COCO file's content to blocks: one per annotation of the image, named after its category.
 
     Parameters
@@ -47,18 +48,13 @@ def blocks_of_coco(path: Path, content: dict[str, Any], shape: tuple[int, int], 
     annotations = _checked(path, content["annotations"])
     if images:
         chosen = _chosen_image(path, images, image)
-        stated = chosen.get("height"), chosen.get("width")
-        if None not in stated and stated != shape:
-            raise InputError(
-                f"{path}: its image {_name(chosen)!r} is {stated[1]!s:.20} x {stated[0]!s:.20}, but the frame is "
-                f"{shape[1]} x {shape[0]}. Use the file of this frame."
-            )
+        _check_size(f"{path}: its image {_name(chosen)!r}", chosen.get("height"), chosen.get("width"), shape)
         if "id" in chosen:
             annotations = [one for one in annotations if one.get("image_id", chosen["id"]) == chosen["id"]]
     return _stacked(path, annotations, shape, _categories(content.get("categories")))
 
 
-def blocks_of_mask_list(path: Path, content: list[Any], shape: tuple[int, int]) -> LoadedBlocks:
+def blocks_of_mask_list(path: Path, content: list[Any], shape: tuple[int, int]) -> Blocks:
     """Convert a list of {"segmentation": ...}, as written by segment-anything for an image, to blocks.
 
     Raises
@@ -113,6 +109,12 @@ def _checked(path: Path, annotations: Any) -> list[dict[str, Any]]:
     return annotations
 
 
+def _check_size(what: str, height: Any, width: Any, shape: tuple[int, int]) -> None:
+    if None not in (height, width) and (height, width) != shape:
+        told = f"{what} is {width!s:.20} x {height!s:.20}, but the frame is {shape[1]} x {shape[0]}"
+        raise InputError(f"{told}. Use the file of this frame.")
+
+
 def _chosen_image(path: Path, images: list[dict[str, Any]], image: Path | None) -> dict[str, Any]:
     """Return the image whose path agrees best with the frame's colour file, compared from the end."""
     if len(images) == 1:
@@ -158,15 +160,15 @@ def _categories(categories: Any) -> dict[object, str]:
 
 def _stacked(
     path: Path, annotations: list[dict[str, Any]], shape: tuple[int, int], categories: Mapping[object, str]
-) -> LoadedBlocks:
+) -> Blocks:
     outlined = [(number, one) for number, one in enumerate(annotations, 1) if one.get("segmentation")]
-    candidates = []
+    candidates: list[Candidate] = []
     for number, one in outlined:
         category, own = one.get("category_id"), one.get("id")
         name = categories.get(category, "") if isinstance(category, (int, str)) else ""
         where = f"{path}: annotation {own if type(own) is int else number}" + f" ({name!r:.40})" * bool(name)
         parts = _coco_parts(one["segmentation"], where, shape)
-        candidates.append(Candidate(name, own if type(own) is int else None, parts))
+        candidates.append((name, own if type(own) is int else None, parts))
     boxes = len(annotations) - len(outlined)
     notes = [f"Left out {counted(boxes, 'annotation')} without an outline, such as boxes."] if boxes else []
     return stacked(path, shape, candidates, notes)
@@ -187,7 +189,7 @@ def _coco_parts(segmentation: Any, where: str, shape: tuple[int, int]) -> Iterat
 _AREAS = ("polygon", "rectangle", "circle", "mask")
 
 
-def blocks_of_labelme(path: Path, content: dict[str, Any], shape: tuple[int, int]) -> LoadedBlocks:
+def blocks_of_labelme(path: Path, content: dict[str, Any], shape: tuple[int, int]) -> Blocks:
     """Convert a labelme file's content to blocks.
 
     Shapes with the same label and group_id are one block, as in labelme; shapes without a group_id are one block each.
@@ -198,12 +200,7 @@ def blocks_of_labelme(path: Path, content: dict[str, Any], shape: tuple[int, int
     InputError
         If its image size differs from `shape` (H, W), or a shape is damaged or outside the image.
     """
-    stated = content.get("imageHeight"), content.get("imageWidth")
-    if None not in stated and stated != shape:
-        raise InputError(
-            f"{path}: its image is {stated[1]!s:.20} x {stated[0]!s:.20}, but the frame is {shape[1]} x {shape[0]}. "
-            "Use the file of this frame."
-        )
+    _check_size(f"{path}: its image", content.get("imageHeight"), content.get("imageWidth"), shape)
     groups: dict[object, list[tuple[int, dict[str, Any]]]] = {}
     left_out: Counter[str] = Counter()
     for number, one in enumerate(content["shapes"], 1):
@@ -215,8 +212,8 @@ def blocks_of_labelme(path: Path, content: dict[str, Any], shape: tuple[int, int
             continue
         group = one.get("group_id")
         groups.setdefault(number if group is None else (str(one.get("label")), str(group)), []).append((number, one))
-    candidates = [
-        Candidate(
+    candidates: list[Candidate] = [
+        (
             str(shapes[0][1].get("label") or ""),
             group if type(group := shapes[0][1].get("group_id")) is int else None,
             _labelme_parts(path, shapes, shape),

@@ -14,10 +14,10 @@ from PIL import Image
 
 from .._runtime.files import is_address, read_file, read_json
 from .._runtime.writing import write_bytes
-from ..data.blocks import Colour, block_colour
+from ..data.blocks import Blocks, Colour, block_colour
 from ..errors import ExportError, FormatError, InputError, told_as
 from .annotations import blocks_of_coco, blocks_of_labelme, blocks_of_mask_list, coco_of_blocks, labelme_of_blocks
-from .labels import LoadedBlocks, blocks_of_mask_folder, checked_for_writing, encode_labels, read_labels
+from .labels import blocks_of_mask_folder, checked_for_writing, encode_labels, read_labels
 
 _MAX_JSON_BYTES = 2**28
 _KINDS = "that of labelme or COCO, or a list of masks as from segment-anything"
@@ -25,7 +25,7 @@ _KINDS = "that of labelme or COCO, or a list of masks as from segment-anything"
 
 def read_blocks(
     path: str | os.PathLike[str], shape: tuple[int, int], *, image: str | os.PathLike[str] | None = None
-) -> LoadedBlocks:
+) -> Blocks:
     """Read blocks from a label map (PNG), labelme's or COCO's JSON, a list of masks (JSON) or a folder of masks (PNG).
 
     Where shapes overlap, the smallest is on top. Polygons contain the pixels whose centre is inside, by the even-odd
@@ -42,7 +42,7 @@ def read_blocks(
 
     Returns
     -------
-    LoadedBlocks
+    Blocks
 
     Raises
     ------
@@ -67,7 +67,8 @@ def read_blocks(
     beginning = content.data[:64].tobytes().lstrip(b"\xef\xbb\xbf \t\r\n")
     if place.suffix.lower() != ".json" and not beginning.startswith((b"{", b"[")):
         labels = read_labels(content, shape)
-        return LoadedBlocks(labels, notes=(_PICTURE.format(path=place),) if _is_picture(labels) else ())
+        changes = np.mean(labels[:, 1:] != labels[:, :-1]) if labels.size >= _FEWEST_PIXELS else 0
+        return Blocks(labels, notes=(_PICTURE.format(path=place),) if changes > _MOST_CHANGES else ())
     if content.data.size > _MAX_JSON_BYTES:
         raise InputError(f"{place} has {content.data.size >> 20} MiB, more than 256. Export only this image.")
     parsed = read_json(content)
@@ -85,10 +86,6 @@ _FEWEST_PIXELS, _MOST_CHANGES = 10_000, 0.3
 """Minimum size, and maximum share of neighbouring pixels with different labels."""
 
 _PICTURE = "{path}: labels change at most pixels, as values of a picture do. Check that it is the label map."
-
-
-def _is_picture(labels: NDArray[np.int32]) -> bool:
-    return labels.size >= _FEWEST_PIXELS and bool(np.mean(labels[:, 1:] != labels[:, :-1]) > _MOST_CHANGES)
 
 
 # Writing blocks to files of other programs.

@@ -19,8 +19,7 @@ from .._runtime.files import FileContent, read_file
 from ..data.camera import camera_from_numbers, camera_of, lens_problem
 from ..errors import FormatError, InputError, told_as
 from .camera_places import link_of, places_of, socket_name
-from .float_images import read_npy
-from .realsense_raw import table_of_names
+from .float_images import read_npy, table_of_names
 
 ENTRY_MARK = "#"
 """Separates the path of a file from the name of one of its cameras."""

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..data.camera import checked_transform
+from ..data.camera import checked_transform, rigid_transform
 from ..errors import InputError
 
 PLACE_FACTS = "place", "depth_place", "rig", "depth_to_colour"
@@ -75,10 +75,10 @@ def places_of(name: str, links: Mapping[str, Link], tree: Any) -> dict[str, Any]
         for _ in links:
             if end in links:
                 motion, end = links[end][0] @ motion, links[end][1]
-        found = {"place": _numbers(motion), "rig": end}
+        found = {"place": motion.ravel().tolist(), "rig": end}
         if (turn := _rectification(name, tree)) is not None:
-            found["depth_place"] = _numbers(motion @ np.linalg.inv(turn))
-    direct = {tuple(_numbers(motion)) for motion in _direct(tree)}
+            found["depth_place"] = (motion @ np.linalg.inv(turn)).ravel().tolist()
+    direct = {tuple(motion.ravel().tolist()) for motion in _direct(tree)}
     return found | ({"depth_to_colour": list(direct.pop())} if len(direct) == 1 else {})
 
 
@@ -137,9 +137,7 @@ def _of_parts(rotation: Any, translation: Any, scale: float = 0.0) -> NDArray[np
     if isinstance(translation, Mapping):
         translation = [translation.get(axis) for axis in "xyz"]
     try:
-        motion = np.eye(4)
-        motion[:3, :3] = np.reshape(np.asarray(rotation, float), (3, 3))
-        motion[:3, 3] = np.ravel(np.asarray(translation, float))
+        motion = rigid_transform(np.asarray(rotation, float), np.ravel(np.asarray(translation, float)))
     except (TypeError, ValueError, OverflowError):
         return None
     motion[:3, 3] *= scale or (1.0 if np.abs(motion[:3, 3]).max() < 1 else 0.001)
@@ -154,7 +152,3 @@ def _transform(matrix: Any) -> NDArray[np.float64] | None:
     except (TypeError, ValueError, OverflowError, InputError):
         return None
     return motion if np.abs(motion[:3, 3]).max() < _FARTHEST else None
-
-
-def _numbers(motion: NDArray[np.float64]) -> list[float]:
-    return motion.ravel().tolist()

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterator
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -15,51 +15,25 @@ from .._runtime.writing import write_parts
 from ..data.points import LENGTHS, PointCloud, axes_signs
 from ..errors import ExportError, ParameterError, check_kind, path_first
 
-# The values of a cloud's points as columns, which file formats write in different orders.
+# The points of a cloud as rows, from which file formats take columns in different orders.
 
 UNITS_PER_METRE = {"m": 1.0, "mm": 1000.0}
 
-_AT_ONCE = 1 << 16  # points
+_AT_ONCE = 1 << 16  # points or triangles
 
-# enough digits to restore every float32 exactly
-_FORMATS = {"f": "%.9g", "u": "%d"}
+_COLOURS = "red", "green", "blue"
 
+SHOWN_BY_MESHLAB = "expected_error"
+"""The scalar also written as quality, the only one that MeshLab uses for colouring."""
 
-@dataclass(frozen=True, eq=False)
-class Column:
-    """One value of every point.
-
-    Parameters
-    ----------
-    name : str
-    values : ndarray
-        Shape (N,).
-    factor : float
-        Factor applied to the values.
-    kind : str
-        Type in the file: "<f4" or "u1".
-    """
-
-    name: str
-    values: NDArray[Any]
-    factor: float = 1.0
-    kind: str = "<f4"
+_EXACT = "%.9g"
+"""Format with enough digits to restore every float32 exactly."""
 
 
-@dataclass(frozen=True, eq=False)
-class Columns:
-    """All columns of a cloud in the axes and unit of the file."""
-
-    points: tuple[Column, ...]
-    normals: tuple[Column, ...]
-    colours: tuple[Column, ...]
-    scalars: tuple[Column, ...]
-
-
-def columns_of(cloud: PointCloud, axes: str, unit: str) -> Columns:
-    """Return columns x, y, z; nx, ny, nz; red, green, blue; and the scalars under their own names.
-
-    Nothing is copied: factors are applied on writing.
+def rows_of(cloud: PointCloud, axes: str, unit: str) -> Iterator[NDArray[np.void]]:
+    """Yield the points as records, some at a time, in the axes and unit of the file: x, y, z; nx, ny, nz if there are
+    normals; red, green, blue, uint8; and the scalars under names that CloudCompare and MeshLab recognise, scalar_NAME
+    and quality.
 
     Raises
     ------
@@ -69,49 +43,48 @@ def columns_of(cloud: PointCloud, axes: str, unit: str) -> Columns:
     if unit not in UNITS_PER_METRE:
         raise ParameterError(f"unit must be one of {', '.join(UNITS_PER_METRE)}, not {unit!r}.")
     scale, signs = UNITS_PER_METRE[unit], axes_signs(axes)
-    normals = cloud.normals
-    return Columns(
-        points=tuple(Column("xyz"[i], cloud.points[:, i], scale * signs[i]) for i in range(3)),
-        normals=() if normals is None else tuple(Column(f"n{'xyz'[i]}", normals[:, i], signs[i]) for i in range(3)),
-        colours=tuple(Column(name, cloud.colours[:, i], kind="u1") for i, name in enumerate(("red", "green", "blue"))),
-        scalars=tuple(
-            Column(name, values, scale if name in LENGTHS else 1.0) for name, values in cloud.scalars.items()
-        ),
-    )
-
-
-def binary_rows(columns: Sequence[Column]) -> Iterator[bytes]:
-    """Yield the values point by point as bytes, some points at a time."""
-    for rows in _rows(columns):
-        yield rows.tobytes()
-
-
-def text_rows(columns: Sequence[Column], start: str = "", formats: Sequence[str] = ()) -> Iterator[bytes]:
-    """Yield a line for each point, some points at a time, without loss of precision unless formats are given."""
-    line = " ".join(formats or [_FORMATS[np.dtype(column.kind).kind] for column in columns])
-    for rows in _rows(columns):
-        values = [rows[name].tolist() for name in rows.dtype.names or ()]
-        text = f"{start}{line}\n" * len(rows)
-        yield (text % tuple(number for point in zip(*values, strict=True) for number in point)).encode()
-
-
-def _rows(columns: Sequence[Column]) -> Iterator[NDArray[np.void]]:
-    for start in range(0, len(columns[0].values), _AT_ONCE):
+    columns: dict[str, tuple[NDArray[Any], float]] = {}
+    for prefix, vectors, factor in (("", cloud.points, scale), ("n", cloud.normals, 1.0)):
+        if vectors is not None:
+            columns |= {f"{prefix}{'xyz'[i]}": (vectors[:, i], factor * signs[i]) for i in range(3)}
+    columns |= {name: (cloud.colours[:, i], 1.0) for i, name in enumerate(_COLOURS)}
+    for name, values in cloud.scalars.items():
+        columns[f"scalar_{name}"] = values, scale if name in LENGTHS else 1.0
+    if SHOWN_BY_MESHLAB in cloud.scalars:
+        columns["quality"] = columns[f"scalar_{SHOWN_BY_MESHLAB}"]
+    kinds = [(name, "u1" if name in _COLOURS else "<f4") for name in columns]
+    for start in range(0, max(len(cloud), 1), _AT_ONCE):
         some = slice(start, start + _AT_ONCE)
-        rows = np.empty(len(columns[0].values[some]), [(column.name, column.kind) for column in columns])
-        for column in columns:
-            rows[column.name] = column.values[some]
-            if column.factor != 1:
-                rows[column.name] *= np.float32(column.factor)
+        rows = np.empty(len(cloud.points[some]), kinds)
+        for name, (values, factor) in columns.items():
+            rows[name] = values[some]
+            if factor != 1:
+                rows[name] *= np.float32(factor)
         yield rows
 
 
+def coloured(rows: NDArray[np.void]) -> NDArray[np.float32]:
+    """The coordinates and colours, 0-1, of points, (N, 6)."""
+    colours = (rows[name].astype(np.float32) * np.float32(1 / 255) for name in _COLOURS)
+    return np.column_stack([*(rows[name] for name in "xyz"), *colours])
+
+
+COLOURED_LINE = " ".join([_EXACT] * 3 + ["%.6g"] * 3)
+"""The format of a line of such numbers."""
+
+
+def lines_of(rows: NDArray[Any], line: str) -> bytes:
+    """A line of text for each row: a record, or numbers in an array (N, M)."""
+    numbers = chain.from_iterable(rows.tolist()) if rows.dtype.names else rows.ravel().tolist()
+    return (f"{line}\n" * len(rows) % tuple(numbers)).encode()
+
+
+def triangles_of(faces: NDArray[np.int32]) -> Iterator[NDArray[np.int32]]:
+    """Yield some triangles at a time."""
+    return (faces[start : start + _AT_ONCE] for start in range(0, len(faces), _AT_ONCE))
+
+
 # Clouds and meshes as PLY, with property names that CloudCompare and MeshLab display.
-
-_KINDS = {"<f4": "float", "u1": "uchar"}
-
-SHOWN_BY_MESHLAB = "expected_error"
-"""The scalar also written as quality, the only one that MeshLab uses for colouring."""
 
 
 def ply_parts(
@@ -137,42 +110,27 @@ def ply_parts(
     ascii : bool
         Text, without loss of precision, instead of little-endian binary.
     """
-    parts = columns_of(vertices, axes, unit)
-    columns = [*parts.points, *parts.normals, *parts.colours, *scalar_columns(parts.scalars)]
+    parts = rows_of(vertices, axes, unit)
+    first = next(parts)
+    is_colour = {name: name in _COLOURS for name in first.dtype.names or ()}
     header = [
         "ply",
         f"format {'ascii' if ascii else 'binary_little_endian'} 1.0",
         "comment ILF Studio",
         f"comment unit {unit}, axes {axes}",
         f"element vertex {len(vertices)}",
-        *(f"property {_KINDS[column.kind]} {column.name}" for column in columns),
+        *(f"property {'uchar' if colour else 'float'} {name}" for name, colour in is_colour.items()),
     ]
     if faces is not None:
         header += [f"element face {len(faces)}", "property list uchar int vertex_indices"]
     yield "\n".join([*header, "end_header\n"]).encode()
-    yield from text_rows(columns) if ascii else binary_rows(columns)
-    if faces is not None:
-        yield from _text_faces(faces) if ascii else _binary_faces(faces)
-
-
-def scalar_columns(scalars: tuple[Column, ...]) -> list[Column]:
-    """Return scalars under the names that CloudCompare and MeshLab recognise."""
-    named = [replace(column, name=f"scalar_{column.name}") for column in scalars]
-    return named + [replace(column, name="quality") for column in scalars if column.name == SHOWN_BY_MESHLAB]
-
-
-def _binary_faces(faces: NDArray[np.int32]) -> Iterator[bytes]:
-    for start in range(0, len(faces), _AT_ONCE):
-        some = faces[start : start + _AT_ONCE]
-        rows = np.empty(len(some), [("count", "u1"), ("vertices", "<i4", 3)])
-        rows["count"], rows["vertices"] = 3, some
-        yield rows.tobytes()
-
-
-def _text_faces(faces: NDArray[np.int32]) -> Iterator[bytes]:
-    for start in range(0, len(faces), _AT_ONCE):
-        some = faces[start : start + _AT_ONCE]
-        yield ("3 %d %d %d\n" * len(some) % tuple(some.reshape(-1).tolist())).encode()
+    line = " ".join("%d" if colour else _EXACT for colour in is_colour.values())
+    for rows in chain([first], parts):
+        yield lines_of(rows, line) if ascii else rows.tobytes()
+    for some in () if faces is None else triangles_of(faces):
+        counted = np.empty(len(some), [("count", "u1"), ("vertices", "<i4", 3)])
+        counted["count"], counted["vertices"] = 3, some
+        yield lines_of(some, "3 %d %d %d") if ascii else counted.tobytes()
 
 
 # Clouds as PCD, the Point Cloud Library's format, version 0.7.
@@ -191,16 +149,15 @@ def pcd_parts(cloud: PointCloud, *, axes: str = "camera", unit: str = "m", ascii
     axes, unit, ascii
         As for `write_cloud`.
     """
-    parts = columns_of(cloud, axes, unit)
-    normals = [replace(column, name=f"normal_{column.name[1]}") for column in parts.normals]
-    columns = [*parts.points, Column("rgb", _packed(cloud.colours)), *normals, *scalar_columns(parts.scalars)]
-    ones = " ".join("1" for _ in columns)
+    parts = (_pcd_columns(rows) for rows in rows_of(cloud, axes, unit))
+    first = next(parts)
+    ones = " ".join("1" for _ in first)
     height, width = cloud.image_shape or (1, len(cloud))
     yield "\n".join(
         [
             "# .PCD v0.7 - Point Cloud Data file format",
             "VERSION 0.7",
-            f"FIELDS {' '.join(column.name for column in columns)}",
+            f"FIELDS {' '.join(first)}",
             f"SIZE {ones.replace('1', '4')}",
             f"TYPE {ones.replace('1', 'F')}",
             f"COUNT {ones}",
@@ -211,30 +168,23 @@ def pcd_parts(cloud: PointCloud, *, axes: str = "camera", unit: str = "m", ascii
             f"DATA {'ascii' if ascii else 'binary'}\n",
         ]
     ).encode()
-    yield from text_rows(columns) if ascii else binary_rows(columns)
+    for columns in chain([first], parts):
+        rows = np.column_stack([*columns.values()])
+        yield lines_of(rows, " ".join([_EXACT] * len(columns))) if ascii else rows.tobytes()
 
 
-def _packed(colours: NDArray[np.uint8]) -> NDArray[np.float32]:
-    """Pack colours into the bits 0x00RRGGBB of a float, which is finite for every colour."""
-    packed = np.zeros((len(colours), 4), np.uint8)
-    packed[:, :3] = colours[:, ::-1]
-    return packed.view("<f4")[:, 0]
+def _pcd_columns(rows: NDArray[np.void]) -> dict[str, NDArray[np.float32]]:
+    """The columns of a PCD; colours are packed into the bits 0x00RRGGBB of a float, which is finite for every
+    colour."""
+    packed = np.zeros((len(rows), 4), np.uint8)
+    packed[:, :3] = np.column_stack([rows[name] for name in reversed(_COLOURS)])
+    columns = {name: rows[name] for name in "xyz"} | {"rgb": packed.view("<f4")[:, 0]}
+    others = (name for name in rows.dtype.names or () if name not in {*"xyz", *_COLOURS})
+    return columns | {f"normal_{name[1]}" if name in {"nx", "ny", "nz"} else name: rows[name] for name in others}
 
 
 CLOUD_SUFFIXES = (".ply", ".pcd", ".xyz", ".xyzrgb")
 """Suffixes that `write_cloud` supports; .xyz has no colour."""
-
-
-def check_cloud_format(path: str | os.PathLike[str]) -> None:
-    """Check before a long run that `write_cloud` supports the suffix.
-
-    Raises
-    ------
-    ExportError
-        For a suffix that is not in `CLOUD_SUFFIXES`.
-    """
-    if Path(path).suffix.lower() not in CLOUD_SUFFIXES:
-        raise ExportError(f"A cloud cannot be written as {str(path)!r}: use one of {', '.join(CLOUD_SUFFIXES)}.")
 
 
 def write_cloud(
@@ -278,23 +228,17 @@ def write_cloud(
     """
     path, cloud = path_first(path, cloud)
     check_kind(cloud, PointCloud, "A cloud is written from points", "give what ilf.point_cloud returns.")
-    check_cloud_format(path)
+    suffix = Path(path).suffix.lower()
+    if suffix not in CLOUD_SUFFIXES:
+        raise ExportError(f"A cloud cannot be written as {str(path)!r}: use one of {', '.join(CLOUD_SUFFIXES)}.")
     if len(cloud) == 0:
         raise ExportError("The cloud has no points to write: the depth has no known pixel.")
-    suffix = Path(path).suffix.lower()
     if suffix == ".ply":
         parts = ply_parts(cloud, axes=axes, unit=unit, ascii=ascii)
     elif suffix == ".pcd":
         parts = pcd_parts(cloud, axes=axes, unit=unit, ascii=ascii)
+    elif suffix == ".xyz":
+        parts = (lines_of(rows[[*"xyz"]], " ".join([_EXACT] * 3)) for rows in rows_of(cloud, axes, unit))
     else:
-        parts = _xyz_parts(cloud, axes, unit, with_colours=suffix == ".xyzrgb")
+        parts = (lines_of(coloured(rows), COLOURED_LINE) for rows in rows_of(cloud, axes, unit))
     write_parts(path, parts)
-
-
-def _xyz_parts(cloud: PointCloud, axes: str, unit: str, with_colours: bool) -> Iterator[bytes]:
-    """Yield one line per point: x y z, without loss of precision, and the colours, 0-1."""
-    columns = columns_of(cloud, axes, unit)
-    if not with_colours:
-        return text_rows(columns.points)
-    colours = [replace(column, factor=1 / 255, kind="<f4") for column in columns.colours]
-    return text_rows([*columns.points, *colours], formats=["%.9g"] * 3 + ["%.6g"] * 3)

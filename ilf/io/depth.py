@@ -6,7 +6,6 @@ import io
 import math
 import os
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -30,14 +29,13 @@ from .float_images import (
     read_npy,
     read_npz,
     read_pfm,
+    read_viewer_raw,
 )
-from .hdf5 import HDF5_SUFFIXES
-from .hdf5_depth import read_hdf5
+from .hdf5 import HDF5_SUFFIXES, read_hdf5
 from .heic import HEIC_SUFFIXES, read_heic_depth
 from .images import encode_image, is_common_image, read_image
 from .kinds import wrong_kind
 from .pcl_files import PCD_SUFFIX, PCLZF_SUFFIX, read_pcd_depth, read_pclzf_depth
-from .realsense_raw import read_viewer_raw
 
 DEPTH_SUFFIXES = (".png", ".tif", ".tiff", ".npy", ".exr")
 """Suffixes that `write_depth` supports."""
@@ -240,27 +238,7 @@ def encode_depth(path: str | os.PathLike[str], depth: ArrayLike, units: float = 
     return encode_exr(metres) if suffix == ".exr" else encode_image(suffix, metres), []
 
 
-@dataclass(frozen=True)
-class PngFit:
-    """Effect of writing depth to a 16-bit PNG.
-
-    Attributes
-    ----------
-    deepest : float
-        Maximum depth [m]; NaN if no depth is known.
-    largest : int
-        The value that it would need: above `UINT16_MAX` it does not fit.
-    clipped, rounded_to_zero : int
-        Number of pixels that are too far, and of those so near that they would be rounded to 0, missing.
-    """
-
-    deepest: float
-    largest: int
-    clipped: int
-    rounded_to_zero: int
-
-
-def png_fit(depth: NDArray[np.floating], units: float) -> PngFit:
+def png_fit(depth: NDArray[np.floating], units: float) -> tuple[float, int, int, int]:
     """Compute the effect of writing depth to a 16-bit PNG.
 
     Parameters
@@ -269,13 +247,22 @@ def png_fit(depth: NDArray[np.floating], units: float) -> PngFit:
         [m], of any shape, NaN = missing.
     units : float
         File units per metre, positive.
+
+    Returns
+    -------
+    deepest : float
+        Maximum depth [m]; NaN if no depth is known.
+    largest : int
+        The value that it would need: above `UINT16_MAX` it does not fit.
+    clipped, rounded_to_zero : int
+        Number of pixels that are too far, and of those so near that they would be rounded to 0, missing.
     """
     known = depth[np.isfinite(depth)]
     if not known.size:
-        return PngFit(math.nan, 0, 0, 0)
+        return math.nan, 0, 0, 0
     values = _in_units(known, units)
     clipped, rounded_to_zero = int(np.count_nonzero(values > UINT16_MAX)), int(np.count_nonzero(values == 0))
-    return PngFit(float(known.max()), int(values.max()), clipped, rounded_to_zero)
+    return float(known.max()), int(values.max()), clipped, rounded_to_zero
 
 
 def precision_loss(given: float, written: float) -> str:
@@ -346,6 +333,15 @@ def checked_number(value: object, needed: str) -> float:
     return as_float(value)
 
 
+def checked_finite(value: object, what: str, why: str) -> float:
+    """Return a finite number as float; raise ParameterError, which names it and ends with a reason, for anything
+    else."""
+    number = checked_number(value, f"{what} must be a number")
+    if not math.isfinite(number):
+        raise ParameterError(f"{what} must be a finite number{why}.")
+    return number
+
+
 def checked_units(units: object) -> float:
     """Return file units per metre as float; raise ParameterError unless positive and finite."""
     number = checked_number(units, "Depth units must be a number of file units per metre")
@@ -361,19 +357,19 @@ def _with_missing(metres: NDArray[np.float32]) -> NDArray[np.float32]:
 
 
 def _as_uint16(metres: NDArray[np.float32], units: float) -> tuple[NDArray[np.uint16], list[str]]:
-    fit = png_fit(metres, units)
+    deepest, _, clipped, rounded_to_zero = png_fit(metres, units)
     warnings = []
-    if fit.clipped:
-        largest = UINT16_MAX / fit.deepest if fit.deepest > UINT16_MAX else UINT16_MAX // fit.deepest
+    if clipped:
+        largest = UINT16_MAX / deepest if deepest > UINT16_MAX else UINT16_MAX // deepest
         warnings.append(
             f"Depth beyond {UINT16_MAX / units:.4g} m, the maximum of 16 bits at {units:g} units per metre, was "
-            f"clipped: {counted(fit.clipped, 'pixel')}. Use at most {largest:.6g} units per metre for "
-            f"{fit.deepest:.4g} m, or write TIFF or NPY."
+            f"clipped: {counted(clipped, 'pixel')}. Use at most {largest:.6g} units per metre for "
+            f"{deepest:.4g} m, or write TIFF or NPY."
         )
-    if fit.rounded_to_zero:
+    if rounded_to_zero:
         warnings.append(
             f"Depth below half a unit at {units:g} units per metre was rounded to 0, which means missing: "
-            f"{counted(fit.rounded_to_zero, 'pixel')}. Use more units per metre, or write TIFF or NPY."
+            f"{counted(rounded_to_zero, 'pixel')}. Use more units per metre, or write TIFF or NPY."
         )
     values = _in_units(metres, units)
     np.minimum(values, UINT16_MAX, out=values)

@@ -17,19 +17,19 @@ from .._runtime.files import FileContent
 from .._runtime.formatting import counted
 from ..data.frame import MEDIAN_DEPTH_RANGE, USUAL_MEDIAN_DEPTH, scale_warning
 from ..errors import FormatError, told_as
-from .depth import UINT16_MAX, checked_depth_values, read_depth_values
+from .depth import UINT16_MAX, checked_depth_values, checked_finite, default_depth_units, read_depth_values
 from .encodings import (
     ENCODINGS,
     KINECT_DISPARITY,
     DepthEncoding,
     EncodingSpec,
     beyond_sensor_range,
-    chosen_encoding,
+    encoding_of,
     is_name,
     packed_channels,
 )
 from .float_images import COLMAP_SUFFIX, KINECT_V2_SUFFIXES, is_kinect_v2
-from .hdf5_depth import with_dataset
+from .hdf5 import with_dataset
 from .other_values import disparity_name, distance_doubt, normalised_doubt, other_way_round
 
 # Signs that a depth file has another unit than assumed, or is not depth: names, sizes, steps and slopes.
@@ -456,8 +456,6 @@ class DepthReading:
         Note on depth left out because it is beyond the range of sensors; "" for none.
     path : Path
         Path of the file.
-    file_doubt : PlausibilityWarning or None
-        A plausibility warning that applies to all files of this kind.
     """
 
     values: NDArray[Any]
@@ -467,13 +465,12 @@ class DepthReading:
     is_named: bool
     left_out: str
     path: Path
-    file_doubt: PlausibilityWarning | None = None
 
     @cached_property
     def plausibility_warnings(self) -> tuple[PlausibilityWarning, ...]:
         """Plausibility warnings about the encoding."""
         found = plausibility_warnings_of(self.values, self.metres, self.encoding, self.is_named, self.path)
-        return found if self.file_doubt is None else (self.file_doubt, *found)
+        return (_SCENE, *found) if self.is_assumed and self.path.suffix.lower() == COLMAP_SUFFIX else found
 
     @property
     def invalid_marker(self) -> float | None:
@@ -538,7 +535,10 @@ def interpret_depth(
     invalid: float | None = None,
 ) -> DepthReading:
     """Interpret the values (H, W) of a depth image from `path`, as `read_depth` does."""
-    encoding = chosen_encoding(checked_depth_values(values, path), path, given, stated, invalid)
+    spec, usual = stated if given is None else given, default_depth_units(checked_depth_values(values, path))
+    if invalid is not None:
+        invalid = checked_finite(invalid, "The invalid value", ": non-finite values are always missing")
+    encoding = replace(encoding_of(usual if spec is None else spec, path), invalid=invalid)
     if given is None and encoding.units == 1 and values.dtype.kind == "f" and _are_8_bits(values):
         raise FormatError(
             f"{path}: its values are whole numbers from 0 to 255, as of an 8-bit image that was stored as float: give "
@@ -546,10 +546,7 @@ def interpret_depth(
         )
     with told_as(FormatError, f"{path}: {{error}}", FormatError):
         metres, left_out = decoded(values, encoding)
-    spec = stated if given is None else given
-    of_scene = spec is None and path.suffix.lower() == COLMAP_SUFFIX
-    doubt = _SCENE if of_scene else None
-    return DepthReading(values, metres, encoding, spec is None, is_name(spec), left_out, path, doubt)
+    return DepthReading(values, metres, encoding, spec is None, is_name(spec), left_out, path)
 
 
 def _are_8_bits(values: NDArray[Any]) -> bool:

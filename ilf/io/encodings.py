@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import difflib
-import math
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
@@ -18,7 +17,7 @@ from ..data.camera import Camera, fitted
 from ..data.frame import DEPTH_LIMITS, FARTHEST_DEPTH, FrameInputs
 from ..errors import FormatError, InputError, ParameterError, told_as
 from .cameras import camera_of_image
-from .depth import UINT16_MAX, checked_number, checked_units, default_depth_units, depth_in_metres
+from .depth import UINT16_MAX, checked_units, depth_in_metres
 
 _FARTHEST_KINECT = 10.0
 _BOP, _DISPARITY, _RAY, _ZBUFFER, _SHARE = "bop", "disparity", "ray", "zbuffer", "m/FAR"
@@ -163,51 +162,39 @@ def _of_packed(farthest: float, values: NDArray[Any]) -> NDArray[np.float64]:
     return np.asarray(np.where(values < _LARGEST_PACKED, values * (farthest / _LARGEST_PACKED), np.nan))
 
 
-ENCODINGS: dict[str, DepthEncoding] = {
-    "mm": DepthEncoding(None, 1000.0),
-    "0.1mm": DepthEncoding(None, 10_000.0),
-    "cm": DepthEncoding(None, 100.0),
-    "m": DepthEncoding(None, 1.0),
-    "tum": DepthEncoding(None, 5000.0),
-    "matterport": DepthEncoding(None, 4000.0),
-    "replica": DepthEncoding(None, 6553.5),
-    "kitti": DepthEncoding(None, 256.0),
-    "sun": DepthEncoding("sun", 1000.0, _rotated),
-    "nyu-raw": DepthEncoding("nyu-raw", 1.0, _of_swapped_kinect, _FARTHEST_KINECT),
-    "kinect-raw": DepthEncoding("kinect-raw", 1.0, _of_kinect, _FARTHEST_KINECT),
-    "mm-swapped": DepthEncoding("mm-swapped", 1000.0, _swapped),
-    "depth16": DepthEncoding("depth16", 1000.0, _without_confidence),
-    "float16": DepthEncoding("float16", 1.0, _of_half_floats),
-}
-"""Name -> encoding. `ENCODING_DESCRIPTIONS` also has those with numbers of their own."""
-
 KINECT_DISPARITY = "nyu-raw", "kinect-raw"
 """Names of the encodings that have a value for missing depth."""
 
-ENCODING_DESCRIPTIONS: dict[str, str] = {
-    "mm": "millimetres",
-    "0.1mm": "tenths of a millimetre",
-    "cm": "centimetres",
-    "m": "metres",
-    "tum": "5000 per metre (TUM, Bonn, ICL)",
-    "matterport": "4000 per metre (Matterport3D)",
-    "replica": "6553.5 per metre (Replica)",
-    "kitti": "256 per metre (KITTI)",
-    "sun": "millimetres with rotated bits (SUN RGB-D, SUN3D)",
-    "nyu-raw": "disparity with swapped bytes (raw files of NYU Depth V2)",
-    "kinect-raw": "disparity of a Kinect v1",
-    "mm-swapped": "millimetres with swapped bytes",
-    "depth16": "millimetres below three bits of confidence (Android's DEPTH16)",
-    "float16": "metres, the bits of half-precision floats in 16-bit integers (CO3D)",
-    _BOP: "by the depth_scale in scene_camera.json (BOP)",
-    _DISPARITY: "disparity:FB, disparity of a stereo pair, with focal length x baseline FB",
-    _RAY: "ray:UNITS,FX,FY,CX,CY, distance along the rays of a camera, UNITS per metre",
-    _ZBUFFER: "zbuffer:NEAR,FAR[,reversed], values 0 to 1 of a renderer with near and far plane [m]; FAR may be inf",
-    _SHARE: "m/FAR, values 0 to 1 that are shares of the depth FAR [m]",
-    "rgb24": "rgb24:METRES, shares of METRES in 24 bits, lowest in red (CARLA: rgb24:1000)",
-    "bgr24": "bgr24:METRES, shares of METRES in 24 bits, lowest in blue",
+_UNITS: dict[str, tuple[float, str]] = {
+    "mm": (1000.0, "millimetres"),
+    "0.1mm": (10_000.0, "tenths of a millimetre"),
+    "cm": (100.0, "centimetres"),
+    "m": (1.0, "metres"),
+    "tum": (5000.0, "5000 per metre (TUM, Bonn, ICL)"),
+    "matterport": (4000.0, "4000 per metre (Matterport3D)"),
+    "replica": (6553.5, "6553.5 per metre (Replica)"),
+    "kitti": (256.0, "256 per metre (KITTI)"),
 }
-"""Name -> description, for all names that `encoding_of` accepts."""
+"""Name -> file units per metre, and description."""
+
+_DECODED: dict[str, tuple[float, Callable[[NDArray[Any]], NDArray[Any]], str]] = {
+    "sun": (1000.0, _rotated, "millimetres with rotated bits (SUN RGB-D, SUN3D)"),
+    "nyu-raw": (1.0, _of_swapped_kinect, "disparity with swapped bytes (raw files of NYU Depth V2)"),
+    "kinect-raw": (1.0, _of_kinect, "disparity of a Kinect v1"),
+    "mm-swapped": (1000.0, _swapped, "millimetres with swapped bytes"),
+    "depth16": (1000.0, _without_confidence, "millimetres below three bits of confidence (Android's DEPTH16)"),
+    "float16": (1.0, _of_half_floats, "metres, the bits of half-precision floats in 16-bit integers (CO3D)"),
+}
+"""Name -> units per metre of the decoded values, what decodes them, and description."""
+
+ENCODINGS: dict[str, DepthEncoding] = {
+    **{name: DepthEncoding(None, units) for name, (units, _) in _UNITS.items()},
+    **{
+        name: DepthEncoding(name, units, decode, _FARTHEST_KINECT if name in KINECT_DISPARITY else FARTHEST_DEPTH)
+        for name, (units, decode, _) in _DECODED.items()
+    },
+}
+"""Name -> encoding. `ENCODING_DESCRIPTIONS` also has those with numbers of their own."""
 
 
 def encoding_of(spec: EncodingSpec, depth: Path | None = None) -> DepthEncoding:
@@ -246,16 +233,18 @@ def encoding_of(spec: EncodingSpec, depth: Path | None = None) -> DepthEncoding:
     if name in ENCODINGS:
         return ENCODINGS[name]
     if needs_scene(name):
-        return DepthEncoding(None, 1000 / _scale_beside(depth))
+        if depth is None:
+            raise ParameterError('"bop" needs the depth file of a scene; otherwise give "bop:SCALE".')
+        return DepthEncoding(None, 1000 / camera_of_image(depth)[1])
     if name == _DISPARITY:
         raise ParameterError(
             "Disparity needs focal length [px] times baseline [m]: disparity:52.5 for 525 px and 0.1 m."
         )
     kind, numbers = _kind(name), re.split("[:/]", name, maxsplit=1)[-1]
     try:
-        return (
-            _WITH_NUMBERS[kind](numbers) if kind in _WITH_NUMBERS else DepthEncoding(None, checked_units(float(name)))
-        )
+        if kind in _WITH_NUMBERS:
+            return _WITH_NUMBERS[kind][0](numbers)
+        return DepthEncoding(None, checked_units(float(name)))
     except ValueError as error:
         if kind in _WITH_NUMBERS:
             raise ParameterError(f"{spec!r:.80} must be {ENCODING_DESCRIPTIONS[kind]}.") from error
@@ -344,15 +333,27 @@ def _camera(numbers: Sequence[float]) -> Camera:
     return Camera(fx, fy, cx, cy, size=(int(size[0]), int(size[1])) if size else None)
 
 
-_WITH_NUMBERS: dict[str, Callable[[str], DepthEncoding]] = {
-    _BOP: _by_scale,
-    _DISPARITY: _by_disparity,
-    _RAY: _along_rays,
-    _ZBUFFER: _between_planes,
-    _SHARE: _by_share,
-    **{name: partial(_packed, name) for name in _PACKED},
+_WITH_NUMBERS: dict[str, tuple[Callable[[str], DepthEncoding], str]] = {
+    _BOP: (_by_scale, "by the depth_scale in scene_camera.json (BOP)"),
+    _DISPARITY: (_by_disparity, "disparity:FB, disparity of a stereo pair, with focal length x baseline FB"),
+    _RAY: (_along_rays, "ray:UNITS,FX,FY,CX,CY, distance along the rays of a camera, UNITS per metre"),
+    _ZBUFFER: (
+        _between_planes,
+        "zbuffer:NEAR,FAR[,reversed], values 0 to 1 of a renderer with near and far plane [m]; FAR may be inf",
+    ),
+    _SHARE: (_by_share, "m/FAR, values 0 to 1 that are shares of the depth FAR [m]"),
+    "rgb24": (
+        partial(_packed, "rgb24"),
+        "rgb24:METRES, shares of METRES in 24 bits, lowest in red (CARLA: rgb24:1000)",
+    ),
+    "bgr24": (partial(_packed, "bgr24"), "bgr24:METRES, shares of METRES in 24 bits, lowest in blue"),
 }
-"""Name -> the encoding with the numbers behind it; these functions raise ValueError if they are none."""
+"""Name -> what makes the encoding of the numbers behind it, and raises ValueError if they are none; and description."""
+
+ENCODING_DESCRIPTIONS = {
+    name: str(row[-1]) for table in (_UNITS, _DECODED, _WITH_NUMBERS) for name, row in table.items()
+}
+"""Name -> description, for all names that `encoding_of` accepts."""
 
 
 def needs_scene(spec: EncodingSpec) -> bool:
@@ -377,19 +378,6 @@ def _kind(name: str) -> str:
     return _SHARE if name.startswith("m/") else name
 
 
-def chosen_encoding(
-    values: NDArray[Any],
-    depth: Path,
-    given: EncodingSpec | None,
-    stated: EncodingSpec | None,
-    invalid: float | None,
-) -> DepthEncoding:
-    """Return the encoding of a file's values: the given one, else the one stated beside the file, else the default for
-    their type (`default_depth_units`); raise as `encoding_of`, and ParameterError if `invalid` is not a number."""
-    spec = next((spec for spec in (given, stated) if spec is not None), default_depth_units(values))
-    return replace(encoding_of(spec, depth), invalid=None if invalid is None else checked_invalid(invalid))
-
-
 def single_encoding(encoding: EncodingSpec | None, depth_units: float | None) -> EncodingSpec | None:
     """Return the encoding given by either argument; raise ParameterError if both are given."""
     if encoding is not None and depth_units is not None:
@@ -405,14 +393,6 @@ def encoding_of_inputs(inputs: FrameInputs) -> DepthEncoding:
     return replace(encoding_of(spec), invalid=inputs.invalid)
 
 
-def checked_invalid(value: object) -> float:
-    """Return a file's value for missing depth as float; raise ParameterError unless it is a finite number."""
-    number = checked_number(value, "The invalid value must be a number")
-    if not math.isfinite(number):
-        raise ParameterError("The invalid value must be a finite number: non-finite values are always missing.")
-    return number
-
-
 def beyond_sensor_range(metres: NDArray[np.floating], farthest: float = FARTHEST_DEPTH) -> NDArray[np.bool_] | None:
     """Return pixels whose depth [m] no sensor can measure; None if there are none, or if the scale is likely wrong.
 
@@ -426,9 +406,3 @@ def beyond_sensor_range(metres: NDArray[np.floating], farthest: float = FARTHEST
     values = metres[far]
     is_mark = count < np.count_nonzero(np.isfinite(metres)) and bool((values == values[0]).all())
     return far if is_mark or 2 * count < np.count_nonzero(np.isfinite(metres)) else None
-
-
-def _scale_beside(depth: Path | None) -> float:
-    if depth is None:
-        raise ParameterError('"bop" needs the depth file of a scene; otherwise give "bop:SCALE".')
-    return camera_of_image(depth)[1]

@@ -1,4 +1,5 @@
-"""Reading arrays and floating-point images: NPY, NPZ, EXR, PFM, depth maps of COLMAP and of the Kinect v2."""
+"""Reading arrays and images without a common format: NPY, NPZ, EXR, PFM, depth of COLMAP, of a Kinect v2 and of the
+RealSense Viewer."""
 
 from __future__ import annotations
 
@@ -15,10 +16,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .._runtime.files import MAX_FILE_BYTES, FileContent, zip_member
+from .._runtime.files import MAX_FILE_BYTES, FileContent, read_file, zip_member
 from .._runtime.installation import optional
-from ..errors import FormatError, told_as
-from .images import check_pixel_count
+from .._runtime.memory import check_memory
+from ..errors import FormatError, InputError, told_as
 from .kinds import kind_of_file, wrong_kind
 
 _MEMORY = 2**31
@@ -41,7 +42,7 @@ def read_npy(file: FileContent) -> NDArray[Any]:
         warnings.simplefilter("ignore")  # about files written by Python 2
         values = np.asarray(np.lib.format.read_array(io.BytesIO(file.data.data), allow_pickle=False), order="C")
     if values.ndim >= 2:
-        check_pixel_count(file, values.shape[1], values.shape[0])
+        check_memory(file, values.shape[1], values.shape[0])
     return values
 
 
@@ -123,7 +124,7 @@ def encode_exr(depth: NDArray[np.float32]) -> bytes:
 def _checked(file: FileContent, headers: list[dict[str, Any]]) -> list[str]:
     """Return the depth channels of the first part; raise FormatError if there are none, or too many pixels."""
     for header in headers:
-        check_pixel_count(file, *_size(header["dataWindow"]))
+        check_memory(file, *_size(header["dataWindow"]))
     first = headers[0]
     if not np.array_equal(first["dataWindow"], first["displayWindow"]):
         raise FormatError(f"{file}: its pixels cover only a part of the image. Export the whole image.")
@@ -163,7 +164,7 @@ def floats_behind(file: FileContent, start: int, shape: tuple[int, int], order: 
         If there are too many pixels, or their number differs from the header.
     """
     height, width = shape
-    check_pixel_count(file, width, height)
+    check_memory(file, width, height)
     values = file.data[start:]
     if values.size != 4 * width * height:
         raise FormatError(
@@ -250,3 +251,58 @@ def is_kinect_v2(file: FileContent) -> bool:
 def read_bin(file: FileContent) -> NDArray[np.float32]:
     """Read a depth map of COLMAP, or of a Kinect v2; raises FormatError as `read_colmap`."""
     return read_kinect_v2(file) if is_kinect_v2(file) else read_colmap(file)
+
+
+# Depth snapshots of the RealSense Viewer: 16-bit values without a header, and a table beside them.
+
+_FORMAT = "Z16"
+_MOST_LINES = 1000
+
+
+def read_viewer_raw(file: FileContent) -> NDArray[np.uint16]:
+    """Read depth in the camera's units, uint16 (H, W), 0 = missing.
+
+    The table NAME_metadata.csv that the viewer writes beside NAME.raw states its size.
+
+    Raises
+    ------
+    FormatError
+        If there is no such table, or it states no size, another format, or another number of values than the file has.
+    """
+    beside = file.path.with_name(f"{file.path.stem}_metadata.csv")
+    try:
+        table = read_file(beside)
+    except InputError as error:
+        raise FormatError(
+            f"{file} has no header: its {file.data.size} bytes are not 512 x 424 float32 of a Kinect v2, and the table "
+            f"of the RealSense Viewer, {beside.name}, is missing. Put it there, or save depth as PNG, NPY or TIFF."
+        ) from error
+    stated = table_of_names(table.data.tobytes().decode("utf-8-sig", "replace"))
+    with told_as(
+        FormatError, f"{table} does not state Resolution x and Resolution y. Copy it again.", (KeyError, ValueError)
+    ):
+        width, height = int(stated["resolution x"]), int(stated["resolution y"])
+    if (kind := stated.get("format", _FORMAT).upper()) != _FORMAT:
+        raise FormatError(f"{file} has the format {kind:.20}, not {_FORMAT}. Give the file of the depth stream.")
+    check_memory(file, width, height)
+    if min(width, height) < 1 or file.data.size != 2 * width * height:
+        raise FormatError(
+            f"{file} has {file.data.size} bytes, but {beside.name} states {width} x {height} pixels of 2 bytes: it is "
+            "truncated or of another image. Copy both again."
+        )
+    return np.frombuffer(file.data.tobytes(), "<u2").astype(np.uint16).reshape(height, width)
+
+
+def table_of_names(text: str) -> dict[str, str]:
+    """The second column of a comma-separated table by the first, in lower case; the first of equal names counts.
+
+    Examples
+    --------
+    >>> table_of_names("Frame Info:\\nResolution x,848\\nFx, 421.5")
+    {'resolution x': '848', 'fx': '421.5'}
+    """
+    rows = (line.split(",") for line in text.splitlines()[:_MOST_LINES])
+    found: dict[str, str] = {}
+    for name, value in (row[:2] for row in rows if len(row) > 1):
+        found.setdefault(name.strip().lower(), value.strip())
+    return found

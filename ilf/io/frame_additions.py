@@ -24,7 +24,7 @@ from ..data.guide import Gives, Guide
 from ..data.lenses import undistorted
 from ..errors import FormatError, InputError, ParameterError, told_as
 from .depth import (
-    checked_number,
+    DEPTH_READERS,
     checked_units,
     default_depth_units,
     depth_in_metres,
@@ -33,11 +33,9 @@ from .depth import (
 )
 from .depth_reading import decoded, marker_doubt
 from .encodings import DepthEncoding, encoding_of_inputs
-from .float_images import read_exr, read_npy, read_npz, read_pfm
-from .guide_models import is_guide_name, predict_by_name, ready_guide
-from .guide_network import predict_guide
-from .hdf5 import HDF5_SUFFIXES
-from .hdf5_depth import split_dataset
+from .float_images import read_npy, read_npz
+from .guide_models import is_guide_name, predict_by_name, predict_guide, ready_guide
+from .hdf5 import HDF5_SUFFIXES, split_dataset
 from .images import read_image, read_indices
 
 _MAX_SCALE_RATIO = 1.5
@@ -86,12 +84,7 @@ def with_ground_truth_file(frame: RGBDFrame, path: str | os.PathLike[str], units
     if problem:
         raise InputError(f"{file.path}: {problem}")
     found = frame.with_ground_truth(ground_truth, file)
-    return replace(found, depth=found.measured, notes=(*found.notes, note)) if note else found
-
-
-def invalid_of(frame: RGBDFrame) -> float | None:
-    """The invalid value with which a frame's depth file was read; None for none."""
-    return None if frame.inputs is None else frame.inputs.invalid
+    return found.changed(notes=(*found.notes, note)) if note else found
 
 
 def scale_misfit(ground_truth: NDArray[np.floating], depth: NDArray[np.floating], units: float) -> str:
@@ -130,8 +123,8 @@ def ground_truth_of(
     frame: RGBDFrame, path: FileSource, units: float | None = None, dataset: str | None = None
 ) -> tuple[NDArray[np.float32], GroundTruthFile, str]:
     """What `read_ground_truth` gives, in the pixels of a frame; integers are in the units of its depth by default."""
-    usual = None if frame.inputs is None else frame.inputs.depth_units
-    ground_truth, file, note = read_ground_truth(path, frame.shape, units, usual, invalid_of(frame), dataset)
+    usual, invalid = (None, None) if frame.inputs is None else (frame.inputs.depth_units, frame.inputs.invalid)
+    ground_truth, file, note = read_ground_truth(path, frame.shape, units, usual, invalid, dataset)
     return undistorted(ground_truth, frame), file, note
 
 
@@ -230,12 +223,7 @@ GUIDE_SUFFIXES = (".png", ".npy", ".npz", ".tif", ".tiff", ".pgm", ".pfm", ".exr
 _USUAL_NAMES = ("guide", "depth", "disparity", "prediction")
 """Names of the guide in an NPZ with several arrays; the first that exists is read."""
 
-_READERS: dict[str, Callable[[FileContent], NDArray[Any]]] = {
-    ".npy": read_npy,
-    ".npz": lambda file: read_npz(file, _USUAL_NAMES),
-    ".pfm": read_pfm,
-    ".exr": read_exr,
-}
+_READERS = DEPTH_READERS | {".npz": lambda file: read_npz(file, _USUAL_NAMES)}
 
 
 NETWORK_SUFFIX = ".onnx"
@@ -379,7 +367,8 @@ def read_confidence(path: FileSource, shape: tuple[int, int]) -> NDArray[Any]:
     content = read_file(path)
     values = without_channel(read_npy(content) if content.path.suffix.lower() == ".npy" else read_indices(content))
     if values.ndim != 2 or values.dtype.kind not in "biuf":
-        raise FormatError(f"{content}: a confidence map must have one number per pixel, not {_kind(values)}.")
+        given = f"{values.dtype} of shape {values.shape}"
+        raise FormatError(f"{content}: a confidence map must have one number per pixel, not {given}.")
     remedy = (
         "A confidence map must have the same pixels. That of depth which is registered on reading is used in the depth "
         "camera's view (--view depth)."
@@ -432,18 +421,6 @@ def confidence_doubt(confidence: NDArray[Any], least: float) -> str:
         f"ARKit's, so a min. confidence of {least:g} also keeps depth of low confidence. Give one of the map's scale, "
         f"such as {largest:g} for its highest values alone."
     )
-
-
-def checked_min_confidence(value: object) -> float:
-    """Return the minimum confidence as float; raise ParameterError unless it is a finite number."""
-    number = checked_number(value, "The min. confidence must be a number")
-    if not math.isfinite(number):
-        raise ParameterError("The min. confidence must be a finite number, a value of the confidence map.")
-    return number
-
-
-def _kind(values: NDArray[Any]) -> str:
-    return f"{values.dtype} of shape {values.shape}"
 
 
 # Depth by hand.

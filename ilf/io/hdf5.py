@@ -1,16 +1,24 @@
-"""Safe reading of untrusted HDF5 files, in a child: the header of a data set is checked before its values are read.
+"""Depth and colour from HDF5 files, also those of MATLAB (7.3), read in a child.
 
-A file of two kilobytes can link to other files, or require decoding by an arbitrary plug-in.
+The header of a data set is checked before its values are read: a file of two kilobytes can link to other files, or
+require decoding by an arbitrary plug-in.
 """
 
 from __future__ import annotations
 
+import math
 import os
+import re
+from collections.abc import Iterable
 from io import BytesIO
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from .._runtime.files import FileContent
 from .._runtime.installation import optional
+from .._runtime.memory import check_memory
 from ..errors import FormatError
 from .kinds import kind_of_file, start_of, wrong_kind
 
@@ -127,3 +135,123 @@ def images(opened: Any) -> dict[str, tuple[int, ...]]:
 
     opened.visititems(look)
     return found
+
+
+# Depth: the dataset that is named, or the only one that can be depth.
+
+_DEPTHS = "dataset", "depth", "depths"
+"""Names of depth; Hypersim calls every image dataset."""
+
+_MOST_LISTED = 12
+_WITH_NAME = re.compile(r"(.+\.(?:hdf5|h5|mat)):[/\\](.+)", re.IGNORECASE | re.DOTALL)
+
+
+def split_dataset(path: str) -> tuple[str, str | None]:
+    r"""A path or address without the dataset that it names behind a colon, and the name; None if it names none.
+
+    Examples
+    --------
+    >>> split_dataset("C:/take.h5:/left/depth"), split_dataset("zip://depth.h5::/all.zip")
+    (('C:/take.h5', '/left/depth'), ('zip://depth.h5::/all.zip', None))
+    """
+    found = _WITH_NAME.fullmatch(path)
+    if found is None or os.path.lexists(path):
+        return path, None
+    return found[1], "/" + found[2].replace("\\", "/")  # as Windows' paths write it
+
+
+def with_dataset(path: object, dataset: str | None) -> str:
+    """A path with the name of its dataset, if it is known, as `split_dataset` takes it."""
+    return f"{path}:/{dataset.lstrip('/')}" if dataset else str(path)
+
+
+def read_hdf5(file: FileContent, name: str | None = None) -> NDArray[Any]:
+    """Read depth (H, W) in a child. What MATLAB has saved, column by column, is transposed.
+
+    Parameters
+    ----------
+    file : FileContent
+    name : str, optional
+        Name of the dataset, including its groups. None: dataset, depth or depths, or else the only one that can be
+        depth, see `images`.
+
+    Raises
+    ------
+    InputError
+        If h5py is not installed.
+    FormatError
+        If it is no HDF5, is damaged, has too many pixels, or no such dataset, or several that can be depth.
+    """
+    from .._runtime.children import run_in_child
+
+    return run_in_child(_depth, file, name, file=str(file), memory=CHILD_MEMORY)
+
+
+def _depth(file: FileContent, name: str | None) -> NDArray[Any]:
+    with open_hdf5(BytesIO(file.data.tobytes()), str(file), "Reading depth from HDF5") as opened:
+        found = _first(opened, [name] if name else _DEPTHS, str(file))
+        if found is None:
+            known = images(opened)
+            if name or len(known) != 1:
+                raise _not_found(file, name, known)
+            found = _first(opened, known, str(file))
+        check_memory(file, math.prod(found.shape[1:]), found.shape[0])
+        values = np.asarray(found)
+        return np.ascontiguousarray(values.T) if is_of_matlab(file) else values
+
+
+def _first(opened: Any, names: Iterable[str], file: str) -> Any:
+    """The first dataset with one of these names that has two axes, or three for `without_channel`; None for none."""
+    kinds = [(name.strip("/"), axes) for name in names for axes in (2, 3)]
+    return next((data for name, axes in kinds if (data := dataset(opened, name, "fiu", axes, file)) is not None), None)
+
+
+def _not_found(file: FileContent, name: str | None, known: dict[str, tuple[int, ...]]) -> FormatError:
+    """The error for a file without depth, or without the dataset of a name, that has these images."""
+    missing = f"{file} has no image {name}" if name else f"{file} has {len(known) or 'no'} datasets that can be depth"
+    if not known:
+        return FormatError(f"{missing}: none has two axes and numbers of 16 bits or more. Save its depth as such.")
+    shapes = {one: shape[::-1] if is_of_matlab(file) else shape for one, shape in known.items()}
+    listed = ", ".join(f"{one} {shape}" for one, shape in [*shapes.items()][:_MOST_LISTED])
+    more = f" and {len(known) - _MOST_LISTED} more" if len(known) > _MOST_LISTED else ""
+    likely = next((one for one in known if "depth" in one.lower()), next(iter(known)))
+    return FormatError(
+        f"{missing}{'. It has' if name else ''}: {listed}{more}. Name the one to read behind the file, "
+        f"{file}:{likely}, or for all files of a folder as the dataset (--dataset) {likely}."
+    )
+
+
+# Colour, as BlenderProc writes it beside depth.
+
+_COLOURS = "colors", "color", "rgb", "image"
+"""Names of colour; BlenderProc calls it colors."""
+
+
+def read_hdf5_colour(file: FileContent) -> NDArray[np.uint8]:
+    """Read colour, RGB (H, W, 3), in a child: a dataset of 8 bits with a usual name, and 3 channels, or 4 with opacity,
+    which are its last or first axis.
+
+    Raises
+    ------
+    InputError
+        If h5py is not installed.
+    FormatError
+        If it is no HDF5, is damaged, or has no such dataset.
+    """
+    from .._runtime.children import run_in_child
+
+    return run_in_child(_colour, file, file=str(file), memory=CHILD_MEMORY)
+
+
+def _colour(file: FileContent) -> NDArray[np.uint8]:
+    with open_hdf5(BytesIO(file.data.tobytes()), str(file), "Reading colour from HDF5") as opened:
+        known = (dataset(opened, name, "u", 3, str(file)) for name in _COLOURS)
+        found = next((data for data in known if data is not None and data.dtype == np.uint8), None)
+        if found is None or not {3, 4} & {found.shape[0], found.shape[2]}:
+            wanted = f"no dataset {', '.join(_COLOURS)} of 8 bits with 3 or 4 channels"
+            raise FormatError(f"{file} has no colour: {wanted}. Give a file of colour.")
+        check_memory(file, *sorted(found.shape)[1:])
+        values = np.asarray(found)
+    values = values.T if is_of_matlab(file) else values
+    values = values if values.shape[2] in {3, 4} else np.moveaxis(values, 0, 2)
+    return np.ascontiguousarray(values[..., :3])

@@ -20,8 +20,7 @@ from PIL import Image, TiffImagePlugin
 from .._runtime.files import FileSource, read_file
 from .._runtime.memory import check_memory
 from ..errors import FormatError, InputError
-from .hdf5 import HDF5_SUFFIXES
-from .hdf5_colour import read_hdf5_colour
+from .hdf5 import HDF5_SUFFIXES, read_hdf5_colour
 from .heic import HEIC_SUFFIXES, read_heic_colour
 from .kinds import COMMON_IMAGES, wrong_kind
 from .pcl_files import PCD_SUFFIX, PCLZF_SUFFIX, read_pcd_colour, read_pclzf_colour
@@ -106,12 +105,6 @@ def _declared(data: bytes) -> int | None:
     """Return the maximum value declared by a PGM or PPM; None for others."""
     found = _PNM.match(data)
     return None if found is None else int(found[3])
-
-
-def check_checksums(path: FileSource, data: bytes) -> None:
-    """Raise FormatError for a PNG that is truncated or has wrong checksums; other formats have none."""
-    with _reading(path, "its end is missing or a checksum is wrong"):
-        Image.open(io.BytesIO(data), formats=("PNG",)).verify()
 
 
 @contextmanager
@@ -202,9 +195,10 @@ def _decoded(path: FileSource, least_width: int = 0) -> tuple[NDArray[Any], Imag
     data = read_file(path).data
     content = data.tobytes()
     header = image_header(path, content)
-    check_pixel_count(path, header.width, header.height)
+    check_memory(path, header.width, header.height)
     if header.kind == "PNG":
-        check_checksums(path, content)
+        with _reading(path, "its end is missing or a checksum is wrong"):
+            Image.open(io.BytesIO(content), formats=("PNG",)).verify()
     if content.startswith((b"P2", b"P3")):
         return _of_text(path, content, header), header
     factors = _FRACTIONS if least_width and header.kind == "JPEG" else (1,)
@@ -337,11 +331,6 @@ def scaled_colour(rgb: NDArray[np.uint8], shape: tuple[int, int]) -> NDArray[np.
         )
     how = cv2.INTER_AREA if rgb.shape[0] >= shape[0] else cv2.INTER_LINEAR
     return np.asarray(cv2.resize(rgb, shape[::-1], interpolation=how), np.uint8)
-
-
-def check_pixel_count(path: object, width: int, height: int) -> None:
-    """Raise FormatError for an image that is too large; see `ilf._runtime.memory`."""
-    check_memory(path, width, height)
 
 
 def encode_image(suffix: str, image: NDArray[Any]) -> bytes:

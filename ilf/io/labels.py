@@ -7,7 +7,6 @@ import itertools
 import os
 import re
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NamedTuple
 
@@ -18,7 +17,8 @@ from .._runtime.arrays import check_shape, plain_array
 from .._runtime.files import FileSource, read_file
 from .._runtime.formatting import grouped
 from .._runtime.writing import write_bytes
-from ..data.frame import RGBDFrame
+from ..data.blocks import BlockInfo, Blocks, block_colour
+from ..data.label_map import Box, labels_in, union
 from ..errors import ExportError, FormatError, InputError
 from .images import encode_image, image_header, read_indices
 
@@ -43,37 +43,6 @@ def read_mask(path: FileSource, shape: tuple[int, int] | None = None) -> NDArray
         As `read_labels`.
     """
     return read_labels(path, shape, what="mask") > 0
-
-
-def with_more_invalid(frame: RGBDFrame, path: str | os.PathLike[str]) -> RGBDFrame:
-    """Return the frame with a mask added to its invalid mask; raise as `read_mask` does."""
-    return frame.with_more_invalid(read_mask(path, frame.shape))
-
-
-def write_labels(path: str | os.PathLike[str], labels: ArrayLike) -> None:
-    """Write a label map atomically.
-
-    Parameters
-    ----------
-    path : path-like
-        Must end in .png.
-    labels : array_like
-        Integers 0-65535, (H, W); 0 = no block.
-
-    Raises
-    ------
-    ExportError
-        If the labels do not fit into 16 bits or the file cannot be written.
-
-    Examples
-    --------
-    >>> write_labels("blocks.png", [[0, 1], [1, 2]])
-    >>> read_labels("blocks.png").tolist()
-    [[0, 1], [1, 2]]
-    """
-    if Path(path).suffix.lower() != ".png":
-        raise ExportError(f"Labels cannot be written as {str(path)!r}: use .png.")
-    write_bytes(path, encode_labels(labels))
 
 
 def encode_labels(labels: ArrayLike) -> bytes:
@@ -137,51 +106,16 @@ _LONGEST_NAME = 80
 class Region(NamedTuple):
     """Pixels in a box (rows, columns) of the image."""
 
-    box: tuple[slice, slice]
+    box: Box
     mask: NDArray[np.bool_]
 
 
-@dataclass(frozen=True, eq=False)
-class Candidate:
-    """A candidate for a block.
-
-    Attributes
-    ----------
-    name : str
-        "" for none.
-    number : int or None
-        The label given in the file, if any.
-    parts : iterable of Part
-        Iterated once, so that parts can be computed on demand. They may overlap; the block is their union.
-    """
-
-    name: str
-    number: int | None
-    parts: Iterable[Region]
+Candidate = tuple[str, int | None, Iterable[Region]]
+"""A candidate for a block: its name, "" for none; the label given in the file, if any; and its parts, which may overlap
+and are iterated once, so that they can be computed on demand."""
 
 
-@dataclass(frozen=True, eq=False)
-class LoadedBlocks:
-    """The blocks of a file.
-
-    Attributes
-    ----------
-    labels : ndarray of int32, shape (H, W)
-        0 = no block.
-    names : dict
-        Label -> name, of those blocks that have one.
-    notes : tuple of str
-        Notes for the user on how the file was read, a sentence each.
-    """
-
-    labels: NDArray[np.int32]
-    names: dict[int, str] = field(default_factory=dict)
-    notes: tuple[str, ...] = ()
-
-
-def stacked(
-    path: object, shape: tuple[int, int], candidates: Sequence[Candidate], notes: Iterable[str]
-) -> LoadedBlocks:
+def stacked(path: object, shape: tuple[int, int], candidates: Sequence[Candidate], notes: Iterable[str]) -> Blocks:
     """Stack candidates, smaller ones above larger ones, later ones above earlier ones of equal size.
 
     Raises
@@ -191,12 +125,12 @@ def stacked(
     """
     if len(candidates) > LARGEST_LABEL:
         raise InputError(f"{path} contains {len(candidates)} shapes, more than {LARGEST_LABEL}. Merge some.")
-    numbers = _numbers([candidate.number for candidate in candidates])
-    stack = _Stack(shape)
-    empty = sum(not stack.add(number, one.parts) for number, one in zip(numbers, candidates, strict=True))
-    left = frozenset(np.flatnonzero(np.bincount(stack.labels.ravel())).tolist()) - {0}
+    numbers = _numbers([number for _, number, _ in candidates])
+    numbered = ((number, parts) for number, (*_, parts) in zip(numbers, candidates, strict=True))
+    labels, in_several, empty = _laid(shape, numbered)
+    left = labels_in(labels)
     hidden = len(candidates) - empty - len(left)
-    overlap = int(np.count_nonzero(stack.overlap))
+    overlap = int(np.count_nonzero(in_several))
     found = [*notes]
     if overlap:
         found.append(f"{_counted(overlap, 'pixel lies', 'pixels lie')} in several shapes: the smallest is used.")
@@ -206,12 +140,12 @@ def stacked(
         found.append(f"{_counted(empty, 'shape is', 'shapes are')} left out: no pixel centre lies inside.")
     if not left:
         found.append(f"{path} contains no blocks.")
-    names = {
-        number: name
-        for number, one in zip(numbers, candidates, strict=True)
-        if number in left and (name := " ".join(one.name.split())[:_LONGEST_NAME]) not in {"", UNNAMED}
+    infos = {
+        number: BlockInfo(name, block_colour(number))
+        for number, (given, *_) in zip(numbers, candidates, strict=True)
+        if number in left and (name := " ".join(given.split())[:_LONGEST_NAME]) not in {"", UNNAMED}
     }
-    return LoadedBlocks(stack.labels, names, tuple(found))
+    return Blocks(labels, infos, notes=tuple(found))
 
 
 def cropped(mask: NDArray[np.bool_], top: int = 0, left: int = 0) -> Region | None:
@@ -224,35 +158,28 @@ def cropped(mask: NDArray[np.bool_], top: int = 0, left: int = 0) -> Region | No
     return Region(box, mask[inside])
 
 
-class _Stack:
-    """A label map under construction. Masks are added one at a time, in any order, and are not stored."""
-
-    def __init__(self, shape: tuple[int, int]) -> None:
-        self.labels = np.zeros(shape, np.int32)
-        self.overlap = np.zeros(shape, bool)
-        self._areas = np.full(shape, np.iinfo(np.int32).max, np.int32)
-        self._scratch = np.zeros(shape, bool)
-
-    def add(self, label: int, parts: Iterable[Region]) -> bool:
-        """Add a candidate; return False if it has no pixels."""
-        box: tuple[slice, slice] | None = None
+def _laid(
+    shape: tuple[int, int], numbered: Iterable[tuple[int, Iterable[Region]]]
+) -> tuple[NDArray[np.int32], NDArray[np.bool_], int]:
+    """A label map of numbered blocks, whose masks are laid one at a time and not stored; the pixels of several; and how
+    many blocks have no pixel."""
+    labels, areas = np.zeros(shape, np.int32), np.full(shape, np.iinfo(np.int32).max, np.int32)
+    overlap, scratch = np.zeros((2, *shape), bool)
+    empty = 0
+    for label, parts in numbered:
+        box: Box | None = None
         for part in parts:
-            self._scratch[part.box] |= part.mask
-            box = part.box if box is None else (_joint(box[0], part.box[0]), _joint(box[1], part.box[1]))
-        if box is None:
-            return False
-        mask = self._scratch[box].copy()
-        self._scratch[box] = False
-        labels, areas = self.labels[box], self._areas[box]
-        self.overlap[box] |= mask & (labels > 0)
-        area = np.count_nonzero(mask)
-        wins = mask & (area <= areas)
-        labels[wins], areas[wins] = label, area
-        return bool(area)
-
-
-def _joint(one: slice, other: slice) -> slice:
-    return slice(min(one.start, other.start), max(one.stop, other.stop))
+            scratch[part.box] |= part.mask
+            box = part.box if box is None else union(box, part.box)
+        if box is None or not (area := np.count_nonzero(scratch[box])):
+            empty += 1
+            continue
+        mask = scratch[box].copy()
+        scratch[box] = False
+        overlap[box] |= mask & (labels[box] > 0)
+        wins = mask & (area <= areas[box])
+        labels[box][wins], areas[box][wins] = label, area
+    return labels, overlap, empty
 
 
 def _numbers(wanted: Sequence[int | None]) -> list[int]:
@@ -274,7 +201,7 @@ METADATA = "metadata.csv"
 """segment-anything's list of its masks, which distinguishes them from other images in the folder."""
 
 
-def blocks_of_mask_folder(folder: Path, shape: tuple[int, int]) -> LoadedBlocks:
+def blocks_of_mask_folder(folder: Path, shape: tuple[int, int]) -> Blocks:
     """Read the blocks of a folder: one per mask, named after the file unless its name is a number; non-zero pixels
     belong to the block.
 
@@ -287,7 +214,7 @@ def blocks_of_mask_folder(folder: Path, shape: tuple[int, int]) -> LoadedBlocks:
     files = _listed(folder) or sorted(pictures, key=_natural)
     if not files:
         raise InputError(f"{folder} contains no masks (one PNG each). If it has a JSON file of masks, give that.")
-    candidates = [Candidate("" if file.stem.isdecimal() else file.stem, None, _part(file, shape)) for file in files]
+    candidates = [("" if file.stem.isdecimal() else file.stem, None, _part(file, shape)) for file in files]
     return stacked(folder, shape, candidates, ())
 
 

@@ -6,7 +6,6 @@ import json
 import os
 import struct
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -17,28 +16,25 @@ from .._runtime.writing import write_parts
 from ..data.points import axes_signs
 from ..data.surface import Mesh
 from ..errors import ExportError, check_kind, path_first
-from .clouds import columns_of, ply_parts, text_rows
+from .clouds import COLOURED_LINE, coloured, lines_of, ply_parts, rows_of, triangles_of
 
 # Meshes as Wavefront OBJ: text, with colours after the coordinates, as MeshLab and Blender read them.
 
-_AT_ONCE = 1 << 16  # triangles
+_AT_ONCE = 1 << 16  # vertices
 
 
 def obj_parts(mesh: Mesh, *, axes: str = "camera", unit: str = "m") -> Iterator[bytes]:
     """Yield an OBJ file, part by part: a line v x y z red green blue (0-1) for each vertex, vn if there are normals,
     and f for each triangle. The format does not support scalars."""
-    parts = columns_of(mesh.vertices, axes, unit)
     yield f"# ILF Studio\n# unit {unit}, axes {axes}\n".encode()
-    colours = [replace(column, factor=1 / 255, kind="<f4") for column in parts.colours]
-    yield from text_rows([*parts.points, *colours], "v ", ["%.9g"] * 3 + ["%.6g"] * 3)
-    if parts.normals:
-        yield from text_rows(parts.normals, "vn ", ["%.6g"] * 3)
-    corner = "%d//%d" if parts.normals else "%d"
-    line = f"f {corner} {corner} {corner}\n"
-    for start in range(0, len(mesh.faces), _AT_ONCE):
-        some = mesh.faces[start : start + _AT_ONCE]
-        numbers = np.repeat(some.reshape(-1) + 1, 2 if parts.normals else 1)
-        yield (line * len(some) % tuple(numbers.tolist())).encode()
+    for rows in rows_of(mesh.vertices, axes, unit):
+        yield lines_of(coloured(rows), f"v {COLOURED_LINE}")
+    has_normals = mesh.vertices.normals is not None
+    for rows in rows_of(mesh.vertices, axes, unit) if has_normals else ():
+        yield lines_of(rows[["nx", "ny", "nz"]], "vn %.6g %.6g %.6g")
+    corner = "%d//%d" if has_normals else "%d"
+    for some in triangles_of(mesh.faces):
+        yield lines_of(np.repeat(some + 1, 2 if has_normals else 1, axis=1), f"f {corner} {corner} {corner}")
 
 
 # Meshes as binary glTF 2.0 (GLB), which browsers, Blender and most viewers open.
@@ -46,29 +42,10 @@ def obj_parts(mesh: Mesh, *, axes: str = "camera", unit: str = "m") -> Iterator[
 _FLOAT, _UINT16, _UINT32 = 5126, 5123, 5125
 _VERTICES, _INDICES = 34962, 34963
 _WIDTHS = {"SCALAR": 1, "VEC3": 3, "VEC4": 4}
+_DTYPES: dict[int, np.dtype[Any]] = {_FLOAT: np.dtype("<f4"), _UINT16: np.dtype("<u2"), _UINT32: np.dtype("<u4")}
 
-
-@dataclass(frozen=True, eq=False)
-class _View:
-    """An array of the file with its description."""
-
-    values: NDArray[Any]
-    shape: str
-    kind: int
-    target: int = _VERTICES
-    more: dict[str, Any] | None = None
-
-    @property
-    def dtype(self) -> np.dtype[Any]:
-        return np.dtype({_FLOAT: "<f4", _UINT16: "<u2", _UINT32: "<u4"}[self.kind])
-
-    @property
-    def count(self) -> int:
-        return self.values.size if self.target == _INDICES else len(self.values)
-
-    @property
-    def bytes(self) -> int:
-        return self.count * _WIDTHS[self.shape] * self.dtype.itemsize
+_View = tuple[NDArray[Any], str, int, dict[str, Any]]
+"""An array of the file, the types of its elements and of their numbers, and more that describes it."""
 
 
 def glb_parts(mesh: Mesh) -> Iterator[bytes]:
@@ -81,37 +58,37 @@ def glb_parts(mesh: Mesh) -> Iterator[bytes]:
     signs = np.array(axes_signs("y-up"), np.float32)
     low, high = vertices.points.min(axis=0) * signs, vertices.points.max(axis=0) * signs
     extent = {"min": np.minimum(low, high).tolist(), "max": np.maximum(low, high).tolist()}
-    views = {"POSITION": _View(vertices.points, "VEC3", _FLOAT, more=extent)}
+    views: dict[str, _View] = {"POSITION": (vertices.points, "VEC3", _FLOAT, extent)}
     if vertices.normals is not None:
-        views["NORMAL"] = _View(vertices.normals, "VEC3", _FLOAT)
-    views["COLOR_0"] = _View(vertices.colours, "VEC4", _UINT16, more={"normalized": True})
-    for name, values in vertices.scalars.items():
-        views[f"_{name.upper()}"] = _View(values, "SCALAR", _FLOAT)
-    indices = _View(mesh.faces, "SCALAR", _UINT32, _INDICES)
-    described = _description(views, indices)
-    length = sum(view.bytes for view in (*views.values(), indices))
+        views["NORMAL"] = vertices.normals, "VEC3", _FLOAT, {}
+    views["COLOR_0"] = vertices.colours, "VEC4", _UINT16, {"normalized": True}
+    views |= {f"_{name.upper()}": (values, "SCALAR", _FLOAT, {}) for name, values in vertices.scalars.items()}
+    described, length = _description(views, (mesh.faces.reshape(-1), "SCALAR", _UINT32, {}))
     yield struct.pack("<4sII", b"glTF", 2, 12 + 8 + len(described) + 8 + length)
     yield struct.pack("<I4s", len(described), b"JSON") + described
     yield struct.pack("<I4s", length, b"BIN\0")
-    for name, view in (*views.items(), ("", indices)):
-        for start in range(0, len(view.values), _AT_ONCE):
-            some = view.values[start : start + _AT_ONCE]
+    for name, (values, _, kind, _) in views.items():
+        for start in range(0, len(values), _AT_ONCE):
+            some = values[start : start + _AT_ONCE]
             if name == "COLOR_0":
-                some = _with_alpha(_LINEAR[some])
+                some = np.pad(_LINEAR[some], ((0, 0), (0, 1)), constant_values=0xFFFF)
             elif name in {"POSITION", "NORMAL"}:
                 some = some * signs
-            yield some.astype(view.dtype).tobytes()
+            yield some.astype(_DTYPES[kind]).tobytes()
+    for triangles in triangles_of(mesh.faces):
+        yield triangles.astype(_DTYPES[_UINT32]).tobytes()
 
 
-def _description(views: dict[str, _View], indices: _View) -> bytes:
-    """Return the file's JSON, padded to multiples of 4 bytes."""
-    every, offset = [*views.values(), indices], 0
+def _description(views: dict[str, _View], indices: _View) -> tuple[bytes, int]:
+    """The file's JSON, padded to multiples of 4 bytes, and the number of bytes of all arrays."""
+    offset = 0
     buffer_views, accessors = [], []
-    for number, view in enumerate(every):
-        buffer_views.append({"buffer": 0, "byteOffset": offset, "byteLength": view.bytes, "target": view.target})
-        accessor = {"bufferView": number, "componentType": view.kind, "count": view.count, "type": view.shape}
-        accessors.append({**accessor, **(view.more or {})})
-        offset += view.bytes
+    for number, (values, shape, kind, more) in enumerate([*views.values(), indices]):
+        size = len(values) * _WIDTHS[shape] * _DTYPES[kind].itemsize
+        target = _INDICES if number == len(views) else _VERTICES
+        buffer_views.append({"buffer": 0, "byteOffset": offset, "byteLength": size, "target": target})
+        accessors.append({"bufferView": number, "componentType": kind, "count": len(values), "type": shape, **more})
+        offset += size
     attributes = {name: number for number, name in enumerate(views)}
     primitive = {"attributes": attributes, "indices": len(views), "material": 0, "mode": 4}
     content = {
@@ -133,11 +110,7 @@ def _description(views: dict[str, _View], indices: _View) -> bytes:
         "buffers": [{"byteLength": offset}],
     }
     text = json.dumps(content, separators=(",", ":")).encode()
-    return text + b" " * (-len(text) % 4)
-
-
-def _with_alpha(colours: NDArray[np.uint16]) -> NDArray[np.uint16]:
-    return np.concatenate([colours, np.full((len(colours), 1), 0xFFFF, np.uint16)], axis=1)
+    return text + b" " * (-len(text) % 4), offset
 
 
 def _linear_of(values: Sequence[int]) -> NDArray[np.uint16]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 import cv2
 import numpy as np
@@ -16,7 +16,10 @@ from .hdf5 import HDF5_SUFFIXES, is_of_matlab
 from .heic import HEIC_SUFFIXES, heic_orientation
 from .images import OPPOSITE, image_header, turned
 
-AS_STORED = 1, 1
+Tags = tuple[int, int]
+"""Orientation tags of colour and depth."""
+
+AS_STORED: Tags = 1, 1
 """Orientations of colour and depth that are not turned."""
 
 _EFFECTS = {
@@ -38,13 +41,7 @@ _SURE, _BETTER = 0.15, 0.08
 """Minimum correlation of the edges of colour and depth, and minimum lead over the other way, to decide by them."""
 
 
-class PairOrientation(NamedTuple):
-    """Orientations by which colour and depth are to be turned, a note about it ("" for none), and whether it is a
-    doubt."""
-
-    tags: tuple[int, int] = AS_STORED
-    note: str = ""
-    is_doubt: bool = False
+_UNTURNED = AS_STORED, "", False
 
 
 def orientation_tag(file: FileContent) -> int:
@@ -72,7 +69,7 @@ def _claim(file: FileContent) -> tuple[int, str]:
 
 def pair_orientation(
     colour_file: FileContent, colour: NDArray[np.uint8], depth_file: FileContent, metres: NDArray[np.float32]
-) -> PairOrientation:
+) -> tuple[Tags, str, bool]:
     """Decide whether the orientation tags of a pair's files apply: where only so sizes are the same, or else edges
     coincide. Files with the same tag stay as stored. The rows and columns of HDF5, which MATLAB exchanges, and the
     order of the rows of PFM are decided likewise, if colour has no tag.
@@ -82,6 +79,12 @@ def pair_orientation(
     colour_file, depth_file : FileContent
     colour, metres : ndarray
         As stored: uint8 (h, w, 3), and depth [m], NaN = missing.
+
+    Returns
+    -------
+    tuple of int, str, bool
+        The orientations by which colour and depth are to be turned, a note about it, "" for none, and whether it is a
+        doubt.
     """
     claims = [_claim(colour_file), _claim(depth_file)]
     for place, file in enumerate((colour_file, depth_file)):
@@ -92,28 +95,28 @@ def pair_orientation(
         claims[1] = 1, ""
     tags = claims[0][0], claims[1][0]
     if tags[0] == tags[1]:
-        return PairOrientation()
+        return _UNTURNED
     stored, upright = (colour, metres), (turned(colour, tags[0]), turned(metres, tags[1]))
     fits, fits_upright = (rgb.shape[:2] == depth.shape for rgb, depth in (stored, upright))
     named = " and ".join(text for _, text in claims if text)
     if tags == _EXCHANGED and (fits, fits_upright) in {(True, False), (False, False)}:
-        return PairOrientation()  # as nearly all HDF5 files
+        return _UNTURNED  # as nearly all HDF5 files
     if not (fits or fits_upright):
-        return PairOrientation(AS_STORED, f"{named}, and is read as stored: sizes differ either way.")
+        return AS_STORED, f"{named}, and is read as stored: sizes differ either way.", False
     if fits != fits_upright:
         return _decided(named, tags, fits_upright, "colour and depth have the same size only so")
     scores = _coincidence(*stored), _coincidence(*upright)
     if max(scores) >= _SURE and abs(scores[0] - scores[1]) >= _BETTER:
         if (tags == _EXCHANGED or is_pfm) and scores[0] > scores[1]:
-            return PairOrientation()
+            return _UNTURNED
         return _decided(named, tags, scores[1] > scores[0], "edges of colour and depth coincide only so")
     if is_pfm:
-        return PairOrientation()  # nearly all are from the bottom up
-    return PairOrientation(
+        return _UNTURNED  # nearly all are from the bottom up
+    return (
         AS_STORED,
         f"{named}, and is read as stored, which is uncertain: edges of colour and depth coincide hardly better either "
         "way. If colour and depth do not fit, save that file again as an image that is upright.",
-        is_doubt=True,
+        True,
     )
 
 
@@ -129,9 +132,9 @@ def companion_doubts(files: Sequence[FileContent], expected: int) -> tuple[str, 
     )
 
 
-def _decided(named: str, tags: tuple[int, int], is_applied: bool, reason: str) -> PairOrientation:
+def _decided(named: str, tags: Tags, is_applied: bool, reason: str) -> tuple[Tags, str, bool]:
     way = "so" if is_applied else "as stored"
-    return PairOrientation(tags if is_applied else AS_STORED, f"{named}, and is read {way}: {reason}.")
+    return tags if is_applied else AS_STORED, f"{named}, and is read {way}: {reason}.", False
 
 
 def _coincidence(colour: NDArray[np.uint8], metres: NDArray[np.float32]) -> float:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ..data.frame import USUAL_MEDIAN_DEPTH
 from .depth import UINT16_MAX
-from .hdf5_depth import split_dataset
+from .hdf5 import split_dataset
 
 _FULL = 1 - 1e-6
 """Share of the largest value that counts as that value, which rounding in single precision may miss."""

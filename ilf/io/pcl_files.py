@@ -6,7 +6,7 @@ import io
 import re
 import struct
 from collections.abc import Mapping
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,16 +25,6 @@ _TYPES = {("I", 1): "i1", ("I", 2): "<i2", ("I", 4): "<i4", ("I", 8): "<i8", ("U
 }  # fmt: skip
 _COLOURS = "rgb", "rgba"
 _PCLZF_HEADER = struct.Struct("<5s2I16s2I")
-
-
-class _Header(NamedTuple):
-    """The header of a PCD, and the number of its bytes."""
-
-    width: int
-    height: int
-    fields: np.dtype[Any]
-    data: str
-    size: int
 
 
 def read_pcd_depth(file: FileContent) -> NDArray[np.float32]:
@@ -64,58 +54,45 @@ def read_pcd_colour(file: FileContent) -> NDArray[np.uint8]:
 
 def _points(file: FileContent) -> NDArray[Any]:
     """The points of an organised cloud, a structured array (H, W)."""
-    header = _header(file)
-    if header.height == 1:
+    (height, width), fields, kind, start = _header(file)
+    if height == 1:
         raise FormatError(f"{file} is not organised: its points have no rows. Save the cloud with width and height.")
-    count = header.width * header.height
-    if header.data == "ascii":
-        return _of_text(file, header).reshape(header.height, header.width)
-    wanted = count * header.fields.itemsize
-    data = file.data[header.size :].tobytes()
-    if header.data == "binary_compressed":
+    count, data = height * width, file.data[start:].tobytes()
+    if kind == "ascii":
+        return _of_text(file, data, fields, count).reshape(height, width)
+    wanted = count * fields.itemsize
+    if kind == "binary_compressed":
         if len(data) < 8:
             raise _truncated(file)
         compressed, size = struct.unpack("<2I", data[:8])
         if size != wanted or compressed > len(data) - 8:
             raise _truncated(file)
-        data = _by_field(lzf_decompressed(file, data[8 : 8 + compressed], size), header, count)
+        data = _by_field(lzf_decompressed(file, data[8 : 8 + compressed], size), fields, count)
     if len(data) < wanted:
         raise _truncated(file)
-    return np.frombuffer(data, header.fields, count).reshape(header.height, header.width)
+    return np.frombuffer(data, fields, count).reshape(height, width)
 
 
-def _by_field(data: bytes, header: _Header, count: int) -> bytes:
+def _by_field(data: bytes, fields: np.dtype[Any], count: int) -> bytes:
     """The bytes of the points one after the other, from all values of each field one after the other."""
-    points, at = np.empty(count, header.fields), 0
-    for name in header.fields.names or ():
-        kind = header.fields[name]
-        points[name] = np.frombuffer(data, kind, count, at)
-        at += kind.itemsize * count
+    points, at = np.empty(count, fields), 0
+    for name in fields.names or ():
+        points[name] = np.frombuffer(data, fields[name], count, at)
+        at += fields[name].itemsize * count
     return points.tobytes()
 
 
-def _of_text(file: FileContent, header: _Header) -> NDArray[Any]:
-    count = header.width * header.height
-    try:
-        text = file.data[header.size :].tobytes().decode("ascii")
-        columns = sum(int(np.prod(header.fields[name].shape)) for name in header.fields.names or ())
-        values = np.loadtxt(io.StringIO(text), np.float64, ndmin=2, max_rows=count)
-        if values.shape != (count, columns):
-            raise ValueError(f"it has {values.shape[0]} of {count} points")
-    except (ValueError, UnicodeDecodeError) as error:
-        raise FormatError(f"{file}: its points cannot be read ({error!s:.80}). Copy or export it again.") from error
-    points, at = np.zeros(count, header.fields), 0
-    for name in header.fields.names or ():
-        shape = header.fields[name].shape
-        wide = int(np.prod(shape))
-        column = values[:, at : at + wide].reshape(count, *shape)
-        with np.errstate(invalid="ignore", over="ignore"):
-            points[name] = column.astype(header.fields[name].base)
-        at += wide
+def _of_text(file: FileContent, data: bytes, fields: np.dtype[Any], count: int) -> NDArray[Any]:
+    told = f"{file}: its points cannot be read ({{error}}). Copy or export it again."
+    with told_as(FormatError, told, (ValueError, OverflowError)):
+        points = np.loadtxt(io.StringIO(data.decode("ascii")), fields, ndmin=1, max_rows=count)
+        if len(points) != count:
+            raise ValueError(f"it has {len(points)} of {count} points")
     return points
 
 
-def _header(file: FileContent) -> _Header:
+def _header(file: FileContent) -> tuple[tuple[int, int], np.dtype[Any], str, int]:
+    """The shape (H, W), the fields and the kind of data of a PCD, and the number of bytes of its header."""
     start = file.data[:_MAX_HEADER].tobytes()
     end = re.search(rb"^DATA[ \t]+(\w+)[ \t]*\r?\n", start, re.MULTILINE)
     if end is None or b"FIELDS" not in start[: end.start()]:
@@ -141,7 +118,7 @@ def _header(file: FileContent) -> _Header:
     check_memory(file, width, height)
     if width * height * fields.itemsize > MAX_FILE_BYTES:
         raise FormatError(f"{file}: its points would need more than 1 GiB of memory. Export x, y, z and rgb alone.")
-    return _Header(width, height, fields, data, end.end())
+    return (height, width), fields, data, end.end()
 
 
 # PCLZF: "PCLZF", width, height, the kind of image in 16 characters, sizes before and after decompression, LZF.

@@ -13,7 +13,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from .._runtime.closing import Closeable
 from .._runtime.installation import optional
 from .._runtime.writing import moving_into_place, remove, removed_on_exit
 from ..data.camera import Camera
@@ -141,7 +140,7 @@ def _write(writer: Any, frames: Iterable[StampedDepth], encoding: str, frame_id:
     return count
 
 
-class DepthRecorder(Closeable):
+class DepthRecorder(McapFile):
     """Writes depth into one MCAP file of ROS 2, with the topics of `write_rosbag`. The file is readable between any two
     frames: after a crash or on a full disk it contains those before.
 
@@ -162,19 +161,15 @@ class DepthRecorder(Closeable):
 
     def __init__(self, path: str | os.PathLike[str], *, encoding: str = "32FC1", frame_id: str = "camera") -> None:
         self._store, self._encoding, self._frame_id = _typestore(), encoding, frame_id
-        self._file = McapFile(path)
+        super().__init__(path)
 
     def write(self, frame: StampedDepth) -> None:
         """Write a frame; raises ExportError if it cannot be written, for example on a full disk."""
         for topic, message in _messages(self._store, frame, self._encoding, self._frame_id):
             kind = message.__msgtype__
             definition, _ = self._store.generate_msgdef(kind, ros_version=2)
-            self._file.add(topic, kind, definition, bytes(self._store.serialize_cdr(message, kind)), frame.stamp)
-        self._file.finish_moment()
-
-    def close(self) -> None:
-        """Close the file."""
-        self._file.close()
+            self.add(topic, kind, definition, bytes(self._store.serialize_cdr(message, kind)), frame.stamp)
+        self.finish_moment()
 
 
 def _typestore() -> Any:
@@ -214,17 +209,16 @@ def encoded_depth(metres: NDArray[np.float32], encoding: str) -> NDArray[Any]:
     return np.where(millimetres <= UINT16_MAX, millimetres, 0).astype("<u2")
 
 
-def _image(store: Any, header: Any, encoding: str, values: NDArray[Any]) -> Any:
+def image_fields(values: NDArray[Any], encoding: str) -> dict[str, Any]:
+    """The fields of a sensor_msgs/Image with these values, except its header."""
     data = np.ascontiguousarray(values).view(np.uint8).ravel()
-    return store.types[_IMAGE](
-        header=header,
-        height=values.shape[0],
-        width=values.shape[1],
-        encoding=encoding,
-        is_bigendian=0,
-        step=len(data) // values.shape[0],
-        data=data,
-    )
+    height, width = values.shape[:2]
+    sizes = {"height": height, "width": width, "encoding": encoding, "is_bigendian": 0, "step": len(data) // height}
+    return {**sizes, "data": data}
+
+
+def _image(store: Any, header: Any, encoding: str, values: NDArray[Any]) -> Any:
+    return store.types[_IMAGE](header=header, **image_fields(values, encoding))
 
 
 def _info(store: Any, header: Any, frame: StampedDepth) -> Any:

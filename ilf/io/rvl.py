@@ -7,8 +7,8 @@ import struct
 import numpy as np
 from numpy.typing import NDArray
 
+from .._runtime.memory import check_memory
 from ..errors import FormatError
-from .images import check_pixel_count
 
 _SIZE = struct.Struct("<ii")
 _MAX_NIBBLES = 12
@@ -22,7 +22,7 @@ def rvl_size(data: NDArray[np.uint8], path: object) -> tuple[int, int]:
     width, height = _SIZE.unpack_from(data.data) if len(data) > _SIZE.size else (0, 0)
     if min(width, height) < 1:
         raise _damaged(path)
-    check_pixel_count(path, width, height)
+    check_memory(path, width, height)
     return width, height
 
 

@@ -97,19 +97,14 @@ def to_plain(value: Any, hooks: Mapping[type, Write]) -> Any:
         return {str(key): to_plain(part, hooks) for key, part in value.items()}
     if isinstance(value, Set):
         return {"set": [to_plain(part, hooks) for part in sorted(value)]}
-    if isinstance(value, CompactHistory) or (_is_list(value) and value and isinstance(value[0], IterationRecord)):
-        history = value if isinstance(value, CompactHistory) else CompactHistory(value)
-        return {history.kind.__name__: to_plain(history.columns, hooks)}
+    if isinstance(value, CompactHistory):
+        return {value.kind.__name__: to_plain(value.columns, hooks)}
     if dataclasses.is_dataclass(value) or hasattr(value, "_fields"):
         record: Any = type(value)
         return {name: to_plain(getattr(value, name), hooks) for name in stored_fields(record)}
-    if _is_list(value):
+    if isinstance(value, Sequence) and not isinstance(value, bytes):
         return [to_plain(part, hooks) for part in value]
     raise TypeError(f"a {type(value).__name__} cannot be stored")
-
-
-def _is_list(value: Any) -> bool:
-    return isinstance(value, Sequence) and not isinstance(value, bytes)
 
 
 def from_plain(data: Any, kind: Any, hooks: Mapping[type, Read]) -> Any:

@@ -2,23 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
-from pathlib import Path
 
-from .._runtime.named_places import NotAllowed
-from ..data.frame import InputFile
 from ..data.results import Completion, compose
-from ..errors import InputError
 from ..run.record import array_sha256
 from ..run.replaying import depth_difference_text
 from ..run.run import Run
-from ..sources.frame_ref import FrameRef
 from .codec import UNREADABLE, check_content, from_plain, stored_fields
 from .file import OpenedProject
 from .frame_state import FrameState
+from .missing_files import how_found, wanted_files
 from .project import ProjectFrame
-from .sources import ChangedSource, find_source, source_part
 from .state_codec import frame_part, read_head
 
 
@@ -45,8 +39,7 @@ class FrameFacts:
     ----------
     frame : ProjectFrame
     sources : dict of str to str
-        Path of each of its files -> "embedded", "present", "changed", "missing", or "not allowed" if it lies where
-        nothing is opened unasked.
+        Path of each of its files -> how it is there, as of `how_found`.
     runs : tuple of RunFacts
     size : int
         Bytes of its own part and of the arrays that it refers to.
@@ -69,8 +62,9 @@ def frame_facts(opened: OpenedProject, frame: ProjectFrame) -> FrameFacts:
     opened : OpenedProject
     frame : ProjectFrame
     """
+    sources = {file.path: how_found(file, opened)[0] for file in wanted_files(frame, opened.parts)}
     if not frame.has_state:
-        return FrameFacts(frame, {} if frame.source is None else _places(frame.source))
+        return FrameFacts(frame, sources)
     try:
         content = opened.parts.read(frame_part(frame.id))
         head = read_head(content)
@@ -78,36 +72,8 @@ def frame_facts(opened: OpenedProject, frame: ProjectFrame) -> FrameFacts:
         runs: tuple[RunFacts, ...] = from_plain(list(told), tuple[RunFacts, ...], {})
         size = len(content) + sum(_checked_size(opened, name) for name in head.parts)
     except UNREADABLE as error:
-        problem = f"The work on this frame cannot be read: {error}"
-        return FrameFacts(frame, {} if frame.source is None else _places(frame.source), problems=(problem,))
-    return FrameFacts(frame, dict(_found(opened, head.files)), runs, size)
-
-
-def _found(opened: OpenedProject, files: tuple[InputFile, ...]) -> Iterator[tuple[str, str]]:
-    for file in files:
-        if not file.sha256:  # a recording
-            yield file.path, "missing" if opened.places.present(file) is None else "present"
-            continue
-        try:
-            find_source(file, opened.parts, opened.places)
-        except NotAllowed:
-            yield file.path, "not allowed"
-        except ChangedSource:
-            yield file.path, "changed"
-        except InputError:
-            yield file.path, "missing"
-        else:
-            embedded = source_part(file.sha256, file.path) in opened.parts.names()
-            yield file.path, "embedded" if embedded else "present"
-
-
-def _places(source: FrameRef) -> dict[str, str]:
-    """Return the state of each file of a frame without stored work, whose hashes are unknown."""
-    try:
-        paths = source.allowed().paths
-    except InputError:
-        return dict.fromkeys(source.paths, "not allowed")
-    return {path: "present" if Path(path).exists() else "missing" for path in paths}
+        return FrameFacts(frame, sources, problems=(f"The work on this frame cannot be read: {error}",))
+    return FrameFacts(frame, sources, runs, size)
 
 
 def _checked_size(opened: OpenedProject, name: str) -> int:

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from .._runtime.closing import Closeable, closed_on_error
+from .._runtime.schema import check_schema
 from ..data.frame import InputFile
 from ..errors import ExportError, FormatError, IlfError, InputError, told_as
 from ..sources.reading import read_frame
@@ -16,10 +17,9 @@ from .archive import Archive, Part, Parts, write_archive
 from .codec import ARRAYS, UNREADABLE
 from .frame_state import FrameState
 from .project import Project, ProjectFrame
-from .project_json import PROJECT, ReadProject, check_replaceable, decode_project, encode_project
+from .project_json import PROJECT, ReadProject, decode_project, encode_project, read_project_head
 from .sources import SOURCES, FilePlace, Places, find_source, source_part
-from .state_codec import Decoded, empty_state, encode, frame_part, load_state, read_head
-from .thumbnail import thumbnail_part
+from .state_codec import SCHEMA, Decoded, empty_state, encode, frame_part, load_state, read_head, thumbnail_part
 
 SUFFIX = ".ilf"
 
@@ -40,6 +40,11 @@ class OpenedProject(ReadProject, Closeable):
         """Absolute path of the project file."""
         return self.parts.path
 
+    @property
+    def embedded(self) -> bool:
+        """Whether it has files of the frames."""
+        return any(name.startswith(SOURCES) for name in self.parts.names())
+
     def frame(self, frame_id: str) -> ProjectFrame:
         """Return a frame of the list; raises InputError if there is none."""
         for frame in self.project.frames:
@@ -58,7 +63,7 @@ class OpenedProject(ReadProject, Closeable):
 
         Raises
         ------
-        MissingSource, ChangedSource
+        MissingSource
             If one of the frame's files was not found, or has changed.
         UnreadableFrame
             If any part of its state is missing, damaged or of another version.
@@ -176,11 +181,12 @@ def _check_replaceable(path: str | os.PathLike[str]) -> None:
         return
     if not os.access(path, os.W_OK):
         raise ExportError(f"{path} is write-protected. Save under another name.")
-    content = b""
-    with suppress(IlfError), Archive(path) as there:
-        content = there.read(PROJECT)
-    with told_as(ExportError, f"{path} is not replaced. {{error}}", FormatError):
-        check_replaceable(content)
+    head = None
+    with suppress(*UNREADABLE), Archive(path) as there:
+        head = read_project_head(there.read(PROJECT))
+    if head is not None:
+        with told_as(ExportError, f"{path} is not replaced. {{error}}", FormatError):
+            check_schema(head, SCHEMA, "project")
 
 
 class _Saving:
@@ -189,7 +195,11 @@ class _Saving:
     def __init__(self, path: Path, project: Project, base: Sequence[Parts], places: Places, embed: bool | None) -> None:
         self.notes: list[str] = []
         self._path, self._project, self._places, self._embed = path, project, places, embed
-        self._base = [(parts, frozenset(parts.names())) for parts in base]
+        self._stored: dict[str, list[Parts]] = {}
+        """Name of a part -> the stores that have it, in their order."""
+        for parts in base:
+            for name in parts.names():
+                self._stored.setdefault(name, []).append(parts)
         self._made: dict[str, bytes] = {}
         self._names: dict[str, None] = {PROJECT: None}
         self._files: dict[str, FilePlace] = {}
@@ -200,8 +210,7 @@ class _Saving:
             self._encode(state)
         listed = tuple(map(self._listed, self._project.frames))
         places = Places(self._path, self._files)
-        embedded = self._embed if self._embed is not None else any(name.startswith(SOURCES) for name in self._names)
-        self._made[PROJECT] = encode_project(replace(self._project, frames=listed), places, embedded=embedded)
+        self._made[PROJECT] = encode_project(replace(self._project, frames=listed), places)
         return list(self._names)
 
     def part(self, name: str) -> Part | None:
@@ -209,7 +218,7 @@ class _Saving:
         if name in self._made:
             return Part(name, self._made[name])
         damaged: Part | None = None
-        for parts in self._having(name):
+        for parts in self._stored.get(name, ()):
             try:
                 part = parts.read_raw(name) if isinstance(parts, Archive) else Part(name, parts.read(name))
             except FormatError as error:
@@ -226,11 +235,8 @@ class _Saving:
         encoded = encode(state)
         self._made |= encoded.made | {frame_part(state.id): encoded.content}
 
-    def _having(self, name: str) -> Iterator[Parts]:
-        return (parts for parts, names in self._base if name in names)
-
     def _has(self, name: str) -> bool:
-        return name in self._made or any(True for _ in self._having(name))
+        return name in self._made or name in self._stored
 
     def _listed(self, frame: ProjectFrame) -> ProjectFrame:
         """Add the parts of a frame; return its entry for the list. A frame without a state gets one if its files are to
@@ -256,7 +262,7 @@ class _Saving:
     def _add_state(self, name: str) -> None:
         """Add a state and the parts that it names; all of its store if it cannot be read, so that nothing is lost."""
         self._names[name] = None
-        store = next(self._having(name), None)
+        store = next(iter(self._stored.get(name, ())), None)
         try:
             content = self._made[name] if name in self._made or store is None else store.read(name)
             head = read_head(content)

@@ -6,16 +6,22 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
+import cv2
+import numpy as np
+
 from ..data.blocks import Blocks
 from ..data.frame import RGBDFrame
 from ..data.label_map import Box
 from ..data.parameters import Parameters
 from ..data.presets import preset
 from ..data.results import BlockResult, Status
-from ..evaluation.quality.ignored import IgnoredPlace
+from ..evaluation.quality.places import IgnoredPlace
 from ..run.run import Run
 from .project import FrameSummary, Stage
 from .run_history import Extrapolation, StoredRun
+
+_LONGER_SIDE, _QUALITY = 240, 80
+"""Longer side [px] and JPEG quality of thumbnails."""
 
 Point = tuple[float, float]
 """Image coordinates x, y [px]."""
@@ -131,6 +137,23 @@ class FrameState:
         if self.blocks.propagated:
             return Stage.PROPAGATED
         return Stage.EDITED if self.blocks.edited or self.blocks.by_hand is not None else Stage.EXTRACTED
+
+    def thumbnail(self) -> bytes:
+        """Return the colour image as JPEG with a longer side of at most 240 pixels: without the blocks, so that the
+        frame looks the same as one that was never opened.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> frame = RGBDFrame(np.zeros((30, 40, 3), np.uint8), np.full((30, 40), 2.0))
+        >>> FrameState("a1", frame, Blocks(np.ones((30, 40), np.int32))).thumbnail()[:2]
+        b'\\xff\\xd8'
+        """
+        height, width = self.frame.shape
+        scale = min(_LONGER_SIDE / max(height, width), 1.0)
+        size = max(round(width * scale), 1), max(round(height * scale), 1)
+        small = cv2.resize(self.frame.rgb, size, interpolation=cv2.INTER_AREA).astype(np.uint8, copy=False)
+        return cv2.imencode(".jpg", small[..., ::-1], [cv2.IMWRITE_JPEG_QUALITY, _QUALITY])[1].tobytes()
 
     def run(self) -> Run:
         """Return the run of all blocks as they are now."""

@@ -19,7 +19,7 @@ from .archive import Parts
 from .codec import UNREADABLE
 from .file import SUFFIX, OpenedProject
 from .project import ProjectFrame
-from .sources import Places, is_there, source_part
+from .sources import Places, embedded, source_part
 from .state_codec import frame_part, read_head
 
 
@@ -62,12 +62,10 @@ def missing_files(opened: OpenedProject, since: float | None = None) -> Generato
     """
     lost: list[MissingFile] = []
     for frame in opened.project.frames:
-        for wanted in _wanted(frame, opened.parts):
-            if wanted.sha256 and source_part(wanted.sha256, wanted.path) in opened.parts.names():
-                continue
-            same, other = located(wanted, opened.places, since)
-            if same is None and (other is not None or _is_allowed(opened.places, wanted)):
-                lost.append(MissingFile(frame.id, wanted, other))
+        for wanted in wanted_files(frame, opened.parts):
+            how, changed = how_found(wanted, opened, since)
+            if how in ("changed", "missing"):  # the user is asked about others when their frame is opened
+                lost.append(MissingFile(frame.id, wanted, changed))
         yield
     return lost
 
@@ -77,24 +75,30 @@ def located(wanted: InputFile, places: Places, since: float | None = None) -> tu
     known SHA-256 may be folders; those not modified since a time [s since 1970] are not read."""
     other: Path | None = None
     for path in places.candidates(wanted):
-        if is_there(path, wanted):
-            if not wanted.sha256 or _is_same(path, wanted.sha256, since):
-                return path, None
-            other = other or path
+        if not wanted.sha256 or _is_same(path, wanted.sha256, since):
+            return path, None
+        other = other or path
     return None, other
 
 
-def _is_allowed(places: Places, wanted: InputFile) -> bool:
-    """Whether a file is at no place that must not be opened unasked: the user is asked when its frame is opened."""
+def how_found(wanted: InputFile, opened: OpenedProject, since: float | None = None) -> tuple[str, Path | None]:
+    """Return how a file of a project's frames is there: "embedded", "present", "changed", "missing", or "not allowed"
+    if it may lie where nothing is opened unasked; with the changed file. `since` as of `missing_files`."""
+    there = source_part(wanted.sha256, wanted.path) in opened.parts.names()
+    if there and (since is not None or embedded(wanted, opened.parts) is not None):
+        return "embedded", None
+    same, other = located(wanted, opened.places, since)
+    if same is not None or other is not None:
+        return ("changed" if same is None else "present"), other
     try:
-        places.check(wanted)
+        opened.places.check(wanted)
     except InputError:
-        return False
-    return True
+        return "not allowed", None
+    return "missing", None
 
 
-def _wanted(frame: ProjectFrame, parts: Parts) -> list[InputFile]:
-    """List the files of a frame from its state, or else from its source."""
+def wanted_files(frame: ProjectFrame, parts: Parts) -> list[InputFile]:
+    """List the files of a frame from its state, or else from its source, without their SHA-256."""
     if frame.has_state:
         with suppress(*UNREADABLE):  # else from the source
             return list(read_head(parts.read(frame_part(frame.id))).files)

@@ -36,19 +36,16 @@ class ReadProject:
     project : Project
     places : Places
         Locations of the frames' files.
-    embedded : bool
-        Whether the frames' files are to be embedded when the project is saved.
     problems : tuple of str
         What could not be read, with the consequence; one sentence each.
     """
 
     project: Project
     places: Places = field(default_factory=Places)
-    embedded: bool = False
     problems: tuple[str, ...] = ()
 
 
-def encode_project(project: Project, places: Places | None = None, *, embedded: bool = False) -> bytes:
+def encode_project(project: Project, places: Places | None = None) -> bytes:
     """Encode the part project.json.
 
     Parameters
@@ -56,8 +53,6 @@ def encode_project(project: Project, places: Places | None = None, *, embedded: 
     project : Project
     places : Places, optional
         Locations of the frames' files, relative to the project file.
-    embedded : bool
-        Whether the files are embedded whenever the project is saved.
     """
     known = places or Places()
     hooks: dict[type, Write] = {FrameRef: FrameRef.to_json}
@@ -66,7 +61,6 @@ def encode_project(project: Project, places: Places | None = None, *, embedded: 
         "schema": SCHEMA,
         "version": __version__,
         "folder": None if known.project is None else str(known.project.parent),
-        "embedded": embedded,
         "files": to_plain(known.files, {}),
         "given": {key: str(path) for key, path in known.given.items()},
         "settings": to_plain(replace(project, frames=()), hooks),
@@ -81,7 +75,6 @@ class _Stored:
     """The JSON of project.json."""
 
     folder: str | None
-    embedded: bool
     files: dict[str, FilePlace]
     given: dict[str, str]
     settings: dict[str, Any]
@@ -105,8 +98,7 @@ def decode_project(parts: Parts, path: Path | None = None, *, stated_in: str | N
         If there is neither a project nor a frame, or the project has another schema.
     """
     try:
-        content = parts.read(PROJECT)
-        head = _head(content)
+        head = read_project_head(parts.read(PROJECT))
     except UNREADABLE as error:
         return _from_states(parts, path, stated_in, error)
     check_schema(head, SCHEMA, "project" if path is None else f"project {path}")
@@ -116,20 +108,12 @@ def decode_project(parts: Parts, path: Path | None = None, *, stated_in: str | N
         return _from_states(parts, path, stated_in, error)
 
 
-def _head(content: bytes) -> dict[str, Any]:
+def read_project_head(content: bytes) -> dict[str, Any]:
+    """Parse a project.json; raises FormatError if it is damaged, or of another program."""
     data = parse_json(content, "Its list of frames")
     if not isinstance(data, dict) or data.get("program") != PROGRAM:
         raise FormatError("It was written by another program.")
     return data
-
-
-def check_replaceable(content: bytes) -> None:
-    """Raise FormatError if the content of a project.json has another schema."""
-    try:
-        head = _head(content)
-    except UNREADABLE:
-        return
-    check_schema(head, SCHEMA, "project")
 
 
 def _decoded(data: Mapping[str, Any], path: Path | None, stated_in: str | None) -> ReadProject:
@@ -147,7 +131,7 @@ def _decoded(data: Mapping[str, Any], path: Path | None, stated_in: str | None) 
         if not re.fullmatch(_ID, frame.id):
             raise FormatError(f"{frame.id!r:.40} is not a valid id.")
     project = replace(from_plain(stored.settings, Project, hooks), frames=frames)
-    return ReadProject(project, places, stored.embedded)
+    return ReadProject(project, places)
 
 
 def _from_states(parts: Parts, path: Path | None, stated_in: str | None, error: Exception) -> ReadProject:

@@ -16,7 +16,7 @@ from ..sources.own_results import RECORD_FILE, is_result_folder
 from ..sources.reading import read_frame
 from ..sources.reading_options import AS_STATED
 from .missing_files import located
-from .sources import ChangedSource, MissingSource, Places
+from .sources import MissingSource, Places
 
 
 def recorded_run(ref: FrameRef, places: Places | None = None) -> Replay | None:
@@ -30,7 +30,7 @@ def recorded_run(ref: FrameRef, places: Places | None = None) -> Replay | None:
 
     Raises
     ------
-    MissingSource, ChangedSource
+    MissingSource
         If a file of the frame that was completed is missing or has changed.
     InputError
         For reading options, which the record states, and as `replay`.
@@ -48,10 +48,8 @@ def recorded_run(ref: FrameRef, places: Places | None = None) -> Replay | None:
     if inputs is None or is_address(inputs.rgb.path) or is_address(inputs.depth.path):
         return replay(record, extract=False)
     known = replace(places or Places(), folders=(*(places or Places()).folders, folder), stated_in=str(folder))
-    if inputs.frame is not None:
-        return replay(record, _present(InputFile(inputs.rgb.path, ""), known, folder), extract=False)
-    rgb, depth = (_present(wanted, known, folder) for wanted in (inputs.rgb, inputs.depth))
-    return replay(record, rgb, depth, extract=False)
+    pair = (inputs.rgb, inputs.depth) if inputs.frame is None else (InputFile(inputs.rgb.path, ""),)
+    return replay(record, *(_present(wanted, known, folder) for wanted in pair), extract=False)
 
 
 def measured_frame(ref: FrameRef, places: Places | None = None) -> RGBDFrame:
@@ -68,5 +66,5 @@ def _present(wanted: InputFile, places: Places, folder: Path) -> Path:
     places.check(wanted)
     what = f"It belongs to the frame whose result is in {folder}"
     if other is not None and not os.path.samefile(other.parent, folder):  # else it is a file of the result
-        raise ChangedSource(f"{other} has changed. {what}: restore it, or give its new path.", wanted, other)
+        raise MissingSource(f"{other} has changed. {what}: restore it, or give its new path.", wanted, other)
     raise MissingSource(f"{wanted.path} no longer exists. {what}: give its new path.", wanted)

@@ -16,9 +16,8 @@ from .archive import Parts
 from .codec import UNREADABLE
 from .project import Project, ProjectFrame
 from .project_json import ReadProject, decode_project, frames_with_state
-from .state_codec import frame_part, read_head
+from .state_codec import frame_part, read_head, thumbnail_part
 from .store import FolderInUse, WorkFolder, WorkHeader
-from .thumbnail import thumbnail_part
 
 SUFFIX = ".work"
 

@@ -27,7 +27,7 @@ from ..io.images import read_colour, turned
 from ..io.orientation import AS_STORED
 from ..sources.frame_ref import FrameRef
 from ..sources.image_pair import frame_of_images
-from ..sources.recorded import read_recorded
+from ..sources.read_images import read_recorded
 from ..sources.trajectories import camera_pose
 from .archive import Parts
 
@@ -35,31 +35,17 @@ SOURCES = "sources/"
 
 
 class MissingSource(InputError):
-    """A file of a frame was not found.
+    """A file of a frame was not found, or only with other content.
 
     Attributes
     ----------
     wanted : InputFile
         Its old path and the SHA-256 of its content.
-    """
-
-    def __init__(self, message: str, wanted: InputFile) -> None:
-        super().__init__(message)
-        self.wanted = wanted
-
-
-class ChangedSource(InputError):
-    """A file of a frame was found, but its content has changed.
-
-    Attributes
-    ----------
-    wanted : InputFile
-        Its old path and the SHA-256 of its original content.
-    found : Path
+    found : Path or None
         The changed file.
     """
 
-    def __init__(self, message: str, wanted: InputFile, found: Path) -> None:
+    def __init__(self, message: str, wanted: InputFile, found: Path | None = None) -> None:
         super().__init__(message)
         self.wanted, self.found = wanted, found
 
@@ -105,7 +91,11 @@ class Places:
         return Path(os.path.normpath(self.project.parent / relative))
 
     def candidates(self, wanted: InputFile) -> Iterator[Path]:
-        """Yield all possible paths of a file that may be opened, the likeliest first."""
+        """Yield the paths where a file may be opened and one is, of any content, or, without a known SHA-256, a folder;
+        the likeliest first."""
+        return (path for path in self._possible(wanted) if _is_there(path, wanted))
+
+    def _possible(self, wanted: InputFile) -> Iterator[Path]:
         yield from (self.given[key] for key in (wanted.path, wanted.sha256) if key in self.given)
         for path in self._stated(wanted):
             with suppress(InputError):
@@ -127,12 +117,11 @@ class Places:
         yield from map(str, _in(() if self.project is None else (self.project.parent,), wanted))
 
     def present(self, wanted: InputFile) -> Path | None:
-        """Return the first candidate that is a file (of any content), or a folder if no hash is known; else None."""
-        return next((path for path in self.candidates(wanted) if is_there(path, wanted)), None)
+        """Return the first candidate; None if there is none."""
+        return next(self.candidates(wanted), None)
 
 
-def is_there(path: Path, wanted: InputFile) -> bool:
-    """Whether a path is a file (of any content), or, without a known SHA-256, a folder."""
+def _is_there(path: Path, wanted: InputFile) -> bool:
     try:
         return path.is_file() or (not wanted.sha256 and path.is_dir())
     except (OSError, ValueError):
@@ -152,6 +141,16 @@ def source_part(sha256: str, path: str) -> str:
     return f"{SOURCES}{sha256}{suffix[0].lower() if suffix else ''}"
 
 
+def embedded(wanted: InputFile, parts: Parts) -> FileContent | None:
+    """Return the original content of a file that is embedded in a project; None if it is not, or is damaged."""
+    name = source_part(wanted.sha256, wanted.path)
+    with suppress(InputError):
+        content = parts.read(name) if name in parts.names() else b""
+        if hashlib.sha256(content).hexdigest() == wanted.sha256:
+            return FileContent(Path(wanted.path), np.frombuffer(content, np.uint8))
+    return None
+
+
 def find_source(wanted: InputFile, parts: Parts | None = None, places: Places | None = None) -> FileContent:
     """Read the original content of a file that a frame was read from, embedded or on disk.
 
@@ -164,20 +163,13 @@ def find_source(wanted: InputFile, parts: Parts | None = None, places: Places | 
 
     Raises
     ------
-    MissingSource, ChangedSource
+    MissingSource
         If it was not found, or only with changed content.
     NotAllowed
         If it may be where nothing is opened unasked.
     """
-    name = source_part(wanted.sha256, wanted.path)
-    if parts is not None and name in parts.names():
-        try:
-            content = parts.read(name)
-        except InputError:
-            pass  # it may still be on disk
-        else:
-            if hashlib.sha256(content).hexdigest() == wanted.sha256:
-                return FileContent(Path(wanted.path), np.frombuffer(content, np.uint8))
+    if parts is not None and (inside := embedded(wanted, parts)) is not None:
+        return inside
 
     def original(path: Path) -> FileContent | None:
         found = read_file(path)
@@ -201,13 +193,11 @@ def first_original(wanted: InputFile, places: Places, read: Callable[[Path], Fou
 
     Raises
     ------
-    MissingSource, ChangedSource, NotAllowed
+    MissingSource, NotAllowed
         As `find_source`.
     """
     changed: tuple[Path, str] | None = None
     for path in places.candidates(wanted):
-        if not is_there(path, wanted):
-            continue
         try:
             found, problem = read(path), ""
         except (InputError, OSError, ValueError) as error:
@@ -221,7 +211,7 @@ def first_original(wanted: InputFile, places: Places, read: Callable[[Path], Fou
         raise MissingSource(f"{wanted.path} no longer exists, and is not embedded. Give its new path.", wanted)
     path, problem = changed
     text = f"{path} has changed since the frame was loaded from it{problem}. Restore it, or give its new path."
-    raise ChangedSource(text, wanted, path)
+    raise MissingSource(text, wanted, path)
 
 
 def load_inputs(
@@ -240,7 +230,7 @@ def load_inputs(
 
     Raises
     ------
-    MissingSource, ChangedSource
+    MissingSource
         As `find_source`.
     InputError
         If the files are not a valid frame.

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from typing import Any
 from weakref import ref
 
@@ -26,7 +26,7 @@ from .archive import Parts
 from .codec import UNREADABLE, from_plain, inline, pack, small_array, stored_fields, to_plain, unpack
 from .frame_state import FrameState
 from .run_history import Extrapolation
-from .sources import ChangedSource, MissingSource, Places, load_inputs, with_ground_truth
+from .sources import MissingSource, Places, load_inputs, with_ground_truth
 
 SCHEMA = 2
 """Version of the format of a project's parts."""
@@ -42,8 +42,25 @@ _OF_FILES = {"rgb", "depth", "notes", "plausibility_warnings", "invalid_marker",
 Origin = str | tuple[str, int]
 """The part that an object is stored in, for results with the place in it."""
 
-Known = Mapping[int, tuple[ref[Any], Origin]]
-"""Stored objects by their `id`; it does not keep them alive."""
+IsThere = Callable[[str], bool]
+"""Whether there is a part of a name."""
+
+
+class Known:
+    """The objects of states that are stored, and where; it does not keep them alive. Thread-safe."""
+
+    def __init__(self) -> None:
+        self._origins: dict[int, tuple[ref[Any], Origin]] = {}
+
+    def add(self, value: object, origin: Origin) -> None:
+        """Note where an object is stored, as long as it lives."""
+        key = id(value)
+        self._origins[key] = ref(value, lambda _: self._origins.pop(key, None)), origin
+
+    def origin(self, value: object) -> Origin | None:
+        """Return where an object is stored; None if it is not."""
+        found, origin = self._origins.get(id(value), (None, None))
+        return origin if found is not None and found() is value else None
 
 
 class UnreadableFrame(InputError):
@@ -53,6 +70,11 @@ class UnreadableFrame(InputError):
 def frame_part(frame_id: str) -> str:
     """Return the name of the part with a frame's state."""
     return f"frames/{frame_id}.json"
+
+
+def thumbnail_part(frame_id: str) -> str:
+    """Return the name of the part with a frame's thumbnail."""
+    return f"thumbnails/{frame_id}.jpg"
 
 
 # Writing.
@@ -70,29 +92,27 @@ class Encoded:
         The parts that it names and that were not known.
     names : frozenset of str
         All parts that it names.
-    known : Known
-        All objects in these parts.
     """
 
     content: bytes
     made: dict[str, bytes]
     names: frozenset[str]
-    known: Known
 
 
-def encode(state: FrameState, known: Known | None = None) -> Encoded:
-    """Encode a state. Only arrays and results that are not `known` from the last time, or from reading, are encoded.
+def encode(state: FrameState, known: Known | None = None, is_there: IsThere = lambda name: True) -> Encoded:
+    """Encode a state. Only arrays and results that are not `known` from the last time, or from reading, or whose part
+    is there no more, are encoded; they are known then.
 
     Examples
     --------
     >>> frame = RGBDFrame(np.zeros((20, 30, 3), np.uint8), np.full((20, 30), 2.0))
     >>> state = FrameState("a1", frame, Blocks(np.ones((20, 30), np.int32)))
     >>> state.blocks.labels.setflags(write=False)
-    >>> first = encode(state)
-    >>> len(first.made), len(encode(state, first.known).made)
+    >>> known = Known()
+    >>> len(encode(state, known).made), len(encode(state, known).made)
     (3, 0)
     """
-    writer = _Writer(known or {})
+    writer = _Writer(known or Known(), is_there)
     value = to_plain(state, writer.hooks)
     writer.close_pack()
     head = {"program": PROGRAM, "schema": SCHEMA, "version": __version__}
@@ -101,15 +121,14 @@ def encode(state: FrameState, known: Known | None = None) -> Encoded:
     content = json.dumps(
         head | {"parts": names, "files": files, "state": value}, separators=(",", ":"), allow_nan=False
     )
-    return Encoded(content.encode(), writer.made, frozenset(names), writer.known)
+    return Encoded(content.encode(), writer.made, frozenset(names))
 
 
 class _Writer:
     """The hooks of one state."""
 
-    def __init__(self, known: Known) -> None:
-        self.before = known
-        self.known: dict[int, tuple[ref[Any], Origin]] = {}
+    def __init__(self, known: Known, is_there: IsThere) -> None:
+        self.known, self.is_there = known, is_there
         self.parts: dict[str, int] = {}
         """Name of a part -> its number, by which the JSON refers to it."""
         self.made: dict[str, bytes] = {}
@@ -125,20 +144,19 @@ class _Writer:
     def _array(self, array: NDArray[Any]) -> Any:
         if (small := inline(array)) is not None:
             return small
-        name = self._name_of(array)
+        name = self._stored(array)
         if not isinstance(name, str):
             name, content = pack(array)
             self.made[name] = content
-        if not array.flags.writeable:
-            self.known[id(array)] = ref(array), name
+            if not array.flags.writeable:
+                self.known.add(array, name)
         return self._number(name)
 
-    def _name_of(self, value: object) -> Origin | None:
-        for known in (self.known, self.before):
-            found = known.get(id(value))
-            if found is not None and found[0]() is value:
-                return found[1]
-        return None
+    def _stored(self, value: object) -> Origin | None:
+        """Return where an object is stored; None if it is to be encoded."""
+        origin = self.known.origin(value)
+        part = origin[0] if isinstance(origin, tuple) else origin
+        return origin if part is not None and (part in self.made or self.is_there(part)) else None
 
     def _number(self, name: str) -> int:
         return self.parts.setdefault(name, len(self.parts))
@@ -152,9 +170,8 @@ class _Writer:
         return to_plain(values, self.hooks)
 
     def _result(self, result: BlockResult) -> list[int]:
-        stored = self._name_of(result)
+        stored = self._stored(result)
         if isinstance(stored, tuple):
-            self.known[id(result)] = ref(result), stored
             return [self._number(stored[0]), stored[1]]
         for waiting, place in self._waiting:
             if waiting is result:
@@ -173,7 +190,7 @@ class _Writer:
         self.made[name] = content
         for result, place in self._waiting:
             place[0] = self._number(name)
-            self.known[id(result)] = ref(result), (name, place[1])
+            self.known.add(result, (name, place[1]))
         self._waiting = []
 
 
@@ -231,16 +248,13 @@ class Decoded:
     state : FrameState
     problems : tuple of str
         Why its ground truth, whose file stays listed, is not available; one sentence each.
-    known : Known
-        For `encode`.
     """
 
     state: FrameState
     problems: tuple[str, ...] = ()
-    known: Known = field(default_factory=dict)
 
 
-def load_state(frame_id: str, parts: Parts, places: Places | None = None) -> Decoded:
+def load_state(frame_id: str, parts: Parts, places: Places | None = None, known: Known | None = None) -> Decoded:
     """Load a frame, from its files or from the project, with all work on it.
 
     Parameters
@@ -250,33 +264,34 @@ def load_state(frame_id: str, parts: Parts, places: Places | None = None) -> Dec
         Store with `frames/<id>.json` and the parts that it names.
     places : Places, optional
         Possible locations of its files.
+    known : Known, optional
+        Notes what is read, for `encode`.
 
     Raises
     ------
-    MissingSource, ChangedSource
+    MissingSource
         If one of its files was not found, or has changed.
     UnreadableFrame
         If any part of its state is missing, damaged or of another version.
     """
     try:
         head = read_head(parts.read(frame_part(frame_id)))
-        reader = _Reader(head, parts, places)
+        reader = _Reader(head, parts, places, known or Known())
         state: FrameState = replace(from_plain(head.state, FrameState, reader.hooks), id=frame_id)
         _check(state)
-    except (MissingSource, ChangedSource, NotAllowed):
+    except (MissingSource, NotAllowed):
         raise
     except UNREADABLE as error:
         raise UnreadableFrame(f"The work on this frame cannot be read: {error}") from error
-    return Decoded(state, tuple(dict.fromkeys(reader.problems)), reader.known)
+    return Decoded(state, tuple(dict.fromkeys(reader.problems)))
 
 
 class _Reader:
     """The hooks of one state: equal references share one object."""
 
-    def __init__(self, head: FrameHead, parts: Parts, places: Places | None) -> None:
-        self.head, self.parts, self.places = head, parts, places
+    def __init__(self, head: FrameHead, parts: Parts, places: Places | None, known: Known) -> None:
+        self.head, self.parts, self.places, self.known = head, parts, places, known
         self.problems: list[str] = []
-        self.known: dict[int, tuple[ref[Any], Origin]] = {}
         self.hooks: dict[type, Callable[[Any, Any], Any]] = {
             np.ndarray: self._array,
             RGBDFrame: self._frame,
@@ -298,7 +313,7 @@ class _Reader:
         if isinstance(data, list):
             return small_array(data, hint)
         array: NDArray[Any] = self._part(data, hint)
-        self.known[id(array)] = ref(array), self.head.parts[data]
+        self.known.add(array, self.head.parts[data])
         return array
 
     def _result(self, data: Any, hint: Any) -> BlockResult:
@@ -307,7 +322,7 @@ class _Reader:
         if place < 0:
             raise FormatError("A reference is not valid.")
         result: BlockResult = results[place]
-        self.known[id(result)] = ref(result), (self.head.parts[number], place)
+        self.known.add(result, (self.head.parts[number], place))
         return result
 
     def _frame(self, data: Any, hint: Any) -> RGBDFrame:
@@ -332,7 +347,7 @@ class _Reader:
         for name, number in data.items():
             kept = frame.measured if name == "depth" else getattr(frame, name)
             if isinstance(number, int) and isinstance(kept, np.ndarray):
-                self.known[id(kept)] = ref(kept), self.head.parts[number]
+                self.known.add(kept, self.head.parts[number])
         return frame
 
     def _of_files(self, inputs: FrameInputs, values: dict[str, Any]) -> RGBDFrame:

@@ -50,8 +50,6 @@ class WorkHeader:
         Ids of the frames with such work.
     host : str
         Name of the machine that the window runs on.
-    program : str
-        Version of the program.
     changed : datetime
         Time of the last commit.
     """
@@ -60,7 +58,6 @@ class WorkHeader:
     unsaved: bool = True
     frames: tuple[str, ...] = ()
     host: str = field(default_factory=socket.gethostname)
-    program: str = __version__
     changed: datetime = field(default_factory=_now)
 
 

@@ -9,16 +9,15 @@ from .._runtime.cancellation import cancellable_items
 from .._runtime.formatting import millimetres
 from ..completion.confidence.expected_error import RMS_NAME, ErrorSummary, error_summary, expected_error, summarised
 from ..data.parameters import BlockParameters
-from ..data.results import BlockResult, Status, blocks_by_message
-from ..evaluation.evaluation import Evaluated
+from ..data.results import BlockResult, Completion, Status, blocks_by_message
+from ..evaluation.evaluation import Evaluated, PixelErrors
 from ..evaluation.hold_out import HoldOutResult
 from ..run.options import ExportOptions
 from ..run.record import make_record
+from ..run.run import Run
 from .curves import curve_lines, curve_plots
-from .evaluations import against_ground_truth, on_hold_out
 from .pictures import frame_pictures, thumbnail
-from .replay_command import replay_text
-from .subject import Subject
+from .subject import Subject, replay_text
 from .templates import render
 
 GROUND_TRUTH = "Against ground truth"
@@ -97,12 +96,12 @@ class FramePage:
     def _evaluate(self) -> dict[str, Evaluated]:
         """Return all evaluations of the frame by their names."""
         run, completion = self.subject.run, self.subject.completion
-        found = {GROUND_TRUTH: against_ground_truth(run, completion, completion.filled_by_blocks, self.expected)}
+        found = {GROUND_TRUTH: _against_ground_truth(run, completion, completion.filled_by_blocks, self.expected)}
         if completion.extrapolated.any():
-            whole = against_ground_truth(run, completion, completion.filled, self.expected)
+            whole = _against_ground_truth(run, completion, completion.filled, self.expected)
             found[f"{GROUND_TRUTH}, including extrapolated pixels"] = whole
         there = {name: evaluated for name, evaluated in found.items() if evaluated is not None}
-        return there if self.hidden is None else there | on_hold_out(self.hidden)
+        return there if self.hidden is None else there | _on_hold_out(self.hidden)
 
     @property
     def errors(self) -> ErrorSummary:
@@ -135,3 +134,37 @@ class FramePage:
         run = self.subject.run
         own = {label: run.parameters_of(label).differences_from(run.parameters) for label in sorted(run.blocks.own)}
         return {label: values for label, values in own.items() if values}
+
+
+def _against_ground_truth(
+    run: Run, completion: Completion, filled: NDArray[np.bool_], expected: NDArray[np.float32]
+) -> Evaluated | None:
+    """Evaluate some of the filled pixels against the frame's ground truth; None without it, or if no block was run.
+
+    Parameters
+    ----------
+    run : Run
+    completion : Completion
+    filled : ndarray of bool, shape (H, W)
+        The pixels to evaluate; the other missing ones count as not filled.
+    expected : ndarray of float32, shape (H, W)
+        `expected_error` of the completion [m].
+    """
+    ground_truth = run.frame.ground_truth
+    if ground_truth is None or not completion.results:
+        return None
+    wanted = run.frame.missing & np.isfinite(ground_truth)
+    depth = np.where(filled, completion.depth, np.float32(np.nan))
+    errors = PixelErrors.at(wanted, depth, ground_truth, expected)
+    return Evaluated(run.blocks.labels, (errors,))
+
+
+def _on_hold_out(hidden: HoldOutResult) -> dict[str, Evaluated]:
+    """Name the evaluation over all seeds of a hold-out test, and, if there are several, that of each."""
+    test = hidden.test
+    seeds = ", ".join(map(str, test.seeds))
+    named: dict[str, Evaluated] = {f"On hold-out ({test.pattern}; seed{'s' * (len(test.seeds) > 1)} {seeds})": hidden}
+    if len(test.seeds) > 1:
+        for seed, part in zip(test.seeds, hidden.parts, strict=True):
+            named[f"seed {seed} alone"] = Evaluated(hidden.labels, (part,))
+    return named

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
 from .._runtime.formatting import counted
-from ..data.colour_maps import MISSING, Colour, depth_colours, difference_colours, error_colours
 from ..data.frame import RGBDFrame
+from ..data.pictures import MISSING, Colour, depth_colours, difference_colours, error_colours
 from ..drawing.blocks import inner_points
 from ..drawing.colours import (
     log_indices,
@@ -91,7 +91,9 @@ def frame_pictures(
     frame, completion = subject.run.frame, subject.completion
     shape = _reduced(frame.shape, most)
     share, text = scale_bar(frame, completion.depth)
-    scale = _scale_image(share, shape[1])
+    line = np.zeros((1, shape[1], 4), np.uint8)
+    line[:, : max(round(share * shape[1]), 1)] = _BAR_COLOUR
+    scale = _data_uri(Image.fromarray(line), "png")
     blocks = np.unique(subject.run.blocks.labels[subject.run.blocks.labels > 0]).size
     caption = f"{counted(blocks, 'block')}, numbered as in the table." if blocks else "There are no blocks."
     yield Picture("Colour and blocks", _numbered(subject, shape), caption, scale=scale, scale_text=text)
@@ -239,13 +241,6 @@ def _resized(values: NDArray[Any], shape: tuple[int, int], smooth: bool = False)
 def _bar(table: NDArray[np.uint8]) -> str:
     """Draw the colour bar of a lookup table, without the colour of missing values."""
     return _png(np.arange(1, 256, dtype=np.uint8)[None], table)
-
-
-def _scale_image(share: float, width: int) -> str:
-    """Draw a line over a share of a transparent row of pixels."""
-    row = np.zeros((1, width, 4), np.uint8)
-    row[:, : max(round(share * width), 1)] = _BAR_COLOUR
-    return _data_uri(Image.fromarray(row), "png")
 
 
 def _png(indices: NDArray[np.uint8], table: NDArray[np.uint8]) -> str:

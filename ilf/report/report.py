@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import datetime
 import os
-from collections.abc import Generator, Iterable, Sequence
+from collections.abc import Generator, Iterable
 from dataclasses import dataclass, field
 
-from .._runtime.stepping import run_to_end
 from .._runtime.writing import write_bytes
 from ..completion.confidence.expected_error import RMS_MEANING, RMS_NAME
 from ..errors import InputError
@@ -34,28 +33,6 @@ _INDEX = {
 
 
 @dataclass(frozen=True)
-class ReportOptions:
-    """Options of a report.
-
-    Parameters
-    ----------
-    title : str
-        Title of a report of several frames; a report of one frame has the frame's name.
-    hidden : HoldOutTest, optional
-        Also evaluate every frame with results on hold-out; repeats its run once per seed.
-    made : datetime
-        Date of the report.
-    threads : int, optional
-        As for `Run.steps`.
-    """
-
-    title: str = "Report"
-    hidden: HoldOutTest | None = None
-    made: datetime.datetime = field(default_factory=datetime.datetime.now)
-    threads: int | None = None
-
-
-@dataclass(frozen=True)
 class Report:
     """The content of a report as HTML, without the head of the page.
 
@@ -74,35 +51,6 @@ class Report:
         return render("page.html", title=self.title, parts=self.parts)
 
 
-def report(subjects: Iterable[Subject | Unreadable], options: ReportOptions | None = None) -> str:
-    """Make one self-contained HTML page about frames: pictures, blocks, parameters, curves, errors, versions, hashes.
-
-    It needs no other file, no network and no script.
-
-    Parameters
-    ----------
-    subjects : iterable of Subject or Unreadable
-        One subject gives a report of one frame, several a report with an index. Iterated once.
-    options : ReportOptions, optional
-
-    Raises
-    ------
-    InputError
-        If there is no subject, or too little known depth for a hold-out.
-
-    Examples
-    --------
-    >>> import numpy as np, ilf
-    >>> depth = np.full((40, 50), 2.0)
-    >>> depth[10:20, 10:20] = np.nan
-    >>> run = ilf.Run(ilf.RGBDFrame(np.zeros((40, 50, 3), np.uint8), depth, name="plain"), np.ones((40, 50), np.int32))
-    >>> text = report([Subject(run, run.complete())])
-    >>> text.startswith("<!doctype html>"), "<h1>plain</h1>" in text
-    (True, True)
-    """
-    return run_to_end(report_steps(list(subjects), options or ReportOptions())).html()
-
-
 def write_report(path: str | os.PathLike[str], content: Report) -> None:
     """Write a report's page; raises ExportError if that fails, and then leaves an existing file unchanged."""
     # file names may contain bytes that cannot be encoded
@@ -110,17 +58,29 @@ def write_report(path: str | os.PathLike[str], content: Report) -> None:
 
 
 def report_steps(
-    subjects: Iterable[Subject | Unreadable], options: ReportOptions, count: int | None = None
+    subjects: Iterable[Subject | Unreadable],
+    count: int,
+    *,
+    title: str = "Report",
+    hidden: HoldOutTest | None = None,
+    threads: int | None = None,
 ) -> Generator[Progress, None, Report]:
-    """Make the content of a report step by step, so that the caller can show progress and cancel.
+    """Make one self-contained HTML page about frames: pictures, blocks, parameters, curves, errors, versions, hashes;
+    step by step, so that the caller can show progress and cancel.
 
     Parameters
     ----------
     subjects : iterable of Subject or Unreadable
-        Iterated once and not kept, so that frames can be loaded one after the other.
-    options : ReportOptions
-    count : int, optional
-        Number of subjects, if `subjects` has no length.
+        One gives a report of one frame, several a report with an index. Iterated once and not kept, so that frames can
+        be loaded one after the other.
+    count : int
+        Number of subjects.
+    title : str
+        Title of a report of several frames; a report of one frame has the frame's name.
+    hidden : HoldOutTest, optional
+        Also evaluate every frame with results on hold-out; repeats its run once per seed.
+    threads : int, optional
+        As for `Run.steps`.
 
     Yields
     ------
@@ -133,39 +93,52 @@ def report_steps(
     Raises
     ------
     InputError
-        As for `report`.
+        If there is no subject, or too little known depth for a hold-out.
+
+    Examples
+    --------
+    >>> import numpy as np, ilf
+    >>> from ilf._runtime.cancellation import run_to_end
+    >>> depth = np.full((40, 50), 2.0)
+    >>> depth[10:20, 10:20] = np.nan
+    >>> run = ilf.Run(ilf.RGBDFrame(np.zeros((40, 50, 3), np.uint8), depth, name="plain"), np.ones((40, 50), np.int32))
+    >>> text = run_to_end(report_steps([Subject(run, run.complete())], 1)).html()
+    >>> text.startswith("<!doctype html>"), "<h1>plain</h1>" in text
+    (True, True)
     """
-    total = count if count is not None else len(subjects) if isinstance(subjects, Sequence) else 1
-    most = _MAX_PIXELS if total == 1 else _MAX_PIXELS_WITH_INDEX
+    most = _MAX_PIXELS if count == 1 else _MAX_PIXELS_WITH_INDEX
     parts: list[str] = []
     rows: list[dict[str, str]] = []
     for number, subject in enumerate(subjects):
-        id, done = f"frame-{number + 1}", min(number / total, 1.0)
+        id, done = f"frame-{number + 1}", number / count
         if isinstance(subject, Unreadable):
             parts.append(render("unreadable.html", id=id, frame=subject))
             rows.append({"id": id, "name": subject.name, "image": "", "note": subject.why})
             continue
         name = subject.run.frame.name
         yield Progress(done, name)
-        hidden = yield from scaled_progress(_hold_out_result(subject, options), done, 1 / total, f"{name}, hold-out: ")
-        page = FramePage(subject, hidden)
+        test = _hold_out_result(subject, hidden, threads)
+        page = FramePage(subject, (yield from scaled_progress(test, done, 1 / count, f"{name}, hold-out: ")))
         parts.append(page.html(id, most))
         rows.append(page.index_row(id))
     if not parts:
         raise InputError("There is no frame to report on. Give at least one.")
-    title = options.title if total > 1 else rows[0]["name"]
-    if total > 1:
+    if count == 1:
+        title = rows[0]["name"]
+    else:
         columns = {heading: about for heading, about in _INDEX.items() if any(row.get(heading) for row in rows)}
         parts.insert(0, render("index.html", title=title, columns=columns, rows=rows))
-    parts[-1] += render("foot.html", made=f"{options.made:%d %B %Y, %H:%M}")
+    parts[-1] += render("foot.html", made=f"{datetime.datetime.now():%d %B %Y, %H:%M}")
     return Report(title, tuple(parts))
 
 
-def _hold_out_result(subject: Subject, options: ReportOptions) -> Generator[Progress, None, HoldOutResult | None]:
+def _hold_out_result(
+    subject: Subject, hidden: HoldOutTest | None, threads: int | None
+) -> Generator[Progress, None, HoldOutResult | None]:
     """Evaluate the blocks with results on hold-out, with the parameters of these results; None if not requested, or
     if there are no results."""
     results = subject.completion.results
-    if options.hidden is None or not results:
+    if hidden is None or not results:
         return None
     run = subject.run.with_parameters(subject.run.parameters, {label: one.parameters for label, one in results.items()})
-    return (yield from hold_out_steps(run, options.hidden, list(results), threads=options.threads))
+    return (yield from hold_out_steps(run, hidden, list(results), threads=threads))

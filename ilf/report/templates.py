@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from functools import cache
 from typing import TYPE_CHECKING
 
@@ -13,9 +14,9 @@ from ..completion.completion import guide_text
 from ..completion.confidence.expected_error import MEDIAN_NAME, RMS_MEANING, RMS_NAME
 from ..data.camera import camera_text
 from ..data.parameters import BlockParameters, Parameters, nearest_preset, to_text
+from ..evaluation.evaluation import Evaluated
 from ..evaluation.hold_out import untrusted_note
 from ..io.encodings import encoding_of_inputs
-from .evaluations import p95
 
 if TYPE_CHECKING:
     from jinja2 import Environment
@@ -46,7 +47,7 @@ def _environment() -> Environment:
         "grouped": grouped,
         "metres": length_text,
         "parameters": to_text,
-        "p95": p95,
+        "p95": _p95,
         "camera": camera_text,
         "finite": np.isfinite,
         "nan": np.isnan,
@@ -67,3 +68,10 @@ def _environment() -> Environment:
         "untrusted_note": untrusted_note,
     }
     return environment
+
+
+def _p95(evaluated: Evaluated) -> float:
+    """Return the 95th percentile of the absolute errors [m]; NaN if there are none."""
+    errors = np.abs(np.concatenate([part.error[part.filled] for part in evaluated.parts]))
+    known = errors[np.isfinite(errors)]
+    return float(np.percentile(known, 95)) if known.size else math.nan

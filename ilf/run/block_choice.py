@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 
-from ..data.blocks import BlockInfo, Blocks, as_blocks, block_colour
+from ..data.blocks import Blocks, as_blocks
 from ..data.by_hand import USUAL_WEIGHT, check_counts
 from ..data.frame import RGBDFrame
 from ..data.parameters import BlockParameters
@@ -71,16 +71,15 @@ class BlockChoice:
         return blocks
 
     def _extracted_or_read(self, frame: RGBDFrame) -> Blocks:
-        given, infos = None, dict[int, BlockInfo]()
+        given = None
         if self.file is not None:
             image = None if frame.inputs is None else frame.inputs.rgb.path
             given = read_blocks(self.file, frame.shape, image=image)
-            infos = {label: BlockInfo(name, block_colour(label)) for label, name in given.names.items()}
             if not self.fill_gaps:
-                return Blocks(given.labels, infos, notes=given.notes)
+                return given
         found = found_blocks(frame, self.extraction)
         clear_stage_cache(frame)
         if given is None:
             return found
         filled = with_gaps_filled(given.labels, found.labels, self.extraction)
-        return replace(found, labels=filled, infos=infos, extracted=None, notes=given.notes + found.notes)
+        return replace(found, labels=filled, infos=given.infos, extracted=None, notes=given.notes + found.notes)

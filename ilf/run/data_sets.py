@@ -20,7 +20,7 @@ from ..data.points import in_world, point_cloud
 from ..errors import ExportError, InputError, ParameterError, told_as
 from ..io.depth import UINT16_MAX, write_depth
 from ..io.images import encode_image
-from ..sources.poses import OPENGL_AXES
+from ..sources.trajectories import OPENGL_AXES
 from .stored_results import StoredResult, StoredResults
 from .writing import Written
 

@@ -131,7 +131,7 @@ class FrameArrays:
         if name == "key":
             return self.keys[number]
         if name == "K":
-            return _camera_matrix(item)
+            return np.array(np.full((3, 3), np.nan) if item.intrinsics is None else item.intrinsics.matrix, np.float32)
         if name == "pose":
             return np.array(np.full((4, 4), np.nan) if item.pose is None else item.pose, np.float32)
         of_kind: Mapping[str, Callable[[Any], NDArray[Any] | None]]
@@ -140,13 +140,6 @@ class FrameArrays:
         if image is None:
             return None
         return np.array(np.moveaxis(image, -1, 0) if image.ndim == 3 else image[None], order="C")
-
-
-def _camera_matrix(item: RGBDFrame | StoredResult) -> NDArray[np.float32]:
-    camera = item.intrinsics
-    if camera is None:
-        return np.full((3, 3), np.nan, np.float32)
-    return np.array([[camera.fx, 0, camera.cx], [0, camera.fy, camera.cy], [0, 0, 1]], np.float32)
 
 
 def _why_absent(item: RGBDFrame | StoredResult, name: str) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Collection
 from dataclasses import dataclass, field, replace
 
 from ..data.frame import RGBDFrame
@@ -98,18 +99,20 @@ class ExportOptions:
     exports: tuple[str, ...] = field(default=(), metadata={"optional": True})
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "exports", tuple(dict.fromkeys(self.exports)))
-        for name in self.exports:
-            _require(name, tuple(FORMATS), "export format")
-        object.__setattr__(self, "depth_formats", tuple(dict.fromkeys(self.depth_formats)))
-        for depth_format in self.depth_formats:
-            _require(depth_format, tuple(DEPTH_FILES), "depth format")
-        if self.cloud is not None:
-            _require(self.cloud, tuple(CLOUD_FILES), "point cloud format")
-        if self.mesh is not None:
-            _require(self.mesh, tuple(MESH_FILES), "mesh format")
-        _require(self.axes, CLOUD_AXES, "axes of the point cloud")
-        _require(self.cloud_unit, CLOUD_UNITS, "unit of the point cloud")
+        for name in ("exports", "depth_formats"):
+            object.__setattr__(self, name, tuple(dict.fromkeys(getattr(self, name))))
+        known: tuple[tuple[tuple[str | None, ...], Collection[str | None], str], ...] = (
+            (self.exports, FORMATS, "export format"),
+            (self.depth_formats, DEPTH_FILES, "depth format"),
+            ((self.cloud,), (*CLOUD_FILES, None), "point cloud format"),
+            ((self.mesh,), (*MESH_FILES, None), "mesh format"),
+            ((self.axes,), CLOUD_AXES, "axes of the point cloud"),
+            ((self.cloud_unit,), CLOUD_UNITS, "unit of the point cloud"),
+        )
+        for values, choices, what in known:
+            for value in values:
+                if value not in choices:
+                    raise ParameterError(f"There is no {what} {value!r}. Known: {', '.join(filter(None, choices))}.")
         if not (math.isfinite(self.depth_units) and self.depth_units > 0):
             raise ParameterError(f"Depth units must be a positive number per metre, as 1000, not {self.depth_units!r}.")
 
@@ -166,8 +169,3 @@ def as_file_name(frame_name: str) -> str:
     'the_room_2_3'
     """
     return re.sub(r"[^\w.-]+", "_", frame_name)[:_LONGEST_NAME] or "frame"
-
-
-def _require(value: str, known: tuple[str, ...], what: str) -> None:
-    if value not in known:
-        raise ParameterError(f"There is no {what} {value!r}. Known: {', '.join(known)}.")

@@ -19,7 +19,6 @@ from .._runtime.schema import PlainName, json_file
 from ..completion.correction_network import load_correction_network
 from ..completion.sparse_correction import load_sparse_correction_network
 from ..data.blocks import Blocks
-from ..data.camera import checked_transform
 from ..data.declarations import Value
 from ..data.frame import FrameInputs
 from ..data.guide import Gives, GuideCard
@@ -111,26 +110,6 @@ class RecordedGuide(RecordedMask):
 
 
 @dataclass(frozen=True)
-class RecordedNeighbour:
-    """A neighbour of the frame whose depth was used; see `Neighbour`."""
-
-    name: str
-    motion: tuple[tuple[float, ...], ...]
-    sha256: tuple[str, ...]
-    source: dict[str, Any]
-
-    @classmethod
-    def of(cls, one: Neighbour) -> Self:
-        """The record of a neighbour."""
-        return cls(one.name, _rows(one.motion), one.sha256, dict(one.source))
-
-    def neighbour(self) -> Neighbour:
-        """The recorded neighbour; raises InputError if its motion is not a transform."""
-        motion = checked_transform(self.motion, f"The motion of the neighbour {self.name}")
-        return Neighbour(self.name, motion, self.sha256, self.source)
-
-
-@dataclass(frozen=True)
 class RecordedByHand(RecordedMask):
     """Depth by hand of a run: the SHA-256 of its values, its file beside the record, and its weight."""
 
@@ -199,7 +178,7 @@ class RunRecord:
     guide : RecordedGuide or None
     pose : tuple of tuple of float, or None
         Pose of the frame's camera, as rows of a matrix; None if unknown.
-    neighbours : tuple of RecordedNeighbour
+    neighbours : tuple of Neighbour
     extraction : BlockParameters or None
         None if the blocks were not extracted.
     blocks : RecordedBlocks
@@ -231,7 +210,7 @@ class RunRecord:
     outside_view: RecordedMask | None = None
     guide: RecordedGuide | None = None
     pose: tuple[tuple[float, ...], ...] | None = None
-    neighbours: tuple[RecordedNeighbour, ...] = ()
+    neighbours: tuple[Neighbour, ...] = ()
     extraction: BlockParameters | None
     blocks: RecordedBlocks
     networks: RecordedNetworks
@@ -276,8 +255,8 @@ def make_record(run: Run, completion: Completion, options: ExportOptions) -> Run
         guide=None
         if guide is None
         else RecordedGuide.of(guide.array, files.GUIDE, guide.path, guide.network, guide.gives),
-        pose=None if frame.pose is None else _rows(frame.pose),
-        neighbours=() if frame.neighbours is None else tuple(map(RecordedNeighbour.of, frame.neighbours.neighbours)),
+        pose=None if frame.pose is None else tuple(map(tuple, frame.pose.tolist())),
+        neighbours=() if frame.neighbours is None else frame.neighbours.neighbours,
         extraction=run.blocks.extraction,
         blocks=RecordedBlocks.of(run.blocks, files.LABELS if options.labels else None),
         networks=RecordedNetworks(_extraction_networks(run.blocks), _networks(completion)),
@@ -308,10 +287,6 @@ def array_sha256(values: NDArray[Any]) -> str:
 def to_json(record: RunRecord) -> bytes:
     """Content of run.json, with null for NaN."""
     return json_file(SCHEMA, dataclasses.asdict(record))
-
-
-def _rows(matrix: NDArray[np.float64]) -> tuple[tuple[float, ...], ...]:
-    return tuple(map(tuple, matrix.tolist()))
 
 
 def _extraction_networks(blocks: Blocks) -> dict[str, str]:

@@ -10,7 +10,6 @@ from typing import Any
 from .._runtime.files import read_json
 from .._runtime.schema import PROGRAM, check_schema, converted
 from ..data.camera import checked_transform
-from ..data.frame import FrameInputs
 from ..data.parameters import BlockParameters, Parameters
 from ..errors import FormatError, InputError, ParameterError, told_as
 from ..io.encodings import encoding_of
@@ -59,15 +58,11 @@ def _parsed(data: dict[str, Any]) -> RunRecord:
         checked_transform(record.pose, "'pose' in the run record")
     for neighbour in record.neighbours:
         checked_transform(neighbour.motion, "'motion' of a neighbour in the run record")
-    return record if record.inputs is None else replace(record, inputs=_with_units(record.inputs))
-
-
-def _with_units(inputs: FrameInputs) -> FrameInputs:
-    """Return a frame's files with the units of the depth encoding, if one is given by name."""
-    if inputs.encoding is None:
-        return inputs
+    inputs = record.inputs
+    if inputs is None or inputs.encoding is None:
+        return record
     with told_as(FormatError, f"There is no depth encoding {inputs.encoding!r:.60}.", ParameterError):
-        return replace(inputs, depth_units=encoding_of(inputs.encoding).units)
+        return replace(record, inputs=replace(inputs, depth_units=encoding_of(inputs.encoding).units))
 
 
 def _without_null_deviation(outcome: object) -> object:

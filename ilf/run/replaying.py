@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from .._runtime.files import file_sha256, is_address
 from .._runtime.formatting import counted
 from .._runtime.installation import __version__, library_versions, processor
-from .._runtime.named_places import NotAllowed, first_allowed, named_in, note_opened
+from .._runtime.named_places import NotAllowed, first_allowed, note_opened
 from .._runtime.networks.models import CORRECTION, DEPTH_EDGES, SPARSE_CORRECTION
 from .._runtime.networks.session import device
 from .._runtime.schema import Section
@@ -285,26 +285,17 @@ def _recorded_frame(
     inputs = record.inputs
     if inputs is None:
         raise InputError("This run cannot be replayed: its frame was not read from files. Save it, and run it again.")
-    paths: tuple[str | os.PathLike[str], str | os.PathLike[str] | None]
     note_opened(rgb, depth)
-    pairs = (rgb, inputs.rgb), (depth, inputs.depth)
-    if any(is_address(recorded.path if given is None else given) for given, recorded in pairs):
-        places = [named_in(recorded.path, folder) if given is None else given for given, recorded in pairs]
-        paths = (places[0], places[1] if inputs.frame is None else None)  # compared when they have been read
-    elif inputs.frame is None:
-        paths = (
-            _place_of(inputs.rgb, "colour file", folder, rgb),
-            _place_of(inputs.depth, "depth file", folder, depth),
-        )
-    else:
-        paths = (_place_of(inputs.rgb, "recording", folder, rgb, is_whole=False), None)
+    is_whole = inputs.frame is None
+    colour = _place_of(inputs.rgb, "colour file" if is_whole else "recording", folder, rgb, is_whole)
+    found = _place_of(inputs.depth, "depth file", folder, depth) if is_whole else None
     others = {"rgb", "depth", "ground_truth", "ground_truth_units"}
     how = {name: value for name, value in inputs.arguments.items() if name not in others}
-    frame = load_frame(*paths, **how, name=record.name, beside=False, warn=False)
+    frame = load_frame(colour, found, **how, name=record.name, beside=False, warn=False)
     read = frame.inputs
     if read is None or (read.rgb.sha256, read.depth.sha256) != (inputs.rgb.sha256, inputs.depth.sha256):
         if inputs.frame is not None:
-            raise InputError(f"{paths[0]} is not the run's recording: frame {inputs.frame} differs. Give the original.")
+            raise InputError(f"{colour} is not the run's recording: frame {inputs.frame} differs. Give the original.")
         raise InputError("The run's colour or depth file has changed. Try again, or give the original files.")
     pose = frame.pose if record.pose is None else np.array(record.pose)
     frame = replace(frame, inputs=replace(inputs, ground_truth=None), pose=pose)
@@ -322,9 +313,8 @@ def _with_recorded_neighbours(record: RunRecord, frame: RGBDFrame, folders: Sequ
     """The frame with the depth of the recorded neighbours, read again."""
     if not record.neighbours:
         return frame
-    neighbours = [one.neighbour() for one in record.neighbours]
-    layers = [seen_by(frame, _recorded_neighbour(one, folders), one.motion) for one in neighbours]
-    return frame.with_neighbours(NeighbourDepth(np.stack(layers), tuple(neighbours)))
+    layers = [seen_by(frame, _recorded_neighbour(one, folders), np.array(one.motion)) for one in record.neighbours]
+    return frame.with_neighbours(NeighbourDepth(np.stack(layers), record.neighbours))
 
 
 def _recorded_neighbour(recorded: Neighbour, folders: Sequence[Path]) -> RGBDFrame:
@@ -356,8 +346,6 @@ def _with_recorded_ground_truth(record: RunRecord, frame: RGBDFrame, folder: Pat
     recorded = None if record.inputs is None else record.inputs.ground_truth
     if recorded is None:
         return frame, ()
-    if is_address(recorded.path):
-        named_in(recorded.path, folder)
     try:
         found = _place_of(recorded, "ground-truth file", folder, None)
         ground_truth, _, _ = ground_truth_of(frame, found, recorded.units, recorded.dataset)
@@ -370,11 +358,13 @@ def _with_recorded_ground_truth(record: RunRecord, frame: RGBDFrame, folder: Pat
 
 def _place_of(
     recorded: InputFile, what: str, folder: Path, given: str | os.PathLike[str] | None, is_whole: bool = True
-) -> Path:
+) -> str:
     """A file of the run: the given one, at its recorded path, or beside the record. `is_whole`: its recorded hash is
-    that of the whole file, which it has then."""
+    that of the whole file, which it has then, but for one at an address, which is compared when it has been read."""
 
     def is_it(path: str) -> bool:
+        if is_address(path):
+            return True
         return os.path.isfile(path) and file_sha256(path) == recorded.sha256 if is_whole else os.path.exists(path)
 
     first = recorded.path if given is None else os.fspath(given)
@@ -384,7 +374,7 @@ def _place_of(
     else:
         found = first if is_it(first) else None
     if found is not None:
-        return Path(found)
+        return found
     # a file of that name beside the record may be one of its outputs
     if is_whole and os.path.isfile(first):
         raise InputError(f"{first} is not the {what} of the recorded run: its content has changed. Give the original.")

@@ -66,8 +66,7 @@ class RerunFile:
             pose = rerun.Transform3D(translation=frame.pose[:3, 3], mat3x3=frame.pose[:3, :3])
             stream.log(CAMERA, pose, static=True)
         if camera is not None:
-            matrix = [[camera.fx, 0, camera.cx], [0, camera.fy, camera.cy], [0, 0, 1]]
-            pinhole = rerun.Pinhole(image_from_camera=matrix, resolution=frame.shape[::-1])
+            pinhole = rerun.Pinhole(image_from_camera=camera.matrix, resolution=frame.shape[::-1])
             stream.log(CAMERA, pinhole, static=True)
 
     def _log_curves(self, stream: Any, completion: Completion) -> None:

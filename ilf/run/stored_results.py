@@ -21,11 +21,11 @@ from ..io.cameras import intrinsics_from
 from ..io.depth import depth_in_metres, read_depth_values
 from ..io.images import read_colour
 from ..io.labels import read_mask
+from ..sources.copies import spelled
 from ..sources.frame_folder import FrameFiles, frame_folder
 from ..sources.opening import is_recording, opened
 from ..sources.own_results import is_shards
 from ..sources.pairing import natural
-from ..sources.remote import spelled
 from ..sources.shards import Shards
 from ..sources.trajectories import stated_pose
 from . import files
@@ -239,7 +239,7 @@ class StoredResults:
         else:
             self._shards = Shards(self.path) if is_shards(self.path) else None
         self._folders = () if self._shards is not None else tuple(map(str, result_folders(path)))
-        self.keys = tuple(map(os.path.basename, self._folders)) if self._shards is None else self._shards.index().keys
+        self.keys = tuple(map(os.path.basename, self._folders) if self._shards is None else self._shards.frames)
 
     def __len__(self) -> int:
         return len(self.keys)

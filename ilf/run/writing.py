@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .._runtime.cancellation import check_cancelled
+from .._runtime.cancellation import cancellable_items, check_cancelled
 from .._runtime.files import file_sha256, read_json
 from .._runtime.formatting import counted
 from .._runtime.schema import PROGRAM
@@ -28,18 +28,18 @@ from ..data.points import in_world, point_cloud
 from ..data.results import Completion
 from ..data.surface import surface_mesh, surface_normals
 from ..errors import ExportError, IlfError, InputError
+from ..io.block_files import write_blocks
 from ..io.clouds import write_cloud
 from ..io.depth import precision_loss, write_depth, write_expected_error
 from ..io.frame_additions import write_array
 from ..io.images import encode_image
-from ..io.labels import write_labels, write_mask
+from ..io.labels import write_mask
 from ..io.meshes import write_mesh
 from ..sources.naming import META_NAME
 from ..sources.registration import aligned
 from . import files
 from .curves import write_curves
-from .exporters import Export
-from .formats import FORMATS, check_format, colour_seen_from
+from .formats import FORMATS, Export, check_format, colour_seen_from
 from .options import (
     ALIGNED_FILES,
     CLOUD_FILES,
@@ -231,7 +231,7 @@ def write(
         if META_NAME in names and run.frame.inputs is not None:
             write_bytes(staged / META_NAME, _meta(run.frame, run.frame.inputs, chosen))
         if chosen.run_record:
-            outputs = {name: _written_sha256(staged / name) for name in names if name != RECORD_FILE}
+            outputs = {name: file_sha256(staged / name) for name in cancellable_items(names) if name != RECORD_FILE}
             record = dataclasses.replace(make_record(run, completion, chosen), outputs=outputs)
             write_bytes(staged / RECORD_FILE, to_json(record))
             if run.blocks.edited and not chosen.labels:
@@ -246,8 +246,8 @@ def exported_files(
 ) -> Iterator[tuple[str, bytes, Sequence[str]]]:
     """Make the files of other programs among the results in a folder: name, content, and what it does not preserve."""
     run = completion.run
-    image = files.COLOUR if files.COLOUR in filenames(run, options) else colour_seen_from(folder, run.frame)
     for name in options.exports:
+        image = files.COLOUR if files.COLOUR in filenames(run, options) else colour_seen_from(folder, run.frame)
         yield FORMATS[name].file, *FORMATS[name].content(completion, image)
 
 
@@ -361,7 +361,7 @@ def _write_results(
             if count := np.count_nonzero(unsupported_mask & ~completion.extrapolated):
                 remarks.append(f"Unsupported by measurements: {counted(count, 'pixel')}, see {files.UNSUPPORTED}.")
     if options.labels:
-        write_labels(folder / files.LABELS, run.blocks.labels)
+        write_blocks(folder / files.LABELS, run.blocks.labels)
     if options.curves:
         write_curves(folder / files.CURVES, completion.history)
     notes += write_cloud_and_mesh(folder, run, completion, options, error, unsupported_mask)
@@ -385,12 +385,6 @@ def _arrays(run: Run, completion: Completion | None = None) -> dict[str, NDArray
     return {name: array for name, array in arrays.items() if array is not None}
 
 
-def _written_sha256(path: Path) -> str:
-    """SHA-256 of a written file."""
-    check_cancelled()
-    return file_sha256(path)
-
-
 def _is_export_meta(meta: Path) -> bool:
     """Whether a meta.json was written by an export."""
     try:
@@ -411,7 +405,7 @@ def _meta(frame: RGBDFrame, inputs: FrameInputs, options: ExportOptions) -> byte
         "rgb": inputs.rgb.path if inputs.has_colour_file else files.COLOUR,
         "depth": DEPTH_FILES[depth_format],
         "depth_units_per_m": options.depth_units if depth_format == "png" else 1.0,
-        "K": None if camera is None else [camera.fx, camera.fy, camera.cx, camera.cy],
+        "K": None if camera is None else camera.numbers,
         "run": RECORD_FILE if options.run_record else None,
         **({} if frame.pose is None else {"pose": frame.pose.tolist()}),
         **({} if frame.outside_view is None else {"outside_view": files.OUTSIDE}),

@@ -419,8 +419,9 @@ def _blocks(frame: RGBDFrame, parameters: BlockParameters) -> NDArray[np.int32]:
 @once_per_frame
 def _regions(frame: RGBDFrame, parameters: BlockParameters) -> NDArray[np.int32]:
     """The regions after the contraction, int32 (H, W)."""
-    margins = find_margins(frame.edge_rgb) if parameters.margin < 0 else (parameters.margin,) * 4
-    inside = _inside(frame.shape, margins)
+    top, bottom, left, right = find_margins(frame.edge_rgb) if parameters.margin < 0 else (parameters.margin,) * 4
+    inside = np.zeros(frame.shape, bool)
+    inside[top : frame.shape[0] - bottom, left : frame.shape[1] - right] = True
     found = _boundaries(frame, parameters)
     seeds = regions_between(found.edges, parameters.dilation, inside)
     check_cancelled()
@@ -497,10 +498,3 @@ def _white_lines(white: NDArray[np.bool_], limit: int) -> int:
     shares = white[: limit + 1].mean(axis=1)
     darker = np.flatnonzero(shares < 0.9)
     return int(darker[0]) if darker.size else 0
-
-
-def _inside(shape: tuple[int, int], margins: tuple[int, ...]) -> NDArray[np.bool_]:
-    top, bottom, left, right = margins
-    inside = np.zeros(shape, bool)
-    inside[top : shape[0] - bottom, left : shape[1] - right] = True
-    return inside

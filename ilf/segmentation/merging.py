@@ -190,7 +190,7 @@ class RegionGraph:
         self.pixels[kept] += self.pixels[gone]
         self.known[kept] += self.known[gone]
         if self._planes is not None:
-            self._planes.unite(kept, gone)
+            self._planes.moments[kept] += self._planes.moments[gone]
         del self._borders[kept][gone], self._borders[gone][kept]
         for neighbour, border in self._borders[gone].items():
             del self._borders[neighbour][gone]
@@ -263,21 +263,17 @@ class _Planes:
         height, width = regions.shape
         inverse = 1 / frame.depth[rows, columns].astype(np.float64)
         terms = (np.ones(rows.size), columns / width - 0.5, rows / height - 0.5, inverse)
-        self._moments = np.empty((count, 4, 4))
+        self.moments = np.empty((count, 4, 4))
         for one in range(4):
             for other in range(one + 1):
                 product = np.bincount(owner, terms[one] * terms[other], minlength=count)
-                self._moments[:, one, other] = self._moments[:, other, one] = product
-
-    def unite(self, kept: int, gone: int) -> None:
-        """Merge one region into another."""
-        self._moments[kept] += self._moments[gone]
+                self.moments[:, one, other] = self.moments[:, other, one] = product
 
     def shared(self, one: int, other: int) -> bool:
         """Whether the known depth of both lies on one plane."""
-        if min(self._moments[one, 0, 0], self._moments[other, 0, 0]) < _MIN_PLANE_SAMPLES:
+        if min(self.moments[one, 0, 0], self.moments[other, 0, 0]) < _MIN_PLANE_SAMPLES:
             return False
-        moments = self._moments[one] + self._moments[other]
+        moments = self.moments[one] + self.moments[other]
         pixels, sums = moments[0, 0], moments[3, :3]
         # slight regularisation: all known pixels may lie on one line
         plane = np.linalg.solve(moments[:3, :3] + 1e-9 * pixels * np.eye(3), sums)

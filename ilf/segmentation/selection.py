@@ -128,7 +128,9 @@ def select_region(
     each = [0] * (len(inside) - 1) + [steps] if isinstance(steps, int) else steps
     if len(inside) and len(each) != len(inside):
         raise InputError(f"Give one number of steps for each of the {len(inside)} points inside.")
-    shown = None if box is None else _inside_box(frame.shape, box)
+    shown = None if box is None else box_between(np.array(box[:2], float), np.array(box[2:], float), frame.shape)
+    if box is not None and shown is None:
+        raise InputError("The box contains no pixel of the frame.")
     tree = region_tree(frame)
     added, removed = ([_stroke(tree, points) for points in side] for side in (inside, outside))
     wanted, unwanted = (sorted({piece for _, pieces in side for piece in pieces}) for side in (added, removed))
@@ -396,10 +398,3 @@ def _depths(tree: RegionTree, parts: Mask, points: Array) -> tuple[Array, Array]
         found.append((distance[rows, columns].max(), distance.max()))
     here, largest = np.maximum(np.array(found, np.float64), 0.5).T
     return here, largest
-
-
-def _inside_box(shape: tuple[int, int], box: tuple[float, float, float, float]) -> Box:
-    inside = box_between(np.array(box[:2], float), np.array(box[2:], float), shape)
-    if inside is None:
-        raise InputError("The box contains no pixel of the frame.")
-    return inside

@@ -12,12 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._runtime.files import read_file
-from ..data.camera import Camera, Cameras
+from ..data.camera import Camera, Cameras, rigid_transform
 from ..errors import FormatError, InputError, told_as
 from ..io.depth import read_depth_values
 from ..io.images import image_header, read_colour
-from .poses import checked_pose
 from .recording import PairedRecording, RecordedFrame, TimedPairs, confidence_beside
+from .trajectories import checked_pose
 
 _DEPTH, _CONFIDENCE, _TRAJECTORY = "lowres_depth", "confidence", "lowres_wide.traj"
 _COLOURS = "lowres_wide", "vga_wide", "wide"
@@ -80,8 +80,7 @@ class ARKitScenes(PairedRecording):
         if not rows.size or near.min() > _MAX_POSE_GAP_S:
             return None
         row = rows[near.argmin()]
-        to_camera = np.eye(4)
-        to_camera[:3, :3], to_camera[:3, 3] = cv2.Rodrigues(row[1:4])[0], row[4:]
+        to_camera = rigid_transform(cv2.Rodrigues(row[1:4])[0], row[4:])
         return checked_pose(np.linalg.inv(to_camera).astype(np.float64))
 
     @cached_property

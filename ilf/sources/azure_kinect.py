@@ -7,18 +7,19 @@ from collections.abc import Iterator
 from functools import cached_property
 from itertools import takewhile
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from .._runtime.installation import optional
+from .._runtime.memory import check_memory
 from .._runtime.schema import Section
-from ..data.camera import Camera, Cameras
+from ..data.camera import Camera, Cameras, rigid_transform
 from ..errors import FormatError, told_as
 from ..io.depth import eight_bit_error
-from ..io.images import check_pixel_count, read_colour
+from ..io.images import read_colour
 from .recording import PairedRecording, RecordedFrame, TimedPairs, part_of, sha256_of, stamped
 
 # The calibration of an Azure Kinect: stored for the full sensors; those of the modes are derived from it.
@@ -27,28 +28,20 @@ _DEPTH_CAMERA, _COLOUR_CAMERA = "CALIBRATION_CameraLocationD0", "CALIBRATION_Cam
 _PARAMETERS = 14
 
 
-class _Mode(NamedTuple):
-    """Crop of a mode's image from the full sensor image: size of the sensor image, pixels cropped at its left and top,
-    size of the mode's image."""
-
-    whole: tuple[int, int]
-    cut: tuple[int, int]
-    size: tuple[int, int]
-
-
+# name of a mode -> size of the sensor image, pixels cropped at its left and top, size of the mode's image
 _DEPTH_MODES = {
-    "NFOV_2X2BINNED": _Mode((512, 512), (96, 90), (320, 288)),
-    "NFOV_UNBINNED": _Mode((1024, 1024), (192, 180), (640, 576)),
-    "WFOV_2X2BINNED": _Mode((512, 512), (0, 0), (512, 512)),
-    "WFOV_UNBINNED": _Mode((1024, 1024), (0, 0), (1024, 1024)),
+    "NFOV_2X2BINNED": ((512, 512), (96, 90), (320, 288)),
+    "NFOV_UNBINNED": ((1024, 1024), (192, 180), (640, 576)),
+    "WFOV_2X2BINNED": ((512, 512), (0, 0), (512, 512)),
+    "WFOV_UNBINNED": ((1024, 1024), (0, 0), (1024, 1024)),
 }
 _COLOUR_MODES = {
-    "720P": _Mode((1280, 960), (0, 120), (1280, 720)),
-    "1080P": _Mode((1920, 1440), (0, 180), (1920, 1080)),
-    "1440P": _Mode((2560, 1920), (0, 240), (2560, 1440)),
-    "1536P": _Mode((2048, 1536), (0, 0), (2048, 1536)),
-    "2160P": _Mode((3840, 2880), (0, 360), (3840, 2160)),
-    "3072P": _Mode((4096, 3072), (0, 0), (4096, 3072)),
+    "720P": ((1280, 960), (0, 120), (1280, 720)),
+    "1080P": ((1920, 1440), (0, 180), (1920, 1080)),
+    "1440P": ((2560, 1920), (0, 240), (2560, 1440)),
+    "1536P": ((2048, 1536), (0, 0), (2048, 1536)),
+    "2160P": ((3840, 2880), (0, 360), (3840, 2160)),
+    "3072P": ((4096, 3072), (0, 0), (4096, 3072)),
 }
 
 
@@ -76,13 +69,13 @@ def cameras_of(content: bytes, depth_mode: str, colour_mode: str) -> Cameras:
     by_place = {camera.get("Location"): Section("camera", camera) for camera in listed}
     depth, colour = by_place[_DEPTH_CAMERA], by_place[_COLOUR_CAMERA]
     return Cameras(
-        _camera(colour, _COLOUR_MODES[resolution]),
-        _camera(depth, _DEPTH_MODES[depth_mode]),
+        _camera(colour, *_COLOUR_MODES[resolution]),
+        _camera(depth, *_DEPTH_MODES[depth_mode]),
         _motion(colour) @ np.linalg.inv(_motion(depth)),
     )
 
 
-def _camera(section: Section, mode: _Mode) -> Camera:
+def _camera(section: Section, whole: tuple[int, int], cut: tuple[int, int], size: tuple[int, int]) -> Camera:
     """The camera of a mode. The file's numbers are fractions of the full sensor's width and height."""
     values = section.section("Intrinsics").items("ModelParameters", float)
     if len(values) != _PARAMETERS:
@@ -90,17 +83,15 @@ def _camera(section: Section, mode: _Mode) -> Camera:
     cx, cy, fx, fy, k1, k2, k3, k4, k5, k6, centre_x, centre_y, p2, p1 = values
     if centre_x or centre_y:
         raise FormatError("a camera has a separate distortion centre, which is not supported.")
-    (width, height), (left, top) = mode.whole, mode.cut
+    (width, height), (left, top) = whole, cut
     numbers = fx * width, fy * height, cx * width - left - 0.5, cy * height - top - 0.5
-    return Camera(*numbers, size=mode.size, distortion=(k1, k2, p1, p2, k3, k4, k5, k6))
+    return Camera(*numbers, size=size, distortion=(k1, k2, p1, p2, k3, k4, k5, k6))
 
 
 def _motion(section: Section) -> NDArray[Any]:
     """The transform of points [m] to a camera, (4, 4)."""
-    place, matrix = section.section("Rt"), np.eye(4)
-    matrix[:3, :3] = np.reshape(place.items("Rotation", float), (3, 3))
-    matrix[:3, 3] = place.items("Translation", float)
-    return matrix
+    place = section.section("Rt")
+    return rigid_transform(place.items("Rotation", float), place.items("Translation", float))
 
 
 _COLOUR_TRACK, _DEPTH_TRACK, _INFRARED_TRACK = "K4A_COLOR_TRACK", "K4A_DEPTH_TRACK", "K4A_IR_TRACK"
@@ -190,7 +181,7 @@ class AzureKinect(PairedRecording):
             raise FormatError(
                 f"{self.path} has no {what} track of an Azure Kinect or Femto camera. Give its recording."
             )
-        check_pixel_count(self.path, found.codec_context.width, found.codec_context.height)
+        check_memory(self.path, found.codec_context.width, found.codec_context.height)
         return found
 
     def _track(self, tag: str) -> Any:

@@ -6,9 +6,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from ..data.brought_colour import BroughtColour
 from ..data.camera import Camera
-from ..data.frame import read_only
+from ..data.frame import BroughtColour, read_only
 
 _HIDDEN_BEHIND = 0.04
 """How much nearer a surface must be to hide what lies behind it, relative; less moves colour by hardly a pixel."""
@@ -53,8 +52,7 @@ def colour_by_depth(
     """
     guessed = np.reciprocal(smoothly_filled(np.reciprocal(depth), np.isfinite(depth)))
     columns, rows, away = _places(guessed, camera, colour, depth_to_colour)
-    height, width = colour.shape
-    seen = (away > 0) & (columns >= -0.5) & (columns < width - 0.5) & (rows >= -0.5) & (rows < height - 0.5)
+    seen = (away > 0) & colour.has(columns, rows)
     place = np.rint(rows[seen]).astype(int), np.rint(columns[seen]).astype(int)
     seen[seen] = ~(away[seen] > (1 + _HIDDEN_BEHIND) * front[place])  # NaN: nothing was measured there
     fineness = max(colour.fx / camera.fx, colour.fy / camera.fy)

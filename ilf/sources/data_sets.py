@@ -13,6 +13,7 @@ from .._runtime.files import read_file
 from ..data.camera import camera_from_numbers
 from ..errors import FormatError, InputError, told_as
 from ..io.cameras import CAMERA_FILE, read_cameras
+from .file_patterns import Folders
 from .frame_ref import FrameRef
 from .naming import COLOUR_SUFFIXES, DEPTH_FILE_SUFFIXES
 from .pairing import Pairs
@@ -69,12 +70,8 @@ def sun_frame(root: str | Path, given: ReadingOptions) -> FrameRef:
 
 def _files(folder: Path, suffixes: tuple[str, ...]) -> list[Path]:
     """Files with one of these extensions, by name; none if there is no such folder."""
-    try:
-        with os.scandir(folder) as entries:
-            names = [entry.name for entry in entries if not entry.name.startswith(".") and os.path.isfile(entry)]
-    except OSError:
-        return []
-    return [folder / name for name in sorted(names) if Path(name).suffix.lower() in suffixes]
+    files, _ = Folders(str(folder)).content("")
+    return [folder / name for name in files if Path(name).suffix.lower() in suffixes]
 
 
 TIME_LISTS = frozenset({"rgb.txt", "depth.txt"})

@@ -6,8 +6,8 @@ import itertools
 import math
 import os
 import re
-from collections.abc import Iterator, Mapping
-from typing import NamedTuple
+from collections.abc import Iterator, Mapping, Sequence
+from functools import cache
 
 from ..errors import ParameterError
 
@@ -18,15 +18,11 @@ MAX_LEVELS = 5
 _MAX_IN_A_NAME, _MAX_ALTERNATIVES = 4, 64
 """Maximum numbers of placeholders in a name and of alternatives of a pattern: more would take too long to match."""
 
+File = tuple[str, dict[str, str]]
+"""The path of a file relative to the opened folder, with /, and the text of each placeholder of its pattern."""
+
 _ALTERNATIVES = re.compile(r"\{([^{}]*,[^{}]*)\}")
 _PLACEHOLDER = re.compile(r"\{(\w*)\}", re.ASCII)
-
-
-class Match(NamedTuple):
-    """A file: its path relative to the opened folder, with /, and the text of each placeholder of its pattern."""
-
-    path: str
-    texts: tuple[str, ...]
 
 
 class Folders:
@@ -34,23 +30,21 @@ class Folders:
 
     def __init__(self, root: str) -> None:
         self.root = root
-        self._read: dict[str, tuple[list[str], list[str]]] = {}
+        self.content = cache(self._content)
+        """Gives the names of the files and the folders in a folder, relative to the root, sorted; empty if there is
+        none."""
 
-    def content(self, folder: str) -> tuple[list[str], list[str]]:
-        """The names of the files and the folders in a folder, relative to the root, sorted; empty if there is none."""
-        found = self._read.get(folder)
-        if found is None:
-            files: list[str] = []
-            folders: list[str] = []
-            try:
-                with os.scandir(os.path.join(self.root, folder)) as entries:
-                    for entry in entries:
-                        if not entry.name.startswith("."):
-                            (folders if is_folder(entry) else files).append(entry.name)
-            except (OSError, ValueError):  # no such folder, or it cannot be read
-                pass
-            found = self._read[folder] = sorted(files), sorted(folders)
-        return found
+    def _content(self, folder: str) -> tuple[list[str], list[str]]:
+        files: list[str] = []
+        folders: list[str] = []
+        try:
+            with os.scandir(os.path.join(self.root, folder)) as entries:
+                for entry in entries:
+                    if not entry.name.startswith("."):
+                        (folders if is_folder(entry) else files).append(entry.name)
+        except (OSError, ValueError):  # no such folder, or it cannot be read
+            pass
+        return sorted(files), sorted(folders)
 
 
 def is_folder(entry: os.DirEntry[str]) -> bool:
@@ -113,55 +107,40 @@ def filled(text: str, texts: Mapping[str, str]) -> str:
     return os.path.normpath(_PLACEHOLDER.sub(lambda found: texts[found[1]], _numbered(text))).replace(os.sep, "/")
 
 
-class FilePattern:
-    """A pattern of file paths: `*` and `{name}` stand for any text within the name of a file or a folder, `{}` at the
-    beginning for any folders, also for none.
+def files_like(pattern: str, folders: Folders, below: str | None = None) -> Iterator[File]:
+    """The files that match a pattern, folder by folder: `*` and `{name}` stand for any text within the name of a file
+    or a folder, `{}` at the beginning for any folders, also for none.
 
-    Examples
-    --------
-    >>> FilePattern("{}/image/*.png").names
-    ('', '1')
+    Parameters
+    ----------
+    pattern : str
+        Without {a,b}.
+    folders : Folders
+    below : str, optional
+        The folders that {} stands for. None: any.
     """
+    is_anywhere, parts = _compiled(pattern)
+    for start in _below(folders, "", MAX_LEVELS) if is_anywhere and below is None else [below or ""]:
+        for path, texts in _walk(parts, folders, start, {"_": start} if is_anywhere else {}):
+            yield path, {name.removeprefix("_"): text for name, text in texts.items()}
 
-    def __init__(self, text: str) -> None:
-        self.text = text
-        self.names = placeholders(text)
-        parts = [part for part in _numbered(text).split("/") if part]
-        self._anywhere = parts[:1] == [ANY_FOLDERS]
-        self._parts = [_compiled(part) for part in parts[self._anywhere :]]
 
-    def matches(self, folders: Folders, below: str | None = None) -> Iterator[Match]:
-        """The files that match, folder by folder.
-
-        Parameters
-        ----------
-        folders : Folders
-        below : str, optional
-            The folders that {} stands for. None: any.
-        """
-        starts = _below(folders, "", MAX_LEVELS) if self._anywhere and below is None else iter([below or ""])
-        for start in starts:
-            texts = {"": start} if self._anywhere else {}
-            yield from self._walk(folders, start, 0, texts)
-
-    def _walk(self, folders: Folders, folder: str, at: int, texts: dict[str, str]) -> Iterator[Match]:
-        part, is_last = self._parts[at], at == len(self._parts) - 1
-        content = folders.content(folder)[0 if is_last else 1]
-        found: list[tuple[str, dict[str, str]]] = []
-        if isinstance(part, str):
-            found = [(part, texts)] if part in content else []
-        else:
-            for name in content:
-                groups = {} if (match := part.fullmatch(name)) is None else match.groupdict()
-                if match and all(texts.get(key, text) == text for key, text in groups.items()):
-                    found.append((name, texts | groups))
-        for name, together in found:
-            path = f"{folder}/{name}" if folder else name
-            if is_last:
-                named = {name.removeprefix("_"): text for name, text in together.items()}
-                yield Match(path, tuple(named[name] for name in self.names))
-            else:
-                yield from self._walk(folders, path, at + 1, together)
+def _walk(
+    parts: Sequence[str | re.Pattern[str]], folders: Folders, folder: str, texts: dict[str, str]
+) -> Iterator[File]:
+    part, *deeper = parts
+    content = folders.content(folder)[1 if deeper else 0]
+    found: list[tuple[str, dict[str, str]]] = []
+    if isinstance(part, str):
+        found = [(part, texts)] if part in content else []
+    else:
+        for name in content:
+            groups = {} if (match := part.fullmatch(name)) is None else match.groupdict()
+            if match and all(texts.get(key, text) == text for key, text in groups.items()):
+                found.append((name, texts | groups))
+    for name, together in found:
+        path = f"{folder}/{name}" if folder else name
+        yield from _walk(deeper, folders, path, together) if deeper else [(path, together)]
 
 
 def _below(folders: Folders, folder: str, levels: int) -> Iterator[str]:
@@ -171,7 +150,16 @@ def _below(folders: Folders, folder: str, levels: int) -> Iterator[str]:
         yield from _below(folders, f"{folder}/{name}" if folder else name, levels - 1)
 
 
-def _compiled(part: str) -> str | re.Pattern[str]:
+@cache
+def _compiled(pattern: str) -> tuple[bool, list[str | re.Pattern[str]]]:
+    """Whether a pattern begins with any folders; and the names of its folders and its file, or the expressions that
+    they match."""
+    parts = [part for part in _numbered(pattern).split("/") if part]
+    is_anywhere = parts[:1] == [ANY_FOLDERS]
+    return is_anywhere, [_expression(part) for part in parts[is_anywhere:]]
+
+
+def _expression(part: str) -> str | re.Pattern[str]:
     """The name of a file or a folder, or the expression that it matches; groups are the placeholders, after _."""
     first, *pieces = _PLACEHOLDER.split(part)
     text = re.escape(first)

@@ -1,7 +1,8 @@
-"""The files of a frame on this machine, and what a meta.json beside them states."""
+"""The files of a frame on this machine, and what a meta.json beside them states; and writing both."""
 
 from __future__ import annotations
 
+import json
 import os
 import re
 from dataclasses import dataclass, replace
@@ -13,12 +14,16 @@ import msgspec
 from .._runtime.files import read_json
 from .._runtime.named_places import NotAllowed, first_allowed, named_in
 from .._runtime.schema import converted
+from .._runtime.writing import write_bytes
 from ..data.camera import as_camera, checked_transform
-from ..errors import FormatError, InputError, ParameterError, one_line, told_as
+from ..data.frame import RGBDFrame
+from ..errors import ExportError, FormatError, InputError, ParameterError, one_line, told_as
+from ..io.depth import write_depth
 from ..io.encodings import encoding_of, needs_scene, single_encoding
 from ..io.frame_additions import CONFIDENCE_SUFFIXES, GUIDE_SUFFIXES, is_ground_truth
-from ..io.hdf5_depth import split_dataset, with_dataset
-from .naming import COLOUR_SUFFIXES, DEPTH_FILE_SUFFIXES, META_NAME, name_from_path
+from ..io.hdf5 import split_dataset, with_dataset
+from ..io.images import encode_image
+from .naming import COLOUR_SUFFIXES, DEPTH_FILE_SUFFIXES, META_NAME, name_from_path, no_frame_folder
 from .reading_options import AS_STATED, ReadingOptions
 
 _DEPTH_WORD = re.compile(r"(?<![a-z])depth(?![a-z])", re.IGNORECASE)
@@ -97,48 +102,43 @@ def frame_folder(folder: str | os.PathLike[str]) -> FrameFiles:
     root = Path(folder).absolute()
     path = root / META_NAME
     if not is_frame_folder(root):
-        told = f"{root} has neither {META_NAME} nor rgb.* and depth.*"
-        raise InputError(f"{told}. Give the colour and the depth file, or the key of one of its frames (--frame).")
+        raise no_frame_folder(root)
     has_meta = os.path.isfile(path)
     meta = read_json(path) if has_meta else {}
     if not isinstance(meta, dict):
         raise FormatError(f"{path} must hold a JSON object with size, depth_units_per_m and K.")
     with told_as(FormatError, f"{path}: {{error}}", (InputError, ParameterError)):
-        stated = converted({**meta, "name": meta.get("name") or root.name}, _Meta, META_NAME)
+        stated = converted({**meta, "name": meta.get("name") or root.name}, Meta, META_NAME)
         options = stated.options
         if stated.name != one_line(stated.name):
             raise InputError(f"name must be one line of text, not {stated.name!r:.60}.")
     if stated.run and not os.path.isfile(named_in(stated.run, root)):
         raise InputError(f"{root} contains an interrupted export: its {stated.run} is missing. Export again.")
-    if not has_meta:
-        _check_alone(root)
+    for stem, suffixes in () if has_meta else _IMAGES:
+        names = [stem + suffix for suffix in suffixes if os.path.isfile(root / (stem + suffix))]
+        if len(names) > 1:
+            raise InputError(f"{root} has {' and '.join(names)}: give the colour and the depth file that are meant.")
     rgb = _named_image(root, stated.rgb, stated.run) or _image_in(root, "rgb", COLOUR_SUFFIXES)
     named_depth, dataset = split_dataset(stated.depth or "")
-    depth = _named_image(root, named_depth) or _found(root, "depth", DEPTH_FILE_SUFFIXES)
-    if depth is None:
-        hint = f" To use gt.png as depth, give {rgb.name} and it, with depth units {stated.gt_units_per_m}."
-        depth = _image_in(root, "depth", DEPTH_FILE_SUFFIXES, hint if os.path.isfile(root / "gt.png") else "")
-    truth, truth_dataset = (None, None) if stated.gt is None else split_dataset(stated.gt)
-    companions = {
-        "ground_truth": _ground_truth_in(root, truth),
-        "guide": _named_image(root, stated.guide) or _found(root, "guide", GUIDE_SUFFIXES),
-        "confidence": _named_image(root, stated.confidence) or _found(root, "confidence", CONFIDENCE_SUFFIXES),
-    }
-    paths: dict[str, Any] = {name: None if file is None else str(file) for name, file in companions.items()}
-    if truth_dataset is not None:
-        paths["ground_truth"] = with_dataset(paths["ground_truth"], truth_dataset)
-    return FrameFiles(
-        rgb,
-        depth,
-        stated.name,
-        replace(options, dataset=dataset, **paths),
-        stated.size,
-        _named_image(root, stated.outside_view),
-        has_meta,
+    hint = f" To use gt.png as depth, give {rgb.name} and it, with depth units {stated.gt_units_per_m}."
+    hint = hint if os.path.isfile(root / "gt.png") else ""
+    depth = _named_image(root, named_depth) or _image_in(root, "depth", DEPTH_FILE_SUFFIXES, hint)
+    description, truth_dataset = (None, None) if stated.gt is None else split_dataset(stated.gt)
+    truth = _ground_truth_in(root, description)
+    guide = _named_image(root, stated.guide) or _found(root, "guide", GUIDE_SUFFIXES)
+    confidence = _named_image(root, stated.confidence) or _found(root, "confidence", CONFIDENCE_SUFFIXES)
+    options = replace(
+        options,
+        dataset=dataset,
+        ground_truth=None if truth is None else with_dataset(truth, truth_dataset),
+        guide=None if guide is None else str(guide),
+        confidence=None if confidence is None else str(confidence),
     )
+    size, outside_view = stated.size, _named_image(root, stated.outside_view)
+    return FrameFiles(rgb, depth, stated.name, options, size, outside_view, has_meta)
 
 
-class _Meta(msgspec.Struct, kw_only=True):
+class Meta(msgspec.Struct, kw_only=True):
     """What meta.json states, see `frame_folder`."""
 
     name: str
@@ -243,13 +243,57 @@ def _image_in(root: Path, stem: str, suffixes: tuple[str, ...], hint: str = "") 
     raise InputError(f"{root} has no {what} ({stem}{suffixes[0]}); it contains {others}.{hint}")
 
 
-def _check_alone(root: Path) -> None:
-    """Raise InputError if a folder without meta.json has several files of the name of one image."""
-    for stem, suffixes in _IMAGES:
-        names = [stem + suffix for suffix in suffixes if os.path.isfile(root / (stem + suffix))]
-        if len(names) > 1:
-            raise InputError(f"{root} has {' and '.join(names)}: give the colour and the depth file that are meant.")
-
-
 def _found(root: Path, stem: str, suffixes: tuple[str, ...]) -> Path | None:
     return next((root / (stem + suffix) for suffix in suffixes if os.path.isfile(root / (stem + suffix))), None)
+
+
+# Writing a frame to a frame folder that `ilf.load_frame` reads.
+
+_COLOUR, _DEPTH = "rgb.png", "depth.tiff"
+
+
+def new_frame_files(folder: str | os.PathLike[str]) -> tuple[Path, ...]:
+    """The files that `write_frame` writes: colour, depth and meta.json; raises ExportError if one exists."""
+    paths = tuple(Path(folder) / name for name in (_COLOUR, _DEPTH, META_NAME))
+    for path in paths:
+        if path.exists():
+            raise ExportError(f"{path} already exists. Choose another folder.")
+    return paths
+
+
+def write_frame(folder: str | os.PathLike[str], frame: RGBDFrame) -> tuple[Path, ...]:
+    """Write a frame to a separate folder: rgb.png, depth.tiff (float32 [m], NaN = missing) and meta.json.
+
+    Parameters
+    ----------
+    folder : path-like
+        Created if missing; it must not contain a frame.
+    frame : RGBDFrame
+        Its measured depth is written, including invalid depth.
+
+    Returns
+    -------
+    tuple of Path
+        The files.
+
+    Raises
+    ------
+    ExportError
+        If the folder already contains a frame, or a file cannot be written.
+    """
+    root, camera = Path(folder), frame.intrinsics
+    meta = {
+        "name": frame.name,
+        "size": [frame.shape[1], frame.shape[0]],
+        "depth_units_per_m": 1.0,
+        "K": None if camera is None else [camera.fx, camera.fy, camera.cx, camera.cy],
+    }
+    if frame.pose is not None:
+        meta["pose"] = frame.pose.tolist()
+    paths = new_frame_files(root)
+    with told_as(ExportError, f"{root} cannot be created ({{error}}). Choose another folder.", OSError):
+        root.mkdir(parents=True, exist_ok=True)
+    write_bytes(paths[0], encode_image(".png", frame.rgb[..., ::-1]))
+    write_depth(paths[1], frame.measured)
+    write_bytes(paths[2], f"{json.dumps(meta, indent=2)}\n".encode())
+    return paths

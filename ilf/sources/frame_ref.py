@@ -13,7 +13,7 @@ from .._runtime.files import absolute
 from .._runtime.named_places import NotAllowed, named_in
 from .._runtime.schema import Section
 from ..data.frame import FrameInputs
-from ..io.hdf5_depth import split_dataset, with_dataset
+from ..io.hdf5 import split_dataset, with_dataset
 from .naming import name_from_path, recorded_frame_name
 from .reading_options import AS_STATED, ReadingOptions
 

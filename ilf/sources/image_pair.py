@@ -18,7 +18,7 @@ from ..io.depth_reading import DepthReading, interpret_depth, read_depth
 from ..io.encodings import ray_encoding
 from ..io.images import read_colour_with_warning, turned
 from ..io.labels import read_mask
-from ..io.orientation import AS_STORED, PairOrientation, companion_doubts, orientation_tag, pair_orientation
+from ..io.orientation import AS_STORED, Tags, companion_doubts, orientation_tag, pair_orientation
 from ..io.other_values import is_named_distance
 from .frame_folder import FrameFiles
 from .naming import COLOUR_SUFFIXES, META_NAME
@@ -47,15 +47,15 @@ def read_files(files: FrameFiles, options: ReadingOptions, name: str | None = No
     colour, colour_doubt = read_colour_with_warning(rgb_file)
     of_colour = (colour_doubt,) if colour_doubt else ()
     read, chosen = depth_of_files(files, options, depth_file), options.or_else(files.options)
-    orientation = pair_orientation(rgb_file, colour, depth_file, read.metres)
-    colour, metres = turned(colour, orientation.tags[0]), turned(read.metres, orientation.tags[1])
+    tags, turning, is_doubt = pair_orientation(rgb_file, colour, depth_file, read.metres)
+    colour, metres = turned(colour, tags[0]), turned(read.metres, tags[1])
     shape, is_same = colour.shape[:2], is_registered(chosen, colour.shape[:2], metres.shape)
     if not is_same and chosen.depth_intrinsics is None:
         is_exchanged = shape == metres.shape[::-1]
         hint = " Width and height are exchanged: one of the files is turned by 90 degrees." if is_exchanged else ""
         told = f"{files.rgb} is {size_text(shape)} but {files.depth} is {size_text(metres.shape)} pixels. Give both "
         told += "cameras (--intrinsics and --depth-intrinsics), or register and resize one to the other first."
-        raise InputError(f"{told}{hint} {orientation.note}".rstrip())
+        raise InputError(f"{told}{hint} {turning}".rstrip())
     if files.size not in {None, (metres.shape[1], metres.shape[0])}:
         meta = files.rgb.with_name(META_NAME)
         raise FormatError(f"{meta} has the size {files.size}, not {size_text(metres.shape)}. Correct its size.")
@@ -64,10 +64,9 @@ def read_files(files: FrameFiles, options: ReadingOptions, name: str | None = No
         raise InputError(f"{files.depth}: {_NO_COLOUR_CAMERA}{read.alternative_encodings}")
     colour_camera, depth_camera = cameras.colour, None if cameras.is_registered else cameras.depth
     lenses = (colour_camera, depth_camera) if chosen.undistort and colour_camera and depth_camera else None
-    unlike = unlike_companions(chosen, depth_file, orientation)
-    of_pair = (*([orientation.note] if orientation.note else []), *unlike)
+    unlike = unlike_companions(chosen, depth_file, tags)
+    of_pair = (*([turning] if turning else []), *unlike)
     return ReadImages(
-        files.depth,
         name or files.name,
         colour,
         metres,
@@ -82,14 +81,14 @@ def read_files(files: FrameFiles, options: ReadingOptions, name: str | None = No
             invalid=read.encoding.invalid,
             dataset=chosen.dataset,
             depth_intrinsics=None if depth_camera is None or lenses is not None else depth_camera.numbers,
-            orientations=None if orientation.tags == AS_STORED else orientation.tags,
+            orientations=None if tags == AS_STORED else tags,
             lenses=lenses,
             view=DEPTH_VIEW if chosen.view == DEPTH_VIEW else None,
             depth_to_colour=_moved_by(cameras),
         ),
         notes=(*of_colour, *of_pair, *read.notes, *notes),
         warnings=(*(f"{files.rgb}: {text}" for text in of_colour), *of_pair, *read.warnings, *issued),
-        doubts=(*of_colour, *(of_pair if orientation.is_doubt else unlike)),
+        doubts=(*of_colour, *(of_pair if is_doubt else unlike)),
         pose=pose_of_files(files, chosen),
         outside_view=read_mask(files.outside_view, shape) if is_same and files.outside_view is not None else None,
     )
@@ -113,13 +112,11 @@ def pose_of_files(files: FrameFiles, options: ReadingOptions) -> NDArray[np.floa
     return camera_pose(files.depth) if options.pose is None else stated_pose(options.pose)
 
 
-def unlike_companions(
-    options: ReadingOptions, depth_file: FileContent, orientation: PairOrientation
-) -> tuple[str, ...]:
+def unlike_companions(options: ReadingOptions, depth_file: FileContent, tags: Tags) -> tuple[str, ...]:
     """Doubts about ground truth, guide and confidence map whose orientation is not that of the pair, as it is read."""
     beside = filter(None, (options.ground_truth, options.guide, options.confidence))
     companions = [read_file(path) for path in beside if Path(path).suffix.lower() in COLOUR_SUFFIXES]
-    return companion_doubts(companions, orientation_tag(depth_file) if orientation.tags == AS_STORED else 1)
+    return companion_doubts(companions, orientation_tag(depth_file) if tags == AS_STORED else 1)
 
 
 def is_registered(options: ReadingOptions, shape: tuple[int, int], depth_shape: tuple[int, int]) -> bool:
@@ -156,10 +153,8 @@ def _cameras(
 
 def _doubt_of_registration(options: ReadingOptions, depth: Camera | None, shape: tuple[int, int]) -> tuple[str, ...]:
     """A doubt whether depth has the pixels of colour, if both cameras are stated and differ; else none."""
-    if depth is None or options.depth_intrinsics is None:
-        return ()
-    colour = frame_camera(options.intrinsics, shape)[0]
-    if colour is None:
+    colour = None if options.depth_intrinsics is None else frame_camera(options.intrinsics, shape)[0]
+    if depth is None or colour is None:
         return ()
     height, width = shape
     differences = np.abs(np.subtract(colour.numbers, depth.numbers)) / (depth.fx, depth.fy, width, height)

@@ -14,7 +14,7 @@ from .._runtime.files import read_file
 from .._runtime.schema import converted
 from ..errors import FormatError, ParameterError, told_as
 from ..io.encodings import encoding_of, single_encoding
-from ..io.hdf5_depth import split_dataset
+from ..io.hdf5 import split_dataset
 from .file_patterns import alternatives, check_pattern, placeholders
 
 GIVEN = "given"
@@ -27,7 +27,7 @@ LIST_SUFFIX = ".json"
 class Layout(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     """The files of frames in a folder, and how they are read.
 
-    `rgb` and `depth` are patterns of paths, see `FilePattern`; two files whose shared placeholders have equal text are
+    `rgb` and `depth` are patterns of paths, see `files_like`; two files whose shared placeholders have equal text are
     a frame. In place of a pattern, both may be the path of a transforms.json, which lists images and depth files; what
     they share is then the name of the image, *. The other paths may contain the same placeholders. They are relative
     to the folders that {} stands for. A file for several frames, without other placeholders, is also looked for in the

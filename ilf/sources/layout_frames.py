@@ -7,6 +7,7 @@ import re
 from collections import Counter
 from collections.abc import Iterator, Mapping
 from functools import cache
+from itertools import islice
 from pathlib import Path
 from typing import NamedTuple, cast
 
@@ -17,7 +18,7 @@ from ..errors import InputError
 from ..io.camera_files import ENTRY_MARK, read_camera_file
 from ..io.cameras import IntrinsicsSpec, intrinsics_from
 from ..io.encodings import ray_encoding
-from .file_patterns import FilePattern, Folders, Match, alternatives, filled, placeholders
+from .file_patterns import File, Folders, alternatives, files_like, filled, placeholders
 from .frame_ref import FrameRef
 from .layout import GIVEN, LIST_SUFFIX, Layout, camera_numbers
 from .pairing import Pairs, natural
@@ -58,9 +59,8 @@ class LayoutFrames:
 
     def __init__(self, layout: Layout, folders: Folders) -> None:
         self._layout, self._folders = layout, folders
-        self._cameras: dict[tuple[str, str], IntrinsicsSpec] = {}
+        self._camera_file, self._shared = cache(read_camera_file), cache(self._found_above)
         self._trajectories: dict[str, Trajectory] = {}
-        self._shared: dict[tuple[str, str], str | None] = {}
         self.unmatched = Pairs([], 0, 0)
         """Numbers of colour and depth files without the other, after `sources`."""
         self.not_found: tuple[str, ...] = ()
@@ -79,8 +79,7 @@ class LayoutFrames:
         frames = self._frames()
         poses = self._poses(frames)
         root, patterns = self._folders.root, (self._layout.rgb, self._layout.depth)
-        is_list = any(one.endswith(LIST_SUFFIX) for text in patterns for one in alternatives(text))
-        stated_in = root if is_list else None
+        stated_in = root if any(one.endswith(LIST_SUFFIX) for text in patterns for one in alternatives(text)) else None
         sources = [
             FrameRef(
                 os.path.join(root, frame.rgb),
@@ -106,54 +105,42 @@ class LayoutFrames:
     def counts(self) -> str:
         """How many files match the patterns of colour and depth, for messages."""
         patterns = self._layout.rgb, self._layout.depth
-        files = ((text, self._files(text, at == 1)[1]) for at, text in enumerate(patterns))
+        files = ((text, self._files(text, at == 1)) for at, text in enumerate(patterns))
         told = [f"{text} matches {counted(len(found), 'file')}" for text, found in files]
         return f"{' and '.join(told)}, of which none belong together"
 
     def _frames(self) -> list[_Frame]:
         """Colour and depth files that belong together."""
-        colour_names, colours = self._files(self._layout.rgb, is_depth=False)
-        depth_names, depths = self._files(self._layout.depth, is_depth=True)
-        shared = [name for name in colour_names if name in depth_names]
-        at_colour, at_depth = ([names.index(name) for name in shared] for names in (colour_names, depth_names))
-        by_key: dict[tuple[str, ...], Match] = {}
-        for match in depths:
-            by_key.setdefault(tuple(match.texts[at] for at in at_depth), match)
-        frames: dict[tuple[str, ...], _Frame] = {}
-        for match in colours:
-            key = tuple(match.texts[at] for at in at_colour)
-            if key in by_key and key not in frames:
-                texts = dict(zip(depth_names, by_key[key].texts, strict=True))
-                texts |= zip(colour_names, match.texts, strict=True)
-                frames[key] = _Frame(match.path, by_key[key].path, texts)
-        count = len({tuple(match.texts[at] for at in at_colour) for match in colours})
-        self.unmatched = Pairs([], count - len(frames), len(by_key) - len(frames))
-        return sorted(frames.values(), key=lambda frame: natural(frame.rgb))
+        colours, depths = self._files(self._layout.rgb, is_depth=False), self._files(self._layout.depth, is_depth=True)
+        if not (colours and depths):
+            return []
+        shared = colours[0][1].keys() & depths[0][1].keys()
+        of_colour, of_depth = dict[tuple[str, ...], File](), dict[tuple[str, ...], File]()
+        for by_key, files in ((of_colour, colours), (of_depth, depths)):
+            for path, texts in files:
+                by_key.setdefault(tuple(texts[name] for name in shared), (path, texts))
+        both = [(*of_colour[key], *of_depth[key]) for key in of_colour if key in of_depth]
+        self.unmatched = Pairs([], len(of_colour) - len(both), len(of_depth) - len(both))
+        frames = [_Frame(rgb, depth, others | texts) for rgb, texts, depth, others in both]
+        return sorted(frames, key=lambda frame: natural(frame.rgb))
 
-    def _files(self, text: str, is_depth: bool) -> tuple[tuple[str, ...], list[Match]]:
-        """The names of a pattern's placeholders, and the files that match it or that the file it names lists, each
-        once."""
-        names: tuple[str, ...] = ()
-        found: list[Match] = []
+    def _files(self, text: str, is_depth: bool) -> list[File]:
+        """The files that match a pattern, or that the file it names lists, each once."""
+        found: dict[str, dict[str, str]] = {}
         for one in alternatives(text):
-            pattern = FilePattern(one)
-            matches = list(pattern.matches(self._folders))
-            if one.endswith(LIST_SUFFIX):
-                matches = [listed for match in matches for listed in self._listed(match, is_depth)]
-            own = *pattern.names, *(("1",) if one.endswith(LIST_SUFFIX) else ())
-            names = names or own
-            order = [own.index(name) for name in names]
-            found += [Match(match.path, tuple(match.texts[at] for at in order)) for match in matches]
-        return names, list({match.path: match for match in reversed(found)}.values())[::-1]
+            for file in files_like(one, self._folders):
+                for path, texts in self._listed(*file, is_depth) if one.endswith(LIST_SUFFIX) else [file]:
+                    found.setdefault(path, texts)
+        return [*found.items()]
 
-    def _listed(self, match: Match, is_depth: bool) -> Iterator[Match]:
+    def _listed(self, path: str, texts: dict[str, str], is_depth: bool) -> Iterator[File]:
         """The images, or their depth files, in a list of images."""
-        folder, files = os.path.dirname(match.path), self._trajectory(match.path).depth_files
+        folder, files = os.path.dirname(path), self._trajectory(path).depth_files
         stems = Counter(map(_stem, files))
         for image, depth in files.items():
-            if path := depth if is_depth else image:
+            if file := depth if is_depth else image:
                 name = _stem(image) if stems[_stem(image)] == 1 else image_name(image)
-                yield Match(os.path.normpath(os.path.join(folder, path)), (*match.texts, name))
+                yield os.path.normpath(os.path.join(folder, file)), texts | {"1": name}
 
     # What belongs to a frame besides colour and depth.
 
@@ -199,13 +186,14 @@ class LayoutFrames:
         scene = frame.texts.get("", "")
         if any(_names(text)):
             return self._existing(text, os.path.join(self._folders.root, scene), frame.texts)
-        if (text, scene) not in self._shared:
-            folder, found = os.path.join(self._folders.root, scene), None
-            for _ in range(scene.count("/") + bool(scene) + _LEVELS_ABOVE + 1):
-                found = found or self._existing(text, folder, frame.texts)
-                folder = os.path.dirname(folder)
-            self._shared[text, scene] = found
-        return self._shared[text, scene]
+        return self._shared(text, scene)
+
+    def _found_above(self, text: str, scene: str) -> str | None:
+        """The path of a file for several frames, in the folder of their scene or above."""
+        folder = Path(self._folders.root, scene)
+        levels = scene.count("/") + bool(scene) + _LEVELS_ABOVE
+        places = (self._existing(text, str(place), {}) for place in (folder, *islice(folder.parents, levels)))
+        return next((path for path in places if path is not None), None)
 
     def _existing(self, text: str, folder: str, texts: Mapping[str, str]) -> str | None:
         paths = (os.path.join(folder, filled(one, texts)) for one in alternatives(text))
@@ -230,11 +218,7 @@ class LayoutFrames:
             return None
         if pattern == self._layout.pose:
             return cast("IntrinsicsSpec | None", self._trajectory(path).camera(frame.rgb))
-        entry = filled(entry, frame.texts) if entry else ""
-        found = self._cameras.get((path, entry))
-        if found is None:
-            found = self._cameras[path, entry] = read_camera_file(Path(path), entry)
-        return found
+        return self._camera_file(Path(path), filled(entry, frame.texts) if entry else "")
 
     def _trajectory(self, path: str) -> Trajectory:
         path = os.path.join(self._folders.root, path)

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from .._runtime.installation import user_path
 from ..errors import InputError
-from .file_patterns import MAX_LEVELS, FilePattern, Folders, alternatives
+from .file_patterns import MAX_LEVELS, Folders, alternatives, files_like
 from .layout import Layout, layout_from_text, layouts_from_file
 from .plugins import source_plugins
 
@@ -123,12 +123,7 @@ def _lacking(folders: Folders, layout: Layout, below: str) -> list[str]:
 
 
 def _is_there(folders: Folders, text: str, below: str) -> bool:
-    return any(next(_compiled(one).matches(folders, below), None) is not None for one in alternatives(text))
-
-
-@cache
-def _compiled(pattern: str) -> FilePattern:
-    return FilePattern(pattern)
+    return any(next(files_like(one, folders, below), None) is not None for one in alternatives(text))
 
 
 def nearest_layout(folders: Folders) -> str:

@@ -14,6 +14,7 @@ from .._runtime.named_places import note_opened
 from ..errors import InputError, ParameterError, cause
 from ..io.cameras import CAMERA_FILE
 from ..io.kinds import kind_at
+from .copies import address_of, names_at, restored
 from .data_sets import bop_frames, has_time_lists, is_sun, sun_frame, timed_frames
 from .file_patterns import Folders
 from .frame_folder import is_frame_folder
@@ -27,7 +28,6 @@ from .own_results import is_result
 from .pairing import natural, paired, paired_by_time, split_by_kind, time_of, why_unpaired
 from .plugins import source_plugins
 from .reading_options import AS_STATED, ReadingOptions
-from .remote import address_of, names_at, restored
 
 _MOST_NAMES = 5
 """Maximum number of folders that a note names."""
@@ -146,10 +146,10 @@ def _recorded(path: Path | Address, options: ReadingOptions) -> Listing:
     with opened(path) as recording:
         if options.topics is not None and not recording.has_topics:
             raise ParameterError(f"{path} is {recording.kind}: it has no topics. Leave the topics out.")
-        index = recording.index(options.time_gap, options.topics)
-        registered, kind = recording.cameras(index.keys[0]).is_registered, recording.kind
-    sources = tuple(FrameRef(str(path), frame=key, options=options.of_all_frames) for key in index.keys)
-    return Listing(sources, index.notes, index.times, registered, kind)
+        keys, times, notes = recording.index(options.time_gap, options.topics)
+        registered, kind = recording.cameras(keys[0]).is_registered, recording.kind
+    sources = tuple(FrameRef(str(path), frame=key, options=options.of_all_frames) for key in keys)
+    return Listing(sources, notes, times, registered, kind)
 
 
 # Folders.
@@ -294,23 +294,18 @@ def _by_layout(
 ) -> Listing | None:
     """The frames by the first of these layouts that has any; the others that have some are named in a note, and so are
     missing files of a layout that the user gave."""
-    found: Listing | None = None
-    others = []
-    for layout in layouts:
-        listed = LayoutFrames(layout, folders)
-        if found is not None:
-            others += [layout.text] if listed.has_frames else []
-        elif sources := listed.sources(given):
-            notes = [*([layout.note] if layout.note else []), *listed.unmatched.notes("of that name")]
-            if is_given and listed.not_found:
-                notes.append(f"There is no file {' and no '.join(listed.not_found)}: frames are read without.")
-            is_registered = layout.registered and not layout.depth_K
-            found = Listing(tuple(sources), tuple(notes), _times(sources), is_registered, layout.text)
-    if found is None or not others:
-        return found
-    return replace(
-        found, notes=(*found.notes, f"Read by the layout {found.layout}. Other layouts fit, too: {', '.join(others)}.")
-    )
+    tried = ((layout, LayoutFrames(layout, folders)) for layout in layouts)
+    first = next(((layout, listed, refs) for layout, listed in tried if (refs := listed.sources(given))), None)
+    if first is None:
+        return None
+    layout, listed, sources = first
+    notes = [*([layout.note] if layout.note else []), *listed.unmatched.notes("of that name")]
+    if is_given and listed.not_found:
+        notes.append(f"There is no file {' and no '.join(listed.not_found)}: frames are read without.")
+    if others := ", ".join(other.text for other, frames in tried if frames.has_frames):
+        notes.append(f"Read by the layout {layout.text}. Other layouts fit, too: {others}.")
+    is_registered = layout.registered and not layout.depth_K
+    return Listing(tuple(sources), tuple(notes), _times(sources), is_registered, layout.text)
 
 
 def _by_given_layout(root: Path, given: ReadingOptions, layouts: Sequence[Layout]) -> Listing:

@@ -45,6 +45,12 @@ def recorded_frame_name(path: Path, key: str) -> str:
     return " ".join([path.stem, *filter(None, key.split("/"))])
 
 
+def no_frame_folder(place: object) -> InputError:
+    """The error for a folder or an address that is asked for as a frame folder, and is none."""
+    told = f"{place} has neither {META_NAME} nor rgb.* and depth.*"
+    return InputError(f"{told}. Give the colour and the depth file, or the key of one of its frames (--frame).")
+
+
 def by_stem(files: Iterable[Path]) -> dict[str, Path]:
     """Files by their names without extension, sorted; raises InputError if two have the same."""
     found: dict[str, Path] = {}

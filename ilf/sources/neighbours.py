@@ -14,9 +14,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from .._runtime.cancellation import check_cancelled
+from .._runtime.cancellation import check_cancelled, run_to_end
 from .._runtime.formatting import counted
-from .._runtime.stepping import run_to_end
 from ..data.camera import Camera
 from ..data.frame import RGBDFrame, checked_frame
 from ..data.neighbours import Neighbour, NeighbourDepth, agrees, beside_jumps
@@ -129,7 +128,7 @@ def neighbour_steps(
                 used.append(_neighbour(given, other, motion))
             yield (len(used) + len(refused)) / count
     added = frame.with_neighbours(NeighbourDepth(np.stack(layers), tuple(used)) if layers else None)
-    return replace(added, depth=added.measured, notes=(*added.notes, _note(added, len(used), refused)))
+    return added.changed(notes=(*added.notes, _note(added, len(used), refused)))
 
 
 def around(items: Sequence[T], place: int, reach: int) -> tuple[tuple[T, ...], tuple[T, ...]]:
@@ -252,11 +251,11 @@ def read_or_none(given: RGBDFrame | FrameRef) -> RGBDFrame | None:
 
 
 def _neighbour(given: RGBDFrame | FrameRef, read: RGBDFrame, motion: Matrix) -> Neighbour:
-    files = read.inputs
+    files, rows = read.inputs, tuple(map(tuple, motion.tolist()))
     if files is None:
-        return Neighbour(read.name, motion)
+        return Neighbour(read.name, rows)
     ref = given if isinstance(given, FrameRef) else FrameRef.of(files)
-    return Neighbour(read.name, motion, (files.rgb.sha256, files.depth.sha256), ref.absolute().to_json())
+    return Neighbour(read.name, rows, (files.rgb.sha256, files.depth.sha256), ref.absolute().to_json())
 
 
 def _agrees(layer: Array, depth: Array) -> bool:

@@ -12,11 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._runtime.files import read_file
-from ..data.camera import INTRINSICS, Camera, Cameras
+from .._runtime.memory import check_memory
+from ..data.camera import INTRINSICS, Camera, Cameras, rigid_transform
 from ..errors import FormatError, InputError, told_as
 from ..io.depth import read_depth_values
 from ..io.hdf5 import dataset, open_hdf5
-from ..io.images import check_pixel_count, read_colour
+from ..io.images import read_colour
 from .recording import PairedRecording, RecordedFrame, Recording, TimedPairs, sha256_of
 
 # NYU Depth V2's labelled file, nyu_depth_v2_labeled.mat: 1449 frames in one MATLAB v7.3 (HDF5) file.
@@ -57,7 +58,7 @@ class NyuLabelled(Recording):
         if channels != 3 or raw.shape != (count, *size):
             shapes = f"images {images.shape} and rawDepths {raw.shape}"
             raise FormatError(f"{self.path}: {shapes} do not fit each other, as (N, 3, W, H) and (N, W, H) do.")
-        check_pixel_count(self.path, *size)
+        check_memory(self.path, *size)
         return images, raw
 
     def close(self) -> None:
@@ -79,8 +80,8 @@ class NyuLabelled(Recording):
 
 # Raw folders of NYU Depth V2: colour and depth of a Kinect v1, in files with times in their names.
 
-_NAME = re.compile(r"(?P<what>[rd])-(?P<time>\d+\.\d+)-\d+\.(?:ppm|pgm)")
-_ENDING = {"r": ".ppm", "d": ".pgm"}
+_COLOUR_NAME = re.compile(r"r-(\d+\.\d+)-\d+\.ppm")
+_DEPTH_NAME = re.compile(r"d-(\d+\.\d+)-\d+\.pgm")
 
 # camera_params.m of the data set's toolbox; its translation is subtracted from the rotated points
 _COLOUR = replace(INTRINSICS[CAMERA], distortion=(0.20796615, -0.58613825, 0.00072231363, 0.0010479628, 0.49856987))
@@ -103,11 +104,8 @@ _ROTATION = np.array(
 _TRANSLATION = np.array([2.5031875059141302e-02, -2.9342312935846411e-04, 6.6238747008330102e-04])
 
 
-def nyu_cameras() -> Cameras:
-    """The cameras of the data set, from its toolbox."""
-    motion = np.eye(4)
-    motion[:3, :3], motion[:3, 3] = _ROTATION.T, -_TRANSLATION
-    return Cameras(_COLOUR, _DEPTH, motion)
+NYU_CAMERAS = Cameras(_COLOUR, _DEPTH, rigid_transform(_ROTATION.T, -_TRANSLATION))
+"""The cameras of the data set, from its toolbox."""
 
 
 class NyuRawFolder(PairedRecording):
@@ -118,21 +116,20 @@ class NyuRawFolder(PairedRecording):
 
     def __init__(self, path: Path) -> None:
         super().__init__(path)
-        found: dict[str, dict[str, tuple[float, str]]] = {"r": {}, "d": {}}
         with told_as(InputError, f"{path}: cannot be read ({{error}}). Check the name and its permissions.", OSError):
             names = os.listdir(path)
-        for name in names:
-            match = _NAME.fullmatch(name)
-            if match is not None and name.endswith(_ENDING[match["what"]]):
-                found[match["what"]][Path(name).stem] = float(match["time"]), name
-        self.pairs = TimedPairs(found["r"], found["d"])
+        colours, depths = (
+            {Path(name).stem: (float(found[1]), name) for name in names if (found := pattern.fullmatch(name))}
+            for pattern in (_COLOUR_NAME, _DEPTH_NAME)
+        )
+        self.pairs = TimedPairs(colours, depths)
 
     @classmethod
     def fits(cls, path: Path) -> bool:
         if not path.is_dir():
             return False
         with os.scandir(path) as entries:
-            return any(entry.name.endswith(_ENDING["d"]) and _NAME.fullmatch(entry.name) for entry in entries)
+            return any(_DEPTH_NAME.fullmatch(entry.name) for entry in entries)
 
     def frame(self, key: str) -> RecordedFrame:
         colour, depth = (read_file(self.path / name) for name in self.at(key))
@@ -143,4 +140,4 @@ class NyuRawFolder(PairedRecording):
         return read_colour(self.path / self.at(key)[0])
 
     def cameras(self, key: str) -> Cameras:
-        return nyu_cameras()
+        return NYU_CAMERAS

@@ -15,13 +15,12 @@ from .._runtime.files import is_address, open_file
 from .._runtime.folders import folder_at
 from ..errors import FormatError, InputError
 from ..io.kinds import check_is_there
+from .copies import forget_recording, has_copy, recording_copy, reported, spelled, unpacking_command
 from .frame_folder import is_frame_folder
 from .naming import CALIBRATION_NAME
 from .own_results import is_shards
-from .packed import unpacking_command
 from .plugins import source_plugins
 from .recording import Recording
-from .remote import forget_recording, has_copy, recording_copy, reported, spelled
 
 _MAX_OPEN = 2
 

@@ -82,42 +82,36 @@ def paired(colours: Iterable[str], depths: Iterable[str]) -> Pairs:
     times, the last number in the names is compared, where it is unique; these matches count only if they include more
     than half of the files of the smaller set, since a few may occur by chance. Files of other formats are left out.
     """
-    colour_names = _colour_files(colours)
-    depth_names = depth_files(depths)
-    pairs: list[tuple[str, str]] = []
+    images, depth_names = _colour_files(colours), depth_files(depths)
+    pairs: dict[str, str] = {}
+
+    def left() -> tuple[list[str], list[str]]:
+        """The names that are in no pair."""
+        taken = {*pairs.values()}
+        return [name for name in images if name not in pairs], [name for name in depth_names if name not in taken]
+
     for key_of in (_whole_stem, _stem_without_kind, _stem_without_zeros):
-        more, clashes = _matched(*_left(colour_names, depth_names, pairs), key_of)
-        pairs += more
+        more, clashes = _matched(*left(), key_of)
+        pairs |= more
     are_times = 2 * sum(time_of(name) is not None for name in depth_names) > len(depth_names)
     if not (pairs or clashes or are_times):
-        pairs, _ = _matched(colour_names, depth_names, _last_number)
-        if 2 * len(pairs) <= min(len(colour_names), len(depth_names)):
-            pairs = []
+        pairs, _ = _matched(images, depth_names, _last_number)
+        if 2 * len(pairs) <= min(len(images), len(depth_names)):
+            pairs = {}
     clashing = {name for clash in clashes for names in clash for name in names}
-    left = _left(colour_names, depth_names, pairs)
-    unmatched = [sum(name not in clashing for name in names) for names in left]
+    colours_left, depths_left = (sum(name not in clashing for name in names) for names in left())
     shared = sorted(tuple(sorted(names)) for clash in clashes for names in clash if len(names) > 1)
-    return Pairs(sorted(pairs, key=lambda pair: natural(pair[0])), unmatched[0], unmatched[1], tuple(shared))
-
-
-def _left(
-    colours: Iterable[str], depths: Iterable[str], pairs: Iterable[tuple[str, str]]
-) -> tuple[list[str], list[str]]:
-    """The names that are in no pair."""
-    paired_colours, paired_depths = {colour for colour, _ in pairs}, {depth for _, depth in pairs}
-    colours_left = [name for name in colours if name not in paired_colours]
-    return colours_left, [name for name in depths if name not in paired_depths]
+    return Pairs(sorted(pairs.items(), key=lambda pair: natural(pair[0])), colours_left, depths_left, tuple(shared))
 
 
 def _matched(
     colours: Iterable[str], depths: Iterable[str], key_of: KeyFunction
-) -> tuple[list[tuple[str, str]], list[tuple[list[str], list[str]]]]:
-    """Pairs of names with the same key, in natural order; and colour and depth of the keys that several files have."""
+) -> tuple[dict[str, str], list[tuple[list[str], list[str]]]]:
+    """Colour -> depth of the same key; and colours and depths of the keys that several files have."""
     by_colour, by_depth = _by_key(colours, key_of), _by_key(depths, key_of)
     both = [(by_colour[key], by_depth[key]) for key in by_colour.keys() & by_depth.keys()]
-    pairs = [(one[0], other[0]) for one, other in both if len(one) == len(other) == 1]
-    clashes = [(one, other) for one, other in both if len(one) + len(other) > 2]
-    return sorted(pairs, key=lambda pair: natural(pair[0])), clashes
+    pairs = {one[0]: other[0] for one, other in both if len(one) == len(other) == 1}
+    return pairs, [(one, other) for one, other in both if len(one) + len(other) > 2]
 
 
 def _by_key(names: Iterable[str], key_of: KeyFunction) -> dict[str, list[str]]:

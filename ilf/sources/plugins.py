@@ -20,6 +20,7 @@ class SourcePlugins:
     Attributes
     ----------
     layouts : list of Layout
+    kinds : dict of type to EntryPoint
     notes : list of str
         A sentence for each plugin that failed.
     """
@@ -27,21 +28,16 @@ class SourcePlugins:
     def __init__(self) -> None:
         self.layouts: list[Layout] = []
         self.notes: list[str] = [*damaged_lists()]
-        self._kinds: dict[type[Recording], EntryPoint] = {}
+        self.kinds: dict[type[Recording], EntryPoint] = {}
         for entry in entry_points(SOURCES):
             try:
                 self._add(entry)
             except FAILURES as error:
                 self.notes.append(failure(entry, error))
 
-    @property
-    def kinds(self) -> tuple[type[Recording], ...]:
-        """The kinds of recordings."""
-        return tuple(self._kinds)
-
     def kind_of(self, path: Path) -> type[Recording] | None:
         """The kind of recording at a path; None if there is none."""
-        for kind, entry in tuple(self._kinds.items()):
+        for kind, entry in tuple(self.kinds.items()):
             try:
                 if kind.fits(path):
                     return kind
@@ -49,7 +45,7 @@ class SourcePlugins:
                 # no file can have that name
                 continue
             except FAILURES as error:
-                del self._kinds[kind]
+                del self.kinds[kind]
                 self.notes.append(failure(entry, error))
         return None
 
@@ -62,7 +58,7 @@ class SourcePlugins:
         except IlfError:
             raise
         except FAILURES as error:
-            if (entry := self._kinds.get(kind)) is None:
+            if (entry := self.kinds.get(kind)) is None:
                 raise
             raise InputError(failure(entry, error)) from error
 
@@ -77,7 +73,7 @@ class SourcePlugins:
         elif isinstance(found, type) and issubclass(found, Recording):
             if missing := ", ".join(sorted(found.__abstractmethods__)):
                 raise TypeError(f"{entry.value} is abstract: it has no {missing}")
-            self._kinds[found] = entry
+            self.kinds[found] = entry
         else:
             raise TypeError(f"{entry.value} is neither a subclass of Recording nor a Layout")
 

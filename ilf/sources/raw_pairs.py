@@ -12,12 +12,13 @@ from numpy.typing import NDArray
 
 from .._runtime.files import read_file, read_json
 from .._runtime.formatting import counted
-from .._runtime.schema import Section
+from .._runtime.schema import Section, converted
 from ..data.camera import Camera, Cameras, checked_transform, lens_of
 from ..errors import FormatError, InputError, ParameterError, told_as
 from ..io.depth import read_depth_values
-from ..io.encodings import EncodingSpec, encoding_of, packed_channels, single_encoding
+from ..io.encodings import packed_channels
 from ..io.images import read_colour
+from .frame_folder import Meta
 from .naming import CALIBRATION_NAME, META_NAME, by_stem
 from .recording import RecordedFrame, Recording, sha256_of
 
@@ -25,6 +26,7 @@ _MOTION = "depth_to_colour"
 _COLOUR, _DEPTH = ("colour", "color", "rgb"), ("depth",)
 _COLOUR_SUFFIXES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".ppm")
 _DEPTH_SUFFIXES = (".png", ".tif", ".tiff", ".pgm", ".npy", ".exr", ".pfm")
+_AS_IN_META = "depth_units_per_m", "depth_encoding", "depth_invalid"
 _MAX_CALIBRATION_BYTES = 2**20
 """Maximum size of a calibration file [bytes]."""
 _SINGLE_KEY = "1"
@@ -54,14 +56,9 @@ class RawPairs(Recording):
             colour, depth = (_camera(stated.section(name)) for name in ("colour", "depth"))
             motion = checked_transform(stated.get(_MOTION, list), repr(_MOTION))
             self._cameras = Cameras(colour, depth, motion)
-            units, named, invalid = (
-                stated.get(key, float, *kinds) if key in data else None
-                for key, kinds in (("depth_units_per_m", ()), ("depth_encoding", (str,)), ("depth_invalid", ()))
-            )
-            self._encoding: EncodingSpec | None = single_encoding(named, units)
-            if self._encoding is not None:
-                encoding_of(self._encoding)
-            self._invalid: float | None = invalid
+            known = {name: data[name] for name in _AS_IN_META if name in data}
+            options = converted({"name": path.name, **known}, Meta, "calibration").options
+            self._encoding, self._invalid = options.depth_encoding, options.invalid
         colours, depths = _images(path, _COLOUR, _COLOUR_SUFFIXES), _images(path, _DEPTH, _DEPTH_SUFFIXES)
         self.frames = {key: (colours[key], depths[key]) for key in sorted(colours.keys() & depths.keys())}
         if unmatched := len(colours.keys() ^ depths.keys()):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -11,13 +12,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .._runtime.files import is_address
-from .._runtime.named_places import note_opened
+from .._runtime.named_places import named_in, note_opened
 from ..data.camera import CAMERA_DOUBT
-from ..data.frame import RGBDFrame
+from ..data.frame import FrameInputs, RGBDFrame
 from ..data.guide import Gives
 from ..data.lenses import undistorted
-from ..errors import FormatError, InputError, ParameterError, PathKind, check_kind, warn_of_reading
+from ..errors import FormatError, InputError, ParameterError, PathKind, check_kind, told_as, warn_of_reading
 from ..io.cameras import IntrinsicsSpec, frame_camera
 from ..io.depth_reading import DepthReading
 from ..io.encodings import EncodingSpec
@@ -32,16 +32,17 @@ from ..io.frame_additions import (
     with_ground_truth_file,
 )
 from ..io.kinds import kind_at
+from .copies import copied, restored, with_addresses
 from .frame_folder import FrameFiles, frame_folder, meta_beside, two_files
 from .frame_ref import FrameRef
 from .image_pair import depth_of_files, read_files
 from .naming import COLOUR_SUFFIXES, DEPTH_FILE_SUFFIXES, META_NAME
-from .opening import is_recording
+from .opening import is_recording, opened
 from .own_results import COMPLETED_DEPTH, is_result
+from .pairing import time_of
+from .read_images import read_recorded
 from .reading_options import OPTIONS, ReadingOptions
-from .recorded import read_recorded
 from .registration import RawPair
-from .remote import copied, inputs_with_addresses, restored, with_addresses
 
 
 def load_frame(
@@ -185,11 +186,9 @@ def read_frame(ref: FrameRef, *, name: str | None = None, beside: bool = True, w
     """
     own = ref.allowed()
     report = warn_of_reading if warn else lambda text: None
-    if not any(map(is_address, own.paths)):
-        loaded = _read(own, name, beside, report)
-    else:
-        with copied(own) as here:
-            loaded = with_addresses(_read(here, name, beside, lambda text: report(restored(text))))
+    with copied(own) as here:
+        loaded = _read(here, name, beside, lambda text: report(restored(text)))
+    loaded = loaded if here is own else with_addresses(loaded)
     note_opened(*own.paths, *own.options.camera_paths.values(), *loaded.files)
     return loaded
 
@@ -292,12 +291,12 @@ def read_raw_pair(ref: FrameRef) -> RawPair:
             images = read_files(files_of(here), here.options)
             if images.cameras.colour is None:
                 raise InputError(f"{ref.rgb}: the camera's intrinsics are not known. Give them to read the raw pair.")
-        pair = images.pair()
+        with told_as(InputError, f"{images.reading.path}: {{error}}", InputError):
+            pair = images.pair()
     for text in images.warnings:
         warn_of_reading(restored(text))
     note_opened(*own.paths, *own.options.camera_paths.values())
-    inputs = None if pair.inputs is None else inputs_with_addresses(pair.inputs)
-    return replace(pair, inputs=inputs, notes=tuple(map(restored, pair.notes)))
+    return pair if here is own else with_addresses(pair)
 
 
 def read_depth(ref: FrameRef) -> DepthReading:
@@ -315,3 +314,28 @@ def described_beside(ref: FrameRef) -> str:
     added = ref.options.or_else(files.options).given.keys() - ref.options.given.keys()
     used_items = ["name", *(option.label for name, option in OPTIONS.items() if name in added and option.label)]
     return f"Read from {META_NAME} beside the files: {', '.join(used_items)}."
+
+
+# The time at which a frame that was read was taken.
+
+_SECONDS = re.compile(r"(\d+)\.(\d{1,9})")
+
+
+def stamp_of(inputs: FrameInputs, folder: Path | None = None) -> int | None:
+    """Return the timestamp of a frame's colour [ns], from its key in a recording, the recording, or its file name; None
+    if unknown. `folder` is that of the record that states these inputs.
+
+    Raises
+    ------
+    InputError
+        If the recording has to be read for it and cannot be read; and as `named_in`.
+    """
+    if inputs.frame is None:
+        time = time_of(inputs.rgb.path)
+        return None if time is None else round(time * 1e9)
+    found = _SECONDS.fullmatch(inputs.frame.rpartition("/")[2])
+    if found is not None:
+        return int(found[1]) * 10**9 + int(found[2].ljust(9, "0"))
+    with opened(inputs.rgb.path if folder is None else named_in(inputs.rgb.path, folder)) as recording:
+        taken = recording.frame(inputs.frame).time
+    return None if taken is None else round(taken * 1e9)

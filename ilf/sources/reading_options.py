@@ -17,10 +17,10 @@ from ..data.camera import INTRINSICS, Camera, checked_transform, is_preset
 from ..data.guide import Gives
 from ..errors import ParameterError
 from ..io.cameras import IntrinsicsSpec
+from ..io.depth import checked_finite
 from ..io.encodings import ENCODING_DESCRIPTIONS, EncodingSpec, single_encoding
-from ..io.frame_additions import checked_min_confidence
 from ..io.guide_models import is_guide_name
-from ..io.hdf5_depth import split_dataset, with_dataset
+from ..io.hdf5 import split_dataset, with_dataset
 from .times import MAX_TIME_GAP_S
 
 
@@ -229,8 +229,10 @@ class ReadingOptions:
                 raise ParameterError(f"The option {name} must be {' or '.join(known)}, not {value!r:.60}.")
         if not self.time_gap >= 0:
             raise ParameterError(f"The maximum time gap must be 0 s or more, not {self.max_gap!r:.60}.")
-        lowest = self.min_confidence
-        return self if lowest is None else replace(self, min_confidence=checked_min_confidence(lowest))
+        if self.min_confidence is None:
+            return self
+        lowest = checked_finite(self.min_confidence, "The min. confidence", ", a value of the confidence map")
+        return replace(self, min_confidence=lowest)
 
     def or_else(self, other: ReadingOptions) -> ReadingOptions:
         """These options, with those of another where none is given. An encoding and units replace each other; units of

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._runtime.installation import load_libusb, optional
-from ..data.camera import Camera, lens_of
+from ..data.camera import Camera, lens_of, rigid_transform
 from ..data.frame import RGBDFrame
 from ..errors import InputError, told_as
 from .registration import RawPair, register
@@ -112,15 +112,12 @@ def pair_of(frames: Any, name: str = "realsense") -> RawPair:
         raise InputError(f"The camera delivered a frame without {'colour' if depth else 'depth'}. Try again.")
     values = np.asanyarray(depth.get_data()).astype(np.float32)
     motion = depth.profile.get_extrinsics_to(colour.profile)
-    depth_to_colour = np.eye(4)
-    depth_to_colour[:3, :3] = np.reshape(motion.rotation, (3, 3)).T  # column by column
-    depth_to_colour[:3, 3] = motion.translation
     return RawPair(
         np.asanyarray(colour.get_data()).copy(),
         values * np.float32(depth.get_units()),
         _camera(colour),
         _camera(depth),
-        depth_to_colour,
+        rigid_transform(np.reshape(motion.rotation, (3, 3)).T, motion.translation),  # it is column by column
         name,
     )
 

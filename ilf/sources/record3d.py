@@ -14,11 +14,12 @@ from numpy.typing import NDArray
 from .._runtime.files import FileContent, parse_json
 from .._runtime.formatting import as_float
 from .._runtime.installation import optional
+from .._runtime.memory import check_memory
 from ..data.camera import Camera, Cameras, fitted
 from ..errors import FormatError, InputError, told_as
-from ..io.images import check_pixel_count, image_header, read_colour
-from .poses import OPENGL_AXES, posed
+from ..io.images import image_header, read_colour
 from .recording import RecordedFrame, Recording, part_of
+from .trajectories import OPENGL_AXES, posed
 
 _DEPTH = re.compile(r"rgbd/(\d{1,9})\.depth")
 
@@ -99,7 +100,7 @@ class Record3D(Recording):
         size = self._metadata.get(width), self._metadata.get(height)
         if not (isinstance(size[0], int) and isinstance(size[1], int) and size[0] > 0 and size[1] > 0):
             raise FormatError(f"{self.path}: its metadata must have {width} and {height}, in pixels, not {size!r:.60}.")
-        check_pixel_count(self.path, size[0], size[1])
+        check_memory(self.path, size[0], size[1])
         return size[0], size[1]
 
     def _jpeg(self, key: str) -> FileContent:

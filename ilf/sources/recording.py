@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import hashlib
+import math
 import os
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any, ClassVar, Generic, TypeVar
 
@@ -27,23 +29,9 @@ Topics = tuple[str, str]
 T = TypeVar("T")
 
 
-@dataclass(frozen=True)
-class RecordingIndex:
-    """The list of a recording's frames.
-
-    Attributes
-    ----------
-    keys : tuple of str
-        One for each frame, in the order of time. A key alone identifies its frame.
-    times : tuple of float
-        Times of the frames' colour [s]; empty if not known.
-    notes : tuple of str
-        Notes for the user, a sentence each.
-    """
-
-    keys: tuple[str, ...]
-    times: tuple[float, ...] = ()
-    notes: tuple[str, ...] = ()
+RecordingIndex = tuple[tuple[str, ...], tuple[float, ...], tuple[str, ...]]
+"""The frames of a recording: a key for each, in the order of time, which alone identifies it; the times of their colour
+[s], empty if not known; and notes for the user, a sentence each."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -141,7 +129,7 @@ class Recording(ABC):
         topics : tuple of str, optional
             Topics of one of several cameras; None selects the most suitable one.
         """
-        return RecordingIndex(tuple(self.frames), self.times, self.notes)
+        return tuple(self.frames), self.times, self.notes
 
     def at(self, key: str) -> Any:
         """What `frames` has for a key; raises InputError if there is no such frame."""
@@ -170,7 +158,7 @@ class Recording(ABC):
 
     def unknown(self, key: str) -> InputError:
         """The error to raise for a key that no frame has."""
-        keys = self.index().keys
+        keys, *_ = self.index()
         there = f"It has {len(keys)}, from {keys[0]} to {keys[-1]}."
         return InputError(f"{self.path} has no frame {key!r:.60}. {there}{self.lack(key)}")
 
@@ -199,10 +187,7 @@ class PairedRecording(Recording):
 
 def sha256_of(*parts: bytes) -> str:
     """SHA-256 of concatenated bytes."""
-    digest = hashlib.sha256()
-    for part in parts:
-        digest.update(part)
-    return digest.hexdigest()
+    return hashlib.sha256(b"".join(parts)).hexdigest()
 
 
 def part_of(name: str, data: bytes) -> FileContent:
@@ -217,8 +202,8 @@ def confidence_beside(path: Path, shape: tuple[int, int]) -> NDArray[Any] | None
 
 # Pairing the images of two streams by their time stamps.
 
-_GAPS = (MAX_TIME_GAP_S, 0.2, 2.0, 10.0)
-"""Maximum time gaps [s] for finding a frame. Images paired with a smaller gap are also paired with a larger one."""
+_LARGEST_GAP_S = 10.0
+"""Maximum time difference [s] of a frame that is asked for by its key."""
 
 
 class TimedPairs(Generic[T]):
@@ -237,20 +222,22 @@ class TimedPairs(Generic[T]):
 
     def __init__(self, colours: Mapping[str, tuple[float, T]], depths: Mapping[str, tuple[float, T]]) -> None:
         self._colours, self._depths = colours, depths
-        self._paired: dict[float, dict[str, tuple[T, T]]] = {}
+
+    @cached_property
+    def _nearest(self) -> dict[str, tuple[float, str]]:
+        """Key -> time [s] from the colour to its depth, and the name of that, in the order of time. A limit of the time
+        leaves some out, and changes no other."""
+        pairs = associated(*self._timed(), math.inf)
+        return {colour: (abs(self._colours[colour][0] - self._depths[depth][0]), depth) for colour, depth in pairs}
 
     def paired(self, max_gap: float) -> dict[str, tuple[T, T]]:
         """Key -> colour and depth whose times differ by at most `max_gap` [s], in the order of time."""
-        known = self._paired.get(max_gap)
-        if known is None:
-            pairs = associated(*self._timed(), max_gap)
-            known = {colour: (self._colours[colour][1], self._depths[depth][1]) for colour, depth in pairs}
-            self._paired[max_gap] = known
-        return known
+        return {key: pair for key in self._nearest if (pair := self.find(key, max_gap))}
 
-    def find(self, key: str) -> tuple[T, T] | None:
-        """Colour and depth for a key, with any gap of `_GAPS`; None if there are none."""
-        return next((pairs[key] for gap in _GAPS if key in (pairs := self.paired(gap))), None)
+    def find(self, key: str, max_gap: float = _LARGEST_GAP_S) -> tuple[T, T] | None:
+        """Colour and depth for a key; None if there are none."""
+        apart, depth = self._nearest.get(key, (math.inf, ""))
+        return (self._colours[key][1], self._depths[depth][1]) if apart <= max_gap else None
 
     def lack(self, key: str) -> str:
         """As `Recording.lack`."""
@@ -270,7 +257,7 @@ class TimedPairs(Generic[T]):
             for what, count in unmatched
             if count
         )
-        return RecordingIndex(tuple(pairs), tuple(self._colours[key][0] for key in pairs), notes)
+        return tuple(pairs), tuple(self._colours[key][0] for key in pairs), notes
 
     def _timed(self) -> tuple[list[tuple[float, str]], list[tuple[float, str]]]:
         """Times [s] and names of colours and depths."""

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
-from typing import Any
 
 import cv2
 import numpy as np
@@ -305,18 +304,12 @@ class _SampleGrid:
         columns, rows = places_in_image(camera, self.matrix, size)
         x, y = (np.arange(size[0]) + 0.5) / fx + left, (np.arange(size[1]) + 0.5) / fy + top
         folded = np.hypot(x[None], y[:, None]) > max_ray_tangent(camera)
-        seen = _inside(columns, rows, camera) & ~folded
+        seen = camera.has(columns, rows) & ~folded
         columns[~seen] = -2.0
         self.columns, self.rows, self.seen = read_only(columns), read_only(rows), read_only(seen.astype(np.uint8))
 
 
 _sample_grid = lru_cache(maxsize=2)(_SampleGrid)
-
-
-def _inside(columns: NDArray[Any], rows: NDArray[Any], camera: Camera) -> NDArray[np.bool_]:
-    """Whether positions [px] lie in the images of a camera."""
-    height, width = camera.shape
-    return (columns >= -0.5) & (columns < width - 0.5) & (rows >= -0.5) & (rows < height - 0.5)
 
 
 def _check_size(what: str, size: tuple[int, int]) -> None:
@@ -342,7 +335,7 @@ def _extent(camera: Camera) -> tuple[float, float, float, float]:
     line = np.linspace(-reach, reach, _LENS_STEPS)
     x, y = (plane.ravel() for plane in np.meshgrid(line, line))
     columns, rows = seen_at(camera, np.stack([x, y], axis=1)).T
-    inside = _inside(columns, rows, camera) & (np.hypot(x, y) <= reach)
+    inside = camera.has(columns, rows) & (np.hypot(x, y) <= reach)
     step = line[1] - line[0]
     if not inside.any():
         return *sides, *ends

@@ -8,7 +8,7 @@ import weakref
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 from itertools import islice, takewhile
 from pathlib import Path
 from typing import Any
@@ -20,19 +20,10 @@ from .._runtime.installation import optional
 from ..data.camera import FISHEYE, Cameras
 from ..errors import FormatError, InputError, told_as
 from ..io.mcap import EndedMcap, whole_size
-from .packed import unpacked, unpacking_command
-from .recording import (
-    RecordedFrame,
-    Recording,
-    RecordingIndex,
-    TimedPairs,
-    Topics,
-    sha256_of,
-    stamped,
-)
+from .copies import unpacked, unpacking_command
+from .recording import RecordedFrame, Recording, RecordingIndex, TimedPairs, Topics, sha256_of, stamped
 from .ros_messages import (
-    COMPRESSED,
-    IMAGE,
+    IMAGES,
     INFO,
     TRANSFORM,
     TRANSFORMS,
@@ -161,11 +152,10 @@ def select_topics(topics: Sequence[ImageTopic], wanted: Topics | None) -> tuple[
         If there is none, or the wanted topics are missing; the message lists the available ones.
     """
     if wanted is not None:
-        found = [next((topic for topic in topics if topic.name == name), None) for name in wanted]
-        if found[0] is None or found[1] is None:
-            missing = " and ".join(name for name, topic in zip(wanted, found, strict=True) if topic is None)
+        known = {topic.name: topic for topic in topics}
+        if missing := " and ".join(name for name in wanted if name not in known):
             raise InputError(f"has no images of the topic {missing}. {_topic_list(topics)}")
-        return CameraTopics(found[0], found[1]), ""
+        return CameraTopics(*(known[name] for name in wanted)), ""
     readable = [topic for topic in topics if not topic.problem]
     colours = [topic for topic in readable if topic.is_colour] or [topic for topic in readable if not topic.is_depth]
     cameras = [CameraTopics(colour, depth) for colour in colours for depth in readable if depth.is_depth]
@@ -200,7 +190,6 @@ _PACKED = tuple(suffix + packed for suffix in _STORAGE for packed in (".zstd", "
 """Extensions of the files of `ros2 bag record --compression-mode file`."""
 _ZSTD = b"\x28\xb5\x2f\xfd"
 """The first bytes of what zstd has compressed."""
-_IMAGES = (IMAGE, COMPRESSED)
 _PICTURES = re.compile("Image|Packet|Video|Cloud")
 """Types of messages that may have depth."""
 _MAX_TRANSFORMS = 2000
@@ -248,10 +237,8 @@ class RosBag(Recording):
                 raise
             told = f"{path} is not indexed: it was not closed properly. Run: rosbag reindex {path}"
             raise FormatError(told) from error
-        self._first_messages: dict[str, Any] = {}
-        self._stamps: dict[str, dict[int, int]] = {}
-        self._paired: dict[Topics, TimedPairs[int]] = {}
-        self._cameras: dict[Topics, Cameras] = {}
+        self._first, self._stamped = cache(self._first_message), cache(self._stamps_of)
+        self._pairs, self._known_cameras = cache(self._pairs_of), cache(self._cameras_of)
 
     @classmethod
     def fits(cls, path: Path) -> bool:
@@ -268,14 +255,14 @@ class RosBag(Recording):
 
     def index(self, max_gap: float = MAX_TIME_GAP_S, topics: Topics | None = None) -> RecordingIndex:
         camera, note = self._camera(topics)
-        found = self._pairs(camera).index(max_gap, self.path)
+        keys, times, left_out = self._pairs(camera).index(max_gap, self.path)
         before = "" if topics is None else f"{'+'.join(topics)}/"
         cut = f"{self.path} has no end: its recording was cut off. It is read up to its last whole record."
         commands = " && ".join(map(unpacking_command, self._packed))
         packed = f"{self.path} is unpacked whenever it is opened. To open it faster, unpack it for good: {commands}"
         said = (cut, self._is_cut), (packed, self._packed), (note, note)
-        notes = (*(text for text, is_so in said if is_so), *found.notes)
-        return RecordingIndex(tuple(before + key for key in found.keys), found.times, notes)
+        notes = (*(text for text, is_so in said if is_so), *left_out)
+        return tuple(before + key for key in keys), times, notes
 
     def at(self, key: str) -> tuple[CameraTopics, tuple[int, int]]:
         """The camera of a frame, and the time stamps [ns] of its colour and depth."""
@@ -303,10 +290,8 @@ class RosBag(Recording):
 
     def cameras(self, key: str) -> Cameras:
         topics, _ = self.at(key)
-        if topics.names not in self._cameras:
-            with told_as(FormatError, f"{self.path}: {{error}}", FormatError):
-                self._cameras[topics.names] = self._cameras_of(topics)
-        return self._cameras[topics.names]
+        with told_as(FormatError, f"{self.path}: {{error}}", FormatError):
+            return self._known_cameras(topics)
 
     def _cameras_of(self, topics: CameraTopics) -> Cameras:
         colour, depth = topics.colour, topics.depth
@@ -379,18 +364,18 @@ class RosBag(Recording):
         others = {
             f"{one.topic} ({one.msgtype})"
             for one in self._reader.connections
-            if says_depth(one.topic) and one.msgtype not in _IMAGES and _PICTURES.search(one.msgtype)
+            if says_depth(one.topic) and one.msgtype not in IMAGES and _PICTURES.search(one.msgtype)
         }
         return f" Messages of other types are not read: {', '.join(sorted(others))}." if others else ""
 
     @cached_property
     def _image_topics(self) -> list[ImageTopic]:
-        names = sorted({one.topic for one in self._reader.connections if one.msgtype in _IMAGES})
+        names = sorted({one.topic for one in self._reader.connections if one.msgtype in IMAGES})
         return [topic for name in names if (topic := self._image_topic(name)) is not None]
 
     def _image_topic(self, name: str) -> ImageTopic | None:
         """An image topic, described by its first image; None if it has none of a known type."""
-        first = self._first(name, *_IMAGES)
+        first = self._first(name, *IMAGES)
         if first is None:
             return None
         depth, size, problem = is_depth(first, name), (0, 0), ""
@@ -406,9 +391,9 @@ class RosBag(Recording):
         # in bags of ROS 1, the RealSense library gives all of its streams the same coordinate frame
         stream = None if self._reader.is2 else realsense_stream(name)
         frame_id = first.header.frame_id.strip("/") if stream is None else stream
-        count = sum(one.msgcount for one in self._connections(name, *_IMAGES))
-        is_kept = is_lossless(first)
-        return ImageTopic(name, depth, not depth and is_colour(first), frame_id, size, count, is_kept, problem)
+        count = sum(one.msgcount for one in self._connections(name, *IMAGES))
+        has_colour, is_kept = not depth and is_colour(first), is_lossless(first)
+        return ImageTopic(name, depth, has_colour, frame_id, size, count, is_kept, problem)
 
     def _info(self, topic: ImageTopic) -> Any:
         """The calibration of a topic's camera; None if there is none."""
@@ -422,20 +407,16 @@ class RosBag(Recording):
         colour, plus, depth = names.partition("+")
         return self._camera((colour, depth) if plus else None)[0], stamp
 
-    def _pairs(self, camera: CameraTopics) -> TimedPairs[int]:
-        if camera.names not in self._paired:
-            topics = camera.colour, camera.depth
-            self._paired[camera.names] = TimedPairs(*(stamped(self._stamped(topic), 10**9) for topic in topics))
-        return self._paired[camera.names]
+    def _pairs_of(self, camera: CameraTopics) -> TimedPairs[int]:
+        return TimedPairs(*(stamped(self._stamped(topic), 10**9) for topic in (camera.colour, camera.depth)))
 
-    def _stamped(self, topic: ImageTopic) -> dict[int, int]:
+    def _stamps_of(self, topic: ImageTopic) -> dict[int, int]:
         """Time stamps in the headers [ns] -> times in the recording [ns], by which messages are found; for images
         without a stamp, the latter."""
-        if topic.name not in self._stamps:
-            known = self._stamps[topic.name] = {}
-            for _, time, raw in self._raw(self._connections(topic.name, *_IMAGES)):
-                known.setdefault(self._stamp(raw) or time, time)
-        return self._stamps[topic.name]
+        known: dict[int, int] = {}
+        for _, time, raw in self._raw(self._connections(topic.name, *IMAGES)):
+            known.setdefault(self._stamp(raw) or time, time)
+        return known
 
     def _stamp(self, raw: bytes) -> int:
         """The time stamp [ns] in a message's header."""
@@ -447,17 +428,15 @@ class RosBag(Recording):
 
     def _message(self, topic: ImageTopic, stamp: int) -> tuple[Any, str]:
         """A topic's message with a time stamp, and the SHA-256 of its bytes."""
-        time, connections = self._stamped(topic)[stamp], self._connections(topic.name, *_IMAGES)
+        time, connections = self._stamped(topic)[stamp], self._connections(topic.name, *IMAGES)
         for connection, received, raw in self._raw(connections, time, time + 1):
             if stamp in {self._stamp(raw), received}:
                 return self._reader.deserialize(raw, connection.msgtype), sha256_of(raw)
         raise FormatError(f"{self.path}: an image of {topic.name} in the index is missing. The recording is damaged.")
 
-    def _first(self, name: str, *kinds: str) -> Any:
+    def _first_message(self, name: str, *kinds: str) -> Any:
         """The first message of a topic; None if there is none."""
-        if name not in self._first_messages:
-            self._first_messages[name] = next(self._messages(name, *kinds), None)
-        return self._first_messages[name]
+        return next(self._messages(name, *kinds), None)
 
     def _messages(self, name: str, *kinds: str) -> Iterator[Any]:
         """All messages of a topic."""

@@ -13,14 +13,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._runtime.files import FileContent
-from ..data.camera import Camera, fitted, lens_of
+from .._runtime.memory import check_memory
+from ..data.camera import Camera, fitted, lens_of, rigid_transform
 from ..errors import FormatError, InputError, told_as
 from ..io.depth import checked_depth_values, default_depth_units, eight_bit_error
-from ..io.images import check_pixel_count, image_header, read_colour, read_image
+from ..io.images import image_header, read_colour, read_image
 from ..io.rvl import read_rvl, rvl_size
-from .poses import turned_and_moved
+from .trajectories import turned_and_moved
 
-IMAGE, COMPRESSED = "sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage"
+IMAGES = "sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage"
 
 _GREY = ("mono8", "8UC1")
 
@@ -167,7 +168,7 @@ def _pixels(message: Any, path: Path) -> NDArray[Any]:
         raise FormatError(f"{path}: images in {message.encoding!r:.40} are not supported; those in {known} are.")
     kind, channels = _LAYOUTS[message.encoding]
     height, width, step = message.height, message.width, message.step
-    check_pixel_count(path, width, height)
+    check_memory(path, width, height)
     dtype = np.dtype(kind).newbyteorder(">" if message.is_bigendian else "<")
     row = width * channels * dtype.itemsize
     if dtype.itemsize > 1 and step == width * channels and len(message.data) == height * step:
@@ -234,11 +235,7 @@ def transform_matrix(transform: Any) -> NDArray[np.float64]:
 def extrinsics_matrix(message: Any) -> NDArray[np.float64] | None:
     """The matrix, float64 (4, 4), of the Extrinsics of RealSense's driver, whose rotation is column by column; None if
     there is no message."""
-    if message is None:
-        return None
-    found = np.eye(4)
-    found[:3, :3], found[:3, 3] = np.reshape(message.rotation, (3, 3)).T, message.translation
-    return found
+    return None if message is None else rigid_transform(np.reshape(message.rotation, (3, 3)).T, message.translation)
 
 
 def transform_between(transforms: Iterable[Any], start: str, end: str) -> NDArray[np.float64] | None:

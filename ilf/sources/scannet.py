@@ -4,34 +4,23 @@ from __future__ import annotations
 
 import struct
 import zlib
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .._runtime.files import open_file
+from .._runtime.memory import check_memory
 from ..data.camera import Camera, Cameras
 from ..errors import FormatError, InputError, told_as
-from ..io.images import check_pixel_count, read_colour
-from .poses import checked_pose
+from ..io.images import read_colour
 from .recording import RecordedFrame, Recording, part_of, sha256_of
+from .trajectories import checked_pose
 
 _VERSION = 4
 _MATRIX, _HEADER, _FRAME = struct.Struct("<16f"), struct.Struct("<2i4IfQ"), struct.Struct("<16f4Q")
 _JPEG_OR_PNG = 1, 2
 _PLAIN, _ZLIB = 0, 1
-
-
-@dataclass(frozen=True)
-class _FramePosition:
-    """Position of a frame in the file, with its pose and the time of its colour."""
-
-    start: int
-    colour_bytes: int
-    depth_bytes: int
-    pose: tuple[float, ...]
-    time: int
 
 
 class ScanNet(Recording):
@@ -46,16 +35,16 @@ class ScanNet(Recording):
         self._file = open_file(path)
         self._count = self._read_header()
         self.frames = {str(number): place for number, place in enumerate(self._read_positions())}
-        times = tuple(place.time * 1e-6 for place in self.frames.values())
+        times = tuple(time * 1e-6 for *_, time, _ in self.frames.values())
         self.times = times if any(times) else ()
 
     def close(self) -> None:
         self._file.close()
 
     def frame(self, key: str) -> RecordedFrame:
-        place = self.at(key)
-        colour = self._bytes(place.start, place.colour_bytes)
-        depth = self._bytes(place.start + place.colour_bytes, place.depth_bytes)
+        start, colour_bytes, depth_bytes, time, _ = self.at(key)
+        colour = self._bytes(start, colour_bytes)
+        depth = self._bytes(start + colour_bytes, depth_bytes)
         values = np.frombuffer(self._unpacked(depth, key), "<u2").astype(np.uint16)
         return RecordedFrame(
             self._decoded(colour, key),
@@ -63,12 +52,12 @@ class ScanNet(Recording):
             sha256_of(colour),
             sha256_of(depth),
             float(self._units),
-            time=place.time * 1e-6 if place.time else None,
+            time=time * 1e-6 if time else None,
         )
 
     def colour(self, key: str) -> NDArray[np.uint8]:
-        place = self.at(key)
-        return self._decoded(self._bytes(place.start, place.colour_bytes), key)
+        start, colour_bytes, *_ = self.at(key)
+        return self._decoded(self._bytes(start, colour_bytes), key)
 
     def cameras(self, key: str) -> Cameras:
         with told_as(FormatError, f"{self.path}: its cameras are invalid ({{error}})", InputError):
@@ -84,7 +73,7 @@ class ScanNet(Recording):
         return Cameras(colour, depth, motion)
 
     def pose(self, key: str) -> NDArray[np.float64] | None:
-        return checked_pose(np.array(self.at(key).pose).reshape(4, 4))
+        return checked_pose(np.reshape(self.at(key)[-1], (4, 4)))
 
     def _read_header(self) -> int:
         """Read the header; returns the number of frames."""
@@ -96,7 +85,7 @@ class ScanNet(Recording):
         colour_kind, self._depth_kind, *sizes, self._units, count = _HEADER.unpack(self._file.read(_HEADER.size))
         self._colour_size, self._depth_size = (sizes[0], sizes[1]), (sizes[2], sizes[3])
         for size in (self._colour_size, self._depth_size):
-            check_pixel_count(self.path, *size)
+            check_memory(self.path, *size)
         colour_camera, colour_place, depth_camera, depth_place = (matrix.reshape(4, 4) for matrix in matrices)
         self._intrinsics, self._extrinsics = (colour_camera, depth_camera), (colour_place, depth_place)
         if colour_kind not in _JPEG_OR_PNG or self._depth_kind not in {_PLAIN, _ZLIB}:
@@ -106,10 +95,11 @@ class ScanNet(Recording):
             raise FormatError(f"{self.path} is damaged: {count} frames, {self._units:g} units, sizes {sizes}.")
         return int(count)
 
-    def _read_positions(self) -> list[_FramePosition]:
-        """Read the positions of the frames, without their images."""
+    def _read_positions(self) -> list[tuple[int, int, int, int, list[float]]]:
+        """Where the images of each frame begin, the sizes of colour and depth [bytes], the time of colour, and the
+        pose."""
         end = self.path.stat().st_size
-        places: list[_FramePosition] = []
+        places: list[tuple[int, int, int, int, list[float]]] = []
         at = self._file.tell()
         while len(places) < self._count:
             self._file.seek(at)
@@ -118,7 +108,7 @@ class ScanNet(Recording):
             at = start + colour_bytes + depth_bytes
             if at > end:
                 raise FormatError(f"{self.path} ends within frame {len(places)} of {self._count}. Copy it again.")
-            places.append(_FramePosition(start, colour_bytes, depth_bytes, tuple(pose), time))
+            places.append((start, colour_bytes, depth_bytes, time, pose))
         return places
 
     def _bytes(self, start: int, count: int) -> bytes:

@@ -28,7 +28,7 @@ from ..errors import FormatError, InputError, cause, told_as
 from ..io.depth import read_depth_values
 from ..io.images import read_colour
 from .own_results import SHARDS_FILE, is_shards
-from .recording import RecordedFrame, Recording, sha256_of
+from .recording import RecordedFrame, Recording, part_of, sha256_of
 
 # The folder: shards.json, the frozen list of frames, and a tar and a table for each shard.
 
@@ -256,16 +256,16 @@ class Shards(Recording):
             if sum(one.nbytes for one in tables) > memory_limit():
                 raise FormatError(f"{path}: its tables need more memory than is allowed. Raise ILF_MEMORY (GB).")
         self._names, self._starts = names, list(np.cumsum([0, *map(len, tables)])[:-1])
-        self._table = pyarrow.concat_tables(tables) if tables else None
-        self.frames = {} if self._table is None else {key: i for i, key in enumerate(self._table["key"].to_pylist())}
+        if not any(map(len, tables)):
+            raise InputError(f"{path} has no completed frames yet. Run its batch first; `ilf info` lists its state.")
+        self._table = pyarrow.concat_tables(tables)
+        self.frames = {key: number for number, key in enumerate(self._table["key"].to_pylist())}
         parameters = shards.settings.get("parameters")
         self.mode = str(parameters.get("mode", "")) if isinstance(parameters, dict) else ""
         if left := shards.frames - sum(map(len, tables)):
             self.notes = (f"Left out, because they have failed or are not done: {left} of the batch's frames.",)
         self._last: tuple[str, dict[str, bytes]] = ("", {})
-        if not self.frames:
-            raise InputError(f"{path} has no completed frames yet. Run its batch first; `ilf info` lists its state.")
-        times = self._table["time_s"].to_pylist()  # type: ignore[index]
+        times = self._table["time_s"].to_pylist()
         self.times = () if None in times else tuple(times)
 
     @classmethod
@@ -288,7 +288,8 @@ class Shards(Recording):
     def file(self, key: str, name: str) -> FileContent | None:
         """A file of a frame in its tar, by the ending of its name; None if it was not kept."""
         data = self._files(key).get(name)
-        return None if data is None else FileContent(self._path_of(key, name), np.frombuffer(data, np.uint8))
+        # the name is for messages, and for its format
+        return None if data is None else part_of(f"{self.path / self._tar(key)}/{key.replace('/', '_')}.{name}", data)
 
     def colour(self, key: str) -> NDArray[np.uint8]:
         if (kept := self.file(key, COLOUR)) is not None:
@@ -299,7 +300,7 @@ class Shards(Recording):
             raise InputError(f"{self.path} has no colour of {key}, which was not a file as it is. {remedy}")
         try:
             place = named_in(row["rgb"], str(self._folder), row["rgb_sha256"])
-            file = _remote_file(place) if is_address(place) else read_file(place)
+            file = part_of(place, RemoteFiles(place).read()) if is_address(place) else read_file(place)
         except NotAllowed:
             raise
         except InputError as error:
@@ -319,7 +320,7 @@ class Shards(Recording):
         return None if pose is None else checked_transform(pose, "pose")
 
     def _row(self, key: str) -> dict[str, Any]:
-        row: dict[str, Any] = self._table.slice(self.at(key), 1).to_pylist()[0]  # type: ignore[union-attr]
+        row: dict[str, Any] = self._table.slice(self.at(key), 1).to_pylist()[0]
         return row
 
     def _tar(self, key: str) -> str:
@@ -351,11 +352,3 @@ class Shards(Recording):
         file = self._required(key, FACTS)
         facts = parse_json(file.data.tobytes(), file, "Check the shards by `ilf batch --verify`.")
         return Section(str(file), facts if isinstance(facts, dict) else {})
-
-    def _path_of(self, key: str, name: str) -> Path:
-        """A name of a file in a tar, for messages and for its format."""
-        return self.path / self._tar(key) / f"{key.replace('/', '_')}.{name}"
-
-
-def _remote_file(address: str) -> FileContent:
-    return FileContent(Path(address), np.frombuffer(RemoteFiles(address).read(), np.uint8))

@@ -20,6 +20,7 @@ from ..data.guide import Gives
 from ..errors import InputError, PathKind, check_kind
 from ..io.cameras import IntrinsicsSpec, depth_place, frame_camera, intrinsics_from
 from ..io.encodings import EncodingSpec
+from .copies import copied
 from .frame_folder import frame_folder
 from .frame_ref import FrameRef
 from .image_pair import pose_of_files
@@ -30,7 +31,6 @@ from .reading import files_of, read_frame, read_raw_pair
 from .reading_options import AS_STATED, ReadingOptions
 from .recording import Topics
 from .registration import RawPair
-from .remote import copied
 from .times import MAX_TIME_GAP_S
 
 _ONE_CAMERA_NOTE = "Where the two cameras are is not known: both count as one, and edges may lie some pixels apart."
@@ -292,8 +292,10 @@ def _by_key(root: Path | Address, sources: Sequence[FrameRef]) -> dict[str, Fram
         if source.frame is not None:
             found[source.frame] = source
             continue
-        files = (_below(root, file).as_posix() for file in (source.rgb, source.depth or source.rgb))
-        key = next((name for name in (_key(root, source), *files) if name not in found), None)
+        rgb, depth = (_below(root, file) for file in (source.rgb, source.depth or source.rgb))
+        stem = rgb.with_suffix("") if source.depth is not None and rgb.name else rgb  # lists may name the folder itself
+        names = (root.name if stem == Path(".") else stem.as_posix()), rgb.as_posix(), depth.as_posix()
+        key = next((name for name in names if name not in found), None)
         if key is None:
             raise InputError(f"{root} has {source.name} twice, with the same depth file. Leave one of them out.")
         found[key] = source
@@ -303,10 +305,3 @@ def _by_key(root: Path | Address, sources: Sequence[FrameRef]) -> dict[str, Fram
 def _below(root: Path | Address, path: str) -> Path:
     """A path relative to that of the source."""
     return Path(path[len(root) + 1 :] if isinstance(root, Address) else os.path.relpath(path, root))
-
-
-def _key(root: Path | Address, source: FrameRef) -> str:
-    path = _below(root, source.rgb)
-    if source.depth is not None and path.name:  # damaged lists may name the folder itself
-        path = path.with_suffix("")
-    return root.name if path == Path(".") else path.as_posix()

@@ -17,13 +17,13 @@ from numpy.typing import NDArray
 
 from .._runtime.files import read_file
 from .._runtime.installation import optional
+from .._runtime.memory import check_memory
 from ..data.camera import Cameras, camera_from_numbers
 from ..errors import FormatError, InputError, told_as
 from ..io.depth import read_depth_values
-from ..io.images import check_pixel_count
 from .naming import by_stem
-from .poses import posed
 from .recording import RecordedFrame, Recording, confidence_beside
+from .trajectories import posed
 
 # Reading frames of a video by their numbers.
 
@@ -56,7 +56,7 @@ class Video:
         if self._stream.codec_context is None:
             raise FormatError(f"{path}: its video codec is unknown. Copy it again.")
         self.size: tuple[int, int] = self._stream.codec_context.width, self._stream.codec_context.height
-        check_pixel_count(path, *self.size)
+        check_memory(path, *self.size)
         self._decoding: Iterator[tuple[Any, str]] | None = None
         self._next = 0
 
@@ -118,52 +118,51 @@ class StrayScanner(Recording):
         super().__init__(path)
         with os.scandir(path / _DEPTH) as entries:
             files = by_stem(Path(entry.path) for entry in entries if entry.name.endswith(_SUFFIXES))
-        self.frames = {key: file for key, file in files.items() if key.isdecimal() and len(key) < 10}
+        numbered, rows = (key for key in files if key.isdecimal() and len(key) < 10), self._odometry()
+        self.frames = {key: (files[key], rows.get(int(key), {})) for key in numbered}
         if not self.frames:
             raise InputError(f"{path / _DEPTH} has no images with frame numbers as names. Export the recording again.")
-        self._rows = self._odometry()
-        times = [self._rows.get(int(key), {}).get("timestamp", math.nan) for key in self.frames]
+        times = [row.get("timestamp", math.nan) for _, row in self.frames.values()]
         self.times = tuple(times) if np.isfinite(times).all() else ()
-        self._video: Video | None = None
+        self._video = Video(path / _VIDEO)
 
     @classmethod
     def fits(cls, path: Path) -> bool:
         return (path / _VIDEO).is_file() and (path / _DEPTH).is_dir()
 
     def close(self) -> None:
-        if self._video is not None:
-            self._video.close()
-            self._video = None
+        self._video.close()
 
     def frame(self, key: str) -> RecordedFrame:
-        depth = read_file(self.at(key))
+        file, row = self.at(key)
+        depth = read_file(file)
         values = read_depth_values(depth)
-        rgb, sha256 = self._open_video().frame(int(key))
+        rgb, sha256 = self._video.frame(int(key))
         return RecordedFrame(
             rgb,
             values,
             sha256,
             depth.sha256,
             "mm",
-            time=self._rows.get(int(key), {}).get("timestamp"),
+            time=row.get("timestamp"),
             confidence=confidence_beside(self.path / _CONFIDENCE / f"{key}.png", values.shape),
         )
 
     def colour(self, key: str) -> NDArray[np.uint8]:
         self.at(key)
-        return self._open_video().frame(int(key))[0]
+        return self._video.frame(int(key))[0]
 
     def cameras(self, key: str) -> Cameras:
-        path, video = self.path / _CAMERA, self._open_video()
-        height, width = read_depth_values(self.at(key)).shape
+        path = self.path / _CAMERA
+        height, width = read_depth_values(self.at(key)[0]).shape
         told = f"{path} must contain a camera matrix, three lines of three numbers ({{error}})."
         with told_as(FormatError, told, (ValueError, InputError, csv.Error)):
             numbers = np.array(list(csv.reader(_lines(path))), float)
-            stated = replace(camera_from_numbers(numbers, ""), size=video.size)
+            stated = replace(camera_from_numbers(numbers, ""), size=self._video.size)
             return Cameras.of_one_view(stated, (width, height))
 
     def pose(self, key: str) -> NDArray[np.float64] | None:
-        row = self._rows.get(int(self.at(key).stem), {})
+        _, row = self.at(key)
         numbers = [row.get(name, math.nan) for name in ("qx", "qy", "qz", "qw", "x", "y", "z")]
         return posed(numbers[:4], numbers[4:])
 
@@ -177,11 +176,6 @@ class StrayScanner(Recording):
             reader = csv.DictReader(_lines(path), skipinitialspace=True)
             rows = [{str(name).strip(): float(value) for name, value in row.items()} for row in reader]
             return {int(row["frame"]): row for row in rows}
-
-    def _open_video(self) -> Video:
-        if self._video is None:
-            self._video = Video(self.path / _VIDEO)
-        return self._video
 
 
 def _lines(path: Path) -> list[str]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, Generic, NamedTuple, TypeVar
+from typing import Any, Generic, TypeVar
 
 import cv2
 import numpy as np
@@ -31,29 +31,13 @@ a video it is 0.7 to 0.95, after a turn by 30 degrees 0.37, between pictures of 
 # Offsets between frames, on the reduced grid.
 
 
-class Reduced(NamedTuple):
-    """Brightness of a frame for flow.
-
-    Attributes
-    ----------
-    grey : ndarray of uint8, shape (h, w)
-        Reduced, and padded to the minimum size for flow.
-    size : tuple of int
-        Height and width [px] without padding.
-    """
-
-    grey: NDArray[np.uint8]
-    size: tuple[int, int]
-
-    @classmethod
-    def of(cls, frame: RGBDFrame) -> Reduced:
-        """Brightness of a frame."""
-        grey = cv2.cvtColor(frame.edge_rgb, cv2.COLOR_RGB2GRAY)
-        height, width = grey.shape
-        scale = min(1.0, _REDUCED / max(height, width))
-        size = max(1, round(scale * width)), max(1, round(scale * height))
-        reduced = cv2.resize(grey, size, interpolation=cv2.INTER_AREA) if scale < 1 else grey
-        return cls(padded_for_flow(reduced), size[::-1])
+def reduced_grey(frame: RGBDFrame) -> NDArray[np.uint8]:
+    """Brightness of a frame for flow, reduced."""
+    grey = cv2.cvtColor(frame.edge_rgb, cv2.COLOR_RGB2GRAY)
+    height, width = grey.shape
+    scale = min(1.0, _REDUCED / max(height, width))
+    size = max(1, round(scale * width)), max(1, round(scale * height))
+    return np.asarray(cv2.resize(grey, size, interpolation=cv2.INTER_AREA) if scale < 1 else grey, np.uint8)
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,13 +64,13 @@ class Offsets:
         return cls(np.zeros((*size, 2), np.float32), np.ones(size, bool), shape)
 
     @classmethod
-    def between(cls, current: Reduced, earlier: Reduced, shape: tuple[int, int]) -> Offsets | None:
-        """By optical flow; None if the two show different scenes."""
-        flow, agrees = flow_between(current.grey, earlier.grey)
-        height, width = current.size
+    def between(cls, current: NDArray[np.uint8], earlier: NDArray[np.uint8], shape: tuple[int, int]) -> Offsets | None:
+        """By optical flow of two frames' reduced brightness; None if the two show different scenes."""
+        flow, agrees = flow_between(*map(padded_for_flow, (current, earlier)))
+        height, width = current.shape
         found = cls(flow[:height, :width], agrees[:height, :width], shape)
-        moved = cv2.remap(earlier.grey, *found._positions, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
-        change = current.grey[:height, :width].astype(np.float32) - moved
+        moved = cv2.remap(earlier, *found._positions, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+        change = current.astype(np.float32) - moved
         seen = found.seen & found._inside() & (np.abs(change - np.median(change)) <= _ALIKE)
         return None if np.count_nonzero(seen) < _LEAST_SEEN * seen.size else cls(found.reduced, seen, shape)
 

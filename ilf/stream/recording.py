@@ -13,7 +13,7 @@ from ..errors import ExportError, InputError
 from ..io.depth import write_depth
 from ..io.rosbags import DepthRecorder, StampedDepth
 from ..run.options import ERROR_FILES
-from ..sources.frame_writing import write_frame
+from ..sources.frame_folder import write_frame
 
 MCAP = ".mcap"
 

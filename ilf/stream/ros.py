@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ..data.camera import Camera
 from ..data.frame import RGBDFrame
 from ..io.depth import depth_in_metres
-from ..io.rosbags import encoded_depth
+from ..io.rosbags import encoded_depth, image_fields
 from ..sources.ros_messages import colour_of, depth_of
 
 _MESSAGE = Path("message")
@@ -67,13 +67,5 @@ def depth_fields(depth: NDArray[np.float32], encoding: str = "32FC1") -> dict[st
     >>> fields["step"], np.frombuffer(fields["data"], "<u2").tolist()
     (4, [1500, 0])
     """
-    values = encoded_depth(depth, encoding)
-    height, width = values.shape
-    return {
-        "height": height,
-        "width": width,
-        "encoding": encoding,
-        "is_bigendian": 0,
-        "step": width * values.itemsize,
-        "data": values.tobytes(),
-    }
+    fields = image_fields(encoded_depth(depth, encoding), encoding)
+    return fields | {"data": fields["data"].tobytes()}

@@ -12,7 +12,7 @@ from collections.abc import Callable, Generator, Iterable
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import closing
 from dataclasses import dataclass, replace
-from typing import ParamSpec, Self, TypeVar
+from typing import ParamSpec, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,7 +34,7 @@ from ..errors import InputError
 from ..run.run import Run
 from ..segmentation.edges.frame_edges import FrameEdges
 from ..segmentation.extraction import clear_stage_cache, found_blocks
-from .carrying import Carried, Offsets, Reduced, carry_depth, drop_contradicted
+from .carrying import Carried, Offsets, carry_depth, drop_contradicted, reduced_grey
 from .pacing import latest_of
 
 Array = NDArray[np.float32]
@@ -75,28 +75,17 @@ class Surroundings:
     edges: FrameEdges | None
     notes: tuple[str, ...]
 
-    @classmethod
-    def of(cls, frame: RGBDFrame, parameters: Parameters, extraction: BlockParameters) -> Self:
-        """Extract blocks and find edges."""
-        blocks = found_blocks(frame, extraction)
-        clear_stage_cache(frame)
-        return cls(blocks.labels, edges_for(frame, parameters, extraction), blocks.notes)
+
+Change = tuple[Array | None, tuple[str, ...]]
+"""Change of log depth by the correction networks, (H, W), and notes; None with a note on why there is none."""
 
 
-@dataclass(frozen=True, eq=False)
-class Change:
-    """Change of log depth by the correction networks, float32 (H, W); None with a note on why there is none."""
-
-    values: Array | None
-    notes: tuple[str, ...] = ()
-
-    @classmethod
-    def of(cls, frame: RGBDFrame, completed: Array, edges: FrameEdges) -> Self:
-        """Run the correction networks on a frame's completed depth [m]."""
-        try:
-            return cls(unapplied_change(frame, completed, edges))
-        except InputError as error:
-            return cls(None, (f"Depth is not corrected: {error}",))
+def change_of(frame: RGBDFrame, completed: Array, edges: FrameEdges) -> Change:
+    """Run the correction networks on a frame's completed depth [m]."""
+    try:
+        return unapplied_change(frame, completed, edges), ()
+    except InputError as error:
+        return None, (f"Depth is not corrected: {error}",)
 
 
 class Scene:
@@ -132,7 +121,7 @@ class Scene:
 
     def __init__(self, frame: RGBDFrame, surroundings: Surroundings) -> None:
         self.frame = frame
-        self._reduced = Reduced.of(frame)
+        self._grey = reduced_grey(frame)
         self.surroundings = self.of_this_frame(surroundings)
         self.age = 0
         self.change: Carried[Change] | None = None
@@ -145,14 +134,14 @@ class Scene:
 
     def of_this_frame(self, value: T) -> Carried[T]:
         """Something found in the current frame."""
-        return Carried(value, Offsets.none(self.frame.shape, self._reduced.size))
+        return Carried(value, Offsets.none(self.frame.shape, self._grey.shape))
 
     def advance(self, frame: RGBDFrame) -> bool:
         """Carry everything to the next frame; False if that shows another scene, or has another size."""
         if frame.shape != self.frame.shape or self.depth is None:
             return False
-        reduced = Reduced.of(frame)
-        step = Offsets.between(reduced, self._reduced, frame.shape)
+        grey = reduced_grey(frame)
+        step = Offsets.between(grey, self._grey, frame.shape)
         if step is None:
             return False
         expected = carry_depth(self.depth, step, frame)
@@ -161,7 +150,7 @@ class Scene:
         if off.size and np.mean(off > _CHANGED) > _CHANGED_SHARE:
             return False
         drop_contradicted(expected, frame.depth)
-        self.frame, self._reduced, self.expected = frame, reduced, expected
+        self.frame, self._grey, self.expected = frame, grey, expected
         self.surroundings = self.surroundings.to_next(step)
         self.change = self.change and self.change.to_next(step)
         self.change_age += 1
@@ -226,12 +215,12 @@ class Scene:
     @property
     def notes(self) -> tuple[str, ...]:
         """Notes on surroundings and change."""
-        return self.surroundings.value.notes + (() if self.change is None else self.change.value.notes)
+        return self.surroundings.value.notes + (() if self.change is None else self.change.value[1])
 
 
 def _carried_values(change: Carried[Change] | None) -> Array | None:
     """The values of a change at the current frame's pixels, if there are any."""
-    return None if change is None or change.value.values is None else change.offsets.interpolated(change.value.values)
+    return None if change is None or change.value[0] is None else change.offsets.interpolated(change.value[0])
 
 
 # The stream.
@@ -360,7 +349,7 @@ class Stream(Closeable):
             raise InputError("The stream is closed. Make a new one.")
         plain = checked_frame(frame)
         if frame.guide is not None or frame.ground_truth is not None:
-            plain = replace(frame, depth=frame.measured, guide=None, ground_truth=None)
+            plain = frame.changed(guide=None, ground_truth=None)
         before, self._scene = self._scene, None  # after an error, the stream starts anew
         notes: tuple[str, ...] = ()
         if before is not None and before.advance(plain):
@@ -434,7 +423,9 @@ class Stream(Closeable):
 
     def _find_surroundings(self, frame: RGBDFrame) -> Surroundings:
         self._refreshes += 1
-        return Surroundings.of(frame, self._parameters, self._extraction)
+        blocks = found_blocks(frame, self._extraction)
+        clear_stage_cache(frame)
+        return Surroundings(blocks.labels, edges_for(frame, self._parameters, self._extraction), blocks.notes)
 
     def _filtered(self, scene: Scene, edges: FrameEdges | None) -> dict[int, BlockResult]:
         """Complete the blocks without correction."""
@@ -457,9 +448,9 @@ class Stream(Closeable):
             return
         scene.corrected = scene.surroundings.value
         if scene.change is None:
-            scene.adopt(scene.of_this_frame(Change.of(scene.frame, completed, edges)))
+            scene.adopt(scene.of_this_frame(change_of(scene.frame, completed, edges)))
         else:
-            self._find(scene, Change.of, scene.frame, completed, edges)
+            self._find(scene, change_of, scene.frame, completed, edges)
 
     def _find(self, scene: Scene, work: Callable[P, Surroundings | Change], *args: P.args, **kwargs: P.kwargs) -> None:
         """Find something in the current frame: in the thread if there is one, else now."""

@@ -11,13 +11,12 @@ from unittest.mock import patch
 
 import numpy as np
 
+import ilf
 from ilf.completion.correction import UNCORRECTED
 from ilf.completion.correction_network import CorrectionNetwork
 from ilf.evaluation.bench.frames import find_frames, load_bench_frame
 from ilf.evaluation.bench.patterns import make_task
 from ilf.evaluation.bench.runner import score
-from ilf.run.run import complete
-from ilf.segmentation.extraction import extract_blocks
 
 
 def main() -> None:
@@ -36,15 +35,15 @@ def main() -> None:
             source = load_bench_frame(folder)
             for seed in arguments.seeds:
                 task = make_task(source, arguments.pattern, seed)
-                blocks = extract_blocks(task.frame)
-                found = score(complete(task.frame, blocks).depth, task)
+                blocks = ilf.extract_blocks(task.frame)
+                found = score(ilf.complete(task.frame, blocks).depth, task)
                 if arguments.second:
                     # in a frame of its own, which has no correction in its cache
                     same = make_task(source, arguments.pattern, seed).frame
                     with patch("ilf.completion.correction.SPARSE", 0.0):
-                        without = score(complete(same, blocks).depth, task)
+                        without = score(ilf.complete(same, blocks).depth, task)
                 else:
-                    without = score(complete(task.frame, blocks, UNCORRECTED).depth, task)
+                    without = score(ilf.complete(task.frame, blocks, UNCORRECTED).depth, task)
                 ratios.append((found.rmse / without.rmse, found.mae / without.mae))
                 print(
                     f"{folder.name:26} seed {seed}  {1000 * without.rmse:6.1f} {1000 * without.mae:6.1f} mm  "

@@ -28,7 +28,7 @@ from shiboken6 import isValid
 
 from gui.app.main_window import MainWindow
 from gui.base.commands import action_entries
-from gui.features.palette.palette import PaletteFeature
+from gui.features.palette import PaletteFeature
 from tests.pins.window.hand import isolated
 
 from .samples import write_sample

@@ -23,7 +23,6 @@ import numpy as np
 
 import ilf
 from ilf._runtime.compiling import is_compiled
-from ilf.run.run import complete
 
 from .measuring import hundred_dcts, timed
 from .samples import Size, scaled, size_of
@@ -93,7 +92,7 @@ def _steps(frame: ilf.RGBDFrame, threads: int) -> tuple[dict[str, list[float]], 
     times = {}
     times["edges"], _ = timed(lambda: ilf.edge_strength(frame))
     times["blocks"], blocks = timed(lambda: ilf.extract_blocks(frame))
-    times["completion"], result = timed(lambda: complete(frame, blocks, threads=threads))
+    times["completion"], result = timed(lambda: ilf.complete(frame, blocks, threads=threads))
     times["error"], error = timed(lambda: ilf.expected_error(result))
     return times, result.depth.tobytes() + error.tobytes()
 
@@ -104,8 +103,8 @@ def _block_again(frame: ilf.RGBDFrame) -> list[float]:
     one = np.zeros(frame.shape, np.int32)
     top, left = height // 2 - 100, width // 2 - 100
     one[max(top, 0) : top + 200, max(left, 0) : left + 200] = 1
-    complete(frame, one, threads=1)
-    return timed(partial(complete, frame, one, ilf.preset(noise=0.004), threads=1))[0]
+    ilf.complete(frame, one, threads=1)
+    return timed(partial(ilf.complete, frame, one, ilf.preset(noise=0.004), threads=1))[0]
 
 
 if __name__ == "__main__":

@@ -53,9 +53,8 @@ def in_window(count: int, size: Size) -> Iterator[None]:
             wait(lambda: settled(window), _RARELY_MS)
             paint_across(window, max(window.workspace.current.counts()))
             wait(lambda: settled(window), _RARELY_MS)
-            exporting = window.feature(ExportFeature)
-            exporting.start(Export(Path(name, "out"), ExportOptions(mesh="ply")))
-            wait(lambda: not window.documents.exporting, _RARELY_MS)
+            window.feature(ExportFeature).start(Export(Path(name, "out"), ExportOptions(mesh="ply")))
+            wait(lambda: not window.feature(ExportFeature).worker.busy, _RARELY_MS)
             for box in window.findChildren(ProblemBox):
                 box.close()
             window.documents.close_frame()

@@ -36,7 +36,7 @@ QUICK = (
 )  # fmt: skip
 """Module, its arguments, in which words in capitals are made data, and what its table contains."""
 
-EXTRAS = {"mutants": "cosmic_ray"}
+EXTRAS = {"mutants": "coverage"}
 """Benches whose packages are in an extra of their own."""
 
 

@@ -17,8 +17,6 @@ from ilf._runtime.installation import asset_path
 from ilf._runtime.networks.models import new_model_path
 from ilf._runtime.writing import restore_interrupted, write_bytes
 from ilf.cli.sample import run as write_sample
-from ilf.data.blocks import Blocks
-from ilf.data.camera import Camera
 from ilf.data.presets import UserPreset, write_preset
 from ilf.io.block_files import write_blocks
 from ilf.project.file import save_project
@@ -72,7 +70,7 @@ def _frame(shift: float = 0.0) -> ilf.RGBDFrame:
     depth = np.where(columns < 15, 1.5 + 0.004 * rows, 2.4 + 0.005 * columns) + shift
     depth[8:14, 4:10] = np.nan
     rgb = np.where((columns < 15)[..., None], [200, 90, 40], [40, 110, 180]).astype(np.uint8)
-    return ilf.RGBDFrame(rgb, depth, Camera(30.0, 30.0, 15.5, 11.5), name="two-planes")
+    return ilf.RGBDFrame(rgb, depth, ilf.Camera(30.0, 30.0, 15.5, 11.5), name="two-planes")
 
 
 def _labels() -> np.ndarray:
@@ -115,7 +113,7 @@ def _project(folder: Path) -> Write:
     def write(target: Path, version: int) -> None:
         target.mkdir(exist_ok=True)
         frame = _frame(0.25 * version)
-        state = FrameState("a" * 32, frame, Blocks(_labels()))
+        state = FrameState("a" * 32, frame, ilf.Blocks(_labels()))
         save_project(
             target / "work.ilf", Project(frames=(ProjectFrame(state.id, "room", None, has_state=True),)), [state]
         )

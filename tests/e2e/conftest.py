@@ -64,7 +64,7 @@ def window(another):
 @pytest.fixture
 def opened(window, qtbot, frame_folder):
     """The window with the small frame opened and its blocks extracted."""
-    open_frame(window, qtbot, FrameRef(str(frame_folder)))
+    open_frame(window, qtbot, frame_folder)
     return window
 
 
@@ -100,9 +100,9 @@ def loaded(window, qtbot, do, *what):
         do(*what)
 
 
-def open_frame(window, qtbot, source: FrameRef):
-    """Open a frame and wait until its blocks are there."""
-    loaded(window, qtbot, window.loader.open, source)
+def open_frame(window, qtbot, *files: Path | str, **how):
+    """Open a frame by its folder or its files, and wait until its blocks are there."""
+    loaded(window, qtbot, window.loader.open, FrameRef(*map(str, files), **how))
     window.refresh.now()
 
 
@@ -122,5 +122,5 @@ def themed(qapp, any_theme):
 
 def export(window, qtbot, folder: Path, options: ExportOptions | None = None):
     """Export the current frame, and wait for the end."""
-    with qtbot.waitSignal(window.feature(ExportFeature).ended):
+    with qtbot.waitSignal(window.feature(ExportFeature).worker.finished):
         window.feature(ExportFeature).start(Export(folder, options or ExportOptions()))

@@ -3,11 +3,11 @@
 from collections.abc import Sequence
 
 from PySide6.QtCore import QPoint, QPointF, Qt
-from PySide6.QtGui import QWheelEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QWidget
 
 from gui.app.main_window import MainWindow
+from tests.pins.window.hand import wheel
 
 Point = tuple[float, float]
 PLAIN = Qt.KeyboardModifier.NoModifier
@@ -64,18 +64,3 @@ def key(window: MainWindow, code: Qt.Key, modifier: Qt.KeyboardModifier = PLAIN)
 
 def turn_wheel(window: MainWindow, point: Point, notches: int, modifier: Qt.KeyboardModifier = PLAIN) -> None:
     wheel(viewport(window), QPointF(place(window, point)), notches, modifier)
-
-
-def wheel(target: QWidget, at: QPointF, notches: int = 1, modifier: Qt.KeyboardModifier = PLAIN) -> None:
-    """Turn the wheel over a place of a widget."""
-    event = QWheelEvent(
-        at,
-        target.mapToGlobal(at),
-        QPoint(),
-        QPoint(0, 120 * notches),
-        Qt.MouseButton.NoButton,
-        modifier,
-        Qt.ScrollPhase.NoScrollPhase,
-        False,
-    )
-    QApplication.sendEvent(target, event)

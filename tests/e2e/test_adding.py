@@ -16,10 +16,8 @@ import ilf
 from gui.features.export.feature import ExportFeature
 from ilf.cli import main
 from ilf.data.camera import Cameras
-from ilf.data.results import Completion
 from ilf.run.formats import BLOCKS, FORMATS, Format
 from ilf.sources import opening
-from ilf.sources.frame_ref import FrameRef
 from ilf.sources.recording import RecordedFrame, Recording, sha256_of
 from tests.ilf.small_frames import write_small_frame
 
@@ -62,11 +60,11 @@ def test_a_new_reader_is_one_class_and_one_line(tmp_path, monkeypatch, window, q
     np.testing.assert_allclose(source[1].depth, 2 * frame.depth, rtol=1e-6)
     assert main(["complete", f"{tmp_path}/two.stack", "--frame", "0001", "--out", f"{tmp_path}/out"]) == 0
     assert main(["complete", "--replay", f"{tmp_path}/out/run.json", "--out", f"{tmp_path}/again"]) == 0
-    open_frame(window, qtbot, FrameRef(str(tmp_path / "two.stack"), frame="0001"))
+    open_frame(window, qtbot, tmp_path / "two.stack", frame="0001")
     np.testing.assert_array_equal(window.workspace.current.frame.depth, source[1].depth)
 
 
-def _summary(completion: Completion, image: str) -> tuple[bytes, Sequence[str]]:
+def _summary(completion: ilf.Completion, image: str) -> tuple[bytes, Sequence[str]]:
     """A line for each block."""
     lines = (f"{label} {one.status.value}" for label, one in completion.outcomes.items())
     return "\n".join(lines).encode(), ()
@@ -84,7 +82,7 @@ def test_a_new_exporter_is_one_function_and_one_line(tmp_path, monkeypatch, wind
     assert numbers == [str(number) for number in range(1, len(numbers) + 1)]
     assert len(numbers) >= 2
     assert [path.read_text() for path in sorted(tmp_path.glob("*/blocks.txt"))] == [text, text]
-    open_frame(window, qtbot, FrameRef(*files))
+    open_frame(window, qtbot, *files)
     exporting = window.feature(ExportFeature)
     exporting.ask()
     box = exporting.dialog.files.exports["txt"]

@@ -16,7 +16,6 @@ from gui.views.contents import COMPARABLE, DEPTHS, SIDES, TITLES
 from gui.views.layouts import LAYOUTS
 from ilf.data.frame import RGBDFrame
 from ilf.segmentation.editing.patches import patch_between
-from ilf.sources.frame_ref import FrameRef
 
 from .conftest import open_frame, write_frame
 
@@ -25,24 +24,9 @@ GIVEN = (
     *("run", "run_all", "cancel", "pause", "step", "extrapolate", "clear_results", "undo", "undo", "redo", "extract"),
     *("next_frame", "next_frame", "merge_blocks", "compare_runs", "accept_run", "restore_run", "delete_runs"),
     *("swipe", "blink", "show_before_edit", "swap_sides", "compare_two", "live", "layout_inspect", "layout_tune"),
-    *(
-        "propagate_next",
-        "propagate_next",
-        "propagate_previous",
-        "propagate_copied",
-        "propagate_auto",
-        "stop_propagation",
-        "mark_checked",
-    ),
-    *(
-        "share_parameters",
-        "keep_own_parameters",
-        "reset_to_shared",
-        "separate_parameters",
-        "next_check",
-        "apply_remedy",
-        "ignore_check",
-    ),
+    *("propagate_next", "propagate_next", "propagate_previous", "propagate_copied", "propagate_auto"),
+    *("stop_propagation", "mark_checked", "share_parameters", "keep_own_parameters", "reset_to_shared"),
+    *("separate_parameters", "next_check", "apply_remedy", "ignore_check"),
 )
 
 
@@ -50,7 +34,7 @@ def test_commands_in_any_order(window, qtbot, small_frame, tmp_path):
     part = np.s_[:36, :50]
     smaller = RGBDFrame(small_frame.rgb[part], small_frame.depth[part], (60.0, 60.0, 24.5, 17.5))
     for number, frame in enumerate((replace(small_frame), smaller)):
-        open_frame(window, qtbot, FrameRef(str(write_frame(tmp_path / f"frame-{number}", frame))))
+        open_frame(window, qtbot, write_frame(tmp_path / f"frame-{number}", frame))
     for title in ("Runs", "Accuracy", "Inspect", "Range", "Convergence"):
         window.panels.reveal(title)
     chance, workspace, views = random.Random(1), window.workspace, window.views
@@ -103,7 +87,7 @@ def test_commands_in_any_order(window, qtbot, small_frame, tmp_path):
 
     open_ones = [weakref.ref(document) for document in workspace.open]
     while workspace.has_current:
-        workspace.close(workspace.current)
+        workspace.remove_entries([workspace.current_entry])
     window.refresh.now()
 
     def all_gone() -> bool:

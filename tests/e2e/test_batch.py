@@ -12,13 +12,13 @@ from PySide6.QtCore import Qt
 import ilf
 from gui.features.export.feature import ExportFeature
 from gui.features.export.jobs import batch_steps
+from gui.features.sequence.playing import PlayFeature
 from gui.work.jobs import Pace
 from ilf._runtime.cancellation import cancelled_by
 from ilf.batch.folder_sink import open_folder
 from ilf.batch.frames import frames_of_sources
 from ilf.batch.pictures import write_contact_sheet
 from ilf.batch.settings import BatchSettings
-from ilf.errors import Cancelled
 from ilf.project.exporting import ExportedFrame, ExportStatus
 from ilf.run.block_choice import BlockChoice
 from ilf.run.options import ExportOptions
@@ -79,11 +79,10 @@ def test_frames_of_the_list_are_completed_and_open(part, window, qtbot, tmp_path
     assert {path.name for path in out.iterdir()} >= {"manifest.csv", "contact-sheet.png", "rgb__0002"}
 
     first, _, last = window.workspace.entries
-    assert part.results == {
-        entry.id: (out / folder, 1000.0) for entry, folder in ((first, "rgb__0000"), (last, "rgb__0002"))
-    }
+    written = window.feature(PlayFeature).written
+    assert written.keys() == {first.id, last.id}
     frame = read_frame(first.source)
-    assert np.allclose(part.results[first.id].read()[frame.known], frame.depth[frame.known], atol=0.001)
+    assert np.allclose(written[first.id]()[frame.known], frame.depth[frame.known], atol=0.001)
 
     dialog.export_button.click()  # again: there is nothing left to do
     assert "2 unchanged, 1 failed." in _done(part, qtbot)
@@ -126,7 +125,7 @@ def test_a_frame_has_its_figures_and_a_batch_cancelled_after_its_last_one_its_ma
     with cancelled_by(cancel_event):
         figures = next(steps).notes[0]
         cancel_event.set()
-        with pytest.raises(Cancelled):
+        with pytest.raises(ilf.Cancelled):
             next(steps)
     assert {path.name for path in (tmp_path / "done").iterdir()} == {"batch.json", "manifest.csv", frames[0].folder}
     (listed,) = csv.DictReader((tmp_path / "done" / "manifest.csv").read_text().splitlines())

@@ -76,7 +76,7 @@ def test_exports_have_the_names_and_colours_of_the_window_and_follow_them(opened
     feature = opened.feature(ExportFeature)
     for name, colour in (("Chair", (1, 2, 3)), ("<b>Table</b>", (250, 0, 9))):
         document.edit_info(first, "Edit", name=name, colour=colour)
-        with qtbot.waitSignal(feature.ended):
+        with qtbot.waitSignal(feature.worker.finished):
             feature.start(Export(tmp_path / "out", options, ALL))
         (folder,) = (tmp_path / "out").iterdir()
         found = read_blocks(folder / "blocks.coco.json", labels.shape)
@@ -87,7 +87,7 @@ def test_exports_have_the_names_and_colours_of_the_window_and_follow_them(opened
             shown = np.asarray(image.convert("RGB"))
         for label in document.counts():
             assert (shown[labels == label] == document.info(label).colour).all()
-    with qtbot.waitSignal(feature.ended):
+    with qtbot.waitSignal(feature.worker.finished):
         feature.start(Export(tmp_path / "out", options, ALL))
     assert feature.dialog.results.topLevelItem(0).text(1) == "unchanged"
 

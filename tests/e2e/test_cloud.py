@@ -11,7 +11,7 @@ from gui.features.expected_error import ErrorFeature
 from gui.features.status import StatusFeature
 from gui.features.tools import ToolsFeature
 from gui.views.cloud.canvas import HINT
-from gui.views.cloud.colouring import ColourBy
+from gui.views.cloud.scene import ColourBy
 from ilf.evaluation.measuring import measure
 from ilf.project.run_history import StoredRun
 
@@ -59,23 +59,23 @@ def test_the_cloud_follows_what_is_known_of_the_frame(opened, qtbot, run_all):
     assert len(shown(opened, qtbot)) == np.isfinite(completion.depth).sum()
 
     cloud.set_colour_by(ColourBy.EXPECTED)
-    colouring = shown(opened, qtbot).colouring
-    assert colouring.layer is not None, "worked out for who looks at it here"
-    assert (colouring.unit, colouring.layer.logarithmic) == ("mm", True)
+    scene = shown(opened, qtbot)
+    assert scene.layer is not None, "worked out for who looks at it here"
+    assert (scene.unit, scene.layer.logarithmic) == ("mm", True)
     opened.workspace.current.set_ground_truth(completion.depth - np.float32(0.02))
     cloud.set_colour_by(ColourBy.ERROR)
-    colours = shown(opened, qtbot).colouring.colours
+    colours = shown(opened, qtbot).colours
     assert (colours == colours[0]).all(), "20 mm everywhere"
     assert colours[0, 0] > colours[0, 2], "too far is red"
     opened.workspace.current.set_ground_truth(None)
-    assert shown(opened, qtbot).colouring.layer is None
+    assert shown(opened, qtbot).layer is None
 
     other = StoredRun(1, "Run 1", document.run(document.state.common), dict(document.valid_results()), 1.0, (1, 2, 3))
     document.keep_run(other)
     opened.workspace.current.compare_runs([other])
     cloud.set_colour_by(ColourBy.DIFFERENCE)
-    colouring = shown(opened, qtbot).colouring
-    assert colouring.unit == "mm"
+    scene = shown(opened, qtbot)
+    assert scene.unit == "mm"
 
     opened.workspace.select([1])
     actions["cloud_selected_only"].setChecked(True)

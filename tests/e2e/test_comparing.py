@@ -5,20 +5,18 @@ import pytest
 from PySide6.QtCore import Qt
 
 from gui.features.colour_range import ColourRange
-from gui.features.compare import CompareFeature
+from gui.features.compare import DerivedFeature
 from gui.features.expected_error import ErrorFeature
 from gui.features.status import StatusFeature
 from gui.views.layouts import LAYOUTS
 from ilf import preset
-from ilf.sources.frame_ref import FrameRef
 
 from .conftest import open_frame, readout, write_frame
 
 
 def settle(window, qtbot):
     window.refresh.now()
-    looking = window.feature(CompareFeature)
-    qtbot.waitUntil(lambda: not looking.derived.busy and not window.feature(ErrorFeature).busy)
+    qtbot.waitUntil(lambda: not window.feature(DerivedFeature).busy and not window.feature(ErrorFeature).busy)
     window.refresh.now()
 
 
@@ -203,7 +201,7 @@ def test_the_range_is_dragged_typed_and_locked_over_frames(opened, run_all, qtbo
     panel.high.setValue(2.5)
     assert views.ranges.depth == pytest.approx((1.2, 2.5))
     opened.actions_["lock_range"].trigger()
-    open_frame(opened, qtbot, FrameRef(str(write_frame(tmp_path / "another", small_frame))))
+    open_frame(opened, qtbot, write_frame(tmp_path / "another", small_frame))
     assert views.ranges.depth == pytest.approx((1.2, 2.5))
     opened.refresh.now()
     assert not panel.high.isEnabled()

@@ -44,7 +44,7 @@ def test_the_open_dialog_asks_for_the_view_and_the_window_shows_it(window, qtbot
 
 def test_the_title_of_other_frames_says_nothing_of_a_view(window, qtbot, tmp_path):
     write_pair(tmp_path / "desk")
-    open_frame(window, qtbot, FrameRef(str(tmp_path / "desk"), frame="1"))
+    open_frame(window, qtbot, tmp_path / "desk", frame="1")
     qtbot.waitUntil(lambda: "desk 1" in window.windowTitle())
     assert "view" not in window.windowTitle()
     assert load_frame(tmp_path / "desk", frame="1").brought is None

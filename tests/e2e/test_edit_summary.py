@@ -13,9 +13,7 @@ from ilf.segmentation.editing.patches import patch_between
 
 
 def _settle(window, qtbot):
-    qtbot.waitUntil(
-        lambda: window.runs.state is RunState.IDLE and not window.feature(EditSummaryFeature).presenter.busy
-    )
+    qtbot.waitUntil(lambda: window.runs.state is RunState.IDLE and not window.feature(EditSummaryFeature).busy)
     window.refresh.now()
 
 

@@ -6,9 +6,9 @@ from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 
 from gui.features.blocks.feature import BlocksFeature
+from gui.features.blocks.table import Column
 from gui.features.status import StatusFeature
 from ilf import RGBDFrame
-from ilf.sources.frame_ref import FrameRef
 
 from .conftest import open_frame, readout, write_frame
 from .hand import click, drag, let_go, place
@@ -38,13 +38,20 @@ def test_clicking_chooses_control_adds_and_so_does_the_table_which_renames_locks
     assert len(document.selected) == 1
 
     workspace, table, before = editing.workspace, editing.feature(BlocksFeature).table, document.labels.copy()
-    table.renamed.emit(1, "Wall")
-    table.lockChanged.emit(1, True)
-    table.visibilityChanged.emit(1, False)
+
+    def click_icon(column: Column) -> None:
+        """Click it in the row of block 1."""
+        editing.refresh.now()
+        at = table.visualRect(table.model().index(table.labels().index(1), column)).center()
+        QTest.mouseClick(table.viewport(), Qt.MouseButton.LeftButton, pos=at)
+
+    table.model().setData(table.model().index(table.labels().index(1), Column.NAME), "Wall")
+    click_icon(Column.LOCKED)
+    click_icon(Column.VISIBLE)
     assert (document.info(1).name, document.locked, document.info(1).visible) == ("Wall", {1}, False)
     assert np.array_equal(document.labels, before)
     assert document.undo_stack.undoText() == "Lock Wall"
-    table.lockChanged.emit(1, False)
+    click_icon(Column.LOCKED)
     assert document.undo_stack.undoText() == "Unlock Wall"
     for _ in range(3):
         workspace.undo_group.undo()
@@ -151,7 +158,7 @@ def test_a_frame_that_opens_in_the_middle_of_a_stroke_stays_as_it_is(editing, qt
     click(editing, (50, 24))
     editing.actions_["tool_paint"].trigger()
     drag(editing, [(10, 10), (14, 14)], release=False)
-    open_frame(editing, qtbot, FrameRef(str(folder)))
+    open_frame(editing, qtbot, folder)
     second = editing.workspace.current
     fresh = second.labels.copy()
     editing.actions_["cancel_stroke"].trigger()

@@ -10,23 +10,21 @@ from PySide6.QtWidgets import QApplication, QInputDialog, QMessageBox, QWidget
 
 import ilf
 from gui.features.accuracy.ground_truth import GroundTruthDialog
-from gui.features.accuracy.hold_out_dialog import HoldOutDialog
+from gui.features.accuracy.hold_out import HoldOutDialog
 from gui.features.accuracy.panel import AccuracyPanel
 from gui.features.blocks.feature import BlocksFeature
-from gui.features.blocks.model import Column
+from gui.features.blocks.table import Column
 from gui.features.filter import FilterPanel
 from gui.features.inspect.panel import InspectPanel
 from gui.features.presets import SavePresetDialog
 from gui.features.sweep.feature import SweepFeature
-from gui.state.block_errors import EXPECTED
+from gui.state.blocks import EXPECTED
 from gui.state.parts import Part
 from gui.views.colours import depth_table
 from ilf._runtime.formatting import millimetres
-from ilf.data.parameters import PRESETS
-from ilf.evaluation.evaluation import evaluate_blocks, evaluate_completion
+from ilf.evaluation.evaluation import evaluate_blocks
 from ilf.project.run_history import StoredRun
 from ilf.segmentation.editing.patches import patch_between
-from ilf.sources.frame_ref import FrameRef
 from ilf.sources.reading_options import ReadingOptions
 
 from .conftest import open_frame
@@ -58,7 +56,7 @@ def test_errors_against_a_truth_and_on_hidden_depth(window, qtbot, frame_folder,
     workspace, actions = window.workspace, window.actions_
     assert not actions["load_ground_truth"].isEnabled()
     assert not actions["hold_out_test"].isEnabled()
-    open_frame(window, qtbot, FrameRef(str(frame_folder)))
+    open_frame(window, qtbot, frame_folder)
     run_all(window)
     window.panels.reveal("Accuracy")
     settle(window)
@@ -99,21 +97,21 @@ def test_errors_against_a_truth_and_on_hidden_depth(window, qtbot, frame_folder,
     completion = document.completion()
     blocks = evaluate_blocks(document.frame, completion, document.labels)
     wanted = [
-        evaluate_completion(document.frame, completion),
+        ilf.evaluate_completion(document.frame, completion),
         blocks[label],
-        evaluate_completion(document.frame, completion, box),
+        ilf.evaluate_completion(document.frame, completion, box),
     ]
     assert [row.cells[0] for row in panel.ground_truth_table.rows] == [millimetres(one.rmse) for one in wanted]
     assert [row.name for row in panel.ground_truth_table.rows] == ["Frame", document.info(label).name, "Rectangle"]
     qtbot.waitUntil(lambda: errors_shown(window)[0] == millimetres(blocks[label].rmse))
     panel.pixels.setCurrentIndex(1)
     panel.pixels.activated.emit(1)
-    everything = evaluate_completion(document.frame, completion, every=True)
+    everything = ilf.evaluate_completion(document.frame, completion, every=True)
     qtbot.waitUntil(lambda: panel.ground_truth_table.rows[0].cells[0] == millimetres(everything.rmse))
 
     # runs that are compared stand below each other
     run = document.run(document.state.common)
-    other = replace(run, parameters=PRESETS["paper"].replace(max_iterations=20))
+    other = replace(run, parameters=ilf.PRESETS["paper"].replace(max_iterations=20))
     kept = StoredRun(1, "paper", other, other.complete().results, 0.1, (200, 0, 0))
     document.keep_run(kept)
     workspace.current.compare_runs([kept])
@@ -146,7 +144,7 @@ def test_errors_against_a_truth_and_on_hidden_depth(window, qtbot, frame_folder,
     assert [row.name for row in rows] == ["Current values", "paper", "Preset released-code"]
     assert len({row.cells[3] for row in rows}) == 1
     assert 1000 * kept.hold_out_error == pytest.approx(float(rows[1].cells[0]), abs=0.06)
-    assert errors_shown(window)[0] == millimetres(panel.outcomes[document].current_result.blocks[label].rmse)
+    assert errors_shown(window)[0] == millimetres(panel.outcomes[document].errors_of(document)[label])
     assert panel.outcome.tone() == "muted"
     panel.hold_out_table.selectAll()
     assert panel.hold_out_table.text().splitlines()[1].startswith("Current values\t")
@@ -188,7 +186,7 @@ def test_errors_against_a_truth_and_on_hidden_depth(window, qtbot, frame_folder,
 
 def test_a_sweep_shows_what_comes_and_a_click_takes_a_value(window, qtbot, frame_folder, ground_truth_file):
     workspace, shown = window.workspace, window.feature(SweepFeature)
-    open_frame(window, qtbot, FrameRef(str(frame_folder), options=ReadingOptions(ground_truth=str(ground_truth_file))))
+    open_frame(window, qtbot, frame_folder, options=ReadingOptions(ground_truth=str(ground_truth_file)))
     document = workspace.current
     # from the menu of a parameter in the form
     form = window.feature(FilterPanel).form
@@ -277,7 +275,7 @@ def test_own_presets_stand_beside_the_others(opened, tmp_path, monkeypatch):
     monkeypatch.setattr("gui.state.parameters.DRAG_S", 0.0)  # a user takes longer from one choice to the next
     window, box = opened, opened.feature(FilterPanel).presets
     workspace, actions = window.workspace, window.actions_
-    window.workspace.parameters.set(PRESETS["paper"].replace(padding=3.0))
+    window.workspace.parameters.set(ilf.PRESETS["paper"].replace(padding=3.0))
     settle(window)
     assert not actions["rename_preset"].isEnabled()
     box.ask_save()
@@ -289,19 +287,19 @@ def test_own_presets_stand_beside_the_others(opened, tmp_path, monkeypatch):
     assert box.present == "wide"
     assert box.names.currentText() == "wide"
     assert actions["rename_preset"].isEnabled()
-    window.feature(FilterPanel).form.changed.emit(PRESETS["paper"].replace(padding=4.0))
+    window.feature(FilterPanel).form.changed.emit(ilf.PRESETS["paper"].replace(padding=4.0))
     settle(window)
     assert box.names.currentText() == "wide (changed)"
 
     # choosing it is one undoable step
-    workspace.parameters.set(PRESETS["best"])
+    workspace.parameters.set(ilf.PRESETS["best"])
     settle(window)
     assert box.present == "best"
     box.names.setCurrentIndex(box.names.findData("wide"))
     box.names.activated.emit(box.names.currentIndex())
     assert workspace.parameters.current.padding == 3.0
     actions["undo"].trigger()
-    assert workspace.parameters.current == PRESETS["best"]
+    assert workspace.parameters.current == ilf.PRESETS["best"]
     actions["redo"].trigger()
     settle(window)
 

@@ -10,8 +10,6 @@ import ilf
 from gui.features.export.dialog import ALL, DONE, Export
 from gui.features.export.feature import ExportFeature
 from gui.features.frame_list.feature import FramesFeature
-from gui.features.project.saving import SaveRequest
-from ilf.project.file import open_project
 from ilf.run.options import ExportOptions
 from ilf.segmentation.editing.patches import patch_between
 from tests.gui.naming import unnamed
@@ -36,7 +34,7 @@ def listed(window, qtbot, tmp_path, small_frame):
 
 def _export(window, qtbot, folder, scope):
     feature = window.feature(ExportFeature)
-    with qtbot.waitSignal(feature.ended):
+    with qtbot.waitSignal(feature.worker.finished):
         feature.start(Export(folder, OPTIONS, scope))
         assert feature.pending_work()
     return window.toasts.message
@@ -109,7 +107,7 @@ def test_the_dialog_offers_frames_shows_what_was_written_and_asks_before_it_repl
     assert not dialog.export_button.isEnabled()
     dialog.scope.setCurrentIndex(4)
     dialog.folder_path.setText(str(tmp_path / "out"))
-    with qtbot.waitSignal(listed.feature(ExportFeature).ended):
+    with qtbot.waitSignal(listed.feature(ExportFeature).worker.finished):
         QTest.keyClick(dialog.folder_path, Qt.Key.Key_Return)
     rows = [dialog.results.topLevelItem(number) for number in range(3)]
     assert [(row.text(0), row.text(1)) for row in rows] == list(
@@ -128,9 +126,9 @@ def test_the_dialog_offers_frames_shows_what_was_written_and_asks_before_it_repl
 
     answer("Cancel")
     assert not listed.feature(ExportFeature).worker.busy
-    with qtbot.waitSignal(listed.feature(ExportFeature).ended) as ended:
+    with qtbot.waitSignal(listed.feature(ExportFeature).worker.finished):
         answer("&Replace")
-    assert [str(frame.status) for frame in ended.args[0]] == ["unchanged", "failed", "unchanged"]
+    assert [dialog.results.topLevelItem(row).text(1) for row in range(3)] == ["unchanged", "failed", "unchanged"]
     QTest.keyClick(dialog, Qt.Key.Key_Escape)
     assert not dialog.isVisible()
 
@@ -141,8 +139,8 @@ def test_marking_a_frame_is_saved_with_the_project(listed, qtbot, tmp_path):
     frames.set_done(frames.entries[2], True)
     assert frames.entries[0].unsaved
     done = []
-    listed.project.saving.save(SaveRequest(path, then=done.append))
+    listed.project.saving.save(path, then=done.append)
     qtbot.waitUntil(lambda: done == [True])
-    with open_project(path) as opened:
+    with ilf.open_project(path) as opened:
         assert [frame.summary.done for frame in opened.project.frames] == [True, False, True]
         assert opened.state(opened.project.frames[0].id).state.done

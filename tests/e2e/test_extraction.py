@@ -10,12 +10,11 @@ from PySide6.QtCore import QPointF, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QCheckBox, QLabel, QMessageBox, QSlider, QTabWidget
 
+import ilf
 from gui.features.extraction import ExtractionPanel
 from gui.features.views import ViewsFeature
 from gui.work.found_blocks import FoundBlocks, find
-from ilf import BlockParameters, RGBDFrame
 from ilf.drawing.blocks import block_overlay
-from ilf.errors import IlfError
 from ilf.io.block_files import read_blocks
 from ilf.segmentation.extraction import Extraction, extract
 from ilf.sources.frame_ref import FrameRef
@@ -76,7 +75,7 @@ def _click(window, text: str):
 
 def _said(window) -> list[str]:
     texts: list[str] = []
-    window.loader.message.connect(texts.append)
+    window.notes.show_message = texts.append
     return texts
 
 
@@ -113,7 +112,7 @@ def test_a_slider_moves_the_picture_and_not_the_blocks(staged, qtbot):
         assert staged.workspace.parameters.extraction.dilation == radius
     changes = [int((pictures[0] != other).any(axis=2).sum()) for other in pictures]
     assert changes == sorted(set(changes))
-    staged.workspace.parameters.set_extraction(BlockParameters(min_size=48.0, use_depth=False))
+    staged.workspace.parameters.set_extraction(ilf.BlockParameters(min_size=48.0, use_depth=False))
     staged.feature(ExtractionPanel).show_stage("blocks")
     _settle(staged, qtbot)
     found = extract(document.frame, staged.workspace.parameters.extraction).blocks
@@ -125,7 +124,7 @@ def test_a_slider_moves_the_picture_and_not_the_blocks(staged, qtbot):
 def test_extract_takes_what_the_preview_has_found_at_once(staged, qtbot, monkeypatch):
     document = staged.workspace.current
     before = document.labels.copy()
-    staged.workspace.parameters.set_extraction(BlockParameters(min_size=48.0, use_depth=False))
+    staged.workspace.parameters.set_extraction(ilf.BlockParameters(min_size=48.0, use_depth=False))
     _settle(staged, qtbot)
     expected = extract(document.frame, staged.workspace.parameters.extraction).blocks
     monkeypatch.delattr("gui.project.loading.find")
@@ -148,7 +147,7 @@ def test_extract_keeps_a_block_made_by_hand_again_and_again(opened, qtbot, layou
     before, steps, used = document.labels.copy(), document.undo_stack.count(), document.blocks.extraction
     stays = before == mine
     for smallest in (48.0, 47.0):
-        opened.workspace.parameters.set_extraction(BlockParameters(min_size=smallest, use_depth=False))
+        opened.workspace.parameters.set_extraction(ilf.BlockParameters(min_size=smallest, use_depth=False))
         _settle(opened, qtbot)
         opened.actions_["extract"].trigger()
         _settle(opened, qtbot)
@@ -183,7 +182,7 @@ def test_with_the_preview_off_the_view_follows_extract_alone(staged, qtbot):
     document = staged.workspace.current
     before = _picture(staged)
     _click(staged, "Preview")
-    staged.workspace.parameters.set_extraction(BlockParameters(min_size=48.0, use_depth=False))
+    staged.workspace.parameters.set_extraction(ilf.BlockParameters(min_size=48.0, use_depth=False))
     _settle(staged, qtbot)
     np.testing.assert_array_equal(_picture(staged), before)
     assert "With other parameters" in _summary(staged)
@@ -192,7 +191,7 @@ def test_with_the_preview_off_the_view_follows_extract_alone(staged, qtbot):
     np.testing.assert_array_equal(_picture(staged), block_overlay(document.frame.rgb, document.labels))
     assert len(document.counts()) == 1
     assert "With other parameters" not in _summary(staged)
-    staged.workspace.parameters.set_extraction(BlockParameters())
+    staged.workspace.parameters.set_extraction(ilf.BlockParameters())
     staged.views.sheet.set_layout("grid")
     _click(staged, "Preview")
     assert staged.views.shows("stage"), "switching the preview on shows it"
@@ -204,7 +203,7 @@ def test_with_the_preview_off_an_extraction_is_shown_whenever_its_frame_is(opene
     document = opened.workspace.current
     first = document.frame
     _click(opened, "Preview")
-    opened.workspace.parameters.set_extraction(BlockParameters(min_size=48.0, use_depth=False))
+    opened.workspace.parameters.set_extraction(ilf.BlockParameters(min_size=48.0, use_depth=False))
     opened.actions_["extract"].trigger()
     _settle(opened, qtbot)
     opened.views.sheet.set_layout("extraction")
@@ -212,8 +211,8 @@ def test_with_the_preview_off_an_extraction_is_shown_whenever_its_frame_is(opene
     expected = block_overlay(first.rgb, document.labels)
     np.testing.assert_array_equal(_picture(opened), expected)
     assert _summary(opened).count("With these parameters") == 1
-    folder = write_frame(tmp_path / "other", RGBDFrame(first.rgb[:40], first.depth[:40]))
-    open_frame(opened, qtbot, FrameRef(str(folder)))
+    folder = write_frame(tmp_path / "other", ilf.RGBDFrame(first.rgb[:40], first.depth[:40]))
+    open_frame(opened, qtbot, folder)
     opened.workspace.show(document)
     _settle(opened, qtbot)
     np.testing.assert_array_equal(_picture(opened), expected)
@@ -222,7 +221,7 @@ def test_with_the_preview_off_an_extraction_is_shown_whenever_its_frame_is(opene
 def test_the_first_frame_is_extracted_once_for_blocks_and_view(window, qtbot, frame_folder, monkeypatch):
     may_go_on = threading.Event()
 
-    def after_the_view_has_been_drawn(frame: RGBDFrame, parameters: BlockParameters) -> FoundBlocks:
+    def after_the_view_has_been_drawn(frame: ilf.RGBDFrame, parameters: ilf.BlockParameters) -> FoundBlocks:
         assert may_go_on.wait(60)
         return find(frame, parameters)
 
@@ -242,14 +241,14 @@ def test_the_first_frame_is_extracted_once_for_blocks_and_view(window, qtbot, fr
 
 
 def test_the_view_says_that_the_first_extraction_failed(window, qtbot, frame_folder, monkeypatch):
-    def fail(frame: RGBDFrame, parameters: BlockParameters) -> FoundBlocks:
-        raise IlfError("no edges")
+    def fail(frame: ilf.RGBDFrame, parameters: ilf.BlockParameters) -> FoundBlocks:
+        raise ilf.IlfError("no edges")
 
     monkeypatch.setattr("gui.project.loading.find", fail)
     monkeypatch.setattr("gui.features.extraction.find", fail)
     monkeypatch.setattr(window.notes, "report", lambda *_: None)  # which would ask to be read
     window.views.sheet.set_layout("extraction")
-    open_frame(window, qtbot, FrameRef(str(frame_folder)))
+    open_frame(window, qtbot, frame_folder)
     _settle(window, qtbot)
     assert "The extraction failed: no edges" in _summary(window)
 
@@ -285,14 +284,14 @@ def test_the_summary_says_around_which_blocks_the_new_ones_would_lie_and_that_a_
     assert "around" not in _summary(staged)
 
     said = _said(staged)
-    staged.workspace.parameters.set_extraction(BlockParameters(model="elsewhere"))
+    staged.workspace.parameters.set_extraction(ilf.BlockParameters(model="elsewhere"))
     _settle(staged, qtbot)
     assert "Canny" in _summary(staged)
     assert "elsewhere" in _summary(staged)
     staged.actions_["extract"].trigger()
     assert "elsewhere" in said[-1]
     staged.views.sheet.set_layout("grid")
-    staged.workspace.parameters.set_extraction(BlockParameters(model="elsewhere", min_size=1.0))
+    staged.workspace.parameters.set_extraction(ilf.BlockParameters(model="elsewhere", min_size=1.0))
     staged.actions_["extract"].trigger()
     _settle(staged, qtbot)
     assert "elsewhere" in said[-1]
@@ -305,14 +304,14 @@ def test_a_block_that_was_only_locked_goes_once_it_is_unlocked(opened, qtbot):
     for label in (locked, mine):
         opened.workspace.current.set_lock(label, True)
     for smallest in (48.0, 47.0):
-        opened.workspace.parameters.set_extraction(BlockParameters(min_size=smallest, use_depth=False))
+        opened.workspace.parameters.set_extraction(ilf.BlockParameters(min_size=smallest, use_depth=False))
         opened.actions_["extract"].trigger()
         _settle(opened, qtbot)
         assert "Kept: 2 locked." in said[-1]
         assert document.blocks.edited, "a locked block is not what these values give"
     for label in (locked, mine):
         opened.workspace.current.set_lock(label, False)
-    opened.workspace.parameters.set_extraction(BlockParameters(min_size=46.0))
+    opened.workspace.parameters.set_extraction(ilf.BlockParameters(min_size=46.0))
     opened.actions_["extract"].trigger()
     _settle(opened, qtbot)
     assert "Kept: 1 made by hand." in said[-1]
@@ -321,7 +320,7 @@ def test_a_block_that_was_only_locked_goes_once_it_is_unlocked(opened, qtbot):
 
 def test_a_stroke_under_way_ends_before_the_blocks_are_replaced(staged, qtbot):
     document, view = staged.workspace.current, staged.views.cells["colour"].view
-    staged.workspace.parameters.set_extraction(BlockParameters(min_size=48.0, use_depth=False))
+    staged.workspace.parameters.set_extraction(ilf.BlockParameters(min_size=48.0, use_depth=False))
     _settle(staged, qtbot)
     before = document.labels.copy()
     staged.actions_["new_block"].trigger()
@@ -357,7 +356,7 @@ def gate(monkeypatch):
     """Previews wait until it is set."""
     opened = threading.Event()
 
-    def waiting(frame: RGBDFrame, parameters: BlockParameters) -> FoundBlocks:
+    def waiting(frame: ilf.RGBDFrame, parameters: ilf.BlockParameters) -> FoundBlocks:
         assert opened.wait(20)
         return find(frame, parameters)
 
@@ -368,10 +367,10 @@ def gate(monkeypatch):
 def test_frames_change_and_close_while_a_preview_is_under_way(staged, qtbot, gate, tmp_path, monkeypatch):
     first = staged.workspace.current.frame
     shown = _pictures_given(staged, monkeypatch)
-    folder = write_frame(tmp_path / "other", RGBDFrame(first.rgb[:40], first.depth[:40]))
+    folder = write_frame(tmp_path / "other", ilf.RGBDFrame(first.rgb[:40], first.depth[:40]))
     _slide(staged, "dilation", 5)
     assert staged.feature(ExtractionPanel).busy
-    open_frame(staged, qtbot, FrameRef(str(folder)))
+    open_frame(staged, qtbot, folder)
     second = staged.workspace.current
     gate.set()
     _settle(staged, qtbot)
@@ -422,7 +421,7 @@ def test_a_preview_that_fails_says_why_without_a_dialog(staged, qtbot, monkeypat
 def test_a_frame_is_shown_before_its_blocks_are_found(window, qtbot, frame_folder, monkeypatch, works_meanwhile):
     go_on = threading.Event()
 
-    def slow(frame: RGBDFrame, parameters: BlockParameters) -> FoundBlocks:
+    def slow(frame: ilf.RGBDFrame, parameters: ilf.BlockParameters) -> FoundBlocks:
         assert go_on.wait(60)
         return find(frame, parameters)
 

@@ -10,10 +10,9 @@ import pytest
 import ilf
 from gui.features.cloud import CloudFeature
 from gui.features.status import StatusFeature
-from gui.views.cloud.colouring import ColourBy
+from gui.views.cloud.scene import ColourBy
 from gui.work.frame_runs import RunState
 from ilf.cli import main as command_line
-from ilf.sources.frame_ref import FrameRef
 
 from .conftest import export, loaded, open_frame, readout, write_frame
 
@@ -25,7 +24,7 @@ def margin(window, qtbot, small_frame, tmp_path):
     depth[:3] = np.nan
     folder = write_frame(tmp_path / "rim", ilf.RGBDFrame(small_frame.rgb, depth, small_frame.intrinsics))
     window.workspace.parameters.set_extraction(ilf.BlockParameters(margin=3))
-    open_frame(window, qtbot, FrameRef(str(folder)))
+    open_frame(window, qtbot, folder)
     return window
 
 
@@ -77,7 +76,7 @@ def test_guesses_are_striped_named_and_counted(margin, qtbot, run_all):
     margin.centre.show_cloud()
     margin.refresh.now()
     qtbot.waitUntil(lambda: not margin.feature(CloudFeature).busy and len(margin.cloud.canvas.scene) > 0)
-    legend = [text for _, text in margin.cloud.canvas.scene.colouring.legend]
+    legend = [text for _, text in margin.cloud.canvas.scene.legend]
     assert legend[-1] == f"{np.count_nonzero(completion.extrapolated)} extrapolated"
     margin.centre.show_images()
     margin.actions_["clear_results"].trigger()

@@ -130,7 +130,7 @@ def test_what_a_depth_png_loses_is_told_and_a_failing_export_leaves_what_was_the
         dialog.files.png_units.setEditText(units)
         assert before in dialog.files.png_note.text()
         dialog.folder_path.setText(str(tmp_path / units))
-        with qtbot.waitSignal(feature.ended):
+        with qtbot.waitSignal(feature.worker.finished):
             dialog.export_button.click()
         assert after in dialog.message.text()
         assert after in opened.log.text.toPlainText()

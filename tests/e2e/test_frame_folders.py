@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QMessageBox
+from PySide6.QtWidgets import QLineEdit, QMessageBox
 
+from gui.features.documents.recent import key_of
 from gui.features.frame_list.feature import FramesFeature
 from gui.features.frame_list.model import ENTRY
-from gui.features.project.recent import key_of
 from ilf.project.missing_files import folder_projects_dir
 from ilf.project.project import Stage
 from ilf.segmentation.editing.patches import patch_between
@@ -116,9 +116,11 @@ def test_the_film_strip_goes_from_frame_to_frame(listed, qtbot):
     qtbot.waitUntil(lambda: strip.isVisible() and strip.is_strip)
     activate(listed, qtbot)
     listed.actions_["note_frame"].trigger()
-    qtbot.waitUntil(listed.feature(FramesFeature).panel.note.hasFocus)
+    qtbot.waitUntil(lambda: isinstance(listed.focusWidget(), QLineEdit))
     qtbot.wait(50)
-    assert listed.feature(FramesFeature).panel.note.isVisible()
+    assert listed.focusWidget().isVisible()
+    assert strip.isAncestorOf(listed.focusWidget())
+    assert not strip.is_strip
 
 
 def test_what_is_not_stored_or_runs_stays_open(listed, qtbot, monkeypatch):
@@ -194,7 +196,7 @@ def test_work_on_a_folder_is_there_again_the_next_time(another, qtbot, folder, s
     _save(window, qtbot)
     assert not window.project.present.unsaved
     assert os.name != "posix" or stat.S_IMODE(folder_projects_dir().stat().st_mode) == 0o700, "it is the user's own"
-    assert not window.project.recent.origins, "its folder is among the recent frames"
+    assert [key_of(origin) for origin in window.documents.recent.origins] == [str(folder)], "not its project"
     assert window.close()
 
     write_frame(folder / "frame-9", small_frame)
@@ -215,8 +217,7 @@ def test_work_on_a_folder_is_there_again_the_next_time(another, qtbot, folder, s
     project.write_bytes(b"damaged")
     told = []
     last = another(persistent=True)
-    last.loader.failed.connect(lambda what, error: told.append(what))
-    last.loader.failed.disconnect(last.notes.report)
+    last.notes.report = lambda what, error: told.append(what)
     _open_folder(last, qtbot, folder)
     assert told == ["Opening walk.ilf"]
     assert len(last.workspace.entries) == COUNT + 1

@@ -3,9 +3,7 @@
 import numpy as np
 
 from gui.features.additional_depth import GUIDE, AdditionalDepthPanel
-from gui.features.project.saving import SaveRequest
 from ilf.project.file import open_project
-from ilf.sources.frame_ref import FrameRef
 
 from .conftest import open_frame
 
@@ -13,7 +11,7 @@ from .conftest import open_frame
 def test_guide_is_loaded_seen_followed_undone_and_kept(window, qtbot, frame_folder, tmp_path, run_all, monkeypatch):
     actions, workspace = window.actions_, window.workspace
     assert not actions["load_guide"].isEnabled()
-    open_frame(window, qtbot, FrameRef(str(frame_folder)))
+    open_frame(window, qtbot, frame_folder)
     assert not actions["remove_guide"].isEnabled()
     run_all(window)
     document = workspace.current
@@ -57,7 +55,7 @@ def test_guide_is_loaded_seen_followed_undone_and_kept(window, qtbot, frame_fold
     guided = document.completion().depth
     assert np.nanmax(np.abs(guided - ground_truth)) < 0.002
     assert np.nanmax(np.abs(guided - before)) < 1e-4
-    assert "It changes completed depth nowhere." in section.effect.text()
+    assert "With it, no pixel changed by 0.1 mm." in section.effect.text()
 
     # undo brings the former results back, without a run, and redo these
     workspace.undo_group.undo()
@@ -68,7 +66,7 @@ def test_guide_is_loaded_seen_followed_undone_and_kept(window, qtbot, frame_fold
     assert np.array_equal(document.completion().depth, guided, equal_nan=True)
 
     with qtbot.waitSignal(window.project.saving.saved):
-        window.project.saving.save(SaveRequest(tmp_path / "work.ilf"))
+        window.project.saving.save(tmp_path / "work.ilf")
     with open_project(tmp_path / "work.ilf") as project:
         state = project.state(project.project.frames[0].id).state
         assert state.frame.guide.is_same_as(document.frame.guide)

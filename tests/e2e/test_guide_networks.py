@@ -6,7 +6,6 @@ from PySide6.QtWidgets import QWidget
 from gui.features.additional_depth import GUIDE, AdditionalDepthPanel
 from gui.features.guide_networks import GuideNetworksDialog
 from ilf.io.guide_models import guide_file
-from ilf.sources.frame_ref import FrameRef
 
 from ..ilf.io.test_guide_models import NAME, publishing
 from ..ilf.tiny_onnx import node, write_network
@@ -34,7 +33,7 @@ def state(dialog: GuideNetworksDialog) -> list[list[str]]:
 
 
 def test_a_network_is_fetched_when_asked_cancelled_continued_and_used(window, qtbot, frame_folder, hub):
-    open_frame(window, qtbot, FrameRef(str(frame_folder)))
+    open_frame(window, qtbot, frame_folder)
     panel = window.feature(AdditionalDepthPanel)
     dialog = opened(window)
     assert state(dialog) == [

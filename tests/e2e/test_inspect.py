@@ -9,7 +9,6 @@ from gui.features.inspect.marks import Stroke, Text
 from gui.features.inspect.panel import STATISTICS, InspectPanel
 from ilf.evaluation.measuring import measure
 from ilf.evaluation.statistics import surface_statistics
-from ilf.sources.frame_ref import FrameRef
 
 from .conftest import open_frame, write_frame
 from .hand import click, drag, hover, key
@@ -18,7 +17,7 @@ from .hand import click, drag, hover, key
 def shown(window, kind: type[Stroke] | type[Text] = Text) -> list[Stroke | Text]:
     """The marks of a kind over the views."""
     window.refresh.now()
-    return [one for one in part_of(window)._marks.marks if isinstance(one, kind)]
+    return [one for one in part_of(window)._marks[0].marks if isinstance(one, kind)]
 
 
 def part_of(window) -> InspectPanel:
@@ -80,7 +79,7 @@ def test_a_profile_from_drawing_to_file(opened, qtbot, run_all, tmp_path, small_
     # it stays with its frame, and goes by Escape
     line = window.workspace.current.state.looked.line
     folder = write_frame(tmp_path / "another", small_frame)
-    open_frame(window, qtbot, FrameRef(str(folder)))
+    open_frame(window, qtbot, folder)
     assert part.profile.data is None
     window.workspace.show(window.workspace.open[0])
     window.refresh.now()
@@ -111,9 +110,9 @@ def test_statistics_of_block_and_rectangle_beside_each_other(opened, qtbot, run_
     window.actions_["tool_rectangle"].trigger()
     drag(window, [(35.5, 5.5), (40, 10), (50.5, 20.5)])
     assert "Pixels\t256\t256" in numbers(window, qtbot)
-    part.subject.activated.emit(0)
+    QTest.keyClick(part.subject, Qt.Key.Key_Up)
     assert f"Pixels\t{raw.pixels:,}" in numbers(window, qtbot)
-    part.subject.activated.emit(1)
+    QTest.keyClick(part.subject, Qt.Key.Key_Down)
     key(window, Qt.Key.Key_Escape)
     assert document.state.looked.region is None
     assert f"Pixels\t{raw.pixels:,}" in numbers(window, qtbot)

@@ -4,7 +4,6 @@ import numpy as np
 
 from gui.base.commands import why_not
 from gui.features.additional_depth import NEIGHBOURS, AdditionalDepthPanel
-from gui.features.project.saving import SaveRequest
 from gui.work.frame_runs import RunState
 from ilf.project.file import open_project
 from ilf.sources.frame_ref import FrameRef
@@ -69,7 +68,7 @@ def test_depth_of_neighbours_is_found_used_seen_undone_and_kept(window, qtbot, t
     qtbot.waitUntil(lambda: "without it, " in section.effect.text())
     together = document.completion().depth
     changed = np.count_nonzero(np.abs(together - before) > 1e-4)
-    assert f"It changes completed depth at {changed:,} pixels, by " in section.effect.text()
+    assert f"With it, {changed:,} px changed: median " in section.effect.text()
     assert np.abs(together - exact)[hole].mean() < 0.5 * np.abs(before - exact)[hole].mean()
 
     # undo brings the former results back, without a run, and redo these
@@ -81,7 +80,7 @@ def test_depth_of_neighbours_is_found_used_seen_undone_and_kept(window, qtbot, t
     np.testing.assert_array_equal(document.completion().depth, together)
 
     with qtbot.waitSignal(window.project.saving.saved):
-        window.project.saving.save(SaveRequest(tmp_path / "work.ilf"))
+        window.project.saving.save(tmp_path / "work.ilf")
     with open_project(tmp_path / "work.ilf") as project:
         decoded = project.state(document.id)
         assert not decoded.problems
@@ -97,7 +96,7 @@ def test_depth_of_neighbours_is_found_used_seen_undone_and_kept(window, qtbot, t
 
 def test_search_can_be_cancelled_and_what_fails_is_told(window, qtbot, tmp_path, frame_folder):
     actions = window.actions_
-    open_frame(window, qtbot, FrameRef(str(frame_folder)))
+    open_frame(window, qtbot, frame_folder)
     assert "no other frame of this sequence" in why_not(actions["use_neighbours"])
     folder = write_sequence(tmp_path / "in", count=3)
     document = open_sequence(window, qtbot, folder, number=-1)

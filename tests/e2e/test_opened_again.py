@@ -18,7 +18,7 @@ def images(tmp_path, small_frame):
 
 
 def test_with_a_camera_it_keeps_the_work_on_it(window, qtbot, images, run_all):
-    open_frame(window, qtbot, FrameRef(*images))
+    open_frame(window, qtbot, *images)
     present = window.workspace.current
     present.edit_infos({1: {"name": "floor"}}, "Rename")
     run_all(window)
@@ -36,7 +36,7 @@ def test_with_a_camera_it_keeps_the_work_on_it(window, qtbot, images, run_all):
 
 
 def test_with_other_units_it_is_replaced_after_asking(window, qtbot, images):
-    open_frame(window, qtbot, FrameRef(*images))
+    open_frame(window, qtbot, *images)
     present = window.workspace.current
     asked: list[str] = []
     window.project.ask_remove = lambda entries, then: (asked.extend(entry.name for entry in entries), then())

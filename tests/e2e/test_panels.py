@@ -30,14 +30,16 @@ class _Missing(Panel):
         self.drawn.append(parts)
         workspace = self.context.workspace
         if workspace.has_current:
-            self.ask(workspace.current.frame.depth)
+            depth = workspace.current.frame.depth
+            self.requests.ask(lambda: _count_missing(depth), self._show_count)
 
-    def compute(self, request) -> Generator[float, None, int]:
-        yield 0.5
-        return int(np.count_nonzero(~np.isfinite(request)))
+    def _show_count(self, count: int):
+        self.label.setText(f"{count} px")
 
-    def take(self, request, answer: int):
-        self.label.setText(f"{answer} px")
+
+def _count_missing(depth) -> Generator[float, None, int]:
+    yield 0.5
+    return int(np.count_nonzero(~np.isfinite(depth)))
 
 
 def test_a_new_panel_is_one_class(opened, qtbot):
@@ -56,8 +58,8 @@ def test_a_new_panel_is_one_class(opened, qtbot):
 
 def test_frames_are_a_narrow_list_beside_the_images_and_thousands_of_them_are_found(opened, qtbot):
     opened.resize(1100, 700)
-    frames, entries = opened.feature(FramesFeature), opened.workspace.entries
-    entries.add([Entry.of(FrameRef(f"/nowhere/frame-{number}")) for number in range(10_000)])
+    frames = opened.feature(FramesFeature)
+    opened.workspace.add_entries([Entry.of(FrameRef(f"/nowhere/frame-{number}")) for number in range(10_000)])
     qtbot.waitUntil(lambda: frames.panel.view.isVisible() and frames.panel.view.is_strip)
     opened.panels.reveal("Frames")
     dock = opened.findChild(QDockWidget, "Frames")

@@ -12,7 +12,6 @@ from gui.features.layouts.feature import LayoutsFeature
 from gui.features.layouts.layout import BUILT_IN, CORRECT, STANDARD
 from gui.state.document import Document
 from gui.views.cell import Cell
-from ilf.run.run import Run
 from tests.bench.window import settled, wait
 
 BARS = {
@@ -82,7 +81,7 @@ def show_layout(window, layout: str):
 def test_the_picture_is_the_work(window):
     for number in range(2):
         frame = made_frame(number)
-        window.workspace.open_document(Document.of(Run(frame, np.ones(frame.shape, np.int32)), None, frame.name))
+        window.workspace.open_document(Document.of(ilf.Run(frame, np.ones(frame.shape, np.int32)), None, frame.name))
     window.actions_["run_all"].trigger()
     wait(lambda: settled(window))
     assert window.feature(FramesFeature).panel.view.isVisible()

@@ -2,6 +2,7 @@
 
 import time
 from contextlib import closing
+from functools import partial
 
 import numpy as np
 import pytest
@@ -9,10 +10,8 @@ from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 
 from gui.base.commands import why_not
-from gui.features.export.feature import ExportFeature
-from gui.features.export.result import BatchResult
 from gui.features.frame_list.feature import FramesFeature
-from gui.features.sequence.moments import Moment
+from gui.features.sequence.flicker import Moment, written_depth
 from gui.features.sequence.playing import Pace, PlayFeature, play
 from gui.features.status import StatusFeature
 from ilf.data.presets import preset
@@ -74,7 +73,7 @@ def test_all_frames_are_shown_in_order_with_stored_results_and_edits_stay(listed
     by_batch = np.full(first.frame.shape, 2.5, np.float32)
     np.save(tmp_path / "depth.npy", by_batch)
     for entry in list(entries)[:2]:
-        window.feature(ExportFeature).results[entry.id] = BatchResult(tmp_path, 1000.0)
+        window.feature(PlayFeature).written[entry.id] = partial(written_depth, tmp_path, 1000.0)
     shown = _play(window, qtbot)  # after the last frame from the first one, which is stored now
     assert [played.row for played in shown] == [0, 1, 2, 3]
     assert np.array_equal(shown[0].moment.depth, completed, equal_nan=True)
@@ -210,7 +209,7 @@ def _rows(pace, count=99, bad=(), cost=0.0):
             raise InputError("It cannot be read.")
         return Moment(f"frame {row}", "here", frame, None)
 
-    with closing(play(10, 0, read, pace, preset())) as frames:
+    with closing(play([partial(read, row) for row in range(10)], 0, pace, preset())) as frames:
         shown = [played for played, _ in zip(frames, range(count), strict=False)]
     return [played.row for played in shown], shown[-1].left_out
 
@@ -229,7 +228,7 @@ def test_at_a_rate_frames_that_are_late_are_left_out_but_never_the_last_one():
 
 
 def test_a_loop_over_frames_that_cannot_be_read_ends():
-    def read(row):
+    def read():
         raise InputError("It cannot be read.")
 
-    assert not [*play(2, 0, read, Pace(loop=True), preset())]
+    assert not [*play(2 * [read], 0, Pace(loop=True), preset())]

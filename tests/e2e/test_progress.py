@@ -4,8 +4,6 @@ import re
 
 import ilf
 from gui.features.status import StatusFeature
-from ilf.data.parameters import BlockParameters
-from ilf.sources.frame_ref import FrameRef
 
 from .conftest import open_frame, write_frame
 
@@ -35,12 +33,12 @@ def test_stages_of_a_run_are_named(opened, qtbot):
 
 
 def test_a_pause_is_told_with_what_is_done_and_a_run_follows_an_extraction_under_way(opened, qtbot):
-    opened.workspace.parameters.set_extraction(BlockParameters(min_size=48.0, use_depth=False))
+    opened.workspace.parameters.set_extraction(ilf.BlockParameters(min_size=48.0, use_depth=False))
     with qtbot.waitSignal(opened.runs.ended):
         opened.actions_["extract"].trigger()
         opened.actions_["run"].trigger()
         assert "as soon as they are extracted" in opened.toasts.message
-        assert not opened.runs.going
+        assert not opened.runs.state.going
     assert not opened.workspace.current.changed_blocks()
 
     progress = opened.feature(StatusFeature).bar.progress
@@ -53,8 +51,8 @@ def test_a_pause_is_told_with_what_is_done_and_a_run_follows_an_extraction_under
 
 def test_a_frame_can_be_run_while_blocks_of_another_are_extracted(opened, qtbot, tmp_path, small_frame):
     other = opened.workspace.current
-    open_frame(opened, qtbot, FrameRef(str(write_frame(tmp_path / "second", small_frame))))
-    opened.workspace.parameters.set_extraction(BlockParameters(min_size=48.0, use_depth=False))
+    open_frame(opened, qtbot, write_frame(tmp_path / "second", small_frame))
+    opened.workspace.parameters.set_extraction(ilf.BlockParameters(min_size=48.0, use_depth=False))
     with qtbot.waitSignal(opened.loader.idle):
         opened.loader.extract(other)
         assert opened.actions_["run_all"].isEnabled()

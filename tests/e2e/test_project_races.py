@@ -6,7 +6,6 @@ import uuid
 import pytest
 from PySide6.QtWidgets import QMessageBox
 
-from gui.features.project.saving import SaveRequest
 from gui.state.entries import Entry
 from ilf.project.file import open_project, save_project
 from ilf.sources.frame_ref import FrameRef
@@ -17,7 +16,7 @@ from .conftest import loaded, write_frame
 
 def _saved(window, qtbot, path):
     with qtbot.waitSignal(window.project.saving.saved):
-        window.project.saving.save(SaveRequest(path))
+        window.project.saving.save(path)
 
 
 def test_the_present_project_is_opened_again_as_it_has_been_saved_before(opened, qtbot, tmp_path):
@@ -40,7 +39,7 @@ def test_a_project_is_left_only_when_it_has_been_saved(opened, qtbot, tmp_path, 
     path, other = tmp_path / "room.ilf", tmp_path / "other.ilf"
     _saved(opened, qtbot, path)
     opened.project.discard_silently = False
-    opened.project.saving.save(SaveRequest(other))
+    opened.project.saving.save(other)
     opened.actions_[leave].trigger()
     qtbot.waitUntil(lambda: not (opened.isVisible() and len(opened.workspace.entries)))
     with open_project(other) as project:
@@ -53,7 +52,7 @@ def test_a_note_written_while_the_project_is_saved_stays_unsaved(opened, qtbot, 
     entry = Entry.of(FrameRef(str(write_frame(tmp_path / "second", small_frame))))
     opened.workspace.add_entries([entry])
     with qtbot.waitSignal(opened.project.saving.saved):
-        opened.project.saving.save(SaveRequest(tmp_path / "room.ilf"))
+        opened.project.saving.save(tmp_path / "room.ilf")
         opened.workspace.set_note(entry, "Late.")
     assert entry.unsaved
     _saved(opened, qtbot, tmp_path / "room.ilf")
@@ -113,12 +112,16 @@ def test_saved_work_is_not_replaced_unasked_by_the_same_frame_named_or_read_othe
     _saved(opened, qtbot, tmp_path / "room.ilf")
     workspace.unload(workspace.current)
     opened.project.discard_silently = False
+
+    def questions() -> list[QMessageBox]:
+        return [box for box in opened.findChildren(QMessageBox) if box.isVisible()]
+
     loaded(opened, qtbot, documents.open_source, FrameRef(os.path.relpath(frame_folder)))
     assert workspace.current.info(1).name == "Wall"
     workspace.unload(workspace.current)
     documents.open_source(FrameRef(str(frame_folder), options=ReadingOptions(depth_units=2000.0)))
-    (box,) = (box for box in opened.findChildren(QMessageBox) if box.isVisible())
-    box.button(QMessageBox.StandardButton.Cancel).click()
+    qtbot.waitUntil(lambda: len(questions()) == 1)
+    questions()[0].button(QMessageBox.StandardButton.Cancel).click()
     assert list(workspace.entries) == [entry]
     assert not opened.loader.busy
     opened.project.discard_silently = True

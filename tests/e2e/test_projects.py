@@ -11,13 +11,13 @@ from typing import Any
 import numpy as np
 import pytest
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QApplication, QMessageBox
+from PySide6.QtWidgets import QApplication, QFileDialog, QMessageBox
 
 import ilf
 from gui.features.export.dialog import Export
 from gui.features.export.feature import ExportFeature
+from gui.features.frame_list.feature import FramesFeature
 from gui.features.project.save_as import SaveAsDialog
-from gui.features.project.saving import SaveRequest
 from gui.features.run_history.panel import RunsPanel
 from gui.features.sweep.feature import SweepFeature
 from gui.state.document import Document
@@ -26,7 +26,6 @@ from ilf.project.file import open_project as read_project
 from ilf.project.project import Stage
 from ilf.run.options import ExportOptions
 from ilf.segmentation.editing.patches import patch_between
-from ilf.sources.frame_ref import FrameRef
 
 from ..ilf.project_states import assert_same
 from .conftest import open_frame, write_frame
@@ -34,7 +33,7 @@ from .conftest import open_frame, write_frame
 
 def save(window, qtbot, path: Path, embed: bool | None = None):
     done: list[bool] = []
-    window.project.saving.save(SaveRequest(path, embed, None, done.append))
+    window.project.saving.save(path, embed, None, done.append)
     qtbot.waitUntil(lambda: bool(done))
     assert done == [True]
 
@@ -158,12 +157,12 @@ def test_a_project_opens_moved_with_its_frames_and_embedded_alone_and_a_damaged_
     assert content[begin - 60 : begin + 60] in path.read_bytes(), "what cannot be read is not thrown away"
 
 
-def test_missing_files_are_asked_for_and_checked(window, another, qtbot, small_frame, tmp_path):
+def test_missing_files_are_asked_for_and_checked(window, another, qtbot, small_frame, tmp_path, monkeypatch):
     folders = [write_frame(tmp_path / name, small_frame) for name in ("a", "b", "c")]
     for number, folder in enumerate(folders):  # files that differ
         for file in ("rgb.png", "depth.png"):
             (folder / file).write_bytes((folder / file).read_bytes() + bytes(number))
-        open_frame(window, qtbot, FrameRef(str(folder)))
+        open_frame(window, qtbot, folder)
         window.workspace.current.edit_info(1, "Rename", name=f"Wall {number}")
     path = tmp_path / "project" / "p.ilf"
     path.parent.mkdir()
@@ -183,20 +182,35 @@ def test_missing_files_are_asked_for_and_checked(window, another, qtbot, small_f
         save(second, qtbot, path)
     with read_project(path) as project:
         assert [frame.summary.stage for frame in project.project.frames] == [Stage.EXTRACTED] * 3
+    buttons = dialog.file_button, dialog.folder_button, dialog.new_button
+    starts = []
+
+    def choose(problem):
+        dialog.files.setCurrentItem(dialog.files.findItems(problem, Qt.MatchFlag.MatchExactly, 2)[0])
+
+    def press(button, answer):
+        file = "" if answer is None else str(answer)
+        monkeypatch.setattr(QFileDialog, "getOpenFileName", lambda _, *asked: starts.append(asked) or (file, ""))
+        monkeypatch.setattr(QFileDialog, "getExistingDirectory", lambda *_: file)
+        button.click()
+        assert second.project.missing.busy == (answer is not None)
+        assert answer is None or not any(button.isEnabled() for button in buttons), "nothing else meanwhile"
+        qtbot.waitUntil(lambda: not second.project.missing.busy and not second.loader.busy)
+
     changed = next(lost for lost in second.project.missing.lost if lost.changed is not None)
-    dialog.choose(changed.frame)
+    choose("missing")
+    assert [button.isEnabled() for button in buttons] == [True, True, False], "only what has changed is a new frame"
+    press(dialog.file_button, None)
+    press(dialog.folder_button, None)
+    assert starts == [("Locate rgb.png", str(tmp_path))], "from the nearest folder that is there"
+    changed.changed.unlink()  # while the dialog is open
+    choose("changed")
     assert "the results would not belong to it" in dialog.message.text()
-    assert dialog.new_button.isEnabled()
-
-    def searched() -> bool:
-        return not second.project.missing.busy and not second.loader.busy
-
-    second.project.missing.locate_file(changed, folders[2] / "rgb.png")
-    qtbot.waitUntil(searched)
+    changed.changed.write_bytes((folders[2] / "rgb.png").read_bytes())
+    press(dialog.file_button, folders[2] / "rgb.png")
     assert dialog.message.tone() == "error"
     assert len(second.project.missing.lost) == 5
-    second.project.missing.locate_folder(tmp_path / "away")
-    qtbot.waitUntil(searched)
+    press(dialog.folder_button, tmp_path / "away")
     assert [lost.frame for lost in second.project.missing.lost] == [changed.frame]
     assert dialog.message.text() == "Found 4 files; files of 1 frame are still missing."
     assert [entry.summary.stage for entry in workspace.entries] == [
@@ -204,14 +218,15 @@ def test_missing_files_are_asked_for_and_checked(window, another, qtbot, small_f
         Stage.EXTRACTED,
         Stage.FAILED,
     ]
-    assert second.project.present.words() == "list of frames, paths of files"
+    assert second.project.present.words() == "paths of files"
     for number in (0, 1):
         show(second, qtbot, number)
         assert workspace.current.info(1).name == f"Wall {number}"
 
     shutil.copy(tmp_path / "away" / "a" / "depth.png", folders[2] / "depth.png")
     (folders[2] / "rgb.png").write_bytes((folders[2] / "rgb.png").read_bytes() + b"!")
-    second.project.missing.open_new(changed)
+    choose("changed")
+    dialog.new_button.click()
     show(second, qtbot, 3)
     assert not workspace.current.unsaved
     save(second, qtbot, path)
@@ -263,7 +278,7 @@ def test_a_save_that_fails_leaves_file_and_mark_and_one_message(opened, qtbot, t
 def test_what_is_saved_is_what_there_was_and_replaces_nothing_unasked(opened, qtbot, tmp_path, monkeypatch):
     workspace, done = opened.workspace, []
     workspace.current.edit_info(1, "Rename", name="Wall")
-    opened.project.saving.save(SaveRequest(tmp_path / "p.ilf", then=done.append))
+    opened.project.saving.save(tmp_path / "p.ilf", then=done.append)
     workspace.current.edit_info(1, "Rename", name="Floor")
     qtbot.waitUntil(lambda: bool(done))
     assert workspace.current.unsaved
@@ -327,7 +342,7 @@ def test_closing_saves_discards_or_stays_frame_by_frame(opened, another, qtbot, 
     path, workspace = tmp_path / "p.ilf", opened.workspace
     opened.project.discard_silently = False
     assert opened.project.question is None
-    open_frame(opened, qtbot, FrameRef(str(write_frame(tmp_path / "second", small_frame))))
+    open_frame(opened, qtbot, write_frame(tmp_path / "second", small_frame))
     first, second = (entry.document for entry in workspace.entries)
     for document in (first, second):
         workspace.show(document)
@@ -386,7 +401,7 @@ def test_a_frame_that_is_closed_comes_back_as_it_was_saved(opened, qtbot, tmp_pa
     assert not opened.project.present.unsaved
 
     workspace.current.edit_info(1, "Rename", name="Ceiling")
-    opened.documents.remove_entries([workspace.entries[0]])
+    opened.feature(FramesFeature).remove([workspace.entries[0]])
     box = next(box for box in QApplication.topLevelWidgets() if isinstance(box, QMessageBox) and box.isVisible())
     assert "The work on two-planes is removed, too" in box.text()
     box.button(QMessageBox.StandardButton.Cancel).click()
@@ -430,7 +445,7 @@ def test_a_run_is_not_lost_when_the_window_closes(opened, qtbot, tmp_path, waits
 def test_an_export_is_no_saving_opening_no_work_and_a_sweep_is_named(opened, qtbot, tmp_path):
     assert not opened.project.present.unsaved, "a frame that was opened and extracted is no work"
     opened.workspace.current.edit_info(1, "Rename", name="Wall")
-    with qtbot.waitSignal(opened.feature(ExportFeature).ended):
+    with qtbot.waitSignal(opened.feature(ExportFeature).worker.finished):
         opened.feature(ExportFeature).start(Export(tmp_path / "out", ExportOptions()))
     assert opened.project.present.unsaved
     opened.workspace.undo_group.undo()

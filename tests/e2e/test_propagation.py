@@ -44,7 +44,7 @@ def sequence(tmp_path, small_frame):
 def listed(window, qtbot, sequence):
     """The window with the sequence in its list, the first frame open, and two blocks there."""
     window.workspace.add_entries([Entry.of(source) for source in sequence])
-    open_frame(window, qtbot, sequence[0])
+    open_frame(window, qtbot, sequence[0].rgb)
     labels = np.ones(window.workspace.current.labels.shape, np.int32)
     labels[:, 30:] = 2
     window.workspace.current.replace_blocks(labels, "Blocks of the test", {1: "Wall", 2: "Floor"})
@@ -108,8 +108,8 @@ def test_through_frames_that_keep_what_was_done_by_hand(listed, part, qtbot, seq
     window.actions_["propagate_through"].trigger()
     dialog = window.findChild(PropagateDialog)
     assert dialog.count.value() == 4
-    assert dialog.chosen_way == "propagate_auto"
-    dialog.how.setCurrentIndex(dialog.how.findData("propagate_flow"))
+    assert dialog.how.currentData() == "auto"
+    dialog.how.setCurrentIndex(dialog.how.findData("flow"))
     with qtbot.waitSignal(part.propagator.ended):
         dialog.accept()
     window.refresh.now()
@@ -219,12 +219,12 @@ def test_what_cannot_be_read_of_a_frame_on_the_way_is_told(listed, part, qtbot):
         entry.id, read_frame(entry.source), Blocks(np.zeros(window.workspace.current.labels.shape, np.int32))
     )
     damaged = SimpleNamespace(state=state, problems=("Its runs cannot be read.",))
-    window.loader.store = SimpleNamespace(has=lambda id: True, read=lambda id: damaged)
+    window.loader.store = SimpleNamespace(has=lambda id: True, state=lambda id: damaged)
     entry.has_state = True
-    told: list[tuple[Document, tuple[str, ...]]] = []
-    window.loader.incomplete.connect(lambda document, problems: told.append((document, problems)))
-    document = propagate_state(window, part, qtbot, "propagate_next")
-    assert told == [(document, damaged.problems)]
+    told: list[str] = []
+    window.notes.warn = lambda what, problems: told.extend(problems)
+    propagate_state(window, part, qtbot, "propagate_next")
+    assert told == ["Its runs cannot be read."]
 
 
 def test_what_needs_a_look_is_gone_through(listed, part, qtbot):

@@ -17,7 +17,6 @@ from gui.state.results import ErrorEstimate
 from ilf.data.frame import RGBDFrame
 from ilf.evaluation.quality.remedies import Remedy
 from ilf.segmentation.editing.patches import patch_between
-from ilf.sources.frame_ref import FrameRef
 
 from .conftest import activate, open_frame, write_frame
 from .hand import click, key
@@ -37,7 +36,7 @@ def three_walls() -> RGBDFrame:
 
 
 def opened_with(window, qtbot, tmp_path, labels: np.ndarray):
-    open_frame(window, qtbot, FrameRef(str(write_frame(tmp_path / "walls", three_walls()))))
+    open_frame(window, qtbot, write_frame(tmp_path / "walls", three_walls()))
     window.workspace.current.replace_blocks(labels.astype(np.int32), "Blocks of the test")
     window.refresh.now()
 
@@ -207,7 +206,7 @@ def test_high_expected_error_is_a_place_once_it_is_known(window, qtbot, tmp_path
     first = press(window, qtbot, "next_check")
     assert "Expected error 300 mm" in first
     monkeypatch.setattr(Document, "expected_error", lambda _: None)  # as while an edit is solved
-    monkeypatch.setattr(window.feature(ErrorFeature)._questions, "ask", lambda _: None)  # or it is endless
+    monkeypatch.setattr(window.feature(ErrorFeature).requests, "ask", lambda *_, **__: None)  # or it is endless
     labels = document.labels.copy()
     labels[102:, 138:] = 1
     window.workspace.current.edit(patch_between(document.labels, labels), "Paint")
@@ -225,14 +224,14 @@ def test_suspect_depth_and_blocks_at_a_limit_are_marked(window, qtbot, tmp_path,
     depth[hole] = np.nan
     depth[speck] = 12.0
     frame = RGBDFrame(np.full((HEIGHT, WIDTH, 3), 120, np.uint8), depth)
-    open_frame(window, qtbot, FrameRef(str(write_frame(tmp_path / "speck", frame))))
+    open_frame(window, qtbot, write_frame(tmp_path / "speck", frame))
     workspace = window.workspace
     workspace.current.replace_blocks(np.ones((HEIGHT, WIDTH), np.int32), "One block")
     workspace.parameters.set(workspace.current.state.common.replace(s_criteria=0.0))
     run_all(window)
     outcome = workspace.current.completion().outcomes[1]
     assert outcome.suspect == np.count_nonzero(speck)
-    assert np.array_equal(window.views.blocks.layers._masks["suspect"], speck)
+    assert np.array_equal(window.views.cells["depth-out"].view.striped["suspect"], speck)
     row = block_rows(workspace.current, window.runs.current)[0]
     assert (row.state, outcome.message in row.detail) == ("iteration limit", True)
     assert "limit of steps" in row.detail
@@ -270,7 +269,7 @@ def test_places_and_a_suggestion_are_found_at_once_and_another_frame_has_its_own
     assert panel.remedy is not None
     assert panel.candidates is not None
 
-    open_frame(window, qtbot, FrameRef(str(frame_folder)))
+    open_frame(window, qtbot, frame_folder)
     assert settled(window, qtbot) == "No flagged places."
     assert panel._marks[0].path.isEmpty()
     window.actions_["close_frame"].trigger()
@@ -279,7 +278,7 @@ def test_places_and_a_suggestion_are_found_at_once_and_another_frame_has_its_own
 
 
 def test_enter_applies_the_remedy_wherever_the_focus_is(window, qtbot, tmp_path, frame_folder):
-    open_frame(window, qtbot, FrameRef(str(frame_folder)))
+    open_frame(window, qtbot, frame_folder)
     opened_with(window, qtbot, tmp_path, walls(WIDTH))
     activate(window, qtbot)
     document, table = window.workspace.current, window.feature(BlocksFeature).table

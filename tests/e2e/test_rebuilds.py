@@ -7,7 +7,6 @@ from PySide6.QtWidgets import QApplication
 
 from gui.features.blocks.feature import BlocksFeature
 from ilf import RGBDFrame
-from ilf.sources.frame_ref import FrameRef
 
 from .conftest import open_frame, write_frame
 
@@ -74,7 +73,7 @@ def test_opening_a_frame_rebuilds_the_table_once_and_turning_to_it_too(opened, q
     folder = write_frame(tmp_path / "other", RGBDFrame(frame.rgb[:40], frame.depth[:40]))
     rows = _Count(monkeypatch, opened.feature(BlocksFeature).table, "set_rows")
     pictures = _Count(monkeypatch, opened.views.ranges, "reset_for_frame")
-    open_frame(opened, qtbot, FrameRef(str(folder)))
+    open_frame(opened, qtbot, folder)
     assert rows.taken() <= 2, "without blocks at first, if these take their time"
     assert pictures.taken() == 1
     opened.actions_["previous_frame"].trigger()

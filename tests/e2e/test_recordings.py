@@ -36,9 +36,9 @@ def test_frames_of_a_recording_are_listed_and_gone_through(window, qtbot, tmp_pa
     assert [entry.name for entry in entries] == [f"recording {key}" for key in KEYS]
     assert [entry.document is not None for entry in entries] == [True, False, False]
     assert np.array_equal(workspace.current.frame.rgb, COLOUR)
-    pictures = window.feature(FramesFeature).panel.thumbnails
-    qtbot.waitUntil(lambda: pictures.of(entries[2]) is not None)
-    picture = pictures.of(entries[2])
+    picture_of = window.feature(FramesFeature).panel.picture_of
+    qtbot.waitUntil(lambda: picture_of(entries[2]) is not None)
+    picture = picture_of(entries[2])
     assert (picture.width(), picture.height()) == (160, 120)
     for key in KEYS[1:]:
         loaded(window, qtbot, window.actions_["next_frame"].trigger)
@@ -71,7 +71,7 @@ def test_a_project_brings_frames_of_a_recording_back(
     again = another()
     open_project(again, qtbot, tmp_path / "work.ilf")
     assert isinstance(again.project.missing.dialog, MissingFilesDialog)
-    again.project.missing.locate_folder(tmp_path / "away")
+    again.project.missing.look(tmp_path / "away")
     qtbot.waitUntil(lambda: not again.project.missing.busy and not again.loader.busy)
     document = show(again, qtbot, 0)
     assert np.array_equal(document.labels, labels)
@@ -85,8 +85,7 @@ def test_a_recording_that_cannot_be_read_is_one_message(window, qtbot, tmp_path)
     path = tmp_path / "cut.bag"
     path.write_bytes(write_aligned(tmp_path, "ros1", frames=1).read_bytes()[:3000])
     told: list[tuple[str, str]] = []
-    window.loader.failed.disconnect(window.notes.report)
-    window.loader.failed.connect(lambda what, error: told.append((what, str(error))))
+    window.notes.report = lambda what, error: told.append((what, str(error)))
     window.documents.open_paths([path])
     qtbot.waitUntil(lambda: bool(told))
     assert told[0][0] == "Looking for frames in cut.bag"

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from PySide6.QtWidgets import QMessageBox
 
+import ilf
 from gui.app.main_window import MainWindow
 from gui.features.project.autosave import AutosaveFeature, RecoveryDialog
-from gui.features.project.saving import SaveRequest
 from gui.project.recorder import Recorder
 from gui.project.store import WorkStore
 from gui.state.document import Document
@@ -21,9 +21,6 @@ from ilf.errors import ExportError, InputError
 from ilf.project.file import save_project
 from ilf.project.project import Project
 from ilf.project.store import FolderInUse, WorkFolder
-from ilf.run.run import Run
-from ilf.sources.frame_ref import FrameRef
-from ilf.sources.reading import load_frame
 from tests.gui.naming import unnamed
 
 from .conftest import open_frame, write_frame
@@ -55,7 +52,7 @@ def _leave(qtbot, folder: Path, frames: list[Path], labels: np.ndarray, project:
     recorder.present.take(project)
     recorder.start()
     for number, path in enumerate(frames):
-        workspace.open_document(Document.of(Run(load_frame(str(path)), labels), None, str(path)))
+        workspace.open_document(Document.of(ilf.Run(ilf.load_frame(str(path)), labels), None, str(path)))
         workspace.current.edit_info(1, "Rename", name=f"wall {number}")
     with qtbot.waitSignal(recorder.kept):
         pass
@@ -159,7 +156,7 @@ def test_what_cannot_be_restored_is_left_for_another_time(window, left, qtbot, m
 
     with monkeypatch.context() as broken:
         broken.setattr("gui.features.project.restoring.copy_frames", fail)
-        with qtbot.waitSignal(window.loader.failed):
+        with qtbot.waitSignal(window.notes.reported):
             dialog.rows[1].restore_button.click()
     assert set(left.glob("*.work")) == works
     dialog.rows[1].restore_button.click()
@@ -235,10 +232,10 @@ def test_frames_that_were_saved_since_are_not_called_changed(
 ):
     former, path, folder = another(persistent=True), tmp_path / "house.ilf", tmp_path / "left"
     for name in ("hall", "stairs", "attic"):
-        open_frame(former, qtbot, FrameRef(str(write_frame(tmp_path / name, small_frame))))
+        open_frame(former, qtbot, write_frame(tmp_path / name, small_frame))
         former.workspace.current.edit_info(1, "Rename", name="wall")
     done: list[bool] = []
-    former.project.saving.save(SaveRequest(path, then=done.append))
+    former.project.saving.save(path, then=done.append)
     qtbot.waitUntil(lambda: bool(done))
     former.workspace.current.edit_info(1, "Rename", name="roof")
     if sets_more:

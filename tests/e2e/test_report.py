@@ -6,14 +6,12 @@ from typing import cast
 
 import numpy as np
 
+import ilf
 from gui.features.export.dialog import WORKED_ON
 from gui.features.export.feature import ExportFeature
 from gui.features.export.jobs import subjects_of
 from gui.project.store import WorkStore
 from gui.state.entries import Entry
-from ilf.data.blocks import Blocks
-from ilf.data.frame import RGBDFrame
-from ilf.data.presets import preset
 from ilf.errors import InputError
 from ilf.project.frame_state import FrameState
 from ilf.project.project import FrameSummary
@@ -27,12 +25,12 @@ class Store:
     def has(self, id):
         return True
 
-    def read(self, id):
+    def state(self, id):
         if id == "lost":
             raise InputError("depth.png is not there any more.")
-        frame = RGBDFrame(np.zeros((20, 30, 3), np.uint8), np.full((20, 30), 2.0), name="put away")
+        frame = ilf.RGBDFrame(np.zeros((20, 30, 3), np.uint8), np.full((20, 30), 2.0), name="put away")
         return Decoded(
-            FrameState(id, frame, Blocks(np.ones((20, 30), np.int32)), note="for later"), ("Its names are lost.",)
+            FrameState(id, frame, ilf.Blocks(np.ones((20, 30), np.int32)), note="for later"), ("Its names are lost.",)
         )
 
 
@@ -40,9 +38,9 @@ def test_frames_that_are_not_open_are_read_when_it_is_their_turn():
     places = ("stored", "/a/depth.png", "put away"), ("lost", "/b/depth.png", "gone")
     entries = [Entry(*place, has_state=True) for place in places]
     entries[0].set_summary(FrameSummary(note="for tomorrow"))  # noted since it was stored
-    first, second = (read() for read in subjects_of(entries, cast(WorkStore, Store()), preset("paper")))
+    first, second = (read() for read in subjects_of(entries, cast(WorkStore, Store()), ilf.preset("paper")))
     assert (first.note, first.problems) == ("for tomorrow", ("Its names are lost.",))
-    assert first.run.parameters == preset("paper")
+    assert first.run.parameters == ilf.preset("paper")
     assert not first.completion.results
     assert second == Unreadable("gone", "depth.png is not there any more.")
 

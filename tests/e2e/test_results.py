@@ -122,7 +122,7 @@ def test_a_frame_that_was_moved_is_asked_for_once(window, qtbot, results, tmp_pa
     qtbot.waitUntil(lambda: missing.dialog is not None and not missing.busy)
     assert [lost.wanted.path for lost in missing.lost] == [str(tmp_path / "frames" / "far" / "rgb.png")]
     assert not window.workspace.has_current
-    missing.locate_folder(tmp_path / "moved")
+    missing.look(tmp_path / "moved")
     qtbot.waitUntil(lambda: window.workspace.has_current and not window.loader.busy)
     shutil.copytree(tmp_path / "moved", tmp_path / "frames")
     check_result(window.workspace.current, results / "far")
@@ -161,7 +161,7 @@ def test_reading_options_of_a_result_are_refused(window, qtbot, results):
 
 def test_results_that_were_not_shown_are_exported_as_they_are(window, qtbot, results, tmp_path):
     open_path(window, qtbot, results)
-    with qtbot.waitSignal(window.feature(ExportFeature).ended):
+    with qtbot.waitSignal(window.feature(ExportFeature).worker.finished):
         window.feature(ExportFeature).start(Export(tmp_path / "again", ExportOptions(), "all"))
     for name in ("depth.npy", "run.json"):
         assert (tmp_path / "again" / "near" / name).read_bytes() == (results / "near" / name).read_bytes()

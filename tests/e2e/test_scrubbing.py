@@ -7,7 +7,6 @@ from PySide6.QtTest import QTest
 import ilf
 from gui.features.curves import CurvesFeature
 from gui.work.frame_runs import RunState
-from ilf.run.run import Run
 from ilf.segmentation.editing.patches import patch_between
 
 
@@ -82,7 +81,7 @@ def test_an_edit_a_run_and_another_frame_lead_back_to_the_present(opened, qtbot,
 
 def test_key_frames_are_those_of_the_last_frames_that_were_run(opened):
     workspace, first = opened.workspace, opened.workspace.current
-    run = Run(first.frame, first.labels, ilf.preset(max_iterations=2))
+    run = ilf.Run(first.frame, first.labels, ilf.preset(max_iterations=2))
     with run.steps(1, workspace.watch(first, run)) as steps:
         for _ in steps:
             pass

@@ -7,7 +7,8 @@ from PySide6.QtWidgets import QToolButton
 
 from gui.features.edit_summary import EditSummaryFeature
 from gui.features.export.feature import ExportFeature
-from gui.features.start_page import StartPageFeature, _pictures
+from gui.features.start_page import StartPage, StartPageFeature
+from gui.work.jobs import stop_workers
 from ilf.sources.frame_ref import FrameRef
 
 from .conftest import loaded, open_frame, write_frame
@@ -23,7 +24,7 @@ def test_it_goes_with_a_frame_comes_back_and_offers_what_was_open(window, qtbot,
         assert button.focusPolicy() == Qt.FocusPolicy.StrongFocus
         assert button.defaultAction().isEnabled()
     for number in range(2):
-        open_frame(window, qtbot, FrameRef(str(write_frame(tmp_path / f"frame-{number}", small_frame))))
+        open_frame(window, qtbot, write_frame(tmp_path / f"frame-{number}", small_frame))
         assert not page.isVisible()
     assert "last edit" in summary.text()
     save(window, qtbot, tmp_path / "both.ilf")
@@ -31,7 +32,8 @@ def test_it_goes_with_a_frame_comes_back_and_offers_what_was_open(window, qtbot,
     qtbot.waitUntil(page.isVisible)
     names = [page.recent.item(row).text() for row in range(page.recent.count())]
     assert names == [f"{tmp_path.name}/both.ilf", "frame-1", "frame-0"]
-    qtbot.waitUntil(lambda: [picture.isNull() for picture in page.pictures.values()] == [False] * 3)
+    made = page.thumbnails._made
+    qtbot.waitUntil(lambda: [picture and not picture.isNull() for picture in made.values()] == [True] * 3)
 
     assert len({page.recent.visualItemRect(page.recent.item(row)).top() for row in range(3)}) == 1, "all in a row"
 
@@ -42,13 +44,18 @@ def test_it_goes_with_a_frame_comes_back_and_offers_what_was_open(window, qtbot,
     assert not page.isVisible()
     window.actions_["close_frame"].trigger()
     qtbot.waitUntil(page.isVisible)
-    assert page.recent.item(1).text() == "frame-0", "the latest frame first"
+    assert page.recent.item(0).text() == "frame-0", "the latest first"
 
 
-def test_a_folder_of_frames_has_the_thumbnail_of_its_first_frame(tmp_path, small_frame):
+def test_a_folder_of_frames_has_the_thumbnail_of_its_first_frame(tmp_path, small_frame, qtbot):
     write_frame(tmp_path / "frame-0", small_frame)
-    ((_, image),) = _pictures([FrameRef(str(tmp_path))])
-    assert not image.isNull()
+    page = StartPage([], print)
+    qtbot.addWidget(page)
+    page.show_recent([FrameRef(str(tmp_path))])
+    (key,) = page.thumbnails._made
+    qtbot.waitUntil(lambda: page.thumbnails._made[key] is not None)
+    assert not page.thumbnails._made[key].isNull()
+    assert stop_workers(page)
 
 
 def test_results_of_the_sample_are_not_proposed_among_the_programs_own_files(window, qtbot, tmp_path, monkeypatch):

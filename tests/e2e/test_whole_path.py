@@ -14,7 +14,6 @@ from gui.features.curves import CurvesFeature
 from gui.features.filter import FilterPanel
 from ilf.cli import main as command_line
 from ilf.run.options import ExportOptions
-from ilf.sources.frame_ref import FrameRef
 
 from .conftest import export, loaded, open_frame
 
@@ -67,7 +66,7 @@ def test_several_frames_keep_their_own_state(opened, qtbot, run_all, tmp_path):
     first = opened.workspace.current
     depth = first.frame.depth + np.float32(0.5)
     second_folder = write_frame(tmp_path / "farther", ilf.RGBDFrame(first.frame.rgb, depth))
-    open_frame(opened, qtbot, FrameRef(str(second_folder)))
+    open_frame(opened, qtbot, second_folder)
     second = opened.workspace.current
     assert second is not first
     assert second.completion() is None

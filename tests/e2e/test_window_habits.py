@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QApplication, QDialog, QLabel, QPushButton, QSlide
 from gui.base.commands import why_not
 from gui.features.blocks.feature import BlocksFeature
 from gui.features.layouts.feature import LayoutsFeature
-from gui.features.palette.palette import PaletteFeature
+from gui.features.palette import PaletteFeature
 from gui.features.shortcuts import ShortcutsFeature
 from gui.features.status import StatusFeature
 from gui.features.views import ViewsFeature

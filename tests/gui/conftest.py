@@ -1,12 +1,16 @@
+from unittest.mock import Mock
+
 import numpy as np
 import pytest
 
+import ilf
+from gui.base.commands import Actions, Command
+from gui.base.needs import NOTHING
+from gui.features.edit_summary import EditSummaryFeature
 from gui.state.document import Document
 from gui.state.workspace import Workspace
+from gui.views.linked_views import LinkedViews
 from gui.work.jobs import stop_workers
-from ilf.data.blocks import Blocks
-from ilf.data.parameters import BlockParameters
-from ilf.run.run import Run, complete
 
 from .scripted_runs import Bench, Script, ScriptedSteps
 from .states import QUICK, Told
@@ -22,7 +26,7 @@ def _patient(monkeypatch):
 @pytest.fixture
 def script(monkeypatch):
     script = Script()
-    monkeypatch.setattr(Run, "steps", lambda run, threads=None, watch=None: ScriptedSteps(script, run, threads))
+    monkeypatch.setattr(ilf.Run, "steps", lambda run, threads=None, watch=None: ScriptedSteps(script, run, threads))
     return script
 
 
@@ -32,6 +36,38 @@ def bench(qtbot, small_frame, small_labels, script):
     yield bench
     script.allow()
     assert stop_workers(bench.runs)
+
+
+@pytest.fixture
+def views(bench, qtbot):
+    views = LinkedViews(bench.workspace)
+    qtbot.addWidget(views)
+    views.look_back(None)
+    return views
+
+
+@pytest.fixture
+def context(bench, views):
+    """What features of the bench may use: its state and runs, views, and commands; the rest is not there."""
+    actions = Actions(views, lambda: NOTHING)
+    actions.add([Command("live", "Live", "Solve blocks after edits", checkable=True)])
+    actions["live"].setChecked(True)
+    yield Mock(window=views, workspace=bench.workspace, runs=bench.runs, views=views, actions=actions)
+    assert stop_workers(views)
+
+
+@pytest.fixture
+def live(context):
+    """The action of *Live*, which is on."""
+    return context.actions["live"]
+
+
+@pytest.fixture
+def summary(context):
+    """The summary of edits."""
+    summary = EditSummaryFeature(context)
+    summary.line.resize(1200, 24)
+    return summary
 
 
 @pytest.fixture
@@ -47,20 +83,20 @@ def until(qtbot):
     return qtbot.waitUntil
 
 
-def extracted(labels: np.ndarray) -> Blocks:
-    return Blocks(labels, extraction=BlockParameters(), extracted=labels)
+def extracted(labels: np.ndarray) -> ilf.Blocks:
+    return ilf.Blocks(labels, extraction=ilf.BlockParameters(), extracted=labels)
 
 
 @pytest.fixture
 def document(small_frame, small_labels, qapp):
     """`small_frame` with its two blocks, as an extraction gave them."""
-    return Document.of(Run(small_frame, extracted(small_labels)), "origin", "key")
+    return Document.of(ilf.Run(small_frame, extracted(small_labels)), "origin", "key")
 
 
 @pytest.fixture
 def other(small_frame, small_labels, qapp):
     """Another frame, of the same pixels."""
-    return Document.of(Run(small_frame, extracted(small_labels)), "other origin", "other key")
+    return Document.of(ilf.Run(small_frame, extracted(small_labels)), "other origin", "other key")
 
 
 @pytest.fixture
@@ -87,4 +123,4 @@ def told(workspace):
 @pytest.fixture
 def results(document):
     """What a short run of both blocks gives."""
-    return list(complete(document.frame, document.labels, QUICK).results.values())
+    return list(ilf.complete(document.frame, document.labels, QUICK).results.values())

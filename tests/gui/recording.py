@@ -5,27 +5,26 @@ from pathlib import Path
 
 import numpy as np
 
+import ilf
 from gui.project.recorder import Recorder
 from gui.project.store import WorkStore
 from gui.state.document import Document
 from gui.state.workspace import Workspace
-from ilf.data.frame import RGBDFrame
 from ilf.project.state_codec import load_state
 from ilf.project.store import WorkFolder
-from ilf.run.run import Run
 from ilf.segmentation.editing.patches import patch_between
 
 
 class Recording:
     """Two frames that are open, a store and a recorder. Copies of the autosave are made in a folder aside."""
 
-    def __init__(self, folder: Path, aside: Path, frame: RGBDFrame, labels: np.ndarray) -> None:
+    def __init__(self, folder: Path, aside: Path, frame: ilf.RGBDFrame, labels: np.ndarray) -> None:
         self.folder, self.aside = folder, aside
         self.workspace = Workspace()
         self.store = WorkStore(folder)
         self.recorder = Recorder(self.workspace, self.store)
         self.recorder.start()
-        self.documents = [Document.of(Run(frame, labels), None, name) for name in ("one", "two")]
+        self.documents = [Document.of(ilf.Run(frame, labels), None, name) for name in ("one", "two")]
         for document in self.documents:
             self.workspace.open_document(document)
 

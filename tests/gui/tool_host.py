@@ -5,24 +5,23 @@ from collections.abc import Callable, Iterable
 import numpy as np
 from numpy.typing import NDArray
 
+import ilf
 from gui.state.document import Document
 from gui.state.workspace import Workspace
 from gui.tools.base import Point, Result, Tool, ToolOptions
 from gui.tools.edge_data import EdgeData, edge_data_of
 from gui.views.interaction import PointerEvent, PointerKind, Preview
-from ilf.data.frame import RGBDFrame
 from ilf.errors import InputError
-from ilf.run.run import Run
 from ilf.segmentation.editing.patches import LabelPatch
 
 
 class ToolHost:
     """Keeps what it is told: the last preview and all messages. Changes go to a workspace of its own."""
 
-    def __init__(self, frame: RGBDFrame, labels: NDArray[np.int32], leash: int = 0) -> None:
+    def __init__(self, frame: ilf.RGBDFrame, labels: NDArray[np.int32], leash: int = 0) -> None:
         self.options = ToolOptions(brush_radius=3.0, leash=leash)
         self.workspace = Workspace()
-        self.workspace.open_document(Document.of(Run(frame, labels), "origin", "key"))
+        self.workspace.open_document(Document.of(ilf.Run(frame, labels), "origin", "key"))
         strength = np.zeros(frame.shape, np.float32)
         strength[:, 29:31] = 1.0
         regions = np.where(np.arange(frame.shape[1]) < 30, 1, 2) + np.zeros(frame.shape, np.int32)
@@ -52,12 +51,13 @@ class ToolHost:
     def commit(self, patch: LabelPatch | None, text: str, label: int = 0) -> LabelPatch | None:
         return patch if self.workspace.current.edit(patch, text) else None
 
-    def attempt(self, change: Callable[[], bool]) -> bool:
+    def attempt(self, act: Callable[[], object]) -> bool:
+        """Let a tool act, as the editor does."""
         try:
-            return change()
+            return bool(act())
         except InputError as error:
             self.show_message(str(error))
-            return False
+            return True
 
     def set_option(self, name: str, value: float | bool) -> None:
         setattr(self.options, name, value)
@@ -69,12 +69,7 @@ class ToolHost:
         """At once, unless a test lets it wait."""
 
         def answer() -> None:
-            try:
-                found = find()
-            except InputError as error:
-                self.show_message(str(error))
-            else:
-                take(found)
+            self.attempt(lambda: take(find()))
 
         if self.waits:
             self.waiting.append(answer)
@@ -94,7 +89,7 @@ class Hand:
 
     def send(self, kind: PointerKind, at: Point, keys: str = "") -> bool:
         event = PointerEvent(kind, *at, shift="s" in keys, ctrl="c" in keys, alt="a" in keys)
-        return self.tool.pointer(event, self.host)
+        return self.host.attempt(lambda: self.tool.pointer(event, self.host))
 
     def press(self, at: Point, keys: str = "") -> bool:
         return self.send(PointerKind.PRESS, at, keys)
@@ -119,6 +114,9 @@ class Hand:
 
     def hover(self, at: Point, keys: str = "") -> None:
         self.send(PointerKind.HOVER, at, keys)
+
+    def finish(self) -> bool:
+        return self.host.attempt(lambda: self.tool.finish(self.host))
 
     def cancel(self) -> bool:
         """Cancel what the tool does; return whether there was anything to cancel."""

@@ -8,23 +8,20 @@ from pathlib import Path
 import numpy as np
 
 import ilf
-from ilf.data.blocks import BlockInfo, Blocks
+from ilf.data.blocks import BlockInfo
 from ilf.data.by_hand import DepthByHand
-from ilf.data.frame import RGBDFrame
 from ilf.data.guide import Guide, GuideCard
-from ilf.evaluation.hold_out import HoldOutTest
-from ilf.evaluation.quality.ignored import IgnoredPlace
-from ilf.project.file import open_project, save_project
+from ilf.evaluation.quality.places import IgnoredPlace
+from ilf.project.file import save_project
 from ilf.project.frame_state import FrameState, InspectionState
 from ilf.project.project import FrameSummary, Project, ProjectFrame, Stage
 from ilf.project.run_history import Extrapolation, StoredRun
-from ilf.run.run import Run
 from ilf.sources.frame_ref import FrameRef
 
 from .small_frames import CAMERA, QUICK, write_small_frame
 
 
-def small_frame(folder: Path) -> RGBDFrame:
+def small_frame(folder: Path) -> ilf.RGBDFrame:
     """The small frame from files in a folder, with the truth of a file."""
     rgb, depth = write_small_frame(folder)
     ground_truth = folder / "truth.npy"
@@ -32,16 +29,16 @@ def small_frame(folder: Path) -> RGBDFrame:
     return ilf.load_frame(rgb, depth, intrinsics=CAMERA, ground_truth=ground_truth)
 
 
-def made_frame() -> RGBDFrame:
+def made_frame() -> ilf.RGBDFrame:
     """A frame that a program has made, with a truth."""
     rng = np.random.default_rng(0)
     depth = rng.uniform(1, 3, (60, 80)).astype(np.float32)
     depth[20:30, 30:50] = np.nan
     colour = rng.integers(0, 255, (60, 80, 3), dtype=np.uint8)
-    return RGBDFrame(colour, depth, name="made", ground_truth=np.full((60, 80), 2.5))
+    return ilf.RGBDFrame(colour, depth, name="made", ground_truth=np.full((60, 80), 2.5))
 
 
-def rich_state(frame: RGBDFrame, frame_id: str = "ab12") -> FrameState:
+def rich_state(frame: ilf.RGBDFrame, frame_id: str = "ab12") -> FrameState:
     """A state of a 80 x 60 frame with results, two kept runs, a guess, notes and all else that there is."""
     mask = np.zeros(frame.shape, bool)
     mask[44:50, 4:10] = True
@@ -59,12 +56,12 @@ def rich_state(frame: RGBDFrame, frame_id: str = "ab12") -> FrameState:
     )
     quick = ilf.preset(**QUICK)
     paper = ilf.preset("paper", **QUICK)
-    early = Run(frame, Blocks(former, own={1: {"stage_step": 1.0}}, notes=("First of all.",)), paper, only=(1,))
-    blocks = Blocks(
+    early = ilf.Run(frame, ilf.Blocks(former, own={1: {"stage_step": 1.0}}, notes=("First of all.",)), paper, only=(1,))
+    blocks = ilf.Blocks(
         labels, own={2: {"smoothness": 2.0}}, drawn=drawn, by_hand=by_hand, extracted=labels,
         extraction=ilf.BlockParameters(granularity=0.4), network="0" * 64,
     )  # fmt: skip
-    late = Run(frame.with_invalid_mask(mask).with_guide(guide), blocks, quick, extrapolate=True)
+    late = ilf.Run(frame.with_invalid_mask(mask).with_guide(guide), blocks, quick, extrapolate=True)
     early_result, late_result = early.complete(), late.complete()
     told = dataclasses.replace(late_result.results[1], notes=("Canny stood in.",), network="a" * 64)
     late_result = dataclasses.replace(late_result, results=late_result.results | {1: told})
@@ -77,13 +74,13 @@ def rich_state(frame: RGBDFrame, frame_id: str = "ab12") -> FrameState:
         StoredRun(
             4, "é / \n", late, late_result.results, 0.1, (250, 0, 9), "",
             datetime.datetime(2024, 2, 29, 12, 0, 1, 5), frozenset({1, 2, 70_000}), "cancelled",
-            Extrapolation.of(late_result), 0.1 + 0.2, math.nan, None, HoldOutTest("random", (3, 1)),
+            Extrapolation.of(late_result), 0.1 + 0.2, math.nan, None, ilf.HoldOutTest("random", (3, 1)),
         ),
     )  # fmt: skip
     return FrameState(
         id=frame_id,
         frame=frame.with_invalid_mask(mask).with_guide(guide),
-        blocks=Blocks(
+        blocks=ilf.Blocks(
             labels,
             {1: BlockInfo("wall", (9, 8, 7), False, True), 99: BlockInfo("gone", (0, 0, 255))},
             {2: {"smoothness": 2.0}},
@@ -116,18 +113,18 @@ def rich_state(frame: RGBDFrame, frame_id: str = "ab12") -> FrameState:
     )
 
 
-def through_project(frame: RGBDFrame, path: Path) -> RGBDFrame:
+def through_project(frame: ilf.RGBDFrame, path: Path) -> ilf.RGBDFrame:
     """The frame as it comes back from a project file."""
     listed = ProjectFrame("a1", "one", FrameRef.of(frame.inputs), FrameSummary(Stage.UNTOUCHED), True)
-    save_project(path, Project((listed,)), [FrameState("a1", frame, Blocks(np.ones(frame.shape, np.int32)))])
-    with open_project(path) as opened:
+    save_project(path, Project((listed,)), [FrameState("a1", frame, ilf.Blocks(np.ones(frame.shape, np.int32)))])
+    with ilf.open_project(path) as opened:
         return opened.state("a1").state.frame
 
 
 def assert_same(one: object, other: object, what: str = "state") -> None:
     """Everything in two states is the same, down to the bits of arrays."""
-    if isinstance(one, RGBDFrame):
-        assert isinstance(other, RGBDFrame)
+    if isinstance(one, ilf.RGBDFrame):
+        assert isinstance(other, ilf.RGBDFrame)
         for name in (
             "rgb",
             "measured",

@@ -6,8 +6,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from ilf.data.frame import RGBDFrame
-from ilf.data.parameters import BlockParameters
+import ilf
 from ilf.segmentation.edges.frame_edges import FrameEdges, find_edges
 
 CAMERA = "80,80,39.5,29.5"
@@ -28,7 +27,7 @@ def write_small_frame(folder: Path) -> tuple[Path, Path]:
     return folder / "rgb.png", folder / "depth.png"
 
 
-def without_edges(frame: RGBDFrame) -> FrameEdges:
+def without_edges(frame: ilf.RGBDFrame) -> FrameEdges:
     """Edges of a frame with none for the filter to see."""
-    found = find_edges(frame, BlockParameters(detector="canny"))
+    found = find_edges(frame, ilf.BlockParameters(detector="canny"))
     return replace(found, strength=np.zeros(frame.shape, np.float32))

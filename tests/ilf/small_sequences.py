@@ -6,11 +6,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from ilf.data.camera import Camera
-from ilf.data.frame import RGBDFrame
+import ilf
 
 SHAPE = 60, 80
-CAMERA = Camera(80.0, 80.0, 39.5, 29.5)
+CAMERA = ilf.Camera(80.0, 80.0, 39.5, 29.5)
 CAMERA_TEXT = "80,80,39.5,29.5"
 
 
@@ -34,13 +33,13 @@ def exact_view(pose: NDArray[np.float64]) -> tuple[NDArray[np.uint8], NDArray[np
     return rgb.astype(np.uint8), depth.astype(np.float32)
 
 
-def sequence(count: int = 5) -> list[RGBDFrame]:
+def sequence(count: int = 5) -> list[ilf.RGBDFrame]:
     """Frames with poses, each with a hole of 12 x 16 pixels at a place of its own."""
     frames = []
     for number in range(count):
         rgb, depth = exact_view(pose_of(number))
         depth[10 + 8 * number : 22 + 8 * number, 20:36] = np.nan
-        frames.append(RGBDFrame(rgb, depth, CAMERA, f"frame {number}", pose=pose_of(number)))
+        frames.append(ilf.RGBDFrame(rgb, depth, CAMERA, f"frame {number}", pose=pose_of(number)))
     return frames
 
 

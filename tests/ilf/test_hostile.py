@@ -13,15 +13,13 @@ from hypothesis import strategies as st
 
 import ilf
 from gui.features.frame_list.thumbnails import read_thumbnail, stored_thumbnail
-from ilf.errors import FormatError, IlfError, InputError, one_line
+from ilf.errors import FormatError, InputError, one_line
 from ilf.io.block_files import read_blocks
 from ilf.io.cameras import intrinsics_from
 from ilf.run.options import ExportOptions
-from ilf.run.run import Run
 from ilf.run.writing import write
 from ilf.sources.frame_ref import FrameRef
 from ilf.sources.listing import list_frames
-from ilf.sources.reading import load_frame
 from ilf.sources.times import associated
 
 from ..bench.fuzz.formats import FORMATS
@@ -63,8 +61,8 @@ LONG = "x" * 5000
 @pytest.mark.parametrize(
     "read",
     [
-        lambda: load_frame(LONG),
-        lambda: load_frame(f"{LONG}.png", f"{LONG}.png"),
+        lambda: ilf.load_frame(LONG),
+        lambda: ilf.load_frame(f"{LONG}.png", f"{LONG}.png"),
         lambda: list_frames(LONG),
         lambda: read_blocks(LONG, (60, 80)),
         lambda: ilf.open_source(LONG),
@@ -73,7 +71,7 @@ LONG = "x" * 5000
     ],
 )
 def test_names_that_no_file_can_have_are_errors_of_ours(read):
-    with pytest.raises(IlfError):
+    with pytest.raises(ilf.IlfError):
         read()
 
 
@@ -97,14 +95,14 @@ def test_absurd_values_of_a_frame_folder_are_refused(meta, tmp_path):
     write_small_frame(tmp_path)
     (tmp_path / "meta.json").write_text(json.dumps({"depth_units_per_m": 1000} | meta))
     with pytest.raises(InputError, match=r"meta\.json|interrupted"):
-        load_frame(tmp_path)
+        ilf.load_frame(tmp_path)
 
 
 def test_deeply_nested_json_is_refused(tmp_path):
     write_small_frame(tmp_path)
     (tmp_path / "meta.json").write_text('{"K":' + "[" * 100_000 + "]" * 100_000 + "}")
     with pytest.raises(FormatError, match="not valid JSON"):
-        load_frame(tmp_path)
+        ilf.load_frame(tmp_path)
 
 
 @pytest.mark.parametrize("value", [np.finfo(np.float32).max, 1e30, 1e-38])
@@ -201,11 +199,11 @@ def test_a_checkpoint_of_training_is_read_as_numbers_and_not_as_a_program():
 def test_sources_that_are_deleted_while_open_do_not_keep_results_from_being_written(tmp_path):
     rgb, depth = write_small_frame(tmp_path / "in")
     np.save(tmp_path / "in/truth.npy", np.full((60, 80), 2.0, np.float32))
-    frame = load_frame(rgb, depth, intrinsics=CAMERA, ground_truth=tmp_path / "in/truth.npy")
+    frame = ilf.load_frame(rgb, depth, intrinsics=CAMERA, ground_truth=tmp_path / "in/truth.npy")
     for path in (tmp_path / "in").iterdir():
         path.unlink()
     (tmp_path / "in").rmdir()
-    run = Run.of(frame, preset=ilf.preset(**QUICK))
+    run = ilf.Run.of(frame, preset=ilf.preset(**QUICK))
     written = write(tmp_path / "out", run, run.complete(), ExportOptions(cloud="ply", mesh="ply"))
     assert all(path.is_file() for path in written.files)
     assert "run.json" in {path.name for path in written.files}

@@ -13,11 +13,10 @@ import pytest
 import ilf
 from ilf._runtime.named_places import NotAllowed, named_in, note_opened
 from ilf.cli import main
-from ilf.data.blocks import Blocks
 from ilf.data.frame import InputFile
 from ilf.errors import InputError, without_credentials
 from ilf.io.frame_additions import with_ground_truth_file
-from ilf.project.file import open_project, save_project
+from ilf.project.file import save_project
 from ilf.project.frame_state import FrameState
 from ilf.project.project import FrameSummary, Project, ProjectFrame, Stage
 from ilf.project.project_json import encode_project
@@ -71,7 +70,7 @@ def project_with_work(folder, frame, place):
     """A project whose stored frame names a place."""
     assert frame.inputs is not None
     inputs = replace(frame.inputs, **{kind: InputFile(f"{place}/{kind}/0000.png", "0") for kind in ("rgb", "depth")})
-    state = FrameState("a1", replace(frame, inputs=inputs), Blocks(np.ones(frame.shape, np.int32)))
+    state = FrameState("a1", replace(frame, inputs=inputs), ilf.Blocks(np.ones(frame.shape, np.int32)))
     path, listed = folder / "stranger.ilf", ProjectFrame("a1", "desk", None, FrameSummary(Stage.RUN), True)
     save_project(path, Project((listed,)), [state])
     return path
@@ -306,7 +305,7 @@ def test_a_project_is_listed_without_asking_and_opened_when_it_is_allowed(strang
     assert not asked
     assert main([*opening, "--allow-address", address]) == 0
     assert asked
-    with open_project(path) as opened, ilf.sources.allow_address(address):
+    with ilf.open_project(path) as opened, ilf.sources.allow_address(address):
         assert opened.state("a1").state.frame.shape == (24, 32)
 
 

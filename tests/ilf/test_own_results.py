@@ -8,7 +8,7 @@ import pytest
 
 import ilf
 from ilf.cli import main
-from ilf.sources.frame_writing import write_frame
+from ilf.sources.frame_folder import write_frame
 
 from .batch_frames import work_in_this_process
 

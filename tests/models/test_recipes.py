@@ -23,7 +23,7 @@ FLAT = np.zeros_like(DEPTH)
 
 Use = Callable[[Path], np.ndarray]
 USES: dict[str, Use] = {
-    "depth-edges": lambda path: DepthEdgeNetwork.load(path).look(RGB, HOLES).jump,
+    "depth-edges": lambda path: DepthEdgeNetwork.load(path).look(RGB, HOLES)[0],
     "contours": lambda path: EdgeNetwork.load(path).strength(RGB),
     "correction": lambda path: CorrectionNetwork.load(path).change(RGB, HOLES, DEPTH, FLAT),
     "sparse-correction": lambda path: SparseCorrectionNetwork.load(path).change(RGB, HOLES, DEPTH, FLAT, FLAT),

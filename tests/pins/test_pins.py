@@ -97,14 +97,3 @@ def test_a_table_without_what_is_asked_for_is_not_equal_to_nothing(tmp_path):
     with pytest.raises(SystemExit) as ended:
         main([str(file), "--only", "library"])
     assert ended.value.code == 2
-
-
-WRONG = [], ["no-such-commit"], ["HEAD", "--write", "table.json"], ["HEAD", "--only", "none"]
-
-
-@pytest.mark.parametrize("words", WRONG)
-def test_wrong_usage(words, capsys):
-    with pytest.raises(SystemExit) as ended:
-        main(words)
-    assert ended.value.code == 2
-    assert "error:" in capsys.readouterr().err

@@ -8,11 +8,10 @@ import numpy as np
 import scipy.fft
 from numpy.typing import NDArray
 
+import ilf
 from ilf.completion.pass_band.band import colour_weight, inside_ellipse
 from ilf.completion.pass_band.iteration import LinearSchedule, StagedSchedule, principal_lengths
-from ilf.data.frame import RGBDFrame
 from ilf.data.label_map import Block
-from ilf.data.parameters import Parameters
 from ilf.data.results import PassBandRecord, deviation, hold_out_mask, l1_norm
 
 
@@ -35,7 +34,7 @@ class FullGridIteration(Iterator[PassBandRecord]):
     parameters : Parameters
     """
 
-    def __init__(self, frame: RGBDFrame, block: Block, parameters: Parameters) -> None:
+    def __init__(self, frame: ilf.RGBDFrame, block: Block, parameters: ilf.Parameters) -> None:
         self._start = time.perf_counter()
         self._parameters = parameters
         self._mask = block.mask

@@ -2,36 +2,23 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import replace
+from functools import partial
 from weakref import WeakValueDictionary
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ilf.data.frame import RGBDFrame
-from ilf.data.results import BlockResult, Completion
-from ilf.evaluation.evaluation import evaluate_blocks
+from ilf.data.results import BlockResult
+from ilf.evaluation.evaluation import Evaluation, evaluate_blocks
 
-from ...state.block_errors import GROUND_TRUTH, HOLD_OUT, BlockErrors
+from ...state.blocks import GROUND_TRUTH, HOLD_OUT, BlockErrors
 from ...state.document import Document
 from ...state.parts import Part
 from ...work.latest_request import LatestRequest
 from ..context import Context, Feature
 from .panel import AccuracyPanel
-
-
-@dataclass(frozen=True, eq=False)
-class _Request:
-    document: Document
-    frame: RGBDFrame
-    completion: Completion
-    labels: NDArray[np.int32]
-
-
-def _evaluated(request: _Request) -> dict[int, float]:
-    """Return label -> RMSE [m] against ground truth; called in a worker thread."""
-    found = evaluate_blocks(request.frame, request.completion, request.labels)
-    return {label: evaluated.rmse for label, evaluated in found.items() if evaluated.pixels}
 
 
 class BlockErrorsFeature(Feature):
@@ -40,10 +27,8 @@ class BlockErrorsFeature(Feature):
     def __init__(self, context: Context) -> None:
         super().__init__(context)
         self._accuracy = context.feature(AccuracyPanel)
-        self._requests = LatestRequest[_Request, dict[int, float]](_evaluated, self)
-        self._requests.answered.connect(self._take)
-        self._requests.failed.connect(lambda _, error: context.notes.report("Evaluation against ground truth", error))
-        self._found: tuple[Document | None, dict[int, float]] = None, {}
+        self._requests = LatestRequest(self, partial(context.notes.report, "Evaluation against ground truth"))
+        self._found: tuple[Document | None, Mapping[int, Evaluation]] = None, {}
         """The errors against ground truth, and their frame."""
         self._of: NDArray[np.float32] | None = None
         self._expected = BlockErrors()
@@ -56,7 +41,6 @@ class BlockErrorsFeature(Feature):
             "block errors",
             self._show,
             changed | Part.INVALID_MASK | Part.GUIDE | Part.NEIGHBOURS | Part.PARAMETERS | Part.EXPECTED_ERROR,
-            also=(self._requests.answered, self._accuracy.tested),
         )
 
     def _ask(self) -> None:
@@ -67,10 +51,12 @@ class BlockErrorsFeature(Feature):
             self._requests.forget()
             self._found = None, {}
         else:
-            self._requests.ask(_Request(document, document.frame, completion, document.labels.copy()))
+            frame, labels = document.frame, document.labels.copy()
+            self._requests.ask(lambda: evaluate_blocks(frame, completion, labels), partial(self._take, document))
 
-    def _take(self, request: _Request, found: dict[int, float]) -> None:
-        self._found = request.document, found
+    def _take(self, document: Document, found: Mapping[int, Evaluation]) -> None:
+        self._found = document, found
+        self.context.refresh.mark("block errors")
 
     def _show(self) -> None:
         """Give the errors to the table of blocks."""
@@ -81,7 +67,9 @@ class BlockErrorsFeature(Feature):
         outcome = self._accuracy.outcomes.get(document)
         if document.frame.ground_truth is not None:
             of, found = self._found
-            errors = BlockErrors(GROUND_TRUTH, found if of is document else {})
+            of_document = found if of is document else {}
+            rmse = {label: evaluated.rmse for label, evaluated in of_document.items() if evaluated.pixels}
+            errors = BlockErrors(GROUND_TRUTH, rmse)
         elif outcome is not None:
             errors = BlockErrors(HOLD_OUT, outcome.errors_of(document))
         else:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 from PySide6.QtWidgets import QWidget
@@ -26,34 +26,17 @@ _UNITS = ("1000 (millimetres)", "5000 (TUM)", "10000 (0.1 mm)", "1 (metres)", "2
 _NOTHING_SELECTED = "Select the true depth of the same pixels: a 16-bit or float image, or NPY."
 
 
-class GroundTruthSource(NamedTuple):
-    """A file with the ground truth of a frame, and its units per metre if given."""
-
-    frame: RGBDFrame
-    path: str
-    units: float | None = None
-
-
-def frame_with(source: GroundTruthSource) -> RGBDFrame:
-    """Return the frame with the ground truth of the file; called in a worker thread."""
-    frame = with_ground_truth_file(source.frame, source.path, source.units)
-    note_opened(source.path)
-    return frame
-
-
-class GroundTruthDialog(PreviewDialog[GroundTruthSource, RGBDFrame]):
+class GroundTruthDialog(PreviewDialog[RGBDFrame]):
     """Dialog to select a ground truth file, with a preview.
 
     Parameters
     ----------
     frame : RGBDFrame
     questions : LatestRequest
-        Reads a `GroundTruthSource`.
+        Reads files in a worker thread.
     """
 
-    def __init__(
-        self, frame: RGBDFrame, questions: LatestRequest[GroundTruthSource, RGBDFrame], parent: QWidget | None = None
-    ) -> None:
+    def __init__(self, frame: RGBDFrame, questions: LatestRequest, parent: QWidget | None = None) -> None:
         placeholder = "True depth: PNG, TIFF, PGM or NPY"
         title = f"Load Ground Truth for {frame.name}"
         super().__init__(title, placeholder, _NOTHING_SELECTED, "Ground truth", questions, parent)
@@ -72,9 +55,15 @@ class GroundTruthDialog(PreviewDialog[GroundTruthSource, RGBDFrame]):
         path = label_of("Ground &truth", self.path), row(self.path, self.file_button)
         self.ask(form(path, ("&Units per metre", self.units)))
 
-    def source(self, path: str) -> GroundTruthSource:
-        units = _units(self.units.currentText())
-        return GroundTruthSource(self._frame, str(Path(path).expanduser().absolute()), units)
+    def reader(self, path: str) -> Callable[[], RGBDFrame]:
+        file, units = str(Path(path).expanduser().absolute()), _units(self.units.currentText())
+
+        def read() -> RGBDFrame:
+            frame = with_ground_truth_file(self._frame, file, units)
+            note_opened(file)
+            return frame
+
+        return read
 
     def show_found(self, found: RGBDFrame) -> None:
         if found.ground_truth is not None:

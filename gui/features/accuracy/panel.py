@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from weakref import WeakKeyDictionary
 
-from PySide6.QtCore import QSignalBlocker, Signal
+from PySide6.QtCore import QSignalBlocker
 from PySide6.QtWidgets import QComboBox, QHBoxLayout, QTabWidget, QWidget
 
 from ilf.data.frame import RGBDFrame
@@ -27,15 +28,21 @@ from ...widgets.basics import (
     page,
 )
 from ...widgets.docks import PanelGroup
-from ...widgets.number_table import NumberTable
+from ...widgets.tables import NumberTable
 from ...work.latest_request import LatestRequest
 from ..context import Context, PendingWork
 from ..panel import Panel
-from .evaluation import Area, AreaErrors, EvaluatedResult, EvaluationRequest, Evaluator
-from .ground_truth import GroundTruthDialog, GroundTruthSource, described, frame_with
-from .hold_out import HoldOutOutcome, HoldOutRequest, candidates, outcome_steps
-from .hold_out_dialog import HoldOutDialog
-from .rows import GROUND_TRUTH_COLUMNS, HOLD_OUT_COLUMNS, ground_truth_rows, hold_out_rows
+from .evaluation import (
+    GROUND_TRUTH_COLUMNS,
+    Area,
+    AreaErrors,
+    EvaluatedResult,
+    ExpectedErrors,
+    evaluate_areas,
+    ground_truth_rows,
+)
+from .ground_truth import GroundTruthDialog, described
+from .hold_out import HOLD_OUT_COLUMNS, HoldOutDialog, HoldOutOutcome, candidates, outcome_steps
 
 _NO_FRAME = "Open a frame to evaluate it."
 _NO_GROUND_TRUTH = "No ground truth: load it, or run a hold-out test."
@@ -51,11 +58,6 @@ class AccuracyPanel(Panel):
     ----------
     outcomes : mapping of Document to HoldOutOutcome
         The last hold-out test of each frame.
-
-    Signals
-    -------
-    tested()
-        The hold-out errors of a frame have changed.
     """
 
     title, icon, group = "Accuracy", "ph.target", PanelGroup.SETTINGS
@@ -73,7 +75,6 @@ class AccuracyPanel(Panel):
     )
     deferred = Part.SOME_RESULTS
     what = "hold-out test"
-    tested = Signal()
 
     def __init__(self, context: Context) -> None:
         self.outcomes: WeakKeyDictionary[Document, HoldOutOutcome] = WeakKeyDictionary()
@@ -83,13 +84,11 @@ class AccuracyPanel(Panel):
         self._evaluated = ""  # id of a frame: a closed panel would keep the frame itself in memory
         """The frame whose errors are shown or computed."""
         super().__init__(context)
-        self._evaluations = LatestRequest[EvaluationRequest, dict[str, AreaErrors]](Evaluator(), self)
-        self._evaluations.answered.connect(self._show_errors)
-        about = "Evaluation against ground truth"
-        self._evaluations.failed.connect(lambda _, error: context.notes.report(about, error))
-        self._reader = LatestRequest[GroundTruthSource, RGBDFrame](frame_with, self)
-        self._requests.progressed.connect(self._cancel_closed)
-        self._requests.ended.connect(self._end_test)
+        self._evaluations = LatestRequest(self, partial(context.notes.report, "Evaluation against ground truth"))
+        self._reader = LatestRequest(self)
+        self._expected: ExpectedErrors = WeakKeyDictionary()
+        self.requests.progressed.connect(self._cancel_closed)
+        self.requests.ended.connect(self._end_test)
 
     def make(self) -> QWidget:
         self.work.cancelled.connect(lambda: self.context.notes.show_message("The hold-out test was cancelled."))
@@ -185,29 +184,26 @@ class AccuracyPanel(Panel):
             self._forget_errors("")
         if document is None:
             return
-        completion = document.completion()
-        if document.frame.ground_truth is None or completion is None:
-            self._forget_errors(_NO_GROUND_TRUTH if document.frame.ground_truth is None else _NO_RESULT)
+        completion, ground_truth = document.completion(), document.frame.ground_truth
+        if ground_truth is None or completion is None:
+            self._forget_errors(_NO_GROUND_TRUTH if ground_truth is None else _NO_RESULT)
             return
         entries = [EvaluatedResult("Current", completion)]
         entries += [EvaluatedResult(kept.name, kept.completion, kept.colour) for kept in document.compared]
         self._evaluated = document.id
         if not self.ground_truth_table.rows:
             self.ground_truth_table.set_rows([], _EVALUATING)
-        self._evaluations.ask(
-            EvaluationRequest(
-                document.frame,
-                tuple(entries),
-                document.labels.copy(),
-                _areas(document),
-                every=self.pixels.currentIndex() == 1,
-                with_expected=document not in self.context.runs.running,
-            )
-        )
+        labels, areas, every = document.labels.copy(), _areas(document), self.pixels.currentIndex() == 1
+        expected, with_expected = self._expected, document not in self.context.runs.running
 
-    def _show_errors(self, request: EvaluationRequest, found: dict[str, AreaErrors]) -> None:
-        self.ground_truth_table.set_rows(ground_truth_rows(found, request.entries))
-        self.pixels.setEnabled(True)
+        def show(found: dict[str, AreaErrors]) -> None:
+            self.ground_truth_table.set_rows(ground_truth_rows(found, entries))
+            self.pixels.setEnabled(True)
+
+        self._evaluations.ask(
+            lambda: evaluate_areas(ground_truth, entries, labels, areas, every, expected, with_expected),
+            show,
+        )
 
     def _forget_errors(self, empty: str) -> None:
         self._evaluated = ""
@@ -232,23 +228,21 @@ class AccuracyPanel(Panel):
 
         def start() -> None:
             self._testing = document
-            self.ask(HoldOutRequest(document, dialog.chosen(), present, dialog.hold_out.test()))
+            chosen, test = dialog.chosen(), dialog.hold_out.test()
+            self.requests.ask(lambda: outcome_steps(chosen, present, test), partial(self._take_outcome, document))
             self.redraw()
 
         open_once(dialog, start)
 
-    compute = staticmethod(outcome_steps)
-
-    def take(self, request: HoldOutRequest, answer: HoldOutOutcome) -> None:
-        document = request.document
+    def _take_outcome(self, document: Document, outcome: HoldOutOutcome) -> None:
         if document not in self.context.workspace.open:
             return
-        self.outcomes[document] = answer
-        for one in answer.tested:
-            kept = one.candidate.kept
-            if kept in document.state.runs and kept.run is one.candidate.run_when_selected:
-                document.change_run(kept, hold_out_error=one.whole.rmse, hold_out_test=answer.test)
-        self.tested.emit()
+        self.outcomes[document] = outcome
+        for candidate, whole in zip(outcome.candidates, outcome.errors[0].evaluated, strict=True):
+            kept = candidate.kept
+            if kept in document.state.runs and kept.run is candidate.run:  # a slider drag changes it
+                document.change_run(kept, hold_out_error=whole.rmse, hold_out_test=outcome.test)
+        self.context.refresh.mark("block errors")
 
     def pending_work(self) -> list[PendingWork]:
         """The hold-out test in progress, if any."""
@@ -262,7 +256,7 @@ class AccuracyPanel(Panel):
     def _cancel_closed(self) -> None:
         """Cancel the test if its frame was closed."""
         if self._testing not in self.context.workspace.open:
-            self._requests.cancel()
+            self.requests.cancel()
 
     def _show_hold_out(self, document: Document | None) -> None:
         chosen = self.context.workspace.chosen
@@ -274,7 +268,7 @@ class AccuracyPanel(Panel):
             text, tone = outcome.described(document)
             of_block = self.part.currentIndex() == 1
             empty = "Select a block to see its errors."
-            rows = [] if of_block and not chosen else hold_out_rows(outcome, chosen if of_block else 0)
+            rows = [] if of_block and not chosen else outcome.rows(chosen if of_block else 0)
         elif document is not None and document is self._testing:
             empty = "Testing…"
         self.outcome.setVisible(bool(text))

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from PySide6.QtCore import QObject
-
 from ilf._runtime.formatting import counted
 from ilf.segmentation.editing.cleaning import clean_up, count_slivers, delete, grow, merge, shrink, smooth
 from ilf.segmentation.editing.cutting import piece_at
@@ -13,20 +11,19 @@ from ilf.segmentation.editing.patches import LabelPatch
 
 from ...base.commands import command
 from ...base.needs import Need
-from ...state.workspace import Workspace
-from ...tools.editor import Editor, sliver_size
+from ...tools.editor import sliver_size
 from ...tools.give import give_piece
 from ...tools.select import merge_blocks
 from ...tools.split import cut_suggested
+from ..context import Context, Feature
 
 
-class BlockCommands(QObject):
+class BlockCommands(Feature):
     """Commands on the selected blocks."""
 
-    def __init__(self, workspace: Workspace, editor: Editor) -> None:
-        super().__init__(editor)
-        self._workspace = workspace
-        self._editor = editor
+    def __init__(self, context: Context) -> None:
+        super().__init__(context)
+        self._workspace, self._editor = context.workspace, context.editor
 
     @command("delete_blocks", "&Delete blocks", icon="ph.trash", keys="Ctrl+Del", needs=Need.UNLOCKED)
     def delete(self) -> None:
@@ -42,7 +39,7 @@ class BlockCommands(QObject):
         """Merge the selected blocks into one."""
         chosen = list(self._workspace.current.selected)
         self._editor.cancel()
-        merge_blocks(self._editor, chosen)
+        self._editor.attempt(lambda: merge_blocks(self._editor, chosen))
 
     def _why_none_selected(self) -> str:
         """Unlike for other commands, a selected block may have no pixels yet."""
@@ -179,13 +176,15 @@ class BlockCommands(QObject):
                 (f"Give this piece to {taker}", lambda: self._give(x, y, before)),
                 (f"Merge {name} into {taker}", lambda: self._merge_into(before[0], label)),
             ]
-        return [*offers, (f"Split {name} along the suggested line", lambda: cut_suggested(self._editor, label))]
+        split = f"Split {name} along the suggested line"
+        return [*offers, (split, lambda: self._editor.attempt(lambda: cut_suggested(self._editor, label)))]
 
     def _give(self, x: float, y: float, chosen: list[int]) -> None:
         document = self._workspace.current
         source = document.label_at(x, y)
         self._workspace.select(chosen)
-        give_piece(self._editor, piece_at(document.labels, x, y), source)
+        piece = piece_at(document.labels, x, y)
+        self._editor.attempt(lambda: give_piece(self._editor, piece, source))
 
     def _merge_into(self, taker: int, other: int) -> None:
         document = self._workspace.current

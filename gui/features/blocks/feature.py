@@ -14,9 +14,9 @@ from ilf.data.blocks import block_colour
 from ilf.data.parameters import Parameters
 from ilf.data.results import BlockResult
 
-from ...base.commands import command, commands_of
+from ...base.commands import command
 from ...base.needs import Need, sentence
-from ...state.block_counts import BlockCounts
+from ...state.blocks import BlockCounts
 from ...state.document import Document
 from ...state.parameters import parameter_labels
 from ...state.parts import Part
@@ -27,8 +27,7 @@ from ..menus import BLOCK_MENU
 from ..panel import Panel
 from ..views import ViewsFeature
 from .commands import BlockCommands
-from .model import BlockRow
-from .table import BlockTable
+from .table import BlockRow, BlockTable
 
 # The rows of the table of blocks.
 
@@ -110,23 +109,14 @@ class BlocksFeature(Panel):
     deferred = Part.SOME_RESULTS | Part.RECORDS
 
     def __init__(self, context: Context) -> None:
-        self.commands = BlockCommands(context.workspace, context.editor)
-        context.actions.add(commands_of(self.commands))
+        self._commands = context.feature(BlockCommands)
         super().__init__(context)
         context.views.navigation.contextMenuRequested.connect(self._show_menu_at)
         context.loader.busy_changed.connect(self._show_hint)
 
     def make(self) -> BlockTable:
-        """Make the table, whose changes by the user are edits."""
-        workspace = self.context.workspace
-        self.table = table = BlockTable()
-        table.labelsSelected.connect(workspace.select)
-        table.renamed.connect(lambda label, name: workspace.current.edit_info(label, "Rename block", name=name))
-        table.recoloured.connect(
-            lambda label, colour: workspace.current.edit_info(label, "Recolour block", colour=colour.getRgb()[:3])
-        )
-        table.visibilityChanged.connect(lambda label, on: workspace.current.set_visible(label, on))
-        table.lockChanged.connect(lambda label, on: workspace.current.set_lock(label, on))
+        self.table = table = BlockTable(self.context.workspace)
+        table.labelsSelected.connect(self.context.workspace.select)
         menu = self.context.actions.menu
         table.customContextMenuRequested.connect(
             lambda at: self._run(menu("", table, BLOCK_MENU), table.viewport().mapToGlobal(at))
@@ -164,7 +154,7 @@ class BlocksFeature(Panel):
         The block there is selected; the block that was selected before can take over that block or a piece of it.
         """
         menu = self.context.actions.menu("", self.context.views)
-        for text, act in self.commands.offers(x, y):
+        for text, act in self._commands.offers(x, y):
             menu.addAction(text).triggered.connect(lambda _=False, act=act: act())
         self.context.actions.fill(menu, f"| {BLOCK_MENU}")
         return menu

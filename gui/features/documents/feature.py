@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from PySide6.QtGui import QPixmap
@@ -11,19 +10,18 @@ from PySide6.QtWidgets import QFileDialog
 from ilf._runtime.formatting import counted
 from ilf._runtime.installation import asset_path
 from ilf._runtime.named_places import note_opened
+from ilf.data.blocks import Blocks
 from ilf.data.results import Completion
 from ilf.errors import IlfError, InputError
 from ilf.io.block_files import BLOCK_FORMATS
-from ilf.io.labels import LoadedBlocks
+from ilf.project.missing_files import folder_projects_dir
 from ilf.run.run import Run
 from ilf.sources.frame_ref import FrameRef
 
 from ...base.commands import command
 from ...base.needs import Need
 from ...base.paths import sort_paths
-from ...project.loading import FolderPreview, contains_frames, preview_folder
 from ...state.document import Document
-from ...state.entries import Entry
 from ...state.parts import Part
 from ...widgets.basics import open_once
 from ...widgets.file_choice import save_folder
@@ -31,7 +29,8 @@ from ...work.found_blocks import describe_blocks
 from ...work.latest_request import LatestRequest
 from ..context import Context, Feature
 from ..project.feature import ProjectFeature
-from ..project.recent import Origin, RecentMenu
+from .frame_files import Kind, contains_frames
+from .recent import Origin, RecentMenu
 
 _IMAGES = "PNG image (*.png)"
 _NO_RESULT = (
@@ -42,7 +41,7 @@ _TOO_MANY = "Only one colour file and its depth file can be opened at a time. Fo
 
 
 class DocumentsFeature(Feature):
-    """Opening and writing of files, and the menu of frames that were opened last."""
+    """Opening and writing of files, and the menu of what was opened last."""
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)
@@ -51,24 +50,20 @@ class DocumentsFeature(Feature):
         self._loader = context.loader
         self._notes = context.notes
         self._project = context.feature(ProjectFeature)
-        self._looks = LatestRequest[FrameRef, FolderPreview](preview_folder, self)
-        self._block_files = LatestRequest[Callable[[], LoadedBlocks], LoadedBlocks](lambda read: read(), self)
-        self.exporting = False
-        """Whether an export is in progress."""
-        self.recent = RecentMenu("Open re&cent", "frames", context.panels.persistent, self._open_recent, context.window)
+        self._looks, self._block_files = LatestRequest(self), LatestRequest(self)
+        self.recent = RecentMenu(context.panels.persistent, self.open_again, context.window)
+        context.actions.adopt("recent_menu", self.recent.menuAction(), "ph.clock-counter-clockwise")
         self._noted: set[str] = set()
         context.workspace.on(Part.LIST, self._note_recent)
+        self._project.opening.opened.connect(lambda opened: self._note_project(opened.path))
+        self._project.saving.saved.connect(lambda path, _: self._note_project(path))
 
     def begin(self) -> None:
-        """Insert the menu of recent frames, and show the messages of reading; the features that react to them do so
-        before."""
-        loader, notes = self._loader, self._notes
-        self.recent.insert_after(self.context.actions["open_sample"])
+        """Tell about what was opened and about runs, after the features that react to them."""
+        loader = self._loader
         loader.listed.connect(self.recent.note)
         loader.replayed.connect(self._tell_differences)
         self.context.runs.finished.connect(self._tell_verdict)
-        loader.failed.connect(notes.report)
-        loader.message.connect(notes.show_message)
 
     # opening
 
@@ -106,25 +101,16 @@ class DocumentsFeature(Feature):
         replace nothing."""
         source = source.absolute()
         note_opened(*source.paths)
-        self._project.join(Path(source.rgb), lambda: self._open_joined(source))
+        several = source.depth is None and source.frame is None and contains_frames(source.rgb)
+        open_ = self._project.opening.open_folder if several else self._loader.open
+        self._project.join(Path(source.rgb), lambda: open_(source))
 
     def open_run(self, record: Path) -> None:
         """Open the frame, blocks and parameters of a run.json."""
         self._project.join(record.absolute(), lambda: self._loader.open_run(record))
 
-    def _open_joined(self, source: FrameRef) -> None:
-        if source.depth is None and source.frame is None and contains_frames(source.rgb):
-            self._project.opening.open_folder(source)
-            return
-        entry = self._workspace.entries.of_key(source.key)
-        if entry is None or entry.origin == source:
-            self._loader.open(source)
-        else:
-            ask = self._project.ask_remove
-            self._loader.read_again(entry, source, lambda frame: ask([entry], lambda: self._loader.open(source, frame)))
-
     def _open_dialog(self, *files: str) -> None:
-        from .open_dialog import Kind, OpenDialog
+        from .open_dialog import OpenDialog
 
         dialog = OpenDialog(self._looks, self._window)
         if files:
@@ -149,7 +135,7 @@ class DocumentsFeature(Feature):
         dialog = LoadBlocksDialog(document.frame, filling, self._block_files, self._window)
         open_once(dialog, lambda: self._take_blocks(dialog.found()))
 
-    def _take_blocks(self, blocks: LoadedBlocks) -> None:
+    def _take_blocks(self, blocks: Blocks) -> None:
         self._workspace.current.replace_blocks(blocks.labels, "Load blocks", blocks.names)
         count = len(self._workspace.current.counts())
         self._notes.show_message(f"Loaded: {describe_blocks(count, self._workspace.current.labels)}.")
@@ -195,16 +181,7 @@ class DocumentsFeature(Feature):
         if entry is not None:
             self._project.close_frame(entry)
 
-    def remove_entries(self, entries: Sequence[Entry], then: Callable[[], object] = lambda: None) -> None:
-        """Remove frames from the list, after asking once about the work on them; then call `then`."""
-
-        def remove() -> None:
-            self._workspace.remove_entries(entries)
-            then()
-
-        self._project.ask_remove(entries, remove)
-
-    # frames that were opened last
+    # what was opened last
 
     def _note_recent(self) -> None:
         """Record newly opened frames, except those of a project or a folder."""
@@ -216,9 +193,15 @@ class DocumentsFeature(Feature):
                 self.recent.note(document.origin)
         self._noted = set(open_now)
 
-    def _open_recent(self, origin: Origin) -> None:
+    def _note_project(self, path: Path) -> None:
+        """List a project, unless it is in the data folder: there, the folder of its frames opens it."""
+        if not path.is_relative_to(folder_projects_dir()):
+            self.recent.note(path)
+
+    def open_again(self, origin: Origin) -> None:
+        """Open what was opened before."""
         if isinstance(origin, Path):
-            self.open_run(origin)
+            (self.open_run if origin.suffix == ".json" else self._project.opening.open)(origin)
         else:
             self.open_source(origin)
 

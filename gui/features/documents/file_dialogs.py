@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Generic, TypeVar
 
@@ -75,11 +76,10 @@ class Preview(QFrame):
 _DELAY_MS = 200
 
 
-Source = TypeVar("Source")
 Found = TypeVar("Found")
 
 
-class PreviewDialog(QDialog, Generic[Source, Found]):
+class PreviewDialog(QDialog, Generic[Found]):
     """Base of dialogs to choose a file, with a preview. *Load* is enabled once the chosen file has been read.
 
     The focus is on the button *File*, and moves to *Load* after a file was chosen there.
@@ -89,7 +89,7 @@ class PreviewDialog(QDialog, Generic[Source, Found]):
     title, placeholder, nothing_selected, shown : str
         Title of the window, placeholder of the path, message while the path is empty, and title of the preview.
     questions : LatestRequest
-        Reads what `source` returns, in a worker thread.
+        Reads files in a worker thread.
     """
 
     def __init__(
@@ -98,7 +98,7 @@ class PreviewDialog(QDialog, Generic[Source, Found]):
         placeholder: str,
         nothing_selected: str,
         shown: str,
-        questions: LatestRequest[Source, Found],
+        questions: LatestRequest,
         parent: QWidget | None = None,
     ) -> None:
         super().__init__(parent)
@@ -108,8 +108,6 @@ class PreviewDialog(QDialog, Generic[Source, Found]):
         self._found: Found | None = None
         self._delay = QTimer(self, singleShot=True, interval=_DELAY_MS)
         self._delay.timeout.connect(self.read)
-        questions.answered.connect(self._take)
-        questions.failed.connect(self._fail)
         self.path = QLineEdit(placeholderText=placeholder)
         self.path.textChanged.connect(self.schedule)
         self.file_button = QPushButton("File…")
@@ -118,12 +116,10 @@ class PreviewDialog(QDialog, Generic[Source, Found]):
         """Whether the path was chosen in the file dialog, not typed."""
         self.preview = Preview(shown)
         self.message = Message(lines=5)
-        buttons, self.load_button = answers(self, QDialogButtonBox.StandardButton.Open, "Load")
-        seen = lay_out(QHBoxLayout(), self.preview, self.message, spacing=12, stretched=self.message)
-        self._column = lay_out(QVBoxLayout(self), seen, None, buttons, margins=(14, 14, 14, 14), spacing=12)
+        self._buttons, self.load_button = answers(self, QDialogButtonBox.StandardButton.Open, "Load")
 
-    def source(self, path: str) -> Source:
-        """Return the source of a path; InputError if another input of the dialog is wrong."""
+    def reader(self, path: str) -> Callable[[], Found]:
+        """Return what reads a path, in a worker thread; InputError if another input of the dialog is wrong."""
         raise NotImplementedError
 
     def browse(self) -> None:
@@ -135,12 +131,9 @@ class PreviewDialog(QDialog, Generic[Source, Found]):
         raise NotImplementedError
 
     def ask(self, *above: QLayout | QWidget) -> None:
-        """Insert the inputs above the preview, and start reading."""
-        for place, part in enumerate(above):
-            if isinstance(part, QWidget):
-                self._column.insertWidget(place, part)
-            else:
-                self._column.insertLayout(place, part)
+        """Lay out the inputs above the preview, and start reading."""
+        seen = lay_out(QHBoxLayout(), self.preview, self.message, spacing=12, stretched=self.message)
+        lay_out(QVBoxLayout(self), *above, seen, None, self._buttons, margins=(14, 14, 14, 14), spacing=12)
         self.file_button.setFocus()
         self.read()
 
@@ -164,12 +157,12 @@ class PreviewDialog(QDialog, Generic[Source, Found]):
             self.message.show_message(self._nothing_chosen)
             return
         try:
-            source = self.source(path)
+            read = self.reader(path)
         except InputError as error:
             self.message.show_message(str(error), "error")
             return
         self.message.show_message("Reading…")
-        self._questions.ask(source)
+        self._questions.ask(read, self._take, self._fail)
 
     def schedule(self) -> None:
         """Read after a short delay, because more may be typed."""
@@ -190,13 +183,13 @@ class PreviewDialog(QDialog, Generic[Source, Found]):
         self.load_button.setEnabled(False)
         self.preview.show_rgb(None)
 
-    def _take(self, source: Source, found: Found) -> None:
+    def _take(self, found: Found) -> None:
         self._found = found
         self.show_found(found)
         self.load_button.setEnabled(True)
         if self._browsed:
             self.load_button.setFocus()
 
-    def _fail(self, source: Source, error: Exception) -> None:
+    def _fail(self, error: Exception) -> None:
         folder = Path(self.path.text().strip()).parent
         self.message.show_message(error_text(error).replace(f"{folder}/", ""), "error")

@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
 import numpy as np
 from PySide6.QtWidgets import QCheckBox, QPushButton, QWidget
 
+from ilf.data.blocks import Blocks
 from ilf.data.frame import RGBDFrame
 from ilf.data.parameters import BlockParameters
 from ilf.drawing.blocks import block_overlay
 from ilf.io.block_files import read_blocks, write_blocks
-from ilf.io.labels import LoadedBlocks
 from ilf.run.writing import check_not_an_input
 from ilf.segmentation.extraction import found_blocks
 from ilf.segmentation.reextraction import with_gaps_filled
@@ -28,15 +29,14 @@ from .file_dialogs import PreviewDialog
 # Blocks from files and to files.
 
 
-def blocks_from(frame: RGBDFrame, path: str, filling: BlockParameters | None) -> LoadedBlocks:
+def blocks_from(frame: RGBDFrame, path: str, filling: BlockParameters | None) -> Blocks:
     """Read the blocks of a file or folder; with `filling`, an extraction with these parameters fills their gaps."""
     blocks = read_blocks(path, frame.shape, image=_colour_file(frame))
     if filling is None:
         return blocks
     found = found_blocks(frame, filling)
-    return LoadedBlocks(
-        with_gaps_filled(blocks.labels, found.labels, filling), blocks.names, blocks.notes + found.notes
-    )
+    labels = with_gaps_filled(blocks.labels, found.labels, filling)
+    return replace(blocks, labels=labels, notes=blocks.notes + found.notes)
 
 
 def save_blocks(path: Path, document: Document, format: str | None) -> None:
@@ -57,7 +57,7 @@ _NOTHING_SELECTED = (
 )
 
 
-class LoadBlocksDialog(PreviewDialog[Callable[[], LoadedBlocks], LoadedBlocks]):
+class LoadBlocksDialog(PreviewDialog[Blocks]):
     """Dialog to choose blocks, with a preview.
 
     Parameters
@@ -66,14 +66,14 @@ class LoadBlocksDialog(PreviewDialog[Callable[[], LoadedBlocks], LoadedBlocks]):
     filling : BlockParameters
         Parameters of the extraction for the gaps.
     questions : LatestRequest
-        Calls a function in a worker thread.
+        Reads files in a worker thread.
     """
 
     def __init__(
         self,
         frame: RGBDFrame,
         filling: BlockParameters,
-        questions: LatestRequest[Callable[[], LoadedBlocks], LoadedBlocks],
+        questions: LatestRequest,
         parent: QWidget | None = None,
     ) -> None:
         placeholder = "Label map, labelme or COCO file, or folder of masks"
@@ -91,10 +91,10 @@ class LoadBlocksDialog(PreviewDialog[Callable[[], LoadedBlocks], LoadedBlocks]):
         folder.clicked.connect(self._browse_folder)
         self.ask(row(label_of("&Blocks", self.path), self.path, self.file_button, folder), self.fill_gaps)
 
-    def source(self, path: str) -> Callable[[], LoadedBlocks]:
+    def reader(self, path: str) -> Callable[[], Blocks]:
         return partial(blocks_from, self._frame, path, self._filling if self.fill_gaps.isChecked() else None)
 
-    def show_found(self, found: LoadedBlocks) -> None:
+    def show_found(self, found: Blocks) -> None:
         self.preview.show_rgb(block_overlay(self._frame.rgb, found.labels))
         count = int(np.count_nonzero(np.bincount(found.labels.ravel())[1:]))
         named = f", {len(found.names)} of them named" if found.names else ""

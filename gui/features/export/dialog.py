@@ -85,8 +85,8 @@ class Export:
         What writes the pictures of a batch.
     retry, anew : bool
         Whether a batch completes frames again that have failed, or whose settings or files have changed.
-    report : str
-        "html" or "pdf"; "" for no report.
+    report : Path or None
+        The file of the report, HTML or PDF; None for no report.
     test : HoldOutTest or None
         Of the frames of the report.
     """
@@ -99,7 +99,7 @@ class Export:
     pictures: Pictures = ()
     retry: bool = False
     anew: bool = False
-    report: str = ""
+    report: Path | None = None
     test: HoldOutTest | None = None
 
 
@@ -211,24 +211,21 @@ class ExportDialog(QDialog):
 
     def request(self) -> Export:
         """Return what the user wants; ParameterError if a value is wrong."""
-        from_files = bool(self.source.currentData())
+        from_files, scope, folder = bool(self.source.currentData()), str(self.scope.currentData()), self._folder()
+        name = "" if scope != THIS or self._run is None else f"{as_file_name(self._run.frame.name)}-"
+        writes_report = self.report.isChecked() and not from_files
         return Export(
-            self._folder(),
+            folder,
             self.files.options(),
-            str(self.scope.currentData()),
+            scope,
             from_files,
             self.jobs.value(),
             [write_contact_sheet] * self.sheet.isChecked() + [write_video] * self.video.isChecked(),
             self.retry.isChecked(),
             self.anew.isChecked(),
-            str(self.format.currentData()) if self.report.isChecked() and not from_files else "",
+            folder / f"{name}report.{self.format.currentData()}" if writes_report else None,
             self.hold_out.test() if self.hidden.isChecked() else None,
         )
-
-    def report_file(self, export: Export) -> Path:
-        """Return the file of the report of an export."""
-        name = "" if export.scope != THIS or self._run is None else f"{as_file_name(self._run.frame.name)}-"
-        return export.folder / f"{name}report.{export.report}"
 
     def remember(self, export: Export) -> None:
         """Remember the settings of an export."""
@@ -279,7 +276,7 @@ class ExportDialog(QDialog):
         try:
             export = self.request()
             record = [RECORD_FILE] * export.from_files
-            report = [self.report_file(export).name] if export.report else []
+            report = [] if export.report is None else [export.report.name]
             names = list(dict.fromkeys([*self.files.names(), *record, *report]))
         except ParameterError as error:
             problem = str(error)

@@ -8,7 +8,7 @@ from dataclasses import replace
 from functools import cached_property, partial
 from pathlib import Path
 
-from PySide6.QtCore import QUrl, Signal
+from PySide6.QtCore import QUrl
 from PySide6.QtGui import QDesktopServices
 
 from ilf._runtime.formatting import counted
@@ -18,7 +18,6 @@ from ilf.batch.settings import BatchSettings
 from ilf.data.frame import RGBDFrame
 from ilf.evaluation.evaluation import Progress
 from ilf.project.exporting import ExportedFrame, ExportStatus, FrameToExport, export_frames
-from ilf.report.report import ReportOptions
 from ilf.run.block_choice import BlockChoice
 from ilf.run.options import RECORD_FILE
 from ilf.run.run import Run
@@ -29,10 +28,13 @@ from ...state.entries import Entry
 from ...state.parts import Part
 from ...widgets.file_choice import EXPORTS, remember_folder
 from ...widgets.notices import DESTROY, ask, error_text
-from ...work.jobs import Worker, spare_cores
+from ...work.jobs import Worker
 from ..context import Context, Feature, PendingWork
 from ..documents.feature import DocumentsFeature
 from ..frame_list.feature import FramesFeature
+from ..sequence.flicker import written_depth
+from ..sequence.playing import PlayFeature
+from ..status import StatusFeature
 from .dialog import ALL, DONE, SELECTED, THIS, WORKED_ON, Export, ExportDialog
 from .jobs import (
     Step,
@@ -43,32 +45,22 @@ from .jobs import (
     report_file_steps,
     subjects_of,
 )
-from .result import BatchResult
 
 _PARTS = Part.FRAME | Part.LIST | Part.LABELS | Part.RESULTS | Part.PARAMETERS | Part.INVALID_MASK
 _MAX_NAMED = 3
 
 
 class ExportFeature(Feature):
-    """The export dialog, and the export in progress.
-
-    Signals
-    -------
-    ended(object)
-        The frames of an export that has ended, a list of `ExportedFrame`.
-    """
-
-    ended = Signal(object)
+    """The export dialog, and the export in progress."""
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)
+        self._status, self._playing = context.feature(StatusFeature), context.feature(PlayFeature)
         self.worker = Worker(self)
         self.worker.progressed.connect(self._take)
         self.worker.finished.connect(lambda _: self._end())
         self.worker.failed.connect(self._fail)
         self.worker.cancelled.connect(lambda: self._end("Cancelled: export again to go on. "))
-        self.results: dict[str, BatchResult] = {}
-        """Id of a frame -> its depth in the latest export of this window that completed it from its files."""
         self._ids: dict[str, str] = {}
         """Name of a folder -> id of its frame, while frames are completed from their files."""
         self._export: Export | None = None
@@ -114,8 +106,8 @@ class ExportFeature(Feature):
             parts.append(self._batch(export, entries))
         elif self._total:
             parts.append(export_frames(self._frames(export.scope, entries), export.folder, export.options))
-        if export.report:
-            parts.append(self._report(export, entries))
+        if export.report is not None:
+            parts.append(self._report(export.report, export, entries))
         if not export.from_files:
             remember_folder(EXPORTS, export.folder)
 
@@ -124,7 +116,7 @@ class ExportFeature(Feature):
                 yield from steps
 
         self.dialog.begin()
-        self._tell(True)
+        self._status.show_exporting(True)
         self.worker.start(job)
         self._show_frames()
 
@@ -175,11 +167,10 @@ class ExportFeature(Feature):
         make = partial(open_folder, frames, export.folder, settings, only=only, **again)
         return batch_steps(make, export.jobs, export.pictures)
 
-    def _report(self, export: Export, chosen: Sequence[Entry]) -> Generator[Progress, None, None]:
+    def _report(self, path: Path, export: Export, chosen: Sequence[Entry]) -> Generator[Progress, None, None]:
         store, shared = self.context.recorder.store, self.context.workspace.parameters.shared
         subjects = subjects_of(chosen, store, shared.values if shared.on else None)
-        options = ReportOptions("Report", export.test, threads=spare_cores())
-        return report_file_steps(self.dialog.report_file(export), subjects, options)
+        return report_file_steps(path, subjects, export.test)
 
     # the dialog
 
@@ -215,7 +206,7 @@ class ExportFeature(Feature):
             return []
         frames = self._frames(export.scope, self._entries(export.scope)) if export.options.filenames() else []
         files = [Path(frame.folder, name) for frame in frames for name in self.dialog.files.names()]
-        files += [self.dialog.report_file(export)] if export.report else []
+        files += [] if export.report is None else [export.report]
         return [str(file.name if file.is_absolute() else file) for file in files if (export.folder / file).exists()]
 
     def _take(self, steps: list[Step]) -> None:
@@ -226,7 +217,7 @@ class ExportFeature(Feature):
         for frame in done:
             id = self._ids.get(frame.folder.name)
             if id is not None and frame.status is not ExportStatus.FAILED:
-                self.results[id] = BatchResult(frame.folder, self._export.options.depth_units)
+                self._playing.written[id] = partial(written_depth, frame.folder, self._export.options.depth_units)
         if isinstance(steps[-1], Progress):
             self.dialog.work.show_share(steps[-1].share)
             self.dialog.message.show_message(f"Report: {steps[-1].text}")
@@ -245,30 +236,24 @@ class ExportFeature(Feature):
         assert export is not None
         counts = Counter(frame.status for frame in done)
         parts = [f"{counts[status]} {status}" for status in ExportStatus if counts[status]]
-        report = self.dialog.report_file(export) if export.report and not text else None
+        report = None if text else export.report
         parts += [] if report is None else [report.name]
         failed = [f"{frame.name}: {frame.notes[0]}" for frame in done if frame.status is ExportStatus.FAILED]
         notes = failed[:_MAX_NAMED] if failed or len(done) != 1 else list(done[0].notes)
         summary = f"{text}Exported to {export.folder}: {', '.join(parts) or 'nothing'}."
         self.dialog.end("\n".join([summary, *notes]), "warning" if text or failed else "good")
-        self._tell(False)
+        self._status.show_exporting(False)
         self.context.notes.show_message(" ".join([summary, *notes]))
         if not self.dialog.isVisible():
             self.context.notes.warn(f"Not exported: {counted(len(failed), 'frame')}", failed)
         if report is not None and self.dialog.opens.isChecked():
             QDesktopServices.openUrl(QUrl.fromLocalFile(str(report.absolute())))
-        self.ended.emit(done)
 
     def _fail(self, error: Exception) -> None:
         self.dialog.end(error_text(error), "error")
-        self._tell(False)
+        self._status.show_exporting(False)
         if not self.dialog.isVisible():
             self.context.notes.report("Export", error)
-        self.ended.emit(self._done)
-
-    def _tell(self, exporting: bool) -> None:
-        self.context.feature(DocumentsFeature).exporting = exporting
-        self.context.workspace.note(Part.LOADING)
 
     def _open(self, frame: ExportedFrame) -> None:
         """Open the run of a frame; show why a failed one has none."""

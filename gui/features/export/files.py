@@ -275,17 +275,17 @@ class FilesForm(QWidget):
         if self._run is None:
             return f"{steps}.", "muted"
         inputs = self._run.frame.inputs
-        fit = png_fit(self._run.frame.depth if self._completion is None else self._completion.depth, units)
-        if not fit.clipped and (coarser := precision_loss(1.0 if inputs is None else inputs.depth_units, units)):
+        depth = self._run.frame.depth if self._completion is None else self._completion.depth
+        deepest, largest, clipped, _ = png_fit(depth, units)
+        if not clipped and (coarser := precision_loss(1.0 if inputs is None else inputs.depth_units, units)):
             return coarser, "warning"
-        if np.isnan(fit.deepest):
+        if np.isnan(deepest):
             return f"{steps}.", "muted"
-        needs = f"maximum {fit.deepest:.2f} m → {fit.largest}"
-        if not fit.clipped:
+        needs = f"maximum {deepest:.2f} m → {largest}"
+        if not clipped:
             return f"{steps}; {needs}, fits.", "muted"
         return (
-            f"{needs.capitalize()}, over {UINT16_MAX}: clips {counted(fit.clipped, 'pixel')}. "
-            "Use fewer units per metre.",
+            f"{needs.capitalize()}, over {UINT16_MAX}: clips {counted(clipped, 'pixel')}. Use fewer units per metre.",
             "warning",
         )
 

@@ -12,17 +12,18 @@ from ilf._runtime.formatting import millimetres
 from ilf._runtime.writing import ensure_folder, write_bytes
 from ilf.batch.engine import complete_many
 from ilf.batch.folder_sink import FolderSink
-from ilf.batch.frame_record import FrameOutcome, FrameStatus
+from ilf.batch.frame_record import FrameOutcome
 from ilf.completion.confidence.expected_error import MEDIAN_NAME
 from ilf.data.frame import RGBDFrame
 from ilf.data.parameters import Parameters
 from ilf.data.results import Completion, compose
 from ilf.errors import IlfError, InputError
 from ilf.evaluation.evaluation import Progress, scaled_progress
+from ilf.evaluation.hold_out import HoldOutTest
 from ilf.project.exporting import ExportedFrame, ExportStatus, FrameToExport, folder_names, run_and_completion
 from ilf.project.recorded_frames import recorded_run
 from ilf.project.state_codec import Decoded
-from ilf.report.report import ReportOptions, report_steps, write_report
+from ilf.report.report import report_steps, write_report
 from ilf.report.subject import Subject, Unreadable
 from ilf.run.run import Run
 from ilf.sources.reading import read_frame
@@ -31,6 +32,7 @@ from ...project.loading import state_reader
 from ...project.store import WorkStore
 from ...state.document import Document
 from ...state.entries import Entry
+from ...work.jobs import spare_cores
 from .pdf import pdf_steps
 
 Step = ExportedFrame | Progress
@@ -124,7 +126,7 @@ def batch_steps(open_sink: Callable[[], FolderSink], jobs: int = 1, pictures: Pi
 
 def _exported(outcome: FrameOutcome, folder: Path, before: bool = False) -> ExportedFrame:
     place = folder / outcome.folder
-    if outcome.status is FrameStatus.FAILED:
+    if not outcome.is_completed:
         return ExportedFrame(outcome.frame, place, ExportStatus.FAILED, (outcome.message,))
     status = ExportStatus.UNCHANGED if before else ExportStatus.WRITTEN
     return ExportedFrame(outcome.frame, place, status, tuple(filter(None, (_figures(outcome), outcome.message))))
@@ -169,7 +171,7 @@ def _subject(name: str, read: Callable[[], Decoded]) -> Subject | Unreadable:
 
 
 def report_file_steps(
-    path: Path, subjects: Sequence[Callable[[], Subject | Unreadable]], options: ReportOptions
+    path: Path, subjects: Sequence[Callable[[], Subject | Unreadable]], hidden: HoldOutTest | None
 ) -> Generator[Progress, None, None]:
     """Write a report, as PDF if that is the suffix, otherwise as HTML; a subject is read when it is reached.
 
@@ -180,7 +182,7 @@ def report_file_steps(
     ExportError
         If the file cannot be written; an existing file stays unchanged.
     """
-    steps = report_steps((read() for read in subjects), options, len(subjects))
+    steps = report_steps((read() for read in subjects), len(subjects), hidden=hidden, threads=spare_cores())
     report = yield from scaled_progress(steps, 0.0, _OF_CONTENT)
     ensure_folder(path.parent)
     if path.suffix.lower() == ".pdf":

@@ -3,32 +3,36 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from functools import partial
 from pathlib import Path
 
-from PySide6.QtCore import QPoint, QUrl
+from PySide6.QtCore import QEvent, QObject, QPoint, QSettings, QUrl
 from PySide6.QtGui import QDesktopServices, QGuiApplication
-from PySide6.QtWidgets import QMenu, QWidget
+from PySide6.QtWidgets import QMenu, QVBoxLayout, QWidget
 
 from ilf._runtime.formatting import counted
 from ilf.project.project import Stage
-from ilf.project.thumbnail import thumbnail_part
 from ilf.sources.frame_ref import FrameRef
 from ilf.sources.listing import Listing
 
 from ...base import theme
 from ...base.commands import command
 from ...base.needs import Need
-from ...project.store import WorkStore
 from ...state.entries import Entry
 from ...state.parts import Part
+from ...widgets.basics import lay_out
 from ...widgets.docks import PanelGroup
 from ..context import Context
-from ..documents.feature import DocumentsFeature
+from ..edit_summary import EditSummaryFeature
 from ..panel import Panel
+from ..project.feature import ProjectFeature
 from .limiter import OpenFrameLimiter
+from .model import ENTRY
 from .panel import FramesPanel
-from .place import FramesPlace
+
+_HEIGHT_SHARE = 0.0375
+_HEIGHTS = 30, 60
+"""Height of the strip: share of the window's height, minimum and maximum [px]."""
+_KEY = "frames/film_strip"
 
 
 class FramesFeature(Panel):
@@ -47,12 +51,11 @@ class FramesFeature(Panel):
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)
-        self.panel.thumbnails.stored = partial(_stored_picture, context.recorder.store)
         self.open_frames = OpenFrameLimiter(context)
         context.workspace.on(Part.FRAME, self._forget_wanted)
         panel = self.panel
         panel.filter_changed.connect(self._show_list)
-        panel.noted.connect(context.workspace.set_note)
+        panel.model.noted.connect(context.workspace.set_note)
         panel.view.opened.connect(self.open)
         panel.view.note_requested.connect(self._note)
         panel.view.removal_requested.connect(self.remove)
@@ -61,13 +64,50 @@ class FramesFeature(Panel):
 
     def make(self) -> QWidget:
         """Make the list, which is visible in one of its shapes."""
-        self.panel = FramesPanel()
+        self.panel = FramesPanel(self.context.recorder.store.thumbnail)
         return self.panel
 
+    # its two places
+
     def _in_dock(self) -> QWidget:
-        _ = self.widget
-        self.place = FramesPlace(self.context, self.panel)
-        return self.place.dock
+        """Return what the dock contains. While that is closed, the list is in a bar under the images."""
+        context, _ = self.context, self.widget
+        self.dock, self.bar = QWidget(), QWidget()
+        self._in_place, self._in_bar = lay_out(QVBoxLayout(self.dock)), lay_out(QVBoxLayout(self.bar), self.panel)
+        self.bar.hide()
+        context.centre.add_before(context.feature(EditSummaryFeature).line, self.bar)
+        strip = context.actions["film_strip"]
+        strip.setChecked(not context.panels.persistent or QSettings().value(_KEY, True, bool) is True)
+        context.refresh.add("film strip", self._find_place, Part.LIST, also=(strip.toggled,))
+        self.dock.installEventFilter(self)
+        return self.dock
+
+    def _find_place(self) -> None:
+        """Move the list to where it belongs, and show or hide the strip."""
+        context, docked = self.context, self.dock.isVisibleTo(self.context.window)
+        if self.panel.parentWidget() is not (self.dock if docked else self.bar):
+            (self._in_place if docked else self._in_bar).addWidget(self.panel)
+            self.panel.show()  # at once: it may be given the focus
+        least, most = _HEIGHTS
+        self.panel.set_bar(0 if docked else min(max(round(_HEIGHT_SHARE * context.window.height()), least), most))
+        shown = not docked and len(context.workspace.entries) > 1 and context.actions.is_on("film_strip")
+        self.bar.setVisible(shown)
+        (context.centre.installEventFilter if shown else context.centre.removeEventFilter)(self)  # its height matters
+        self.redraw()
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        """Follow the dock as it opens and closes, and the height of the window."""
+        opens = watched is self.dock and event.type() in (QEvent.Type.Show, QEvent.Type.Hide)
+        if opens or (watched is self.context.centre and event.type() == QEvent.Type.Resize):
+            self._find_place()
+        return super().eventFilter(watched, event)
+
+    @command("film_strip", "Film &strip", icon="ph.film-strip", checkable=True)
+    def _keep_strip(self, on: bool) -> None:
+        """Show the frames under the images while there are several and their panel is closed; the bar has the colour of
+        the state."""
+        if self.context.panels.persistent:
+            QSettings().setValue(_KEY, on)
 
     @command("next_frame", "&Next frame", icon="ph.caret-down", keys="Ctrl+PgDown", needs=Need.OTHERS)
     def _next(self) -> None:
@@ -92,10 +132,8 @@ class FramesFeature(Panel):
         former, row = model.present, model.row_of(present)
         model.present = present
         model.set_entries(self.panel.filtered(self.context.workspace.entries, present))
-        model.note_all_changed()
         if present is not former or model.row_of(present) != row:
             self.panel.show_present(selects=present is not former)
-        self.panel.show_note()
 
     def show_played(self, entry: Entry | None) -> None:
         """Mark the frame shown by playing as the current one; None once an open one is shown again."""
@@ -131,7 +169,8 @@ class FramesFeature(Panel):
     )
     def next_untouched(self) -> None:
         """Show the next frame that has not been worked on."""
-        self._go_to_next(_is_untouched, "All frames shown in the list have been worked on.")
+        none_left = "All frames shown in the list have been worked on."
+        self._go_to_next(lambda one: one.document is None and one.summary.stage is Stage.UNTOUCHED, none_left)
 
     @command("mark_done", "Mark as &done", icon="ph.check-circle", keys="Ctrl+Return", needs=Need.FRAME)
     def mark_done(self) -> None:
@@ -172,25 +211,28 @@ class FramesFeature(Panel):
     def write_note(self) -> None:
         """Write a note on the current frame."""
         self._show_list()
-        if self.panel.noting is not None:
-            self._note(self.panel.noting)
+        index = self.panel.view.currentIndex()
+        entry = index.data(ENTRY) if index.isValid() else self.panel.model.present
+        if entry is not None:
+            self._note(entry)
 
     def _note(self, entry: Entry) -> None:
         """Edit the note on a frame in the open panel."""
         self.context.panels.reveal("Frames")
-        self.panel.write_note(entry)
+        self.panel.view.write_note(self.panel.model.index_of(entry))
 
     def remove(self, entries: Sequence[Entry]) -> None:
-        """Remove frames from the list, and close those that are open."""
+        """Remove frames from the list, and close those that are open, after asking once about the work on them."""
         row = self.panel.model.row_of(entries[0])
 
-        def go_on() -> None:
+        def remove() -> None:
+            self.context.workspace.remove_entries(entries)
             self._show_list()
             shown = self.panel.model.entries
             if shown and not self.context.workspace.has_current:
                 self._go_to(shown[min(max(row, 0), len(shown) - 1)])
 
-        self.context.feature(DocumentsFeature).remove_entries(entries, go_on)
+        self.context.feature(ProjectFeature).ask_remove(entries, remove)
 
     def _tell_listed(self, how: FrameRef, listing: Listing) -> None:
         text = f"{how.name}: {counted(len(listing.sources), 'frame')}."
@@ -215,20 +257,6 @@ class FramesFeature(Panel):
         add("ph.x", removal, lambda: self.remove(chosen))
         menu.aboutToHide.connect(menu.deleteLater)
         menu.popup(self.panel.view.viewport().mapToGlobal(at))
-
-    def shutdown(self) -> None:
-        """Take the note that is being edited."""
-        self.panel.take_note()
-
-
-def _stored_picture(store: WorkStore, id: str) -> bytes | None:
-    """Return the stored thumbnail of a frame, None if there is none."""
-    name = thumbnail_part(id)
-    return store.part(name) if store.has_part(name) else None
-
-
-def _is_untouched(entry: Entry) -> bool:
-    return entry.document is None and entry.summary.stage is Stage.UNTOUCHED
 
 
 def _show_files(entry: Entry) -> None:

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from functools import lru_cache
+from typing import Any
 
-from PySide6.QtCore import QAbstractListModel, QModelIndex, QObject, QPersistentModelIndex, Qt
+from PySide6.QtCore import QAbstractListModel, QModelIndex, QObject, Qt, Signal
 from PySide6.QtGui import QPixmap
 
 from ilf._runtime.formatting import counted
@@ -15,23 +16,15 @@ from ilf.sources.pairing import natural
 
 from ...state.entries import Entry
 from ...widgets.basics import literal_text
+from ...widgets.tables import Index
 
 # Texts of a frame in the list.
-
-STAGE_WORDS: dict[str, str] = {
-    Stage.UNTOUCHED: "Untouched",
-    Stage.EXTRACTED: "Extracted",
-    Stage.PROPAGATED: "Propagated",
-    Stage.EDITED: "Edited",
-    Stage.RUN: "Run",
-    Stage.FAILED: "Failed",
-}
 
 
 def state_line(entry: Entry) -> str:
     """Describe the state of the work on a frame in one line."""
     summary = entry.summary
-    parts = [STAGE_WORDS[summary.stage]]
+    parts = [summary.stage.capitalize()]
     if summary.completed:
         parts.append(f"{summary.completed} of {counted(summary.blocks, 'block')}")
     elif summary.blocks:
@@ -71,19 +64,24 @@ def tooltip_text(entry: Entry) -> str:
     return "\n".join(filter(None, lines))
 
 
-Index = QModelIndex | QPersistentModelIndex
-
 ENTRY, PRESENT = (Qt.ItemDataRole.UserRole + number for number in range(2))
 
 
 class FrameListModel(QAbstractListModel):
-    """List model of the shown entries, in their order.
+    """List model of the shown entries, in their order. What is edited of one is the note on it.
 
     Parameters
     ----------
     picture_of : callable
         Returns an entry's thumbnail, None while there is none.
+
+    Signals
+    -------
+    noted(object, str)
+        An entry, and the user's note on it.
     """
+
+    noted = Signal(object, str)
 
     def __init__(self, picture_of: Callable[[Entry], QPixmap | None], parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -102,26 +100,30 @@ class FrameListModel(QAbstractListModel):
         row = self.row_of(entry)
         return self.index(row, 0) if row >= 0 else QModelIndex()
 
-    def note_all_changed(self) -> None:
-        """Report that any entry may have changed: only visible rows are drawn."""
-        if self.entries:
-            self.dataChanged.emit(self.index(0, 0), self.index(len(self.entries) - 1, 0))
-
     def set_entries(self, entries: Sequence[Entry]) -> None:
-        """Show these entries; those that stay remain current and selected."""
+        """Show these entries, of which any may have changed; those that stay remain current and selected."""
         wanted = list(entries)
-        if wanted == self.entries:
-            return
-        self.layoutAboutToBeChanged.emit()
-        former = self.persistentIndexList()
-        kept = [self.entries[index.row()] for index in former]
-        self.entries = wanted
-        self._rows = {entry.id: row for row, entry in enumerate(wanted)}
-        self.changePersistentIndexList(former, [self.index_of(entry) for entry in kept])
-        self.layoutChanged.emit()
+        if wanted != self.entries:
+            self.layoutAboutToBeChanged.emit()
+            former = self.persistentIndexList()
+            kept = [self.entries[index.row()] for index in former]
+            self.entries = wanted
+            self._rows = {entry.id: row for row, entry in enumerate(wanted)}
+            self.changePersistentIndexList(former, [self.index_of(entry) for entry in kept])
+            self.layoutChanged.emit()
+        if wanted:
+            self.dataChanged.emit(self.index(0, 0), self.index(len(wanted) - 1, 0))  # only visible rows are drawn
 
     def rowCount(self, parent: Index = QModelIndex()) -> int:  # noqa: B008
         return 0 if parent.isValid() else len(self.entries)
+
+    def flags(self, index: Index) -> Qt.ItemFlag:
+        flags = super().flags(index)
+        return flags | Qt.ItemFlag.ItemIsEditable if index.isValid() else flags
+
+    def setData(self, index: Index, value: Any, role: int = Qt.ItemDataRole.EditRole) -> bool:
+        self.noted.emit(self.entries[index.row()], value.strip())
+        return True
 
     def data(self, index: Index, role: int = Qt.ItemDataRole.DisplayRole) -> object:
         if not index.isValid():
@@ -129,6 +131,8 @@ class FrameListModel(QAbstractListModel):
         entry = self.entries[index.row()]
         if role == Qt.ItemDataRole.DisplayRole:
             return entry.name
+        if role == Qt.ItemDataRole.EditRole:
+            return entry.note
         if role == Qt.ItemDataRole.ToolTipRole:
             return literal_text(tooltip_text(entry))
         if role == Qt.ItemDataRole.AccessibleTextRole:
@@ -145,7 +149,7 @@ class FrameListModel(QAbstractListModel):
 
 STATES: dict[str, str] = {
     "all": "All",
-    **STAGE_WORDS,
+    **{str(stage): stage.capitalize() for stage in Stage},
     "note": "With a note",
     "check": "To check",
     "not converged": "Not converged",
@@ -191,12 +195,9 @@ def shown_entries(
     """
     words = text.casefold().split()
 
-    def has_words(entry: Entry) -> bool:
-        about = f"{entry.name} {entry.note}".casefold()
-        return all(word in about for word in words)
-
     def matches(entry: Entry) -> bool:
-        return (state == "all" or state in states_of(entry)) and (not words or has_words(entry))
+        about = f"{entry.name} {entry.note}".casefold() if words else ""
+        return (state == "all" or state in states_of(entry)) and all(word in about for word in words)
 
     through = [entry for entry in entries if entry is always or matches(entry)]
     key = _KEYS.get(order)

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import QModelIndex, QPersistentModelIndex, QPoint, QPointF, QRect, QRectF, QSize, Qt
+from PySide6.QtCore import QPoint, QPointF, QRect, QRectF, QSize, Qt
 from PySide6.QtGui import QColor, QFont, QPainter, QPalette, QPen, QPixmap
-from PySide6.QtWidgets import QStyle, QStyledItemDelegate, QStyleOptionViewItem
+from PySide6.QtWidgets import QLineEdit, QStyle, QStyleOptionViewItem, QWidget
 
 from ilf.project.project import Stage
 
 from ...base import theme
 from ...state.entries import Entry
+from ...widgets.tables import Index, RowDelegate
 from .model import ENTRY, PRESENT, last_line, state_line
 
 _THUMBNAIL = QSize(72, 54)
@@ -21,12 +22,13 @@ _MARK = 7
 """Diameter of the mark of a state [px]."""
 _PLATE = 13
 """Diameter of the disc behind a mark on a thumbnail [px]."""
+_NOTE_WIDTH = 96
+"""Minimum width of the line in which a note is edited [px]."""
 
-Index = QModelIndex | QPersistentModelIndex
 
-
-class FramePainter(QStyledItemDelegate):
-    """Paints rows, of which the one under the mouse has a cross to remove the frame; or thumbnails alone.
+class FramePainter(RowDelegate):
+    """Paints rows, of which the one under the mouse has a cross to remove the frame; or thumbnails alone. The note on a
+    frame is edited in the last line of its row, or at the foot of its thumbnail.
 
     Attributes
     ----------
@@ -47,6 +49,17 @@ class FramePainter(QStyledItemDelegate):
         painter.setRenderHints(QPainter.RenderHint.SmoothPixmapTransform | QPainter.RenderHint.Antialiasing)
         (_paint_in_strip if self.strip_height else _paint_row)(painter, option, index)
         painter.restore()
+
+    def createEditor(self, parent: QWidget, option: QStyleOptionViewItem, index: Index) -> QWidget:
+        editor = QLineEdit(parent, placeholderText=f"Note on {index.data()}")
+        editor.setAccessibleName("Note on the frame")
+        return editor
+
+    def updateEditorGeometry(self, editor: QWidget, option: QStyleOptionViewItem, index: Index) -> None:
+        height = editor.sizeHint().height()
+        foot = option.rect.adjusted(0, option.rect.height() - height, 0, 0)
+        box = foot if self.strip_height else _lines(option, option.rect.right())[2]
+        editor.setGeometry(box.left(), box.center().y() - height // 2, max(box.width(), _NOTE_WIDTH), height)
 
 
 def close_box(row: QRect) -> QRect:
@@ -126,11 +139,8 @@ def _paint_picture(painter: QPainter, option: QStyleOptionViewItem, box: QRect, 
 
 def _paint_lines(painter: QPainter, option: QStyleOptionViewItem, entry: Entry, present: bool, hovered: bool) -> None:
     colours, summary = theme.colours(option.palette), entry.summary
-    left = option.rect.left() + 2 * _MARGIN + _BAR + _THUMBNAIL.width()
-    right = (close_box(option.rect).left() if hovered else option.rect.right()) - _MARGIN
-    spacing = option.fontMetrics.height() + 1
-    top = option.rect.center().y() - 3 * spacing // 2
-    boxes = [QRect(left, top + number * spacing, right - left, spacing) for number in range(3)]
+    boxes = _lines(option, close_box(option.rect).left() if hovered else option.rect.right())
+    left = boxes[0].left()
     fonts = QFont(option.font), QFont(option.font), QFont(option.font)
     fonts[0].setBold(present)
     fonts[2].setItalic(bool(summary.note))
@@ -148,6 +158,14 @@ def _paint_lines(painter: QPainter, option: QStyleOptionViewItem, entry: Entry, 
         painter.setPen(pen)
         shown = painter.fontMetrics().elidedText(text, Qt.TextElideMode.ElideRight, box.width())
         painter.drawText(box, Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter, shown)
+
+
+def _lines(option: QStyleOptionViewItem, right: int) -> list[QRect]:
+    """Return the rectangles of the three lines of a row, left of some place."""
+    left = option.rect.left() + 2 * _MARGIN + _BAR + _THUMBNAIL.width()
+    spacing = option.fontMetrics.height() + 1
+    top = option.rect.center().y() - 3 * spacing // 2
+    return [QRect(left, top + number * spacing, right - _MARGIN - left, spacing) for number in range(3)]
 
 
 def _mark_colour(stage: Stage, colours: theme.Colours) -> QColor | None:

@@ -1,11 +1,11 @@
-"""Panel of all frames: filter, list, and the user's note on a frame."""
+"""Panel of all frames: filter and list."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable
+from collections.abc import Callable, Collection, Iterable
 
-from PySide6.QtCore import QEvent, QModelIndex, QSize, Qt, Signal
-from PySide6.QtGui import QActionGroup, QKeyEvent, QMouseEvent, QPaintEvent, QResizeEvent
+from PySide6.QtCore import QModelIndex, QSize, Qt, Signal
+from PySide6.QtGui import QActionGroup, QKeyEvent, QMouseEvent, QPaintEvent, QPixmap, QResizeEvent
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QBoxLayout,
@@ -23,7 +23,7 @@ from ...state.entries import Entry
 from ...widgets.basics import Themed, combo, lay_out, paint_hint
 from .model import ENTRY, ORDERS, STATES, FrameListModel, counts, shown_entries
 from .painter import FramePainter, close_box
-from .thumbnails import Thumbnails
+from .thumbnails import Thumbnails, reader_of
 
 _ROW_WIDTH = 190
 """Width that a row takes where nothing else gives one: thumbnail and a short name [px]."""
@@ -51,7 +51,7 @@ class FrameView(QListView):
         self.hint = ""
         """Text of an empty list."""
         self._closing = QModelIndex()
-        self._painter = FramePainter(self)
+        self._painter = FramePainter((), self)
         self.setAccessibleName("Frames")
         self.setItemDelegate(self._painter)
         self.setUniformItemSizes(True)
@@ -87,10 +87,6 @@ class FrameView(QListView):
         """As much as a row needs, so that the panel leaves room for the images where it is docked beside them."""
         return QSize(_ROW_WIDTH, super().sizeHint().height())
 
-    def strip_width(self) -> int:
-        """Return the width of all thumbnails of a strip [px]."""
-        return max(self.model().rowCount(), 1) * (4 * self._painter.strip_height // 3)
-
     def chosen(self) -> list[Entry]:
         """Return the entries of the selected frames, in their order."""
         return [index.data(ENTRY) for index in sorted(self.selectedIndexes(), key=QModelIndex.row)]
@@ -121,6 +117,11 @@ class FrameView(QListView):
             self.note_requested.emit(self.currentIndex().data(ENTRY))
         else:
             super().keyPressEvent(event)
+
+    def write_note(self, index: QModelIndex) -> None:
+        """Edit the note on a frame, in its row."""
+        self.setCurrentIndex(index)
+        self.edit(index)
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
         self._closing = self._cross_at(event)
@@ -154,34 +155,33 @@ _UNLIMITED = (1 << 24) - 1
 _STRIP_ASPECT = 3
 """Width of the panel over its height from which it is a strip."""
 _SIDE_WIDTH = 300
-"""Maximum width of the filter and of the note beside a strip [px]."""
-_ROOMY = 240
-"""Minimum height of the panel [px] for a permanent line for the note."""
+"""Maximum width of the filter beside a strip [px]."""
 _NONE_SHOWN = "No frame matches the filter: press Esc in the line above to show all"
 
 
 class FramesPanel(QWidget):
     """Panel that shows the list, as rows or as a strip, and emits requests; its owner sets the contents.
 
+    Parameters
+    ----------
+    stored : callable
+        Returns the stored thumbnail of the frame with an id; None if there is none. Called in a worker thread.
+
     Signals
     -------
     filter_changed()
         The filter or the order has changed.
-    noted(object, str)
-        An entry, and the user's note on it.
     """
 
     filter_changed = Signal()
-    noted = Signal(object, str)
 
-    def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, stored: Callable[[str], bytes | None]) -> None:
+        super().__init__()
+        self._stored = stored
         self.thumbnails = Thumbnails(self)
-        self.model = FrameListModel(self.thumbnails.of, self)
+        self.model = FrameListModel(self.picture_of, self)
         self._bar = 0
         self._several = False
-        self.noting: Entry | None = None
-        """The frame of the note in the line below."""
         self.text = QLineEdit(placeholderText="Name or note", clearButtonEnabled=True)
         self.text.setAccessibleName("Filter frames by name or note")
         self.text.setToolTip("Show only frames whose name or note contains all these words")
@@ -191,9 +191,6 @@ class FramesPanel(QWidget):
         self.view = FrameView(self)
         self.view.setModel(self.model)
         self.view.hint = _NOTHING_OPEN
-        self.note = _NoteLine()
-        self.note.setAccessibleName("Note on the frame")
-        self.note.setToolTip("Note on this frame; it is saved with the project (F2 in the list)")
         self._lay_out()
         self.setFocusProxy(self.view)
         self.thumbnails.arrived.connect(self.view.viewport().update)
@@ -201,10 +198,6 @@ class FramesPanel(QWidget):
         self.text.textChanged.connect(lambda _: self.filter_changed.emit())
         self.state.currentIndexChanged.connect(lambda _: self.filter_changed.emit())
         self.order.changed.connect(self.filter_changed)
-        self.note.editingFinished.connect(self.take_note)
-        self.note.returnPressed.connect(self.view.setFocus)
-        self.note.given_up.connect(self._give_up_note)
-        self.view.selectionModel().currentChanged.connect(lambda *_: self.show_note())
 
     def _lay_out(self) -> None:
         self.filter_row = QWidget()
@@ -218,8 +211,12 @@ class FramesPanel(QWidget):
             stretched=(self.text, self.state),
         )
         self._parts = QBoxLayout(QBoxLayout.Direction.TopToBottom, self)
-        lay_out(self._parts, self.filter_row, self.view, self.note, spacing=0)
+        lay_out(self._parts, self.filter_row, self.view, spacing=0)
         self._parts.setStretchFactor(self.view, 2)
+
+    def picture_of(self, entry: Entry) -> QPixmap | None:
+        """Return the thumbnail of an entry; None while it is pending, an empty one if it cannot be made."""
+        return self.thumbnails.of(entry.id, reader_of(entry, self._stored))
 
     def set_bar(self, height: int) -> None:
         """Show only a strip of this height [px], no wider than its thumbnails; 0 for the whole panel."""
@@ -229,19 +226,17 @@ class FramesPanel(QWidget):
         self._fit()
 
     def _fit(self) -> None:
-        """Show a strip where the panel is wide and low, with filter and note at its sides; rows elsewhere."""
+        """Show a strip where the panel is wide and low, with the filter at its side; rows elsewhere."""
         strip = self._bar > 0 or self.width() > _STRIP_ASPECT * self.height()
         room = self.view.maximumViewportSize().height() - self.view.horizontalScrollBar().sizeHint().height()
         self.view.set_strip((self._bar or min(max(room, 1), self.height())) if strip else 0)
         needed, off = Qt.ScrollBarPolicy.ScrollBarAsNeeded, Qt.ScrollBarPolicy.ScrollBarAlwaysOff
         self.view.setHorizontalScrollBarPolicy(needed if strip and not self._bar else off)
-        self.setMaximumWidth(self.view.strip_width() if self._bar else _UNLIMITED)
+        self.setMaximumWidth(max(self.model.rowCount(), 1) * (4 * self._bar // 3) if self._bar else _UNLIMITED)
         self._parts.setDirection(QBoxLayout.Direction.LeftToRight if strip else QBoxLayout.Direction.TopToBottom)
-        for place, part in ((0, self.filter_row), (2, self.note)):
-            self._parts.setStretch(place, int(strip))
-            part.setMaximumWidth(_SIDE_WIDTH if strip else _UNLIMITED)
+        self._parts.setStretch(0, int(strip))
+        self.filter_row.setMaximumWidth(_SIDE_WIDTH if strip else _UNLIMITED)
         self.filter_row.setVisible(self._several and not self._bar)
-        self._fit_note()
 
     def filtered(self, entries: Iterable[Entry], always: Entry | None) -> list[Entry]:
         """Return the entries that match the user's filter, and `always`, in the chosen order."""
@@ -265,63 +260,9 @@ class FramesPanel(QWidget):
                 self.view.setCurrentIndex(index)
             self.view.show_frame(index)
 
-    def show_note(self) -> None:
-        """Show the note on the selected frame, else on the current one, unless it is being edited."""
-        row = self.view.currentIndex().row()
-        entry = self.model.entries[row] if 0 <= row < len(self.model.entries) else self.model.present
-        if entry is not self.noting:
-            self.take_note()
-            self.noting = entry
-        self._fit_note()
-        self.note.setPlaceholderText("" if entry is None else f"Note on {entry.name}")
-        if not self.note.isModified() or not self.note.hasFocus():
-            self.note.setText("" if entry is None else entry.note)
-
-    def write_note(self, entry: Entry) -> None:
-        """Edit the note on a frame."""
-        self.view.setCurrentIndex(self.model.index_of(entry))
-        self.show_note()
-        self.note.show()
-        self.note.setFocus(Qt.FocusReason.ShortcutFocusReason)
-        self.note.selectAll()
-
-    def _fit_note(self) -> None:
-        """Show the line of the note if there is enough space, if it has text, or if it is being edited."""
-        entry, roomy = self.noting, self.height() > _ROOMY and not self.view.is_strip
-        wanted = entry is not None and (self.note.hasFocus() or bool(entry.note) or roomy)
-        self.note.setVisible(wanted and not self._bar)
-
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
         self._fit()
-
-    def take_note(self) -> None:
-        """Take the note that is being edited."""
-        entry, text = self.noting, self.note.text().strip()
-        if entry is not None and self.note.isModified():
-            self.note.setModified(False)
-            self.noted.emit(entry, text)
-
-    def _give_up_note(self) -> None:
-        """Discard the edit of the note."""
-        self.note.setModified(False)
-        self.view.setFocus()
-        self.show_note()
-
-
-class _NoteLine(QLineEdit):
-    """Line edit in which Escape cancels the edit, and has no other effect in the window."""
-
-    given_up = Signal()
-
-    def event(self, event: QEvent) -> bool:
-        """Handle Escape in this line."""
-        if isinstance(event, QKeyEvent) and event.key() == Qt.Key.Key_Escape:
-            event.accept()
-            if event.type() == QEvent.Type.KeyPress:
-                self.given_up.emit()
-            return True
-        return super().event(event)
 
 
 class _OrderButton(Themed, QToolButton):

@@ -15,7 +15,7 @@ from PySide6.QtCore import QObject, Signal
 from PySide6.QtGui import QImage, QPixmap
 
 from ilf._runtime.files import FileContent
-from ilf.errors import FormatError, IlfError
+from ilf.errors import FormatError, IlfError, InputError
 from ilf.io.images import read_colour
 from ilf.sources.frame_folder import frame_folder
 from ilf.sources.frame_ref import FrameRef
@@ -69,6 +69,25 @@ def thumbnail_of(rgb: NDArray[Any]) -> NDArray[np.uint8]:
     return small.astype(np.uint8, copy=False)
 
 
+def reader_of(entry: Entry, stored: Callable[[str], bytes | None]) -> Callable[[], NDArray[np.uint8]]:
+    """Return a function that makes the thumbnail of a frame of the list, in any thread, of its open image, what is
+    stored for its id, or its files; it raises IlfError if there is none."""
+    document, id, source = entry.document, entry.id, entry.source
+    rgb = None if document is None else document.frame.rgb
+
+    def read() -> NDArray[np.uint8]:
+        if rgb is not None:
+            return thumbnail_of(rgb)
+        if (content := stored(id)) is not None:
+            with suppress(FormatError):
+                return stored_thumbnail(content)
+        if source is None:
+            raise InputError("There is no picture of this frame.")
+        return read_thumbnail(source)
+
+    return read
+
+
 MAX_THUMBNAILS = 600
 """Maximum number of thumbnails in memory: about 45 MB."""
 
@@ -77,13 +96,7 @@ _MAX_PENDING = 60
 
 
 class Thumbnails(QObject):
-    """Thumbnails by entry.
-
-    Attributes
-    ----------
-    stored : callable
-        Returns the stored thumbnail of the frame with an id as JPEG bytes; None if there is none. Called in a worker
-        thread.
+    """Thumbnails by key, made in the background when they are first asked for.
 
     Signals
     -------
@@ -95,27 +108,25 @@ class Thumbnails(QObject):
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
-        self.stored: Callable[[str], bytes | None] = lambda id: None
         self._made: OrderedDict[str, QPixmap | None] = OrderedDict()
-        """Id of a frame -> its thumbnail, None while it is pending or being made."""
-        self._pending: OrderedDict[str, tuple[NDArray[np.uint8] | None, FrameRef | None]] = OrderedDict()
-        """Id of a frame -> its colour image if it is open, and its files."""
+        """None while it is pending or being made."""
+        self._pending: OrderedDict[str, Callable[[], NDArray[np.uint8]]] = OrderedDict()
         self._worker = Worker(self)
         self._worker.progressed.connect(self._take)
         self._worker.finished.connect(lambda _: self._start())
         self._worker.failed.connect(lambda _: self._start())
 
-    def of(self, entry: Entry) -> QPixmap | None:
-        """Return the thumbnail of an entry; None while it is pending, an empty one if it cannot be made."""
-        if entry.id not in self._made:
-            self._made[entry.id] = None
-            rgb = None if entry.document is None else entry.document.frame.rgb
-            self._pending[entry.id] = rgb, entry.source
+    def of(self, key: str, read: Callable[[], NDArray[np.uint8]]) -> QPixmap | None:
+        """Return a thumbnail; None while it is pending, an empty one if it cannot be made. `read` makes it in a worker
+        thread."""
+        if key not in self._made:
+            self._made[key] = None
+            self._pending[key] = read
             if len(self._pending) > _MAX_PENDING:
                 self._made.pop(self._pending.popitem(last=False)[0], None)
             self._start()
-        self._made.move_to_end(entry.id)
-        return self._made[entry.id]
+        self._made.move_to_end(key)
+        return self._made[key]
 
     def _start(self) -> None:
         if self._pending and not self._worker.busy:
@@ -125,25 +136,17 @@ class Thumbnails(QObject):
         """Make the requested thumbnails, the latest request first: its row is visible."""
         while True:
             try:
-                id, (rgb, source) = self._pending.popitem()
+                key, read = self._pending.popitem()
             except KeyError:
                 return
-            yield id, self._picture(id, rgb, source)
-
-    def _picture(self, id: str, rgb: NDArray[np.uint8] | None, source: FrameRef | None) -> QImage:
-        try:
-            if rgb is not None:
-                return rgb_image(thumbnail_of(rgb))
-            if (stored := self.stored(id)) is not None:
-                with suppress(FormatError):
-                    return rgb_image(stored_thumbnail(stored))
-            return QImage() if source is None else rgb_image(read_thumbnail(source))
-        except (IlfError, OSError, cv2.error):
-            return QImage()
+            image = QImage()
+            with suppress(IlfError, OSError, cv2.error):
+                image = rgb_image(read())
+            yield key, image
 
     def _take(self, batch: list[tuple[str, QImage]]) -> None:
-        for id, image in batch:
-            self._made[id] = QPixmap.fromImage(image)
+        for key, image in batch:
+            self._made[key] = QPixmap.fromImage(image)
         while len(self._made) > MAX_THUMBNAILS:
             self._made.popitem(last=False)
         self.arrived.emit()

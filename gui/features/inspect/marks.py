@@ -13,7 +13,7 @@ from ilf.data.label_map import Box
 from ilf.evaluation.measuring import Line
 from ilf.project.frame_state import Point
 
-from ...views.linked_views import LinkedViews
+from ...views.image_view import ImageView
 from ...views.scene_items import ViewItem
 
 _HEIGHT = 5.8
@@ -72,19 +72,22 @@ def measurement_marks(line: Line, text: str) -> Marks:
     return Stroke(line, _MEASURE), Text(((x0 + x1) / 2, (y0 + y1) / 2), text)
 
 
-class _MarksItem(ViewItem):
-    """Item that draws marks with lines, points and texts of constant size on the screen."""
+class MarksItem(ViewItem):
+    """Item of a view that draws marks with lines, points and texts of constant size on the screen."""
 
-    def __init__(self) -> None:
+    def __init__(self, view: ImageView) -> None:
         super().__init__(_HEIGHT)
         self.setVisible(False)
-        self._marks: Marks = ()
+        view.add_overlay(self)
+        self.marks: Marks = ()
         self._font = QFont()
         self._font.setPointSizeF(self._font.pointSizeF() * 0.85)
 
-    def set_marks(self, marks: Marks) -> None:
-        """Set the marks to draw."""
-        self._marks = marks
+    def show_marks(self, marks: Marks) -> None:
+        """Draw these marks only."""
+        if marks == self.marks:
+            return
+        self.marks = marks
         points = [QPointF(*point) for one in marks if isinstance(one, Stroke) for point in one.points]
         metrics, texts = QFontMetricsF(self._font), [one for one in marks if isinstance(one, Text)]
         widest = max((metrics.horizontalAdvance(one.text) for one in texts), default=0.0)
@@ -98,7 +101,7 @@ class _MarksItem(ViewItem):
         painter.resetTransform()
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         painter.setFont(self._font)
-        for one in self._marks:
+        for one in self.marks:
             if isinstance(one, Stroke):
                 _draw(painter, one, [to_screen.map(QPointF(*point)) for point in one.points])
                 continue
@@ -133,20 +136,3 @@ def _write(painter: QPainter, place: QPointF, text: str) -> None:
     painter.drawRoundedRect(plate, 3, 3)
     painter.setPen(QColor("white"))
     painter.drawText(plate, Qt.AlignmentFlag.AlignCenter, text)
-
-
-class InspectMarks:
-    """The same marks in every view."""
-
-    def __init__(self, views: LinkedViews) -> None:
-        self._items = [_MarksItem() for _ in views.cells]
-        self.marks: Marks = ()
-        for cell, item in zip(views.cells.values(), self._items, strict=True):
-            cell.view.add_overlay(item)
-
-    def show(self, marks: Marks) -> None:
-        """Draw these marks only."""
-        if marks != self.marks:
-            self.marks = marks
-            for item in self._items:
-                item.set_marks(marks)

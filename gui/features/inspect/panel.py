@@ -31,14 +31,13 @@ from ...tools.line import REACH, off_line, share_along
 from ...widgets.basics import Message, PlainLabel, combo, command_button, lay_out, literal_text, page
 from ...widgets.docks import PanelGroup
 from ...widgets.file_choice import ask_path, save
-from ...widgets.number_table import NumberTable, Row
+from ...widgets.tables import NumberTable, Row
 from ..context import Context
 from ..expected_error import ErrorFeature
 from ..panel import Panel
-from .marks import InspectMarks, measurement_marks, profile_marks, region_marks
-from .profile_page import ProfilePage
-from .profile_plot import profile_data
-from .statistics import COLUMNS, Mask, Statistics, StatisticsRequest, metres
+from .marks import MarksItem, measurement_marks, profile_marks, region_marks
+from .profile import ProfilePage, profile_data
+from .statistics import COLUMNS, Mask, metres, statistics_of
 
 PROFILE, STATISTICS, MEASUREMENTS = range(3)
 """The pages."""
@@ -69,13 +68,12 @@ class InspectPanel(Panel):
     def __init__(self, context: Context) -> None:
         self._page = -1
         """The page that was drawn last."""
-        self._of_region = False
         self._pixel: tuple[int, int] | None = None
         """The pixel under the mouse in a view."""
         self._place: Point | None = None
         """The place of the marked sample of the profile, in image coordinates."""
         self._deleted: WeakKeyDictionary[Document, tuple[Line, ...]] = WeakKeyDictionary()
-        self._marks = InspectMarks(context.views)
+        self._marks = [MarksItem(cell.view) for cell in context.views.cells.values()]
         super().__init__(context)
         for tool, number in (("profile", PROFILE), ("rectangle", STATISTICS), ("measure", MEASUREMENTS)):
             context.actions[f"tool_{tool}"].triggered.connect(lambda _=False, number=number: self.reveal_page(number))
@@ -105,7 +103,7 @@ class InspectPanel(Panel):
     def _statistics_page(self) -> QWidget:
         hint = "Statistics of the selected block, or of the rectangle if there is one"
         self.subject = combo(["Selected block", "Rectangle"], hint, "Region of the statistics")
-        self.subject.activated.connect(self._choose_subject)
+        self.subject.activated.connect(self.redraw)
         self.subject_name = PlainLabel()
         self.subject_name.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
         self.statistics = NumberTable("Statistics of raw depth and result", COLUMNS)
@@ -131,9 +129,9 @@ class InspectPanel(Panel):
         workspace = self.context.workspace
         document = workspace.current if workspace.has_current else None
         if parts & (Part.FRAME | Part.REGION):
-            self._of_region = document is not None and document.state.looked.region is not None
+            self.subject.setCurrentIndex(int(self._looked.region is not None))
         if parts & Part.FRAME:
-            self.forget()
+            self.requests.forget()
             self.statistics.set_rows([])
         turned, self._page = self._page != self.pages.currentIndex(), self.pages.currentIndex()
         if self._page == PROFILE:
@@ -187,7 +185,8 @@ class InspectPanel(Panel):
             marks += profile_marks(looked.line, self._place)
         for line, text in zip(lines, texts, strict=True):
             marks += measurement_marks(line, text)
-        self._marks.show(tuple(marks))
+        for item in self._marks:
+            item.show_marks(tuple(marks))
         self.context.cloud.canvas.set_lines(lines, texts)
 
     @command("remove_marks", "Remo&ve line and rectangle", icon="ph.x", needs=Need.FRAME)
@@ -205,8 +204,7 @@ class InspectPanel(Panel):
             self.profile.show_hint(self._with_key(_NO_LINE, "profile"))
         else:
             data = profile_data(document, line, self.context.workspace.viewed_iteration)
-            names = {label: document.info(label).name for label in set(data.labels.tolist()) if label}
-            self.profile.show_data(data, names)
+            self.profile.show_data(data)
             if data.error is None:
                 self.context.refresh.mark("error")
         if self._pixel is None:
@@ -266,43 +264,42 @@ class InspectPanel(Panel):
 
     # statistics
 
-    def _choose_subject(self, index: int) -> None:
-        self._of_region = index == 1
-        self.redraw()
-
     def _ask_statistics(self, document: Document | None) -> None:
-        self.subject.setCurrentIndex(int(self._of_region))
         mask, name = (None, "") if document is None else self._subject(document)
         self.subject_name.setText(name)
         self.subject_name.setToolTip(literal_text(name))
         if document is None or mask is None:
-            self.forget()
+            self.requests.forget()
             self.statistics.set_rows([], self._with_key(_NO_SUBJECT, "rectangle"))
             _tell(self.statistics_note, "")
             return
         depth = self._depth(document)
         chosen = [label for label in document.selected if label in document.counts()]
-        other = document.labels == chosen[1] if len(chosen) > 1 and not self._of_region else None
+        other = document.labels == chosen[1] if len(chosen) > 1 and not self.subject.currentIndex() else None
         result = None if depth is None else depth.copy()  # it changes in place
-        self.ask(StatisticsRequest(document.frame.depth, result, document.frame.intrinsics, mask, other))
+        frame = document.frame
+        self.requests.ask(
+            lambda: statistics_of(frame.depth, result, frame.intrinsics, mask, other), self._show_statistics
+        )
 
     def _subject(self, document: Document) -> tuple[Mask | None, str]:
         """Return the region of the statistics, and its name; None without one."""
-        region = document.state.looked.region
-        if self._of_region and region is not None:
+        region, of_region = document.state.looked.region, self.subject.currentIndex() == 1
+        if of_region and region is not None:
             rows, columns = region
             mask = np.zeros(document.frame.shape, bool)
             mask[region] = True
             size = f"{columns.stop - columns.start} × {rows.stop - rows.start} px"
             return mask, f"{size} at x {columns.start}, y {rows.start}"
         chosen = self.context.workspace.chosen
-        if self._of_region or chosen not in document.counts():
+        if of_region or chosen not in document.counts():
             return None, ""
         return document.labels == chosen, " and ".join(document.info(label).name for label in document.selected[:2])
 
-    def take(self, request: StatisticsRequest, answer: Statistics) -> None:
-        self.statistics.set_rows(answer.rows())
-        _tell(self.statistics_note, " ".join(filter(None, (*answer.notes, self._iteration_note()))))
+    def _show_statistics(self, found: tuple[list[Row], list[str]]) -> None:
+        rows, notes = found
+        self.statistics.set_rows(rows)
+        _tell(self.statistics_note, " ".join(filter(None, (*notes, self._iteration_note()))))
 
     @command("copy_statistics", "Copy &statistics", icon="ph.copy", needs=Need.FRAME)
     def _copy_statistics(self) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,9 +11,9 @@ from ilf._runtime.formatting import UNKNOWN, millimetres
 from ilf.data.camera import Camera
 from ilf.errors import InputError
 from ilf.evaluation.measuring import angle_between
-from ilf.evaluation.statistics import PlaneFit, SurfaceStatistics, surface_statistics
+from ilf.evaluation.statistics import SurfaceFit, SurfaceStatistics, surface_statistics
 
-from ...widgets.number_table import Row
+from ...widgets.tables import Row
 
 COLUMNS = (("Raw", "Statistics of the raw depth"), ("Result", "Statistics of the completed depth"))
 _ROWS = (
@@ -35,62 +34,49 @@ _ROWS = (
     ("Quadric RMS", "Root mean square distance from the best-fitting quadric, without outliers"),
 )
 
+Depth = NDArray[np.float32]
 Mask = NDArray[np.bool_]
 
 
-@dataclass(frozen=True, eq=False)
-class StatisticsRequest:
-    """Request for statistics: depth and regions; its arrays are not changed any more.
+def statistics_of(
+    raw: Depth, result: Depth | None, intrinsics: Camera | None, subject: Mask, other: Mask | None
+) -> tuple[list[Row], list[str]]:
+    """Compute the statistics of a region; called in a worker thread.
 
-    Attributes
+    Parameters
     ----------
     raw, result : ndarray of float32, shape (H, W)
         [m]; the second is None if there is no result.
     intrinsics : Camera or None
-    subject, other : ndarray of bool, shape (H, W), or None
-        Region of the statistics; second block, for the angle between both.
+    subject, other : ndarray of bool, shape (H, W)
+        Region of the statistics; second block, for the angle between the planes of both, or None.
+
+    Returns
+    -------
+    list of Row
+    list of str
+        Sentences on them.
     """
-
-    raw: NDArray[np.float32]
-    result: NDArray[np.float32] | None
-    intrinsics: Camera | None
-    subject: Mask
-    other: Mask | None
-
-    def answer(self) -> Statistics:
-        """Compute the statistics; called in a worker thread."""
-        depths = [self.raw, *([] if self.result is None else [self.result])]
-        found = [surface_statistics(depth, self.subject, self.intrinsics) for depth in depths]
-        notes = [one.reason for one in found if one.reason]
-        if self.other is not None:
-            try:
-                second = surface_statistics(depths[-1], self.other, self.intrinsics)
-                angle = angle_between(_plane(found[-1]), _plane(second))
-                notes.insert(0, f"Angle between the planes of both selected blocks: {angle:.1f}°")
-            except InputError as error:
-                notes.append(str(error))
-        return Statistics(found[0], found[1] if len(found) > 1 else None, tuple(dict.fromkeys(notes)))
+    depths = [raw] if result is None else [raw, result]
+    found = [surface_statistics(depth, subject, intrinsics) for depth in depths]
+    notes = [one.reason for one in found if one.reason]
+    if other is not None:
+        try:
+            second = surface_statistics(depths[-1], other, intrinsics)
+            angle = angle_between(_plane(found[-1]), _plane(second))
+            notes.insert(0, f"Angle between the planes of both selected blocks: {angle:.1f}°")
+        except InputError as error:
+            notes.append(str(error))
+    columns = [_texts(one) for one in found]
+    columns += [[""] * len(_ROWS)] * (len(COLUMNS) - len(found))
+    rows = [
+        Row(name, tuple(texts), f"{name}: {hint[0].lower()}{hint[1:]}")
+        for (name, hint), *texts in zip(_ROWS, *columns, strict=True)
+    ]
+    return rows, list(dict.fromkeys(notes))
 
 
-@dataclass(frozen=True)
-class Statistics:
-    """Statistics of raw depth and of the result, None without one; and sentences on them, as on the angle between the
-    planes of two blocks."""
-
-    raw: SurfaceStatistics
-    result: SurfaceStatistics | None
-    notes: tuple[str, ...]
-
-    def rows(self) -> list[Row]:
-        """Rows of the table."""
-        raw, result = _texts(self.raw), [""] * len(_ROWS) if self.result is None else _texts(self.result)
-        return [
-            Row(name, (one, other), f"{name}: {hint[0].lower()}{hint[1:]}")
-            for (name, hint), one, other in zip(_ROWS, raw, result, strict=True)
-        ]
-
-
-def _plane(found: SurfaceStatistics) -> PlaneFit:
+def _plane(found: SurfaceStatistics) -> SurfaceFit:
     if found.plane is None:
         raise InputError(found.reason)
     return found.plane

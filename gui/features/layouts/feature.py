@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from functools import partial
 
 from PySide6.QtCore import QSettings
@@ -15,14 +15,14 @@ from ...views.layouts import CORRECT as CORRECT_VIEWS
 from ...views.layouts import LAYOUTS
 from ...widgets.basics import open_once
 from ..context import Context, Feature
-from ..menus import insert_menu
 from ..views import ViewsFeature
 from .header import Header, LayoutBar
 from .layout import BUILT_IN, CORRECT, INSPECT, OWN, OWN_HINT, STANDARD, TUNE, Arrangement, Layout, LayoutStore
 
 _ICONS = {STANDARD: "ph.layout", INSPECT: "ph.eye", CORRECT: "ph.pencil-line", TUNE: "ph.sliders"}
-_KEYS = {INSPECT: "F3", CORRECT: "F4", TUNE: "F12"}
-
+_KEYS = {INSPECT: "F3", CORRECT: "F4", TUNE: "F12"} | {name: f"Ctrl+Alt+{n}" for n, name in enumerate(OWN, 1)}
+_TEXTS = {layout.name: (f"&{layout.text}", layout.hint) for layout in BUILT_IN}
+_TEXTS |= {name: (name, OWN_HINT) for name in OWN}
 
 _CHOICES = "block_names", "show_missing", "only_icons"
 """Options of the views that are stored between program starts."""
@@ -40,30 +40,24 @@ class LayoutsFeature(Feature):
         self._views, self._lasting = context.views.sheet.layout_name, context.views.sheet.lasting
         self._turning = False
         self._deleted: Layout | None = None
-        names = [*(layout.name for layout in BUILT_IN), *OWN]
-        context.actions.add(self._switches())
-        self._actions: dict[str, QAction] = {name: context.actions[f"layout_{name}"] for name in names}
+        self._actions: dict[str, QAction] = {}
+        for name, (text, hint) in _TEXTS.items():
+            icon, keys, choose = _ICONS.get(name, ""), _KEYS.get(name, ""), partial(self._choose, name)
+            hint = f"{hint}; again to go back"
+            switch = Command(f"layout_{name}", text, hint, icon, keys, checkable=True, handler=choose)
+            context.actions.add([switch])
+            self._actions[name] = context.actions[switch.name]
         context.views.sheet.layoutChanged.connect(self._follow_views)
         self.menu = context.actions.menu("&Layout", context.window)
+        context.actions.adopt("layout_menu", self.menu.menuAction())
         self.bar = LayoutBar()
         self.header = Header(context.window.menuBar(), context.feature(ViewsFeature).bar, self.bar)
         context.centre.turned.connect(self.header.fit)
 
-    def _switches(self) -> Iterator[Command]:
-        """Return the commands that switch to a layout."""
-        for layout in BUILT_IN:
-            icon, keys = _ICONS[layout.name], _KEYS.get(layout.name, "")
-            yield self._switch(layout.name, f"&{layout.text}", layout.hint, icon, keys)
-        for number, name in enumerate(OWN, 1):
-            yield self._switch(name, name, OWN_HINT, "", f"Ctrl+Alt+{number}")
-
-    def _switch(self, name: str, text: str, hint: str, icon: str, keys: str) -> Command:
-        handler, hint = partial(self._choose, name), f"{hint}; again to go back"
-        return Command(f"layout_{name}", text, hint, icon, keys, checkable=True, handler=handler)
-
     def _choose(self, name: str, on: bool) -> None:
+        """Switch to a layout, or to the previous one."""
         if on != (name == self.present):
-            self.toggle(name)
+            self.turn(name if on else self._back())
 
     def _why_not_own(self) -> str:
         return "" if self.present in OWN else _NOT_OWN
@@ -72,8 +66,7 @@ class LayoutsFeature(Feature):
         return "" if self._deleted is not None else "No layout has been deleted."
 
     def begin(self) -> None:
-        """Insert the menu, and restore layout and options of the last program start."""
-        insert_menu(self.context.window.menuBar(), self.menu, self.context.actions["full_screen"])
+        """Restore layout and options of the last program start."""
         self._apply(self.store.left(self.store.present))
         self._show()
         if self.context.panels.persistent:
@@ -86,10 +79,6 @@ class LayoutsFeature(Feature):
     def present(self) -> str:
         """Name of the current layout."""
         return self.store.present
-
-    def toggle(self, name: str) -> None:
-        """Switch to a layout, or to the previous one if it is the current one."""
-        self.turn(self._back() if name == self.present else name)
 
     def turn(self, name: str) -> None:
         """Switch to a layout in its last state."""

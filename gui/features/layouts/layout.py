@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import base64
-import json
 import zlib
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field
-from typing import Any
+from dataclasses import dataclass, field
 
-from PySide6.QtCore import QSettings
+import msgspec
+from PySide6.QtCore import QByteArray, QSettings
 
 from ...views.layouts import CORRECT as CORRECT_VIEWS
 
@@ -43,31 +41,6 @@ class Arrangement:
     sides: tuple[str, str] = ("", "")
     cloud_beside: bool = False
     contours: bool = False
-
-    def packed(self) -> dict[str, Any]:
-        """Return the arrangement as values for JSON."""
-        return {**asdict(self), "places": base64.b64encode(self.places).decode(), "seal": zlib.crc32(self.places)}
-
-    @staticmethod
-    def unpacked(values: Mapping[str, Any]) -> Arrangement:
-        """Return the packed arrangement, without places that fail their checksum: Qt may crash on damaged ones.
-
-        Raises
-        ------
-        ValueError, TypeError, KeyError, AttributeError
-            If the values are not a packed arrangement.
-        """
-        places = base64.b64decode(values["places"])
-        first, second = values["sides"]
-        return Arrangement(
-            str(values["views"]),
-            {str(cell): str(content) for cell, content in values["contents"].items()},
-            None if values["panels"] is None else tuple(str(title) for title in values["panels"]),
-            places if values["seal"] == zlib.crc32(places) else b"",
-            (str(first), str(second)),
-            bool(values["cloud_beside"]),
-            bool(values.get("contours", False)),
-        )
 
 
 @dataclass(frozen=True)
@@ -122,7 +95,7 @@ OWN = tuple(f"own_{number}" for number in range(1, 10))
 
 # Storage of layouts between program starts.
 
-_PRESENT, _OWN, _CHANGED = "layouts/present", "layouts/own", "layouts/changed"
+_KEY = "layouts"
 OWN_HINT = "A layout of your own"
 
 
@@ -177,26 +150,18 @@ class LayoutStore:
 
     def write(self) -> None:
         """Store all layouts."""
-        if not self._persistent:
-            return
-        settings = QSettings()
-        own = [(layout.name, layout.text, layout.arrangement.packed()) for layout in self.own]
-        settings.setValue(_PRESENT, self.present)
-        settings.setValue(_OWN, json.dumps(own))
-        settings.setValue(_CHANGED, json.dumps({name: left.packed() for name, left in self.changed.items()}))
+        if self._persistent:
+            stored = msgspec.json.encode((self.present, self.own, self.changed))
+            # with its checksum: Qt may crash on damaged places
+            QSettings().setValue(_KEY, QByteArray(zlib.compress(stored)))
 
     def _read(self) -> None:
-        settings = QSettings()
+        kind = tuple[str, list[Layout], dict[str, Arrangement]]
         try:
-            kept: list[Any] = json.loads(str(settings.value(_OWN, "[]")))
-            own = [Layout(str(name), str(text), OWN_HINT, Arrangement.unpacked(packed)) for name, text, packed in kept]
-            changed = {
-                str(name): Arrangement.unpacked(packed)
-                for name, packed in json.loads(str(settings.value(_CHANGED, "{}"))).items()
-            }
-        except (ValueError, TypeError, KeyError, AttributeError, RecursionError):
-            return  # fall back to the built-in layouts if the stored ones are damaged
+            stored = zlib.decompress(QSettings().value(_KEY))
+            present, own, changed = msgspec.json.decode(stored, type=kind)
+        except (zlib.error, msgspec.DecodeError, TypeError):
+            return  # there are none, or they are damaged: fall back to the built-in ones
         self.layouts |= {layout.name: layout for layout in own if layout.name in OWN}
         self.changed = {name: left for name, left in changed.items() if name in self.layouts}
-        present = str(settings.value(_PRESENT, STANDARD))
         self.present = present if present in self.layouts else STANDARD

@@ -1,1 +1,1 @@
-"""Projects: opening, saving, closing, recovery, and recent files."""
+"""Projects: opening, saving, closing, and recovery."""

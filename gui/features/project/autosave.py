@@ -46,7 +46,7 @@ _ADDED = "This window has a project: restored frames are added to it."
 
 
 class RecoveryDialog(QDialog):
-    """Dialog with a row per unsaved work, to restore it, discard it, or decide later.
+    """Dialog with a row per unsaved work, to restore or discard it.
 
     What is neither restored nor discarded is kept for the next start when the dialog is closed.
     """
@@ -64,8 +64,6 @@ class RecoveryDialog(QDialog):
         for number, row in self.rows.items():
             row.restore_button.clicked.connect(partial(self._restore, number))
             row.discard_button.clicked.connect(partial(self._ask_discard, number))
-            row.later_button.clicked.connect(partial(self._postpone, number))
-            row.later_button.setVisible(len(works) > 1)  # with a single row, the dialog's own button does the same
         self._list = QWidget()
         lay_out(QVBoxLayout(self._list), *self.rows.values(), None, spacing=8)
         area = scrolled(self._list)
@@ -120,10 +118,6 @@ class RecoveryDialog(QDialog):
         else:
             self._remove(number)
 
-    def _postpone(self, number: int) -> None:
-        self.rows[number].left.release()
-        self._remove(number)
-
     def _remove(self, number: int) -> None:
         self.rows.pop(number).hide()
         if not self.rows:
@@ -159,9 +153,7 @@ class _Row(QFrame):
         self.restore_button.setEnabled(not left.problem)
         self.discard_button = QPushButton("Discard…", autoDefault=False)
         self.discard_button.setToolTip("Delete this work permanently")
-        self.later_button = QPushButton("Later", autoDefault=False)
-        self.later_button.setToolTip("Keep the work, and offer it again at the next start")
-        buttons = self.restore_button, self.discard_button, self.later_button
+        buttons = self.restore_button, self.discard_button
         for button in buttons:
             button.setAccessibleName(f"{button.text().rstrip('…')} {title}")
         grid = QGridLayout(self)

@@ -10,28 +10,24 @@ from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QUrl
 from PySide6.QtGui import QDesktopServices
-from PySide6.QtWidgets import QMessageBox, QToolBar
+from PySide6.QtWidgets import QMessageBox
 
 from ilf._runtime.formatting import counted
-from ilf._runtime.named_places import NotAllowed, note_opened
-from ilf.errors import one_line
-from ilf.project.archive import Archive
+from ilf._runtime.named_places import note_opened
 from ilf.project.file import OpenedProject
-from ilf.project.missing_files import folder_projects_dir
+from ilf.project.sources import Places
 from ilf.project.state_codec import UnreadableFrame, frame_part
 
 from ...base.commands import command
 from ...base.needs import Need
 from ...project.current_project import source_of
-from ...state.document import Document
 from ...state.entries import Entry
 from ...state.parts import Part
 from ...widgets.basics import open_once
 from ...widgets.notices import ACCEPT, DESTROY, ask, ask_yes_no
 from ..context import Context, Feature
 from .opening import Opening
-from .recent import RecentMenu
-from .saving import SaveRequest, Saving
+from .saving import Saving
 from .view_state import Zooms
 
 if TYPE_CHECKING:
@@ -46,12 +42,10 @@ class ProjectFeature(Feature):
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)
-        workspace, loader, window = context.workspace, context.loader, context.window
+        workspace, loader = context.workspace, context.loader
         self.present = context.recorder.present
         self.saving, self.opening = Saving(context), Opening(context, self._leave)
         Zooms(workspace, context.views, context.refresh)
-        is_kept = context.panels.persistent
-        self.recent = RecentMenu("Open recent pro&ject", "projects", is_kept, self.opening.open, window)
         self.discard_silently = False
         """Whether to close without asking; for headless use."""
         self.question: CloseDialog | None = None
@@ -59,12 +53,9 @@ class ProjectFeature(Feature):
         self._leaves = False
         loader.replace = lambda entries, then: self.ask_remove(entries, then)
         loader.replayed.connect(lambda _: self.present.mark_saved("extraction"))
-        loader.incomplete.connect(self._tell_incomplete)
         loader.opening_failed.connect(self._note_failure)
-        loader.not_allowed.connect(self._ask_allowed)
         self.opening.opened.connect(self._note_opened)
         self.saving.saved.connect(self._note_saved)
-        self.saving.failed.connect(lambda error: context.notes.report("The project is not saved", error))
         also = workspace.project_touched, workspace.undo_group.cleanChanged, self.saving.changed
         context.refresh.add("title", self._show_title, Part.FRAME | Part.LIST | Part.CONTENT, also=also)
 
@@ -76,14 +67,10 @@ class ProjectFeature(Feature):
         return Missing(self.context)
 
     def begin(self) -> None:
-        """Insert the menu of recent projects and the button *Save*."""
+        """Name the commands as they are offered after saving."""
         actions = self.context.actions
         actions["show_project"].setIconText("Show in folder")
         actions["save_project_as"].setIconText("Save elsewhere…")
-        self.recent.insert_after(actions["new_project"])
-        bar = self.context.window.findChild(QToolBar, "Tools")
-        if isinstance(bar, QToolBar):
-            bar.insertAction(actions["export"], actions["save_project"])
 
     # commands
 
@@ -121,8 +108,7 @@ class ProjectFeature(Feature):
     def shutdown(self) -> None:
         """Close the project's file."""
         self.present.release()
-        if isinstance(self.context.recorder.store.project, Archive):
-            self.context.recorder.store.project.close()
+        self.context.recorder.store.set_project(None, Places())
 
     def close_frame(self, entry: Entry) -> None:
         """Close a frame, after asking about unsaved work; if the project file contains it, it stays in the list in
@@ -136,7 +122,7 @@ class ProjectFeature(Feature):
                 return
             workspace.unload(entry.document)
             entry.set_unsaved(False)
-            workspace.entries.set_summary(entry, summary)
+            entry.set_summary(summary)
 
         def go() -> None:
             if self.present.saved_summary(entry) is None:
@@ -250,7 +236,7 @@ class ProjectFeature(Feature):
         elif present.changed_on_disk():
             self._ask_replace(present.path, only, then)
         else:
-            self.saving.save(SaveRequest(present.path, None, only, then))
+            self.saving.save(present.path, None, only, then)
 
     def _save_as(self, why: str, only: frozenset[str] | None, then: Callable[[bool], None]) -> None:
         from .save_as import SaveAsDialog, proposed_path  # made on use
@@ -261,10 +247,10 @@ class ProjectFeature(Feature):
             self.present.name or ("project" if first is None else first.name)
         )
         sources = [source for source in map(source_of, context.workspace.entries) if source is not None]
-        embedded = any(name.startswith("sources/") for name in context.recorder.store.all_names())
+        embedded = any(name.startswith("sources/") for name in context.recorder.store.names())
         dialog = SaveAsDialog(proposed, embedded, sources, why, context.window)
         dialog.rejected.connect(lambda: then(False))
-        open_once(dialog, lambda: self.saving.save(SaveRequest(dialog.chosen(), dialog.embed.isChecked(), only, then)))
+        open_once(dialog, lambda: self.saving.save(dialog.chosen(), dialog.embed.isChecked(), only, then))
 
     def _ask_replace(self, path: Path, only: frozenset[str] | None, then: Callable[[bool], None]) -> None:
         """Ask whether to replace a file that was changed since it was opened."""
@@ -278,30 +264,21 @@ class ProjectFeature(Feature):
             text = f"{path.name} does not exist any more: it has been moved or deleted since it was opened."
             more = "It can be written again."
         answers = (
-            (button, DESTROY, lambda: self.saving.save(SaveRequest(path, None, only, then))),
+            (button, DESTROY, lambda: self.saving.save(path, None, only, then)),
             ("Save &as…", ACCEPT, lambda: self._save_as("", only, then)),
         )
         ask(self.context.window, title, text, more, answers, default=1, otherwise=lambda: then(False))
 
     # messages
 
-    def _note_recent(self, path: Path) -> None:
-        """List a project as recent, unless it is in the data folder: there, the folder of its frames opens it."""
-        note_opened(path)
-        if not path.is_relative_to(folder_projects_dir()):
-            self.recent.note(path)
-
     def _note_opened(self, opened: OpenedProject) -> None:
-        self._note_recent(opened.path)
+        note_opened(opened.path)
         self.missing.check(opened)
         count = len(opened.project.frames)
         self.context.notes.show_message(f"Opened {opened.path.name}: {counted(count, 'frame')}.")
         self.context.notes.warn(
             f"Opened {opened.path.name}", [text for text in (*opened.problems, self.present.read_only) if text]
         )
-
-    def _tell_incomplete(self, document: Document, problems: Sequence[str]) -> None:
-        self.context.notes.warn(f"{document.name}: opened without some of its files", problems)
 
     def _note_failure(self, entry: Entry, error: Exception) -> None:
         """Ask for missing files, or offer to open the files of a frame whose work cannot be read."""
@@ -313,23 +290,8 @@ class ProjectFeature(Feature):
             more = "Open its files as a new frame, without the work? The work stays in the project as it is."
             ask_yes_no(self.context.window, f"Open {entry.name} anew?", text, more, again)
 
-    def _ask_allowed(self, error: NotAllowed, yes: Callable[[], None], no: Callable[[], None]) -> None:
-        """Ask whether to open places that a file names; call `yes` after they were noted as opened by the user."""
-
-        def agree() -> None:
-            note_opened(*error.places, beside=True)
-            yes()
-
-        places = "\n".join(map(one_line, error.places))
-        text = f"A file names this outside its own folder, which was never opened here:\n{places}"
-        more = (
-            "Open it, and files beside it that are named, only if you trust the file: opening may contact another "
-            "computer."
-        )
-        ask_yes_no(self.context.window, "Open what a file names?", text, more, agree, no)
-
     def _note_saved(self, path: Path, problems: Sequence[str]) -> None:
-        self._note_recent(path)
+        note_opened(path)
         self.opening.note_saved(path)
         count, size = len(self.context.workspace.entries), path.stat().st_size / 1e6
         actions = self.context.actions

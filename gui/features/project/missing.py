@@ -5,6 +5,7 @@ from __future__ import annotations
 import datetime
 from collections.abc import Generator, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 from PySide6.QtCore import QObject, Qt
@@ -22,7 +23,7 @@ from ilf._runtime.named_places import note_opened
 from ilf.data.frame import InputFile
 from ilf.project.file import OpenedProject
 from ilf.project.missing_files import MissingFile, locate, missing_files, relocated
-from ilf.project.sources import ChangedSource, MissingSource, Places
+from ilf.project.sources import MissingSource
 
 from ...project.current_project import source_of
 from ...state.entries import Entry
@@ -85,9 +86,9 @@ class MissingFilesDialog(QDialog):
         stack(self, about, self.files, buttons_of_files, self.work, self.message, buttons, stretched=self.files)
         give_size(self, 760, 430)
 
-    def show_files(self, lost: Sequence[tuple[str, MissingFile]]) -> None:
-        """Show the lost files with the names of their frames."""
-        chosen = self.chosen()
+    def show_files(self, lost: Sequence[tuple[str, MissingFile]], frame: str = "") -> None:
+        """Show the lost files with the names of their frames; select the first of a frame, by its id."""
+        chosen = next((file for _, file in lost if file.frame == frame), self.chosen())
         self.files.clear()
         for name, file in lost:
             item = QTreeWidgetItem([name, file.wanted.path, "changed" if file.changed else "missing"])
@@ -103,13 +104,6 @@ class MissingFilesDialog(QDialog):
         """Return the selected file; None for none."""
         item = self.files.currentItem()
         return None if item is None else item.data(0, _FILE)
-
-    def choose(self, frame: str) -> None:
-        """Select the first file of a frame, by its id."""
-        items = (self.files.topLevelItem(number) for number in range(self.files.topLevelItemCount()))
-        item = next((item for item in items if item is not None and item.data(0, _FILE).frame == frame), None)
-        if item is not None:
-            self.files.setCurrentItem(item)
 
     def _begin_search(self) -> None:
         self.message.show_message("")
@@ -135,14 +129,14 @@ class MissingFilesDialog(QDialog):
         name = Path(lost.wanted.path).name
         path, _ = QFileDialog.getOpenFileName(self, f"Locate {name}", str(_nearest(lost.wanted.path)))
         if path:
-            self._missing.locate_file(lost, Path(path))
+            self._missing.look(Path(path), lost)
 
     def _ask_folder(self) -> None:
         lost = self.chosen()
         start = _nearest(lost.wanted.path if lost is not None else "")
         folder = QFileDialog.getExistingDirectory(self, "Locate Folder of the Files", str(start))
         if folder:
-            self._missing.locate_folder(Path(folder))
+            self._missing.look(Path(folder))
 
     def _open_new(self) -> None:
         lost = self.chosen()
@@ -178,8 +172,6 @@ _MAX_CHECKED = 500
 written after the project."""
 _MISSING, _CHANGED = "files are missing", "files have changed"
 
-_Search = tuple[list[InputFile], Places]
-
 
 def _check_files(opened: OpenedProject) -> Generator[None, None, list[MissingFile]]:
     """Return the lost files of a project; runs in a worker thread."""
@@ -199,14 +191,10 @@ class Missing(QObject):
         self._requested = ""
         """Id of the frame that the user tried to show."""
         self.dialog: MissingFilesDialog | None = None
-        self._check = LatestRequest[OpenedProject, list[MissingFile]](_check_files, self)
-        self._check.answered.connect(lambda _, lost: self._take_checked(lost))
-        self._check.failed.connect(lambda _, error: context.notes.report("Missing files", error))
+        self._check = LatestRequest(self, partial(context.notes.report, "Missing files"))
         self._check.ended.connect(self._ask)
-        self.search = LatestRequest[_Search, dict[InputFile, Path]](lambda asked: locate(*asked), self)
+        self.search = LatestRequest(self, partial(context.notes.report, "Search for files"))
         """Looks for lost files at possible places."""
-        self.search.answered.connect(lambda asked, found: self._take_found(found, asked[1].folders))
-        self.search.failed.connect(lambda _, error: context.notes.report("Search for files", error))
 
     @property
     def busy(self) -> bool:
@@ -216,7 +204,7 @@ class Missing(QObject):
     def check(self, opened: OpenedProject) -> None:
         """Check all files of an opened project."""
         self.forget()
-        self._check.ask(opened)
+        self._check.ask(lambda: _check_files(opened), self._take_checked)
 
     def forget(self) -> None:
         """Stop, and forget the lost files of the current project."""
@@ -226,14 +214,14 @@ class Missing(QObject):
         if self.dialog is not None:
             self.dialog.reject()
 
-    def locate_file(self, lost: MissingFile, path: Path) -> None:
-        """Look for a file at this path, and for the others in its folder."""
+    def look(self, place: Path, lost: MissingFile | None = None) -> None:
+        """Look for all lost files in a folder, which may be one of them; or for one at a path, for others beside it."""
         places = self._context.recorder.store.places
-        self._look(replace(places, given={**places.given, lost.wanted.path: path}, folders=(path.parent,)))
-
-    def locate_folder(self, folder: Path) -> None:
-        """Look for all lost files in a folder, which may be one of them."""
-        self._look(replace(self._context.recorder.store.places, folders=(folder, folder.parent)))
+        given = {} if lost is None else {lost.wanted.path: place}
+        folders = (place, place.parent) if lost is None else (place.parent,)
+        places = replace(places, given={**places.given, **given}, folders=folders)
+        wanted = list(dict.fromkeys(one.wanted for one in self.lost))
+        self.search.ask(lambda: locate(wanted, places), partial(self._take_found, places.folders))
 
     def open_new(self, lost: MissingFile) -> None:
         """Open the changed files as a new frame."""
@@ -253,8 +241,8 @@ class Missing(QObject):
 
     def note_failure(self, entry: Entry, error: Exception) -> None:
         """Handle a frame that could not be opened."""
-        if isinstance(error, MissingSource | ChangedSource):
-            self._note(MissingFile(entry.id, error.wanted, error.found if isinstance(error, ChangedSource) else None))
+        if isinstance(error, MissingSource):
+            self._note(MissingFile(entry.id, error.wanted, error.found))
         elif all(lost.frame != entry.id for lost in self.lost):
             return
         self._requested = entry.id
@@ -277,8 +265,7 @@ class Missing(QObject):
             self.dialog = dialog = MissingFilesDialog(self._present.name, self, self._context.window)
             dialog.finished.connect(self._leave_dialog)
             open_once(dialog)
-        self.dialog.show_files(self._named())
-        self.dialog.choose(self._requested)
+        self.dialog.show_files(self._named(), self._requested)
 
     def _named(self) -> list[tuple[str, MissingFile]]:
         """Return the lost files with the names of their frames."""
@@ -297,10 +284,7 @@ class Missing(QObject):
 
     # search
 
-    def _look(self, places: Places) -> None:
-        self.search.ask((list(dict.fromkeys(lost.wanted for lost in self.lost)), places))
-
-    def _take_found(self, found: dict[InputFile, Path], searched: tuple[Path, ...]) -> None:
+    def _take_found(self, searched: tuple[Path, ...], found: dict[InputFile, Path]) -> None:
         store, dialog = self._context.recorder.store, self.dialog
         note_opened(*found.values())
         given = {wanted.sha256 or wanted.path: path for wanted, path in found.items()}
@@ -337,7 +321,7 @@ class Missing(QObject):
             entry.source = relocated(entry.source, found)
         if any(lost.frame == frame for lost in self.lost):
             return
-        self._present.note_relocated()
+        self._present.found_elsewhere = True
         workspace.note_problem(entry, "")
         if frame == self._requested or not workspace.has_current:
             self._requested = ""

@@ -14,7 +14,7 @@ from ilf.project.project import Project, ProjectFrame
 from ilf.project.sources import Places
 from ilf.sources.frame_ref import FrameRef
 
-from ...project.current_project import ProjectSettings, apply_settings
+from ...project.current_project import apply_settings
 from ...state.entries import Entry
 from ..context import Context
 from .view_state import restore_views
@@ -55,7 +55,7 @@ class Opening(QObject):
         """Make a project the current one, then call `done`; call `fail` if it cannot be read."""
 
         def ask(opened: OpenedProject) -> None:
-            self._leave(f"{path.name} is opened", lambda: self._close_all(lambda: self._take_newest(opened, done)))
+            self._leave(f"{path.name} is opened", lambda: self.begin(lambda: self._take_newest(opened, done)))
 
         self._context.loader.read(f"Opening {path.name}", lambda: open_project(path), ask, fail)
 
@@ -65,7 +65,8 @@ class Opening(QObject):
         if not context.panels.persistent or len(context.workspace.entries) or self._present.path is not None:
             context.loader.open_folder(how)
             return
-        home = self._home(folder)
+        saved = Path(str(QSettings().value(_key(folder), "")))
+        home = saved if saved.is_file() else folder_project_path(folder)
         if not home.is_file():
             self._folder = folder
             context.loader.open_folder(how)
@@ -78,13 +79,17 @@ class Opening(QObject):
         self.open(home, add_new, lambda: context.loader.open_folder(how))
 
     def begin(self, then: Callable[[], None] = lambda: None) -> None:
-        """Start an empty project, then call `then`."""
+        """Close all frames, discard their stored states, and start an empty project; then call `then`."""
+        context = self._context
 
         def begin() -> None:
-            self._begin()
+            context.workspace.remove_entries(list(context.workspace.entries))
+            context.recorder.store.set_project(None, Places())
+            apply_settings(context.workspace, Project())
+            self.detach()
             then()
 
-        self._close_all(begin)
+        context.recorder.revert([entry.id for entry in context.workspace.entries], begin)
 
     def detach(self) -> None:
         """Make the frames those of a project without a file."""
@@ -106,21 +111,6 @@ class Opening(QObject):
         """Store the file of the saved project: its folder is opened with it from now on."""
         if self._folder is not None:
             QSettings().setValue(_key(self._folder), str(path))
-
-    def _begin(self) -> None:
-        apply_settings(self._context.workspace, Project())
-        self.detach()
-
-    def _close_all(self, then: Callable[[], None]) -> None:
-        """Close all frames of the current project and discard their stored states, then call `then`."""
-        context = self._context
-
-        def close() -> None:
-            context.workspace.remove_entries(list(context.workspace.entries))
-            context.recorder.store.set_project(None, Places())
-            then()
-
-        context.recorder.revert([entry.id for entry in context.workspace.entries], close)
 
     def take(
         self,
@@ -151,8 +141,7 @@ class Opening(QObject):
         if opened is None:
             present.take(None)
         else:
-            why = _why_not_written(opened.path) or read_only
-            present.take(opened.path, opened.project, why, ProjectSettings.of(opened.project))
+            present.take(opened.path, opened.project, _why_not_written(opened.path) or read_only)
         restore_views(self._context.views, project.view)
         entries = self._context.workspace.entries
         first = entries.of(project.present) or next(iter(entries), None)
@@ -174,13 +163,7 @@ class Opening(QObject):
             take(opened)
             return
         opened.close()
-        self._begin()
         self._context.loader.read(f"Opening {opened.path.name}", lambda: open_project(opened.path), take)
-
-    def _home(self, folder: Path) -> Path:
-        """Return the file that the folder's project was saved to last, or one in the user's data folder."""
-        saved = str(QSettings().value(_key(folder), ""))
-        return Path(saved) if os.path.isfile(saved) else folder_project_path(folder)
 
     def _begin_of_folder(self, how: FrameRef) -> None:
         """Start the folder's own project for its listed frames, without a question."""

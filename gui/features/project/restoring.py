@@ -14,7 +14,6 @@ from ilf._runtime.named_places import may_look_at, named_in
 from ilf.errors import IlfError
 from ilf.project.archive import Parts
 from ilf.project.file import OpenedProject, open_project
-from ilf.project.project import ProjectFrame
 from ilf.project.recovery import RecoverableWork, copy_frames
 
 from ..context import Context
@@ -75,7 +74,16 @@ class Restoring:
                 context.workspace.note_problem(entry, problem)
                 told.append(f"{entry.name}: {problem} It stays in {left.path}, which is offered again.")
         context.notes.warn("Restored with errors", told)
-        context.recorder.flush(lambda _: self._discard(whole=not left_aside))
+
+        def drop(_: Exception | None) -> None:
+            """Delete the folder if all of its frames are in this window's own; else keep it, to be offered again."""
+            if left_aside or not context.recorder.store.is_written:
+                left.release()
+                return
+            with contextlib.suppress(OSError):
+                left.discard()
+
+        context.recorder.flush(drop)
         then()
 
     def _take_project(self, opened: OpenedProject | None, left_aside: Collection[str]) -> None:
@@ -95,30 +103,20 @@ class Restoring:
         store = context.recorder.store
         given = {**read.places.given, **store.places.given}
         store.places = replace(store.places, given=given, stated_in=store.places.stated_in or "")
-        new = [entry_of(_with_id(frame, ids[frame.id]), ids[frame.id] not in left_aside) for frame in self._frames]
+        new = []
+        for frame in self._frames:
+            id = ids[frame.id]
+            here = frame if id == frame.id else replace(frame, id=id, name=f"{frame.name} (restored)")
+            new.append(entry_of(here, id not in left_aside))
         context.workspace.add_entries(new)
         if new:
             present = ids.get(read.project.present)
             context.loader.open_entry(next((entry for entry in new if entry.id == present), new[0]))
 
-    def _discard(self, whole: bool) -> None:
-        """Delete the folder of the restored work if all of its frames are in this window's own; else keep it, so that
-        it is offered again at the next start."""
-        if whole and self._context.recorder.store.is_written:
-            with contextlib.suppress(OSError):
-                self._left.discard()
-        else:
-            self._left.release()
-
 
 def has_no_project(context: Context) -> bool:
     """Return whether a window has no project that restored work would be added to."""
     return not len(context.workspace.entries) and context.recorder.store.project is None
-
-
-def _with_id(frame: ProjectFrame, frame_id: str) -> ProjectFrame:
-    """Return a frame with this id, and with "(restored)" in its name if the id is new."""
-    return frame if frame.id == frame_id else replace(frame, id=frame_id, name=f"{frame.name} (restored)")
 
 
 def name_of(left: RecoverableWork) -> str:

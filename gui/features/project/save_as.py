@@ -5,8 +5,10 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Collection
+from contextlib import suppress
 from pathlib import Path
 
+from PySide6.QtCore import QLocale
 from PySide6.QtWidgets import QCheckBox, QDialog, QDialogButtonBox, QFileDialog, QLineEdit, QPushButton, QWidget
 
 from ilf.errors import InputError
@@ -15,8 +17,9 @@ from ilf.sources.frame_ref import FrameRef
 from ...base.paths import PROJECT_SUFFIX
 from ...widgets.basics import Message, answers, label_of, row, stack
 from ...widgets.file_choice import last_folder, remember_folder
-from .saving import FILE_FILTER, FOLDER_KEY
 
+FOLDER_KEY = "project/folder"
+FILE_FILTER = f"Project of ILF Studio (*{PROJECT_SUFFIX})"
 _NOT_EMBEDDED = "The frames' files are not included: copy them, too, when you move the project to another computer."
 _BEFORE_WHOLE_PATH = re.compile(r"^.*[/\\](?=/|~/|[A-Za-z]:[/\\])")
 """What stands before a whole path that was typed over the name."""
@@ -45,7 +48,7 @@ class SaveAsDialog(QDialog):
     ) -> None:
         super().__init__(parent)
         self.setWindowTitle("Save Project As")
-        size = f" ({_words(sum(map(_size_of, sources)))})" if len(sources) <= _MAX_SIZED else ""
+        size = QLocale.c().formattedDataSize(sum(map(_size_of, sources)), 1, QLocale.DataSizeFormat.DataSizeSIFormat)
         self.path = QLineEdit(str(proposed))
         self.path.setSelection(len(str(proposed)) - len(proposed.name), len(proposed.stem))  # to type another name
         self.path.setMinimumWidth(380)
@@ -53,7 +56,7 @@ class SaveAsDialog(QDialog):
         browse = QPushButton("&Browse…", autoDefault=False)
         browse.setToolTip("Choose the file")
         browse.clicked.connect(self._browse)
-        self.embed = QCheckBox(f"&Include the frames' own files{size}")
+        self.embed = QCheckBox("&Include the frames' own files" + f" ({size})" * (len(sources) <= _MAX_SIZED))
         self.embed.setToolTip(
             "Include the colour, depth and ground truth files of all frames, so that the project can be opened on any "
             "computer; otherwise it contains their paths and hashes. Recordings are never included"
@@ -131,23 +134,9 @@ def proposed_path(name: str) -> Path:
 
 def _size_of(source: FrameRef) -> int:
     """Return the size of a frame's existing files [bytes]; 0 for recordings, which are never included."""
-    size = 0
-    if source.frame is not None:
-        return size
-    try:
+    with suppress(InputError, OSError):
         source = source.allowed()
-    except InputError:
-        return size
-    for path in (source.rgb, source.depth, source.options.ground_truth):
-        if path is None:
-            continue
-        try:
-            files = [entry for entry in os.scandir(path) if entry.is_file()] if os.path.isdir(path) else [Path(path)]
-            size += sum(file.stat().st_size for file in files)
-        except OSError:
-            continue
-    return size
-
-
-def _words(size: int) -> str:
-    return f"{size / 1e6:.0f} MB" if size >= 1e7 else f"{size / 1e6:.1f} MB" if size >= 1e5 else f"{size / 1e3:.0f} kB"
+        named = [Path(path) for path in (source.rgb, source.depth, source.options.ground_truth) if path is not None]
+        files = (file for path in named for file in (path.iterdir() if path.is_dir() else [path]))
+        return 0 if source.frame is not None else sum(file.stat().st_size for file in files if file.is_file())
+    return 0

@@ -15,8 +15,7 @@ from ilf.project.file import OpenedProject, open_project, save_project
 from ilf.project.missing_files import folder_projects_dir
 from ilf.project.project import Project
 
-from ...base.paths import PROJECT_SUFFIX
-from ...project.current_project import ProjectSettings, has_content
+from ...project.current_project import has_content
 from ...project.store import WorkStore
 from ...state.document import Document
 from ...state.entries import Entry
@@ -24,44 +23,23 @@ from ...work.jobs import Worker
 from ..context import Context
 from .view_state import views_state
 
-FOLDER_KEY = "project/folder"
-FILE_FILTER = f"Project of ILF Studio (*{PROJECT_SUFFIX})"
 _PROGRESS_INTERVAL_MS = 100
 
 
 @dataclass(frozen=True, eq=False)
-class SaveRequest:
-    """Request to save the project.
-
-    Attributes
-    ----------
-    path : Path
-    embed : bool or None
-        Whether the project file includes the frames' own files; None for no change.
-    only : frozenset of str or None
-        Ids of the frames whose work is saved, the others stay as in the file; None for all.
-    then : callable
-        Called with whether the project was saved.
-    """
+class _Snapshot:
+    """What is being saved."""
 
     path: Path
-    embed: bool | None = None
-    only: frozenset[str] | None = None
-    then: Callable[[bool], None] = lambda done: None
-
-
-@dataclass(frozen=True, eq=False)
-class _Snapshot:
-    """Snapshot that is being saved."""
-
-    request: SaveRequest
+    embed: bool | None
+    only: frozenset[str] | None
+    then: Callable[[bool], None]
     project: Project
     stamps: Mapping[Document, tuple[int, int, int]]
     unload: Mapping[Entry, int]
     """Frames that are not open, but saved, too -> number of their changes at that time."""
     archive: Parts | None
     """The project file at that time."""
-    set: ProjectSettings
 
 
 class Saving(QObject):
@@ -73,13 +51,10 @@ class Saving(QObject):
         `busy` or `share` has changed.
     saved(object, object)
         The Path, and a sentence for each thing that was not saved as requested.
-    failed(object)
-        The exception raised while saving.
     """
 
     changed = Signal()
     saved = Signal(object, object)
-    failed = Signal(object)
 
     def __init__(self, context: Context) -> None:
         super().__init__(context.window)
@@ -100,9 +75,26 @@ class Saving(QObject):
         """Whether the project is being saved."""
         return self._snapshot is not None
 
-    def save(self, request: SaveRequest) -> None:
-        """Save the project, in its state when the requests before are done."""
-        self.when_done(lambda: self._begin(request))
+    def save(
+        self,
+        path: Path,
+        embed: bool | None = None,
+        only: frozenset[str] | None = None,
+        then: Callable[[bool], None] = lambda done: None,
+    ) -> None:
+        """Save the project, in its state when the requests before are done.
+
+        Parameters
+        ----------
+        path : Path
+        embed : bool, optional
+            Whether the project file includes the frames' own files; None for no change.
+        only : frozenset of str, optional
+            Ids of the frames whose work is saved, the others stay as in the file; None for all.
+        then : callable, optional
+            Called with whether the project was saved.
+        """
+        self.when_done(lambda: self._begin(path, embed, only, then))
 
     def when_done(self, then: Callable[[], None]) -> None:
         """Call `then` as soon as nothing is being saved: at once if nothing is."""
@@ -111,25 +103,22 @@ class Saving(QObject):
         else:
             then()
 
-    def _begin(self, request: SaveRequest) -> None:
-        self._snapshot = taken = self._take(request)
-        self.share = 0.0
-        self._pace.start()
-        self.changed.emit()
-        self._context.recorder.flush(lambda error: self._write(taken, error))
-
-    def _take(self, request: SaveRequest) -> _Snapshot:
-        """Store everything to save in its current state, and return the snapshot."""
-        workspace, store = self._context.workspace, self._context.recorder.store
+    def _begin(self, path: Path, embed: bool | None, only: frozenset[str] | None, then: Callable[[bool], None]) -> None:
+        """Store everything to save in its current state, then write it."""
+        workspace, recorder = self._context.workspace, self._context.recorder
         workspace.end_stroke()
-        wanted = [entry for entry in workspace.entries if request.only is None or entry.id in request.only]
+        wanted = [entry for entry in workspace.entries if only is None or entry.id in only]
         stamps = {entry.document: entry.document.stamp for entry in wanted if entry.document is not None}
         for document in stamps:
             if has_content(document):
-                self._context.recorder.keep(document)
-        project = self._present.snapshot(views_state(self._context.views), request.only)
+                recorder.keep(document)
+        project = self._present.snapshot(views_state(self._context.views), only)
         unload = {entry: entry.changes for entry in wanted if entry.document is None}
-        return _Snapshot(request, project, stamps, unload, store.project, self._present.current_settings())
+        taken = _Snapshot(path, embed, only, then, project, stamps, unload, recorder.store.project)
+        self._snapshot, self.share = taken, 0.0
+        self._pace.start()
+        self.changed.emit()
+        recorder.flush(lambda error: self._write(taken, error))
 
     def _write(self, taken: _Snapshot, error: Exception | None) -> None:
         """Write the file once everything is stored, or report the error."""
@@ -140,40 +129,42 @@ class Saving(QObject):
             self._fail(error)
             return
 
-        def job() -> Generator[None, None, tuple[_Snapshot, OpenedProject, tuple[str, ...]]]:
+        def job() -> Generator[None, None, tuple[OpenedProject, tuple[str, ...]]]:
             yield None
             problems = self._write_file(taken, store)
-            return taken, open_project(taken.request.path), problems
+            return open_project(taken.path), problems
 
         self._worker.start(job)
 
     def _write_file(self, taken: _Snapshot, store: WorkStore) -> tuple[str, ...]:
         """Write the file; called in a worker thread. Returns what was not saved as requested."""
-        request, project = taken.request, taken.project
-        ensure_folder(request.path.parent)
-        if request.path.is_relative_to(folder_projects_dir()):  # a folder that the user has not chosen
+        path, project = taken.path, taken.project
+        ensure_folder(path.parent)
+        if path.is_relative_to(folder_projects_dir()):  # a folder that the user has not chosen
             restrict_to_owner(folder_projects_dir())
         archive = taken.archive
         with store.held():
-            only = {frame.id for frame in project.frames} if request.only is None else request.only
-            states, parts = store.unsaved_parts([frame.id for frame in project.frames if frame.id not in only])
-            base = [parts, *([] if archive is None else [archive])]
+            only = {frame.id for frame in project.frames} if taken.only is None else taken.only
+            left_out = [frame.id for frame in project.frames if frame.id not in only]
+            states, (newer, *written) = store.unsaved(left_out)
+            base = [newer, *([] if archive is None else [archive]), *written]
             return save_project(
-                request.path,
+                path,
                 project,
                 states,
                 base=base,
                 places=store.places,
-                embed=request.embed,
+                embed=taken.embed,
                 on_part=self._note_share,
             )
 
     def _note_share(self, done: int, total: int) -> None:
         self.share = done / max(total, 1)
 
-    def _finish(self, outcome: tuple[_Snapshot, OpenedProject, tuple[str, ...]]) -> None:
-        taken, opened, problems = outcome
+    def _finish(self, outcome: tuple[OpenedProject, tuple[str, ...]]) -> None:
+        (opened, problems), taken = outcome, self._snapshot
         self._snapshot = None
+        assert taken is not None
         workspace, store = self._context.workspace, self._context.recorder.store
         if isinstance(store.project, Archive) and store.project.path == opened.path:
             opened.close()  # the former one reads the same file
@@ -189,20 +180,20 @@ class Saving(QObject):
         for document, stamp in taken.stamps.items():
             if document in workspace.open:
                 document.note_saved(stamp)
-        self._present.take(opened.path, opened.project, saved=taken.set)
+        self._present.take(opened.path, opened.project)
         self._context.recorder.note_project()
         self._tell(lambda: self.saved.emit(opened.path, problems), taken, True)
 
     def _fail(self, error: Exception) -> None:
         taken, self._snapshot = self._snapshot, None
         if taken is not None:
-            self._tell(lambda: self.failed.emit(error), taken, False)
+            self._tell(lambda: self._context.notes.report("The project is not saved", error), taken, False)
 
     def _tell(self, tell: Callable[[], None], taken: _Snapshot, done: bool) -> None:
         """Tell of the end of a request, after which nothing is being saved, and go on to what waits for it."""
         self._pace.stop()
         self.changed.emit()
         tell()
-        taken.request.then(done)
+        taken.then(done)
         while self._afterwards and not self.busy:
             self._afterwards.pop(0)()

@@ -23,23 +23,21 @@ from ...state.entries import Entry
 from ...widgets.basics import Message, PlainLabel, answers, combo, form, lay_out, open_once, stack
 from ...widgets.work_row import WorkRow
 from ..context import Context, Feature, PendingWork
-from ..menus import insert_menu
 from .propagator import PropagatedFrame, PropagationRun, Propagator
 
 _WAYS = {
-    "propagate_auto": (
+    "auto": (
         "&Automatic",
         "By the camera poses if known; otherwise copy unchanged pixels and follow optical flow elsewhere",
     ),
-    "propagate_copied": ("&Copied", "Every pixel keeps its block: for a static camera"),
-    "propagate_flow": (
+    "copied": ("&Copied", "Every pixel keeps its block: for a static camera"),
+    "flow": (
         "Optical &flow",
         "Follow the motion in the image, then snap to the edges of the new frame: for a moving camera",
     ),
 }
-"""Commands that choose the propagation method, with text and hint; the part after `propagate_` is its name in the
-library."""
-HOW = tuple(_WAYS)
+"""The propagation methods by their name in the library, with text and hint of the command that chooses one."""
+_COMMAND = "propagate_{}".format
 
 # The dialog: number of frames, method, and whether to replace existing work.
 
@@ -56,7 +54,7 @@ class PropagateDialog(QDialog):
     names : sequence of str
         Names of the frames after it.
     how : str
-        The initial method, one of `_WAYS`.
+        The initial method.
     """
 
     def __init__(self, frame_name: str, names: Sequence[str], how: str, parent: QWidget) -> None:
@@ -88,11 +86,6 @@ class PropagateDialog(QDialog):
         stack(self, about, choices, self.replaces, buttons)
         self.resize(430, 0)
         self._describe()
-
-    @property
-    def chosen_way(self) -> str:
-        """The selected method."""
-        return str(self.how.currentData())
 
     def _describe(self) -> None:
         self.last.setText(
@@ -148,11 +141,6 @@ def _of_many(run: PropagationRun) -> str:
 
 _MIN_TEXT_WIDTH = 120
 _HOW_KEY = "carrying/how"
-_PREFIX = "propagate_"
-
-
-def _remember(way: str) -> None:
-    QSettings().setValue(_HOW_KEY, way)
 
 
 class PropagationFeature(Feature):
@@ -163,8 +151,8 @@ class PropagationFeature(Feature):
         workspace, actions = context.workspace, context.actions
         self.propagator = Propagator(workspace, context.loader, self)
         actions.add(
-            Command(name, text, hint, group="propagate_how", handler=partial(_remember, name))
-            for name, (text, hint) in _WAYS.items()
+            Command(_COMMAND(how), text, hint, group="propagate_how", handler=partial(self._remember, how))
+            for how, (text, hint) in _WAYS.items()
         )
         self.label, self.work = PlainLabel(), WorkRow("propagation of blocks")
         self.label.setMinimumWidth(_MIN_TEXT_WIDTH)
@@ -178,8 +166,13 @@ class PropagationFeature(Feature):
         self.propagator.changed.connect(self._show)
         self.propagator.changed.connect(actions.refresh)
         self.propagator.ended.connect(self._tell)
-        remembered = str(QSettings().value(_HOW_KEY, HOW[0]))
-        actions[remembered if remembered in HOW else HOW[0]].setChecked(True)
+        menu = actions.menu("Pr&opagation method", context.window, " ".join(map(_COMMAND, _WAYS)))
+        actions.adopt("propagation_menu", menu.menuAction())
+        remembered = str(QSettings().value(_HOW_KEY))
+        actions[_COMMAND(remembered if remembered in _WAYS else "auto")].setChecked(True)
+
+    def _remember(self, how: str) -> None:
+        QSettings().setValue(_HOW_KEY, how)
 
     @command(
         "stop_propagation",
@@ -191,11 +184,6 @@ class PropagationFeature(Feature):
         """Stop the propagation; frames that have the blocks keep them."""
         self.propagator.stop()
 
-    def begin(self) -> None:
-        """Insert the menu of the methods."""
-        menu = self.context.actions.menu("Pr&opagation method", self.context.window, " ".join(HOW))
-        insert_menu(self.context.window.menuBar(), menu, self.context.actions["propagate_through"])
-
     def pending_work(self) -> list[PendingWork]:
         """The propagation to a frame, which must stay open meanwhile."""
         run = self.propagator.propagation_run
@@ -206,8 +194,7 @@ class PropagationFeature(Feature):
     @property
     def how(self) -> str:
         """The selected method."""
-        name = next(name for name in HOW if self.context.actions[name].isChecked())
-        return name.removeprefix(_PREFIX)
+        return next(how for how in _WAYS if self.context.actions[_COMMAND(how)].isChecked())
 
     # commands
 
@@ -251,10 +238,10 @@ class PropagationFeature(Feature):
     def ask_propagate_through(self) -> None:
         """Propagate the blocks through a number of following frames."""
         names = [entry.name for entry in self._following()]
-        dialog = PropagateDialog(self._present().name, names, _PREFIX + self.how, self.context.window)
+        dialog = PropagateDialog(self._present().name, names, self.how, self.context.window)
 
         def take() -> None:
-            self.context.actions[dialog.chosen_way].trigger()
+            self.context.actions[_COMMAND(dialog.how.currentData())].trigger()
             self.propagate_through(dialog.count.value(), dialog.replaces.isChecked())
 
         open_once(dialog, take)

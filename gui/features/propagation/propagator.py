@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Generator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from typing import NamedTuple
@@ -25,7 +25,7 @@ from ...state.document import Document
 from ...state.entries import Entry
 from ...state.workspace import Workspace
 from ...widgets.notices import error_text
-from ...work.jobs import Worker
+from ...work.latest_request import LatestRequest
 
 # Frames as input of the propagation: states, which may be read in any thread.
 
@@ -73,8 +73,6 @@ class PropagationRun:
         Number of frames after the source.
     present : Entry
         The target frame; the source while that is read.
-    read : Decoded or None
-        State of the target frame before the propagation, once it has been read.
     before : FrameState or None
         State of the frame whose blocks are propagated next; None before the source was read.
     done : list of PropagatedFrame
@@ -92,7 +90,6 @@ class PropagationRun:
     waiting: deque[Entry]
     total: int
     present: Entry
-    read: Decoded | None = None
     before: FrameState | None = None
     done: list[PropagatedFrame] = field(default_factory=list)
     kept: list[str] = field(default_factory=list)
@@ -123,13 +120,9 @@ class Propagator(QObject):
         super().__init__(parent)
         self._workspace = workspace
         self._loader = loader
+        self._requests = LatestRequest(self)
         self.propagation_run: PropagationRun | None = None
         """The propagation in progress; None for none."""
-        self._worker = Worker(self)
-        self._worker.progressed.connect(self._take_read)
-        self._worker.finished.connect(self._take)
-        self._worker.failed.connect(self._fail)
-        self._worker.cancelled.connect(self._end)
 
     def start(
         self, source: Entry, targets: Sequence[Entry], how: str, replaces: bool = False, shows: bool = False
@@ -141,56 +134,46 @@ class Propagator(QObject):
             self._next(self.propagation_run)
 
     def stop(self) -> None:
-        """Stop the propagation; `ended` follows."""
-        if self.propagation_run is not None:
-            self.propagation_run.stopped = True
-            self.propagation_run.waiting.clear()
-            self._worker.cancel()
+        """Stop the propagation."""
+        run = self.propagation_run
+        if run is not None:
+            run.stopped = True
+            self._requests.cancel()
+            self._end(run)
 
     def _next(self, run: PropagationRun) -> None:
-        """Read the next frame that is still listed, and propagate the blocks of the one before to it."""
+        """Read the next frame that is still listed."""
         while run.waiting and run.waiting[0] not in self._workspace.entries:
             run.waiting.popleft()
             run.total -= 1
         if not run.waiting:
-            self._end()
+            self._end(run)
             return
         entry = run.present = run.waiting.popleft()
-        run.read = None
-        before, store = run.before, self._loader.store
+        store = self._loader.store
         read = state_reader(entry, store) or partial(read_without_blocks, entry, store)
-        stays = before is None or (entry is not run.source and _keeps(entry, run))
-
-        def job() -> Generator[Decoded, None, Propagated | FrameState]:
-            found = read()
-            yield found
-            return found.state if stays or before is None else propagate_state(before, found.state, run.how)
-
-        self._worker.start(job)
+        self._requests.ask(read, partial(self._take_read, run), partial(self._fail, run, None))
         self.changed.emit()
 
-    def _going(self) -> PropagationRun:
-        """The propagation in progress, which the worker works for."""
-        assert self.propagation_run is not None
-        return self.propagation_run
+    def _take_read(self, run: PropagationRun, read: Decoded) -> None:
+        """Propagate the blocks of the frame before to one that has been read, and show it meanwhile."""
+        entry, before = run.present, run.before
+        if run.shows and entry is not run.source and entry in self._workspace.entries:
+            self._workspace.show(self._open(entry, read))
+        if before is None or (entry is not run.source and _keeps(entry, run)):
+            self._take(run, read, read.state)
+        else:
+            found = partial(propagate_state, before, read.state, run.how)
+            self._requests.ask(found, partial(self._take, run, read), partial(self._fail, run, read))
 
-    def _take_read(self, found: list[Decoded]) -> None:
-        """Show a frame that has been read while blocks are propagated to it."""
-        run = self._going()
-        run.read = found[-1]
-        if run.shows and run.present is not run.source and run.present in self._workspace.entries:
-            self._workspace.show(self._open(run.present, run.read))
-
-    def _take(self, outcome: Propagated | FrameState) -> None:
-        run = self._going()
+    def _take(self, run: PropagationRun, read: Decoded, outcome: Propagated | FrameState) -> None:
         entry = run.present
         if entry not in self._workspace.entries:  # it has been removed from the list meanwhile
             run.total -= 1
             if entry is run.source:
                 run.waiting.clear()
         elif isinstance(outcome, Propagated):
-            assert run.read is not None
-            document, source = self._open(entry, run.read), outcome.state.blocks.propagated_from
+            document, source = self._open(entry, read), outcome.state.blocks.propagated_from
             self._workspace.take_propagated(document, outcome.state, f"Propagate blocks from {source}")
             run.done.append(_arrival(document, outcome))
             run.before = outcome.state
@@ -207,19 +190,18 @@ class Propagator(QObject):
         """Return the document of a frame, which is opened if necessary."""
         return entry.document or self._loader.open_state(entry, found, show=False)
 
-    def _fail(self, error: Exception) -> None:
-        run = self._going()
+    def _fail(self, run: PropagationRun, read: Decoded | None, error: Exception) -> None:
         run.problems.append(f"{run.present.name}: {error_text(error)}")
-        if run.read is None:
+        if read is None:
             self._workspace.note_problem(run.present, error_text(error))
         if run.before is None:
             run.waiting.clear()
         self._next(run)
 
-    def _end(self) -> None:
-        propagation_run, self.propagation_run = self.propagation_run, None
+    def _end(self, run: PropagationRun) -> None:
+        self.propagation_run = None
         self.changed.emit()
-        self.ended.emit(propagation_run)
+        self.ended.emit(run)
 
 
 def _keeps(entry: Entry, run: PropagationRun) -> bool:

@@ -1,1 +1,1 @@
-"""The run history of a frame: errors, table, file and panel."""
+"""The run history of a frame: its table and panel."""

@@ -2,15 +2,22 @@
 
 from __future__ import annotations
 
+import math
+import os
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
 from PySide6.QtCore import QModelIndex, QPoint, QSize
 from PySide6.QtWidgets import QHBoxLayout, QVBoxLayout, QWidget
 
 from ilf._runtime.formatting import counted
-from ilf.data.results import BlockResult
+from ilf.completion.confidence.expected_error import error_summary, expected_error
+from ilf.data.parameters import Parameters, nearest_preset
+from ilf.data.results import BlockResult, compose
+from ilf.evaluation.evaluation import evaluate
+from ilf.io.tables import write_csv
 from ilf.project.run_history import StoredRun
 from ilf.run.run import Run
 
@@ -27,23 +34,27 @@ from ...work.frame_runs import RunState
 from ...work.run_recorder import RunRecorder
 from ..context import Context
 from ..panel import Panel
-from .errors import GroundTruth, RunErrors, measure
-from .file import write_runs
-from .table import Column, RunModel, RunView
+from .table import Column, RunModel, RunView, values_of
 
 _MENU = "compare_runs accept_run restore_run | rename_run note_run delete_runs | export_runs clear_runs"
 _BUTTONS = "compare_runs accept_run restore_run | delete_runs export_runs"
 
 
-@dataclass(frozen=True, eq=False)
-class _Request:
-    """A stored run with its current results, and the ground truth to compare them with."""
+_UNDEFINED = (math.nan, math.nan)
 
-    document: Document
-    stored: StoredRun
-    run: Run
-    results: Mapping[int, BlockResult]
-    ground_truth: GroundTruth
+
+def measure(
+    run: Run, results: Mapping[int, BlockResult], ground_truth: NDArray[np.float32] | None
+) -> tuple[float, float]:
+    """Compute the errors of results of a run's blocks: root mean square [m] over the pixels that they filled, against
+    ground truth and as expected; NaN if undefined."""
+    completion = compose(run, results)
+    if not completion.filled.any():
+        return _UNDEFINED
+    expected = error_summary(expected_error(completion), completion).rms
+    if ground_truth is None:
+        return math.nan, expected
+    return evaluate(completion.depth, ground_truth, completion.filled).rmse, expected
 
 
 class RunsPanel(Panel):
@@ -114,30 +125,28 @@ class RunsPanel(Panel):
 
     def _measure(self, document: Document) -> bool:
         """Measure the latest run without errors, unless the frame is running; return whether one is being measured."""
-        ground_truth = document.frame.ground_truth
         lacking = (run for run in reversed(document.state.runs) if None in (run.ground_truth_error, run.expected_error))
         stored = next(lacking, None)
         if stored is not None and not self.busy and self.context.runs.state in (RunState.IDLE, RunState.PAUSED):
-            self.ask(_Request(document, stored, stored.run, stored.results, ground_truth))
+            self._ask_errors(document, stored)
         return stored is not None and self.busy
 
-    def compute(self, request: _Request) -> RunErrors:
-        """Measure a run."""
-        return measure(request.run, request.results, request.ground_truth)
+    def _ask_errors(self, document: Document, stored: StoredRun) -> None:
+        """Measure a run, and go on to the next one; write the list if it waits for them."""
+        run, results, ground_truth = stored.run, stored.results, document.frame.ground_truth
 
-    def take(self, request: _Request, answer: RunErrors) -> None:
-        """Store the errors of a run, and go on to the next one; write the list if it waits for them."""
-        stored, document = request.stored, request.document
-        if stored.results is request.results and document.frame.ground_truth is request.ground_truth:
-            stored.ground_truth_error, stored.expected_error = answer
-            document.note_run_measured()
-        if self._export is not None:
-            self.export(self._export[1], self._export[0])
+        def take(errors: tuple[float, float]) -> None:
+            if stored.results is results and document.frame.ground_truth is ground_truth:
+                stored.ground_truth_error, stored.expected_error = errors
+                document.note_run_measured()
+            if self._export is not None:
+                self.export(self._export[1], self._export[0])
 
-    def fail(self, request: _Request, error: Exception) -> None:
-        """Report the error once: the run has no errors."""
-        self.take(request, RunErrors())
-        super().fail(request, error)
+        def fail(error: Exception) -> None:
+            take(_UNDEFINED)  # reported once
+            self.fail(error)
+
+        self.requests.ask(lambda: measure(run, results, ground_truth), take, fail)
 
     # commands
 
@@ -254,3 +263,52 @@ class RunsPanel(Panel):
         menu = self.context.actions.menu("", self.view, _MENU)
         menu.exec(self.view.viewport().mapToGlobal(place))
         menu.deleteLater()
+
+
+# The list as a file.
+
+
+def write_runs(path: str | os.PathLike[str], document: Document) -> None:
+    """Write the runs of a frame as CSV, one per line, at least one: the columns of the table, and all common
+    parameters that have an effect.
+
+    Raises
+    ------
+    ExportError
+        If the file cannot be written; an existing file is not changed.
+    """
+    lines = [_line(document, stored) for stored in reversed(document.state.runs)]
+    write_csv(path, [lines[0], *(line.values() for line in lines)])
+
+
+def _line(document: Document, stored: StoredRun) -> dict[str, object]:
+    parameters = stored.run.parameters
+    values = parameters.to_dict()
+    return {
+        "number": stored.number,
+        "name": stored.name,
+        "note": stored.note,
+        "when": stored.when.isoformat(timespec="seconds"),
+        "how": stored.how,
+        "time [s]": f"{stored.seconds:.3f}",
+        "iterations": stored.iterations,
+        "blocks_run": len(stored.done),
+        "blocks_with_result": len(stored.results),
+        "blocks": stored.block_count,
+        "filled [px]": stored.recovered,
+        "rmse_truth [mm]": _in_millimetres(stored.ground_truth_error),
+        "rmse_hold_out [mm]": _in_millimetres(stored.hold_out_error),
+        "expected_error_rms [mm]": _in_millimetres(stored.expected_error),
+        "preset": nearest_preset(parameters).preset,
+        "values": values_of(document, stored),
+        **{
+            f"{name} [{declaration.unit}]" if declaration.unit else name: values[name]
+            if parameters.has_effect(name)
+            else ""
+            for name, declaration in Parameters.declarations().items()
+        },
+    }
+
+
+def _in_millimetres(error: float | None) -> str:
+    return "" if error is None or math.isnan(error) else f"{1000 * error:.3f}"

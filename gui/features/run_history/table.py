@@ -28,7 +28,6 @@ from ...state.document import Document
 from ...state.run_history import MAX_COMPARED, parameters_text, title_of
 from ...widgets.basics import literal_text, paint_hint
 from ...widgets.tables import RowDelegate, set_up_table
-from .errors import best_of
 
 
 class Column(IntEnum):
@@ -64,6 +63,8 @@ _WIDTHS = {
 _LEAST_NAME, _MOST_NAME, _LEAST_VALUES = 92, 220, 76
 """Widths of names and values, which share what the other columns leave [px]."""
 
+_COMPARABLE = 0.9
+"""Minimum number of filled pixels of a best run, as a share of the largest number of any run."""
 _NUMBERS = (*ERRORS, Column.SECONDS, Column.ITERATIONS)
 _SORT_ROLE = Qt.ItemDataRole.UserRole
 _BEST = (
@@ -160,6 +161,22 @@ def _all_values(parameters: Parameters, values: str) -> str:
             text = html.escape(f"{declaration.label}: {declaration.to_text(getattr(parameters, name))}")
             lines.append(f"<b>{text}</b>" if name in differs else text)
     return f"<p>{html.escape(values)}</p><p>{'<br>'.join(lines)}</p>"
+
+
+def best_of(runs: Sequence[StoredRun], error: str) -> list[StoredRun]:
+    """Return the runs with the smallest error of a kind, several if it is the same in the digits that are shown, of
+    those that have filled about as many pixels as any, and for hold-out errors were tested like most; none if fewer
+    than two are comparable, or if all of these are equal."""
+    most = max((run.recovered for run in runs), default=0)
+    values = [(run, getattr(run, error)) for run in runs if run.recovered >= _COMPARABLE * most]
+    evaluated = [(run, value) for run, value in values if value is not None and math.isfinite(value)]
+    if error == "hold_out_error" and evaluated:
+        tests = [run.hold_out_test for run, _ in evaluated]
+        usual = max(reversed(tests), key=tests.count)
+        evaluated = [(run, value) for run, value in evaluated if run.hold_out_test == usual]
+    smallest = millimetres(min((value for _, value in evaluated), default=math.nan))
+    best = [run for run, value in evaluated if millimetres(value) == smallest]
+    return best if len(best) < len(evaluated) else []
 
 
 class RunModel(QStandardItemModel):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections import deque
-from collections.abc import Callable, Generator, Iterator, Mapping
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass, replace
 from functools import partial
@@ -24,13 +24,13 @@ from ...base.needs import Need
 from ...state.document import Document
 from ...state.entries import Entry
 from ...state.parts import Part
-from ...views.view_data import Before
+from ...views.view_data import Before, Depth
 from ...widgets.basics import command_button, lay_out
 from ...work.jobs import Order, Worker
 from ..context import Context, Feature
 from ..frame_list.feature import FramesFeature
 from ..status import StatusFeature
-from .moments import Moment
+from .flicker import Moment, moment_reader
 
 # Playing, in the worker's thread.
 
@@ -79,35 +79,33 @@ class PlayedFrame:
 
 
 def play(
-    count: int, row: int, read: Callable[[int], Moment], pace: Pace, parameters: Parameters
+    readers: Sequence[Callable[[], Moment]], row: int, pace: Pace, parameters: Parameters
 ) -> Generator[PlayedFrame, None, None]:
     """Yield the frames of a list from a row on, each read when it is due; of those that are late, only the latest.
 
     Parameters
     ----------
-    count : int
-        Number of frames.
+    readers : sequence of callable
+        Of the frames; each raises IlfError if its frame cannot be read.
     row : int
         The first one to play.
-    read : callable
-        Reads the frame of a row; raises IlfError if it cannot be read.
     pace : Pace
     parameters : Parameters
         Of the filter, to complete frames.
     """
     before, shown, left_out, unreadable, failed = None, row, 0, 0, 0
-    rows = latest_of(_rows(count, row, pace), lambda: pace.rate)
+    rows = latest_of(_rows(len(readers), row, pace), lambda: pace.rate)
     with closing(rows) as due, Stream(parameters, rate=pace.rate or USUAL_RATE) as stream:
         for row, late in due:
             left_out += late
             try:
-                moment = read(row)
+                moment = readers[row]()
                 if pace.completes and moment.depth is None:
                     depth = stream.complete(moment.frame).depth
                     moment = replace(moment, depth=depth, text="completed as it plays")
             except IlfError:
                 unreadable, failed = unreadable + 1, failed + 1
-                if failed == count:
+                if failed == len(readers):
                     return
             else:
                 before = before if row > shown else None  # the first one again
@@ -155,6 +153,9 @@ class PlayFeature(Feature):
         self.worker.finished.connect(lambda _: self._end())
         self.worker.failed.connect(self._fail)
         self.pace = Pace()
+        self.written: dict[str, Callable[[], Depth | None]] = {}
+        """Id of a frame -> what reads its depth in the latest export of this window that completed it from its
+        files."""
         self.shown: PlayedFrame | None = None
         """The frame shown by playing; None once an open one is shown again."""
         self._speed: float | None = 1.0
@@ -174,7 +175,7 @@ class PlayFeature(Feature):
         context.refresh.add("opened frame", self._follow, Part.FRAME)
         context.refresh.add("played", self._settle, Part.FRAME | Part.LIST | Part.LOADING)
         self.bar = _PlayBar(context.actions)
-        context.centre.add_before(self._frames.place.bar, self.bar)
+        context.centre.add_before(self._frames.bar, self.bar)
         entries = workspace.entries
         context.refresh.add("play bar", lambda: self.bar.setVisible(len(entries) > 1), Part.LIST)
 
@@ -221,8 +222,6 @@ class PlayFeature(Feature):
 
     def _begin(self) -> None:
         """Close the current frame as on going to another one, and play from it on; after the last, from the first."""
-        from ..export.feature import ExportFeature  # made on use
-
         workspace = self.context.workspace
         self._entries, row = self._frames.shown()
         if row == len(self._entries) - 1:
@@ -233,17 +232,12 @@ class PlayFeature(Feature):
         self.context.views.keep_pictures(True)
         workspace.show(None)
         self.context.actions.refresh()
-        entries, store, parameters = self._entries, self.context.recorder.store, workspace.parameters.current
-        results = dict(self.context.feature(ExportFeature).results)
-        opened = {entry.id: moment for entry in entries if (moment := Moment.of_open(entry)) is not None}
-
-        def read(row: int) -> Moment:
-            entry = entries[row]
-            return (opened.get(entry.id) or Moment.read(entry, store)).or_of_batch(results.get(entry.id))
+        store, parameters = self.context.recorder.store, workspace.parameters.current
+        readers = [moment_reader(entry, store, self.written.get(entry.id)) for entry in self._entries]
 
         def start() -> None:
             if self.playing:
-                self.worker.start(lambda: play(len(entries), max(row, 0), read, self.pace, parameters), paused=True)
+                self.worker.start(lambda: play(readers, max(row, 0), self.pace, parameters), paused=True)
 
         if self.worker.busy:  # the former one still ends
             self.worker.cancelled.connect(start, Qt.ConnectionType.SingleShotConnection)

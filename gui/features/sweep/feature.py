@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from functools import partial
 
 import numpy as np
 from PySide6.QtCore import QPoint, Qt
@@ -25,7 +26,7 @@ from ilf.data.parameters import Parameters
 from ilf.drawing.colours import to_indices
 from ilf.errors import IlfError
 from ilf.evaluation.hold_out import untrusted_note
-from ilf.evaluation.sweep import Sweep, SweepResult, can_be_swept
+from ilf.evaluation.sweep import Sweep, SweepPoint, SweepResult, can_be_swept
 
 from ...base import theme
 from ...state.parts import Part
@@ -79,8 +80,7 @@ class SweepFeature(Panel):
     def __init__(self, context: Context) -> None:
         super().__init__(context)
         _ = self.widget
-        self._requests.progressed.connect(self._take_arrived)
-        self._requests.ended.connect(self._end)
+        self.requests.ended.connect(self._end)
         self.work.cancelled.connect(lambda: self.state.show_message("Cancelled. Results so far are kept."))
         for changed in (context.views.ranges.changed, self.criterion.changed):
             changed.connect(self.redraw)
@@ -249,9 +249,9 @@ class SweepFeature(Panel):
         except IlfError as error:
             self.state.show_message(str(error), "error")
             return
-        self.found = SweepState(document, sweep, label)
-        self._lay_out(self.found)
-        self.ask(self.found)
+        self.found = found = SweepState(document, sweep, label)
+        self._lay_out(found)
+        self.requests.ask(found.steps, partial(self._finish, found), step=partial(self._take_point, found))
         self.state.show_message("Running the first values…")
         self._set_busy(True)
         self._show_found()
@@ -273,17 +273,16 @@ class SweepFeature(Panel):
         else:
             self.context.notes.show_message(text)
 
-    def _take_arrived(self) -> None:
-        if self.found is not None and self.found.take_arrived():
-            self._show_found()
-            self.state.show_message(self._outcome())
-
-    def take(self, request: SweepState, answer: SweepResult) -> None:
-        request.take_arrived()
-        request.finish(answer)
+    def _take_point(self, found: SweepState, point: SweepPoint) -> None:
+        found.add(point)
+        self._show_found()
         self.state.show_message(self._outcome())
 
-    def fail(self, request: SweepState, error: Exception) -> None:
+    def _finish(self, found: SweepState, result: SweepResult) -> None:
+        found.finish(result)
+        self.state.show_message(self._outcome())
+
+    def fail(self, error: Exception) -> None:
         if isinstance(error, IlfError):
             self.state.show_message(str(error), "error")
         else:
@@ -295,7 +294,7 @@ class SweepFeature(Panel):
 
     def _drop(self) -> None:
         """Stop the sweep of a frame that was closed, and clear its results."""
-        self.cancel()
+        self.requests.cancel()
         self.found = None
         self._outcomes.setCurrentIndex(0)
         self.pictures.show_cells(())
@@ -352,7 +351,6 @@ class SweepFeature(Panel):
         self.apply_button.setEnabled(found.best is not None and found.best != found.present)
 
     def _show_scale(self, scale: Scale, unit: str) -> None:
-        self.bar.set_colours(theme.colours(self.widget.palette()))
         self.bar.set_table(scale.table)
         self.bar.set_unit(unit)
         self.bar.set_levels((scale.low, scale.high))

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import QLocale, QSignalBlocker, Signal
+from PySide6.QtCore import QSignalBlocker, Signal
 from PySide6.QtWidgets import (
     QComboBox,
-    QDoubleSpinBox,
     QGridLayout,
     QGroupBox,
     QSizePolicy,
@@ -20,6 +19,7 @@ from ilf.evaluation.sweep import MAX_STEPS, MIN_STEPS, can_be_swept, spread, sug
 
 from ...widgets.basics import combo, form, label_of
 from ...widgets.hold_out_choice import HoldOutChoice
+from ...widgets.parameter_form import FloatBox
 
 DEFAULT_STEPS, DEFAULT_STEPS_OF_TWO = 7, 4
 _DECIMALS = 6
@@ -194,18 +194,10 @@ class CriterionBox(QWidget):
         self.changed.emit()
 
 
-def _number(hint: str) -> QDoubleSpinBox:
-    spin = _CompactSpinBox()
-    spin.setLocale(QLocale.c())
+def _number(hint: str) -> FloatBox:
+    spin = FloatBox(1.0)
     spin.setKeyboardTracking(False)
     spin.setMinimumWidth(_FIELD)
     spin.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
     spin.setToolTip(hint)
     return spin
-
-
-class _CompactSpinBox(QDoubleSpinBox):
-    """Spin box that shows only significant decimals."""
-
-    def textFromValue(self, value: float) -> str:
-        return f"{value:.{self.decimals()}f}".rstrip("0").rstrip(".") if self.decimals() else f"{value:.0f}"

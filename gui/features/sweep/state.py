@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections import deque
 from collections.abc import Collection, Generator, Mapping
 from typing import NamedTuple
 
@@ -11,13 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QSize, Qt
 
+from ilf._runtime.cancellation import mapped_steps
 from ilf._runtime.formatting import counted
-from ilf._runtime.stepping import mapped_steps
 from ilf.data.declarations import Value
 from ilf.data.label_map import Box
 from ilf.data.parameters import Parameters
 from ilf.drawing.colours import robust_depth_levels, robust_difference_level
-from ilf.evaluation.evaluation import Progress
 from ilf.evaluation.sweep import Sweep, SweepPoint, SweepResult, sweep_steps
 from ilf.evaluation.ties import Ties
 from ilf.segmentation.editing.patches import box_of, grown
@@ -63,8 +61,6 @@ class SweepState:
 
     def __init__(self, document: Document, sweep: Sweep, label: int) -> None:
         self.document, self.sweep, self.label = document, sweep, label
-        self._arrived: deque[SweepPoint] = deque()
-        """Points that the worker thread has finished."""
         self.errors: dict[int, float] = {}
         """Point by number -> root mean square error [m]; NaN where nothing could be evaluated."""
         self.coverage: dict[int, float] = {}
@@ -86,26 +82,10 @@ class SweepState:
         self.reference = None if reference is None else small(reference[self._box])
         """What differences are taken to: ground truth, or a result; None if there is neither."""
 
-    def answer(self) -> Generator[float, None, SweepResult]:
-        """Run the sweep; yields shares done. Called in a worker thread."""
-        share = 0.0
-
-        def share_after(step: Progress | SweepPoint) -> float:
-            nonlocal share
-            if isinstance(step, SweepPoint):
-                self._arrived.append(step)
-            else:
-                share = step.share
-            return share
-
-        return (yield from mapped_steps(sweep_steps(self.sweep, threads=spare_cores()), share_after))
-
-    def take_arrived(self) -> bool:
-        """Add the points that have been finished; whether there are any."""
-        any_arrived = bool(self._arrived)
-        while self._arrived:
-            self.add(self._arrived.popleft())
-        return any_arrived
+    def steps(self) -> Generator[float | SweepPoint, None, SweepResult]:
+        """Run the sweep; yields shares done and points. Called in a worker thread."""
+        steps = sweep_steps(self.sweep, threads=spare_cores())
+        return mapped_steps(steps, lambda step: step if isinstance(step, SweepPoint) else step.share)
 
     @property
     def picture_size(self) -> QSize:

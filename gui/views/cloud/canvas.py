@@ -23,6 +23,7 @@ from PySide6.QtGui import (
 )
 from PySide6.QtWidgets import QWidget
 
+from ilf._runtime.formatting import length_text
 from ilf.drawing.clouds import NEAR, Look, OrbitCamera
 
 from ...base import theme
@@ -119,20 +120,10 @@ def round_length(max_length: float) -> float:
     return next(step * power for step in (5, 2, 1) if step * power <= max_length * (1 + 1e-9))
 
 
-def length_text(length: float) -> str:
-    """Text of a round length [m] in a suitable unit."""
-    for unit, metres in (("km", 1000.0), ("m", 1.0), ("cm", 0.01)):
-        if length >= metres * (1 - 1e-9):
-            return f"{length / metres:.4g} {unit}"
-    return f"{1000 * length:.4g} mm"
-
-
 def _paint_backing(painter: QPainter, colours: Colours, box: QRectF) -> None:
     """Draw a plate that keeps text over the cloud readable."""
-    veil = QColor(colours.background)
-    veil.setAlpha(_VEIL)
     painter.setPen(Qt.PenStyle.NoPen)
-    painter.setBrush(veil)
+    painter.setBrush(theme.faded(colours.background, _VEIL))
     painter.drawRoundedRect(box, 6, 6)
     painter.setBrush(Qt.BrushStyle.NoBrush)
 
@@ -140,7 +131,13 @@ def _paint_backing(painter: QPainter, colours: Colours, box: QRectF) -> None:
 MOVES = "Drag: rotate | Shift+drag: pan | wheel: zoom"
 HINT = f"{MOVES} | click: select block | double-click: centre | R: reset | hold X: raw depth"
 EMPTY_TEXT = "No point cloud: open a frame with known camera intrinsics"
-_DIRECTIONS = {"home": (-22.0, 14.0), "front": (0.0, 0.0), "top": (0.0, 90.0), "side": (-90.0, 0.0)}
+DIRECTIONS = {
+    "home": ("&Whole cloud", "Show the whole cloud (R, Home, double-click beside it)", -22.0, 14.0),
+    "front": ("From the &camera", "View along the axis of the depth camera", 0.0, 0.0),
+    "top": ("From &above", "View from above", 0.0, 90.0),
+    "side": ("From the &right", "View from the right", -90.0, 0.0),
+}
+"""Directions of view: text and hint in the menu, yaw and pitch [degrees]."""
 _ORBIT_STEP = math.radians(5)
 _ORBIT_PER_PIXEL = math.radians(0.4)
 _PAN_STEP = 30
@@ -230,7 +227,7 @@ class CloudCanvas(QWidget):
 
     def look(self, direction: str) -> None:
         """Show the whole cloud from "home", "front", "top" or "side"; it stays whole when the view is resized."""
-        yaw, pitch = (math.radians(angle) for angle in _DIRECTIONS[direction])
+        yaw, pitch = map(math.radians, DIRECTIONS[direction][2:])
         self._direction = direction
         self.camera = OrbitCamera(yaw=yaw, pitch=pitch).fitted(self.scene.points, self.width() / max(self.height(), 1))
         self._redraw(moving=True)

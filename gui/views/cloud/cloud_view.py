@@ -7,15 +7,13 @@ from collections.abc import Mapping
 from functools import partial
 
 from PySide6.QtCore import QSignalBlocker, Qt, Signal
-from PySide6.QtGui import QAction, QActionGroup, QBrush, QColor
+from PySide6.QtGui import QAction, QActionGroup, QBrush
 from PySide6.QtWidgets import QHBoxLayout, QMenu, QSlider, QToolBar, QVBoxLayout, QWidget
 
-from ...base import theme
 from ...widgets.basics import PlainLabel, Themed, flat_button, lay_out, menu_button
 from ..title_strip import TitleStrip
-from .canvas import EMPTY_TEXT, CloudCanvas
-from .colouring import ColourBy
-from .scene import Scene
+from .canvas import DIRECTIONS, EMPTY_TEXT, CloudCanvas
+from .scene import ColourBy, Scene
 
 _STEPS = 1000
 """Steps of a slider over the depths of the cloud."""
@@ -92,12 +90,6 @@ class DepthClip(QWidget):
                 slider.setValue(round(_STEPS * (shown - start) / (end - start)))
 
 
-_LOOKS = {
-    "home": ("&Whole cloud", "Show the whole cloud (R, Home, double-click beside it)"),
-    "front": ("From the &camera", "View along the axis of the depth camera"),
-    "top": ("From &above", "View from above"),
-    "side": ("From the &right", "View from the right"),
-}
 _LARGEST_SIZE = 4
 """Largest side of a point that can be chosen [logical px]."""
 
@@ -144,16 +136,14 @@ class CloudView(Themed, QWidget):
         """Show a cloud; without `reset`, keep the camera, for the same frame."""
         self.canvas.set_scene(scene, reset)
         self.clip.set_bounds(*scene.depths)
-        colouring = scene.colouring
-        notes = [f"{len(scene):,} points", *([colouring.note] if colouring.note else [])]
         self.strip.set_title(scene.title)
-        self.strip.set_text(", ".join(notes))
-        self.strip.set_legend([(QBrush(QColor(*colour)), text) for colour, text in colouring.legend])
-        layer = colouring.layer
+        self.strip.set_text(", ".join(filter(None, (f"{len(scene):,} points", scene.note))))
+        self.strip.set_legend([(QBrush(colour), text) for colour, text in scene.legend])
+        layer = scene.layer
         if layer is None:
             self.bar.set_levels(None)
         else:
-            self.bar.set_unit(colouring.unit)
+            self.bar.set_unit(scene.unit)
             self.bar.set_table(layer.table)
             self.bar.set_levels(layer.levels, layer.logarithmic)
 
@@ -180,7 +170,6 @@ class CloudView(Themed, QWidget):
             self._choices[choice].setToolTip(f"{choice.hint}. {why}" if why else choice.hint)
 
     def _take_theme(self) -> None:
-        self.strip.set_colours(theme.colours(self.palette()))
         self.colours_changed.emit()
 
     def _make_bar(self) -> QToolBar:
@@ -209,7 +198,7 @@ class CloudView(Themed, QWidget):
     def _make_look_menu(self) -> QMenu:
         menu = QMenu(self)
         menu.setToolTipsVisible(True)
-        for name, (text, hint) in _LOOKS.items():
+        for name, (text, hint, *_) in DIRECTIONS.items():
             menu.addAction(text, partial(self.canvas.look, name)).setToolTip(hint)
         menu.addSeparator()
         self._shading = _checkable(menu, "&Shading", True)

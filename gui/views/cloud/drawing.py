@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Generator
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +15,7 @@ from PySide6.QtGui import QImage
 from ilf.drawing.clouds import Look, Splat, splat, splat_steps
 
 from ...work.latest_request import LatestRequest
-from .scene import Colouring, Scene, empty_scene
+from .scene import Scene, empty_scene
 
 # Level of detail of a moving cloud, from the drawing speed of this machine. No widgets.
 
@@ -83,9 +83,6 @@ class _Picture:
     side: int = 1
 
 
-_Asked = tuple[Scene, Look]
-
-
 class CloudDrawing(QObject):
     """The current picture of a cloud.
 
@@ -110,9 +107,7 @@ class CloudDrawing(QObject):
         """Some of the points, for a coarse picture."""
         self._is_due = False
         """Whether `image` draws a new picture."""
-        self._whole = LatestRequest[_Asked, Splat](_whole_steps, self)
-        self._whole.answered.connect(self._take_whole)
-        self._whole.failed.connect(lambda _, error: self.failed.emit(error))
+        self._whole = LatestRequest(self, self.failed.emit)
         self._rest = QTimer(self, singleShot=True, interval=IDLE_MS)
         self._rest.timeout.connect(self._ask_whole)
 
@@ -155,8 +150,8 @@ class CloudDrawing(QObject):
         """Draw the full picture immediately, in the calling thread."""
         if self._look is not None and len(self.scene) and not self.is_full:
             scene = self.scene
-            drawn = splat(scene.points, scene.colouring.colours, self._look, scene.spacing)
-            self._take_whole((scene, self._look), drawn)
+            drawn = splat(scene.points, scene.colours, self._look, scene.spacing)
+            self._take_whole(scene, self._look, drawn)
 
     def pixel_at(self, x: float, y: float, reach: float) -> tuple[int, int] | None:
         """Pixel (x, y) of the visible point nearest to a position, within `reach` [screen px]; None if there is
@@ -193,7 +188,7 @@ class CloudDrawing(QObject):
         coarse = look if side == 1 else _coarse(look, side)
         scene = self.scene if count == len(self.scene) else self._subset_of(count)
         begun = time.perf_counter()
-        drawn = splat(scene.points, scene.colouring.colours, coarse, scene.spacing)
+        drawn = splat(scene.points, scene.colours, coarse, scene.spacing)
         self.detail.note(time.perf_counter() - begun, count, coarse.width * coarse.height)
         self._picture = _Picture(_image_of(drawn), scene, coarse, drawn.nearest, side)
         self._is_due = False
@@ -207,29 +202,28 @@ class CloudDrawing(QObject):
             scene, total = self.scene, len(self.scene)
             starts = np.linspace(0, total, count, endpoint=False)
             some = (starts + np.random.default_rng(0).random(count) * (total / count)).astype(np.intp)
-            colours, spacing = Colouring(scene.colouring.colours[some]), scene.spacing * math.sqrt(total / count)
-            self._subset = Scene(scene.points[some], scene.pixels[some], scene.width, colours, spacing)
+            spacing = scene.spacing * math.sqrt(total / count)
+            self._subset = Scene(scene.points[some], scene.pixels[some], scene.width, scene.colours[some], spacing)
         return self._subset
 
     def _ask_whole(self) -> None:
         """Ask for the full picture; an outdated one is cancelled."""
         if self._look is not None and len(self.scene):
-            asked = self.scene, self._look
-            if self._whole.question != asked:
+            scene, look = self.scene, self._look
+            if self._whole.question is None or self._whole.question.key != (scene, look):
                 self._whole.cancel()
-            self._whole.ask(asked)
+            self._whole.ask(
+                lambda: splat_steps(scene.points, scene.colours, look, scene.spacing),
+                partial(self._take_whole, scene, look),
+                key=(scene, look),
+            )
 
-    def _take_whole(self, asked: _Asked, drawn: Splat) -> None:
-        if asked == (self.scene, self._look):
-            self._picture = _Picture(_image_of(drawn), *asked, drawn.nearest)
+    def _take_whole(self, scene: Scene, look: Look, drawn: Splat) -> None:
+        if (scene, look) == (self.scene, self._look):
+            self._picture = _Picture(_image_of(drawn), scene, look, drawn.nearest)
             self._subset = None
             self._is_due = False
             self.ready.emit()
-
-
-def _whole_steps(asked: _Asked) -> Generator[None, None, Splat]:
-    scene, look = asked
-    return splat_steps(scene.points, scene.colouring.colours, look, scene.spacing)
 
 
 def _coarse(look: Look, side: int) -> Look:

@@ -1,42 +1,44 @@
-"""A point cloud to draw: points, their pixels, and their colours with scale and legend."""
+"""A point cloud to draw: its points with their pixels and colours, and the request that they are computed for."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from enum import Enum
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from PySide6.QtGui import QColor
 
+from ilf.data.camera import Camera
+from ilf.data.points import back_project
+from ilf.drawing.clouds import spacing_of
+
+from ..colours import difference_table
+from ..contents import RUNS, difference_of
 from ..layers import Layer
 
-Points = NDArray[np.float32]
-Rgb = NDArray[np.uint8]
-Legend = tuple[tuple[tuple[int, int, int], str], ...]
+_DIMMED = 0.8
 
 
-@dataclass(frozen=True, eq=False)
-class Colouring:
-    """Colours of a cloud's points, with their meaning.
+class ColourBy(Enum):
+    """What colours the points: its text and tooltip in the window, and the content of the images whose layer it is, ""
+    for none."""
 
-    Parameters
-    ----------
-    colours : ndarray
-        uint8 (N, 3), red first.
-    layer : Layer, optional
-        The one whose colours these are, for the colour bar.
-    unit : str
-        Of its values.
-    legend : tuple
-        Colours, red first, and their meaning.
-    note : str
-        Text beside the number of points.
-    """
+    COLOUR = "Colour", "The colours of the image"
+    DEPTH = "Depth", "Depth along the camera's axis, as in the depth views", "result"
+    BLOCK = "Block", "The colours of the blocks"
+    EXPECTED = "Expected error", "Expected error of the filled depth, estimated without ground truth", "expected-error"
+    ERROR = "Error", "Depth minus ground truth: red is too far, blue too near", "error"
+    DIFFERENCE = (
+        "Difference to a run",
+        "Depth minus the first run ticked for comparison: red is farther, blue nearer",
+        difference_of("result", RUNS[0]),
+    )
+    FILLED = "Measured or filled", "Which depth was measured, filled or extrapolated"
 
-    colours: Rgb
-    layer: Layer | None = None
-    unit: str = ""
-    legend: Legend = ()
-    note: str = ""
+    def __init__(self, text: str, hint: str, content: str = "") -> None:
+        self.text, self.hint, self.content = text, hint, content
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,22 +53,35 @@ class Scene:
         int32 (N,), rising: index of each point's pixel, its row times the frame's width plus its column.
     width : int
         Width of the frame [px].
-    colouring : Colouring
+    colours : ndarray
+        uint8 (N, 3), red first.
     spacing : float
         Distance of neighbouring points over their depth, see `ilf.drawing.clouds.spacing_of`.
     depths : tuple of float
         Smallest and largest z [m].
     title : str
         Meaning of the colours.
+    note : str
+        Text beside the number of points.
+    layer : Layer, optional
+        The one with the values whose colours these are, for the colour bar.
+    unit : str
+        Of its values.
+    legend : tuple
+        Colours and their meaning.
     """
 
-    points: Points
+    points: NDArray[np.float32]
     pixels: NDArray[np.int32]
     width: int
-    colouring: Colouring
+    colours: NDArray[np.uint8]
     spacing: float = 0.0
     depths: tuple[float, float] = (0.0, 0.0)
     title: str = ""
+    note: str = ""
+    layer: Layer | None = None
+    unit: str = ""
+    legend: tuple[tuple[QColor, str], ...] = ()
 
     def __len__(self) -> int:
         return len(self.points)
@@ -89,4 +104,117 @@ class Scene:
 def empty_scene() -> Scene:
     """Scene without points."""
     nothing = np.empty((0, 3), np.float32)
-    return Scene(nothing, np.empty(0, np.int32), 1, Colouring(np.empty((0, 3), np.uint8)))
+    return Scene(nothing, np.empty(0, np.int32), 1, np.empty((0, 3), np.uint8))
+
+
+def signed_table() -> NDArray[np.uint8]:
+    """Table of differences, uint8 (256, 4), with grey zero.
+
+    In the images zero is close to the background, where a surface without error would be invisible.
+    """
+    table = difference_table(dark=False)
+    table[:, :3] = np.round(table[:, :3] * _DIMMED)
+    return table
+
+
+Mark = tuple[NDArray[np.bool_], QColor, str]
+"""A mask, bool (H, W), the colour of its points, and what they are, with a place {} for their number."""
+
+
+@dataclass(frozen=True, eq=False)
+class CloudRequest:
+    """Request for a scene.
+
+    Parameters
+    ----------
+    key : str
+        Key of the document.
+    intrinsics : Camera
+    depth : ndarray
+        float32 (H, W) [m], of the points.
+    layer : Layer
+        What colours the points.
+    unit : str
+        Of its values.
+    title, note : str
+        As in `Scene`.
+    plain : QColor
+        Colour of points without value, and what these are, "" if there are none.
+    lacking : str
+    marks : tuple of Mark
+    chosen : frozenset of int or None
+        The only blocks shown; None for all pixels.
+    labels : ndarray, optional
+        int32 (H, W), with `chosen`.
+    """
+
+    key: str
+    intrinsics: Camera
+    depth: NDArray[np.float32]
+    layer: Layer
+    unit: str
+    title: str
+    note: str
+    plain: QColor
+    lacking: str
+    marks: tuple[Mark, ...] = ()
+    chosen: frozenset[int] | None = None
+    labels: NDArray[np.int32] | None = None
+
+    @property
+    def geometry(self) -> list[Any]:
+        """What the points follow from: values, and identities of arrays."""
+        return [self.key, self.intrinsics, id(self.depth), self.chosen, id(self.labels)]
+
+    @property
+    def look(self) -> list[Any]:
+        """The same for the colours."""
+        marks = [(id(mask), colour, text) for mask, colour, text in self.marks]
+        texts = self.unit, self.title, self.note, self.lacking
+        return [*map(id, self.layer.parts), *self.layer.look, *texts, self.plain, marks]
+
+
+def compose(request: CloudRequest, before: Scene | None = None) -> Scene:
+    """Compute the requested scene, in a worker; `before` is a scene with the same points to reuse."""
+    if before is None:
+        only = (
+            None if request.chosen is None or request.labels is None else np.isin(request.labels, list(request.chosen))
+        )
+        points, pixels = back_project(request.depth, request.intrinsics, only)
+        ends = (float(points[:, 2].min()), float(points[:, 2].max())) if len(points) else (0.0, 1.0)
+        before = Scene(points, pixels, request.depth.shape[1], np.empty((0, 3), np.uint8), spacing_of(points), ends)
+    colours, legend = colours_of(request, before.pixels)
+    return replace(
+        before,
+        colours=colours,
+        title=request.title,
+        note=request.note,
+        layer=request.layer if request.layer.picture is None else None,
+        unit=request.unit,
+        legend=legend,
+    )
+
+
+def colours_of(
+    request: CloudRequest, pixels: NDArray[np.int32]
+) -> tuple[NDArray[np.uint8], tuple[tuple[QColor, str], ...]]:
+    """Colours of the points of these pixels, uint8 (N, 3), and their legend."""
+    layer, legend = request.layer, []
+    if layer.picture is not None:
+        colours = layer.picture().reshape(-1, 3)[pixels]
+    else:
+        indices, table = layer.indices(*(part.reshape(-1)[pixels] for part in layer.parts)), layer.table[:, :3].copy()
+        table[0] = _rgb(request.plain)
+        colours = table[indices]
+        if not indices.all():
+            legend.append((request.plain, request.lacking))
+    for mask, colour, text in request.marks:
+        marked = mask.reshape(-1)[pixels]
+        if marked.any():
+            colours[marked] = _rgb(colour)
+            legend.append((colour, text.format(f"{np.count_nonzero(marked):,}")))
+    return colours, tuple(legend)
+
+
+def _rgb(colour: QColor) -> tuple[int, int, int]:
+    return colour.red(), colour.green(), colour.blue()

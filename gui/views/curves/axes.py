@@ -1,4 +1,4 @@
-"""The vertical axes of the curves: lengths on a logarithmic scale, and sums; and the titles of axes."""
+"""Axes of plots: lengths on a logarithmic scale, and sums; their titles and colours."""
 
 from __future__ import annotations
 
@@ -6,8 +6,11 @@ import math
 from collections.abc import Sequence
 
 import pyqtgraph as pg
+from PySide6.QtGui import QFont
 
 from ilf._runtime.formatting import length_text
+
+from ...base import theme
 
 _AXIS_WIDTH = 64
 _MIN_TICK_DISTANCE = 17  # minimum distance between the labels of a vertical axis [px]
@@ -17,6 +20,16 @@ def set_title(axis: pg.AxisItem, text: str, **style: str) -> None:
     """Set the title of an axis, in the middle of it: pyqtgraph places it anew only when the size changes."""
     axis.setLabel(text, **style)
     axis.resizeEvent()
+
+
+def paint_plot(plot: pg.PlotWidget, colours: theme.Colours, font: QFont) -> None:
+    """Give a plot's ground and axes the theme's colours, and the axes a font."""
+    plot.setBackground(colours.background)
+    for name in ("left", "bottom"):
+        axis = plot.getAxis(name)
+        axis.setPen(colours.grid)
+        axis.setTextPen(colours.muted)
+        axis.setTickFont(font)
 
 
 class _Axis(pg.AxisItem):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,7 +40,7 @@ class Curve:
     colour : tuple of int
         Red, green, blue.
     records : sequence of IterationRecord
-        May grow at its end.
+        May grow at its end: the curve is of those that there are when it is first drawn.
     dashed : bool
         Whether it belongs to a compared run.
     s_criteria : float or None
@@ -66,63 +67,31 @@ class Curve:
         """Whether the other has the same name and style, regardless of records."""
         return (self.name, self.colour, self.dashed) == (other.name, other.colour, other.dashed)
 
-
-def legible(colour: tuple[int, int, int], is_dark: bool) -> tuple[int, int, int]:
-    """Darken a colour for thin lines on a light background, or lighten it for a dark one.
-
-    Examples
-    --------
-    >>> legible((255, 255, 0), is_dark=False), legible((255, 255, 0), is_dark=True)
-    ((143, 143, 0), (255, 255, 0))
-    """
-    red, green, blue = (part / 255 for part in colour)
-    luminance = 0.3 * red + 0.59 * green + 0.11 * blue
-    if is_dark:
-        share = max(_MIN_LUMINANCE - luminance, 0) / (1 - luminance) if luminance < 1 else 0.0
-        parts = [part + share * (1 - part) for part in (red, green, blue)]
-    else:
-        share = min(_MAX_LUMINANCE / luminance, 1) if luminance else 1.0
-        parts = [share * part for part in (red, green, blue)]
-    return round(255 * parts[0]), round(255 * parts[1]), round(255 * parts[2])
-
-
-class Columns:
-    """The numbers of a curve, column by column; each record is read only once.
-
-    Attributes
-    ----------
-    stages : list of int
-        Starts of stages that follow a stage of more than one iteration.
-    """
-
-    def __init__(self) -> None:
-        self.stages: list[int] = []
-        self._table = np.zeros((0, 2 + len(QUANTITIES)))
-        self._records: Sequence[IterationRecord] = ()
-        self._weighted: list[int] = []
+    @cached_property
+    def known(self) -> list[IterationRecord]:
+        """The records that there are now."""
+        return list(self.records)
 
     @property
     def count(self) -> int:
         """Number of iterations."""
-        return len(self._table)
+        return len(self.known)
 
-    def take(self, records: Sequence[IterationRecord]) -> None:
-        """Read new records; the sequence must begin with those read before, unless it is another one."""
-        if records is not self._records:
-            self._table = self._table[:0]
-            self.stages, self._weighted, self._records = [], [], records
-        known = self.count
-        rows = [(r.i, r.seconds, r.sigma_i, r.error, r.held_out, r.residual, r.l1) for r in records[known:]]
-        fresh = np.array(rows, np.float64).reshape(-1, self._table.shape[1])
-        lengths = fresh[:, 2 : 2 + len(_LENGTHS)]
+    @cached_property
+    def _table(self) -> Values:
+        """Numbers of the iterations: one row each."""
+        rows = [(r.i, r.seconds, r.sigma_i, r.error, r.held_out, r.residual, r.l1) for r in self.known]
+        table = np.array(rows, np.float64).reshape(-1, 2 + len(QUANTITIES))
+        lengths = table[:, 2 : 2 + len(_LENGTHS)]
         lengths[:] = np.log10(np.maximum(lengths, FLOOR))
-        self._table = np.concatenate((self._table, fresh))
-        for place in range(known, self.count):
-            if place >= 2 and records[place].stage != records[place - 1].stage == records[place - 2].stage:
-                self.stages.append(place)
-            record = records[place]
-            if isinstance(record, PassBandRecord) and record.weighted:
-                self._weighted.append(place)
+        return table
+
+    @cached_property
+    def stages(self) -> list[int]:
+        """Starts of stages that follow a stage of more than one iteration."""
+        stages = [record.stage for record in self.known]
+        places = range(2, self.count)
+        return [place for place in places if stages[place] != stages[place - 1] == stages[place - 2]]
 
     @property
     def has_times(self) -> bool:
@@ -154,12 +123,12 @@ class Columns:
 
     def weighted(self, by_time: bool) -> tuple[float, float] | None:
         """Span of the colour-weighted iterations; None if there are none."""
-        if not self._weighted:
+        places = [place for place, r in enumerate(self.known) if isinstance(r, PassBandRecord) and r.weighted]
+        if not places:
             return None
-        if not by_time:
-            return self._weighted[0] + 0.5, self._weighted[-1] + 1.5
         along = self.along(by_time)
-        return float(along[self._weighted[0]]), float(along[self._weighted[-1]])
+        margin = 0.0 if by_time else 0.5
+        return float(along[places[0]]) - margin, float(along[places[-1]]) + margin
 
     def nearest(self, where: float, by_time: bool) -> int:
         """Index of the iteration nearest to a position on the axis."""
@@ -168,6 +137,25 @@ class Columns:
         if after == 0 or after == self.count:
             return min(after, self.count - 1)
         return after if along[after] - where < where - along[after - 1] else after - 1
+
+
+def legible(colour: tuple[int, int, int], is_dark: bool) -> tuple[int, int, int]:
+    """Darken a colour for thin lines on a light background, or lighten it for a dark one.
+
+    Examples
+    --------
+    >>> legible((255, 255, 0), is_dark=False), legible((255, 255, 0), is_dark=True)
+    ((143, 143, 0), (255, 255, 0))
+    """
+    red, green, blue = (part / 255 for part in colour)
+    luminance = 0.3 * red + 0.59 * green + 0.11 * blue
+    if is_dark:
+        share = max(_MIN_LUMINANCE - luminance, 0) / (1 - luminance) if luminance < 1 else 0.0
+        parts = [part + share * (1 - part) for part in (red, green, blue)]
+    else:
+        share = min(_MAX_LUMINANCE / luminance, 1) if luminance else 1.0
+        parts = [share * part for part in (red, green, blue)]
+    return round(255 * parts[0]), round(255 * parts[1]), round(255 * parts[2])
 
 
 # The readout of an iteration, column by column. No widgets.

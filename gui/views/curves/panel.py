@@ -11,14 +11,14 @@ from PySide6.QtCore import QSettings, Qt
 from PySide6.QtGui import QColor, QFont, QResizeEvent
 from PySide6.QtWidgets import QBoxLayout, QHBoxLayout, QStackedWidget, QVBoxLayout, QWidget
 
+from ilf._runtime.formatting import length_text
 from ilf.data.results import IterationRecord
 
 from ...base import theme
 from ...widgets.basics import PlainLabel, Themed, flat_button, lay_out
 from .axes import LengthAxis, SumAxis
-from .criterion import CriterionLines
-from .curve import FLOOR, Columns, Curve, legible, readout
-from .plot import AXIS, NAMED_AXIS, ConvergencePlot, HoldOutPlot, Line
+from .curve import FLOOR, Curve, legible, readout
+from .plot import AXIS, NAMED_AXIS, ConvergencePlot, Label, Line
 from .readout import Readout, Row
 from .scrub_bar import ScrubBar
 
@@ -31,6 +31,7 @@ _NAMED_AXIS_HEIGHT = 250  # panel height [px] up to which axes have no name
 _MIN_ROWS = 4  # minimum rows of the readout over the plots
 _READOUT_WIDTH = 330  # width of the readout beside the plots [px]
 _MIN_DECADES = 1.2  # minimum range in view
+_HOLD_OUT_DECADES = 0.4  # range in view above the minimum hold-out error
 _BY_TIME = "curves/by_time"
 _TIME_HINT = "Plot the curves over the time since the start of each block, not over iterations"
 _READOUT_HINT = (
@@ -58,7 +59,6 @@ class CurvesPanel(Themed, QWidget):
         super().__init__()
         self._persistent = persistent
         self._curves: list[Curve] = []
-        self._columns: list[Columns] = []
         self._arranged: object = None
         self._hovered: float | None = None
         self._viewed_iteration: int | None = None
@@ -97,8 +97,8 @@ class CurvesPanel(Themed, QWidget):
         """Make the plots, a fifth of what a window costs: only when there is something to draw."""
         self.sigma_plot = ConvergencePlot(LengthAxis(), "Deviation σ<sub>i</sub>", _MIN_DECADES)
         self.error_plot = ConvergencePlot(LengthAxis(), "Error", _MIN_DECADES)
-        self.hold_out_plot = HoldOutPlot(LengthAxis())
-        self.l1_plot = ConvergencePlot(SumAxis(), "L1 [m]")
+        self.hold_out_plot = ConvergencePlot(LengthAxis(), "Hold-out")
+        self.l1_plot = ConvergencePlot(SumAxis(), "L1 [m]", span_name="colour-weighted")
         self._plots = (self.sigma_plot, self.error_plot, self.hold_out_plot, self.l1_plot)
         names = "Deviation sigma_i", "Error against ground truth", "Hold-out error", "L1 norm"
         for plot, name in zip(self._plots, names, strict=True):
@@ -108,8 +108,6 @@ class CurvesPanel(Themed, QWidget):
             plot.fit_requested.connect(self._follow)
             self._plots_layout.addWidget(plot, 1)
         self.error_plot.setToolTip(_ERROR_PLOT_HINT)
-        self._criteria = CriterionLines(self.sigma_plot)
-        self.l1_plot.label_span("colour-weighted")
         self._show_axis()
 
     # what is shown
@@ -117,7 +115,7 @@ class CurvesPanel(Themed, QWidget):
     @property
     def records(self) -> Sequence[IterationRecord]:
         """The records of the first curve."""
-        return self._curves[0].records[: self._columns[0].count] if self._curves else []
+        return self._curves[0].known if self._curves else []
 
     @property
     def names(self) -> list[str]:
@@ -137,13 +135,10 @@ class CurvesPanel(Themed, QWidget):
         """Draw these curves; existing ones are extended by their new records."""
         same = len(curves) == len(self._curves) and all(map(Curve.has_same_style, curves, self._curves))
         if not same:
-            self._columns = [Columns() for _ in curves]
             self._hovered = None
             for plot in self._plots:
                 plot.reset_ranges()
         self._curves = list(curves)
-        for curve, columns in zip(curves, self._columns, strict=True):
-            columns.take(curve.records)
         self._draw()
 
     def set_by_time(self, on: bool) -> None:
@@ -179,41 +174,39 @@ class CurvesPanel(Themed, QWidget):
             plot.follows = False
             plot.setXRange(low, high, padding=0)
 
-    def _pairs(self) -> list[tuple[Curve, Columns]]:
+    @property
+    def _drawn(self) -> list[Curve]:
         """The curves that have iterations and, over time, their times."""
-        pairs = zip(self._curves, self._columns, strict=True)
-        return [pair for pair in pairs if pair[1].count and (pair[1].has_times or not self._by_time)]
+        return [curve for curve in self._curves if curve.count and (curve.has_times or not self._by_time)]
 
     def _draw(self) -> None:
-        pairs = self._pairs()
-        if not pairs and any(columns.count for columns in self._columns):
+        curves = self._drawn
+        if not curves and any(curve.count for curve in self._curves):
             self._hint.setText(_NO_TIMES)
-        self._pages.setCurrentIndex(1 if pairs else 0)
+        self._pages.setCurrentIndex(1 if curves else 0)
         if not self._plots:
-            if not pairs:
+            if not curves:
                 return
             self._make_plots()
             self._arrange()
             for layout in (self._body_layout, self._plots_layout):  # ranges depend on the room that there is
                 layout.activate()
-        stages = [[columns.between(place, self._by_time) for place in columns.stages] for _, columns in pairs]
-        colours = [QColor(*self._line_colour(curve)) for curve, _ in pairs]
-        span = pairs[0][1].weighted(self._by_time) if len(pairs) == 1 else None
+        stages = [[curve.between(place, self._by_time) for place in curve.stages] for curve in curves]
+        colours = [QColor(*self._line_colour(curve)) for curve in curves]
+        span = curves[0].weighted(self._by_time) if len(curves) == 1 else None
         for plot in self._plots:
             plot.show_stages(stages, colours)
             plot.show_span(span)
         series = theme.colours(self.palette())
         sigma, l1, residual, held_out = series.series
-        self._criteria.show([(curve.s_criteria, curve.remark) for curve, _ in pairs if curve.s_criteria is not None])
+        self.sigma_plot.show_labels(self._criteria(series.warning))
         self.sigma_plot.show_lines(self._lines("sigma_i", sigma))
-        self.l1_plot.set_label("L1 [m]" if len(pairs) == 1 else "ΔL1 [%]")
-        self.l1_plot.show_lines(self._lines("l1" if len(pairs) == 1 else "l1_left", l1))
+        self.l1_plot.set_label("L1 [m]" if len(curves) == 1 else "ΔL1 [%]")
+        self.l1_plot.show_lines(self._lines("l1" if len(curves) == 1 else "l1_left", l1))
         if self._has("error"):
             self._draw_errors(series.error)
         if self._has("held_out"):
-            alone = self._lines("residual", residual)[0] if len(pairs) == 1 else None
-            iterations = pairs[0][1].along(by_time=False)
-            self.hold_out_plot.show_errors(self._lines("held_out", held_out), alone, iterations)
+            self._draw_hold_outs(held_out, residual)
         self._arrange()
         self._update_readout()
 
@@ -222,25 +215,59 @@ class CurvesPanel(Themed, QWidget):
         lines = self._lines("error", colour)
         ends = [
             line._replace(along=line.along[-1:], values=np.log10(np.maximum([curve.corrected], FLOOR)))
-            for line, (curve, _) in zip(lines, self._pairs(), strict=True)
+            for line, curve in zip(lines, self._drawn, strict=True)
             if math.isfinite(curve.corrected)
         ]
         self.error_plot.show_lines([*lines, *ends])
 
+    def _draw_hold_outs(self, colour: QColor, residual: QColor) -> None:
+        """Draw the hold-out errors; for a single curve also its errors at the other known pixels, and where its minimum
+        is.
+
+        The range is near the minimum: the first errors may be 100 times as large, and the rise after the minimum, which
+        shows where noise begins, would be invisible beside them.
+        """
+        lines, more, labels, curves = self._lines("held_out", colour), [], [], self._drawn
+        if len(curves) == 1:
+            (line,), (curve,) = lines, curves
+            least = int(np.nanargmin(line.values))
+            labels = [Label(float(line.along[least]), 90, f"minimum at i = {curve.known[least].i}", colour)]
+            more = [one._replace(width=1.4) for one in self._lines("residual", residual)]
+        minimum = float(np.nanmin(np.concatenate([line.values for line in lines])))
+        bottom = min([minimum, *(float(np.nanmin(one.values)) for one in more)])
+        self.hold_out_plot.show_lines([*more, *lines], (bottom, minimum + _HOLD_OUT_DECADES))
+        self.hold_out_plot.show_labels(labels)
+
+    def _criteria(self, colour: QColor) -> list[Label]:
+        """The stop criteria of Eq. (1), each with a remark; equal ones only once."""
+        criteria = dict.fromkeys((curve.s_criteria, curve.remark) for curve in self._drawn)
+        return [
+            Label(
+                math.log10(max(metres, FLOOR)),
+                0,
+                f"S_criteria {length_text(metres)}{f' ({remark})' if remark else ''}",
+                colour,
+            )
+            for metres, remark in criteria
+            if metres is not None
+        ]
+
     def _has(self, quantity: str) -> bool:
-        return any(columns.has(quantity) for columns in self._columns)
+        return any(curve.has(quantity) for curve in self._drawn)
 
     def _lines(self, quantity: str, colour: QColor) -> list[Line]:
         """A line for every curve; a single one in the colour of the quantity."""
-        pairs = self._pairs()
+        curves = self._drawn
+        alone = sum(curve.count > 1 for curve in curves) == 1
         return [
             Line(
-                columns.along(self._by_time),
-                columns.values(quantity),
-                colour if len(pairs) == 1 else QColor(*self._line_colour(curve)),
+                curve.along(self._by_time),
+                curve.values(quantity),
+                colour if len(curves) == 1 else QColor(*self._line_colour(curve)),
                 curve.dashed,
+                1.8 if alone else 1,
             )
-            for curve, columns in pairs
+            for curve in curves
         ]
 
     def _line_colour(self, curve: Curve) -> tuple[int, int, int]:
@@ -292,27 +319,27 @@ class CurvesPanel(Themed, QWidget):
         self._hovered = place if math.isfinite(place) else None
         self._update_readout()
 
-    def _place(self, columns: Columns) -> int:
+    def _place(self, curve: Curve) -> int:
         """Index of a curve's iteration in the readout."""
         if self._hovered is not None:
-            return columns.nearest(self._hovered, self._by_time)
-        return columns.count - 1 if self._viewed_iteration is None else min(self._viewed_iteration, columns.count) - 1
+            return curve.nearest(self._hovered, self._by_time)
+        return curve.count - 1 if self._viewed_iteration is None else min(self._viewed_iteration, curve.count) - 1
 
     def _update_readout(self) -> None:
         """Show the numbers of the iterations under the cursor, or of the last ones."""
-        pairs = self._pairs()
-        pointing = bool(pairs) and (self._hovered is not None or self._viewed_iteration is not None)
+        curves = self._drawn
+        pointing = bool(curves) and (self._hovered is not None or self._viewed_iteration is not None)
         cursor = None
         if pointing:
-            longest = max((columns for _, columns in pairs), key=lambda columns: columns.count)
+            longest = max(curves, key=lambda curve: curve.count)
             cursor = float(longest.along(self._by_time)[self._place(longest)])
         for plot in self._plots:
             plot.point_at(cursor)
-        records = [curve.records[self._place(columns)] for curve, columns in pairs]
+        records = [curve.known[self._place(curve)] for curve in curves]
         if not pointing:  # the current depth has been corrected since
             records = [
                 replace(record, error=curve.corrected) if math.isfinite(curve.corrected) else record
-                for record, (curve, _) in zip(records, pairs, strict=True)
+                for record, curve in zip(records, curves, strict=True)
             ]
         has = {quantity: self._has(quantity) for quantity in ("error", "held_out")}
         columns, texts = readout(records, has, self._by_time)
@@ -320,7 +347,7 @@ class CurvesPanel(Themed, QWidget):
             columns,
             [
                 Row(curve.name, self._line_colour(curve), curve.dashed, row, curve.limit)
-                for (curve, _), row in zip(pairs, texts, strict=True)
+                for curve, row in zip(curves, texts, strict=True)
             ],
         )
 
@@ -339,7 +366,8 @@ class CurvesPanel(Themed, QWidget):
         small = QFont(self.font())
         small.setPointSizeF(small.pointSizeF() * 0.85)
         _, _, residual, held_out = colours.series
-        for plot in (self.sigma_plot, self.error_plot, self.l1_plot):
+        names = ((held_out, "Hold-out"), (residual, "residual"))  # in the colours of the curves
+        texts = (f'<span style="color: {colour.name()}">{name}</span>' for colour, name in names)
+        self.hold_out_plot.set_label(", ".join(texts))
+        for plot in self._plots:
             plot.set_colours(colours, small)
-        self.hold_out_plot.set_error_colours(colours, held_out, residual, small)
-        self._criteria.set_colours(colours, small)

@@ -9,17 +9,14 @@ from typing import NamedTuple
 import numpy as np
 import pyqtgraph as pg
 from PySide6.QtCore import QEvent, QPointF, Qt, Signal
-from PySide6.QtGui import QBrush, QColor, QFont
+from PySide6.QtGui import QColor, QFont
 
 from ...base import theme
-from .axes import set_title
+from .axes import paint_plot, set_title
 from .curve import Values
 
 NAMED_AXIS, AXIS, _BARE = 34, 20, 6
 """Heights of the horizontal axis [px]: with name, with numbers only, and bare."""
-
-_ERROR_RANGE = 0.4
-"""Range [decades] above the minimum hold-out error that its plot shows."""
 
 _MARK_ROW = 0.05
 """Height of the stage marks of one of several curves, as a share of the plot."""
@@ -35,6 +32,23 @@ class Line(NamedTuple):
     values: Values
     colour: QColor
     dashed: bool
+    width: float
+
+
+class Label(NamedTuple):
+    """A straight line across a plot, at a value (angle 0) or at a position of the axis (90), with a text at it."""
+
+    at: float
+    angle: int
+    text: str
+    colour: QColor
+
+
+_TEXT_PLACE = {
+    # below the line at the left, where no curve is before it has converged; and at the top
+    0: {"position": 0.02, "anchors": [(0, 0), (0, 0)], "movable": False},
+    90: {"position": 0.97, "anchors": [(0, 0), (1, 0)], "movable": False},
+}
 
 
 class ConvergencePlot(pg.PlotWidget):
@@ -50,6 +64,8 @@ class ConvergencePlot(pg.PlotWidget):
         Quantity on the vertical axis.
     min_span : float
         Minimum span of values in view.
+    span_name : str
+        Name of the span, written in the plot.
 
     Signals
     -------
@@ -65,13 +81,14 @@ class ConvergencePlot(pg.PlotWidget):
     moved = Signal(float, float)
     fit_requested = Signal()
 
-    def __init__(self, axis: pg.AxisItem, label: str, min_span: float = 0.0) -> None:
+    def __init__(self, axis: pg.AxisItem, label: str, min_span: float = 0.0, span_name: str = "") -> None:
         super().__init__(viewBox=pg.ViewBox(enableMenu=False), axisItems={"left": axis}, enableMenu=False)
         self._label = label
         self.setAccessibleName(f"Plot: {label or 'errors'}")
         self._least_span = min_span
-        self._span_name: pg.InfLineLabel | None = None
-        self.lines: list[_Curve] = []
+        self.lines: list[pg.PlotCurveItem] = []
+        self.labels: list[pg.InfiniteLine] = []
+        self._labelled: list[Label] | None = None
         self._points = pg.ScatterPlotItem(size=_POINT, pen=pg.mkPen(None))
         self._stages: list[pg.VTickGroup] = []
         self._stage_pen = pg.mkPen()
@@ -82,6 +99,8 @@ class ConvergencePlot(pg.PlotWidget):
         for item in (self._span, self._cursor):
             item.setVisible(False)
             self.addItem(item, ignoreBounds=True)
+        self._span_name = pg.InfLineLabel(self._span.lines[0], span_name, position=0.01, anchors=[(0, 1), (0, 1)])
+        self._span_name.setVisible(bool(span_name))
         self.addItem(self._points)
         self.plotItem.setContentsMargins(4, 7, 4, 2)
         self.hideButtons()
@@ -91,8 +110,6 @@ class ConvergencePlot(pg.PlotWidget):
         view.sigRangeChangedManually.connect(lambda *_: self.moved.emit(*view.viewRange()[0]))
         self.follows = True
         """Whether all iterations are in view."""
-        self.marked: list[float] = []
-        """Values that are always in view."""
         self._ranges: dict[int, tuple[float, float]] = {}
         self.getAxis("bottom").enableAutoSIPrefix(False)
         self.getAxis("bottom").setStyle(maxTickLevel=0)
@@ -115,14 +132,18 @@ class ConvergencePlot(pg.PlotWidget):
             self._label = text
             set_title(self.getAxis("left"), text)
 
-    def show_lines(self, lines: Sequence[Line]) -> None:
-        """Draw these lines and bring them into view; a line with a single value is drawn as a point."""
+    def show_lines(self, lines: Sequence[Line], ends: tuple[float, float] | None = None) -> None:
+        """Draw these lines and bring them into view: values between `ends`, or all; a line with a single value is drawn
+        as a point."""
         while len(self.lines) < len(lines):
-            self.lines.append(_Curve())
+            self.lines.append(pg.PlotCurveItem(antialias=True, connect="finite"))
             self.addItem(self.lines[-1])
-        alone = sum(line.values.size > 1 for line in lines) == 1
         for item, line in zip(self.lines, lines, strict=False):
-            item.show_line(line, alone)
+            style = Qt.PenStyle.DashLine if line.dashed else Qt.PenStyle.SolidLine
+            # a single long path is much slower, but segments restart dashes and show joints in thick lines
+            item.setSegmentedLineMode("off" if line.dashed or line.width > 1 else "on")
+            item.setData(line.along, line.values, pen=pg.mkPen(line.colour, width=line.width, style=style))
+            item.setVisible(True)
         for item in self.lines[len(lines) :]:
             item.setVisible(False)
         points = [line for line in lines if np.count_nonzero(np.isfinite(line.values)) == 1]
@@ -134,28 +155,23 @@ class ConvergencePlot(pg.PlotWidget):
                 [line.values[one] for line, one in zip(points, at, strict=True)],
                 brush=[line.colour for line in points],
             )
-
         if lines:
-            self._follow(lines)
+            self._bring_into_view(lines, ends)
 
-    def _follow(self, lines: Sequence[Line]) -> None:
-        """Bring lines into view: all iterations if they are followed, and all values."""
+    def _bring_into_view(self, lines: Sequence[Line], ends: tuple[float, float] | None) -> None:
         if self.follows:
             begin = min(float(line.along[0]) for line in lines)
             end = max(self._min_end, *(float(line.along[-1]) for line in lines))
             self._show_range(0, *_widened(0.0 if begin <= end / 4 else begin, end))
-        finite = [line.values[np.isfinite(line.values)] for line in lines]
-        extremes = [value for values in finite if values.size for value in (values.min(), values.max())]
-        if extremes:
-            self.show_values(float(min(*extremes, *self.marked)), float(max(*extremes, *self.marked)))
-
-    def show_values(self, low: float, high: float) -> None:
-        """Bring values into view, with room for a line of text above and below, and below what is marked."""
-        missing = max(self._least_span - (high - low), 0.0) / 2
-        room = 0.12 * (high - low) + missing or 0.5
-        top = high + room
-        bottoms = [low - room, *(mark - self._text_share * (top - mark) for mark in self.marked)]
-        self._show_range(1, *_widened(min(bottoms), top))
+        marked = [label.at for label in self._labelled or () if label.angle == 0]
+        values = np.concatenate([*(line.values for line in lines), marked] if ends is None else [ends])
+        if np.isfinite(values).any():
+            low, high = float(np.nanmin(values)), float(np.nanmax(values))
+            # room for a line of text above and below, and below what is marked
+            room = 0.12 * (high - low) + max(self._least_span - (high - low), 0.0) / 2 or 0.5
+            top = high + room
+            bottoms = [low - room, *(mark - self._text_share * (top - mark) for mark in marked)]
+            self._show_range(1, *_widened(min(bottoms), top))
 
     @property
     def _text_share(self) -> float:
@@ -191,9 +207,27 @@ class ConvergencePlot(pg.PlotWidget):
         if span is not None:
             self._span.setRegion(span)
 
-    def label_span(self, text: str) -> None:
-        """Label the shaded span in the plot."""
-        self._span_name = pg.InfLineLabel(self._span.lines[0], text, position=0.01, anchors=[(0, 1), (0, 1)])
+    def show_labels(self, labels: Sequence[Label]) -> None:
+        """Draw these labelled lines; values at which they are, are in view with the next lines."""
+        if labels == self._labelled:
+            return
+        self._labelled = list(labels)
+        for line in self.labels:
+            self.removeItem(line)
+        self.labels.clear()
+        for label in labels:
+            dashed = {"width": 1.5, "style": Qt.PenStyle.DashLine}
+            pen = pg.mkPen(label.colour, **({"width": 1} if label.angle else dashed))
+            line = pg.InfiniteLine(label.at, label.angle, pen, label=label.text, labelOpts=_TEXT_PLACE[label.angle])
+            line.setZValue(5)  # its text stays readable over the curves
+            self._paint_text(line.label, label.colour)
+            self.labels.append(line)
+            self.addItem(line, ignoreBounds=True)
+
+    def _paint_text(self, text: pg.InfLineLabel, colour: QColor) -> None:
+        text.setColor(colour)
+        text.setFont(self._font)
+        text.fill = pg.mkBrush(theme.faded(self._colours.background, 170))  # curves may cross it
 
     def point_at(self, place: float | None) -> None:
         """Put the cursor at a position of the horizontal axis; None hides it."""
@@ -214,24 +248,18 @@ class ConvergencePlot(pg.PlotWidget):
         axis.setHeight((NAMED_AXIS if named else AXIS) if shown else _BARE)
 
     def set_colours(self, colours: theme.Colours, font: QFont) -> None:
-        """Apply the theme's colours."""
-        self.setBackground(colours.background)
+        """Apply the theme's colours, to marks and labels when they are shown next."""
+        self._colours, self._font = colours, font
+        paint_plot(self, colours, font)
         self._stage_pen = pg.mkPen(colours.grid)
-        self._marked = None
-        tint = QColor(colours.accent)
-        tint.setAlpha(28)
-        self._span.setBrush(tint)
+        self._marked = self._labelled = None
+        self._span.setBrush(theme.faded(colours.accent, 28))
         self._cursor.setPen(pg.mkPen(colours.muted))
-        if self._span_name is not None:
-            self._span_name.setColor(colours.muted)
-            self._span_name.setFont(font)
-            self._span_name.fill = text_background(colours)
+        self._paint_text(self._span_name, colours.muted)
         for name, text in (("left", self._label), ("bottom", self._places)):
-            axis = self.getAxis(name)
-            axis.setPen(colours.grid)
-            axis.setTextPen(colours.muted)
-            axis.setTickFont(font)
-            set_title(axis, text, color=colours.muted.name(), **{"font-size": f"{font.pointSizeF():.1f}pt"})
+            set_title(
+                self.getAxis(name), text, color=colours.muted.name(), **{"font-size": f"{font.pointSizeF():.1f}pt"}
+            )
 
     def mouseDoubleClickEvent(self, event: QEvent) -> None:
         self.fit_requested.emit()
@@ -244,95 +272,7 @@ class ConvergencePlot(pg.PlotWidget):
         self.hovered.emit(self.getViewBox().mapSceneToView(position).x())
 
 
-class HoldOutPlot(ConvergencePlot):
-    """Plot of hold-out errors; for one curve also of their minimum and of the errors at the other known pixels.
-
-    The range is near the minimum hold-out error: the first errors may be 100 times as large, and the rise after the
-    minimum, which shows where noise begins, would be invisible beside them.
-    """
-
-    def __init__(self, axis: pg.AxisItem) -> None:
-        super().__init__(axis, "Hold-out")
-        self.residual = pg.PlotCurveItem(antialias=True, connect="finite")
-        self._minimum_line = pg.InfiniteLine(
-            angle=90, label="", labelOpts={"position": 0.97, "anchors": [(0, 0), (1, 0)], "movable": False}
-        )
-        for item in (self.residual, self._minimum_line):
-            self.addItem(item, ignoreBounds=True)
-            item.setVisible(False)
-
-    @property
-    def minimum(self) -> str:
-        """Label of the minimum hold-out error; "" if it is hidden."""
-        return self._minimum_line.label.toPlainText() if self._minimum_line.isVisible() else ""
-
-    def show_errors(self, lines: Sequence[Line], residual: Line | None, iterations: Values) -> None:
-        """Draw hold-out errors, log10 of metres; for a single curve with the residual and the minimum marked.
-
-        Parameters
-        ----------
-        lines : sequence of Line
-            Hold-out errors, not all of them NaN.
-        residual : Line or None
-        iterations : ndarray
-            Iterations of the first line.
-        """
-        self.show_lines(lines)
-        alone = residual is not None
-        self.residual.setVisible(alone)
-        self._minimum_line.setVisible(alone)
-        bottom = minimum = min(float(np.nanmin(line.values)) for line in lines if np.isfinite(line.values).any())
-        if residual is not None:
-            self.residual.setData(residual.along, residual.values)
-            self.residual.setPen(pg.mkPen(residual.colour, width=1.4))
-            place = int(np.nanargmin(lines[0].values))
-            self._minimum_line.setValue(lines[0].along[place])
-            self._minimum_line.label.setFormat(f"minimum at i = {int(iterations[place])}")
-            bottom = min(minimum, float(np.nanmin(residual.values)))
-        self.show_values(bottom, minimum + _ERROR_RANGE)
-
-    def _follow(self, lines: Sequence[Line]) -> None:
-        """Leave the ranges unchanged: `show_errors` brings values near the minimum into view."""
-
-    def set_error_colours(self, colours: theme.Colours, held_out: QColor, residual: QColor, font: QFont) -> None:
-        """Apply the theme's colours. The axis label names the curves in their colours."""
-        names = ((held_out, "Hold-out"), (residual, "residual"))
-        self._label = ", ".join(f'<span style="color: {colour.name()}">{name}</span>' for colour, name in names)
-        self.set_colours(colours, font)
-        self._minimum_line.setPen(pg.mkPen(held_out, width=1))
-        self._minimum_line.label.setColor(held_out)
-        self._minimum_line.label.setFont(font)
-        self._minimum_line.label.fill = text_background(colours)
-
-
 def _widened(low: float, high: float) -> tuple[float, float]:
     """Widen a range to round ends, so that it does not change with every new value."""
     step = 2.0 ** (math.floor(math.log2(max(high - low, 1e-9))) - 3)
     return math.floor(low / step) * step, math.ceil(high / step) * step
-
-
-class _Curve(pg.PlotCurveItem):
-    """A line with its own style; several lines are thin, since thin lines draw quickly."""
-
-    def __init__(self) -> None:
-        super().__init__(antialias=True, connect="finite")
-        self._looks: tuple[QColor, bool, bool] | None = None
-
-    def show_line(self, line: Line, alone: bool) -> None:
-        """Draw a line; `alone` if it is the only one."""
-        looks = line.colour, line.dashed, alone
-        if looks != self._looks:
-            self._looks = looks
-            style = Qt.PenStyle.DashLine if line.dashed else Qt.PenStyle.SolidLine
-            # a single long path is much slower, but segments restart dashes and show joints in thick lines
-            self.setSegmentedLineMode("off" if line.dashed or alone else "on")
-            self.setPen(pg.mkPen(line.colour, width=1.8 if alone else 1, style=style))
-        self.setData(line.along, line.values)
-        self.setVisible(True)
-
-
-def text_background(colours: theme.Colours) -> QBrush:
-    """Background of a text that curves may cross."""
-    ground = QColor(colours.background)
-    ground.setAlpha(170)
-    return QBrush(ground)

@@ -23,16 +23,13 @@ _THREADS = 4
 """Threads of every session, whatever the machine and the program's other threads: operations are divided among them,
 and how they are divided decides the last digits of results."""
 
-DEVICES: dict[str, tuple[str, dict[str, Any]]] = {
-    "cpu": ("CPUExecutionProvider", {}),
+DEVICES: dict[str, tuple[str, str, dict[str, Any]]] = {
+    "cpu": ("onnxruntime", "CPUExecutionProvider", {}),
     # not in the format TF32, whose rounding is coarser than float32's
-    "cuda": ("CUDAExecutionProvider", {"use_tf32": 0}),
-    "directml": ("DmlExecutionProvider", {}),
+    "cuda": ("onnxruntime-gpu", "CUDAExecutionProvider", {"use_tf32": 0}),
+    "directml": ("onnxruntime-directml", "DmlExecutionProvider", {}),
 }
-"""Device that can run networks -> its provider in ONNX Runtime, with options."""
-
-_DISTRIBUTIONS = {"cpu": "onnxruntime", "cuda": "onnxruntime-gpu", "directml": "onnxruntime-directml"}
-"""Device -> the distribution of ONNX Runtime that has its provider."""
+"""Device that can run networks -> the distribution of ONNX Runtime for it, and its provider there, with options."""
 
 DEVICE_VARIABLE = "ILF_DEVICE"
 """Environment variable with the device, so that worker processes inherit it."""
@@ -65,7 +62,7 @@ class Session:
 
     def __init__(self, content: NDArray[np.uint8]) -> None:
         runtime = _runtime()
-        provider = DEVICES[device()]
+        _, *provider = DEVICES[device()]
         if provider[0] not in runtime.get_available_providers():
             raise _unusable(device())
         options = runtime.SessionOptions()
@@ -78,7 +75,7 @@ class Session:
         options.log_severity_level = _FATAL
         try:
             self._session = runtime.InferenceSession(
-                content.tobytes(), options, providers=[provider], enable_fallback=0
+                content.tobytes(), options, providers=[tuple(provider)], enable_fallback=0
             )
         except Exception as error:  # of many types without a common base
             raise ValueError(str(error)) from error
@@ -143,7 +140,7 @@ def device() -> str:
 
 def _unusable(name: str) -> InstallationError:
     return InstallationError(
-        f"ONNX Runtime cannot run networks on the device {name!r}. Install {_DISTRIBUTIONS[name]} in its place, with "
+        f"ONNX Runtime cannot run networks on the device {name!r}. Install {DEVICES[name][0]} in its place, with "
         "the drivers that its page names, or choose the device 'cpu'."
     )
 

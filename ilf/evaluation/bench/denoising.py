@@ -20,7 +20,7 @@ from ...data.parameters import PRESETS
 from ...data.pixel_grids import mark_both, sides
 from ...run.run import complete
 from ...segmentation.extraction import extract_blocks
-from ..metrics import measure_errors
+from ..evaluation import evaluate
 from .denoisers import DENOISERS, Depth
 from .frames import load_bench_frame
 from .results import Line
@@ -289,7 +289,7 @@ def _run_scene(name: str, methods: Sequence[str], seed: int) -> list[Line]:
     rows = []
     for part, pixels in scene.parts.items():
         for method, (depth, seconds, failure) in found.items():
-            errors = measure_errors(depth, scene.ground_truth, pixels)
+            errors = evaluate(depth, scene.ground_truth, pixels)
             row = {"scene": name, "part": part, "method": method, "pixels": errors.pixels, "rmse": errors.rmse}
             rows.append(row | {"mae": errors.mae, "seconds": seconds, "failure": failure})
     return rows

@@ -27,7 +27,7 @@ class Score:
     pixels : int
         Pixels scored.
     rmse, mae, median, rel, delta_1 : float
-        Errors over these pixels, as in `ilf.evaluation.metrics.ErrorMeasures`.
+        Errors over these pixels, as in `ilf.evaluation.evaluation.Evaluation`.
     coverage : float
         Share of these (0-1) that the method filled itself.
     within : float or None

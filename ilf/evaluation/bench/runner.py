@@ -21,7 +21,8 @@ from ...completion.interpolation import nearest
 from ...data.parameters import PRESETS
 from ...errors import FormatError, IlfError, InputError, told_as
 from ...segmentation.extraction import extract_blocks
-from ..metrics import fill_rate, measure_errors, share_within, sparsification_error
+from ..evaluation import evaluate
+from ..metrics import share_within, sparsification_error
 from .frames import load_bench_frame
 from .methods import METHODS
 from .patterns import Task, make_task
@@ -36,7 +37,7 @@ def score(depth: NDArray[np.floating], task: Task, error_model: str = DEFAULT_MO
     """
     covered = np.isfinite(depth) & (depth > 0)
     dense = np.where(covered, depth, nearest(task.frame))
-    errors, coverage = measure_errors(dense, task.ground_truth, task.scored), fill_rate(depth, task.scored)
+    errors, coverage = evaluate(dense, task.ground_truth, task.scored), float(np.mean(covered[task.scored]))
     found = Score(errors.pixels, errors.rmse, errors.mae, errors.median, errors.rel, errors.delta[0], coverage)
     filled = task.scored & covered
     if not filled.any():

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any, NamedTuple
+from typing import Any
 
 import cv2
 import numpy as np
@@ -18,6 +18,7 @@ from ...data.pixel_grids import (
     mark,
     mark_both,
     nearest_values,
+    neighbours,
     rim,
     sides,
 )
@@ -228,50 +229,41 @@ _MIN_PART = 6
 """Minimum number of pixels of a flagged part."""
 
 
-class _Parts(NamedTuple):
-    """4-connected parts of equal label, by number from 1 on."""
-
-    numbers: NDArray[np.int32]
-    label: NDArray[np.int64]
-    pixels: NDArray[np.int64]
-    width: NDArray[np.float64]
-    """Largest distance to a border [px]."""
-
-
 def find_islands(inputs: CheckInput, strength: NDArray[np.float32]) -> Iterator[Place]:
     """Find islands, holes and slivers."""
-    parts = _find_parts(inputs)
+    parts, labels, pixels, width = _find_parts(inputs)
     part, beyond, edges, apart = _find_part_borders(inputs, parts, strength)
-    count = parts.label.size
+    count = labels.size
     length = np.maximum(np.bincount(part, minlength=count), 1)
     edge = np.bincount(part, edges, minlength=count) / length
     step = np.bincount(part, apart, minlength=count) / length
     main_beyond, beyond_share = _main_neighbour(part, beyond, count)
-    missing = np.bincount(parts.numbers[inputs.missing], minlength=count)
-    total = np.bincount(parts.label, parts.pixels)
+    missing = np.bincount(parts[inputs.missing], minlength=count)
+    total = np.bincount(labels, pixels)
     largest = np.zeros(total.size, np.int64)
-    np.maximum.at(largest, parts.label, parts.pixels)
-    small = np.minimum(_OWN_SHARE * total, _FRAME_SHARE * parts.numbers.size)
-    stray = (parts.pixels < largest[parts.label]) & (parts.pixels < small[parts.label])
-    stray |= (parts.label == 0) & ~_at_rim(parts)
+    np.maximum.at(largest, labels, pixels)
+    small = np.minimum(_OWN_SHARE * total, _FRAME_SHARE * parts.size)
+    away_from_rim = np.ones(count, bool)
+    away_from_rim[rim(parts)] = False
+    stray = (pixels < largest[labels]) & (pixels < small[labels])
+    stray |= (labels == 0) & away_from_rim
     inside = ~stray & (beyond_share >= _ENCLOSED) & (edge < _EDGE) & (main_beyond > 0)
-    inside &= ~_at_rim(parts) & (parts.pixels < small[main_beyond])
-    thin = ~stray & ~inside & (parts.width <= _THIN) & (parts.label > 0) & (edge < _EDGE)
-    harm = _MIN_ISLAND_ERROR * parts.pixels + step * missing
-    boxes = find_objects(parts.numbers)
-    for number in np.flatnonzero((stray | inside | thin) & (parts.pixels >= _MIN_PART)).tolist():
-        if number == 0:
-            continue
-        kind = "sliver" if parts.width[number] <= _THIN else "island"
-        label, pixels, other = int(parts.label[number]), int(parts.pixels[number]), int(main_beyond[number])
+    inside &= away_from_rim & (pixels < small[main_beyond])
+    thin = ~stray & ~inside & (width <= _THIN) & (labels > 0) & (edge < _EDGE)
+    harm = _MIN_ISLAND_ERROR * pixels + step * missing
+    flagged = (stray | inside | thin) & (pixels >= _MIN_PART)
+    flagged[0] = False
+    boxes = find_objects(parts)
+    for number in np.flatnonzero(flagged).tolist():
+        kind = "sliver" if width[number] <= _THIN else "island"
+        label, other = int(labels[number]), int(main_beyond[number])
         down, along = boxes[number - 1]
         box = down, along
-        rows, columns = np.nonzero(parts.numbers[box] == number)
+        rows, columns = np.nonzero(parts[box] == number)
         group = Group(label, box, rows + down.start, columns + along.start, float(harm[number]))
-        reason = _island_reason(kind, label, pixels, other, bool(stray[number]))
+        reason = _island_reason(kind, label, rows.size, other, bool(stray[number]))
         # for a hole, the block around it is selected
-        labels = (label, other) if label else (other,)
-        yield Place(kind, box, tuple(one for one in labels if one), group.point, group.harm, reason)
+        yield Place(kind, box, tuple(one for one in (label, other) if one), group.point, group.harm, reason)
 
 
 def _island_reason(kind: str, label: int, pixels: int, other: int, stray: bool) -> str:
@@ -285,7 +277,11 @@ def _island_reason(kind: str, label: int, pixels: int, other: int, stray: bool) 
     return f"Block {label}, {pixels:,} px, lies inside {around} without an edge between them."
 
 
-def _find_parts(inputs: CheckInput) -> _Parts:
+def _find_parts(
+    inputs: CheckInput,
+) -> tuple[NDArray[np.int32], NDArray[np.int64], NDArray[np.int64], NDArray[np.float64]]:
+    """4-connected parts of equal label, 1, 2, ...; and their labels, pixels, and largest distances to a border [px], by
+    number."""
     numbers = connected_regions(inputs.labels, background=-1)
     count = int(numbers.max()) + 1
     label = np.zeros(count, np.int64)
@@ -293,22 +289,20 @@ def _find_parts(inputs: CheckInput) -> _Parts:
     depth = cv2.distanceTransform((~mark_both(different_labels(numbers))).astype(np.uint8), cv2.DIST_L2, 3)
     width = np.zeros(count)
     np.maximum.at(width, numbers.ravel(), depth.ravel())
-    return _Parts(numbers, label, np.bincount(numbers.ravel(), minlength=count), width + 1)
+    return numbers, label, np.bincount(numbers.ravel(), minlength=count), width + 1
 
 
-def _find_part_borders(inputs: CheckInput, parts: _Parts, strength: NDArray[np.float32]) -> list[NDArray[Any]]:
+def _find_part_borders(
+    inputs: CheckInput, parts: NDArray[np.int32], strength: NDArray[np.float32]
+) -> list[NDArray[Any]]:
     """Borders between parts, from both sides: the part, the label on the other side, the strength of the edge (1 where
     depth jumps), and the distance between the depths of both sides [m]."""
     columns = []
     jumps = np.maximum(cv2.dilate(strength, np.ones((3, 3), np.uint8)), mark(inputs.relief.jumps))
-    for numbers, labels, sources, edges in zip(
-        sides(parts.numbers), sides(inputs.labels), sides(inputs.source), sides(jumps), strict=True
-    ):
-        parted = numbers[0] != numbers[1]
-        by = inputs.separation(sources[0][parted], sources[1][parted])
-        edge = np.maximum(edges[0][parted], edges[1][parted])
-        for this, that in ((0, 1), (1, 0)):
-            columns.append((numbers[this][parted], labels[that][parted], edge, by))
+    for (part, other), (_, beyond), (one, another), edges in neighbours(parts, inputs.labels, inputs.source, jumps):
+        parted = part != other
+        by = inputs.separation(one[parted], another[parted])
+        columns.append((part[parted], beyond[parted], np.maximum(*edges)[parted], by))
     return [np.concatenate(column) for column in zip(*columns, strict=True)]
 
 
@@ -325,12 +319,6 @@ def _main_neighbour(
     main[keys[order] // top] = keys[order] % top
     share[keys[order] // top] = lengths[order]
     return main, share / np.maximum(np.bincount(part, minlength=count), 1)
-
-
-def _at_rim(parts: _Parts) -> NDArray[np.bool_]:
-    at_rim = np.zeros(parts.label.size, bool)
-    at_rim[rim(parts.numbers)] = True
-    return at_rim
 
 
 # Filled depth with a high expected error.

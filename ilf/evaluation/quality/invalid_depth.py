@@ -87,8 +87,11 @@ def suggest_invalid(frame: RGBDFrame, strength: NDArray[np.float32]) -> Mask:
     """
     check_shape("The edge strength", strength.shape, frame.shape)
     found = flying_pixels(frame) | _speckles(frame) | suspect_islands(frame)
-    for box, thing in _glass_objects(frame, strength):
-        found[box] |= thing
+    lab = cv2.cvtColor(np.ascontiguousarray(frame.edge_rgb), cv2.COLOR_RGB2Lab).astype(np.float32)
+    for least in _EDGES:
+        for box, thing, inside in _objects(strength >= least):
+            if _is_seen_through(frame.depth[box], lab[box], thing, inside):
+                found[box] |= thing
     return found & frame.known
 
 
@@ -114,15 +117,6 @@ def _speckles(frame: RGBDFrame) -> Mask:
     return np.asarray(small & (away <= _BESIDE) & (np.abs(depth - surface) > _STANDS_OUT * near_by))
 
 
-def _glass_objects(frame: RGBDFrame, strength: NDArray[np.float32]) -> Iterator[tuple[Box, Mask]]:
-    """Boxes, and masks of the objects in them through which the depth behind is seen."""
-    lab = cv2.cvtColor(np.ascontiguousarray(frame.edge_rgb), cv2.COLOR_RGB2Lab).astype(np.float32)
-    for least in _EDGES:
-        for box, thing, inside in _objects(strength >= least):
-            if _is_seen_through(frame.depth[box], lab[box], thing, inside):
-                yield box, thing
-
-
 def _objects(edges: Mask) -> Iterator[tuple[Box, Mask, Mask]]:
     """Objects inside closed contours: boxes with a margin, and masks of contour with interior, and of the interior."""
     height, width = edges.shape
@@ -142,6 +136,7 @@ def _objects(edges: Mask) -> Iterator[tuple[Box, Mask, Mask]]:
 
 
 def _is_seen_through(depth: NDArray[np.float32], lab: NDArray[np.float32], thing: Mask, inside: Mask) -> bool:
+    """Whether the depth behind is seen through an object, as through glass."""
     known = np.isfinite(depth)
     ring = cv2.dilate(thing.astype(np.uint8), np.ones((2 * _RING + 1,) * 2, np.uint8)) > 0
     ring &= cv2.dilate(thing.astype(np.uint8), np.ones((5, 5), np.uint8)) == 0

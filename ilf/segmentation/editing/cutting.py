@@ -69,14 +69,11 @@ def split(
     return cut_block.patch(labels, numbers)
 
 
-def cut_off(
-    labels: Labels, source: int, points: Points, label: int, locked: Collection[int] = (), near: float = _NEAR
-) -> LabelPatch | None:
+def cut_off(labels: Labels, source: int, points: Points, label: int, near: float = _NEAR) -> LabelPatch | None:
     """Cut a block along a line, and give the parts beside another block to that, except the largest part.
 
     If only the largest part is beside it and has a border with it, it gets that part; if none is, all parts but the
-    largest. None if the line does not divide the block `source`, if that is `label` itself, or if one of them is
-    locked.
+    largest. None if the line does not divide the block `source`, or if that is `label` itself.
 
     Parameters
     ----------
@@ -87,12 +84,10 @@ def cut_off(
         The line, as in `split`.
     label : int
         The block that gets the parts.
-    locked : collection of int
-        Blocks that must not change.
     near : float
         As in `split`; also the maximum distance [px] of a part beside the block from it.
     """
-    cut_block = None if label == source or {label, source} & set(locked) else _cut(labels, source, points, near)
+    cut_block = None if label == source else _cut(labels, source, points, near)
     if cut_block is None:
         return None
     taker = labels[cut_block.box] == label
@@ -195,16 +190,12 @@ def _drawn(line: NDArray[np.float64], shape: tuple[int, ...]) -> Mask:
 
 
 def _extended(block: Mask, line: NDArray[np.float64], near: float, far: float) -> NDArray[np.float64]:
-    filled = _filled(block)
-    before, after = (_extension_point(filled, some, near, far) for some in (line[::-1], line))
-    return np.concatenate([before, line, after])
-
-
-def _filled(block: Mask) -> Mask:
-    """A block with its holes filled."""
+    # the outlines of its holes are not its boundary
     beyond = np.pad(block.astype(np.uint8), 1)
     cv2.floodFill(beyond, None, (0, 0), 2, flags=4)
-    return np.asarray(beyond[1:-1, 1:-1] != 2, bool)
+    filled = np.asarray(beyond[1:-1, 1:-1] != 2, bool)
+    before, after = (_extension_point(filled, some, near, far) for some in (line[::-1], line))
+    return np.concatenate([before, line, after])
 
 
 def _extension_point(block: Mask, line: NDArray[np.float64], near: float, far: float) -> NDArray[np.float64]:

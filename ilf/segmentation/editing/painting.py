@@ -39,7 +39,10 @@ def brush_stroke(shape: tuple[int, int], points: Points, radius: float) -> Strok
     centre_y, centre_x = np.mgrid[box] + 0.5
     mask = np.zeros(centre_x.shape, bool)
     for start, end in zip(path, path[1:] if len(path) > 1 else path, strict=False):
-        mask |= _near_segment(centre_x, centre_y, start, end, radius)
+        along = end - start
+        from_x, from_y, length = centre_x - start[0], centre_y - start[1], float(along @ along)
+        share = 0.0 if length == 0 else np.clip((from_x * along[0] + from_y * along[1]) / length, 0, 1)
+        mask |= (from_x - share * along[0]) ** 2 + (from_y - share * along[1]) ** 2 <= radius**2
     for x, y in path:
         row, column = int(np.floor(y)) - box[0].start, int(np.floor(x)) - box[1].start
         if 0 <= row < mask.shape[0] and 0 <= column < mask.shape[1]:
@@ -47,26 +50,10 @@ def brush_stroke(shape: tuple[int, int], points: Points, radius: float) -> Strok
     return Stroke(box, mask) if mask.any() else None
 
 
-def _near_segment(
-    x: NDArray[np.float64],
-    y: NDArray[np.float64],
-    start: NDArray[np.float64],
-    end: NDArray[np.float64],
-    radius: float,
-) -> NDArray[np.bool_]:
-    along = end - start
-    length = float(along @ along)
-    share = 0.0 if length == 0 else np.clip(((x - start[0]) * along[0] + (y - start[1]) * along[1]) / length, 0, 1)
-    off_x, off_y = x - start[0] - share * along[0], y - start[1] - share * along[1]
-    return off_x**2 + off_y**2 <= radius**2
-
-
 def paint(labels: Labels, stroke: Stroke, label: int, locked: Collection[int] = ()) -> LabelPatch | None:
     """Give the stroke's pixels to a block (0: to no block), except those of locked blocks."""
     before = labels[stroke.box]
-    return patch_within(
-        stroke.box, before, np.where(stroke.mask & unlocked_pixels(before, locked), label, before).astype(np.int32)
-    )
+    return patch_within(stroke.box, before, np.where(stroke.mask & unlocked_pixels(before, locked), label, before))
 
 
 def give(labels: Labels, piece_mask: Mask, label: int, locked: Collection[int] = ()) -> LabelPatch | None:
@@ -174,17 +161,11 @@ def erase(
     if not taken.any():
         return None
     after = np.where(taken, 0, before).astype(np.int32)
-    if frame is not None:
-        after = _grown_into(after, taken, label, locked, _steps(frame, box))
+    growing = np.where((after > 0) & (after != label) & unlocked_pixels(after, locked), after, 0)
+    if frame is not None and growing.any():
+        taken_by = flood(_steps(frame, box), growing, taken | (growing > 0))
+        after = np.where(taken, taken_by, after).astype(np.int32)
     return patch_within(box, before, after)
-
-
-def _grown_into(labels: Labels, taken: Mask, label: int, locked: Collection[int], steps: NDArray[np.float32]) -> Labels:
-    growing = np.where((labels > 0) & (labels != label) & unlocked_pixels(labels, locked), labels, 0)
-    if not growing.any():
-        return labels
-    grown_labels = flood(steps, growing, taken | (growing > 0))
-    return np.where(taken, grown_labels, labels).astype(np.int32)
 
 
 def _steps(frame: RGBDFrame, box: Box) -> NDArray[np.float32]:

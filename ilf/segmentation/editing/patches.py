@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...data.label_map import Box, within
+from ...data.label_map import Box, labels_in, whole, within
 from ...data.pixel_grids import different_labels, mark_both
 
 Labels = NDArray[np.int32]
@@ -34,6 +34,12 @@ class LabelPatch:
     before: Labels
     after: Labels
 
+    @property
+    def touched(self) -> frozenset[int]:
+        """Blocks that gain or lose pixels."""
+        changed = self.before != self.after
+        return labels_in(self.before[changed]) | labels_in(self.after[changed])
+
     def apply(self, labels: Labels) -> None:
         """Apply the change, in place."""
         labels[self.box] = self.after
@@ -45,8 +51,7 @@ class LabelPatch:
 
 def patch_between(before: Labels, after: Labels) -> LabelPatch | None:
     """The smallest patch that turns one label map into another of the same shape; None if they are equal."""
-    height, width = before.shape
-    return patch_within((slice(0, height), slice(0, width)), before, after)
+    return patch_within(whole(before.shape), before, after)
 
 
 def patch_within(box: Box, before: Labels, after: Labels) -> LabelPatch | None:
@@ -115,31 +120,15 @@ def unlocked_pixels(labels: Labels, locked: Collection[int]) -> Mask:
 # one of its border links was created by an edit; the filter then treats all of its border links as drawn.
 
 
-def border_pixels(labels: Labels, box: Box | None = None) -> Mask:
-    """Pixels of blocks that have a 4-neighbour of another label.
-
-    Parameters
-    ----------
-    labels : ndarray of int32, shape (H, W)
-        0 = no block.
-    box : tuple of slice, optional
-        Rows and columns to search; all if left out.
-
-    Returns
-    -------
-    ndarray of bool
-        In the shape of the box. Neighbours outside it count, too.
+def border_pixels(labels: Labels) -> Mask:
+    """Pixels of blocks, bool (H, W), that have a 4-neighbour of another label in a map, int32 (H, W).
 
     Examples
     --------
     >>> border_pixels(np.array([[1, 1, 2, 0]])).tolist()
     [[False, True, True, False]]
     """
-    if box is None:
-        box = slice(0, labels.shape[0]), slice(0, labels.shape[1])
-    around = grown(box, 1, labels.shape)
-    seen = labels[around]
-    return (mark_both(different_labels(seen)) & (seen > 0))[within(box, around)]
+    return mark_both(different_labels(labels)) & (labels > 0)
 
 
 def redrawn(drawn: Mask | None, labels: Labels, patch: LabelPatch) -> tuple[Box, Mask]:

@@ -54,7 +54,7 @@ def refine_borders(
     ----------
     frame : RGBDFrame
     evidence : ndarray of float32, shape (H, W)
-        Evidence for a border at every pixel, about 1 where it is certain (`Snapper.evidence`).
+        Evidence for a border at every pixel, about 1 where it is certain (`border_evidence`).
     labels : ndarray of int32, shape (H, W)
         The label map; 0, no block, is divided like the blocks.
     band : Stroke

@@ -15,9 +15,7 @@ from ...data.parameters import BlockParameters
 from ...data.pixel_grids import mark_both
 from ..edges.detectors import colour_gradient, gradient_strength
 from ..edges.frame_edges import relief_of
-from ..edges.relief import Relief
-from .painting import Stroke
-from .patches import Points
+from .patches import Mask, Points
 
 # Snapping a line to the strongest evidence for a border beside it.
 
@@ -44,8 +42,8 @@ _STRAIGHTENED = 4.0
 """Blur [px] along the line before its directions are taken."""
 
 
-class Snapper:
-    """Snaps drawn lines to edges of depth and colour. The edges are prepared at construction, so `snap` is fast.
+def border_evidence(frame: RGBDFrame, strength: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Evidence for a border at every pixel, by depth, edges and colour.
 
     Parameters
     ----------
@@ -53,46 +51,59 @@ class Snapper:
     strength : ndarray of float32, shape (H, W)
         Edge strength in [0, 1].
 
-    Attributes
-    ----------
-    evidence : ndarray of float32, shape (H, W)
-        Evidence for a border at every pixel, about 1 where it is certain.
+    Returns
+    -------
+    ndarray of float32, shape (H, W)
+        About 1 where a border is certain.
     """
+    relief = relief_of(frame, BlockParameters())
+    jumps = mark_both(relief.jumps)
+    ridge = cv2.GaussianBlur(jumps.astype(np.float32), (0, 0), _WIDTH)
+    gradient = np.float32(_GRADIENT) * _gradient(frame.edge_rgb)
+    colour = np.float32(_NETWORK) * np.where(relief.edges, 0, strength) + gradient
+    beside = cv2.dilate(jumps.astype(np.uint8), np.ones((9, 9), np.uint8)) > 0
+    goes_on = relief.near & ~beside
+    return np.asarray(ridge + np.where(goes_on, np.float32(_ON_SURFACE), np.float32(1)) * colour, np.float32)
 
-    def __init__(self, frame: RGBDFrame, strength: NDArray[np.float32]) -> None:
-        self.evidence = _evidence(relief_of(frame, BlockParameters()), _gradient(frame.edge_rgb), strength)
 
-    def snap(self, points: Points, leash: float) -> list[tuple[float, float]]:
-        """Move a line to the strongest evidence within a leash.
+@once_per_image
+def _gradient(rgb: NDArray[np.uint8]) -> NDArray[np.float32]:
+    return gradient_strength(*colour_gradient(rgb, 1.0))
 
-        Every point moves at a right angle to the line, and neighbouring points move by similar distances.
 
-        Parameters
-        ----------
-        points : sequence of (x, y)
-            The line as drawn, in image coordinates.
-        leash : float
-            Maximum move of a point [px]; 0 returns the line as drawn.
+def snap(points: Points, evidence: NDArray[np.float32], leash: float) -> list[tuple[float, float]]:
+    """Move a line to the strongest evidence within a leash.
 
-        Returns
-        -------
-        list of (x, y)
-            A point for every pixel of the line's length.
-        """
-        line = _every_pixel(np.asarray(points, np.float64).reshape(-1, 2))
-        if leash < _STEP or len(line) < 3:
-            return [(float(x), float(y)) for x, y in points]
-        straight = gaussian_filter1d(line, _STRAIGHTENED, axis=0, mode="nearest")
-        along = np.gradient(straight, axis=0)
-        along /= np.maximum(np.hypot(*along.T), 1e-9)[:, None]
-        across = np.stack([-along[:, 1], along[:, 0]], axis=1)
-        reach = int(leash / _STEP)
-        moves = _STEP * np.arange(-reach, reach + 1)
-        x, y = np.moveaxis(line[:, None] + moves[:, None] * across[:, None], -1, 0)
-        evidence = map_coordinates(self.evidence, (y - 0.5, x - 0.5), order=1, mode="constant")
-        chosen = moves[_cheapest(_AWAY * np.abs(moves) - evidence)]
-        snapped = line + gaussian_filter1d(chosen, 1.0, mode="nearest")[:, None] * across
-        return [(float(x), float(y)) for x, y in snapped]
+    Every point moves at a right angle to the line, and neighbouring points move by similar distances.
+
+    Parameters
+    ----------
+    points : sequence of (x, y)
+        The line as drawn, in image coordinates.
+    evidence : ndarray of float32, shape (H, W)
+        From `border_evidence`.
+    leash : float
+        Maximum move of a point [px]; 0 returns the line as drawn.
+
+    Returns
+    -------
+    list of (x, y)
+        A point for every pixel of the line's length.
+    """
+    line = _every_pixel(np.asarray(points, np.float64).reshape(-1, 2))
+    if leash < _STEP or len(line) < 3:
+        return [(float(x), float(y)) for x, y in points]
+    straight = gaussian_filter1d(line, _STRAIGHTENED, axis=0, mode="nearest")
+    along = np.gradient(straight, axis=0)
+    along /= np.maximum(np.hypot(*along.T), 1e-9)[:, None]
+    across = np.stack([-along[:, 1], along[:, 0]], axis=1)
+    reach = int(leash / _STEP)
+    moves = _STEP * np.arange(-reach, reach + 1)
+    x, y = np.moveaxis(line[:, None] + moves[:, None] * across[:, None], -1, 0)
+    found = map_coordinates(evidence, (y - 0.5, x - 0.5), order=1, mode="constant")
+    chosen = moves[_cheapest(_AWAY * np.abs(moves) - found)]
+    snapped = line + gaussian_filter1d(chosen, 1.0, mode="nearest")[:, None] * across
+    return [(float(x), float(y)) for x, y in snapped]
 
 
 def _every_pixel(line: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -127,21 +138,6 @@ def _cheapest(cost: NDArray[np.float64]) -> NDArray[np.intp]:
     return chosen
 
 
-def _evidence(relief: Relief, gradient: NDArray[np.float32], strength: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Evidence for a border at every pixel."""
-    jumps = mark_both(relief.jumps)
-    ridge = cv2.GaussianBlur(jumps.astype(np.float32), (0, 0), _WIDTH)
-    colour = np.float32(_NETWORK) * np.where(relief.edges, 0, strength) + np.float32(_GRADIENT) * gradient
-    beside = cv2.dilate(jumps.astype(np.uint8), np.ones((9, 9), np.uint8)) > 0
-    goes_on = relief.near & ~beside
-    return np.asarray(ridge + np.where(goes_on, np.float32(_ON_SURFACE), np.float32(1)) * colour, np.float32)
-
-
-@once_per_image
-def _gradient(rgb: NDArray[np.uint8]) -> NDArray[np.float32]:
-    return gradient_strength(*colour_gradient(rgb, 1.0))
-
-
 # Limiting a stroke to pixels similar to its start: of similar colour and depth, and not beyond a strong edge.
 
 _EDGE = 0.5
@@ -159,7 +155,7 @@ _INTO_EDGE = 3
 _CROSS = np.array([[0, 1, 0], [1, 1, 1], [0, 1, 0]], np.uint8)
 
 
-class Similar:
+def similar_pixels(frame: RGBDFrame, strength: NDArray[np.float32], x: float, y: float) -> Mask:
     """The pixels that a stroke may cover, given its start point.
 
     Parameters
@@ -169,20 +165,16 @@ class Similar:
         Edge strength in [0, 1].
     x, y : float
         Start of the stroke in image coordinates; outside the frame, all pixels are similar.
+
+    Returns
+    -------
+    ndarray of bool, shape (H, W)
     """
-
-    def __init__(self, frame: RGBDFrame, strength: NDArray[np.float32], x: float, y: float) -> None:
-        self.mask: NDArray[np.bool_] = np.ones(frame.shape, bool)
-        """All similar pixels, (H, W)."""
-        row, column = int(np.floor(y)), int(np.floor(x))
-        if 0 <= row < frame.shape[0] and 0 <= column < frame.shape[1]:
-            jumps = relief_of(frame, BlockParameters()).edges
-            self.mask = _reached(_like(frame, row, column), strength < _EDGE, jumps, row, column)
-
-    def limit(self, stroke: Stroke) -> Stroke | None:
-        """The part of a stroke that is similar; None if there is none."""
-        kept = stroke.mask & self.mask[stroke.box]
-        return Stroke(stroke.box, kept) if kept.any() else None
+    row, column = int(np.floor(y)), int(np.floor(x))
+    if not (0 <= row < frame.shape[0] and 0 <= column < frame.shape[1]):
+        return np.ones(frame.shape, bool)
+    jumps = relief_of(frame, BlockParameters()).edges
+    return _reached(_like(frame, row, column), strength < _EDGE, jumps, row, column)
 
 
 def _like(frame: RGBDFrame, row: int, column: int) -> NDArray[np.bool_]:

@@ -14,13 +14,10 @@ from ilf.batch.settings import BatchSettings, sha256_of, write_settings
 from ilf.data.guide import Guide
 from ilf.data.presets import presets_folder
 from ilf.evaluation.bench.results import Row, TaskFacts
-from ilf.project.file import open_project
 from ilf.project.store import WorkFolder
 from ilf.run.block_choice import BlockChoice
 from ilf.run.options import ExportOptions
-from ilf.run.run import Run
 from ilf.run.writing import write
-from ilf.sources.source import open_source
 from tests.ilf.batch_frames import write_frames
 from tests.ilf.project_states import small_frame
 
@@ -40,7 +37,7 @@ def replay(folder: Path) -> list[bytes]:
     guided = frame.with_invalid_mask(mask).with_guide(Guide(np.linspace(0.5, 4, frame.depth.size).reshape(frame.shape)))
     extraction, quick = ilf.BlockParameters(detector="canny"), ilf.preset(**_QUICK)
     contents = []
-    for run in (Run.of(one, preset=quick, extraction=extraction) for one in (frame, guided)):
+    for run in (ilf.Run.of(one, preset=quick, extraction=extraction) for one in (frame, guided)):
         own = {1: quick.replace(smoothness=2)}
         blocks = dataclasses.replace(run.blocks, drawn=None if run.frame is frame else drawn)
         run = dataclasses.replace(run, blocks=blocks).with_parameters(quick, own)
@@ -63,7 +60,7 @@ def batch(file: str) -> Seeds:
             ilf.preset(**_QUICK), BlockChoice(ilf.BlockParameters(detector="canny")), options=ExportOptions(cloud=None)
         )
         facts, levels = settings.facts(), (1.0, 3.0)
-        frames = frames_of_sources([open_source(write_frames(folder / "frames", 1))])
+        frames = frames_of_sources([ilf.open_source(write_frames(folder / "frames", 1))])
         (folder / "sha256").write_text(sha256_of(facts))
         sink = FolderSink(settings=settings, folder=folder / "out", sha256=sha256_of(facts), levels=levels)
         complete_frame(sink, frames[0], 1)
@@ -85,7 +82,7 @@ def autosave(folder: Path) -> list[bytes]:
     """The index of an autosave of two frames with all work on them; the other files are in `sound`."""
     seeds.project(folder)
     work = WorkFolder(folder / "sound")
-    with open_project(folder / "sound.ilf") as opened:
+    with ilf.open_project(folder / "sound.ilf") as opened:
         work.commit({name: opened.parts.read(name) for name in opened.parts.names()})
     work.close()
     return [(folder / "sound" / "index.json").read_bytes()]
@@ -96,7 +93,7 @@ def result(file: str) -> Seeds:
 
     def made(folder: Path) -> list[bytes]:
         frame = dataclasses.replace(small_frame(folder / "frame"), pose=np.eye(4))
-        run = Run.of(frame, preset=ilf.preset(**_QUICK), extraction=ilf.BlockParameters(detector="canny"))
+        run = ilf.Run.of(frame, preset=ilf.preset(**_QUICK), extraction=ilf.BlockParameters(detector="canny"))
         write(folder / "out", run, run.complete(), ExportOptions(cloud=None))
         return [(folder / "out" / file).read_bytes()]
 

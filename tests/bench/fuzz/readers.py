@@ -16,19 +16,18 @@ from ilf._runtime.networks.models import models_folder
 from ilf.batch.folder_sink import FolderSink, unchanged
 from ilf.batch.frames import frames_of_sources
 from ilf.batch.settings import BatchSettings, differences, read_settings
-from ilf.cli.record_facts import facts_of_record
-from ilf.data.points import point_cloud
+from ilf.cli.facts import facts_of_record
 from ilf.data.presets import list_presets
-from ilf.errors import IlfError, InputError
+from ilf.errors import InputError
 from ilf.evaluation.bench.frames import load_bench_frame
 from ilf.evaluation.bench.methods import METHODS
 from ilf.evaluation.bench.runner import read_earlier_result
 from ilf.io.block_files import read_blocks
 from ilf.io.cameras import depth_place, intrinsics_from
-from ilf.io.frame_additions import load_guide, low_confidence, read_confidence
+from ilf.io.frame_additions import low_confidence, read_confidence
 from ilf.io.images import read_colour
 from ilf.io.orientation import orientation_tag
-from ilf.project.file import open_project, save_project
+from ilf.project.file import save_project
 from ilf.project.recovery import copy_frames, find_recoverable_work
 from ilf.project.state_codec import load_state
 from ilf.run.data_sets import write_data_set
@@ -37,27 +36,25 @@ from ilf.segmentation.edges.importing import add_model
 from ilf.sources.frame_ref import FrameRef
 from ilf.sources.listing import list_frames
 from ilf.sources.opening import close_all
-from ilf.sources.reading import load_frame, read_frame
+from ilf.sources.reading import read_frame, stamp_of
 from ilf.sources.reading_options import ReadingOptions
-from ilf.sources.source import open_source
-from ilf.sources.stamps import stamp_of
 from ilf.sources.trajectories import camera_pose
 
 from .seeds import SHAPE
 
 
 def depth(path: Path) -> None:
-    frame = load_frame(path.parent / "rgb.png", path)
+    frame = ilf.load_frame(path.parent / "rgb.png", path)
     assert np.isfinite(frame.depth[frame.known]).all()
 
 
 def dataset(path: Path) -> None:
-    frame = load_frame(path.parent / "rgb.png", f"{path}:/left/depth")
+    frame = ilf.load_frame(path.parent / "rgb.png", f"{path}:/left/depth")
     assert np.isfinite(frame.depth[frame.known]).all()
 
 
 def colour(path: Path) -> None:
-    load_frame(path, path.parent / "depth.png")
+    ilf.load_frame(path, path.parent / "depth.png")
 
 
 def photo(path: Path) -> None:
@@ -70,14 +67,14 @@ def thumbnail(path: Path) -> None:
 
 
 def folder(path: Path) -> None:
-    frame = load_frame(path.parent)
+    frame = ilf.load_frame(path.parent)
     if frame.intrinsics is not None:
-        points = point_cloud(frame.depth, frame.rgb, frame.intrinsics).points
+        points = ilf.point_cloud(frame.depth, frame.rgb, frame.intrinsics).points
         assert np.isfinite(points).all(), "points without a position"
 
 
 def guide(path: Path) -> None:
-    load_guide(path, SHAPE)
+    ilf.load_guide(path, SHAPE)
 
 
 def layout(path: Path) -> None:
@@ -96,11 +93,11 @@ def blocks(path: Path) -> None:
 
 
 def project(path: Path) -> None:
-    with open_project(path) as opened:
+    with ilf.open_project(path) as opened:
         for frame in opened.project.frames:
             try:
                 opened.state(frame.id)
-            except IlfError:
+            except ilf.IlfError:
                 continue
         save_project(path.with_name("again.ilf"), opened.project, base=[opened.parts], places=opened.places)
 
@@ -121,7 +118,7 @@ def pose(path: Path) -> None:
 def network(path: Path) -> None:
     try:
         add_model(path, "fuzzed", replace=True)
-    except IlfError:
+    except ilf.IlfError:
         assert not (models_folder() / "fuzzed.onnx").exists(), "a refused network was written"
         raise
     (models_folder() / "fuzzed.onnx").unlink()
@@ -135,7 +132,7 @@ def weights(path: Path) -> None:
 
 def recording(path: Path) -> None:
     try:
-        source = open_source(path)
+        source = ilf.open_source(path)
         for key in source.keys[:2]:
             source.read(key)
             source.pose(key)
@@ -154,7 +151,7 @@ def arkit_camera(path: Path) -> None:
 def unregistered(path: Path) -> None:
     """A raw pair of a folder or recording."""
     try:
-        source = open_source(path.parent)
+        source = ilf.open_source(path.parent)
         source.read_pair(source.keys[0])
     finally:
         close_all()
@@ -188,9 +185,9 @@ def masks(path: Path) -> None:
 
 def presets(path: Path) -> None:
     """All presets of the user's folder, including this one."""
-    found = list_presets()
-    if found.problems:
-        raise InputError(found.problems[0])
+    _, problems = list_presets()
+    if problems:
+        raise InputError(problems[0])
 
 
 def replayed(path: Path) -> None:
@@ -205,7 +202,7 @@ def result(path: Path) -> None:
     facts_of_record(path.parent / "run.json")
     if record.inputs is not None:
         stamp_of(record.inputs)
-    load_frame(path.parent)
+    ilf.load_frame(path.parent)
     again = path.parent.parent / "again"
     shutil.rmtree(again, ignore_errors=True)
     write_data_set(again, [path.parent])
@@ -226,7 +223,7 @@ def batch(path: Path) -> None:
     if before is None:
         raise InputError("There are no settings.")
     differences(before[0], BatchSettings().facts())
-    frames = frames_of_sources([open_source(folder.parent / "frames")])
+    frames = frames_of_sources([ilf.open_source(folder.parent / "frames")])
     sha256 = (folder.parent / "sha256").read_text()
     sink = FolderSink(settings=BatchSettings(), folder=folder, sha256=sha256, levels=before[1], frames=tuple(frames))
     ilf.batch.folder_sink.run_in_processes = lambda work, items, **_: ((item, work(item)) for item in items)

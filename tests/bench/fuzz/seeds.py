@@ -13,13 +13,11 @@ import pillow_heif
 from PIL import Image
 
 import ilf
-from ilf.data.blocks import Blocks
 from ilf.data.presets import UserPreset, write_preset
 from ilf.io.block_files import write_blocks
 from ilf.project.file import save_project
 from ilf.project.project import Project, ProjectFrame
 from ilf.run.options import ExportOptions
-from ilf.run.run import Run
 from ilf.run.writing import write
 from tests.ilf.hed_files import hed_weights, write_caffemodel, write_keras
 from tests.ilf.project_states import made_frame, rich_state, small_frame
@@ -352,8 +350,8 @@ def record(folder: Path) -> list[bytes]:
     frame = small_frame(folder / "frame")
     drawn = np.zeros(frame.shape, bool)
     drawn[10:20, 39] = True
-    run = Run.of(frame, preset=ilf.preset(max_iterations=3))
-    run = Run(frame, Blocks(run.blocks.labels, own={1: {"smoothness": 2.0}}, drawn=drawn), run.parameters)
+    run = ilf.Run.of(frame, preset=ilf.preset(max_iterations=3))
+    run = ilf.Run(frame, ilf.Blocks(run.blocks.labels, own={1: {"smoothness": 2.0}}, drawn=drawn), run.parameters)
     write(folder / "out", run, run.complete(), ExportOptions(cloud="ply"))
     return [(folder / "out" / "run.json").read_bytes()]
 

@@ -11,10 +11,10 @@ from PySide6.QtCore import QCoreApplication, QEvent, QSettings
 from PySide6.QtWidgets import QApplication
 
 from gui.app.main_window import MainWindow
+from gui.features.documents.recent import RecentMenu, is_missing, key_of, name_of
 from gui.features.export.files import stored_options
 from gui.features.layouts.layout import Arrangement, LayoutStore
-from gui.features.palette.matching import RecentCommands
-from gui.features.project.recent import RecentMenu, is_missing, key_of, name_of
+from gui.features.palette import RecentCommands
 from gui.features.shortcuts import Keymap
 from gui.widgets.file_choice import last_folder, save_folder
 from ilf.sources.frame_ref import FrameRef
@@ -55,9 +55,8 @@ def read_settings(path: Path) -> None:
     """Read all settings."""
     window = _window(path.parent.parent)
     QSettings().sync()
-    for what in ("frames", "projects"):
-        for origin in RecentMenu("", what, True, print, None).origins:
-            name_of(origin), key_of(origin), is_missing(origin)
+    for origin in RecentMenu(True, print, None).origins:
+        name_of(origin), key_of(origin), is_missing(origin)
     layouts = LayoutStore(True)
     for name in (*layouts.changed, *(layout.name for layout in layouts.own)):
         left = layouts.left(name)

@@ -23,7 +23,6 @@ from PySide6.QtWidgets import QApplication
 from gui.app.main_window import MainWindow
 from gui.features.export.dialog import ALL, Export
 from gui.features.export.feature import ExportFeature
-from gui.features.project.saving import SaveRequest
 from gui.project.current_project import has_content
 from gui.project.recorder import Recorder
 from ilf.project.store import WorkFolder
@@ -101,7 +100,7 @@ class RandomUser:
             report_action(at="close")
             self.window.close()
 
-        self.window.project.saving.save(SaveRequest(self.project, then=close))
+        self.window.project.saving.save(self.project, then=close)
 
     def _choices(self) -> list[Callable[[], object]]:
         brush = [self._go_on_with_stroke] * 8
@@ -167,7 +166,7 @@ class RandomUser:
         self.workspace.current.undo_stack.redo()
 
     def _run(self) -> None:
-        if self.window.runs.free:
+        if self.window.runs.state.free:
             self.window.runs.current.start()
 
     def _mark_invalid(self) -> None:
@@ -179,7 +178,7 @@ class RandomUser:
 
     def _save(self) -> None:
         if not self.window.project.saving.busy:
-            self.window.project.saving.save(SaveRequest(self.project))
+            self.window.project.saving.save(self.project)
 
 
 def main() -> None:
@@ -195,7 +194,9 @@ def main() -> None:
     hand = RandomUser(window, Path(folder), frames, random.Random(seed), moment)
     hands.append(hand)
     window.recorder.failed.connect(lambda error: report_action(failed=repr(error)))
-    window.project.saving.failed.connect(lambda error: report_action(failed=repr(error)))
+    window.notes.reported.connect(
+        lambda text: report_action(failed=text) if text.startswith("The project is not saved") else None
+    )
     window.project.saving.saved.connect(lambda path, problems: report_action(saved=str(path), problems=problems))
     hand.timer.start(5)
     sys.excepthook = lambda kind, error, trace: (

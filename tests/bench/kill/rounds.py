@@ -13,15 +13,14 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+import ilf
 from ilf._runtime.installation import asset_path
-from ilf.data.frame import RGBDFrame
-from ilf.errors import IlfError, InputError
+from ilf.errors import InputError
 from ilf.project.archive import Parts
-from ilf.project.file import OpenedProject, open_project
+from ilf.project.file import OpenedProject
 from ilf.project.project import ProjectFrame
 from ilf.project.recovery import RecoverableWork, find_recoverable_work
 from ilf.project.state_codec import frame_part, load_state
-from ilf.sources.reading import load_frame
 from tests.e2e.conftest import write_frame
 
 from .digests import digest
@@ -90,10 +89,10 @@ class _Reports:
 
 def frames_in(folder: Path) -> list[Path]:
     """Write three frames to files."""
-    room = load_frame(str(asset_path("samples/room")))
+    room = ilf.load_frame(str(asset_path("samples/room")))
     frames = [room]
     for step, (top, left) in ((2, (0, 0)), (3, (1, 1))):
-        frames.append(RGBDFrame(room.rgb[top::step, left::step], room.depth[top::step, left::step]))
+        frames.append(ilf.RGBDFrame(room.rgb[top::step, left::step], room.depth[top::step, left::step]))
     return [write_frame(folder / f"frame{number}", frame) for number, frame in enumerate(frames)]
 
 
@@ -108,7 +107,7 @@ def one_round(
     found = Found(number, moment, len(told.states))
     try:
         _look(found, told, killed, folder)
-    except IlfError as error:
+    except ilf.IlfError as error:
         found.problem = f"{type(error).__name__}: {error}"
     if told.errors:
         found.problem = found.problem or told.errors[0]
@@ -157,7 +156,7 @@ def _killed(number: int, moment: str, wait: float, frames: Sequence[Path], folde
 def _look(found: Found, told: _Reports, killed: float, folder: Path) -> None:
     """Open the project file and the recovered work as the next window does."""
     path = folder / "work.ilf"
-    with open_project(path) if path.exists() else nullcontext() as opened:
+    with ilf.open_project(path) if path.exists() else nullcontext() as opened:
         _compare(found, told, killed, folder, opened)
 
 

@@ -1,1 +1,1 @@
-"""Mutation testing: deliberate faults, one at a time, that the tests have to find: `python -m tests.bench.mutants`."""
+"""Deliberate faults in the program, and how many of them the tests find."""

@@ -1,30 +1,40 @@
 """`python -m tests.bench.mutants --sample 150 --seed 0`: how many deliberate faults the tests find.
 
-Needs `pip install -e '.[dev]'`. First every test file runs once, to record which tests run which lines. Then every
-fault of the sample is made in a copy of the tree, and the tests that run its line are run until one fails, fast ones
-first, up to the time `--longest`. Coverage and results are stored: the same command resumes after an interruption, and
-after new tests it tries only the surviving faults again. `--fresh` deletes the stored results.
+First the suites run once, to record which tests run which lines; that is kept until a file changes. Then every fault of
+the sample is made in the functions of a process, and the tests that run its lines are run until one fails, fast ones
+first, up to the time `--longest`. Faults are in functions alone. Leave the files alone meanwhile. (The processes are
+forked, so this does not run on Windows.)
 """
 
 import argparse
+import hashlib
 import json
 import os
-import queue
+import subprocess
 import sys
-import tempfile
-import time
-from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor, as_completed
+from collections import Counter, deque
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from .covering import SUITES, collect
+from .covering import PACKAGES
 from .sites import Mutant, sample
-from .trees import PACKAGES, copy_tree, file_hash, python_files, take_tree, tree_hash
-from .trials import Trial, Trials
 
 ROOT = Path(__file__).resolve().parents[3]
+SUITES = ("tests/ilf", "tests/gui", "tests/e2e")
+
+_ENVIRONMENT = {
+    "PYTHONPATH": str(ROOT),
+    "PYTHONHASHSEED": "0",
+    "QT_QPA_PLATFORM": "offscreen",
+    "CI": "1",
+    "OMP_NUM_THREADS": "1",
+    "OPENBLAS_NUM_THREADS": "1",
+    "COVERAGE_CORE": "ctrace",
+}
+"""Of tests without a display that give the same each time."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -32,19 +42,24 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options = _parser().parse_args(arguments)
     options.out = options.out.absolute()
     options.out.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(prefix="ilf-mutants-") as folder:
-        tree = take_tree(ROOT, Path(folder) / "tree")
-        results = Results(options.out / "results.json", tree, options.fresh)
-        mutants = sample(tree, python_files(tree, options.only), options.sample, options.seed)
-        to_try = [mutant for mutant in mutants if not results.holds(mutant)]
-        print(f"{len(mutants)} faults, {len(mutants) - len(to_try)} of them tried before", flush=True)
-        if to_try:
-            print("running the tests whose coverage is unknown", flush=True)
-            paths = sorted({mutant.path for mutant in to_try})
-            clean = copy_tree(tree, tree.with_name("covering"))
-            covering = collect(clean, paths, options.suites, options.jobs, options.out / "covering")
-            _try_all(tree, to_try, Trials(tree, covering, options.longest), results, options.jobs)
-        _report(tree, mutants, results)
+    mutants = sample(ROOT, _python_files(options.only), options.sample, options.seed)
+    with ThreadPoolExecutor(options.jobs) as pool:
+        parts = list(pool.map(lambda suite: _covering(suite, options.out), options.suites))
+        seconds = {test: took for part in parts for test, took in part["seconds"].items()}
+        tests = [_tests_of(mutant, parts) for mutant in mutants]
+        shares = [range(start, len(mutants), options.jobs) for start in range(min(options.jobs, len(mutants)))]
+        given = {"suites": options.suites, "seconds": seconds, "longest": options.longest}
+        asked = [
+            given | {"mutants": [asdict(mutants[at]) for at in share], "tests": [tests[at] for at in share]}
+            for share in shares
+        ]
+        found = pool.map(
+            lambda number: _try_all(asked[number], options.out / f"faults-{number}.json"), range(len(asked))
+        )
+        outcomes = {
+            share[trial["number"]]: trial for share, trials in zip(shares, found, strict=True) for trial in trials
+        }
+    _report(mutants, outcomes)
     return 0
 
 
@@ -64,95 +79,87 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument(
         "--longest", type=float, default=300.0, metavar="S", help="limit of the usual duration of a fault's tests"
     )
-    parser.add_argument("--out", type=Path, default=ROOT / "build/mutants", help="folder for results")
-    parser.add_argument("--fresh", action="store_true", help="delete stored results")
+    parser.add_argument(
+        "--out", type=Path, default=ROOT / "build/mutants", help="folder for what is known of the tests"
+    )
     return parser
 
 
-class Results:
-    """Results of tried faults, in a file that is written after every fault."""
-
-    def __init__(self, path: Path, tree: Path, fresh: bool) -> None:
-        self._path = path
-        self._tree = tree
-        self._hash = tree_hash(tree)
-        self._entries: dict[str, dict[str, Any]] = {}
-        if path.is_file() and not fresh:
-            self._entries = json.loads(path.read_text(encoding="utf-8"))
-
-    def holds(self, mutant: Mutant) -> bool:
-        """Return whether the fault need not be tried: it was found in the same file, or survived in the same tree."""
-        entry = self.entry(mutant)
-        if entry is None or entry["file"] != file_hash(self._tree, mutant.path):
-            return False
-        return entry["outcome"] != "survived" or entry["tree"] == self._hash
-
-    def entry(self, mutant: Mutant) -> dict[str, Any] | None:
-        """Return the stored result of a fault."""
-        return self._entries.get(_key(mutant))
-
-    def add(self, mutant: Mutant, trial: Trial) -> None:
-        """Store the result of a fault."""
-        known = {"file": file_hash(self._tree, mutant.path), "tree": self._hash}
-        self._entries[_key(mutant)] = asdict(mutant) | asdict(trial) | known
-        temporary = self._path.with_suffix(".part")
-        temporary.write_text(json.dumps(self._entries, indent=1), encoding="utf-8")
-        temporary.replace(self._path)
+def _python_files(targets: Sequence[str]) -> list[str]:
+    """The Python files among files and folders, without those that run when they are imported."""
+    paths = [
+        path
+        for target in targets
+        for path in ([ROOT / target] if target.endswith(".py") else (ROOT / target).rglob("*.py"))
+    ]
+    return sorted(path.relative_to(ROOT).as_posix() for path in paths if path.name != "__main__.py")
 
 
-def _key(mutant: Mutant) -> str:
-    return f"{mutant.path}:{mutant.operator}:{mutant.occurrence}"
+def _run(module: str, *words: str) -> Iterator[str]:
+    """The lines that a module of this package prints, in a process without a display."""
+    environment = os.environ | _ENVIRONMENT
+    command = [sys.executable, "-m", f"{__package__}.{module}", *words]
+    said = deque[str](maxlen=40)
+    with subprocess.Popen(command, cwd=ROOT, env=environment, text=True, stdout=subprocess.PIPE) as process:
+        for line in process.stdout or ():
+            said.append(line)
+            yield line
+    if process.returncode:
+        raise RuntimeError(f"`{' '.join(command)}` ended with status {process.returncode}:\n{''.join(said)}")
 
 
-def _try_all(tree: Path, mutants: list[Mutant], trials: Trials, results: Results, jobs: int) -> None:
-    trees: queue.SimpleQueue[Path] = queue.SimpleQueue()
-    for number in range(jobs):
-        trees.put(copy_tree(tree, tree.with_name(f"tree-{number}")))
-
-    def attempt(mutant: Mutant) -> tuple[Trial, float]:
-        copy, started = trees.get(), time.monotonic()
-        try:
-            return trials.run(mutant, copy), time.monotonic() - started
-        finally:
-            trees.put(copy)
-
-    with ThreadPoolExecutor(jobs) as pool:
-        waiting = {pool.submit(attempt, mutant): mutant for mutant in mutants}
-        try:
-            for number, done in enumerate(as_completed(waiting), 1):
-                mutant, (trial, seconds) = waiting[done], done.result()
-                results.add(mutant, trial)
-                place = f"{mutant.path}:{mutant.line}"
-                print(
-                    f"{number}/{len(mutants)} {trial.outcome:8} {seconds:5.0f} s, {trial.tests} tests: {place} "
-                    f"{mutant.operator.removeprefix('core/')} {trial.killer}",
-                    flush=True,
-                )
-        except BaseException:
-            pool.shutdown(cancel_futures=True)
-            raise
+def _covering(suite: str, folder: Path) -> dict[str, Any]:
+    """Which tests of a suite run which lines."""
+    digest = hashlib.sha256(suite.encode())
+    for path in sorted(path for part in (*PACKAGES, "tests") for path in (ROOT / part).rglob("*.py")):
+        digest.update(path.read_bytes())
+    kept = folder / f"{digest.hexdigest()[:16]}.json"
+    if not kept.is_file():
+        print(f"running {suite} for its coverage", flush=True)
+        list(_run("covering", str(kept), suite))
+    found: dict[str, Any] = json.loads(kept.read_text(encoding="utf-8"))
+    for test in found["failed"]:
+        print(f"left out, because it fails without a fault: {test}", flush=True)
+    return found
 
 
-def _report(tree: Path, mutants: list[Mutant], results: Results) -> None:
-    counts = dict.fromkeys(("killed", "timeout", "survived"), 0)
-    by_file: dict[str, list[int]] = {}
-    for mutant in mutants:
-        entry = results.entry(mutant)
-        if entry is None:
-            continue
-        counts[entry["outcome"]] += 1
-        found, tried = by_file.setdefault(mutant.path, [0, 0])
-        by_file[mutant.path] = [found + (entry["outcome"] != "survived"), tried + 1]
-        if entry["outcome"] == "survived":
-            why = f"{entry['tests']} tests of it tried" if entry["tests"] else "no test runs it"
-            print(f"\nsurvived ({why}), {mutant.operator.removeprefix('core/')}:")
-            print(mutant.diff((tree / mutant.path).read_text(encoding="utf-8")))
+def _tests_of(mutant: Mutant, parts: Sequence[dict[str, Any]]) -> list[str]:
+    """The tests that run a line of the statement; coverage does not list all lines of one over several lines."""
+    lines = [part["lines"].get(mutant.path, {}) for part in parts]
+    numbers = range(mutant.first, mutant.last + 1)
+    return sorted({test for known in lines for number in numbers for test in known.get(str(number), [])})
+
+
+def _try_all(asked: dict[str, Any], file: Path) -> list[dict[str, Any]]:
+    """The outcomes of some faults, which are printed as they come."""
+    file.write_text(json.dumps(asked), encoding="utf-8")
+    found = []
+    for line in _run("trials", str(file)):
+        trial = json.loads(line)
+        mutant = asked["mutants"][trial["number"]]
+        print(
+            f"{trial['outcome']:8} {trial['tests']:4} tests: {mutant['path']}:{mutant['first']} {trial['killer']}",
+            flush=True,
+        )
+        found.append(trial)
+    return found
+
+
+def _report(mutants: Sequence[Mutant], outcomes: dict[int, dict[str, Any]]) -> None:
+    by_file: dict[str, Counter[str]] = {}
+    for at, mutant in enumerate(mutants):
+        trial = outcomes[at]
+        by_file.setdefault(mutant.path, Counter())[trial["outcome"]] += 1
+        if trial["outcome"] == "survived":
+            why = f"{trial['tests']} tests of it tried" if trial["tests"] else "no test runs it"
+            print(f"\nsurvived ({why}): {mutant.diff((ROOT / mutant.path).read_text(encoding='utf-8'))}")
     print()
-    for path, (found, tried) in sorted(by_file.items()):
-        print(f"{found:4} of {tried:3} found  {path}")
-    total = sum(counts.values())
-    score = (total - counts["survived"]) / total if total else 0.0
-    print(f"\n{', '.join(f'{count} {name}' for name, count in counts.items())}: {score:.1%} of {total} faults found")
+    for path, counts in sorted(by_file.items()):
+        print(f"{counts.total() - counts['survived']:4} of {counts.total():3} found  {path}")
+    total = sum(by_file.values(), Counter[str]())
+    score = 1 - total["survived"] / max(total.total(), 1)
+    counted = ", ".join(f"{total[name]} {name}" for name in ("killed", "timeout", "survived"))
+    print(f"\n{counted}: {score:.1%} of {total.total()} faults found")
 
 
 if __name__ == "__main__":

@@ -1,174 +1,124 @@
-"""Possible faults in a file, and a sample of them. The operators are those of cosmic-ray."""
+"""Possible faults in the functions of a file, and a sample of them."""
 
 import ast
 import difflib
 import random
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from functools import cache
-from itertools import islice, zip_longest
+from functools import partial
 from pathlib import Path
 from typing import Any
 
-from cosmic_ray.ast import ast_nodes, get_ast
-from cosmic_ray.mutating import mutate_code
-from cosmic_ray.plugins import get_operator
-
-_BINARY = {
-    "Add": ("Sub",),
-    "Sub": ("Add",),
-    "Mul": ("Div", "Add"),
-    "Div": ("Mul",),
-    "FloorDiv": ("Div", "Mul"),
-    "Mod": ("FloorDiv",),
-    "Pow": ("Mul",),
-    "LShift": ("RShift",),
-    "RShift": ("LShift",),
-    "BitOr": ("BitAnd",),
-    "BitAnd": ("BitOr",),
-    "BitXor": ("BitAnd",),
-}
-_COMPARISONS = {
-    "Eq": ("NotEq",),
-    "NotEq": ("Eq",),
-    "Lt": ("LtE", "GtE"),
-    "LtE": ("Lt", "Gt"),
-    "Gt": ("GtE", "LtE"),
-    "GtE": ("Gt", "Lt"),
-    "Is": ("IsNot",),
-    "IsNot": ("Is",),
-}
-# most of the twelve and eight replacements of an operator fail at once and give no information about the tests
-OPERATORS = (
-    *(f"core/ReplaceBinaryOperator_{old}_{new}" for old, others in _BINARY.items() for new in others),
-    *(f"core/ReplaceComparisonOperator_{old}_{new}" for old, others in _COMPARISONS.items() for new in others),
-    "core/ReplaceUnaryOperator_USub_UAdd",
-    "core/ReplaceUnaryOperator_Delete_Invert",
-    "core/ReplaceUnaryOperator_Delete_Not",
-    "core/AddNot",
-    "core/ReplaceTrueWithFalse",
-    "core/ReplaceFalseWithTrue",
-    "core/ReplaceAndWithOr",
-    "core/ReplaceOrWithAnd",
-    "core/ReplaceBreakWithContinue",
-    "core/ReplaceContinueWithBreak",
-    "core/ExceptionReplacer",
-    "core/NumberReplacer",
-    "core/RemoveDecorator",
-    "core/ZeroIterationForLoop",
+_SLIPS = (
+    *((ast.Add, ast.Sub), (ast.Mult, ast.Div), (ast.FloorDiv, ast.Mult), (ast.Mod, ast.FloorDiv), (ast.Pow, ast.Mult)),
+    *((ast.BitOr, ast.BitAnd), (ast.BitXor, ast.BitAnd), (ast.And, ast.Or), (ast.Break, ast.Continue)),
+    *((ast.Eq, ast.NotEq), (ast.Lt, ast.LtE), (ast.Lt, ast.GtE), (ast.Gt, ast.GtE), (ast.Gt, ast.LtE)),
+    *((ast.Is, ast.IsNot), (ast.In, ast.NotIn)),
 )
+"""What is taken for each other."""
+
+_NEVER = ast.Constant(False)
+"""Before what is left out, so that the function refers to the same names around it."""
 
 
 @dataclass(frozen=True, order=True)
 class Mutant:
-    """One fault: an operator applied at one place of a file.
+    """One fault.
 
     Attributes
     ----------
     path : str
         Path of the file, relative to the root of the tree.
-    line : int
-        Line of the fault, from 1.
-    operator : str
-        Name of cosmic-ray's operator.
-    occurrence : int
-        Number of the place in the file, from 0.
+    first, last : int
+        Lines of the statement with the fault, from 1, without its block.
+    number : int
+        Number of the fault in the file, from 0.
     """
 
     path: str
-    line: int
-    operator: str
-    occurrence: int
+    first: int
+    last: int
+    number: int
 
-    def code(self, source: str) -> str:
+    def tree(self, source: str) -> ast.Module:
         """Return the file with the fault."""
-        return str(mutate_code(source, get_operator(self.operator)(), self.occurrence))
+        tree = ast.parse(source)
+        _, put = list(_places(tree))[self.number]
+        put()
+        return ast.fix_missing_locations(tree)
 
     def diff(self, source: str) -> str:
-        """Return the changed lines."""
-        lines = difflib.unified_diff(
-            source.splitlines(), self.code(source).splitlines(), self.path, self.path, lineterm="", n=1
-        )
-        return "\n".join(lines)
+        """Return the changed lines, as `ast.unparse` writes them."""
+        texts = (ast.unparse(tree).splitlines() for tree in (ast.parse(source), self.tree(source)))
+        changed = list(difflib.unified_diff(*texts, n=0, lineterm=""))[3:]
+        return "\n".join([f"{self.path}:{self.first}", *changed])
 
 
 def mutants_of(tree: Path, path: str) -> list[Mutant]:
-    """Return all possible faults in a file, except in annotations and other code that is not run."""
-    source = (tree / path).read_text(encoding="utf-8")
-    left_out = [*_annotations(source), *_keyword_markers(source)]
-    return [
-        Mutant(path, line, operator, occurrence)
-        for operator in OPERATORS
-        for occurrence, (line, column) in enumerate(_places(source, operator))
-        if not any(start <= (line, column) < end for start, end in left_out)
-    ]
+    """Return all possible faults in the functions of a file."""
+    parsed = ast.parse((tree / path).read_text(encoding="utf-8"))
+    spans = sorted(
+        (_head(node) for node in ast.walk(parsed) if isinstance(node, ast.stmt)), key=lambda of: of[1] - of[0]
+    )
+    found = []
+    for number, (line, _) in enumerate(_places(parsed)):
+        first, last = next(span for span in spans if span[0] <= line <= span[1])
+        found.append(Mutant(path, first, last, number))
+    return found
 
 
 def sample(tree: Path, files: Sequence[str], size: int, seed: int) -> list[Mutant]:
-    """Sample faults over the files in proportion to their lines, each on a different line while possible.
-
-    The same seed gives the same faults for the same files; the faults of a file do not depend on other files, except
-    for their number.
-    """
-    mutants = {path: found for path in files if (found := mutants_of(tree, path))}
-    lines = {path: (tree / path).read_text(encoding="utf-8").count("\n") for path in mutants}
-    chosen: list[Mutant] = []
-    for path, share in _shares(lines, size, random.Random(seed)).items():
-        source = (tree / path).read_text(encoding="utf-8")
-        rng = random.Random(f"{seed}:{path}")
-        by_line: dict[int, list[Mutant]] = {}
-        for mutant in rng.sample(mutants[path], len(mutants[path])):
-            by_line.setdefault(mutant.line, []).append(mutant)
-        columns = [by_line[line] for line in rng.sample(sorted(by_line), len(by_line))]
-        # one of every line, then a second of every line that has two, and so on
-        in_turn = (mutant for turn in zip_longest(*columns) for mutant in turn if mutant is not None)
-        chosen += islice((mutant for mutant in in_turn if _is_other(mutant, source)), share)
-    return chosen
+    """Sample faults in different statements. The same seed gives the same faults for the same files."""
+    rng, statements = random.Random(seed), {}
+    for path in files:
+        for mutant in mutants_of(tree, path):
+            statements.setdefault((path, mutant.first), []).append(mutant)
+    chosen = rng.sample(sorted(statements), min(size, len(statements)))
+    return [rng.choice(statements[place]) for place in chosen]
 
 
-def _shares(lines: dict[str, int], size: int, rng: random.Random) -> dict[str, int]:
-    """Return whole numbers that add up to the size, each its exact share of the lines rounded up or down; with many
-    files most shares are less than one, and those that are rounded up are random."""
-    total, shares = sum(lines.values()), {}
-    before = rng.randrange(total)
-    for path in rng.sample(list(lines), len(lines)):
-        after = before + size * lines[path]
-        shares[path] = after // total - before // total
-        before = after
-    return shares
+def _head(node: ast.stmt) -> tuple[int, int]:
+    """First and last line of a statement, without its block."""
+    body = getattr(node, "body", None)
+    return node.lineno, max(node.lineno, body[0].lineno - 1) if body else node.end_lineno or node.lineno
 
 
-@cache
-def _tree(source: str) -> Any:
-    return get_ast(source)
+def _places(tree: ast.Module) -> Iterator[tuple[int, Callable[[], None]]]:
+    """Every fault that is possible in a function: its line, and what makes it in the tree."""
+    functions = [node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)]
+    nodes = dict.fromkeys(node for function in functions for part in function.body for node in ast.walk(part))
+    outermost = {function: None for function in functions if function not in nodes}
+    for parent in (*outermost, *nodes):
+        for name in ("body",) if parent in outermost else parent._fields:
+            value = getattr(parent, name, None)
+            for at, node in enumerate(value if isinstance(value, list) else [value]):
+                for other in _others(node):
+                    yield getattr(node, "lineno", 0) or parent.lineno, partial(_put, parent, name, at, other)
 
 
-def _places(source: str, operator: str) -> Iterator[tuple[int, int]]:
-    """Return line and column of every place where the operator applies, in cosmic-ray's order."""
-    applies = get_operator(operator)()
-    for node in ast_nodes(_tree(source)):
-        for start, _ in applies.mutation_positions(node):
-            yield start
+def _put(parent: ast.AST, name: str, at: int, other: Any) -> None:
+    value = getattr(parent, name)
+    if isinstance(value, list):
+        value[at] = ast.copy_location(other, value[at])
+    else:
+        setattr(parent, name, ast.copy_location(other, value))
 
 
-def _annotations(source: str) -> Iterator[tuple[tuple[int, int], tuple[int, int]]]:
-    for node in ast.walk(ast.parse(source)):
-        for name in ("annotation", "returns"):
-            part = getattr(node, name, None)
-            if part is not None:
-                yield (part.lineno, part.col_offset), (part.end_lineno, part.end_col_offset)
-
-
-def _keyword_markers(source: str) -> Iterator[tuple[tuple[int, int], tuple[int, int]]]:
-    """Return the bare stars of parameter lists, which are not multiplications."""
-    for node in ast_nodes(_tree(source)):
-        if node.type == "operator" and node.value == "*" and node.parent.type in ("parameters", "lambdef"):
-            yield node.start_pos, node.end_pos
-
-
-def _is_other(mutant: Mutant, source: str) -> bool:
-    """Return whether the result is valid Python and differs from the original."""
-    try:
-        return ast.dump(ast.parse(mutant.code(source))) != ast.dump(ast.parse(source))
-    except (SyntaxError, AttributeError):  # cosmic-ray fails to replace an exception that is named with its module
-        return False
+def _others(node: Any) -> Iterator[ast.AST]:
+    """What may stand in the place of a node by a slip."""
+    for one, other in _SLIPS:
+        if isinstance(node, one | other):
+            yield other() if isinstance(node, one) else one()
+    match node:
+        case ast.UnaryOp(op=ast.Not() | ast.USub() | ast.Invert(), operand=operand):
+            yield operand
+        case ast.Constant(value=bool(value)):
+            yield ast.Constant(not value)
+        case ast.Constant(value=int(value) | float(value)):
+            yield ast.Constant(value + 1)
+        case ast.If(test=test) | ast.While(test=test) | ast.IfExp(test=test):
+            yield type(node)(**{**vars(node), "test": ast.UnaryOp(ast.Not(), test)})
+        case ast.For():
+            yield ast.For(**{**vars(node), "iter": ast.IfExp(_NEVER, node.iter, ast.Tuple([], ast.Load()))})
+        case ast.Expr(value=ast.Call()) | ast.AugAssign() | ast.Assign(targets=[ast.Attribute() | ast.Subscript()]):
+            yield ast.If(_NEVER, [node], [])

@@ -1,21 +1,26 @@
-"""Trial of one fault by its tests."""
+"""Trials of faults: `python -m tests.bench.mutants.trials FILE`, whose output is the outcome of each, as JSON.
 
+All tests and the files with faults are imported once. Every fault is then made in the functions of a fork of this
+process, which runs the tests of its lines, fast ones first, until one fails.
+"""
+
+import gc
+import importlib
+import json
 import os
-import re
 import resource
+import select
 import signal
-import subprocess
 import sys
-from collections import Counter
-from dataclasses import dataclass
+import time
 from itertools import accumulate
 from pathlib import Path
+from types import CodeType, FunctionType
 
 import pytest
 
-from .covering import TestCoverage
+from .covering import function_of
 from .sites import Mutant
-from .trees import environment, put
 
 _MEMORY = 8 << 30
 """Memory limit [bytes], because a fault may request any amount."""
@@ -23,120 +28,111 @@ _MEMORY = 8 << 30
 _START_S, _FACTOR = 60.0, 5.0
 """Time limit: seconds for the start, and a multiple of the tests' usual duration."""
 
-_FEW = 30
-"""Number of tests that run first."""
-
-
-@dataclass(frozen=True)
-class Trial:
-    """Result of a fault.
-
-    Attributes
-    ----------
-    outcome : str
-        "killed", "survived" or "timeout".
-    tests : int
-        Number of its tests that were selected.
-    killer : str
-        Test that found it, "" for none.
-    """
-
-    outcome: str
-    tests: int
-    killer: str = ""
-
 
 class Trials:
-    """Tries faults in a copy of the tree; tests that found faults in a file run first for this file."""
+    """Tries faults by the tests of their lines.
 
-    def __init__(self, tree: Path, covering: TestCoverage, longest: float) -> None:
-        self._tree = tree
-        self._covering = covering
-        self._longest = longest
-        self._killers: dict[str, Counter[str]] = {}
+    Parameters
+    ----------
+    seconds : dict
+        Duration of each test.
+    longest : float
+        Limit of the usual duration of a fault's tests [s].
+    """
+
+    def __init__(self, seconds: dict[str, float], longest: float) -> None:
+        self._seconds, self._longest = seconds, longest
         self._reliable: dict[str, bool] = {}
 
-    def run(self, mutant: Mutant, copy: Path) -> Trial:
-        """Make the fault in the copy, run its tests until one fails, and restore the file.
+    def run(self, mutant: Mutant, tests: list[str]) -> dict[str, object]:
+        """Return the outcome of a fault ("killed", "survived", "timeout"), the number of its tests, and what found it.
 
-        A test that fails alone without a fault, because it depends on other tests, is skipped.
-
-        Raises
-        ------
-        RuntimeError
-            If pytest also fails to run without a fault.
+        A test that fails alone without a fault, because it depends on other tests, is left out.
         """
-        source = (self._tree / mutant.path).read_text(encoding="utf-8")
-        killers = self._killers.setdefault(mutant.path, Counter())
         while True:
-            tests = self._tests(mutant, source, [test for test, _ in killers.most_common(5)])
-            put(copy, mutant.path, mutant.code(source))
-            try:
-                outcome, killer = self._try(copy, tests)
-            finally:
-                put(copy, mutant.path, source)
-            if outcome != "killed":
-                return Trial(outcome, len(tests))
-            named = killer if killer in self._covering.seconds else ""
-            if self._is_reliable(copy, named or tests[0]):
-                killers.update([named] if named else [])
-                return Trial(outcome, len(tests), killer)
-            if not named:
-                raise RuntimeError(f"The tests cannot be run without a fault: {killer}.")
-            print(f"skipped, because it fails without a fault: {killer}", flush=True)
+            in_order = sorted((test for test in tests if self._reliable.get(test, True)), key=self._seconds.__getitem__)
+            until = accumulate(map(self._seconds.__getitem__, in_order))
+            some = [test for test, end in zip(in_order, until, strict=True) if end <= self._longest]
+            outcome, killer = self._try(mutant, some) if some else ("survived", "")
+            if outcome != "killed" or self._is_reliable(killer):
+                return {"outcome": outcome, "tests": len(some), "killer": killer}
 
-    def _tests(self, mutant: Mutant, source: str, first: list[str]) -> list[str]:
-        """Return the tests of a fault in the order of trial, up to the time limit."""
-        of_it = [
-            test for test in self._covering.tests_of(mutant.path, mutant.line, source) if self._reliable.get(test, True)
-        ]
-        in_order = dict.fromkeys([test for test in first if test in of_it] + of_it)
-        passed = accumulate(self._covering.seconds[test] for test in in_order)
-        return [test for test, until in zip(in_order, passed, strict=True) if until <= self._longest]
-
-    def _is_reliable(self, copy: Path, test: str) -> bool:
-        """Return whether a test passes alone, without a fault."""
+    def _is_reliable(self, test: str) -> bool:
         if test not in self._reliable:
-            self._reliable[test] = self._pytest(copy, [test])[0] == "survived"
+            self._reliable[test] = self._try(None, [test])[0] == "survived"
         return self._reliable[test]
 
-    def _try(self, copy: Path, tests: list[str]) -> tuple[str, str]:
-        """Split off a few tests to run first: these find most faults, so the others need not be collected."""
-        for some in (tests[:_FEW], tests[_FEW:]):
-            if some and (found := self._pytest(copy, some))[0] != "survived":
-                return found
-        return "survived", ""
-
-    def _pytest(self, tree: Path, tests: list[str]) -> tuple[str, str]:
-        names = tree.with_suffix(".tests")
-        names.write_text("\n".join(tests), encoding="utf-8")
-        command = [sys.executable, "-m", "pytest", "-x", "-q", "-rfE", "--tb=no", "-p", "no:cacheprovider", f"@{names}"]
-        asked = set(tests)
-        usual = sum(seconds for test, seconds in self._covering.seconds.items() if {test, _function(test)} & asked)
-        process = subprocess.Popen(
-            command, cwd=tree, env=environment(tree), text=True, start_new_session=True, preexec_fn=_limit_memory,
-            stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
-        )  # fmt: skip
-        try:
-            output, _ = process.communicate(timeout=_START_S + _FACTOR * usual)
-        except subprocess.TimeoutExpired:
-            os.killpg(process.pid, signal.SIGKILL)
-            process.communicate()
-            return "timeout", ""
-        if process.returncode == pytest.ExitCode.OK:
-            return "survived", ""
-        if found := re.search(r"^(?:FAILED|ERROR) (.+?)(?: - |$)", output, re.MULTILINE):
-            return "killed", found[1]
-        # a fault in a test's parameters changes its name: then the name without parameters is used
-        gone = {name.removeprefix(f"{tree}/") for name in re.findall(r"^ERROR: not found: (.+)$", output, re.MULTILINE)}
-        whole = list(dict.fromkeys(_function(test) if _function(test) in gone else test for test in tests))
-        return ("killed", f"status {process.returncode}") if whole == tests else self._pytest(tree, whole)
+    def _try(self, mutant: Mutant | None, tests: list[str]) -> tuple[str, str]:
+        reading, writing = os.pipe()
+        child = os.fork()
+        if child == 0:
+            try:
+                os.setsid()
+                resource.setrlimit(resource.RLIMIT_AS, (_MEMORY, _MEMORY))
+                if mutant is not None:
+                    _make(mutant)
+                first = _First()
+                status = pytest.main(["-x", "-q", "-p", "no:cacheprovider", *tests], plugins=[first])
+                os.write(writing, f"{first.failed or (tests[0] if status else '')}\n".encode())
+            finally:
+                os._exit(0)
+        os.close(writing)
+        told, end = b"", time.monotonic() + _START_S + _FACTOR * sum(map(self._seconds.__getitem__, tests))
+        while not told.endswith(b"\n") and select.select([reading], [], [], max(end - time.monotonic(), 0))[0]:
+            told += os.read(reading, 2**16) or f"{tests[0]}\n".encode()  # the process has ended
+        os.close(reading)
+        os.killpg(child, signal.SIGKILL)
+        os.waitpid(child, 0)
+        killer = told.decode().strip()
+        return "killed" if killer else "survived" if told else "timeout", killer
 
 
-def _function(test: str) -> str:
-    """Return a test's name without its parameters."""
-    return test.split("[")[0]
+class _First:
+    """A pytest plugin that notes the first test that fails."""
+
+    failed = ""
+
+    def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
+        if report.failed:
+            self.failed = self.failed or function_of(report.nodeid)
 
 
-def _limit_memory() -> None:
-    resource.setrlimit(resource.RLIMIT_AS, (_MEMORY, _MEMORY))
+def _make(mutant: Mutant) -> None:
+    """Give all functions of the file, wherever they are, the code that they have with the fault."""
+    path = os.path.abspath(mutant.path)
+    codes = _codes(compile(mutant.tree(Path(path).read_text(encoding="utf-8")), path, "exec"))
+    gc.unfreeze()
+    functions = [one for one in gc.get_objects() if isinstance(one, FunctionType) and one.__code__.co_filename == path]
+    for function in functions:
+        old = function.__code__
+        new = codes.get((old.co_qualname, old.co_firstlineno), old)
+        if new.co_freevars == old.co_freevars:
+            function.__code__ = new
+
+
+def _codes(code: CodeType) -> dict[tuple[str, int], CodeType]:
+    """All functions in compiled code, by name and first line."""
+    found = {(code.co_qualname, code.co_firstlineno): code}
+    for part in code.co_consts:
+        if isinstance(part, CodeType):
+            found |= _codes(part)
+    return found
+
+
+def main(asked: str) -> None:
+    """Try faults and print their outcomes."""
+    given = json.loads(Path(asked).read_text(encoding="utf-8"))
+    out = os.fdopen(os.dup(1), "w")
+    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+    mutants = [Mutant(**fields) for fields in given["mutants"]]
+    if status := pytest.main(["--collect-only", "-q", "-p", "no:cacheprovider", *given["suites"]]):
+        sys.exit(int(status))
+    for name in {mutant.path for mutant in mutants}:
+        importlib.import_module(name.removesuffix(".py").removesuffix("/__init__").replace("/", "."))
+    trials = Trials(given["seconds"], given["longest"])
+    for number, mutant in enumerate(mutants):
+        print(json.dumps({"number": number, **trials.run(mutant, given["tests"][number])}), file=out, flush=True)
+
+
+if __name__ == "__main__":
+    main(sys.argv[1])

@@ -6,8 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ilf import BlockParameters, edge_strength, extract_blocks
-from ilf.data.frame import RGBDFrame
+import ilf
 from ilf.data.pixel_grids import different_labels, long_lines, mark
 from ilf.evaluation.quality.places import Place
 from ilf.evaluation.quality.ranking import find_places
@@ -16,7 +15,7 @@ from ilf.segmentation.edges.relief import JUMP_LENGTH, find_relief
 
 from .faults import KINDS, Fault, Labels, Mask, make_faults, widened, with_holes
 
-_FINE = BlockParameters(min_size=0.1)
+_FINE = ilf.BlockParameters(min_size=0.1)
 """Finer than by default, so that few blocks contain several surfaces before the faults."""
 
 _JUMP, _RIM, _NEAR = 0.04, 3.5, 8
@@ -62,14 +61,14 @@ class Trial:
         return {finding.fault for finding in self.found[:top] if finding.fault is not None}
 
 
-def try_frame(ground_truth: RGBDFrame, faults: int, seed: int) -> Trial:
+def try_frame(ground_truth: ilf.RGBDFrame, faults: int, seed: int) -> Trial:
     """Cut holes into a frame without missing depth, make faults in its blocks, and run the quality checks."""
     rng = np.random.default_rng([seed, zlib.crc32(ground_truth.name.encode())])
     frame = with_holes(ground_truth, rng)
     kinds = [KINDS[number % len(KINDS)] for number in rng.permutation(faults)]
-    labels, made = make_faults(extract_blocks(ground_truth, _FINE), ground_truth.depth, ~frame.known, kinds, rng)
+    labels, made = make_faults(ilf.extract_blocks(ground_truth, _FINE), ground_truth.depth, ~frame.known, kinds, rng)
     there = _true_jumps(ground_truth, labels)
-    found, mended, strength = list[Finding](), dict[int, Mending](), edge_strength(frame)
+    found, mended, strength = list[Finding](), dict[int, Mending](), ilf.edge_strength(frame)
     for place in find_places(frame, labels, strength):
         column, row = (int(value) for value in place.point)
         about = next((number for number, fault in enumerate(made) if fault.zone[row, column]), None)
@@ -79,14 +78,14 @@ def try_frame(ground_truth: RGBDFrame, faults: int, seed: int) -> Trial:
     return Trial(ground_truth.name, made, found, mended)
 
 
-def _mend(fault: Fault, place: Place, frame: RGBDFrame, labels: Labels, strength: NDArray[np.float32]) -> Mending:
+def _mend(fault: Fault, place: Place, frame: ilf.RGBDFrame, labels: Labels, strength: NDArray[np.float32]) -> Mending:
     remedy, after = find_remedy(place, frame, labels, strength), labels.copy()
     if remedy is not None and remedy.patch is not None:
         remedy.patch.apply(after)
     return Mending("" if remedy is None else remedy.kind, fault.overlap(labels, labels), fault.overlap(labels, after))
 
 
-def _true_jumps(ground_truth: RGBDFrame, labels: Labels) -> Mask:
+def _true_jumps(ground_truth: ilf.RGBDFrame, labels: Labels) -> Mask:
     """Return pixels around true depth jumps inside a block."""
     right, below = find_relief(ground_truth.depth, _JUMP, _JUMP).jumps
     inside = ~widened(mark(different_labels(labels)), _RIM)

@@ -9,8 +9,7 @@ from PySide6.QtWidgets import QMessageBox, QTextEdit, QWidget
 
 import ilf
 from gui.features.about import AboutDialog
-from gui.widgets.log_panel import LogPanel
-from gui.widgets.notices import Notes, ProblemBox
+from gui.widgets.notices import LogPanel, Notes, ProblemBox
 from gui.widgets.toasts import Toasts
 from ilf._runtime.termination import error_log_path
 from ilf.errors import InputError

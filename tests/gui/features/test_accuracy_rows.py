@@ -3,9 +3,7 @@
 import numpy as np
 import pytest
 
-from gui.features.accuracy.evaluation import AreaErrors, EvaluatedResult
-from gui.features.accuracy.hold_out import find_best
-from gui.features.accuracy.rows import ground_truth_rows
+from gui.features.accuracy.evaluation import AreaErrors, EvaluatedResult, area_errors, ground_truth_rows
 from ilf.data.frame import RGBDFrame
 from ilf.data.results import compose
 from ilf.evaluation.evaluation import Evaluated, Evaluation, PixelErrors
@@ -24,10 +22,10 @@ def evaluated(rmse: float, filled: int = PLACES.size) -> Evaluated:
 
 def test_the_best_is_found_among_those_evaluated_on_as_many_pixels():
     worse, better, fewer = evaluated(0.2), evaluated(0.1), evaluated(0.05, filled=3000)
-    assert find_best([worse, better, fewer]).equal == {1}
-    assert find_best([better, worse, better]).equal == {0, 2}
-    assert find_best([evaluated(0.1, filled=0)] * 2) is None
-    assert find_best([]) is None
+    assert area_errors([worse, better, fewer]).best.equal == {1}
+    assert area_errors([better, worse, better]).best.equal == {0, 2}
+    assert area_errors([evaluated(0.1, filled=0)] * 2).best is None
+    assert area_errors([]).best is None
 
 
 @pytest.mark.parametrize(

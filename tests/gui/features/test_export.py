@@ -8,15 +8,14 @@ from numpy.typing import NDArray
 from PySide6.QtCore import QEvent, QSettings
 from PySide6.QtWidgets import QApplication
 
+import ilf
 from gui.features.export.dialog import ALL, DONE, SELECTED, THIS, WORKED_ON, ExportDialog
 from gui.widgets.hold_out_choice import HoldOutChoice
 from ilf.data.frame import FrameInputs, InputFile
 from ilf.data.results import compose
 from ilf.errors import ParameterError
-from ilf.evaluation.hold_out import HoldOutTest
 from ilf.run.formats import FORMATS
 from ilf.run.options import ExportOptions
-from ilf.run.run import Run
 
 SCOPES = THIS, DONE, WORKED_ON, SELECTED, ALL
 
@@ -34,7 +33,7 @@ def make(qtbot, tmp_path, small_frame, small_labels):
         if units is not None:
             inputs = FrameInputs(InputFile("rgb.png", "0"), InputFile("depth.png", "0"), units, None)
             frame = replace(frame, inputs=inputs)
-        run = Run(frame, small_labels)
+        run = ilf.Run(frame, small_labels)
         completion = compose(run, {}) if depth is None else replace(compose(run, {}), depth=depth)
         dialog = ExportDialog(None)
         qtbot.addWidget(dialog)
@@ -108,12 +107,12 @@ def test_a_hold_out_that_is_chosen_in_one_place_is_so_in_all(qtbot):
     here.seeds.setValue(7)
     with qtbot.waitSignal(there.changed):
         QApplication.sendEvent(there, QEvent(QEvent.Type.WindowActivate))
-    assert there.test() == HoldOutTest("random", tuple(range(7))) == here.test()
+    assert there.test() == ilf.HoldOutTest("random", tuple(range(7))) == here.test()
     QSettings().setValue("hold_out/seeds", "some")
     QSettings().setValue("hold_out/pattern", "none such")
     damaged = HoldOutChoice()
     qtbot.addWidget(damaged)
-    assert damaged.test() == HoldOutTest("areas", (0, 1, 2))
+    assert damaged.test() == ilf.HoldOutTest("areas", (0, 1, 2))
 
 
 def test_without_intrinsics_no_cloud_now_but_the_choice_stays(make):

@@ -7,25 +7,22 @@ import numpy as np
 import pytest
 from PySide6.QtCore import QItemSelectionModel, QPoint, Qt
 from PySide6.QtTest import QAbstractItemModelTester
-from PySide6.QtWidgets import QListView
+from PySide6.QtWidgets import QLineEdit, QListView
 
+import ilf
 from gui.app.main_window import MainWindow
 from gui.features.frame_list import thumbnails as thumbnails_module
 from gui.features.frame_list.feature import FramesFeature
 from gui.features.frame_list.model import FrameListModel, counts, last_line, shown_entries, tooltip_text
 from gui.features.frame_list.painter import close_box
 from gui.features.frame_list.panel import FramesPanel
-from gui.features.frame_list.thumbnails import Thumbnails
 from gui.state.document import Document
 from gui.state.entries import Entries, Entry
 from gui.work.jobs import stop_workers
-from ilf.data.blocks import Blocks
-from ilf.data.frame import RGBDFrame
 from ilf.project.frame_state import FrameState
 from ilf.project.project import FrameSummary, Stage
 from ilf.project.recovery import Copied
-from ilf.project.thumbnail import thumbnail, thumbnail_part
-from ilf.run.run import Run
+from ilf.project.state_codec import thumbnail_part
 from ilf.sources.frame_ref import FrameRef
 from tests.gui.naming import unnamed
 
@@ -77,14 +74,12 @@ def test_states_are_counted():
     assert (found["all"], found["run"], found["note"], found["check"], found["unsaved"]) == (4, 1, 1, 1, 0)
 
 
-def test_removal_takes_stretches_out_and_tells_of_each():
-    entries, told = Entries(), []
+def test_removed_entries_are_found_no_more():
+    entries = Entries()
     all_of_them = [Entry.of(FrameRef(f"/nowhere/{number}")) for number in range(8)]
     entries.add(all_of_them)
-    entries.removed.connect(lambda first, last: told.append((first, last)))
     entries.remove([all_of_them[number] for number in (6, 1, 2, 4)])
     assert [entry.name for entry in entries] == ["0", "3", "5", "7"]
-    assert told == [(6, 6), (4, 4), (1, 2)]
     assert entries.of(all_of_them[1].id) is None
     assert entries.of_key(all_of_them[4].key) is None
 
@@ -141,7 +136,7 @@ def test_frames_with_blocks_that_have_not_converged_are_found(qapp):
 
 @pytest.fixture
 def panel(shown):
-    panel = FramesPanel()
+    panel = FramesPanel(lambda id: None)
     panel.model.set_entries(_entries())
     panel.describe(panel.model.entries)
     panel.model.present = panel.model.entries[0]
@@ -229,25 +224,33 @@ def test_chosen_row_can_be_read(panel, qtbot):
     assert abs(ground.lightness() - base.lightness()) < 60, "a soft colour: that of text is made for the list's ground"
 
 
-def test_note_is_of_the_row_that_is_chosen(panel, qtbot):
-    told = []
-    panel.noted.connect(lambda entry, text: told.append((entry.name, text)))
-    panel.view.setCurrentIndex(panel.model.index(1, 0))
-    assert panel.note.text() == "glass door"
-    panel.view.note_requested.connect(panel.write_note)
-    qtbot.keyClick(panel.view, Qt.Key.Key_F2)
-    assert panel.note.isVisible()
-    qtbot.keyClicks(panel.note, "mirror")
-    panel.view.setCurrentIndex(panel.model.index(2, 0))
-    assert told == [("frame-2", "mirror")], "what was written belongs to the frame that it was written of"
-    assert panel.note.text() == ""
-    panel.view.setCurrentIndex(panel.model.index(1, 0))
-    panel.write_note(panel.model.entries[1])
-    qtbot.keyClicks(panel.note, "no")
-    qtbot.keyClick(panel.note, Qt.Key.Key_Escape)
-    assert panel.note.text() == "glass door", "given up"
-    assert panel.view.hasFocus()
-    assert len(told) == 1
+@pytest.mark.parametrize("size", [(300, 400), (900, 80)])
+def test_a_note_is_edited_in_the_row_that_is_chosen(panel, qtbot, size):
+    told, view, model = [], panel.view, panel.model
+    panel.resize(*size)
+    model.noted.connect(lambda entry, text: told.append((entry.name, text)))
+    view.note_requested.connect(lambda entry: view.write_note(model.index_of(entry)))
+
+    def edit(typed: str) -> QLineEdit:
+        view.setCurrentIndex(model.index(1, 0))
+        qtbot.keyClick(view, Qt.Key.Key_F2)
+        (line,) = (line for line in view.findChildren(QLineEdit) if line.isVisible())
+        assert line.text() == "glass door"
+        qtbot.keyClicks(line, typed)
+        assert view.viewport().rect().contains(line.geometry())
+        return line
+
+    line = edit("mirror")
+    model.set_entries(model.entries)
+    assert line.text() == "mirror", "the list is drawn anew meanwhile"
+    view.setCurrentIndex(model.index(2, 0))
+    view.setFocus()
+    qtbot.waitUntil(lambda: told == [("frame-2", "mirror")])
+    qtbot.keyClick(edit("no"), Qt.Key.Key_Escape)
+    assert len(told) == 1, "given up"
+    qtbot.waitUntil(view.hasFocus)
+    qtbot.keyClick(edit(" tin "), Qt.Key.Key_Return)
+    qtbot.waitUntil(lambda: told[1:] == [("frame-2", "tin")])
 
 
 def test_note_of_a_frame_that_is_not_open_goes_with_it(workspace, document):
@@ -271,21 +274,21 @@ def test_thumbnails_come_from_files_from_the_store_and_fail_quietly(tmp_path, qt
     of_file, of_store, broken = (
         Entry.of(FrameRef(str(tmp_path / name), "depth.png")) for name in ("rgb.png", "rgb.png", "gone.png")
     )
-    thumbnails = Thumbnails()
     jpeg = cv2.imencode(".jpg", green)[1].tobytes()
-    thumbnails.stored = lambda id: jpeg if id == of_store.id else None
-    wanted = [of_file, of_store, broken]
-    assert [thumbnails.of(entry) for entry in wanted] == [None] * 3
-    qtbot.waitUntil(lambda: all(thumbnails.of(entry) is not None for entry in wanted))
-    colours = [thumbnails.of(entry).toImage().pixelColor(5, 5) for entry in wanted[:2]]
+    panel = FramesPanel(lambda id: jpeg if id == of_store.id else None)
+    qtbot.addWidget(panel)
+    picture_of, wanted = panel.picture_of, [of_file, of_store, broken]
+    assert [picture_of(entry) for entry in wanted] == [None] * 3
+    qtbot.waitUntil(lambda: all(picture_of(entry) is not None for entry in wanted))
+    colours = [picture_of(entry).toImage().pixelColor(5, 5) for entry in wanted[:2]]
     assert [(colour.red() > 200, colour.green() > 200) for colour in colours] == [(True, False), (False, True)]
-    assert thumbnails.of(broken).isNull()
+    assert picture_of(broken).isNull()
     monkeypatch.setattr(thumbnails_module, "MAX_THUMBNAILS", 2)
-    thumbnails.of(of_file)
+    picture_of(of_file)
     other = Entry.of(FrameRef(str(tmp_path / "rgb.png"), "other.png"))
-    qtbot.waitUntil(lambda: thumbnails.of(other) is not None)
-    assert len(thumbnails._made) == 2
-    assert stop_workers(thumbnails)
+    qtbot.waitUntil(lambda: picture_of(other) is not None)
+    assert len(panel.thumbnails._made) == 2
+    assert stop_workers(panel)
 
 
 def test_a_thumbnail_looks_the_same_before_and_after_the_frame_was_opened(tmp_path, qtbot):
@@ -293,27 +296,31 @@ def test_a_thumbnail_looks_the_same_before_and_after_the_frame_was_opened(tmp_pa
     rgb[:240] = 200, 60, 20
     rgb[:, 320:, 2] = 180
     cv2.imwrite(str(tmp_path / "rgb.png"), rgb[..., ::-1])
-    frame, labels = RGBDFrame(rgb, np.ones((480, 640), np.float32)), np.ones((480, 640), np.int32)
-    stored = thumbnail(FrameState("a1", frame, Blocks(labels)))
-    document = Document.of(Run(frame, Blocks(labels)), "origin", "key")
+    frame, labels = ilf.RGBDFrame(rgb, np.ones((480, 640), np.float32)), np.ones((480, 640), np.int32)
+    stored = FrameState("a1", frame, ilf.Blocks(labels)).thumbnail()
+    document = Document.of(ilf.Run(frame, ilf.Blocks(labels)), "origin", "key")
     entries = [Entry.of(FrameRef(str(tmp_path / "rgb.png"), f"{name}.png")) for name in ("file", "open", "stored")]
     entries[1].document = document
-    thumbnails = Thumbnails()
-    thumbnails.stored = lambda id: stored if id == entries[2].id else None
-    qtbot.waitUntil(lambda: None not in [thumbnails.of(entry) for entry in entries])
+    panel = FramesPanel(lambda id: stored if id == entries[2].id else None)
+    qtbot.addWidget(panel)
+    picture_of = panel.picture_of
+    qtbot.waitUntil(lambda: None not in [picture_of(entry) for entry in entries])
     places = [(30, 30), (120, 30), (30, 90), (120, 90)]
-    of_file, *others = ([thumbnails.of(entry).toImage().pixelColor(*at) for at in places] for entry in entries)
+    of_file, *others = ([picture_of(entry).toImage().pixelColor(*at) for at in places] for entry in entries)
     for other in others:
         for one, same in zip(of_file, other, strict=True):
             assert max(abs(a - b) for a, b in zip(one.getRgb(), same.getRgb(), strict=True)) < 12
-    assert stop_workers(thumbnails)
+    assert stop_workers(panel)
 
 
 def test_stored_thumbnails_are_those_of_the_windows_store(qtbot):
     window = MainWindow(persistent=False)
     qtbot.addWidget(window)
     frames = window.feature(FramesFeature)
-    frames.context.recorder.store.adopt(Copied({thumbnail_part("a1"): b"picture"}, {"a1": frozenset()}, {}))
-    assert frames.panel.thumbnails.stored("a1") == b"picture"
-    assert frames.panel.thumbnails.stored("b2") is None
+    stored = cv2.imencode(".jpg", np.full((60, 80, 3), 255, np.uint8))[1].tobytes()
+    frames.context.recorder.store.adopt(Copied({thumbnail_part("a1"): stored}, {"a1": frozenset()}, {}))
+    picture_of, (of_store, lost) = frames.panel.picture_of, (Entry(id, "", "", has_state=True) for id in ("a1", "b2"))
+    qtbot.waitUntil(lambda: None not in (picture_of(of_store), picture_of(lost)))
+    assert picture_of(of_store).toImage().pixelColor(5, 5).red() > 200
+    assert picture_of(lost).isNull()
     window.close()

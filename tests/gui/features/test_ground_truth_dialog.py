@@ -4,14 +4,14 @@ import cv2
 import numpy as np
 import pytest
 
-from gui.features.accuracy.ground_truth import GroundTruthDialog, frame_with
+from gui.features.accuracy.ground_truth import GroundTruthDialog
 from gui.work.jobs import stop_workers
 from gui.work.latest_request import LatestRequest
 
 
 @pytest.fixture
 def dialog(small_frame, qtbot):
-    questions = LatestRequest(frame_with)
+    questions = LatestRequest()
     dialog = GroundTruthDialog(small_frame, questions)
     qtbot.addWidget(dialog)
     yield dialog

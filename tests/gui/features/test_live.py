@@ -43,7 +43,7 @@ def played(qtbot, window: LiveWindow, path: Path | None, rate: float) -> None:
 def test_frames_are_shown_recorded_and_counted(qtbot, live, recording, tmp_path):
     out = tmp_path / "out.mcap"
     live.record(out)
-    played(qtbot, live, recording, 2.0)
+    played(qtbot, live, recording, 5.0)
     found = live.shown.statistics
     assert found.frames + found.dropped == FRAMES
     assert found.frames >= 2  # the first and the last

@@ -8,8 +8,7 @@ from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QApplication, QLineEdit, QMainWindow
 
 from gui.base.commands import WHY_NOT, action_entries
-from gui.features.palette.matching import RecentCommands, match
-from gui.features.palette.palette import CommandPalette
+from gui.features.palette import CommandPalette, RecentCommands, match
 
 _TEXTS = ["Run what changed", "Run all blocks", "Run chosen blocks", "Clean up", "Zoom to block", "Contours only"]
 

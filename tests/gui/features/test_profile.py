@@ -8,15 +8,11 @@ import pytest
 from PySide6.QtGui import QImage
 from PySide6.QtSvg import QSvgRenderer
 
-from gui.features.inspect.profile_page import ProfilePage
-from gui.features.inspect.profile_plot import profile_data
+import ilf
+from gui.features.inspect.profile import ProfilePage, profile_data
 from gui.state.document import Document
-from gui.state.results import ErrorEstimate
-from gui.state.shown_depth import ViewedIteration
-from ilf.completion.confidence.expected_error import expected_error
-from ilf.data.frame import RGBDFrame
+from gui.state.results import ErrorEstimate, ViewedIteration
 from ilf.project.run_history import StoredRun
-from ilf.run.run import Run
 
 LINE = ((4.5, 16.5), (60.5, 16.5))
 """Through the left hole and over the border of the blocks."""
@@ -29,7 +25,7 @@ def data(workspace, results):
     workspace.current.set_ground_truth(np.where(document.frame.known, document.frame.depth, np.float32(1.7)))
     document.store_results(results)
     completion = document.completion()
-    error = expected_error(completion)
+    error = ilf.expected_error(completion)
     document.store_error_estimate(completion, ErrorEstimate(error, np.zeros(error.shape, bool)))
     kept = StoredRun(1, "first try", document.run(document.state.common), {1: results[0]}, 1.0, (200, 60, 160))
     document.keep_run(kept)
@@ -80,7 +76,7 @@ def test_the_legend_reads_what_the_mouse_is_at(panel, data):
     pointed: list[int | None] = []
     panel.pointed.connect(pointed.append)
     assert panel.data is None
-    panel.show_data(data, {1: "wall <left>", 2: "floor"})
+    panel.show_data(replace(data, names={1: "wall <left>", 2: "floor"}))
     for name in ("raw", "result", "first try", "ground truth"):
         assert name in legend(panel)
     assert " m<" not in legend(panel)
@@ -98,18 +94,18 @@ def test_the_legend_reads_what_the_mouse_is_at(panel, data):
 
 
 def test_the_axis_is_in_pixels_or_metres_along_the_surface(panel, data, small_frame, small_labels):
-    panel.show_data(data, {})
+    panel.show_data(data)
     assert panel.plot._curves[0].getData()[0][-1] == 56
     panel.axis.setCurrentIndex(1)
     assert panel.plot._curves[0].getData()[0][-1] == data.profile.metres[-1]
-    blind = Document.of(Run(RGBDFrame(small_frame.rgb, small_frame.depth), small_labels), "blind", "blind")
-    panel.show_data(profile_data(blind, LINE), {})
+    blind = Document.of(ilf.Run(ilf.RGBDFrame(small_frame.rgb, small_frame.depth), small_labels), "blind", "blind")
+    panel.show_data(profile_data(blind, LINE))
     assert not panel.axis.isEnabled()
     assert panel.plot._raw.getData()[0][-1] == 56
 
 
 def test_the_title_of_the_axis_is_in_its_middle_from_the_first_line_on(panel, data):
-    panel.show_data(data, {})
+    panel.show_data(data)
     for choice in (0, 1):
         panel.axis.setCurrentIndex(choice)
         axis = panel.plot.getAxis("bottom")
@@ -118,17 +114,17 @@ def test_the_title_of_the_axis_is_in_its_middle_from_the_first_line_on(panel, da
 
 
 def test_the_band_is_where_the_error_is_known(panel, data):
-    panel.show_data(data, {})
+    panel.show_data(data)
     box = panel.plot._band.path().boundingRect()
     known = np.flatnonzero(np.isfinite(data.error))
     assert (box.left(), box.right()) == (known[0], known[-1])
     assert box.bottom() == pytest.approx(np.nanmax(data.curves[0].depth + data.error), abs=1e-5)
-    panel.show_data(replace(data, error=None), {})
+    panel.show_data(replace(data, error=None))
     assert panel.plot._band.path().isEmpty()
 
 
 def test_the_plot_is_written_as_picture(panel, data):
-    panel.show_data(data, {})
+    panel.show_data(data)
     svg = panel.plot.picture(as_svg=True)
     assert QSvgRenderer(svg).isValid()
     for name in (b"raw", b"result", b"first try", b"ground truth"):
@@ -136,5 +132,5 @@ def test_the_plot_is_written_as_picture(panel, data):
     assert b"<image" not in svg, "the points are drawn as such"
     picture = QImage.fromData(panel.plot.picture(as_svg=False))
     assert picture.width() == 2 * panel.plot.width()
-    panel.show_data(replace(data, curves=()), {})
+    panel.show_data(replace(data, curves=()))
     assert picture != QImage.fromData(panel.plot.picture(as_svg=False))

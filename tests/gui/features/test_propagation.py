@@ -1,10 +1,13 @@
 """Blocks that came from another frame: taken as one step, and looked at."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from PySide6.QtWidgets import QWidget
 
+import ilf
 from gui.features.blocks.feature import block_rows
 from gui.project.loading import FrameLoader
 from gui.project.store import WorkStore
@@ -14,8 +17,6 @@ from gui.state.parts import Part
 from gui.state.workspace import Workspace
 from gui.work.jobs import stop_workers
 from gui.work.runs import RunController
-from ilf.data.blocks import Blocks
-from ilf.data.parameters import Parameters
 from ilf.project.frame_state import FrameState
 from ilf.project.project import Stage
 from ilf.project.propagation import propagate_state
@@ -31,7 +32,7 @@ def propagated(document, other):
     """The blocks of `other` on the frame of `session`, with other values; block 2 needs a look."""
     other.change_info(1, name="Wall", locked=True)
     other.change_blocks(own={1: {"smoothness": 3.0}})
-    other.change(common=Parameters(s_criteria=0.002))
+    other.change(common=ilf.Parameters(s_criteria=0.002))
     other.change(extrapolate=True)
     state = propagate_state(other.snapshot(), document.snapshot()).state
     labels = state.blocks.labels.copy()
@@ -130,10 +131,12 @@ def test_another_extraction_forgets_what_was_carried(workspace, document, propag
     assert document.blocks.propagated_from == propagated.blocks.propagated_from
 
 
-def test_of_frames_of_the_same_files_the_chosen_one_is_opened(workspace, small_frame):
+def test_of_frames_of_the_same_files_the_chosen_one_is_opened(workspace, small_frame, qtbot):
+    window, notes = QWidget(), SimpleNamespace(warn=lambda what, problems: None)
+    qtbot.addWidget(window)
     chosen, other = (Entry.of(FrameRef("/frames/one")) for _ in range(2))
     workspace.add_entries([chosen, other])
-    state = FrameState(chosen.id, small_frame, Blocks(np.zeros(small_frame.shape, np.int32)))
-    FrameLoader(workspace, WorkStore(None)).open_state(chosen, Decoded(state), show=False)
+    state = FrameState(chosen.id, small_frame, ilf.Blocks(np.zeros(small_frame.shape, np.int32)))
+    FrameLoader(workspace, WorkStore(None), notes, window).open_state(chosen, Decoded(state), show=False)
     assert chosen.document is not None
     assert other.document is None

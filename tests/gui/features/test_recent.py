@@ -5,7 +5,7 @@ import json
 import pytest
 from PySide6.QtCore import QSettings
 
-from gui.features.project.recent import MOST, RecentMenu, is_missing, name_of
+from gui.features.documents.recent import MOST, RecentMenu, is_missing, name_of
 from ilf.data.camera import Camera
 from ilf.sources.frame_ref import FrameRef
 from ilf.sources.reading_options import ReadingOptions
@@ -24,7 +24,7 @@ pytestmark = pytest.mark.usefixtures("qapp")
 
 
 def _recent(persistent=True) -> RecentMenu:
-    return RecentMenu("Open recent", "frames", persistent, lambda origin: None, None)
+    return RecentMenu(persistent, lambda origin: None, None)
 
 
 def test_the_last_comes_first_once_and_how_it_was_read_is_kept(tmp_path):

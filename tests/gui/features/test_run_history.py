@@ -8,19 +8,16 @@ import weakref
 import numpy as np
 import pytest
 
-from gui.features.run_history.errors import best_of, measure
-from gui.features.run_history.file import write_runs
-from gui.features.run_history.table import values_of
+import ilf
+from gui.features.run_history.panel import measure, write_runs
+from gui.features.run_history.table import best_of, values_of
 from gui.state.document import Document
 from gui.state.parameters import DRAG_S
 from gui.state.run_history import COLOURS, MAX_COMPARED, memory_of, next_colour, with_shared_arrays
 from gui.work.frame_runs import RunState
 from gui.work.run_recorder import RunRecorder
-from ilf import expected_error, extrapolate, preset
 from ilf.errors import ExportError
-from ilf.evaluation.hold_out import HoldOutTest
 from ilf.project.run_history import StoredRun
-from ilf.run.run import Run, complete
 
 from ..states import QUICK, edit, painted
 
@@ -36,8 +33,8 @@ def keeper(bench, monkeypatch):
 def stored_run(document: Document, number: int = 1, parameters: object = None, **more: object) -> StoredRun:
     """A run of all blocks of the frame as it is, with its results."""
     chosen = document.state.common if parameters is None else parameters
-    run = with_shared_arrays(Run(document.frame, document.blocks, chosen), document.state.runs)
-    results = complete(document.frame, document.labels, chosen).results
+    run = with_shared_arrays(ilf.Run(document.frame, document.blocks, chosen), document.state.runs)
+    results = ilf.complete(document.frame, document.labels, chosen).results
     return StoredRun(number, f"Run {number}", run, results, 0.5, COLOURS[0], done=frozenset(results), **more)
 
 
@@ -48,7 +45,7 @@ def names(document: Document) -> list[str]:
 def test_every_run_is_kept_with_what_it_was_made_of_and_shares_what_is_equal(bench, keeper, until):
     bench.runs.current.start()
     until(lambda: len(bench.document.state.runs) == 1)
-    bench.workspace.parameters.set(preset(smoothness=0.6), 2)
+    bench.workspace.parameters.set(ilf.preset(smoothness=0.6), 2)
     bench.runs.current.start_changed()
     until(lambda: len(bench.document.state.runs) == 2)
     first, second = bench.document.state.runs
@@ -82,7 +79,7 @@ def test_a_drag_is_one_run_and_undo_makes_none(bench, keeper, until, monkeypatch
     workspace.select([1])
 
     def solve(smoothness: float, expected: list[str]) -> None:
-        workspace.parameters.set(preset(smoothness=smoothness))
+        workspace.parameters.set(ilf.preset(smoothness=smoothness))
         bench.runs.current.resolve([1])
         until(lambda: names(document) == expected and not keeper.waits)
 
@@ -109,11 +106,11 @@ def test_a_drag_is_one_run_and_undo_makes_none(bench, keeper, until, monkeypatch
 
 def test_a_frame_whose_values_were_dragged_is_freed_when_it_is_closed(bench, keeper, until):
     workspace, document = bench.workspace, bench.document
-    workspace.parameters.set(preset(smoothness=2.0))
+    workspace.parameters.set(ilf.preset(smoothness=2.0))
     bench.runs.current.resolve([1])
     until(lambda: len(document.state.runs) == 1)
     step = weakref.ref(document.undo_stack.command(0))
-    workspace.close(document)
+    workspace.remove_entries([workspace.entries.of(document.id)])
     gc.collect()
     assert step() is None, "a step of the history holds its frame"
 
@@ -122,14 +119,14 @@ def test_what_runs_give_of_the_rest_is_kept_by_pixels(document, workspace):
     labels = painted(document, 0, np.s_[:], np.s_[40:64])
     document.set_labels(labels)
     kept = stored_run(document, parameters=QUICK)
-    extrapolated = extrapolate(kept.completion)
+    extrapolated = ilf.extrapolate(kept.completion)
     kept.take_extrapolation(extrapolated)
     depth, mask = extrapolated.depth.copy(), extrapolated.extrapolated.copy()
     assert mask.any()
     del extrapolated  # nobody has it any more, so it is made anew
     np.testing.assert_array_equal(kept.completion.depth, depth)
     np.testing.assert_array_equal(kept.completion.extrapolated, mask)
-    workspace.parameters.set(preset())
+    workspace.parameters.set(ilf.preset())
     document.keep_run(kept)
     assert workspace.accept_run(kept) == [1, 2]
     assert document.extrapolated
@@ -139,8 +136,8 @@ def test_what_runs_give_of_the_rest_is_kept_by_pixels(document, workspace):
 def test_accepting_takes_results_and_parameters_where_blocks_are_as_they_were(document, workspace):
     kept = stored_run(document, parameters=QUICK)
     document.keep_run(kept)
-    workspace.parameters.set(preset(smoothness=2.0), 2)
-    document.store_results(list(complete(document.frame, document.labels, preset()).results.values()))
+    workspace.parameters.set(ilf.preset(smoothness=2.0), 2)
+    document.store_results(list(ilf.complete(document.frame, document.labels, ilf.preset()).results.values()))
     before, depth = dict(document.valid_results()), document.current_depth().copy()
     steps = document.undo_stack.count()
     assert workspace.accept_run(kept) == [1, 2]
@@ -153,7 +150,7 @@ def test_accepting_takes_results_and_parameters_where_blocks_are_as_they_were(do
     np.testing.assert_array_equal(document.current_depth(), depth)
     document.undo_stack.redo()
     assert (kept.is_of(document.valid_results()), document.undo_stack.count()) == (True, steps + 1)
-    newer = complete(document.frame, document.labels, preset("paper", max_iterations=3)).results[1]
+    newer = ilf.complete(document.frame, document.labels, ilf.preset("paper", max_iterations=3)).results[1]
     document.store_results([newer])
     document.undo_stack.undo()
     assert newer in [one.result for one in document.results.kept[1]], "what has come since stays"
@@ -173,16 +170,16 @@ def test_of_an_accepted_run_what_no_longer_fits_is_left(document, workspace):
 
 def test_accepting_a_run_of_mixed_values_leaves_every_block_up_to_date(document, workspace):
     kept = stored_run(document, parameters=QUICK)
-    kept.results = {**kept.results, 2: complete(document.frame, document.labels, preset("paper")).results[2]}
+    kept.results = {**kept.results, 2: ilf.complete(document.frame, document.labels, ilf.preset("paper")).results[2]}
     assert kept.outdated == (2,)
     document.keep_run(kept)
     workspace.accept_run(kept)
     assert document.changed_blocks() == []
-    assert document.parameters_of(2) == preset("paper")
+    assert document.parameters_of(2) == ilf.preset("paper")
 
 
 def test_restoring_takes_common_and_own_values_as_one_step(document, workspace):
-    workspace.parameters.set(preset(noise=0.01))
+    workspace.parameters.set(ilf.preset(noise=0.01))
     workspace.parameters.set_own({"smoothness": 2.0}, [2])
     kept = StoredRun(1, "Run 1", document.run(document.state.common), {}, 0.0, COLOURS[0])
     workspace.parameters.set(QUICK)
@@ -191,7 +188,7 @@ def test_restoring_takes_common_and_own_values_as_one_step(document, workspace):
     workspace.parameters.set_own({"padding": 3.0}, [3])
     former = dict(document.blocks.own)
     assert workspace.parameters.restore(kept)
-    assert document.state.common == preset(noise=0.01)
+    assert document.state.common == ilf.preset(noise=0.01)
     assert document.blocks.own == {2: {"smoothness": 2.0}, 3: {"padding": 3.0}}
     assert not workspace.parameters.restore(kept), "they are the present ones"
     document.undo_stack.undo()
@@ -264,12 +261,11 @@ def test_how_good_a_run_is(document, small_frame):
     filled = kept.completion.filled
     ground_truth = kept.completion.depth + np.float32(0.02)
     ground_truth[10, 8] = np.nan
-    measures = measure(kept.run, kept.results, ground_truth)
-    assert measures.ground_truth_error == pytest.approx(0.02, rel=1e-4)
-    error = expected_error(kept.completion)[filled]
-    assert measures.expected_error == pytest.approx(math.sqrt(np.mean(error.astype(float) ** 2)))
-    assert math.isnan(measure(kept.run, kept.results, None).ground_truth_error)
-    assert math.isnan(measure(kept.run, {}, ground_truth).expected_error)
+    error = ilf.expected_error(kept.completion)[filled]
+    rms = math.sqrt(np.mean(error.astype(float) ** 2))
+    assert measure(kept.run, kept.results, ground_truth) == pytest.approx((0.02, rms), rel=1e-4)
+    assert measure(kept.run, kept.results, None) == pytest.approx((math.nan, rms), nan_ok=True)
+    assert measure(kept.run, {}, ground_truth) == pytest.approx((math.nan, math.nan), nan_ok=True)
 
 
 def test_the_best_run_has_filled_about_as_much_as_any(document):
@@ -289,7 +285,7 @@ def test_the_best_run_has_filled_about_as_much_as_any(document):
 def test_errors_of_different_tests_are_not_compared(document):
     tests = (("areas", 0.01), ("random", 0.03), ("random", 0.02))
     runs = [
-        stored_run(document, number, QUICK, hold_out_error=error, hold_out_test=HoldOutTest(test))
+        stored_run(document, number, QUICK, hold_out_error=error, hold_out_test=ilf.HoldOutTest(test))
         for number, (test, error) in enumerate(tests, 1)
     ]
     assert best_of(runs, "hold_out_error") == [runs[2]]
@@ -297,7 +293,7 @@ def test_errors_of_different_tests_are_not_compared(document):
 
 
 def test_the_list_as_a_table(document, workspace, tmp_path):
-    for number, parameters in ((1, preset()), (2, preset("paper", max_iterations=3))):
+    for number, parameters in ((1, ilf.preset()), (2, ilf.preset("paper", max_iterations=3))):
         note = 'a, "b"' if number == 1 else "=1+1"
         document.keep_run(stored_run(document, number, parameters, note=note, ground_truth_error=0.0123))
     path = tmp_path / "runs.csv"

@@ -12,16 +12,14 @@ from gui.features.sweep.options import CriterionBox, RangeBox
 from gui.features.sweep.state import SweepState
 from gui.state.document import Document
 from gui.widgets.work_row import WorkRow
-from ilf.data.parameters import PRESETS
 from ilf.errors import ParameterError
-from ilf.evaluation.hold_out import HoldOutTest
 from ilf.evaluation.sweep import Sweep, SweepPoint, run_sweep
 
 
 def test_a_range_box_offers_what_matters_and_proposes_a_range_around_the_present_value(qtbot):
     box = RangeBox("Parameter")
     qtbot.addWidget(box)
-    box.set_parameters(PRESETS["best"].replace(smoothness=2.0))
+    box.set_parameters(ilf.PRESETS["best"].replace(smoothness=2.0))
     names = [box.names.itemData(position) for position in range(box.names.count())]
     assert {"smoothness", "edge_scale"} <= set(names)
     assert not {"padding", "mode", "trend"} & set(names)  # of the other filter, or no number
@@ -29,12 +27,12 @@ def test_a_range_box_offers_what_matters_and_proposes_a_range_around_the_present
     assert (box.low.value(), box.high.value(), box.logarithmic) == (0.25, 16.0, True)
     assert 2.0 in box.values()
     box.low.setValue(3.0)
-    box.set_parameters(PRESETS["best"])  # another value of the same parameters: the range is the user's
+    box.set_parameters(ilf.PRESETS["best"])  # another value of the same parameters: the range is the user's
     assert box.low.value() == 3.0
     box.low.setValue(20.0)
     with pytest.raises(ParameterError, match="must increase"):
         box.values()
-    box.set_parameters(PRESETS["paper"])
+    box.set_parameters(ilf.PRESETS["paper"])
     assert box.declaration.name != "smoothness"
 
 
@@ -122,7 +120,7 @@ def test_pictures_flow_and_a_click_takes_one(qtbot, shown):
 def test_pictures_of_one_block_show_it_with_some_of_what_is_around(document):
     document.labels[:] = 0
     document.labels[10:30, 20:40] = 1
-    sweep = Sweep(document.run(document.state.common), {"smoothness": [1.0, 2.0]}, HoldOutTest("areas", (0,)))
+    sweep = Sweep(document.run(document.state.common), {"smoothness": [1.0, 2.0]}, ilf.HoldOutTest("areas", (0,)))
     one, whole = SweepState(document, sweep, label=1), SweepState(document, sweep, label=0)
     assert (one.picture_size.width(), one.picture_size.height()) == (132, 132)
     assert (whole.picture_size.width(), whole.picture_size.height()) == (176, 132)

@@ -10,7 +10,7 @@ from gui.state.document import Document
 from ilf.errors import InputError
 from ilf.project.project import Stage
 from ilf.project.recovery import find_recoverable_work
-from ilf.project.state_codec import encode, frame_part, load_state
+from ilf.project.state_codec import Known, encode, frame_part, load_state
 from ilf.segmentation.editing.patches import patch_between
 
 from ..recording import Recording, assert_holds
@@ -41,7 +41,7 @@ def test_all_changes_are_kept_and_nothing_else(context, qtbot):
     with qtbot.waitSignal(context.recorder.kept):
         pass
     context.erase(one, 20)
-    context.workspace.close(two)
+    context.workspace.remove_entries([context.workspace.entries.of(two.id)])
     with qtbot.waitSignal(context.recorder.kept):
         pass
     written = context.written()
@@ -49,8 +49,9 @@ def test_all_changes_are_kept_and_nothing_else(context, qtbot):
     states = {name for name in written.names() if name.startswith("frames/")}
     assert states == {frame_part(one.id)}, "the other has been closed"
     arrays = {name for name in written.names() if name.startswith("arrays/")}
-    state = load_state(one.id, written)
-    assert arrays == encode(state.state, state.known).names, "those of former states are gone"
+    known = Known()
+    state = load_state(one.id, written, known=known).state
+    assert arrays == encode(state, known).names, "those of former states are gone"
     assert written.header.unsaved
     written.discard()
 
@@ -79,7 +80,7 @@ def test_what_is_put_away_is_read_as_it_was_left(context):
     context.recorder.keep(one)
     context.workspace.unload(one)
     assert context.store.has(one.id)
-    assert np.array_equal(context.store.read(one.id).state.blocks.labels, left)
+    assert np.array_equal(context.store.state(one.id).state.blocks.labels, left)
 
 
 def test_where_nothing_can_be_written_all_is_in_memory_until_it_can(context, qtbot):
@@ -95,7 +96,7 @@ def test_where_nothing_can_be_written_all_is_in_memory_until_it_can(context, qtb
     context.recorder.flush(settled.append)
     qtbot.waitUntil(lambda: bool(settled))
     assert settled == [None], "it can be saved to the project file"
-    assert np.array_equal(context.store.read(one.id).state.blocks.labels, one.labels)
+    assert np.array_equal(context.store.state(one.id).state.blocks.labels, one.labels)
     context.folder.unlink()
     with qtbot.waitSignal(context.recorder.kept):
         context.erase(one, 4)
@@ -122,12 +123,12 @@ def test_what_is_in_the_project_file_is_in_the_autosave_too_once_a_frame_changes
     one, _ = context.documents
     with qtbot.waitSignal(context.recorder.kept):
         context.erase(one, 1)
-    parts = {name: context.store.part(name) for name in context.store.all_names()}
-    context.workspace.close(one)
+    parts = {name: context.store.read(name) for name in context.store.names()}
+    context.workspace.remove_entries([context.workspace.entries.of(one.id)])
     with qtbot.waitSignal(context.recorder.kept):
         pass
     context.store.project = _Project(parts)
-    state = context.store.read(one.id).state
+    state = context.store.state(one.id).state
     assert frame_part(one.id) not in context.store.own_names()
     if goes:
         parts.clear()
@@ -151,12 +152,12 @@ def test_parameters_that_were_for_all_frames_are_stored_with_each_when_they_are_
     _stored(context, qtbot)
     workspace.parameters.separate()
     _stored(context, qtbot)
-    assert context.store.read(two.id).state.common == two.state.common == former.replace(max_iterations=7)
+    assert context.store.state(two.id).state.common == two.state.common == former.replace(max_iterations=7)
     assert two.unsaved
     while one.undo_stack.canUndo():
         one.undo_stack.undo()
     _stored(context, qtbot)
-    assert context.store.read(two.id).state.common == two.state.common == former
+    assert context.store.state(two.id).state.common == two.state.common == former
 
 
 def test_a_note_on_a_frame_that_is_put_away_is_among_what_is_left(context, qtbot):
@@ -211,16 +212,16 @@ def test_a_part_is_read_from_the_file_that_has_taken_the_others_place(tmp_path):
 
     store = WorkStore(tmp_path)
     store.project = Replaced()
-    assert store.part("arrays/1.png") == b"content"
+    assert store.read("arrays/1.png") == b"content"
 
 
 def test_what_is_discarded_is_soon_out_of_the_autosave(context, qtbot):
     _, two = context.documents
     context.erase(two, 3)
     _stored(context, qtbot)
-    context.recorder.revert([two.id], lambda: context.workspace.unload(two))
-    qtbot.waitUntil(lambda: two not in context.workspace.open)
-    qtbot.waitUntil(lambda: context.store.is_written)
+    with qtbot.waitSignal(context.recorder.kept):
+        context.recorder.revert([two.id], lambda: context.workspace.unload(two))
+    assert two not in context.workspace.open
     written = context.written()
     assert frame_part(two.id) not in written.names()
     written.discard()

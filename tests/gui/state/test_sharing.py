@@ -2,14 +2,11 @@
 
 import pytest
 
-from gui.project.current_project import apply_settings, project_of
+import ilf
 from gui.state.document import Document
 from gui.state.parameters import SharedParameters
 from gui.state.parts import Part
 from gui.state.workspace import Workspace
-from ilf.data.parameters import Parameters
-from ilf.data.presets import preset
-from ilf.run.run import Run, complete
 
 from ..states import Told
 
@@ -50,7 +47,7 @@ def test_a_value_goes_to_all_frames_as_one_step_where_it_was_set(shared, documen
     assert smoothness(document, other) == [3.0, 3.0]
     assert texts(document)[-1] == "Set Smoothness for all frames"
     assert texts(other) == []
-    later = Document.of(Run(small_frame, small_labels), "later", "later")
+    later = Document.of(ilf.Run(small_frame, small_labels), "later", "later")
     shared.open_document(later)
     assert later.state.common == document.state.common
     shared.show(other)
@@ -60,19 +57,6 @@ def test_a_value_goes_to_all_frames_as_one_step_where_it_was_set(shared, documen
     document.undo_stack.undo()
     assert smoothness(document, other, later) == [1.0, 1.0, 1.0]
     assert shared.parameters.shared.values.smoothness == 1.0
-
-
-def test_own_values_may_become_those_of_all_and_all_may_part(shared, document, other):
-    shared.parameters.keep_own()
-    set_smoothness(shared, 3.0)
-    assert shared.parameters.share() == [other]
-    assert smoothness(document, other) == [3.0, 3.0]
-    document.undo_stack.undo()
-    assert smoothness(document, other) == [3.0, 1.0]
-    document.undo_stack.redo()
-    shared.parameters.separate()
-    set_smoothness(shared, 7.0)
-    assert smoothness(document, other) == [7.0, 3.0]
 
 
 def test_own_values_of_blocks_stay_with_their_frame(shared, document, other):
@@ -86,11 +70,11 @@ def test_results_of_other_values_are_out_of_date_in_all_frames_until_they_are_ba
     workspace, document, other, small_labels
 ):
     def run():
-        other.store_results(list(complete(other.frame, small_labels, other.state.common).results.values()))
+        other.store_results(list(ilf.complete(other.frame, small_labels, other.state.common).results.values()))
 
     for frame, iterations in ((other, 2), (document, 3)):
         workspace.show(frame)
-        workspace.parameters.set(preset("paper", max_iterations=iterations))
+        workspace.parameters.set(ilf.preset("paper", max_iterations=iterations))
     run()
     workspace.parameters.share()
     assert not other.is_up_to_date(1)
@@ -105,10 +89,10 @@ def test_results_of_other_values_are_out_of_date_in_all_frames_until_they_are_ba
 
 def test_a_frame_that_is_opened_as_it_was_stored_has_the_values_of_all_or_its_own(shared, small_frame, small_labels):
     set_smoothness(shared, 3.0)
-    opened = [Document.of(Run(small_frame, small_labels), name, name) for name in ("one", "two")]
+    opened = [Document.of(ilf.Run(small_frame, small_labels), name, name) for name in ("one", "two")]
     opened[1].change(own_parameters=True)
     for document in opened:
-        document.change(common=Parameters(smoothness=9.0))
+        document.change(common=ilf.Parameters(smoothness=9.0))
         shared.open_document(document, restored=True, show=False)
     assert smoothness(*opened) == [3.0, 9.0]
 
@@ -116,23 +100,10 @@ def test_a_frame_that_is_opened_as_it_was_stored_has_the_values_of_all_or_its_ow
 def test_a_project_says_which_they_are_before_its_frames_are_opened(small_frame, small_labels, qapp):
     workspace = Workspace()
     told = Told(workspace)
-    workspace.parameters.set_shared(SharedParameters(True, Parameters(smoothness=4.0)))
+    workspace.parameters.set_shared(SharedParameters(True, ilf.Parameters(smoothness=4.0)))
     assert Part.PARAMETERS in told()
-    document = Document.of(Run(small_frame, small_labels), "origin", "key")
+    document = Document.of(ilf.Run(small_frame, small_labels), "origin", "key")
     workspace.open_document(document, restored=True)
     assert workspace.parameters.current.smoothness == 4.0
     workspace.show(None)
     assert workspace.parameters.current.smoothness == 4.0
-
-
-def test_a_project_keeps_them_and_gives_them_back(shared, qapp):
-    set_smoothness(shared, 3.0)
-    shared.parameters.keep_own()
-    set_smoothness(shared, 7.0)
-    project = project_of(shared)
-    assert (project.for_all, project.common.smoothness) == (True, 3.0)
-    assert [frame.summary.own_parameters for frame in project.frames] == [False, True]
-    later = Workspace()
-    apply_settings(later, project)
-    assert later.parameters.shared == shared.parameters.shared
-    assert later.parameters.of_next_frame.smoothness == 3.0

@@ -3,41 +3,23 @@
 import numpy as np
 import pytest
 
+import ilf
 from gui.state.document import Document
 from gui.state.parameters import DRAG_S
 from gui.state.parts import Part
-from ilf.data.parameters import BlockParameters
-from ilf.data.presets import preset
 from ilf.data.results import compose
 from ilf.errors import InputError
-from ilf.run.run import complete
 from ilf.segmentation.extraction import extract
 
-from ..states import QUICK, QUICK_OWN, edit, extraction
-
-
-def test_parameters_of_all_blocks_and_of_some(workspace, document, told):
-    workspace.parameters.set(QUICK, 2)
-    assert document.blocks.own == {2: QUICK_OWN}
-    assert workspace.parameters.current == preset()
-    workspace.parameters.set(preset(), 2)
-    assert document.blocks.own == {}
-    workspace.parameters.set(preset(), 1)
-    assert told() == Part.PARAMETERS
-    workspace.parameters.set(QUICK)
-    assert workspace.parameters.current == QUICK
-    told()
-    workspace.parameters.set_extraction(BlockParameters(dilation=4))
-    assert workspace.parameters.extraction.dilation == 4
-    assert told() == Part.EXTRACTION
+from ..states import QUICK, edit, extraction
 
 
 def test_own_values_stand_one_by_one_over_the_common_ones(workspace, document):
     workspace.parameters.set_own({"smoothness": 2.0}, [1, 2])
     workspace.parameters.set_own({"noise": 0.01}, [2])
     assert document.blocks.own == {1: {"smoothness": 2.0}, 2: {"smoothness": 2.0, "noise": 0.01}}
-    workspace.parameters.set(preset(slope_weight=0.5))
-    assert document.parameters_of(2) == preset(slope_weight=0.5, smoothness=2.0, noise=0.01)
+    workspace.parameters.set(ilf.preset(slope_weight=0.5))
+    assert document.parameters_of(2) == ilf.preset(slope_weight=0.5, smoothness=2.0, noise=0.01)
     workspace.parameters.set_own({"smoothness": 1.0}, [1])
     assert list(document.blocks.own) == [2], "what is equal to the common value is none of its own"
     workspace.parameters.copy_own(2, [1])
@@ -46,46 +28,34 @@ def test_own_values_stand_one_by_one_over_the_common_ones(workspace, document):
     assert document.blocks.own == {}
     while document.undo_stack.canUndo():
         document.undo_stack.undo()
-    assert (document.blocks.own, workspace.parameters.current) == ({}, preset())
+    assert (document.blocks.own, workspace.parameters.current) == ({}, ilf.preset())
     while document.undo_stack.canRedo():
         document.undo_stack.redo()
-    assert (document.blocks.own, workspace.parameters.current) == ({}, preset(slope_weight=0.5))
+    assert (document.blocks.own, workspace.parameters.current) == ({}, ilf.preset(slope_weight=0.5))
 
 
 def test_a_drag_of_a_value_is_one_step(workspace, document, monkeypatch):
     now = 100.0
     monkeypatch.setattr("gui.state.parameters.time.monotonic", lambda: now)
     for value in (2.0, 3.0, 4.0):
-        workspace.parameters.set(preset(smoothness=value))
+        workspace.parameters.set(ilf.preset(smoothness=value))
         now += DRAG_S / 2
     assert (document.undo_stack.count(), document.unsaved) == (1, True)
     now += DRAG_S
-    workspace.parameters.set(preset(smoothness=5.0))
-    workspace.parameters.set(preset(smoothness=5.0, noise=0.1))
+    workspace.parameters.set(ilf.preset(smoothness=5.0))
+    workspace.parameters.set(ilf.preset(smoothness=5.0, noise=0.1))
     texts = [document.undo_stack.text(i) for i in range(document.undo_stack.count())]
     assert texts == ["Set Smoothness", "Set Smoothness", "Set Noise"]
     document.undo_stack.setClean()
-    workspace.parameters.set(preset(smoothness=5.0, noise=0.2))
+    workspace.parameters.set(ilf.preset(smoothness=5.0, noise=0.2))
     assert document.unsaved, "what is saved is not changed behind the user's back"
     for wanted in ((5.0, 0.1), (5.0, 0.0), (4.0, 0.0), (1.0, 0.0)):
         document.undo_stack.undo()
         assert (workspace.parameters.current.smoothness, workspace.parameters.current.noise) == wanted
 
 
-def test_a_drag_of_own_values_goes_back_to_where_it_began(workspace, document):
-    workspace.parameters.set_own({"smoothness": 2.0}, [1])
-    document.undo_stack.setClean()
-    for value in (3.0, 4.0, 5.0):
-        workspace.parameters.set_own({"smoothness": value}, [1, 2])
-    assert document.undo_stack.count() == 2
-    document.undo_stack.undo()
-    assert document.blocks.own == {1: {"smoothness": 2.0}}
-    document.undo_stack.redo()
-    assert document.blocks.own == {1: {"smoothness": 5.0}, 2: {"smoothness": 5.0}}
-
-
 def test_results_of_the_parameters_that_undo_brings_back_come_back(workspace, document, told):
-    first = list(complete(document.frame, document.labels, QUICK).results.values())
+    first = list(ilf.complete(document.frame, document.labels, QUICK).results.values())
     workspace.parameters.set(QUICK)
     document.store_results(first)
     other = QUICK.replace(max_iterations=3)
@@ -93,7 +63,7 @@ def test_results_of_the_parameters_that_undo_brings_back_come_back(workspace, do
     assert document.changed_blocks() == [1]
     assert document.valid_results()[1] is first[0], "shown until there is another"
     before = document.current_depth().copy()
-    second = complete(document.frame, document.labels, other).results[1]
+    second = ilf.complete(document.frame, document.labels, other).results[1]
     document.store_results([second])
     assert document.changed_blocks() == []
     after = document.current_depth().copy()
@@ -111,7 +81,7 @@ def test_results_of_the_parameters_that_undo_brings_back_come_back(workspace, do
 def test_what_has_been_run_since_results_were_cleared_stays_when_they_come_back(workspace, document, results):
     document.store_results(results)
     workspace.current.clear_results()
-    newer = complete(document.frame, document.labels, QUICK.replace(max_iterations=3)).results[1]
+    newer = ilf.complete(document.frame, document.labels, QUICK.replace(max_iterations=3)).results[1]
     document.store_results([newer])
     document.undo_stack.undo()
     assert document.valid_results() == {1: newer, 2: results[1]}
@@ -188,7 +158,7 @@ def test_borders_that_come_by_an_edit_are_drawn_ones(workspace, document):
     again = Document.of(document.run(QUICK), "run.json", "run.json")
     np.testing.assert_array_equal(again.run(QUICK).blocks.drawn, drawn)
     fresh = np.full(document.frame.shape, 7, np.int32)
-    document.set_extracted(extraction(document, fresh), BlockParameters(), keep_handmade=True)
+    document.set_extracted(extraction(document, fresh), ilf.BlockParameters(), keep_handmade=True)
     kept = document.labels == 3
     np.testing.assert_array_equal(document.blocks.drawn, drawn & kept)
     workspace.current.replace_blocks(fresh, "Load blocks")
@@ -233,8 +203,8 @@ def test_results_go_with_the_extraction_whose_edges_the_filter_saw(workspace, do
     """Blocks that stay have the same pixels, but other edges: a run of them would not give the same result."""
     for label in (1, 2):
         workspace.current.set_lock(label, True)
-    jumps, pieces = BlockParameters(depth_jump=0.5), BlockParameters(granularity=0.9)
-    document.add_results(list(complete(document.frame, document.labels, preset()).results.values()))
+    jumps, pieces = ilf.BlockParameters(depth_jump=0.5), ilf.BlockParameters(granularity=0.9)
+    document.add_results(list(ilf.complete(document.frame, document.labels, ilf.preset()).results.values()))
     assert set(document.valid_results()) == {1, 2}
     found = extract(document.frame, pieces)
     document.set_extracted(found, pieces, keep_handmade=True)
@@ -242,7 +212,7 @@ def test_results_go_with_the_extraction_whose_edges_the_filter_saw(workspace, do
     document.set_extracted(found, jumps, keep_handmade=True)
     assert document.valid_results() == {}
     assert document.completion() is None
-    paper = complete(document.frame, document.labels, preset("paper", max_iterations=5), extraction=jumps)
+    paper = ilf.complete(document.frame, document.labels, ilf.preset("paper", max_iterations=5), extraction=jumps)
     document.add_results(list(paper.results.values()))
-    document.set_extracted(found, BlockParameters(), keep_handmade=True)
+    document.set_extracted(found, ilf.BlockParameters(), keep_handmade=True)
     assert set(document.valid_results()) == {1, 2}, "the pass band knows no edges"

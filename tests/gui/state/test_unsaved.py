@@ -7,13 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import ilf
 from gui.project.current_project import CurrentProject
 from gui.state.document import Document
 from gui.state.entries import Entry
 from gui.state.parts import Part
 from gui.state.workspace import Workspace
-from ilf.data.blocks import Blocks
-from ilf.data.parameters import BlockParameters
 from ilf.project.frame_state import FrameState
 from ilf.project.run_history import StoredRun
 from ilf.sources.frame_ref import FrameRef
@@ -55,7 +54,7 @@ WORK: dict[str, Do] = {
     ),
     "other blocks": lambda workspace, document: workspace.current.replace_blocks(np.ones_like(document.labels), "Load"),
     "extraction": lambda workspace, document: document.set_extracted(
-        extraction(document, np.ones_like(document.labels)), BlockParameters(), keep_handmade=True
+        extraction(document, np.ones_like(document.labels)), ilf.BlockParameters(), keep_handmade=True
     ),
     "results go": lambda workspace, document: workspace.current.clear_results(),
     "a guess": _extrapolation,
@@ -68,7 +67,7 @@ WORK: dict[str, Do] = {
     "a frame comes": lambda workspace, document: workspace.add_entries([Entry("new", "/a/b", "b", FrameRef("/a/b"))]),
     "a frame goes": lambda workspace, document: workspace.remove_entries([workspace.entries[0]]),
     "what blocks are extracted with": lambda workspace, document: workspace.parameters.set_extraction(
-        BlockParameters(granularity=0.7)
+        ilf.BlockParameters(granularity=0.7)
     ),
     "whether blocks made by hand stay": lambda workspace, document: workspace.parameters.set_keeps_handmade(False),
     "parameters for all frames": lambda workspace, document: workspace.parameters.share(),
@@ -92,10 +91,10 @@ def _note_closed(workspace):
 
 
 def _first_extraction(workspace, document):
-    blocks = Blocks(np.zeros_like(document.labels))
+    blocks = ilf.Blocks(np.zeros_like(document.labels))
     fresh = Document(FrameState("fresh", document.frame, blocks), "fresh", "fresh")
     workspace.open_document(fresh)
-    fresh.set_first(extraction(document, document.labels), BlockParameters())
+    fresh.set_first(extraction(document, document.labels), ilf.BlockParameters())
     assert not fresh.unsaved
     workspace.remove_entries([entry for entry in workspace.entries if entry.document is fresh])
 
@@ -155,11 +154,13 @@ def test_the_work_is_told_in_words(saved, workspace, document):
     assert workspace.current.unsaved_summary() == "changes"
 
 
-def test_without_a_file_a_list_of_frames_is_no_work(workspace, document):
+def test_without_a_file_a_list_of_frames_is_no_work(workspace, document, told):
     present = CurrentProject(workspace)
     workspace.add_entries([Entry("new", "/a/b", "b", FrameRef("/a/b"))])
     assert not present.unsaved
+    told()
     workspace.parameters.set_keeps_handmade(False)
+    assert told() == Part.EXTRACTION
     assert present.words() == "extraction parameters"
     workspace.parameters.set_keeps_handmade(True)
     assert not present.unsaved

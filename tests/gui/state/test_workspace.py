@@ -3,20 +3,17 @@
 import numpy as np
 import pytest
 
-from gui.state.block_counts import BlockCounts
-from gui.state.document import Document, KeptBlocks
+import ilf
+from gui.state.blocks import BlockCounts
+from gui.state.document import Document
 from gui.state.frame_data import LARGEST_LABEL
 from gui.state.parts import NO_PART, Part
 from gui.state.results import ErrorEstimate, FrameResults
 from gui.state.workspace import Workspace
-from ilf.data.blocks import Blocks
-from ilf.data.parameters import BlockParameters
-from ilf.data.presets import preset
 from ilf.project.project import Stage
-from ilf.run.run import Run
 from ilf.segmentation.editing.patches import patch_between
 
-from ..states import QUICK, QUICK_OWN, edit, extraction, painted
+from ..states import QUICK, edit, painted
 
 # sessions
 
@@ -62,9 +59,9 @@ def test_blocks_are_edited_unless_they_are_what_the_extraction_gave(document, sm
     assert not document.blocks.edited
     document.change_blocks(kept=frozenset({1}))
     assert document.blocks.edited
-    for parameters, by_hand in ((None, False), (BlockParameters(), True)):
-        run = Run(
-            document.frame, Blocks(small_labels, extraction=parameters, extracted=None if by_hand else small_labels)
+    for parameters, by_hand in ((None, False), (ilf.BlockParameters(), True)):
+        run = ilf.Run(
+            document.frame, ilf.Blocks(small_labels, extraction=parameters, extracted=None if by_hand else small_labels)
         )
         assert Document.of(run, "origin", "key").blocks.edited
 
@@ -212,9 +209,9 @@ def test_opening_showing_and_closing_frames(workspace, document, other, told):
     workspace.show(other)
     assert told() == Part.FRAME
     assert workspace.undo_group.activeStack() is other.undo_stack
-    workspace.close(document)
+    workspace.remove_entries([workspace.entries.of(document.id)])
     assert workspace.current is other, "another than the present one was closed"
-    workspace.close(other)
+    workspace.remove_entries([workspace.entries.of(other.id)])
     assert not workspace.has_current
     assert workspace.chosen == 0
     assert workspace.undo_group.stacks() == [workspace.undo_group.activeStack()] or not workspace.undo_group.stacks()
@@ -233,45 +230,37 @@ def test_what_is_noted_on_a_frame_that_cannot_be_opened_hides_no_problem(workspa
     assert entry.stored_summary.stage is not Stage.FAILED
 
 
-def test_the_frame_before_a_closed_one_is_shown(workspace, document, other, small_frame):
-    third = Document.of(Run(small_frame, other.labels), "third", "third")
-    workspace.open_document(third)
-    workspace.show(document)
-    workspace.close(document)
-    assert workspace.current is other
-    workspace.close(other)
-    assert workspace.current is third, "of the first one, the one that is then first"
-
-
 def test_parameters_of_a_recorded_run(small_frame, small_labels, document):
     """They are its frame's, whatever other frames have."""
     labels = small_labels.copy()
     labels[:5] = 3
-    blocks = Blocks(labels, extraction=BlockParameters(granularity=0.9)).with_parameters({3: preset()}, QUICK)
-    run = Run(small_frame, blocks, QUICK)
+    blocks = ilf.Blocks(labels, extraction=ilf.BlockParameters(granularity=0.9)).with_parameters(
+        {3: ilf.preset()}, QUICK
+    )
+    run = ilf.Run(small_frame, blocks, QUICK)
     recorded, alone = Document.of(run, "run.json", "run.json"), Workspace()
     alone.open_document(recorded, run)
     assert alone.parameters.current == QUICK
-    assert recorded.parameters_of(3) == preset()
+    assert recorded.parameters_of(3) == ilf.preset()
     assert list(recorded.blocks.own) == [3]
     assert recorded.selected == []
     assert alone.parameters.extraction.granularity == 0.9
 
-    run = Run(small_frame, labels, QUICK, only=frozenset({2, 3}))
+    run = ilf.Run(small_frame, labels, QUICK, only=frozenset({2, 3}))
     second, beside = Document.of(run, "run.json", "run.json"), Workspace()
     beside.open_document(document)
     beside.open_document(second, run)
-    assert (beside.parameters.current, document.state.common) == (QUICK, preset())
+    assert (beside.parameters.current, document.state.common) == (QUICK, ilf.preset())
     assert second.blocks.own == {}
     assert second.selected == [2, 3], "the blocks that were run"
-    assert beside.parameters.extraction == BlockParameters()
+    assert beside.parameters.extraction == ilf.BlockParameters()
 
 
 def test_what_a_run_is_made_of(document, results):
     document.change_blocks(own={2: {"smoothness": 2.0}, 9: {"smoothness": 3.0}})
-    run = document.run(preset(), [1])
-    assert (run.parameters, dict(run.blocks.own), run.only) == (preset(), {2: {"smoothness": 2.0}}, [1])
-    assert (run.blocks.extraction, run.blocks.edited, run.extrapolate) == (BlockParameters(), False, False)
+    run = document.run(ilf.preset(), [1])
+    assert (run.parameters, dict(run.blocks.own), run.only) == (ilf.preset(), {2: {"smoothness": 2.0}}, [1])
+    assert (run.blocks.extraction, run.blocks.edited, run.extrapolate) == (ilf.BlockParameters(), False, False)
     np.testing.assert_array_equal(run.blocks.labels, document.labels)
     document.set_labels(painted(document, 2))
     assert document.run(QUICK).blocks.edited
@@ -341,64 +330,6 @@ def test_a_chosen_block_that_is_gone_is_chosen_no_more(workspace, document):
 
 
 # extraction
-
-
-def test_a_new_extraction_flows_around_what_stays(workspace, document, told):
-    document.change_info(1, name="Floor", locked=True)
-    document.change_blocks(own={1: QUICK_OWN, 2: QUICK_OWN})
-    used = BlockParameters(granularity=0.2)
-    fresh = np.full(document.frame.shape, 7, np.int32)
-    fresh[:24] = 5
-    before = document.labels.copy()
-    assert document.set_extracted(extraction(document, fresh), used, keep_handmade=True) == KeptBlocks(1, 0, False)
-    np.testing.assert_array_equal(document.labels == 1, before == 1)
-    assert len(document.counts()) == 3
-    assert document.undo_stack.undoText() == "Extract blocks"
-    assert document.blocks.extraction == used
-    assert document.blocks.edited, "one block was kept"
-    assert document.blocks.kept == {1}
-    assert document.handmade() == set(), "a block that only was locked is not made by hand"
-    assert document.info(1).name == "Floor"
-    assert document.blocks.own == {1: QUICK_OWN}
-    document.undo_stack.undo()
-    np.testing.assert_array_equal(document.labels, before)
-    assert document.blocks.own == {1: QUICK_OWN, 2: QUICK_OWN}
-    assert document.blocks.extraction == BlockParameters()
-
-
-def test_blocks_made_by_hand_stay_unless_they_shall_not(workspace, document, told):
-    edit(workspace, 3)
-    assert document.staying(workspace.parameters.keeps_handmade) == (frozenset(), {3})
-    document.change_info(3, locked=True)
-    document.change_info(8, locked=True)
-    assert document.staying(workspace.parameters.keeps_handmade) == ({3}, frozenset()), "8 is not there"
-    document.change_info(3, locked=False)
-    told()
-    workspace.parameters.set_keeps_handmade(False)
-    assert told() == Part.EXTRACTION
-    assert document.staying(workspace.parameters.keeps_handmade) == (frozenset(), frozenset())
-    workspace.parameters.set_keeps_handmade(True)
-    fresh = np.ones(document.frame.shape, np.int32)
-    assert document.set_extracted(extraction(document, fresh), BlockParameters(), keep_handmade=True) == KeptBlocks(
-        0, 1, False
-    )
-    assert document.handmade() == {3}
-    workspace.current.set_lock(3, True)
-    for label in set(document.counts()) - {3}:
-        document.set_labels(np.where(document.labels == label, 0, document.labels))
-    assert document.set_extracted(
-        extraction(document, document.labels), BlockParameters(), keep_handmade=True
-    ).all_of_them
-
-
-def test_the_same_blocks_again_are_no_step_but_their_notes_are(workspace, document):
-    document.change_info(1, name="Floor")
-    document.change_blocks(own={2: QUICK_OWN})
-    used = BlockParameters(granularity=0.1)
-    document.set_extracted(extraction(document, document.labels), used, keep_handmade=True)
-    assert document.undo_stack.count() == 0
-    assert document.blocks.extraction == used
-    assert (document.info(1).name, document.blocks.own) == ("Floor", {2: QUICK_OWN})
 
 
 def test_loaded_blocks_bring_their_names_also_where_locked_ones_have_their_numbers(workspace, document):

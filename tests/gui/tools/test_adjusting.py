@@ -3,14 +3,14 @@
 import numpy as np
 import pytest
 
-from gui.tools.kinds import Tools
+from gui.tools.kinds import make_tools
 from gui.views.interaction import PointerKind
 
 from ..tool_host import Hand, ToolHost
 
 
 def hand(host, name):
-    made = Hand(Tools()[name], host)
+    made = Hand(make_tools()[name], host)
     host.workspace.about_to_change.connect(lambda: made.tool.cancel(host))
     return made
 
@@ -58,7 +58,7 @@ def test_enter_takes_a_line_escape_drops_it_and_another_action_ends_it(host):
     border, before = hand(host, "border"), host.labels.copy()
     border.drag(BULGE)
     assert not border.tool.busy, "Ctrl+Z undoes the stroke"
-    assert border.tool.finish(host)
+    assert border.finish()
     assert host.preview is None
     assert not border.tool.remove(host), "Escape is for the selection again"
     assert host.steps == ["Redraw border"]
@@ -107,7 +107,7 @@ def test_an_outline_is_adjusted_with_its_block(host):
     outline = hand(host, "outline")
     for corner in ((40, 10), (50, 10), (50, 20), (40, 20)):
         outline.click(corner)
-    assert outline.tool.finish(host)
+    assert outline.finish()
     assert len(host.preview.corners) == 4
     outline.drag([(50, 20), (55, 25), (58, 30)])
     assert host.labels[25, 53] == 3

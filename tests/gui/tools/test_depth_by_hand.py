@@ -61,7 +61,7 @@ def test_strokes_stay_in_the_selected_blocks_and_out_of_locked_ones(hand):
     assert "is locked" in host.said[-1]
     hand.drag([(40, 5), (45, 5)])
     assert "Nothing is missing here" in host.said[-1]
-    _tool(hand).fill(host)
+    host.attempt(lambda: _tool(hand).fill(host))
     assert host.said[-1] == "Select the block with the hole first."
     assert host.steps == []
     host.document.select([2])
@@ -92,7 +92,7 @@ def test_a_plane_is_proposed_limited_and_taken(hand):
     limited = host.document.proposal
     assert np.isfinite(limited[11:13, 9:18]).all()
     assert np.isnan(limited[20]).all()
-    assert hand.tool.finish(host)
+    assert hand.finish()
     assert host.document.proposal is None
     assert np.array_equal(_depth(hand), limited, equal_nan=True)
     assert host.steps == ["Continue plane"]

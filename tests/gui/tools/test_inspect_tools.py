@@ -2,17 +2,16 @@
 
 import numpy as np
 
+import ilf
 from gui.state.document import Document
-from gui.tools.kinds import KINDS, Tools
+from gui.tools.kinds import KINDS, make_tools
 from gui.views.interaction import PointerKind
-from ilf.data.frame import RGBDFrame
-from ilf.run.run import Run
 
 from ..tool_host import Hand
 
 
 def hand(host, tool):
-    return Hand(Tools()[tool], host)
+    return Hand(make_tools()[tool], host)
 
 
 def measured(host):
@@ -78,7 +77,7 @@ def test_lines_and_measurements_stay_with_their_frame(host, small_frame):
     hand(host, "profile").drag([(5, 5), (40, 5)])
     hand(host, "measure").click((5, 5))
     line, former = host.document.state.looked.line, measured(host)
-    host.workspace.open_document(Document.of(Run(small_frame, host.labels), "other", "other"))
+    host.workspace.open_document(Document.of(ilf.Run(small_frame, host.labels), "other", "other"))
     assert host.document.state.looked.line is None
     assert measured(host) == []
     host.workspace.show(first)
@@ -147,8 +146,8 @@ def test_a_point_without_a_place_in_space_is_refused(host, small_frame):
     assert "no depth at x 12, y 15" in host.said[0]
     assert user.send(PointerKind.HOVER, (5, 5))
     assert not user.tool.busy
-    blind = RGBDFrame(small_frame.rgb, small_frame.depth)
-    host.workspace.open_document(Document.of(Run(blind, host.labels), "blind", "blind"))
+    blind = ilf.RGBDFrame(small_frame.rgb, small_frame.depth)
+    host.workspace.open_document(Document.of(ilf.Run(blind, host.labels), "blind", "blind"))
     user.click((3, 3))
     assert "intrinsics" in host.said[1]
     assert measured(host) == []

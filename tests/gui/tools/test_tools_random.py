@@ -47,7 +47,7 @@ def _make_gesture(host, tool, gesture):
         if how == "double click":
             hand.double_click(points[-1])
         else:
-            tool.finish(host)
+            hand.finish()
     if how == "given up":
         tool.undo_last(host)
         tool.cancel(host)

@@ -4,45 +4,28 @@ from threading import Event
 
 import numpy as np
 import pytest
-from PySide6.QtGui import QAction
 
+import ilf
 from gui.features.blocks.commands import BlockCommands
-from gui.features.compare import DerivedPresenter
-from gui.features.edit_summary import EditSummaryLine, EditSummaryPresenter
+from gui.features.compare import DerivedFeature
 from gui.features.export.feature import behind
 from gui.state.document import Document
 from gui.state.parts import Part
 from gui.tools.editor import Editor
-from gui.views.linked_views import LinkedViews
 from gui.work.frame_runs import RunState
 from gui.work.jobs import stop_workers
 from gui.work.runs import LiveSolver
-from ilf.data.frame import RGBDFrame
-from ilf.data.results import Completion
 from ilf.evaluation.edit_summary import EditSummary
-from ilf.run.run import Run
 from ilf.segmentation.edges.frame_edges import FrameEdges
 
-Completed = tuple[Completion | None, Completion | None]
+Completed = tuple[ilf.Completion | None, ilf.Completion | None]
 
 
 @pytest.fixture
-def views(bench, qtbot):
-    views = LinkedViews(bench.workspace)
-    qtbot.addWidget(views)
-    views.look_back(None)
-    return views
-
-
-@pytest.fixture
-def effect(bench, views, qtbot):
-    live = QAction(checkable=True, checked=True)
-    line = EditSummaryLine()
-    qtbot.addWidget(line)
-    presenter = EditSummaryPresenter(bench.workspace, bench.runs, views, line, live)
-    presenter.solver = LiveSolver(bench.workspace, bench.runs, live)  # type: ignore[attr-defined]
-    yield presenter
-    assert stop_workers(presenter)
+def look(bench, context, summary, live):
+    """Show the state before the last edit, or go back; blocks are solved after edits."""
+    summary.solver = LiveSolver(bench.workspace, bench.runs, live)
+    return context.actions["show_before_edit"].setChecked
 
 
 def test_results_of_a_run_are_of_the_depth_that_it_was_begun_with(bench):
@@ -67,7 +50,7 @@ def test_a_stroke_does_not_bring_back_the_result_of_other_drawn_borders(bench):
     assert 2 not in bench.document.valid_results()
 
 
-def test_an_edit_is_judged_against_the_drawn_borders_that_there_were(bench, effect, until, monkeypatch):
+def test_an_edit_is_judged_against_the_drawn_borders_that_there_were(bench, look, until, monkeypatch):
     asked = []
 
     def find(before, after, patch, completed):
@@ -93,7 +76,7 @@ def test_an_edit_is_judged_against_the_drawn_borders_that_there_were(bench, effe
     np.testing.assert_array_equal(asked[2][1].blocks.drawn, asked[1][0].blocks.drawn)
 
 
-def test_the_depth_before_an_edit_is_that_of_the_values_then(bench, effect, views):
+def test_the_depth_before_an_edit_is_that_of_the_values_then(bench, look, views):
     bench.run_all()
     first = bench.document.completion()
     bench.workspace.parameters.set(bench.workspace.parameters.current.replace(max_iterations=7))
@@ -102,65 +85,64 @@ def test_the_depth_before_an_edit_is_that_of_the_values_then(bench, effect, view
     bench.document.undo_stack.undo()
     now = bench.document.completion()
     bench.workspace.current.edit(bench.patch(2, np.s_[5:20], np.s_[26:30]), "Paint")
-    effect.look(True)
+    look(True)
     assert views.data.result.depth is now.depth
 
 
-def test_other_blocks_leave_nothing_to_look_back_to(bench, effect, views):
+def test_other_blocks_leave_nothing_to_look_back_to(bench, look, views, summary):
     bench.run_all()
     bench.workspace.current.edit(bench.patch(2, np.s_[5:20], np.s_[26:30]), "Paint")
-    line = effect.parent()
+    line = summary.line
     assert "Paint" in line.label.text()
     bench.workspace.current.replace_blocks(
         np.where(bench.labels > 0, 3 - bench.labels, 0).astype(np.int32), "Load blocks"
     )
     bench.workspace.tell()
     assert "Paint" not in line.label.text()
-    effect.look(True)
+    look(True)
     np.testing.assert_array_equal(views.blocks.overlay.labels, bench.document.labels)
 
 
-def test_what_is_shown_while_one_looks_back_stays(bench, effect, views):
+def test_what_is_shown_while_one_looks_back_stays(bench, look, views):
     bench.run_all()
     completion, former = bench.document.completion(), bench.document.labels.copy()
     bench.workspace.current.edit(bench.patch(2, np.s_[5:20], np.s_[26:30]), "Paint")
-    effect.look(True)
+    look(True)
     views.refresh(Part.RESULTS)  # as when a block has been solved meanwhile
     views.blocks.draw(Part.LABELS)
     assert views.data.result.depth is completion.depth
     np.testing.assert_array_equal(views.blocks.overlay.labels, former)
-    effect.look(False)
+    look(False)
     assert views.data.result.depth is not completion.depth
     np.testing.assert_array_equal(views.blocks.overlay.labels, bench.document.labels)
 
 
-def test_who_looks_back_while_a_frame_of_another_size_comes_sees_that(bench, effect, views):
+def test_who_looks_back_while_a_frame_of_another_size_comes_sees_that(bench, look, views):
     bench.script.allow()
     bench.workspace.current.edit(bench.patch(2, np.s_[5:20], np.s_[26:30]), "Paint")
-    effect.look(True)
+    look(True)
     small = np.s_[:20, :30]
-    frame = RGBDFrame(bench.frame.rgb[small], bench.frame.depth[small])
-    bench.workspace.open_document(Document.of(Run(frame, bench.labels[small]), None, "small"))
-    effect.look(False)  # as the window does when another frame is shown, before anything is drawn
+    frame = ilf.RGBDFrame(bench.frame.rgb[small], bench.frame.depth[small])
+    bench.workspace.open_document(Document.of(ilf.Run(frame, bench.labels[small]), None, "small"))
+    look(False)  # as the window does when another frame is shown, before anything is drawn
     assert views.data.rgb is frame.rgb
     np.testing.assert_array_equal(views.blocks.overlay.labels, bench.labels[small])
 
 
-def test_edges_of_one_frame_do_not_come_to_the_next(bench, views, until, monkeypatch):
+def test_edges_of_one_frame_do_not_come_to_the_next(bench, context, views, until, monkeypatch):
     found = Event()
     monkeypatch.setattr("gui.features.compare.find_edges", lambda *_: found.wait() and FrameEdges(*3 * [edges], None))
     monkeypatch.setattr(views, "shows", lambda part: part == "edges")
     edges = np.zeros(bench.frame.shape, np.float32)
-    derived = DerivedPresenter(bench.workspace, views)
+    derived = DerivedFeature(context)
     derived.show()
     small = np.s_[:20, :30]
-    frame = RGBDFrame(bench.frame.rgb[small], bench.frame.depth[small])
-    bench.workspace.open_document(Document.of(Run(frame, bench.labels[small]), None, "small"))
+    frame = ilf.RGBDFrame(bench.frame.rgb[small], bench.frame.depth[small])
+    bench.workspace.open_document(Document.of(ilf.Run(frame, bench.labels[small]), None, "small"))
     views.look_back(None)  # as when the key that shows the state before an edit is released
     found.set()
     until(lambda: not derived.busy)
     assert views.data.edges is None
-    assert stop_workers(derived)
 
 
 def test_blocks_of_one_frame_are_not_solved_in_another(bench, until):
@@ -176,7 +158,7 @@ def test_blocks_of_one_frame_are_not_solved_in_another(bench, until):
     assert [list(steps.run.only) for steps in bench.script.runs if steps.run.frame is second.frame] == [[1]]
 
 
-def test_an_edit_between_a_command_to_run_and_the_run_is_solved_after_it(bench, effect, until):
+def test_an_edit_between_a_command_to_run_and_the_run_is_solved_after_it(bench, look, until):
     bench.run_all()
     bench.workspace.current.edit(bench.patch(3, np.s_[40:], np.s_[50:]), "Outline")
     bench.runs.current.start({3})
@@ -199,9 +181,9 @@ def test_undo_takes_back_the_values_of_its_step_alone(bench):
     assert (workspace.parameters.current, bench.document.state.common) == (quick, common)
 
 
-def test_a_command_during_a_stroke_can_be_undone_exactly(bench, views):
-    editor = Editor(bench.workspace, views)
-    commands = BlockCommands(bench.workspace, editor)
+def test_a_command_during_a_stroke_can_be_undone_exactly(bench, views, context):
+    context.editor = editor = Editor(bench.workspace, views)
+    commands = BlockCommands(context)
     former = bench.document.labels.copy()
     bench.workspace.select([1])
     editor.set_tool("paint")

@@ -6,14 +6,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+import ilf
 from gui.state.document import Document
 from gui.state.parts import Part
 from gui.state.workspace import Workspace
 from gui.views.linked_views import LinkedViews
-from ilf.data.frame import RGBDFrame
 from ilf.project.project import FrameSummary
 from ilf.project.run_history import StoredRun
-from ilf.run.run import Run
 from ilf.segmentation.editing.patches import patch_between
 
 Depth = NDArray[np.float32]
@@ -71,8 +70,8 @@ class GivenViews(LinkedViews):
 
     def open(self, rgb: NDArray[np.uint8], depth: Depth, outside_view: NDArray[np.bool_] | None = None) -> None:
         """Open a frame without blocks."""
-        frame = RGBDFrame(rgb, depth, outside_view=outside_view)
-        document = GivenDocument.of(Run(frame, np.zeros(frame.shape, np.int32)), object(), "key")
+        frame = ilf.RGBDFrame(rgb, depth, outside_view=outside_view)
+        document = GivenDocument.of(ilf.Run(frame, np.zeros(frame.shape, np.int32)), object(), "key")
         document.given = {}
         self.workspace.open_document(document)
         self.workspace.tell()
@@ -105,7 +104,7 @@ class GivenViews(LinkedViews):
     ) -> StoredRun:
         """Make a run of the history, ticked for comparison or not."""
         frame = self.document.frame
-        run = Run(frame, self.document.labels.copy() if labels is None else labels)
+        run = ilf.Run(frame, self.document.labels.copy() if labels is None else labels)
         done = frozenset([1]) if is_ticked else frozenset()
         stored = StoredRun(number, name, run, {1: RESULT} if is_result else {}, 1.0, colour, done=done)
         completion: Any = SimpleNamespace(depth=depth, extrapolated=np.zeros(frame.shape, bool))

@@ -34,11 +34,7 @@ def drawn(lines: BlockLines, labels: np.ndarray, sampling: Sampling, ratio: int)
 @settings(max_examples=150)
 @given(samplings, edits, st.sets(st.integers(1, 4)), st.sets(st.integers(1, 4)), st.booleans(), st.sampled_from([1, 2]))
 def test_what_is_drawn_box_by_box_is_what_the_whole_map_gives(sampling, edits, chosen, doubtful, in_colours, ratio):
-    lines = BlockLines()
-    lines.in_colours = in_colours
-    lines.set_colours(COLOURS)
-    lines.set_selected(chosen)
-    lines.set_to_check(doubtful)
+    lines = BlockLines(COLOURS, sorted(chosen), sorted(doubtful), in_colours)
     labels = np.ones((HEIGHT, WIDTH), np.int32)
     here = sampling.sample(labels, whole(sampling.shape))
     pixels = drawn(lines, labels, sampling, ratio)
@@ -57,20 +53,18 @@ def test_what_is_drawn_box_by_box_is_what_the_whole_map_gives(sampling, edits, c
 
 
 def test_blocks_that_need_a_look_have_a_line_inside_unless_they_are_hidden_or_chosen():
-    lines = BlockLines()
-    lines.set_colours(COLOURS)
     labels = np.ones((HEIGHT, WIDTH), np.int32)
     labels[4:20, 4:14], labels[4:20, 16:26] = 2, 3  # 3 is hidden
     sampling = Sampling(1.0, 0, 0, (WIDTH, HEIGHT), (WIDTH, HEIGHT))
-    plain = drawn(lines, labels, sampling, 1)
-    assert lines.set_to_check([2, 3]) == [2, 3]
-    marked = drawn(lines, labels, sampling, 1)
+    plain = drawn(BlockLines(COLOURS), labels, sampling, 1)
+    doubtful = BlockLines(COLOURS, to_check=[2, 3])
+    assert np.flatnonzero(doubtful.differing(BlockLines(COLOURS))).tolist() == [2, 3]
+    marked = drawn(doubtful, labels, sampling, 1)
     colour = marked[5, 9]
     assert colour != plain[5, 9]
     assert (marked == colour)[labels == 2].any()
     assert not (marked == colour)[labels != 2].any()
-    lines.set_selected([2])
-    assert not (drawn(lines, labels, sampling, 1) == colour).any()
+    assert not (drawn(BlockLines(COLOURS, [2], [2, 3]), labels, sampling, 1) == colour).any()
 
 
 @given(samplings)

@@ -7,11 +7,10 @@ import pytest
 from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtTest import QTest
 
+import ilf
 from gui.views.colours import FULL, ROBUST, strength_table
 from gui.views.layers import CONTENTS, Content, Layer, checked, missing_reason
 from gui.views.layouts import CELLS
-from ilf.data.frame import RGBDFrame
-from ilf.data.parameters import BlockParameters
 from ilf.segmentation.edges.frame_edges import find_edges
 
 from .given_views import GivenViews
@@ -92,7 +91,7 @@ def test_every_content_can_be_shown_in_every_cell_and_leaves_nothing_behind(view
 
 def test_creases_are_shown_where_the_detector_tells_of_them(views):
     edges = find_edges(
-        RGBDFrame(np.full((HEIGHT, WIDTH, 3), 90, np.uint8), flat(2.0)), BlockParameters(detector="canny")
+        ilf.RGBDFrame(np.full((HEIGHT, WIDTH, 3), 90, np.uint8), flat(2.0)), ilf.BlockParameters(detector="canny")
     )
     cell = views.cells["depth-in"]
     views.set_content("depth-in", "creases")

@@ -9,6 +9,7 @@ import pytest
 from PySide6.QtCore import QEvent, QPoint, QPointF
 from PySide6.QtWidgets import QApplication
 
+import ilf
 from gui.features.curves import draw_curves
 from gui.state.document import Document
 from gui.state.workspace import Workspace
@@ -16,9 +17,7 @@ from gui.views.curves.axes import LengthAxis, SumAxis
 from gui.views.curves.curve import FLOOR, Curve
 from gui.views.curves.panel import EMPTY_TEXT, CurvesPanel
 from ilf._runtime.formatting import length_text
-from ilf.data.frame import RGBDFrame
 from ilf.data.results import EdgeAwareRecord, PassBandRecord
-from ilf.run.run import Run, complete
 
 
 def show(panel: CurvesPanel, workspace: Workspace) -> None:
@@ -65,6 +64,10 @@ def drawn(plot, line=0):
 
 def marks(plot):
     return [list(group.xvals) for group in plot._stages if len(group.xvals)]
+
+
+def texts(plot):
+    return [line.label.toPlainText() for line in plot.labels]
 
 
 def state(panel):
@@ -120,20 +123,20 @@ def test_hold_out_curve_is_there_with_its_least_where_pixels_are_held_out(panel)
     records = [replace(record, held_out=error) for record, error in zip(linear(), held_out, strict=True)]
     growing = records[:20]
     panel.show_curves([curve(growing)])
-    assert panel.hold_out_plot.minimum == "minimum at i = 20"
+    assert texts(panel.hold_out_plot) == ["minimum at i = 20"]
     growing.extend(records[20:])
     panel.show_curves([curve(growing)])
-    assert panel.hold_out_plot.minimum == "minimum at i = 25"
-    x, y = drawn(panel.hold_out_plot)
+    assert texts(panel.hold_out_plot) == ["minimum at i = 25"]
+    (x, y), (_, residual) = drawn(panel.hold_out_plot, 1), drawn(panel.hold_out_plot, 0)
     np.testing.assert_allclose(x, np.arange(1, 41))
     np.testing.assert_allclose(10**y, held_out)
-    residual = panel.hold_out_plot.residual.getData()[1]
     np.testing.assert_allclose(10**residual, [record.residual for record in records])
-    low, high = panel.hold_out_plot.getViewBox().viewRange()[1]
+    (first, last), (low, high) = panel.hold_out_plot.getViewBox().viewRange()
+    assert first <= 1 < 40 <= last
     assert low < math.log10(min(held_out)) < high
     assert "hold-out 35 mm" in panel.readout.text
     panel.show_curves([curve(records), curve(linear(), "Wall")])
-    assert panel.hold_out_plot.minimum == ""
+    assert texts(panel.hold_out_plot) == []
     panel.show_curves([curve(linear())])
     assert not panel.hold_out_plot.isVisible()
 
@@ -162,11 +165,11 @@ def test_the_error_after_the_correction_stands_at_the_end(panel):
 def test_a_corrected_block_has_the_error_of_its_depth(panel):
     depth = np.full((24, 32), 2.0, np.float32)
     depth[8:16, 8:24] = np.nan
-    frame = RGBDFrame(np.zeros((24, 32, 3), np.uint8), depth, ground_truth=np.full((24, 32), 2.01, np.float32))
+    frame = ilf.RGBDFrame(np.zeros((24, 32, 3), np.uint8), depth, ground_truth=np.full((24, 32), 2.01, np.float32))
     workspace = Workspace()
-    workspace.open_document(Document.of(Run(frame, np.ones((24, 32), np.int32)), "origin", "key"))
+    workspace.open_document(Document.of(ilf.Run(frame, np.ones((24, 32), np.int32)), "origin", "key"))
     document = workspace.current
-    (result,) = complete(frame, document.labels).results.values()
+    (result,) = ilf.complete(frame, document.labels).results.values()
     for correction, expected in ((("a" * 64,), "err 20 mm"), ((), "err 10 mm")):
         document.store_results([replace(result, depth=result.depth - 0.01, correction=correction)])
         show(panel, workspace)
@@ -191,11 +194,11 @@ def test_the_criteria_are_in_view_and_say_their_values(panel):
     panel.grab()
     low, high = panel.sigma_plot.getViewBox().viewRange()[1]
     assert low < math.log10(0.005) < high
-    assert panel._criteria.texts == ["S_criteria 5 mm"]
+    assert texts(panel.sigma_plot) == ["S_criteria 5 mm"]
     panel.show_curves([curve(linear(10), s_criteria=metres, remark="own") for metres in (0.005, 0.001, 0.005)])
-    assert panel._criteria.texts == ["S_criteria 5 mm (own)", "S_criteria 1 mm (own)"]
+    assert texts(panel.sigma_plot) == ["S_criteria 5 mm (own)", "S_criteria 1 mm (own)"]
     panel.show_curves([curve(linear(10))])
-    assert panel._criteria.texts == []
+    assert texts(panel.sigma_plot) == []
 
 
 @pytest.mark.parametrize("height", [260, 500, 900])
@@ -203,7 +206,7 @@ def test_the_label_of_a_criterion_is_below_its_line_and_above_no_curve(panel, he
     panel.resize(360, height)
     panel.show_curves([curve(staged(20), s_criteria=0.0005)])
     QApplication.processEvents()
-    (line,) = panel._criteria._lines
+    (line,) = panel.sigma_plot.labels
     label, view = line.label.mapRectToScene(line.label.boundingRect()), panel.sigma_plot.getViewBox()
     assert view.sceneBoundingRect().contains(label)
     at_line = view.mapViewToScene(QPointF(1, line.value())).y()
@@ -215,7 +218,7 @@ def test_the_label_of_a_criterion_is_below_its_line_and_above_no_curve(panel, he
 def test_a_curve_that_dips_below_the_criterion_leaves_its_label_readable(panel):
     panel.resize(360, 500)
     panel.show_curves([curve(linear(10), s_criteria=0.05)])
-    (line,) = panel._criteria._lines
+    (line,) = panel.sigma_plot.labels
     assert line.label.fill.color().alpha() > 100
     assert line.zValue() > max(shown.zValue() for shown in panel.sigma_plot.lines)
 
@@ -225,7 +228,7 @@ def test_a_curve_that_ends_a_little_below_the_criterion_leaves_room_for_its_labe
     panel.resize(360, 260)
     panel.show_curves([curve(linear(10), s_criteria=0.09 + below)])
     QApplication.processEvents()
-    (line,) = panel._criteria._lines
+    (line,) = panel.sigma_plot.labels
     view = panel.sigma_plot.getViewBox().sceneBoundingRect()
     assert view.contains(line.label.mapRectToScene(line.label.boundingRect()))
 
@@ -358,13 +361,13 @@ def test_labels_of_sums_have_room(qtbot, height):
 
 def test_a_block_without_curves_says_why(panel):
     depth = np.full((12, 16), 2.0, np.float32)
-    frame = RGBDFrame(np.zeros((12, 16, 3), np.uint8), depth)
+    frame = ilf.RGBDFrame(np.zeros((12, 16, 3), np.uint8), depth)
     workspace = Workspace()
-    workspace.open_document(Document.of(Run(frame, np.ones((12, 16), np.int32)), "origin", "key"))
+    workspace.open_document(Document.of(ilf.Run(frame, np.ones((12, 16), np.int32)), "origin", "key"))
     workspace.select([1])
     show(panel, workspace)
     assert panel.hint == EMPTY_TEXT
-    workspace.current.store_results(list(complete(frame, workspace.current.labels).results.values()))
+    workspace.current.store_results(list(ilf.complete(frame, workspace.current.labels).results.values()))
     show(panel, workspace)
     assert panel.hint == "All depth is known."
     workspace.show(None)

@@ -15,12 +15,12 @@ from gui.views.colour_bar import log_ticks, round_ticks, tick_text
 from gui.views.colours import depth_table, error_table
 from gui.views.image_view import ViewTransform
 from gui.views.interaction import PointerEvent, PointerKind, Preview
-from gui.views.layouts import GRIDS, correct_places
+from gui.views.layouts import GRIDS, correct_places, picture_area
 from gui.views.pixel_items import BlockOverlay
 from ilf.drawing.blocks import inner_points
 from ilf.drawing.colours import robust_difference_level, robust_error_levels, to_indices
+from tests.pins.window.hand import wheel
 
-from ...e2e.hand import wheel
 from .given_views import GivenViews
 
 HEIGHT, WIDTH = 48, 64
@@ -97,8 +97,8 @@ def test_left_drag_pans_all_views_when_nobody_wants_it(views, handler):
     QTest.mouseMove(view.viewport(), QPoint(140, 120))
     QTest.mouseRelease(view.viewport(), LEFT, pos=QPoint(140, 120))
     scale = view.transform().m11()
-    for name in views.cells:
-        other = view_of(views, name)
+    for cell in views.sheet.shown:
+        other = cell.view
         centre = other.mapToScene(other.viewport().rect()).boundingRect().center()
         assert centre.x() == pytest.approx(WIDTH / 2 - 40 / scale, abs=1 / scale)
         assert centre.y() == pytest.approx(HEIGHT / 2 - 20 / scale, abs=1 / scale)
@@ -136,7 +136,7 @@ def test_a_double_click_nobody_takes_is_one_more_press(views, answer, expected):
 
 
 def test_the_wheel_zooms_all_views_at_the_cursor(views):
-    view = view_of(views, "difference")
+    view = view_of(views, "depth-out")
     position = place(view, 12, 30)
     before = view.to_image(QPointF(position))
     wheel(view.viewport(), position)
@@ -590,9 +590,9 @@ def test_correct_has_one_large_view_and_any_small_one_takes_its_place(views, qtb
 @pytest.mark.parametrize(("room", "at_the_right"), [((1200, 600), True), ((700, 900), False)])
 def test_the_small_views_stand_where_the_pictures_become_largest(room, at_the_right):
     large, *small = correct_places(3, *room, 4 / 3, 18)
-    assert (small[0].left > 0) is at_the_right
-    assert all(place.left + place.width <= room[0] and place.top + place.height <= room[1] for place in (large, *small))
-    assert large.picture_area(4 / 3, 18) > 4 * max(place.picture_area(4 / 3, 18) for place in small)
+    assert (small[0][0] > 0) is at_the_right
+    assert all(x + width <= room[0] and y + height <= room[1] for x, y, width, height in (large, *small))
+    assert picture_area(large, 4 / 3, 18) > 4 * max(picture_area(place, 4 / 3, 18) for place in small)
 
 
 @pytest.mark.parametrize("width", [640, 1100, 2000])

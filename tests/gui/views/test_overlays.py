@@ -9,7 +9,7 @@ from PySide6.QtCore import QPointF, QRectF
 from PySide6.QtGui import QColor, QImage, QPainter, QPainterPath
 from PySide6.QtWidgets import QApplication, QStyleOptionGraphicsItem
 
-from gui.features.inspect.marks import InspectMarks, measurement_marks, profile_marks, region_marks
+from gui.features.inspect.marks import MarksItem, measurement_marks, profile_marks, region_marks
 from gui.state.parts import Part
 from gui.views.interaction import Preview
 from gui.views.pixel_items import PointsItem
@@ -81,13 +81,14 @@ def _swipe(views):
 
 
 def _inspected(views):
-    marks = InspectMarks(views)
+    items = [MarksItem(cell.view) for cell in views.cells.values()]
 
     def move(step):
         at, other = _place(step), _place(step + 5)
         region = slice(20, 40 + step), slice(30, 60 + step)
         line = profile_marks((at, other), _place(step + 2))
-        marks.show((*region_marks(region), *line, *measurement_marks((other, at), "1.234 m")))
+        for item in items:
+            item.show_marks((*region_marks(region), *line, *measurement_marks((other, at), "1.234 m")))
 
     return move
 

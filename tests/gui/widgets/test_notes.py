@@ -6,8 +6,7 @@ from PySide6.QtGui import QAction, QEnterEvent, QHelpEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QLineEdit, QMainWindow
 
-from gui.widgets.log_panel import LogPanel
-from gui.widgets.notices import Notes
+from gui.widgets.notices import LogPanel, Notes
 from gui.widgets.toasts import MAX_TOASTS, Toast, Toasts
 
 

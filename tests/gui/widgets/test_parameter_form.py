@@ -7,18 +7,17 @@ from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QCheckBox, QComboBox, QDoubleSpinBox, QSpinBox, QToolButton, QWidget
 
-from gui.widgets.parameter_form import ParameterForm, ValueScale, ValueSlider, has_slider
+import ilf
+from gui.widgets.parameter_form import ParameterForm, ValueSlider, has_slider
 from ilf.data.declarations import ParameterSet, declare
-from ilf.data.parameters import PRESETS, BlockParameters, Parameters
-from ilf.data.presets import preset
 
-PAPER = PRESETS["paper"]
+PAPER = ilf.PRESETS["paper"]
 """Its filter has the rows that the tests turn to."""
 
 
 @pytest.fixture
 def form(shown):
-    form = shown(ParameterForm(Parameters), 280, 400)
+    form = shown(ParameterForm(ilf.Parameters), 280, 400)
     form.set_parameters(PAPER)
     form.all_button.setChecked(True)
     return form
@@ -29,7 +28,7 @@ def _wheel(form, target: QWidget):
     QTest.wheelEvent(form.windowHandle(), target.mapTo(form, target.rect().center()), QPoint(0, -120))
 
 
-@pytest.mark.parametrize("set_class", [Parameters, BlockParameters])
+@pytest.mark.parametrize("set_class", [ilf.Parameters, ilf.BlockParameters])
 def test_every_declaration_has_an_editor_with_its_range(qtbot, set_class):
     form = ParameterForm(set_class)
     qtbot.addWidget(form)
@@ -65,7 +64,7 @@ def test_an_edit_is_reported_once_with_the_whole_set(form, qtbot):
 
 
 def test_reset_goes_back_to_the_preset(form, qtbot):
-    base = preset("released-code")
+    base = ilf.preset("released-code")
     form.set_parameters(base)
     form.set_base(base)
     reset = form.findChild(QToolButton, "reset_schedule")
@@ -89,16 +88,16 @@ def test_wheel_scrolls_the_panel_and_changes_no_value(form, qtbot):
 
 
 def test_special_minimum_is_a_word(qtbot):
-    form = ParameterForm(BlockParameters)
+    form = ParameterForm(ilf.BlockParameters)
     qtbot.addWidget(form)
     form.all_button.setChecked(True)
     assert form.findChild(QDoubleSpinBox, "canny_high").text() == "auto"
     assert form.findChild(QSpinBox, "margin").text() == "auto"
 
 
-@pytest.mark.parametrize("name", PRESETS)
+@pytest.mark.parametrize("name", ilf.PRESETS)
 def test_nothing_is_cut_off_at_280_pixels(form, name):
-    form.set_parameters(PRESETS[name])
+    form.set_parameters(ilf.PRESETS[name])
     inside = form.widget().rect()
     parts = [part for part in form.findChildren(QWidget) if part.isVisibleTo(form) and part.objectName()]
     assert {part.objectName() for part in parts} > set(_shown(form))
@@ -120,19 +119,19 @@ def _groups(form) -> set[str]:
     return {item.text() for item in form.findChildren(QToolButton) if item.text() and item.isVisibleTo(form)}
 
 
-@pytest.mark.parametrize("name", PRESETS)
+@pytest.mark.parametrize("name", ilf.PRESETS)
 def test_six_parameters_come_first_then_those_that_differ_then_all(form, name):
-    form.set_parameters(PRESETS[name])
-    form.set_base(PRESETS[name])
+    form.set_parameters(ilf.PRESETS[name])
+    form.set_base(ilf.PRESETS[name])
     form.all_button.setChecked(False)
     assert len(_shown(form)) == 6
     assert _groups(form) == {form.all_button.text()}
-    form.set_parameters(PRESETS[name].replace(min_known_pixels=7))
+    form.set_parameters(ilf.PRESETS[name].replace(min_known_pixels=7))
     assert len(_shown(form)) == 7
     assert "min_known_pixels" in _shown(form)
     form.all_button.setChecked(True)
     assert len(_shown(form)) > 15
-    assert ParameterForm(Parameters).all_button.isChecked(), "the choice is remembered"
+    assert ParameterForm(ilf.Parameters).all_button.isChecked(), "the choice is remembered"
 
 
 def test_tab_goes_down_the_form_whenever_a_row_was_made(form, qtbot):
@@ -150,7 +149,7 @@ def test_tab_goes_down_the_form_whenever_a_row_was_made(form, qtbot):
 
 
 def test_rows_without_effect_are_hidden_and_come_back(form):
-    for parameters in (*PRESETS.values(), PAPER):
+    for parameters in (*ilf.PRESETS.values(), PAPER):
         form.set_parameters(parameters)
         declarations = parameters.declarations()
         mattering = [name for name in declarations if parameters.has_effect(name)]
@@ -190,23 +189,23 @@ class _Sizes(ParameterSet):
     open_ended: float = declare(0.1, "Open", "h", "g", minimum=0.0)
 
 
-def test_sliders_reach_both_ends_rise_throughout_and_return_to_where_they_were():
+def test_sliders_reach_both_ends_rise_throughout_and_return_to_where_they_were(qapp):
     sizes = _Sizes.declarations()
     assert {name for name, item in sizes.items() if not has_slider(item)} == {"fine", "open_ended"}
     for declaration in filter(has_slider, sizes.values()):
-        scale = ValueScale(declaration)
-        values = [scale.value(position) for position in range(scale.last + 1)]
+        scale = ValueSlider(declaration)
+        values = [scale.value_at(position) for position in range(scale.maximum() + 1)]
         assert values == sorted(values)
         assert (values[0], values[-1]) == (declaration.minimum, declaration.maximum)
         assert all(declaration.checked(value) == value for value in values)
-        assert all(scale.value(scale.position(value)) == value for value in values)
-        assert scale.position(declaration.default) in range(scale.last + 1)
-    whole = ValueScale(sizes["margin"])
-    assert [whole.value(position) for position in range(whole.last + 1)] == list(range(-1, 21))
-    middle = ValueScale(sizes["stiffness"])
-    assert middle.value(middle.position(1.0)) == pytest.approx(1.0, rel=0.1)
-    assert middle.position(1.0) == pytest.approx(middle.last / 3, abs=1), "equal ratios are equally far apart"
-    assert 0 < ValueScale(sizes["weight"]).value(1) <= 0.001
+        assert all(scale.value_at(scale.position_of(value)) == value for value in values)
+        assert scale.position_of(declaration.default) in range(scale.maximum() + 1)
+    whole = ValueSlider(sizes["margin"])
+    assert [whole.value_at(position) for position in range(whole.maximum() + 1)] == list(range(-1, 21))
+    middle = ValueSlider(sizes["stiffness"])
+    assert middle.value_at(middle.position_of(1.0)) == pytest.approx(1.0, rel=0.1)
+    assert middle.position_of(1.0) == pytest.approx(middle.maximum() / 3, abs=1), "equal ratios are equally far apart"
+    assert 0 < ValueSlider(sizes["weight"]).value_at(1) <= 0.001
 
 
 def test_wheel_steps_the_editor_that_has_the_focus(form, qtbot):

@@ -13,7 +13,7 @@ RICH = {
     "app/splash.py",
     "features/edit_summary.py",
     "features/extraction.py",
-    "features/inspect/profile_page.py",
+    "features/inspect/profile.py",
     "features/status.py",
 }
 """Files that show text of their own as rich text, and escape what comes from elsewhere."""

@@ -15,9 +15,17 @@ class _Oracle:
         self.gate = threading.Event()
         self.asked: list[int] = []
         self.told: list[tuple[int, object]] = []
-        self.questions = LatestRequest[int, int](self._answer)
-        self.questions.answered.connect(lambda question, answer: self.told.append((question, answer)))
-        self.questions.failed.connect(lambda question, error: self.told.append((question, str(error))))
+        self.questions = LatestRequest()
+
+    def ask(self, question: int, take=None):
+        """Ask a number; the answer is told, and taken."""
+
+        def told(answer: object):
+            self.told.append((question, answer))
+            if take is not None:
+                take()
+
+        self.questions.ask(lambda: self._answer(question), told, lambda error: told(str(error)), key=question)
 
     def _answer(self, question: int) -> int:
         self.asked.append(question)
@@ -42,7 +50,7 @@ def _settle(oracle: _Oracle, qtbot):
 
 def test_the_one_under_way_and_the_latest_are_answered_and_none_between(oracle, qtbot):
     for question in (1, 2, 3, 4):
-        oracle.questions.ask(question)
+        oracle.ask(question)
         assert oracle.questions.busy
     _settle(oracle, qtbot)
     assert oracle.asked == [1, 4]
@@ -50,58 +58,71 @@ def test_the_one_under_way_and_the_latest_are_answered_and_none_between(oracle, 
 
 
 def test_asking_the_same_again_while_it_is_answered_asks_once(oracle, qtbot):
-    oracle.questions.ask(1)
-    oracle.questions.ask(2)
-    oracle.questions.ask(1)
+    oracle.ask(1)
+    oracle.ask(2)
+    oracle.ask(1)
     _settle(oracle, qtbot)
     assert oracle.told == [(1, 10)], "what was asked last is what is wanted"
-    oracle.questions.ask(1)
+    oracle.ask(1)
     _settle(oracle, qtbot)
     assert oracle.asked == [1, 1], "an answer is not kept"
 
 
 def test_a_failure_is_told_with_its_question_and_the_next_is_answered(oracle, qtbot):
-    oracle.questions.ask(13)
-    oracle.questions.ask(2)
+    oracle.ask(13)
+    oracle.ask(2)
     _settle(oracle, qtbot)
     assert oracle.told == [(13, "bad luck"), (2, 20)]
 
 
 @pytest.mark.parametrize("question", [1, 13])
 def test_after_forget_nothing_is_heard_of_older_questions(oracle, qtbot, question):
-    oracle.questions.ask(question)
-    oracle.questions.ask(2)
+    oracle.ask(question)
+    oracle.ask(2)
     oracle.questions.forget()
     assert oracle.questions.busy, "the thread goes on until it is done"
     _settle(oracle, qtbot)
     assert oracle.told == []
-    oracle.questions.ask(3)
+    oracle.ask(3)
     _settle(oracle, qtbot)
     assert oracle.told == [(3, 30)]
 
 
 def test_what_was_forgotten_can_be_asked_again_at_once(oracle, qtbot):
-    oracle.questions.ask(1)
+    oracle.ask(1)
     oracle.questions.forget()
-    oracle.questions.ask(1)
+    oracle.ask(1)
     _settle(oracle, qtbot)
     assert oracle.told == [(1, 10)]
     assert oracle.asked == [1, 1]
 
 
 def test_who_hears_an_answer_may_ask_at_once(oracle, qtbot):
-    oracle.questions.answered.connect(lambda question, _: oracle.questions.ask(5) if question == 1 else None)
-    oracle.questions.ask(1)
-    oracle.questions.ask(2)
+    oracle.ask(1, lambda: oracle.ask(5))
+    oracle.ask(2)
     _settle(oracle, qtbot)
     assert oracle.told == [(1, 10), (5, 50)], "it takes the place of the one that waited"
 
 
 def test_shutdown_waits_for_the_thread_and_tells_nothing(oracle, qtbot):
-    oracle.questions.ask(1)
-    oracle.questions.ask(2)
+    oracle.ask(1)
+    oracle.ask(2)
     oracle.gate.set()
     assert stop_workers(oracle.questions)
     qtbot.wait(60)
     assert oracle.told == []
     assert 2 not in oracle.asked
+
+
+def test_parts_and_shares_are_told_before_the_answer(oracle, qtbot):
+    def steps():
+        yield 0.5
+        yield "a part"
+        return "all"
+
+    told = []
+    oracle.questions.progressed.connect(told.append)
+    oracle.questions.ask(steps, told.append, step=told.append)
+    qtbot.waitUntil(lambda: not oracle.questions.busy)
+    assert sorted(map(str, told[:-1])) == ["0.5", "a part"]
+    assert told[-1] == "all"

@@ -2,31 +2,18 @@
 
 import numpy as np
 import pytest
-from PySide6.QtGui import QAction
 
-from gui.features.edit_summary import EditSummaryLine, EditSummaryPresenter
-from gui.views.linked_views import LinkedViews
+import ilf
 from gui.work.frame_runs import RunState
-from gui.work.jobs import stop_workers
 from gui.work.runs import LiveSolver
 from ilf.data.guide import Guide
-from ilf.data.results import Completion
 from ilf.evaluation.edit_summary import EditSummary
-from ilf.run.run import Run
 from ilf.segmentation.editing.cleaning import merge
 from ilf.segmentation.editing.patches import LabelPatch
 
 from ..states import QUICK
 
-Completed = tuple[Completion | None, Completion | None]
-
-
-@pytest.fixture
-def live(qtbot):
-    action = QAction()
-    action.setCheckable(True)
-    action.setChecked(True)
-    return action
+Completed = tuple[ilf.Completion | None, ilf.Completion | None]
 
 
 @pytest.fixture
@@ -35,15 +22,8 @@ def solver(bench, live):
 
 
 @pytest.fixture
-def line(bench, live, qtbot):
-    views, line = LinkedViews(bench.workspace), EditSummaryLine()
-    line.resize(1200, 24)
-    for widget in (views, line):
-        qtbot.addWidget(widget)
-    presenter = EditSummaryPresenter(bench.workspace, bench.runs, views, line, live)
-    line.presenter = presenter
-    yield line
-    assert stop_workers(presenter)
+def line(summary):
+    return summary.line
 
 
 def _patch(bench, label: int, column: int = 26) -> LabelPatch:
@@ -159,9 +139,9 @@ def test_the_normal_run_is_of_what_has_changed(bench, until):
 
 
 def test_an_edit_is_said_at_once_and_what_it_did_when_it_is_known(bench, solver, line, until, monkeypatch):
-    asked: list[tuple[Run, Run, Completed]] = []
+    asked: list[tuple[ilf.Run, ilf.Run, Completed]] = []
 
-    def find(before: Run, after: Run, patch: LabelPatch, completed: Completed) -> EditSummary:
+    def find(before: ilf.Run, after: ilf.Run, patch: LabelPatch, completed: Completed) -> EditSummary:
         asked.append((before, after, completed))
         return EditSummary(60, None, (0.02, 0.01), (0.04, 0.03), 99)
 
@@ -186,27 +166,29 @@ def test_an_edit_is_said_at_once_and_what_it_did_when_it_is_known(bench, solver,
     assert "appears here" in line.label.text()
 
 
-def test_of_two_edits_the_last_is_said(bench, solver, line, until):
+def test_of_two_edits_the_last_is_said(bench, solver, line, summary, until):
     bench.run_all()
     bench.workspace.current.edit(_patch(bench, 2), "Paint")
     bench.workspace.current.edit(merge(bench.document.labels, [1, 2]), "Merge")
-    until(lambda: not line.presenter.busy and bench.runs.state is RunState.IDLE)
+    until(lambda: not summary.busy and bench.runs.state is RunState.IDLE)
     assert "<b>Merge</b>" in line.label.text()
 
 
-def test_without_live_what_an_edit_did_is_said_after_the_next_run(bench, live, solver, line, until, monkeypatch):
+def test_without_live_what_an_edit_did_is_said_after_the_next_run(
+    bench, live, solver, line, summary, until, monkeypatch
+):
     monkeypatch.setattr(
         "gui.features.edit_summary.summarise_edit", lambda *_: EditSummary(60, None, None, (0.04, 0.03), 99)
     )
     bench.run_all()
-    live.setChecked(False)
+    summary.context.actions["live"].setChecked(False)
     bench.workspace.current.edit(_patch(bench, 2), "Paint")
-    assert not line.presenter.busy
+    assert not summary.busy
     bench.runs.current.start_changed()
-    until(lambda: bench.runs.state is RunState.IDLE and "hold-out" in line.label.text())
+    until(lambda: bench.runs.state is RunState.IDLE and "hold-out" in summary.line.label.text())
 
 
-def test_other_blocks_and_other_depth_leave_no_word_of_the_last_edit(bench, solver, line, until):
+def test_other_blocks_and_other_depth_leave_no_word_of_the_last_edit(bench, solver, line, summary, until):
     bench.run_all()
     bench.workspace.current.edit(_patch(bench, 2), "Paint")
     assert "Paint" in line.label.text()
@@ -219,7 +201,7 @@ def test_other_blocks_and_other_depth_leave_no_word_of_the_last_edit(bench, solv
     assert bench.workspace.current.set_invalid_mask(wrong, "Distrust depth")
     assert "Paint" not in line.label.text()
     assert f"{np.count_nonzero(wrong)} px" in line.label.text()
-    until(lambda: not line.presenter.busy and bench.runs.state is RunState.IDLE)
+    until(lambda: not summary.busy and bench.runs.state is RunState.IDLE)
 
 
 def test_better_is_green_and_worse_is_red(line):
@@ -241,7 +223,7 @@ def test_better_is_green_and_worse_is_red(line):
 
 
 def test_an_edit_is_judged_by_the_truth_first_also_by_one_that_is_loaded_later(bench, solver, line, until, monkeypatch):
-    def find(before: Run, after: Run, *_: object) -> EditSummary:
+    def find(before: ilf.Run, after: ilf.Run, *_: object) -> EditSummary:
         return EditSummary(60, by_ground_truth=None if after.frame.ground_truth is None else (0.1, 0.06))
 
     monkeypatch.setattr("gui.features.edit_summary.summarise_edit", find)

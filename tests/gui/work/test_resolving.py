@@ -10,22 +10,6 @@ from gui.work.jobs import stop_workers
 from ilf import preset
 
 
-def test_a_re_solve_runs_one_block_and_says_how_fast(bench, until):
-    bench.runs.current.resolve([2])
-    assert bench.runs.state is RunState.RESOLVING
-    assert bench.runs.free, "a run may take its place"
-    assert bench.runs.current.resolving == (2,)
-    assert bench.runs.current.queued == set()
-    bench.script.allow()
-    until(lambda: bool(bench.resolved))
-    assert (bench.run.run.only, bench.run.threads) == ((2,), 1)
-    assert bench.resolved[0].startswith("Block 2: 2 iterations in ")
-    assert bench.said == []
-    assert bench.finished == []
-    assert set(bench.document.valid_results()) == {2}
-    assert (bench.runs.current.resolving, bench.runs.state) == ((), RunState.IDLE)
-
-
 def test_nothing_is_solved_anew_during_a_run(bench):
     bench.runs.current.start()
     bench.runs.current.resolve([1])

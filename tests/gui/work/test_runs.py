@@ -26,10 +26,10 @@ def test_a_run_goes_over_all_blocks_with_their_parameters_and_leaves_one_core(be
     own = preset("paper", max_iterations=7)
     bench.workspace.parameters.set(preset("released-code"))
     bench.workspace.parameters.set(own, 2)
-    assert bench.runs.free
+    assert bench.runs.state.free
     bench.runs.current.start()
     assert bench.runs.state is RunState.RUNNING
-    assert not bench.runs.free
+    assert not bench.runs.state.free
     assert bench.runs.running == [bench.document]
     bench.finish()
     assert bench.run.threads == 5
@@ -111,7 +111,7 @@ def test_stepping_holds_after_every_step_and_pausing_and_going_on_turn_it(bench,
     until(lambda: bench.runs.state is RunState.PAUSED and len(results.live.get(2, [])) == 1)
     assert bench.run.run.only == {2}
     assert bench.run.threads == 1
-    assert not bench.runs.free
+    assert not bench.runs.state.free
     bench.runs.current.step()
     until(lambda: len(results.live[2]) == 2)
     until(lambda: bench.runs.state is RunState.PAUSED)
@@ -169,7 +169,7 @@ def test_cancelling_keeps_the_blocks_that_are_done(bench, until):
     until(lambda: bench.document.results.running == [2])
     bench.runs.current.cancel()
     assert bench.runs.state is RunState.STOPPING
-    assert not bench.runs.free
+    assert not bench.runs.state.free
     bench.finish()
     assert bench.said[0].startswith("first: run cancelled, 1 block in ")
     assert set(bench.document.valid_results()) == {1}
@@ -239,7 +239,7 @@ def test_results_go_to_the_frame_that_runs_wherever_the_user_has_turned(bench):
 def test_results_of_a_frame_that_was_closed_meanwhile_trouble_nobody(bench):
     bench.runs.current.start()
     bench.get_going()
-    bench.workspace.close(bench.document)
+    bench.workspace.remove_entries([bench.workspace.entries.of(bench.document.id)])
     bench.workspace.tell()
     assert (bench.runs.state, bench.runs.running) == (RunState.IDLE, [])
     bench.finish()
@@ -252,7 +252,7 @@ def test_frames_run_side_by_side(bench, until):
     bench.runs.current.start()
     bench.get_going()
     other = bench.open("second")
-    assert bench.runs.free
+    assert bench.runs.state.free
     bench.runs.current.start({2})
     assert bench.runs.running == [bench.document, other]
     bench.runs.current.toggle_pause()

@@ -19,18 +19,16 @@ import ilf.batch.folder_sink
 from ilf._runtime.formatting import grouped
 from ilf._runtime.networks.models import BUNDLED, CORRECTION, SPARSE_CORRECTION
 from ilf.batch.cluster import run_on_cluster
-from ilf.batch.engine import complete_frame, complete_many
+from ilf.batch.engine import Counts, complete_frame, complete_many
 from ilf.batch.folder_sink import FolderSink, open_folder
 from ilf.batch.frame_record import LoadedFrame, read_frame, read_frame_record
-from ilf.batch.frames import folder_name, frames_of_sources, named_frames, shard_of, slice_frames
-from ilf.batch.frozen_list import sample_name
+from ilf.batch.frames import folder_name, frames_of_sources, named_frames, sample_name, shard_of, slice_frames
 from ilf.batch.pictures import depth_levels, read_preview
 from ilf.batch.settings import BatchSettings, read_settings, write_settings
 from ilf.batch.static_camera import with_temporal_median
 from ilf.cli import main
-from ilf.cli.output import FramesBar
+from ilf.cli.batch_summary import FramesBar
 from ilf.errors import FormatError, InputError
-from ilf.evaluation.hold_out import HoldOutTest
 from ilf.run.block_choice import BlockChoice
 from ilf.run.options import ExportOptions
 from ilf.run.record_file import read_record
@@ -129,14 +127,17 @@ def test_batch_prints_one_json_document(source, tmp_path, begun, cli):
 
 
 def test_the_time_left_follows_from_frames_completed_since_the_start(source, tmp_path, cli, begun):
-    with FramesBar(100, 40, 3, shown=True) as bar:
+    counts = Counts(37, 3, total=100)
+    with FramesBar(counts, shown=True) as bar:
         bar.start_t -= 3600
         for _ in range(20):
-            bar.add(completed=False)
+            counts.failed += 1
+            bar.count()
         assert "60/100 frames" in str(bar)
         assert "?" in str(bar)
         for _ in range(2):
-            bar.add(completed=True)
+            counts.completed += 1
+            bar.count()
         assert ", 19:00:" in str(bar)  # 38 left, at half an hour each
         assert str(bar).endswith("left, 23 failed")
     (source / "depth" / "0001.png").write_bytes(b"no image")
@@ -367,7 +368,7 @@ def test_every_frame_is_in_one_shard(count, shards):
 def test_settings_hold_what_their_files_do(source, tmp_path):
     mask = tmp_path / "mask.png"
     cv2.imwrite(str(mask), np.zeros((24, 32), np.uint8))
-    settings = replace(SETTINGS, invalid_mask=str(mask), hidden=HoldOutTest("areas", (0,)))
+    settings = replace(SETTINGS, invalid_mask=str(mask), hidden=ilf.HoldOutTest("areas", (0,)))
     before = settings.facts()
     cv2.imwrite(str(mask), np.full((24, 32), 255, np.uint8))
     assert before != settings.facts()

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 import ilf
+from ilf._runtime.cancellation import run_to_end
 from ilf._runtime.installation import asset_path
-from ilf._runtime.stepping import run_to_end
 from ilf.cli import main
 from ilf.cli.run_output import FinishedRun, completion_report, dominant_block
 from ilf.data.parameters import BlockParameters

@@ -10,7 +10,6 @@ from hypothesis import strategies as st
 import ilf
 from ilf.completion.continuation import continue_plane, fit_plane_in_depth, nearer_or_farther
 from ilf.data.by_hand import DepthByHand
-from ilf.data.frame import RGBDFrame
 from ilf.data.results import Status
 from ilf.errors import InputError
 
@@ -24,8 +23,8 @@ QUICK = ilf.preset(edges="canny", correction=False)
 NONE = np.full(SHAPE, np.nan, np.float32)
 
 
-def _frame(depth: np.ndarray = PLANE, hole: np.ndarray = HOLE) -> RGBDFrame:
-    return RGBDFrame(np.full((*SHAPE, 3), 128, np.uint8), np.where(hole, np.nan, depth))
+def _frame(depth: np.ndarray = PLANE, hole: np.ndarray = HOLE) -> ilf.RGBDFrame:
+    return ilf.RGBDFrame(np.full((*SHAPE, 3), 128, np.uint8), np.where(hole, np.nan, depth))
 
 
 def _at(pixels: np.ndarray, depth: float | np.ndarray) -> np.ndarray:
@@ -157,7 +156,7 @@ def test_the_correction_leaves_it_alone():
     """Its changes fade near depth by hand as near known depth; far from it they stay."""
     rng = np.random.default_rng(0)
     colour = rng.integers(0, 255, (*SHAPE, 3), dtype=np.uint8)
-    frame = RGBDFrame(colour, np.where(HOLE, np.nan, PLANE))
+    frame = ilf.RGBDFrame(colour, np.where(HOLE, np.nan, PLANE))
     by_hand = DepthByHand(_at(PATCH, PLANE), 1.0)
     result = ilf.complete(frame, ONE, by_hand=by_hand)
     assert result.results[1].correction

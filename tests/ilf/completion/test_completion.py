@@ -18,11 +18,9 @@ from ilf._runtime.formatting import counted
 from ilf._runtime.threads import run_in_parallel
 from ilf.completion.block import BlockTask, required_known_pixels
 from ilf.completion.pass_band.iteration import PassBandIteration
-from ilf.data.frame import RGBDFrame
 from ilf.data.results import Status, compose
 from ilf.drawing.blocks import block_overlay
-from ilf.errors import Cancelled, InputError, ParameterError
-from ilf.run.run import complete
+from ilf.errors import InputError, ParameterError
 
 from .blas_bits import bits
 
@@ -186,7 +184,7 @@ def test_blocks_without_enough_depth_are_reported_and_stay_missing(small_frame):
     depth[5, 40] = 2.0
     labels = np.ones(depth.shape, np.int32)
     labels[:, 30:] = 7
-    result = ilf.complete(RGBDFrame(small_frame.rgb, depth), labels)
+    result = ilf.complete(ilf.RGBDFrame(small_frame.rgb, depth), labels)
     outcome = result.outcomes[7]
     assert outcome.status is Status.NOT_RECOVERABLE
     assert outcome.message == (
@@ -218,7 +216,7 @@ def test_a_block_with_just_enough_known_depth_is_completed(small_frame):
         places = np.argwhere(labels == 1)[known:]
         depth[:20, :10] = 1.5
         depth[tuple(places.T)] = np.nan
-        outcome = ilf.complete(RGBDFrame(small_frame.rgb, depth), labels).outcomes[1]
+        outcome = ilf.complete(ilf.RGBDFrame(small_frame.rgb, depth), labels).outcomes[1]
         assert (outcome.status, outcome.known) == (status, known)
 
 
@@ -257,10 +255,10 @@ def test_preview_is_the_depth_so_far(small_frame, small_labels):
 def test_cancelling_by_exception(small_frame, small_labels, threads):
     def stop(progress):
         if progress.record is not None and progress.record.i == 3:
-            raise Cancelled("enough")
+            raise ilf.Cancelled("enough")
 
-    with pytest.raises(Cancelled):
-        complete(small_frame, small_labels, on_progress=stop, threads=threads)
+    with pytest.raises(ilf.Cancelled):
+        ilf.complete(small_frame, small_labels, on_progress=stop, threads=threads)
 
 
 @pytest.fixture
@@ -272,7 +270,7 @@ def patchwork(small_frame):
     depth[:9, :7] = np.nan
     depth[25:, 44:] = np.where(np.indices((23, 20)).sum(axis=0) % 3 == 0, np.nan, 2.0)
     labels = 1 + 4 * rows[:, None] + columns[None, :]
-    return RGBDFrame(small_frame.rgb, depth), labels.astype(np.int32)
+    return ilf.RGBDFrame(small_frame.rgb, depth), labels.astype(np.int32)
 
 
 @pytest.mark.parametrize("threads", [3, 20])
@@ -280,14 +278,14 @@ def test_results_do_not_depend_on_the_number_of_threads(patchwork, monkeypatch, 
     monkeypatch.setattr("ilf._runtime.threads.SLICE_S", 0.0005)
     frame, labels = patchwork
     parameters = ilf.preset(max_iterations=60, mode="fill+denoise")
-    alone = complete(frame, labels, parameters, threads=1)
+    alone = ilf.complete(frame, labels, parameters, threads=1)
     seen = {}
 
     def note(progress):
         if progress.record is not None:
             seen.setdefault(progress.label, []).append(progress.record.i)
 
-    together = complete(frame, labels, parameters, on_progress=note, threads=threads)
+    together = ilf.complete(frame, labels, parameters, on_progress=note, threads=threads)
     assert together.depth.tobytes() == alone.depth.tobytes()
     assert list(together.results) == list(alone.results)
     assert repr(list(together.outcomes.values())) == repr(list(alone.outcomes.values()))
@@ -347,7 +345,7 @@ def test_an_error_in_a_thread_comes_out_at_next(small_frame, small_labels, monke
 
     monkeypatch.setattr(BlockTask, "stepper", broken)
     with pytest.raises(MemoryError, match="block 2"):
-        complete(small_frame, small_labels, ilf.preset("released-code", max_iterations=100_000), threads=2)
+        ilf.complete(small_frame, small_labels, ilf.preset("released-code", max_iterations=100_000), threads=2)
 
 
 def test_depth_that_is_not_positive_is_no_depth():
@@ -355,7 +353,7 @@ def test_depth_that_is_not_positive_is_no_depth():
     depth = np.full((30, 30), 9.0)
     depth[:, :15] = 0.15
     depth[5:25, 10:15] = np.nan
-    frame = RGBDFrame(np.zeros((30, 30, 3), np.uint8), depth)
+    frame = ilf.RGBDFrame(np.zeros((30, 30, 3), np.uint8), depth)
     parameters = ilf.preset("paper", shortest_wavelength=6.0, rgb_iterations=0)
     result = ilf.complete(frame, np.ones((30, 30), np.int32), parameters)
     outcome = result.outcomes[1]

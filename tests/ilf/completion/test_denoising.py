@@ -11,15 +11,14 @@ from ilf.completion.edge_aware.iteration import Denoising
 from ilf.completion.edge_aware.noise import Noise, frame_noise
 from ilf.completion.edge_aware.shape import polynomial_trend
 from ilf.completion.edge_aware.view import swapped_pixels
-from ilf.data.frame import RGBDFrame
 
 ROWS, COLUMNS = np.indices((120, 160)).astype(float)
 ROWS2, COLUMNS2 = np.indices((240, 320)).astype(float)
 RNG_SEED = 3
 
 
-def _grey(depth: np.ndarray) -> RGBDFrame:
-    return RGBDFrame(np.full((*depth.shape, 3), 128, np.uint8), depth)
+def _grey(depth: np.ndarray) -> ilf.RGBDFrame:
+    return ilf.RGBDFrame(np.full((*depth.shape, 3), 128, np.uint8), depth)
 
 
 def _denoised(depth: np.ndarray, **changes: object) -> np.ndarray:
@@ -154,7 +153,7 @@ def test_spokes_are_no_swapped_pixels(spokes, width):
     wheel = ((off < width / 2) | (np.abs(radius - 105) < 3)) & (radius < 108)
     truth = np.where(wheel, 1.5, 2.8 + 0.001 * COLUMNS2)
     depth = truth + 0.01 * np.random.default_rng(RNG_SEED).standard_normal(truth.shape)
-    frame = RGBDFrame(np.repeat(np.where(wheel, 60, 170).astype(np.uint8)[..., None], 3, axis=2), depth)
+    frame = ilf.RGBDFrame(np.repeat(np.where(wheel, 60, 170).astype(np.uint8)[..., None], 3, axis=2), depth)
     assert not swapped_pixels(frame).any()
     done = ilf.complete(frame, np.ones(truth.shape, np.int32), ilf.preset(mode="fill+denoise")).depth
     beside = wheel | np.roll(wheel, 1, 0) | np.roll(wheel, -1, 0) | np.roll(wheel, 1, 1) | np.roll(wheel, -1, 1)

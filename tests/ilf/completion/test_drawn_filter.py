@@ -8,7 +8,6 @@ from hypothesis.extra.numpy import array_shapes, arrays
 
 import ilf
 from ilf.completion.edge_aware.grid import CutLinks
-from ilf.data.frame import RGBDFrame
 from ilf.errors import InputError
 
 SHAPE = (120, 160)
@@ -20,7 +19,7 @@ LABELS = np.where(COLUMNS - 12 * np.sin(ROWS / 7) < 80, 1, 2).astype(np.int32)
 
 def _grey(depth, hole=HOLE):
     """A frame whose colour says nothing, with a hole in its depth."""
-    return RGBDFrame(np.full((*depth.shape, 3), 128, np.uint8), np.where(hole, np.nan, depth))
+    return ilf.RGBDFrame(np.full((*depth.shape, 3), 128, np.uint8), np.where(hole, np.nan, depth))
 
 
 def _border(labels):

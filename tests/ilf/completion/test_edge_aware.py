@@ -9,8 +9,6 @@ from hypothesis import strategies as st
 
 import ilf
 from ilf.completion.edge_aware.view import flying_pixels
-from ilf.data.frame import RGBDFrame
-from ilf.data.parameters import Parameters
 from ilf.data.results import Status
 
 SHAPE = (120, 160)
@@ -18,16 +16,16 @@ ROWS, COLUMNS = np.mgrid[: SHAPE[0], : SHAPE[1]]
 HOLE = (ROWS >= 30) & (ROWS < 90) & (COLUMNS >= 40) & (COLUMNS < 120)
 
 
-def _best(**changes: object) -> Parameters:
+def _best(**changes: object) -> ilf.Parameters:
     return ilf.preset("best", **({"correction": False} | changes))
 
 
-def _grey(depth: np.ndarray) -> RGBDFrame:
+def _grey(depth: np.ndarray) -> ilf.RGBDFrame:
     """A frame whose colour says nothing."""
-    return RGBDFrame(np.full((*depth.shape, 3), 128, np.uint8), depth)
+    return ilf.RGBDFrame(np.full((*depth.shape, 3), 128, np.uint8), depth)
 
 
-def _whole(frame: RGBDFrame) -> np.ndarray:
+def _whole(frame: ilf.RGBDFrame) -> np.ndarray:
     return np.ones(frame.shape, np.int32)
 
 
@@ -61,7 +59,7 @@ ACROSS = np.where(HOLE, np.nan, JUMP)
 def test_a_hole_across_a_colour_edge_is_filled_from_both_sides():
     rgb = np.full((*SHAPE, 3), 128, np.uint8)
     rgb[:, 80:] = (220, 60, 30)
-    frame = RGBDFrame(rgb, ACROSS)
+    frame = ilf.RGBDFrame(rgb, ACROSS)
     beside = HOLE & (np.abs(COLUMNS - 79.5) > 4)
     seen = np.abs(ilf.complete(frame, _whole(frame), _best()).depth - JUMP)[beside]
     blind = np.abs(_completed(ACROSS) - JUMP)[beside]
@@ -123,14 +121,14 @@ def test_half_a_sphere_is_recovered_to_4_mm_from_65_mm_of_noise(mode):
         assert _rms((found - ground_truth)[~hole]) < 0.004
 
 
-def _bumpy() -> RGBDFrame:
+def _bumpy() -> ilf.RGBDFrame:
     """Waves with 5 mm of noise, two holes, and colour edges at random places."""
     rng = np.random.default_rng(0)
     depth = 2.0 + 0.1 * np.sin(COLUMNS / 6) + 0.005 * rng.standard_normal(SHAPE)
     depth[50:70, 60:100] = np.nan
     depth[100:, :15] = np.nan
     rgb = np.repeat(np.repeat(rng.integers(0, 255, (6, 8, 3), dtype=np.uint8), 20, axis=0), 20, axis=1)
-    return RGBDFrame(rgb, depth)
+    return ilf.RGBDFrame(rgb, depth)
 
 
 def test_smoothness_is_rougher_below_and_smoother_above():
@@ -189,7 +187,7 @@ def test_frames_smaller_than_the_context_are_filled(height, width, seed, denoise
     known = rng.random((height, width)) < rng.choice([0.05, 0.3, 0.9])
     known.flat[rng.integers(known.size)] = True
     depth = np.where(known, plane, np.nan)
-    frame = RGBDFrame(rng.integers(0, 255, (height, width, 3), dtype=np.uint8), depth)
+    frame = ilf.RGBDFrame(rng.integers(0, 255, (height, width, 3), dtype=np.uint8), depth)
     labels = rng.integers(0, 3, (height, width)).astype(np.int32)
     mode = "fill+denoise" if denoise else "fill"
     result = ilf.complete(frame, labels, _best(mode=mode, min_known_pixels=1, min_known_share=0.0), threads=1)

@@ -7,21 +7,10 @@ import numpy as np
 import pytest
 
 import ilf
-from ilf.completion.confidence.expected_error import (
-    _discs,
-    depth_error,
-    difficulty_samples,
-    error_summary,
-    expected_error,
-    summarised,
-    unsupported,
-)
+from ilf.completion.confidence.expected_error import _discs, depth_error, difficulty_samples, error_summary, summarised
 from ilf.completion.confidence.features import FEATURES, FLOOR, walk
 from ilf.completion.confidence.fitted import MODELS
-from ilf.data.parameters import Parameters
 from ilf.errors import InputError, ParameterError
-from ilf.evaluation.hold_out import HoldOutTest, evaluate_hold_out
-from ilf.run.run import complete
 
 from ..small_frames import QUICK, write_small_frame
 
@@ -78,16 +67,16 @@ def test_a_single_known_pixel_gives_finite_errors_that_are_no_certainty(shape):
 def test_each_block_of_a_completion_has_the_model_of_its_filter(tmp_path):
     frame = ilf.load_frame(*write_small_frame(tmp_path))
     labels = np.tile(np.where(np.arange(80) < 40, 1, 2).astype(np.int32), (60, 1))
-    completion = complete(frame, labels, ilf.preset("paper", **QUICK, rgb_iterations=5))
+    completion = ilf.complete(frame, labels, ilf.preset("paper", **QUICK, rgb_iterations=5))
     of_filter = {name: depth_error(frame, completion.depth, name) for name in MODELS}
-    np.testing.assert_array_equal(expected_error(completion), of_filter["ideal"])
-    second = replace(completion.results[2], parameters=Parameters(filter="edge-aware"))
+    np.testing.assert_array_equal(ilf.expected_error(completion), of_filter["ideal"])
+    second = replace(completion.results[2], parameters=ilf.Parameters(filter="edge-aware"))
     mixed = replace(completion, results={**completion.results, 2: second})
     expected = np.where(labels == 1, of_filter["ideal"], of_filter["edge-aware"])
-    np.testing.assert_array_equal(expected_error(mixed), expected)
+    np.testing.assert_array_equal(ilf.expected_error(mixed), expected)
     np.testing.assert_array_equal(np.isfinite(expected), completion.filled)
     extrapolations = replace(completion, extrapolated=completion.filled & (labels == 2))
-    np.testing.assert_array_equal(expected_error(extrapolations), expected)
+    np.testing.assert_array_equal(ilf.expected_error(extrapolations), expected)
 
 
 def test_sparse_frames_have_a_model_of_their_own():
@@ -102,9 +91,9 @@ def test_sparse_frames_have_a_model_of_their_own():
 def test_figures_of_expected_errors_are_over_what_blocks_have_filled(tmp_path):
     frame = ilf.load_frame(*write_small_frame(tmp_path))
     labels = np.tile(np.where(np.arange(80) < 40, 1, 2).astype(np.int32), (60, 1))
-    completion = complete(frame, labels, ilf.preset("paper", **QUICK, rgb_iterations=5))
+    completion = ilf.complete(frame, labels, ilf.preset("paper", **QUICK, rgb_iterations=5))
     extrapolate = replace(completion, extrapolated=completion.filled & (labels == 2))
-    error = expected_error(extrapolate)
+    error = ilf.expected_error(extrapolate)
     of_blocks = error[completion.filled & (labels == 1)].astype(np.float64)
     figures = error_summary(error, extrapolate)
     assert figures.rms == pytest.approx(np.sqrt(np.mean(of_blocks**2)))
@@ -143,20 +132,20 @@ def test_walks_end_at_the_depth_that_they_come_upon_and_edges_turn_them_back():
 def test_nothing_vouches_for_guesses_for_what_edges_close_in_and_for_what_lies_outside_all_measured_depth():
     frame = ilf.RGBDFrame(COLOUR, np.where(HOLE, np.nan, PLANE))
     labels = np.where(np.hypot(ROWS - 48, COLUMNS - 64) < 16, 2, 1).astype(np.int32)
-    completion = complete(frame, np.ones(PLANE.shape, np.int32), Parameters(max_iterations=3))
-    assert not unsupported(completion).any()
+    completion = ilf.complete(frame, np.ones(PLANE.shape, np.int32), ilf.Parameters(max_iterations=3))
+    assert not ilf.unsupported(completion).any()
     some = HOLE & (COLUMNS > 64)
-    np.testing.assert_array_equal(unsupported(replace(completion, extrapolated=some)), some)
+    np.testing.assert_array_equal(ilf.unsupported(replace(completion, extrapolated=some)), some)
     for factor in (0.5, 2.0):
         depth = np.where(some, np.float32(factor) * completion.depth, completion.depth)
-        np.testing.assert_array_equal(unsupported(replace(completion, depth=depth)), some)
+        np.testing.assert_array_equal(ilf.unsupported(replace(completion, depth=depth)), some)
     ring = np.abs(np.hypot(ROWS - 48, COLUMNS - 64) - 16) < 4
     parted = replace(completion, results={1: replace(completion.results[1], drawn=ring.ravel())})
-    closed_in = unsupported(parted)
+    closed_in = ilf.unsupported(parted)
     assert closed_in[labels == 2].mean() > 0.5
     assert not closed_in[np.hypot(ROWS - 48, COLUMNS - 64) > 24].any()
     with pytest.raises(InputError, match="but the frame is"):
-        unsupported(replace(completion, depth=completion.depth[1:]))
+        ilf.unsupported(replace(completion, depth=completion.depth[1:]))
 
 
 @pytest.mark.parametrize(
@@ -164,11 +153,11 @@ def test_nothing_vouches_for_guesses_for_what_edges_close_in_and_for_what_lies_o
 )
 def test_depth_is_closed_off_beyond_20_steps_that_are_12_times_those_without_edges(monkeypatch, steps, freely, closed):
     frame = ilf.RGBDFrame(COLOUR, np.where(HOLE, np.nan, PLANE))
-    completion = complete(frame, np.ones(PLANE.shape, np.int32), Parameters(max_iterations=1))
+    completion = ilf.complete(frame, np.ones(PLANE.shape, np.int32), ilf.Parameters(max_iterations=1))
     for name, count in (("walks_with_edges", steps), ("_walks_without_edges", freely)):
         walks = SimpleNamespace(steps=np.full(PLANE.shape, count, np.float32))
         monkeypatch.setattr(f"ilf.completion.confidence.expected_error.{name}", lambda *_, walks=walks: walks)
-    np.testing.assert_array_equal(unsupported(completion), HOLE & closed)
+    np.testing.assert_array_equal(ilf.unsupported(completion), HOLE & closed)
 
 
 def test_a_frame_is_as_hard_as_its_own_hidden_depth_turns_out():
@@ -218,6 +207,6 @@ def test_frames_as_thin_as_a_line_come_out_without_a_warning(shape, parameters):
     frame = ilf.RGBDFrame(rng.integers(0, 255, (*shape, 3), np.uint8), depth, ground_truth=np.full(shape, 2.5))
     run = ilf.Run.of(frame, preset=parameters)
     completion = run.complete()
-    assert np.isfinite(expected_error(completion)[completion.filled]).all()
-    assert evaluate_hold_out(run, HoldOutTest("random", (0,))).whole.pixels
+    assert np.isfinite(ilf.expected_error(completion)[completion.filled]).all()
+    assert ilf.evaluate_hold_out(run, ilf.HoldOutTest("random", (0,))).whole.pixels
     assert difficulty_samples(frame) is None

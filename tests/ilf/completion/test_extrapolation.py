@@ -5,7 +5,6 @@ import pytest
 
 import ilf
 from ilf.completion.extrapolation import extrapolation_steps
-from ilf.data.frame import RGBDFrame
 
 
 @pytest.fixture
@@ -35,7 +34,7 @@ def test_a_guess_is_no_nearer_and_no_farther_than_what_is_there(half_done):
     frame, _ = half_done
     _, columns = np.mgrid[:48, :64]
     slope = np.where((columns > 20) & (columns < 44), 1.0 + 0.05 * columns, np.nan)
-    steep = RGBDFrame(frame.rgb, slope)
+    steep = ilf.RGBDFrame(frame.rgb, slope)
     extrapolated = ilf.extrapolate(ilf.complete(steep, np.zeros(frame.shape, np.int32))).depth
     assert np.isfinite(extrapolated).all()
     assert extrapolated.min() >= np.nanmin(np.float32(slope))
@@ -53,7 +52,7 @@ def test_the_guess_sees_the_edges_of_the_extraction_and_says_what_there_is_to_kn
     frame, _ = half_done
     depth = frame.depth.copy()
     depth[20:40, 22:44] = np.nan
-    frame = RGBDFrame(np.full((48, 64, 3), 90, np.uint8), depth)
+    frame = ilf.RGBDFrame(np.full((48, 64, 3), 90, np.uint8), depth)
 
     def guess(extraction):
         run = ilf.Run(frame, ilf.Blocks(np.zeros(frame.shape, np.int32), extraction=extraction), extrapolate=True)

@@ -106,11 +106,10 @@ def test_link(shape, creased):
 def test_parts_are_taken_in():
     """Of the parts, 1 is a speck, 2 holds a region already, 3 and 4 become regions."""
     parts = np.array([0, 1, 1, 1, 2, 2, 2, 2, 2, 4, 4, 4, 4, 3, 3, 3, 3, 3], np.int32)
-    for way in (boundaries._add_new_parts.__wrapped__, boundaries._add_new_parts_by_loop, boundaries._add_new_parts):
-        regions = np.where(np.arange(parts.size) == 5, np.int32(7), np.int32(0))
-        assert way(parts, regions, 7) == 9
-        assert regions.tolist() == [0] * 5 + [7] + [0] * 3 + [9] * 4 + [8] * 5
-        assert way(parts, regions, 9) == 9
+    regions = np.where(np.arange(parts.size) == 5, np.int32(7), np.int32(0))
+    assert boundaries._add_new_parts(parts, regions, 7) == 9
+    assert regions.tolist() == [0] * 5 + [7] + [0] * 3 + [9] * 4 + [8] * 5
+    assert boundaries._add_new_parts(parts, regions, 9) == 9
 
 
 @pytest.mark.parametrize("known", [0.02, 0.3, 0.9])

@@ -11,9 +11,7 @@ import ilf
 from ilf.completion.edge_aware.iteration import EdgeAwareIteration
 from ilf.completion.pass_band.band import colour_weight, inside_ellipse
 from ilf.completion.pass_band.iteration import PassBandIteration, StagedSchedule, principal_lengths
-from ilf.data.frame import RGBDFrame
 from ilf.data.label_map import find_blocks
-from ilf.data.parameters import PRESETS
 from ilf.data.results import hold_out_mask
 from tests.reference.full_grid import FullGridIteration, squared_wave_numbers
 
@@ -26,7 +24,7 @@ def _tiny(seed=3, shape=(5, 6)):
     depth[rng.random(shape) < 0.3] = np.nan
     labels = np.ones(shape, np.int32)
     labels[0, 0] = 0
-    return RGBDFrame(rng.integers(0, 255, (*shape, 3), dtype=np.uint8), depth), labels
+    return ilf.RGBDFrame(rng.integers(0, 255, (*shape, 3), dtype=np.uint8), depth), labels
 
 
 def _direct_dft(values, sign):
@@ -88,7 +86,7 @@ def _bumpy(shape, seed=5):
     depth = 1.5 + rows + 0.3 * np.sin(7 * columns) + 0.02 * rng.standard_normal(shape)
     depth[shape[0] // 4 : shape[0] // 2, shape[1] // 3 : 3 * shape[1] // 4] = np.nan
     labels = (np.hypot(rows - 0.3, columns - 0.5) < 0.55).astype(np.int32)
-    return RGBDFrame(rng.integers(0, 255, (*shape, 3), dtype=np.uint8), depth), labels
+    return ilf.RGBDFrame(rng.integers(0, 255, (*shape, 3), dtype=np.uint8), depth), labels
 
 
 CHANGES = [
@@ -105,7 +103,7 @@ CHANGES = [
 def test_pass_band_and_full_grid_give_the_same_iterates(name, changes):
     frame, labels = _bumpy((37, 24))
     block = find_blocks(labels)[1]
-    parameters = PRESETS[name].replace(**{"max_iterations": 300, **changes})
+    parameters = ilf.PRESETS[name].replace(**{"max_iterations": 300, **changes})
     fast, full = PassBandIteration(frame, block, parameters), FullGridIteration(frame, block, parameters)
     for ours, theirs in itertools.zip_longest(fast, full):
         for exact in ("i", "stage", "radii", "weighted"):
@@ -123,7 +121,7 @@ def test_l1_norm_is_exact_where_the_filter_goes_negative():
     depth = np.full((30, 30), 9.0)
     depth[:, :15] = 0.15
     depth[5:25, 10:15] = np.nan
-    frame = RGBDFrame(np.zeros((30, 30, 3), np.uint8), depth)
+    frame = ilf.RGBDFrame(np.zeros((30, 30, 3), np.uint8), depth)
     block = find_blocks(np.ones((30, 30), np.int32))[1]
     parameters = ilf.preset("paper", shortest_wavelength=2.5, s_criteria=1e-4, max_iterations=200)
     negative = False
@@ -150,7 +148,7 @@ def test_what_is_held_out_has_no_part_in_the_iterates(name):
     frame, labels = _bumpy((50, 70))
     block = find_blocks(labels)[1]
     # flying pixels and noise, which are found with all of the depth, are switched off and given
-    parameters = PRESETS[name].replace(
+    parameters = ilf.PRESETS[name].replace(
         validation_share=0.1, max_iterations=60, mode="fill+denoise", jump_share=0.0, noise=0.01
     )
     known = block.mask & frame.known[block.box]
@@ -161,7 +159,7 @@ def test_what_is_held_out_has_no_part_in_the_iterates(name):
     other[block.box][held_out] += 0.5
     runs = []
     for depth in (frame.depth, other):
-        changed = RGBDFrame(frame.rgb, depth)
+        changed = ilf.RGBDFrame(frame.rgb, depth)
         steps = _stepper(changed, block, parameters)
         runs.append(([(record.sigma_i, record.residual, record.held_out) for record in steps], steps.surface))
     (before, surface), (after, same_surface) = runs
@@ -241,7 +239,7 @@ def test_a_band_limited_surface_is_recovered():
     ground_truth = 2.0 + 0.1 * np.cos(2 * np.pi * rows / 32) + 0.1 * np.sin(2 * np.pi * columns / 40)
     depth = ground_truth.copy()
     depth[10:16, 12:20] = np.nan
-    frame = RGBDFrame(np.full((32, 40, 3), 120, np.uint8), depth)
+    frame = ilf.RGBDFrame(np.full((32, 40, 3), 120, np.uint8), depth)
     parameters = ilf.preset("paper", padding=1.0, rgb_iterations=0, s_criteria=1e-9, shortest_wavelength=20.0)
     steps = ilf.iterate(frame, np.ones((32, 40), np.int32), 1, parameters)
     list(steps)

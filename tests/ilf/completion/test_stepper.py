@@ -10,13 +10,12 @@ import pytest
 import ilf
 from ilf.completion.filter import max_pixels
 from ilf.data.label_map import find_blocks
-from ilf.data.parameters import PRESETS
 from ilf.data.results import EdgeAwareRecord, PassBandRecord, Status
 
 RECORDS = {"ideal": PassBandRecord, "edge-aware": EdgeAwareRecord}
 
 
-@pytest.fixture(params=[*PRESETS, "held out", "cut short"])
+@pytest.fixture(params=[*ilf.PRESETS, "held out", "cut short"])
 def parameters(request):
     others = {
         "held out": ilf.preset(validation_share=0.2, mode="fill+denoise"),

@@ -4,12 +4,11 @@ import numpy as np
 import pytest
 
 import ilf
-from ilf.data.blocks import Blocks
 from ilf.segmentation.editing.patches import border_pixels
 
 SHAPE = 48, 64
 COLUMNS = np.indices(SHAPE)[1]
-ONE = Blocks(np.ones(SHAPE, np.int32))
+ONE = ilf.Blocks(np.ones(SHAPE, np.int32))
 STEP = np.where(COLUMNS < 32, 1.0, 2.0)
 THIN = slice(30, 34)
 
@@ -69,7 +68,7 @@ def test_elsewhere_it_is_the_filters(depth, missing, changes):
 
 def test_depth_does_not_cross_borders_drawn_by_hand():
     labels = np.where(COLUMNS < 33, 1, 2).astype(np.int32)
-    blocks = Blocks(labels, drawn=border_pixels(labels))
+    blocks = ilf.Blocks(labels, drawn=border_pixels(labels))
     completed, filtered = both(frame_of(STEP, THIN), blocks)
     np.testing.assert_allclose(completed, filtered, rtol=1e-6)
 
@@ -77,7 +76,7 @@ def test_depth_does_not_cross_borders_drawn_by_hand():
 def test_depth_by_hand_is_not_sharpened():
     frame, by_hand = frame_of(STEP, THIN), np.full(SHAPE, np.nan)
     by_hand[24, 32] = 1.5
-    blocks = Blocks(ONE.labels, by_hand=by_hand)
+    blocks = ilf.Blocks(ONE.labels, by_hand=by_hand)
     completed, filtered = both(frame, blocks)
     assert completed[24, 32] == pytest.approx(filtered[24, 32], rel=1e-6)
     assert completed[23, 32] != pytest.approx(filtered[23, 32], rel=1e-3)

@@ -13,8 +13,9 @@ from ilf.data.points import PointCloud
 from ilf.evaluation.evaluation import evaluate
 from ilf.evaluation.measuring import depth_profile, measure
 from ilf.evaluation.statistics import surface_statistics
+from ilf.io.block_files import write_blocks
 from ilf.io.depth import read_depth_values, write_expected_error
-from ilf.io.labels import read_labels, write_labels, write_mask
+from ilf.io.labels import read_labels, write_mask
 
 SHAPE = 12, 16
 RGB = np.zeros((*SHAPE, 3), np.uint8)
@@ -78,7 +79,7 @@ def test_masked_pixels_are_not_written(tmp_path):
         assert np.array_equal(np.nan_to_num(read_depth_values(tmp_path / name)) == 0, HIDDEN)
     write_expected_error(tmp_path / "error.npy", masked())
     assert np.array_equal(np.isnan(read_depth_values(tmp_path / "error.npy")), HIDDEN)
-    write_labels(tmp_path / "labels.png", np.ma.masked_array(np.full(SHAPE, 3), mask=HIDDEN))
+    write_blocks(tmp_path / "labels.png", np.ma.masked_array(np.full(SHAPE, 3), mask=HIDDEN))
     assert np.array_equal(read_labels(tmp_path / "labels.png") == 0, HIDDEN)
     write_mask(tmp_path / "mask.png", np.ma.masked_array(np.full(SHAPE, True), mask=HIDDEN))
     assert np.array_equal(read_labels(tmp_path / "mask.png") == 0, HIDDEN)

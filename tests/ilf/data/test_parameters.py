@@ -3,10 +3,9 @@
 import pytest
 
 import ilf
-from ilf.data.parameters import PRESETS, BlockParameters, Parameters
 from ilf.errors import ParameterError
 
-SETS = [Parameters, BlockParameters]
+SETS = [ilf.Parameters, ilf.BlockParameters]
 
 
 @pytest.mark.parametrize("set_class", SETS)
@@ -39,7 +38,7 @@ def test_presets_are_the_papers_and_the_released_codes():
     assert released.rgb_iterations == 99  # i < 100
     assert not paper.centred
     assert not released.centred
-    assert ilf.preset() == ilf.Parameters() == PRESETS["best"]
+    assert ilf.preset() == ilf.Parameters() == ilf.PRESETS["best"]
     best = ilf.Parameters()
     assert (best.filter, best.centred, best.s_criteria) == ("edge-aware", True, 0.0005)
     assert {preset.filter for preset in (paper, released)} == {"ideal"}
@@ -82,7 +81,7 @@ def test_a_parameter_that_has_no_effect_is_refused(preset, changes, name, presen
     with pytest.raises(ParameterError) as refused:
         ilf.preset(preset, **changes)
     assert str(refused.value) == sentence
-    assert PRESETS[preset].replace(**changes).without_effect(changes) == (sentence,)
+    assert ilf.PRESETS[preset].replace(**changes).without_effect(changes) == (sentence,)
 
 
 def test_every_parameter_that_has_no_effect_is_named():
@@ -99,15 +98,15 @@ def test_a_parameter_counts_with_those_that_are_changed_beside_it():
 
 def test_a_parameter_may_count_with_several_values_of_another():
     for detector in ("rgbd", "hed"):
-        assert BlockParameters().changed(detector=detector, threshold=0.3).has_effect("threshold")
+        assert ilf.BlockParameters().changed(detector=detector, threshold=0.3).has_effect("threshold")
     with pytest.raises(ParameterError) as refused:
-        BlockParameters().changed(detector="canny", threshold=0.3)
+        ilf.BlockParameters().changed(detector="canny", threshold=0.3)
     assert str(refused.value) == "threshold has no effect with detector canny; it belongs to detector rgbd or hed."
 
 
 def test_replace_and_records_take_values_without_effect():
     assert ilf.preset().replace(padding=3).padding == 3
-    assert Parameters.from_dict(ilf.preset().to_dict() | {"padding": 3}).padding == 3
+    assert ilf.Parameters.from_dict(ilf.preset().to_dict() | {"padding": 3}).padding == 3
 
 
 @pytest.mark.parametrize("set_class", SETS)
@@ -119,16 +118,16 @@ def test_what_is_made_of_stored_values_needs_all_of_them(set_class):
 
 
 def test_sets_have_the_same_effect_if_they_differ_in_nothing_that_counts():
-    best, paper = PRESETS["best"], PRESETS["paper"]
+    best, paper = ilf.PRESETS["best"], ilf.PRESETS["paper"]
     assert best.same_effect(best.replace(padding=3.0, linear_start=2.0, centred=False))
     assert not best.same_effect(best.replace(noise=0.1))
     assert not best.same_effect(best.replace(filter="ideal"))
     assert paper.same_effect(paper.replace(noise=0.1, linear_start=2.0))
     assert not paper.same_effect(paper.replace(padding=3.0))
-    assert BlockParameters(use_depth=False).same_effect(BlockParameters(use_depth=False, depth_jump=1.0))
+    assert ilf.BlockParameters(use_depth=False).same_effect(ilf.BlockParameters(use_depth=False, depth_jump=1.0))
 
 
-@pytest.mark.parametrize("kind", [Parameters, BlockParameters])
+@pytest.mark.parametrize("kind", [ilf.Parameters, ilf.BlockParameters])
 def test_the_docstring_lists_every_parameter_as_it_is_declared(kind):
     entries = {}
     for line in (kind.__doc__ or "").splitlines():
@@ -137,7 +136,7 @@ def test_the_docstring_lists_every_parameter_as_it_is_declared(kind):
             entries[name] = facts
     assert list(entries) == list(kind.declarations())
     assert entries["model"] == "str, default 'edges'"
-    if kind is BlockParameters:
+    if kind is ilf.BlockParameters:
         assert entries["depth_jump"] == "float, 0.001 to 5 m, default 0.04 m"
         assert entries["threshold"] == "float, 0 to 1 (0: auto), default auto"
         assert entries["detector"] == "{'rgbd', 'hed', 'canny'}, default 'hed'"

@@ -77,15 +77,15 @@ def test_damaged_files_and_other_schemas_get_one_clear_sentence(content, message
 
 
 def test_ones_own_presets_are_kept_renamed_and_deleted(tmp_path):
-    assert list_presets().presets == {}
+    assert list_presets()[0] == {}
     path = _saved(SOFT)
     assert path.parent == presets_folder()
     _saved(PAPER)
-    assert list(list_presets().presets) == ["paper 300", "weich, größer"]
+    assert list(list_presets()[0]) == ["paper 300", "weich, größer"]
     with pytest.raises(InputError, match="A preset 'paper 300' already exists"):
         save_preset("Paper 300", SOFT.parameters)
     save_preset("paper 300", SOFT.parameters, replace=True)
-    assert list_presets().presets["paper 300"].parameters == SOFT.parameters
+    assert list_presets()[0]["paper 300"].parameters == SOFT.parameters
     rename_preset("paper 300", "Paper 300")
     rename_preset("Paper 300", "other")
     with pytest.raises(InputError, match="already"):
@@ -93,7 +93,7 @@ def test_ones_own_presets_are_kept_renamed_and_deleted(tmp_path):
     with pytest.raises(InputError, match=r"no user preset 'paper 300'\. Known: other, weich"):
         rename_preset("paper 300", "x")
     assert delete_preset("other").stem == "other"
-    assert list(list_presets().presets) == [SOFT.name]
+    assert list(list_presets()[0]) == [SOFT.name]
 
 
 @pytest.mark.parametrize(
@@ -111,7 +111,7 @@ def test_import_takes_the_name_in_the_file(tmp_path):
     with pytest.raises(InputError, match="already"):
         import_preset(tmp_path / "file.json")
     import_preset(tmp_path / "file.json", replace=True)
-    assert list(list_presets().presets) == [SOFT.name]
+    assert list(list_presets()[0]) == [SOFT.name]
 
 
 def test_presets_are_found_by_name_and_by_file(tmp_path, monkeypatch):

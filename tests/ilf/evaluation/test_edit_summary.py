@@ -6,9 +6,7 @@ import numpy as np
 import pytest
 
 import ilf
-from ilf.data.blocks import Blocks
 from ilf.evaluation.edit_summary import EditSummary, summarise_edit
-from ilf.run.run import Run
 from ilf.segmentation.editing.patches import patch_between
 
 
@@ -21,8 +19,8 @@ def moved(small_frame, small_labels):
     drawn[:, 29:31] = True
     grey = ilf.RGBDFrame(np.full_like(small_frame.rgb, 90), small_frame.depth)
     return (
-        Run(grey, wrong, ilf.preset("paper")),
-        Run(grey, Blocks(small_labels, drawn=drawn), ilf.preset("paper")),
+        ilf.Run(grey, wrong, ilf.preset("paper")),
+        ilf.Run(grey, ilf.Blocks(small_labels, drawn=drawn), ilf.preset("paper")),
         patch,
     )
 
@@ -46,7 +44,7 @@ def test_the_hidden_depth_does_not_reach_the_filter(moved):
     measured = after.frame.depth.copy()
     measured[10, 33] += 0.5
     other = ilf.RGBDFrame(after.frame.rgb, measured)
-    runs = [Run(other, run.blocks, run.parameters) for run in (before, after)]
+    runs = [ilf.Run(other, run.blocks, run.parameters) for run in (before, after)]
     one, two = summarise_edit(before, after, patch), summarise_edit(*runs, patch)
     # only the truth has changed, by half a metre at one pixel, which was filled as before
     squares = [np.square(effect.held_out) * effect.hidden for effect in (one, two)]
@@ -69,16 +67,16 @@ def test_where_too_little_is_known_nothing_is_said(small_labels):
     after = small_labels.copy()
     after[30:34, 20:40] = 2
     patch = patch_between(small_labels, after)
-    assert summarise_edit(Run(frame, small_labels), Run(frame, after), patch) == EditSummary(40)
+    assert summarise_edit(ilf.Run(frame, small_labels), ilf.Run(frame, after), patch) == EditSummary(40)
     all_of_it = np.full_like(after, 3)
     patch = patch_between(small_labels, all_of_it)
-    assert summarise_edit(Run(frame, small_labels), Run(frame, all_of_it), patch).moved == all_of_it.size
+    assert summarise_edit(ilf.Run(frame, small_labels), ilf.Run(frame, all_of_it), patch).moved == all_of_it.size
 
 
 def test_a_completion_of_an_older_state_says_nothing_of_the_one_before_the_edit(moved):
     before, after, patch = moved
     older = np.where(np.arange(64) < 40, 1, 2) + np.zeros_like(after.blocks.labels)
-    done = Run(before.frame, older, before.parameters).complete(), after.complete()
+    done = ilf.Run(before.frame, older, before.parameters).complete(), after.complete()
     assert summarise_edit(before, after, patch, done).expected is None
 
 
@@ -88,7 +86,7 @@ def test_expected_errors_are_compared_where_both_states_are_filled(small_frame):
     alone = labels.copy()
     alone[12:20, 10:18] = 2
     patch = patch_between(labels, alone)
-    before, after = Run(small_frame, labels), Run(small_frame, alone)
+    before, after = ilf.Run(small_frame, labels), ilf.Run(small_frame, alone)
     done = before.complete(), after.complete()
     effect = summarise_edit(before, after, patch, done)
     assert effect.filled == (done[0].filled.sum(), done[0].filled.sum() - 64)

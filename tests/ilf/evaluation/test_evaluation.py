@@ -7,13 +7,12 @@ import numpy as np
 import pytest
 
 import ilf
-from ilf._runtime.stepping import run_to_end
+from ilf._runtime.cancellation import run_to_end
 from ilf.errors import InputError, ParameterError
-from ilf.evaluation.evaluation import Evaluation, Progress, evaluate, evaluate_blocks, evaluate_completion
-from ilf.evaluation.hold_out import HoldOutTest, compared_steps, evaluate_hold_out, hidden_pixels, hold_out_steps
+from ilf.evaluation.evaluation import Evaluation, Progress, evaluate, evaluate_blocks
+from ilf.evaluation.hold_out import compared_steps, hidden_pixels, hold_out_steps
 from ilf.evaluation.metrics import share_within, sparsification_error
 from ilf.evaluation.sweep import Sweep, SweepPoint, run_sweep
-from ilf.run.run import Run
 
 QUICK = ilf.preset("paper", max_iterations=30)
 
@@ -27,7 +26,7 @@ def planes(small_frame):
 
 @pytest.fixture
 def run(planes, small_labels):
-    return Run(planes, small_labels, QUICK)
+    return ilf.Run(planes, small_labels, QUICK)
 
 
 def test_judgement_by_hand():
@@ -65,25 +64,25 @@ def test_the_order_of_expected_errors_is_judged_by_leaving_pixels_out():
 def test_frame_blocks_and_box_are_judged_over_their_filled_pixels(run):
     frame, completion = run.frame, run.complete()
     expected = ilf.expected_error(completion)
-    whole = evaluate_completion(frame, completion, expected=expected)
+    whole = ilf.evaluate_completion(frame, completion, expected=expected)
     assert whole == evaluate(completion.depth, frame.ground_truth, completion.filled, expected)
     assert 0 <= whole.within <= 1
-    blocks = evaluate_blocks(frame, completion, run.blocks.labels, expected=expected)
+    blocks = evaluate_blocks(frame, completion, run.blocks.labels)
     for label in (1, 2):
-        assert blocks[label] == evaluate_completion(frame, completion, run.blocks.labels == label, expected=expected)
+        assert blocks[label] == ilf.evaluate_completion(frame, completion, run.blocks.labels == label)
     box = slice(8, 20), slice(4, 16)
-    assert evaluate_completion(frame, completion, box).pixels == np.count_nonzero(completion.filled[box])
-    every = evaluate_completion(frame, completion, every=True)
+    assert ilf.evaluate_completion(frame, completion, box).pixels == np.count_nonzero(completion.filled[box])
+    every = ilf.evaluate_completion(frame, completion, every=True)
     assert every.pixels == frame.depth.size
     assert every.median == 0
     assert evaluate_blocks(frame, completion, np.zeros_like(run.blocks.labels)) == {}
     with pytest.raises(InputError, match="no ground truth"):
-        evaluate_completion(frame.with_ground_truth(None), completion)
+        ilf.evaluate_completion(frame.with_ground_truth(None), completion)
 
 
 @pytest.mark.parametrize("pattern", ["areas", "random"])
 def test_the_same_depth_is_hidden_whatever_else_changes(pattern, planes):
-    test = HoldOutTest(pattern, (3,))
+    test = ilf.HoldOutTest(pattern, (3,))
     hidden = test.hidden(planes, 3)
     assert not (hidden & ~planes.known).any()
     assert 0.2 < hidden.sum() / planes.known.sum() < 0.6
@@ -96,18 +95,18 @@ def test_the_same_depth_is_hidden_whatever_else_changes(pattern, planes):
 
 @pytest.mark.parametrize("parameters", [QUICK, ilf.preset("best")], ids=["paper", "best"])
 def test_the_hidden_depth_reaches_no_filter(parameters, run):
-    test = HoldOutTest("areas", (0,))
+    test = ilf.HoldOutTest("areas", (0,))
     hidden = test.hidden(run.frame, 0)
     lied = ilf.RGBDFrame(run.frame.rgb, np.where(hidden, run.frame.depth + 1.5, run.frame.depth), name=run.frame.name)
     honest, other = (
-        evaluate_hold_out(replace(run, frame=frame, parameters=parameters), test) for frame in (run.frame, lied)
+        ilf.evaluate_hold_out(replace(run, frame=frame, parameters=parameters), test) for frame in (run.frame, lied)
     )
     np.testing.assert_array_equal(honest.parts[0].depth, other.parts[0].depth)
     assert other.whole.bias == pytest.approx(honest.whole.bias - 1.5, abs=1e-5)
 
 
 def test_errors_on_hidden_depth_are_pooled_over_seeds_and_told_by_block(run):
-    result = evaluate_hold_out(run, HoldOutTest("areas", (0, 1)))
+    result = ilf.evaluate_hold_out(run, ilf.HoldOutTest("areas", (0, 1)))
     assert len(result.by_part) == 2
     sizes, squares = zip(*((part.pixels, part.pixels * part.rmse**2) for part in result.by_part), strict=True)
     assert result.whole.pixels == sum(sizes)
@@ -115,13 +114,13 @@ def test_errors_on_hidden_depth_are_pooled_over_seeds_and_told_by_block(run):
     assert sum(evaluation.pixels for evaluation in result.blocks.values()) == result.whole.pixels
     assert result.pixels == sum(int(result.test.hidden(run.frame, seed).sum()) for seed in (0, 1))
     assert result.coverage == pytest.approx(result.whole.pixels / result.pixels)
-    alone = evaluate_hold_out(run, HoldOutTest("areas", (0, 1)), only=[2])
+    alone = ilf.evaluate_hold_out(run, ilf.HoldOutTest("areas", (0, 1)), only=[2])
     # the expected error at its border goes by what is filled beyond
     assert alone.blocks == {2: replace(result.blocks[2], within=alone.blocks[2].within)}
 
 
 def test_runs_are_compared_on_what_both_fill(run):
-    test = HoldOutTest("areas", (0,))
+    test = ilf.HoldOutTest("areas", (0,))
     # of block 2, whose known depth is too little for it, nothing comes back
     refusing = run.with_parameters(QUICK, {2: QUICK.replace(min_known_share=1.0)})
     other = replace(run, parameters=ilf.preset("best"))
@@ -129,7 +128,7 @@ def test_runs_are_compared_on_what_both_fill(run):
     steps: list[Progress] = []
     first, second, third = run_to_end(compared_steps(several), steps.append)
     assert first.whole.pixels == second.whole.pixels == first.pixels
-    assert first.whole == evaluate_hold_out(run, test).whole
+    assert first.whole == ilf.evaluate_hold_out(run, test).whole
     assert third.coverage < 0.9
     assert set(third.blocks) == {1, 2}
     assert third.blocks[2].pixels == 0
@@ -140,7 +139,7 @@ def test_runs_are_compared_on_what_both_fill(run):
 def test_depth_that_is_distrusted_in_one_run_is_compared_in_none(run):
     mask = np.zeros(run.frame.shape, bool)
     mask[:, :30] = True
-    test = HoldOutTest("random", (0,))
+    test = ilf.HoldOutTest("random", (0,))
     runs = [run, replace(run, frame=run.frame.with_invalid_mask(mask))]
     trusting, doubting = run_to_end(compared_steps([hold_out_steps(one, test) for one in runs]))
     assert trusting.whole.pixels == doubting.whole.pixels == doubting.pixels < trusting.pixels
@@ -149,18 +148,18 @@ def test_depth_that_is_distrusted_in_one_run_is_compared_in_none(run):
 
 def test_bad_tests_are_refused(planes):
     with pytest.raises(ParameterError, match="no pattern 'stripes'"):
-        HoldOutTest("stripes")
+        ilf.HoldOutTest("stripes")
     with pytest.raises(ParameterError, match="needs seeds"):
-        HoldOutTest(seeds=())
+        ilf.HoldOutTest(seeds=())
     with pytest.raises(ParameterError, match="from 0 on"):
-        HoldOutTest(seeds=(-1,))
+        ilf.HoldOutTest(seeds=(-1,))
     with pytest.raises(InputError, match="no pattern"):
         hidden_pixels(planes, "ground_truth")
     one = np.zeros((40, 60))
     one[3, 4] = 2
     frame = ilf.RGBDFrame(np.zeros((40, 60, 3), np.uint8), one)
     with pytest.raises(InputError, match="all of it would be hidden"):
-        evaluate_hold_out(Run(frame, np.ones((40, 60), np.int32)), HoldOutTest("random", (0,)))
+        ilf.evaluate_hold_out(ilf.Run(frame, np.ones((40, 60), np.int32)), ilf.HoldOutTest("random", (0,)))
 
 
 def test_a_sweep_against_the_truth_finds_the_best_value(run):
@@ -170,7 +169,7 @@ def test_a_sweep_against_the_truth_finds_the_best_value(run):
     for point in result.points:
         completion = replace(run, parameters=QUICK.replace(**point.values)).complete()
         np.testing.assert_array_equal(point.depth, completion.depth)
-        assert point.whole.rmse == evaluate_completion(run.frame, completion).rmse
+        assert point.whole.rmse == ilf.evaluate_completion(run.frame, completion).rmse
         assert point.run.parameters.shortest_wavelength == point.values["shortest_wavelength"]
     assert result.best is min(result.points, key=lambda point: point.whole.rmse)
     assert [type(item) for item in items].count(SweepPoint) == 2
@@ -179,7 +178,7 @@ def test_a_sweep_against_the_truth_finds_the_best_value(run):
 def test_a_sweep_of_two_on_hidden_depth_for_one_blocks_own_values(run):
     own = QUICK.replace(max_iterations=5)
     values = {"shortest_wavelength": [100, 15], "centred": [False, True]}
-    sweep = Sweep(run.with_parameters(QUICK, {2: own}), values, HoldOutTest("random", (0,)), only=[2])
+    sweep = Sweep(run.with_parameters(QUICK, {2: own}), values, ilf.HoldOutTest("random", (0,)), only=[2])
     items: list[Progress | SweepPoint] = []
     result = run_sweep(sweep, on_step=items.append)
     shares = [item.share for item in items if isinstance(item, Progress)]
@@ -189,7 +188,7 @@ def test_a_sweep_of_two_on_hidden_depth_for_one_blocks_own_values(run):
     assert [tuple(point.values.values()) for point in result.points] == [
         (100.0, False), (100.0, True), (15.0, False), (15.0, True),
     ]  # fmt: skip
-    best = result.best_by("mae")
+    best = result.best
     assert best.run.parameters_of(2) == own.replace(**best.values)
     assert best.run.parameters == QUICK, "the common values are as they were"
     assert best.values["centred"], "nothing is to be lifted from 0 m"

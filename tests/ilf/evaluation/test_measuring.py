@@ -6,7 +6,7 @@ import pytest
 from ilf.data.camera import Camera
 from ilf.errors import InputError
 from ilf.evaluation.measuring import angle_between, depth_profile, measure, measurements_csv, point_in_space
-from ilf.evaluation.statistics import PlaneFit, surface_statistics
+from ilf.evaluation.statistics import SurfaceFit, surface_statistics
 
 CAMERA = Camera(300.0, 310.0, 79.5, 59.5)
 SHAPE = (120, 160)
@@ -186,7 +186,7 @@ def test_the_angle_of_two_blocks():
     assert angle_between(planes[0], planes[1]) == pytest.approx(np.degrees(np.arctan2(1.0, 0.2)), abs=1e-3)
     assert angle_between(planes[0], planes[0]) == pytest.approx(0.0, abs=1e-9)
     with pytest.raises(InputError, match="intrinsics"):
-        angle_between(planes[0], PlaneFit(0.0, 0.0, None, float("nan")))
+        angle_between(planes[0], SurfaceFit(0.0, 0.0, None, float("nan")))
 
 
 def test_measures_as_table():

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from ilf.data.frame import RGBDFrame
-from ilf.evaluation.quality.ignored import ignore, without_ignored
-from ilf.evaluation.quality.places import Place
+from ilf.evaluation.quality.places import Place, ignore, without_ignored
 from ilf.evaluation.quality.ranking import find_places, propagated_places
 from ilf.evaluation.quality.remedies import REMEDIES, Remedy, find_remedy
 

@@ -9,11 +9,9 @@ import pytest
 
 import ilf
 from ilf.cli import main
-from ilf.errors import DepthWarning
 from ilf.evaluation.bench.frames import load_bench_frame
 from ilf.evaluation.bench.patterns import PATTERNS, make_task
 from ilf.evaluation.edit_summary import summarise_edit
-from ilf.evaluation.hold_out import HoldOutTest, evaluate_hold_out
 from ilf.segmentation.editing.patches import patch_between
 
 from ..small_frames import QUICK, write_small_frame
@@ -44,7 +42,7 @@ def write_meta(folder: Path, **more: object) -> None:
 def test_hold_out_leaves_it_out_unless_it_is_said_to_be_depth(folder, pattern):
     frames = [ilf.load_frame(folder, warn=False, invalid=invalid) for invalid in (None, 0)]
     runs = [ilf.Run(frame, LABELS, ilf.preset("paper", **QUICK)) for frame in frames]
-    left, counted = (evaluate_hold_out(run, HoldOutTest(pattern, (0,))) for run in runs)
+    left, counted = (ilf.evaluate_hold_out(run, ilf.HoldOutTest(pattern, (0,))) for run in runs)
     assert max(part.ground_truth.max() for part in left.parts) < 3
     assert max(part.ground_truth.max() for part in counted.parts) == 10
     np.testing.assert_array_equal(frames[0].depth, frames[1].depth, "it is still what the run completes")
@@ -70,7 +68,7 @@ def test_evaluate_tells_what_it_leaves_out(folder, capsys):
 
 @pytest.mark.parametrize("pattern", PATTERNS)
 def test_the_bench_neither_scores_nor_shows_it(folder, pattern):
-    with pytest.warns(DepthWarning) as told:
+    with pytest.warns(ilf.DepthWarning) as told:
         source = load_bench_frame(folder)
     assert any("10.1% of the known depth, a constant 10.000 m" in str(one.message) for one in told)
     task = make_task(source, pattern)
@@ -81,7 +79,7 @@ def test_the_bench_neither_scores_nor_shows_it(folder, pattern):
 
 
 def test_ground_truth_files_are_read_without_it(folder):
-    with pytest.warns(DepthWarning) as told:
+    with pytest.warns(ilf.DepthWarning) as told:
         frame = ilf.load_frame(folder)
     assert any("gt.png: a constant 10.000 m in 1.2% of the pixels" in str(one.message) for one in told)
     assert np.nanmax(frame.ground_truth) < 3

@@ -5,13 +5,11 @@ import dataclasses
 import numpy as np
 import pytest
 
-from ilf.data.camera import Camera
+import ilf
 from ilf.data.open3d_images import load_open3d
-from ilf.data.points import PointCloud, in_world, point_cloud
+from ilf.data.points import PointCloud, in_world
 from ilf.data.surface import Mesh
 from ilf.errors import InputError
-from ilf.io.clouds import write_cloud
-from ilf.io.meshes import write_mesh
 
 from ..space_formats import read_glb, read_obj, read_pcd, read_ply
 
@@ -57,7 +55,7 @@ def _assert_scalars(rows: np.ndarray, cloud: PointCloud, unit: float = 1.0) -> N
 @pytest.mark.parametrize(("cloud", "ascii"), [(LARGE, False), (SMALL, True)])
 def test_a_ply_has_colours_before_scalars_and_every_number(cloud, ascii, tmp_path):
     path = tmp_path / "c.ply"
-    write_cloud(path, cloud, ascii=ascii)
+    ilf.write_cloud(path, cloud, ascii=ascii)
     rows, faces = read_ply(path)
     assert faces is None
     assert list(rows.dtype.names) == ["x", "y", "z", "nx", "ny", "nz", "red", "green", "blue", *SCALARS]
@@ -71,7 +69,7 @@ def test_a_ply_has_colours_before_scalars_and_every_number(cloud, ascii, tmp_pat
 @pytest.mark.parametrize(("cloud", "ascii"), [(LARGE, False), (SMALL, True)])
 def test_a_pcd_has_the_same(cloud, ascii, tmp_path):
     path = tmp_path / "c.pcd"
-    write_cloud(path, cloud, ascii=ascii)
+    ilf.write_cloud(path, cloud, ascii=ascii)
     rows = read_pcd(path)
     assert list(rows.dtype.names) == ["x", "y", "z", "rgb", "normal_x", "normal_y", "normal_z", *SCALARS]
     np.testing.assert_array_equal(_three(rows, "x y z"), cloud.points)
@@ -86,15 +84,15 @@ def test_a_pcd_has_the_same(cloud, ascii, tmp_path):
 def test_a_pcd_of_every_pixel_is_organised(ascii, tmp_path):
     depth = RNG.uniform(1, 3, (3, 5)).astype(np.float32)
     colour = RNG.integers(0, 256, (3, 5, 3), dtype=np.uint8)
-    camera = Camera(10.0, 10.0, 2.0, 1.0)
-    moved = in_world(point_cloud(depth, colour, camera), np.diag([1.0, -1.0, -1.0, 1.0]))
-    write_cloud(tmp_path / "c.pcd", moved, ascii=ascii)
+    camera = ilf.Camera(10.0, 10.0, 2.0, 1.0)
+    moved = in_world(ilf.point_cloud(depth, colour, camera), np.diag([1.0, -1.0, -1.0, 1.0]))
+    ilf.write_cloud(tmp_path / "c.pcd", moved, ascii=ascii)
     assert b"\nWIDTH 5\nHEIGHT 3\n" in (tmp_path / "c.pcd").read_bytes()
     rows = read_pcd(tmp_path / "c.pcd").reshape(3, 5)
     np.testing.assert_array_equal(rows["z"], -depth)
     np.testing.assert_array_equal(rows["rgb"] & 255, colour[..., 2])
     depth[1, 2] = np.nan
-    write_cloud(tmp_path / "c.pcd", point_cloud(depth, colour, camera), ascii=ascii)
+    ilf.write_cloud(tmp_path / "c.pcd", ilf.point_cloud(depth, colour, camera), ascii=ascii)
     assert b"\nWIDTH 14\nHEIGHT 1\n" in (tmp_path / "c.pcd").read_bytes()
     assert len(read_pcd(tmp_path / "c.pcd")) == 14
     with pytest.raises(InputError, match=r"shape \(2, 3\) does not have 300 pixels"):
@@ -102,7 +100,7 @@ def test_a_pcd_of_every_pixel_is_organised(ascii, tmp_path):
 
 
 def test_lengths_and_directions_follow_unit_and_axes(tmp_path):
-    write_cloud(tmp_path / "c.ply", SMALL, axes="y-up", unit="mm")
+    ilf.write_cloud(tmp_path / "c.ply", SMALL, axes="y-up", unit="mm")
     rows, _ = read_ply(tmp_path / "c.ply")
     np.testing.assert_array_equal(_three(rows, "x y z"), SMALL.points * np.array([1000, -1000, -1000], np.float32))
     np.testing.assert_array_equal(_three(rows, "nx ny nz"), SMALL.normals * np.array([1, -1, -1], np.float32))
@@ -112,7 +110,7 @@ def test_lengths_and_directions_follow_unit_and_axes(tmp_path):
 @pytest.mark.parametrize("suffix", [".ply", ".pcd"])
 def test_open3d_reads_points_colours_normals_and_scalars(suffix, tmp_path):
     path = tmp_path / f"c{suffix}"
-    write_cloud(path, SMALL)
+    ilf.write_cloud(path, SMALL)
     found = load_open3d().t.io.read_point_cloud(str(path))
     np.testing.assert_array_equal(found.point.positions.numpy(), SMALL.points)
     np.testing.assert_array_equal(found.point.colors.numpy(), SMALL.colours)
@@ -124,7 +122,7 @@ def test_open3d_reads_points_colours_normals_and_scalars(suffix, tmp_path):
 
 def test_a_ply_mesh_has_vertices_as_a_cloud_and_faces(tmp_path):
     path = tmp_path / "m.ply"
-    write_mesh(path, MESH)
+    ilf.write_mesh(path, MESH)
     rows, faces = read_ply(path)
     np.testing.assert_array_equal(faces, MESH.faces)
     np.testing.assert_array_equal(_three(rows, "x y z"), SMALL.points)
@@ -135,7 +133,7 @@ def test_a_ply_mesh_has_vertices_as_a_cloud_and_faces(tmp_path):
 
 def test_an_obj_mesh_comes_back(tmp_path):
     path = tmp_path / "m.obj"
-    write_mesh(path, MESH, axes="y-up", unit="mm")
+    ilf.write_mesh(path, MESH, axes="y-up", unit="mm")
     signs = np.array([1, -1, -1], np.float32)
     vertices, colours, normals, faces = read_obj(path)
     np.testing.assert_array_equal(vertices.astype(np.float32), SMALL.points * (1000 * signs))
@@ -148,7 +146,7 @@ def test_an_obj_mesh_comes_back(tmp_path):
 
 def test_a_glb_is_in_metres_with_y_up_and_linear_colours(tmp_path):
     path = tmp_path / "m.glb"
-    write_mesh(path, MESH, axes="camera", unit="mm")
+    ilf.write_mesh(path, MESH, axes="camera", unit="mm")
     told, attributes, faces = read_glb(path)
     signs = np.array([1, -1, -1], np.float32)
     assert list(attributes) == ["POSITION", "NORMAL", "COLOR_0", "_EXPECTED_ERROR", "_FILLED", "_BLOCK"]

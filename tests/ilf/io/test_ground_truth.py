@@ -13,7 +13,6 @@ from ilf.errors import ExportError, InputError, ParameterError
 from ilf.evaluation.bench.frames import load_bench_frame
 from ilf.io.frame_additions import read_ground_truth, with_ground_truth_file
 from ilf.run.options import ExportOptions
-from ilf.run.replaying import replay
 
 from ..small_frames import write_small_frame
 from ..small_runs import small_run, written
@@ -113,7 +112,7 @@ def test_a_truth_that_is_gone_does_not_keep_a_run_from_its_replay(tmp_path):
     run = with_ground_truth(small_run(tmp_path), tmp_path)
     path = written(run, tmp_path / "out")
     (tmp_path / "gt.npy").unlink()
-    again = replay(path)
+    again = ilf.replay(path)
     assert again.run.frame.ground_truth is None
     assert again.run.frame.inputs.ground_truth is None
     assert "not evaluated against ground truth" in again.differences[0]

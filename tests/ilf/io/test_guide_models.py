@@ -277,7 +277,7 @@ def test_the_first_file_of_a_network_without_hash_is_pinned_and_no_other_is_take
     assert left() == []
     hub.content, hub.headers = first, {"ETag": '"two"'}
     fetch_guide(NAME)
-    assert guide_cards()[NAME].sha256 == pinned() == hashlib.sha256(first).hexdigest()
+    assert guide_cards()[0][NAME].sha256 == pinned() == hashlib.sha256(first).hexdigest()
     guide_models.remove_guide(NAME)
     hub.content = first.replace(b"make strength", b"made strength")
     with pytest.raises(InputError, match="SHA-256 is"):
@@ -320,7 +320,7 @@ def test_a_network_is_used_by_its_name_and_recorded(hub, tmp_path, capsys, cli, 
     folder = write_scene(tmp_path / "frames" / "box")
     frame = ilf.load_frame(folder, guide=NAME)
     assert frame.guide is not None
-    assert frame.guide.network == guide_cards()[NAME]
+    assert frame.guide.network == guide_cards()[0][NAME]
     out = tmp_path / "out"
     assert main(["complete", str(folder), "--guide", NAME, "--out", str(out), "--no-cloud"]) == 0
     recorded = json.loads((out / "run.json").read_text())["guide"]["network"]
@@ -350,7 +350,7 @@ def test_an_existing_file_wins_over_a_name(hub, tmp_path, monkeypatch):
 def test_a_damaged_card_says_what_to_do_and_none_is_written_with_another_kind(hub, tmp_path, cli):
     with pytest.raises(InputError, match="cannot give 'depth'"):
         guide_models.add_guide(tmp_path / "source.onnx", "mine", gives="depth")
-    assert "mine" not in guide_cards()
+    assert "mine" not in guide_cards()[0]
     guides_folder().mkdir(parents=True, exist_ok=True)
     (guides_folder() / "mine.json").write_text('{"name": "mine"}')
     with pytest.raises(FormatError, match=r"mine\.json.* Delete this card, and add or fetch its network again\."):
@@ -406,7 +406,7 @@ def test_files_are_added_where_there_is_no_network(hub, tmp_path, capsys, cli, m
     assert guide_file(NAME) is not None  # recognised by its content
     mine = write_network(tmp_path / "mine.onnx", [node("ReduceMax", ["image"], "strength", axes=[1], keepdims=1)])
     assert main(["models", "add", str(mine), "--gives", "metric"]) == 0
-    card = guide_cards()["mine"]
+    card = guide_cards()[0]["mine"]
     assert (card.gives, card.bytes, card.address) == ("metric", mine.stat().st_size, "")
     assert ilf.load_guide("mine", rgb=scene()[0]).network == card
     capsys.readouterr()
@@ -428,9 +428,9 @@ def test_files_are_added_where_there_is_no_network(hub, tmp_path, capsys, cli, m
         assert reason in capsys.readouterr().err, command
     assert main(["models", "add", str(mine), "--gives", "metric"]) == 0
     assert main(["models", "add", str(mine), "--gives", "affine", "--replace"]) == 0
-    assert guide_cards()["mine"].gives == "affine"
+    assert guide_cards()[0]["mine"].gives == "affine"
     assert main(["models", "remove", "mine"]) == 0
-    assert "mine" not in guide_cards()
+    assert "mine" not in guide_cards()[0]
     assert main(["models", "add", str(mine), "--gives", "metric", "--logits"]) == 2
 
 
@@ -452,4 +452,4 @@ def test_the_known_cards_are_complete():
         assert card.bytes > 1e6
         assert card.size is not None
         assert card.size % card.step == 0
-    assert "not for commercial use" in guide_models.licence_text(guide_cards()["depth-anything-v2-base"])
+    assert "not for commercial use" in guide_models.licence_text(guide_cards()[0]["depth-anything-v2-base"])

@@ -9,7 +9,7 @@ import pytest
 import ilf
 from ilf.cli import main
 from ilf.errors import FormatError, InputError
-from ilf.io.guide_network import GuideNetwork
+from ilf.io.guide_models import GuideNetwork
 
 from ..batch_frames import work_in_this_process
 from ..tiny_onnx import node, write_network

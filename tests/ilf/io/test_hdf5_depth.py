@@ -9,12 +9,11 @@ import pytest
 
 import ilf
 from ilf.cli import main
-from ilf.data.blocks import Blocks
-from ilf.errors import FormatError, IlfError, InputError
+from ilf.errors import FormatError, InputError
 from ilf.io.depth import read_depth_values
-from ilf.io.hdf5_depth import split_dataset
+from ilf.io.hdf5 import split_dataset
 from ilf.io.images import encode_image, read_colour
-from ilf.project.file import open_project, save_project
+from ilf.project.file import save_project
 from ilf.project.frame_state import FrameState
 from ilf.project.project import FrameSummary, Project, ProjectFrame, Stage
 from ilf.sources.frame_ref import FrameRef
@@ -143,14 +142,14 @@ def test_hdf5_without_colour_is_refused_as_colour(folder):
 def test_a_new_project_repeats_the_dataset(folder):
     files = [str(folder / "rgb.png"), f"{folder / 'take.h5'}:/right/z"]
     assert main(["project", "new", str(folder / "new.ilf"), *files]) == 0
-    with open_project(folder / "new.ilf") as opened:
+    with ilf.open_project(folder / "new.ilf") as opened:
         assert np.array_equal(read_frame(opened.project.frames[0].source).depth, FAR)
 
 
 @pytest.mark.parametrize("moved", [False, True])
 def test_projects_read_two_datasets_of_a_file_as_two_frames(folder, moved):
     colour, depth = str(folder / "rgb.png"), f"{folder / 'take.h5'}:"
-    state = FrameState("a1", ilf.load_frame(colour, f"{depth}/right/z"), Blocks(np.ones((H, W), np.int32)))
+    state = FrameState("a1", ilf.load_frame(colour, f"{depth}/right/z"), ilf.Blocks(np.ones((H, W), np.int32)))
     refs = FrameRef.of(state.frame.inputs), FrameRef(colour, f"{depth}/left/depth")
     assert refs[0].key != refs[1].key
     frames = (
@@ -162,7 +161,7 @@ def test_projects_read_two_datasets_of_a_file_as_two_frames(folder, moved):
     if moved:
         place = folder.with_name("elsewhere")
         folder.rename(place)
-    with open_project(place / "room.ilf") as opened:
+    with ilf.open_project(place / "room.ilf") as opened:
         assert np.array_equal(opened.state("a1").state.frame.depth, FAR)
         assert np.array_equal(read_frame(opened.project.frames[1].source).depth, NEAR)
 
@@ -178,7 +177,7 @@ def test_all_files_of_a_folder_have_the_same_dataset(folder):
     ):
         source = ilf.open_source(folder / "set", **options.given)
         assert [np.array_equal(frame.depth, FAR) for frame in source] == [True, True]
-    with pytest.raises(IlfError, match="2 datasets that can be depth"):
+    with pytest.raises(ilf.IlfError, match="2 datasets that can be depth"):
         ilf.open_source(folder / "set")[0]
 
 

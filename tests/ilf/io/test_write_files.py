@@ -15,9 +15,10 @@ from ilf.data.points import PointCloud
 from ilf.data.results import EdgeAwareRecord, PassBandRecord
 from ilf.data.surface import Mesh
 from ilf.errors import ExportError, InputError, ParameterError
+from ilf.io.block_files import write_blocks
 from ilf.io.clouds import CLOUD_SUFFIXES, write_cloud
 from ilf.io.depth import DEPTH_SUFFIXES, UINT16_MAX, png_fit, read_depth_values, write_depth
-from ilf.io.labels import read_labels, write_labels
+from ilf.io.labels import read_labels
 from ilf.io.meshes import MESH_SUFFIXES, write_mesh
 from ilf.run.writing import write_curves
 
@@ -55,7 +56,7 @@ WRITERS = {
     **{f"mesh{s}": lambda p: write_mesh(p, MESH) for s in MESH_SUFFIXES},
     "text.ply": lambda p: write_cloud(p, CLOUD, ascii=True),
     "text.pcd": lambda p: write_cloud(p, CLOUD, ascii=True),
-    "labels.png": lambda p: write_labels(p, LABELS),
+    "labels.png": lambda p: write_blocks(p, LABELS),
     "curves.csv": lambda p: write_curves(p, HISTORY),
 }
 
@@ -171,15 +172,15 @@ def test_clipping_is_told_with_the_largest_scale_that_fits(tmp_path):
 
 def test_what_becomes_of_depth_in_a_png_is_foretold_as_it_comes_out(tmp_path):
     depth = np.array([[1.0, 65.5, 65.6], [70.0, np.nan, 0.0002]], np.float32)
-    fit = png_fit(depth, 1000)
-    assert (fit.deepest, fit.largest, fit.clipped, fit.rounded_to_zero) == (70.0, 70_000, 2, 1)
+    deepest, largest, clipped, rounded_to_zero = png_fit(depth, 1000)
+    assert (deepest, largest, clipped, rounded_to_zero) == (70.0, 70_000, 2, 1)
     write_depth(tmp_path / "d.png", depth, 1000)
     values = read_depth_values(tmp_path / "d.png")
-    assert np.count_nonzero(values == UINT16_MAX) == fit.clipped
-    assert np.count_nonzero((values == 0) & np.isfinite(depth)) == fit.rounded_to_zero
-    nothing = png_fit(np.full((2, 2), np.nan, np.float32), 1000)
-    assert math.isnan(nothing.deepest)
-    assert (nothing.largest, nothing.clipped, nothing.rounded_to_zero) == (0, 0, 0)
+    assert np.count_nonzero(values == UINT16_MAX) == clipped
+    assert np.count_nonzero((values == 0) & np.isfinite(depth)) == rounded_to_zero
+    deepest, *others = png_fit(np.full((2, 2), np.nan, np.float32), 1000)
+    assert math.isnan(deepest)
+    assert others == [0, 0, 0]
 
 
 def test_missing_in_any_form_is_written_as_missing(tmp_path):
@@ -202,10 +203,10 @@ def test_what_is_not_an_export_is_refused(tmp_path):
         lambda: write_depth(tmp_path / "d.jpg", DEPTH),
         lambda: write_depth(tmp_path / "d", DEPTH),
         lambda: write_depth(tmp_path / "d.png", DEPTH[0]),
-        lambda: write_labels(tmp_path / "l.jpg", LABELS),
-        lambda: write_labels(tmp_path / "l.png", LABELS.astype(float)),
-        lambda: write_labels(tmp_path / "l.png", -LABELS),
-        lambda: write_labels(tmp_path / "l.png", LABELS + 65_535),
+        lambda: write_blocks(tmp_path / "l.jpg", LABELS),
+        lambda: write_blocks(tmp_path / "l.png", LABELS.astype(float)),
+        lambda: write_blocks(tmp_path / "l.png", -LABELS),
+        lambda: write_blocks(tmp_path / "l.png", LABELS + 65_535),
         lambda: write_cloud(tmp_path / "c.obj", CLOUD),
         lambda: write_cloud(tmp_path / "c.ply", PointCloud(CLOUD.points[:0], CLOUD.colours[:0])),
         lambda: write_mesh(tmp_path / "m.stl", MESH),
@@ -226,7 +227,7 @@ def test_what_is_not_an_export_is_refused(tmp_path):
 
 
 def test_labels_come_back_exactly(tmp_path):
-    write_labels(tmp_path / "l.png", LABELS)
+    write_blocks(tmp_path / "l.png", LABELS)
     found = read_labels(tmp_path / "l.png", LABELS.shape)
     assert found.dtype == np.int32
     np.testing.assert_array_equal(found, LABELS)

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ilf.errors import FormatError
 from ilf.project.codec import pack, unpack
-from ilf.project.state_codec import encode, frame_part, load_state
+from ilf.project.state_codec import Known, encode, frame_part, load_state
 
 from ..project_states import assert_same, made_frame, rich_state, small_frame
 
@@ -50,15 +50,17 @@ def test_a_state_comes_back_as_it_was(origin, state):
 
 
 def test_only_what_is_another_object_is_written_again(state):
-    held = Held().take(encode(state), state.id)
-    read = load_state(state.id, held)
-    first = encode(read.state, read.known)
-    assert not encode(read.state, first.known).made
+    held, known = Held().take(encode(state), state.id), Known()
+    read = load_state(state.id, held, known=known)
+    encode(read.state, known)
+    assert not encode(read.state, known).made
+    assert encode(read.state, known, is_there=lambda name: False).made, "it is stored no more"
     labels = read.state.blocks.labels.copy()
     labels[0, 0] += 1
     edited = replace(read.state, note="new", blocks=replace(read.state.blocks, labels=labels))
-    assert len(encode(edited, first.known).made) == 1
-    assert_same(edited, load_state(state.id, held.take(encode(edited, first.known), state.id)).state)
+    changed = encode(edited, known)
+    assert len(changed.made) == 1
+    assert_same(edited, load_state(state.id, held.take(changed, state.id)).state)
 
 
 @pytest.mark.parametrize(

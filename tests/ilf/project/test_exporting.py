@@ -10,14 +10,12 @@ import pytest
 import ilf
 from ilf._runtime.cancellation import cancelled_by
 from ilf.cli import main
-from ilf.data.blocks import Blocks
-from ilf.errors import Cancelled, InputError
+from ilf.errors import InputError
 from ilf.project.exporting import ExportStatus, FrameToExport, export_frames, run_and_completion
 from ilf.project.file import save_project
 from ilf.project.frame_state import FrameState
 from ilf.project.project import Project, ProjectFrame
 from ilf.run.options import ExportOptions
-from ilf.run.run import Run
 from ilf.sources.frame_ref import FrameRef
 
 from ..small_frames import CAMERA, QUICK, write_small_frame
@@ -29,10 +27,10 @@ OPTIONS = ExportOptions(depth_formats=("npy",), cloud=None, expected_error=False
 def run(tmp_path):
     frame = ilf.load_frame(*write_small_frame(tmp_path / "room"), intrinsics=CAMERA)
     labels = np.tile(np.where(np.arange(80) < 40, 1, 2), (60, 1)).astype(np.int32)
-    return Run(frame, labels, ilf.preset("paper", **QUICK))
+    return ilf.Run(frame, labels, ilf.preset("paper", **QUICK))
 
 
-def statuses(run: Run, folder: Path, options: ExportOptions = OPTIONS, completion=None) -> list[str]:
+def statuses(run: ilf.Run, folder: Path, options: ExportOptions = OPTIONS, completion=None) -> list[str]:
     frames = [FrameToExport("room", "room", lambda: (run, completion))]
     return [str(done.status) for done in export_frames(frames, folder, options)]
 
@@ -46,7 +44,7 @@ def test_frames_are_written_once_and_again_after_a_change(run, tmp_path):
     for changed in (
         replace(run, parameters=run.parameters.replace(max_iterations=20)),
         run.with_parameters(run.parameters, {2: run.parameters.replace(max_iterations=20)}),
-        replace(run, blocks=Blocks(other_blocks)),
+        replace(run, blocks=ilf.Blocks(other_blocks)),
         replace(run, extrapolate=True),
         replace(run, frame=run.frame.with_invalid_mask(run.blocks.labels == 2)),
     ):
@@ -69,7 +67,7 @@ def test_frames_whose_files_are_gone_or_changed_are_written_again(run, tmp_path)
 
 
 def test_a_failed_frame_does_not_end_the_export(run, tmp_path):
-    def fails() -> tuple[Run, None]:
+    def fails() -> tuple[ilf.Run, None]:
         raise InputError("There is no such file.")
 
     frames = [FrameToExport("lost", "lost", fails), FrameToExport("room", "room", lambda: (run, None))]
@@ -81,7 +79,7 @@ def test_a_failed_frame_does_not_end_the_export(run, tmp_path):
 
 def test_present_results_are_taken_and_missing_ones_are_computed(run):
     completion = run.complete()
-    state = FrameState("a", run.frame, Blocks(run.blocks.labels), common=run.parameters, results=completion.results)
+    state = FrameState("a", run.frame, ilf.Blocks(run.blocks.labels), common=run.parameters, results=completion.results)
     known_run, known = run_and_completion(state)
     assert np.array_equal(known.depth, completion.depth, equal_nan=True)
     assert set(known_run.only) == {1, 2}
@@ -98,7 +96,7 @@ def test_cancelling_ends_the_export_between_frames(run, tmp_path):
         export = export_frames(frames, tmp_path / "out", OPTIONS)
         assert next(export).status is ExportStatus.WRITTEN
         event.set()
-        with pytest.raises(Cancelled):
+        with pytest.raises(ilf.Cancelled):
             next(export)
     assert sorted(path.name for path in (tmp_path / "out").iterdir()) == ["one"]
 
@@ -107,7 +105,7 @@ def test_the_command_completes_what_is_missing(run, tmp_path, capsys, cli, monke
     monkeypatch.chdir(tmp_path)
     rgb, depth = (str(tmp_path / "room" / name) for name in ("rgb.png", "depth.png"))
     results = run.complete().results
-    state = FrameState("a1", run.frame, Blocks(run.blocks.labels), common=run.parameters, results={1: results[1]})
+    state = FrameState("a1", run.frame, ilf.Blocks(run.blocks.labels), common=run.parameters, results={1: results[1]})
     frames = (ProjectFrame("a1", "room", None, has_state=True), ProjectFrame("c3", "bare", FrameRef(rgb, depth)))
     save_project("room.ilf", Project(frames, common=run.parameters), [state])
     assert [

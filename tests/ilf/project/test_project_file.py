@@ -16,7 +16,7 @@ from ilf.io.cameras import intrinsics_from
 from ilf.project.archive import Archive
 from ilf.project.file import open_project, save_project
 from ilf.project.project import FrameSummary, Project, ProjectFrame, Stage
-from ilf.project.sources import ChangedSource, MissingSource, source_part
+from ilf.project.sources import MissingSource, source_part
 from ilf.project.state_codec import UnreadableFrame, frame_part
 from ilf.sources.frame_ref import FrameRef
 from ilf.sources.reading_options import ReadingOptions
@@ -136,12 +136,13 @@ def test_missing_and_changed_files_are_told_apart_and_can_be_given(work, tmp_pat
     shutil.copy(source, elsewhere)
     with open_project(folder / "room.ilf") as opened:
         source.write_bytes((folder / "frames" / "one" / "rgb.png").read_bytes())
-        with pytest.raises(ChangedSource) as changed:
+        with pytest.raises(MissingSource) as changed:
             opened.state("a1")
         source.unlink()
         with pytest.raises(MissingSource) as missing:
             opened.state("a1")
         assert changed.value.wanted == missing.value.wanted == filed.frame.inputs.depth
+        assert (changed.value.found, missing.value.found) == (source, None)
         places = replace(opened.places, given={missing.value.wanted.sha256: elsewhere})
         found = opened.state("a1", places)
         assert found.problems == ()

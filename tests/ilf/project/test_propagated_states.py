@@ -6,17 +6,15 @@ import cv2
 import numpy as np
 import pytest
 
-from ilf.data.blocks import BlockInfo, Blocks
-from ilf.data.frame import RGBDFrame
-from ilf.data.parameters import BlockParameters, Parameters
+import ilf
+from ilf.data.blocks import BlockInfo
 from ilf.errors import InputError
 from ilf.project.frame_state import FrameState
 from ilf.project.propagation import propagate_state
-from ilf.sources.reading import load_frame
 
 WALL = BlockInfo("Wall", (1, 2, 3), locked=True)
 GONE = BlockInfo("Gone", (4, 5, 6))
-EXTRACTION = BlockParameters(granularity=0.3)
+EXTRACTION = ilf.BlockParameters(granularity=0.3)
 
 
 @pytest.fixture
@@ -25,7 +23,7 @@ def before(small_frame, small_labels):
     extracted[:, 28:30] = 2  # block 1 has gained these by hand
     drawn = np.zeros(small_labels.shape, bool)
     drawn[:, 29:31] = True
-    blocks = Blocks(
+    blocks = ilf.Blocks(
         small_labels,
         {1: WALL, 7: GONE},
         {2: {"smoothness": 3.0}},
@@ -34,13 +32,13 @@ def before(small_frame, small_labels):
         network="net",
         extracted=extracted,
     )
-    return FrameState("before", small_frame, blocks, Parameters(s_criteria=0.002), extrapolate=True, selected=(2,))
+    return FrameState("before", small_frame, blocks, ilf.Parameters(s_criteria=0.002), extrapolate=True, selected=(2,))
 
 
 @pytest.fixture
 def after(small_frame):
     frame = replace(small_frame, name="next")
-    return FrameState("after", frame, Blocks(np.zeros(frame.shape, np.int32)), note="of the user")
+    return FrameState("after", frame, ilf.Blocks(np.zeros(frame.shape, np.int32)), note="of the user")
 
 
 def test_all_that_is_known_goes_along(before, after):
@@ -69,7 +67,7 @@ def test_locked_blocks_stay_unless_they_were_carried_there(before, after):
     labels = np.zeros(after.blocks.labels.shape, np.int32)
     labels[:10, :10] = 2
     own = {2: {"smoothness": 0.5}}
-    state = propagate_state(before, replace(after, blocks=Blocks(labels, {2: mine}, own))).state
+    state = propagate_state(before, replace(after, blocks=ilf.Blocks(labels, {2: mine}, own))).state
     assert (state.blocks.labels[:10, :10] == 2).all()
     other = int(state.blocks.labels[40, 60])  # block 2 of the frame before has another number
     assert other not in (1, 2, 7)
@@ -79,7 +77,7 @@ def test_locked_blocks_stay_unless_they_were_carried_there(before, after):
 
     # nor does it get the values of a block with its number that is gone
     gone = replace(before, blocks=replace(before.blocks, own={7: {"smoothness": 3.0}}))
-    locked = replace(after, blocks=Blocks(np.where(labels == 2, 7, 0).astype(np.int32), {7: mine}))
+    locked = replace(after, blocks=ilf.Blocks(np.where(labels == 2, 7, 0).astype(np.int32), {7: mine}))
     assert propagate_state(gone, locked).state.blocks.own == {}
 
     propagated = propagate_state(before, after).state
@@ -115,17 +113,17 @@ def test_poses_beside_the_frames_are_gone_by(tmp_path):
         pose = np.eye(4)
         pose[0, 3] = -0.1 * number
         np.savetxt(folder / "pose.txt", pose)
-        frame = load_frame(folder / "rgb.png", folder / "depth.png", intrinsics=(60, 60, 31.5, 23.5))
-        states.append(FrameState(str(number), frame, Blocks(np.zeros(frame.shape, np.int32))))
+        frame = ilf.load_frame(folder / "rgb.png", folder / "depth.png", intrinsics=(60, 60, 31.5, 23.5))
+        states.append(FrameState(str(number), frame, ilf.Blocks(np.zeros(frame.shape, np.int32))))
     labels = np.ones((48, 64), np.int32)
     labels[:, 30:] = 2
-    propagated = propagate_state(replace(states[0], blocks=Blocks(labels)), states[1])
+    propagated = propagate_state(replace(states[0], blocks=ilf.Blocks(labels)), states[1])
     assert propagated.followed.how == "pose"
     assert propagated.state.blocks.labels[24].tolist() == [1] * 33 + [2] * 31
 
 
 def test_frames_of_another_size_are_refused(before, after):
     part = np.s_[:40, :50]
-    frame = RGBDFrame(after.frame.rgb[part], after.frame.depth[part])
+    frame = ilf.RGBDFrame(after.frame.rgb[part], after.frame.depth[part])
     with pytest.raises(InputError, match="same size"):
-        propagate_state(before, FrameState("after", frame, Blocks(np.zeros(frame.shape, np.int32))))
+        propagate_state(before, FrameState("after", frame, ilf.Blocks(np.zeros(frame.shape, np.int32))))

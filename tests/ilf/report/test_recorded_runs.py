@@ -11,7 +11,7 @@ import pytest
 import ilf
 from ilf.cli import main
 from ilf.errors import InputError
-from ilf.report.replay_command import replay_text
+from ilf.report.subject import replay_text
 from ilf.sources.opening import close_all
 from tests.ilf.bags import COLOUR, DEPTH, H, W, bag, write_aligned
 

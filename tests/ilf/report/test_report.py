@@ -14,12 +14,12 @@ import pytest
 from PIL import Image
 
 import ilf
+from ilf._runtime.cancellation import run_to_end
 from ilf._runtime.formatting import millimetres
-from ilf._runtime.stepping import run_to_end
 from ilf.cli import main
 from ilf.completion.confidence.expected_error import error_summary
 from ilf.data.blocks import BlockInfo, Blocks
-from ilf.data.colour_maps import MISSING
+from ilf.data.pictures import MISSING
 from ilf.errors import InputError
 from ilf.evaluation.evaluation import evaluate_blocks, evaluate_completion
 from ilf.evaluation.hold_out import HoldOutTest, evaluate_hold_out
@@ -28,9 +28,8 @@ from ilf.project.frame_state import FrameState
 from ilf.project.project import FrameSummary, Project, ProjectFrame, Stage
 from ilf.project.run_history import StoredRun
 from ilf.report.pictures import frame_pictures, scale_bar
-from ilf.report.replay_command import replay_text
-from ilf.report.report import ReportOptions, report, report_steps, write_report
-from ilf.report.subject import Subject, Unreadable
+from ilf.report.report import report_steps, write_report
+from ilf.report.subject import Subject, Unreadable, replay_text
 from ilf.run.record_file import read_record
 from ilf.run.run import Run
 from ilf.sources.frame_ref import FrameRef
@@ -41,6 +40,10 @@ from ..small_runs import small_run
 
 NASTY = "<script>alert(\"1\")</script> & 'Möbel' {{ 7*7 }} {% if %} 深度"
 VOID = {"meta", "img", "br"}
+
+
+def report(subjects, **how):
+    return run_to_end(report_steps(subjects, len(subjects), **how)).html()
 
 
 class Page(HTMLParser):
@@ -134,7 +137,7 @@ def subject(run):
 
 def test_the_page_of_a_frame_is_whole_and_its_numbers_are_those_of_the_judgements(run, subject):
     test = HoldOutTest("areas", (3, 5))
-    text = report([subject], ReportOptions(hidden=test))
+    text = report([subject], hidden=test)
     page = Page(text)
     alone(page)
     assert "<script" not in text
@@ -188,7 +191,7 @@ def test_what_is_not_there_is_said(tmp_path):
         Subject(many, ilf.complete(bare, np.zeros((40, 60), np.int32))),
         Unreadable(NASTY, f"{NASTY} is not there."),
     ]
-    page = Page(report(subjects, ReportOptions(NASTY, HoldOutTest())))
+    page = Page(report(subjects, title=NASTY, hidden=HoldOutTest()))
     alone(page)
     assert page.text.count(NASTY) == 6  # title, heading, and name and reason in the index and in its place
     for words in ("The frame has no blocks.", "10 px", "No block has been run.", "No block was iterated."):
@@ -221,8 +224,7 @@ def test_a_stored_frame_is_reported_with_its_results_and_names(run, subject):
 
 def test_paths_that_are_no_text_are_told_as_far_as_they_are(run, subject, tmp_path):
     odd = replace(run, frame=replace(run.frame, name="caf\udce9"))
-    options = ReportOptions()
-    content = run_to_end(report_steps([replace(subject, run=odd)], options))
+    content = run_to_end(report_steps([replace(subject, run=odd)], 1))
     write_report(tmp_path / "page.html", content)
     assert "<h1>caf?</h1>" in (tmp_path / "page.html").read_text(encoding="utf-8")
 

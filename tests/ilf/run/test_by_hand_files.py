@@ -11,7 +11,6 @@ from ilf.cli import main
 from ilf.errors import InputError
 from ilf.io.labels import read_mask
 from ilf.run.options import ExportOptions
-from ilf.run.replaying import replay
 from ilf.run.writing import write
 
 from ..small_frames import CAMERA, write_small_frame
@@ -46,10 +45,10 @@ def test_a_record_is_not_replayed_with_other_depth_by_hand(tmp_path):
     file = tmp_path / "out" / "depth_by_hand.npy"
     np.save(file, np.load(file) + 0.01)
     with pytest.raises(InputError, match="is not depth by hand of the recorded run"):
-        replay(tmp_path / "out" / "run.json")
+        ilf.replay(tmp_path / "out" / "run.json")
     file.unlink()
     with pytest.raises(InputError, match=r"depth_by_hand\.npy\) is not beside the record"):
-        replay(tmp_path / "out" / "run.json")
+        ilf.replay(tmp_path / "out" / "run.json")
 
 
 def test_by_the_command_line(tmp_path, monkeypatch, capsys, cli):

@@ -10,15 +10,13 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import ilf
-from ilf.data.points import in_world, point_cloud
+from ilf.data.points import in_world
 from ilf.errors import ExportError, FormatError, InputError, ParameterError
 from ilf.run.data_sets import depth_weight, write_data_set
 from ilf.run.options import ExportOptions
 from ilf.run.record_file import read_record
-from ilf.run.run import Run
 from ilf.run.writing import write
 from ilf.sources.opening import close_all
-from ilf.sources.reading import load_frame
 from ilf.sources.trajectories import motion_between
 from tests.ilf.phone_files import COLOUR_SIZE, FLIP, MM, SIZE, K, pose, write_record3d
 from tests.ilf.small_frames import write_small_frame
@@ -38,12 +36,12 @@ def matrix_file(path: Path, number: int = 0) -> None:
 def framed(tmp_path):
     rgb, depth = write_small_frame(tmp_path / "frame")
     matrix_file(tmp_path / "frame" / "pose.txt")
-    return load_frame(rgb, depth, intrinsics=CAMERA)
+    return ilf.load_frame(rgb, depth, intrinsics=CAMERA)
 
 
 def written(folder: Path, frame: ilf.RGBDFrame, options: ExportOptions | None = None) -> Path:
     """A result without blocks: its depth is as it was read."""
-    run = Run(frame, np.zeros(frame.shape, np.int32))
+    run = ilf.Run(frame, np.zeros(frame.shape, np.int32))
     completion = run.complete()
     write(folder, run, completion, options or ExportOptions(cloud=None))
     return folder
@@ -63,7 +61,7 @@ def test_a_frame_has_the_pose_that_files_beside_it_tell(framed, tmp_path):
 def test_records_replays_and_folders_keep_it(framed, tmp_path):
     folder = written(tmp_path / "out", framed)
     assert np.array_equal(read_record(folder / "run.json").pose, framed.pose)
-    assert np.array_equal(load_frame(folder).pose, framed.pose)
+    assert np.array_equal(ilf.load_frame(folder).pose, framed.pose)
     (tmp_path / "frame" / "pose.txt").unlink()
     assert np.array_equal(ilf.replay(folder / "run.json").run.frame.pose, framed.pose)
     record = json.loads((folder / "run.json").read_text())
@@ -73,7 +71,7 @@ def test_records_replays_and_folders_keep_it(framed, tmp_path):
 
 
 def test_clouds_lie_in_the_world_where_that_is_asked_for(framed, tmp_path):
-    cloud = point_cloud(framed.depth, framed.rgb, framed.intrinsics)
+    cloud = ilf.point_cloud(framed.depth, framed.rgb, framed.intrinsics)
     expected = cloud.points @ pose(0)[:3, :3].T + pose(0)[:3, 3]
     assert np.allclose(in_world(cloud, pose(0)).points, expected, atol=1e-5)
     folder = written(tmp_path / "out", framed, ExportOptions(cloud="xyz", mesh="ply", normals=True, axes="world"))

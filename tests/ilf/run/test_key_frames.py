@@ -5,9 +5,7 @@ import pytest
 
 import ilf
 from ilf.completion.block import block_depth
-from ilf.data.blocks import Blocks
 from ilf.run.key_frames import KeyFrames, depth_at_key_frames
-from ilf.run.run import Run
 from ilf.segmentation.editing.patches import border_pixels
 
 
@@ -28,8 +26,8 @@ def test_a_key_frame_is_the_depth_as_it_was_then(small_frame, small_labels, name
     drawn = border_pixels(small_labels) if by_hand else None
     parameters = ilf.preset(name, max_iterations=30, mode=mode)
     key_frames = KeyFrames()
-    blocks = Blocks(small_labels, drawn=drawn)
-    records = recorded(Run(small_frame, blocks, parameters), key_frames)
+    blocks = ilf.Blocks(small_labels, drawn=drawn)
+    records = recorded(ilf.Run(small_frame, blocks, parameters), key_frames)
     tracks = [track for track in map(key_frames.track, records.values()) if track is not None]
     steppers = [ilf.iterate(small_frame, blocks, track.block.label, parameters) for track in tracks]
     for i in range(1, 20):
@@ -44,7 +42,7 @@ def test_a_key_frame_is_the_depth_as_it_was_then(small_frame, small_labels, name
 
 def test_the_records_say_which_key_frames_are_theirs(small_frame, small_labels):
     key_frames = KeyFrames()
-    run = Run(small_frame, small_labels, ilf.preset(max_iterations=5))
+    run = ilf.Run(small_frame, small_labels, ilf.preset(max_iterations=5))
     first, second = recorded(run, key_frames, threads=2), recorded(run, key_frames)
     for records in (first, second):
         track = key_frames.track(records[1])
@@ -57,7 +55,7 @@ def test_the_records_say_which_key_frames_are_theirs(small_frame, small_labels):
 
 
 def test_memory_stays_within_the_budget_thinned_evenly(small_frame, small_labels):
-    run = Run(small_frame, small_labels, ilf.preset("paper", max_iterations=200, stop_when_steady=False))
+    run = ilf.Run(small_frame, small_labels, ilf.preset("paper", max_iterations=200, stop_when_steady=False))
     whole = KeyFrames()
     recorded(run, whole)
     key_frames = KeyFrames(whole.nbytes // 5)
@@ -71,7 +69,7 @@ def test_memory_stays_within_the_budget_thinned_evenly(small_frame, small_labels
 
 
 def test_what_was_run_again_goes_first(small_frame, small_labels):
-    run = Run(small_frame, small_labels, ilf.preset(max_iterations=20))
+    run = ilf.Run(small_frame, small_labels, ilf.preset(max_iterations=20))
     once = KeyFrames()
     recorded(run, once)
     key_frames = KeyFrames(round(1.6 * once.nbytes))
@@ -84,7 +82,7 @@ def test_what_was_run_again_goes_first(small_frame, small_labels):
 
 def test_nothing_is_kept_beyond_a_hopeless_budget(small_frame, small_labels):
     key_frames = KeyFrames(1)
-    records = recorded(Run(small_frame, small_labels, ilf.preset(max_iterations=20)), key_frames, threads=2)
+    records = recorded(ilf.Run(small_frame, small_labels, ilf.preset(max_iterations=20)), key_frames, threads=2)
     left = [key_frames.track(history) for history in records.values()]
     kept = [track.kept for track in left if track is not None]
     assert len(kept) == 1

@@ -7,8 +7,6 @@ import numpy as np
 import pytest
 
 import ilf
-from ilf import RGBDFrame
-from ilf.data.blocks import Blocks
 from ilf.data.results import Status
 from ilf.errors import InputError
 from ilf.evaluation.hold_out import frame_without
@@ -32,7 +30,7 @@ QUICK = ilf.preset(correction=False)
 def made(**changes):
     depth = 2.0 + 0.01 * np.indices(SHAPE)[1]
     values = {"ground_truth": depth, "outside_view": OUTSIDE} | changes
-    return RGBDFrame(np.full((*SHAPE, 3), 90, np.uint8), np.where(HOLE | OUTSIDE, np.nan, depth), **values)
+    return ilf.RGBDFrame(np.full((*SHAPE, 3), 90, np.uint8), np.where(HOLE | OUTSIDE, np.nan, depth), **values)
 
 
 @pytest.fixture
@@ -139,7 +137,7 @@ def test_a_completed_folder_is_a_frame_with_it(opened_again, tmp_path):
 
 def test_a_project_keeps_it_and_the_pose_of_a_frame_with_files(opened_again):
     completed, pose = opened_again
-    encoded = encode(FrameState("a" * 32, completed, Blocks(BLOCKS)))
+    encoded = encode(FrameState("a" * 32, completed, ilf.Blocks(BLOCKS)))
     found = load_state("a" * 32, Held().take(encoded, "a" * 32))
     assert found.problems == ()
     np.testing.assert_array_equal(found.state.frame.outside_view, OUTSIDE)

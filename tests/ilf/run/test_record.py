@@ -17,7 +17,6 @@ from ilf._runtime.installation import asset_path, library_versions
 from ilf.errors import FormatError
 from ilf.run.record import SCHEMA, RecordedMask, array_sha256, make_record, to_json
 from ilf.run.record_file import read_record
-from ilf.run.run import Run
 
 from ..small_frames import QUICK
 from ..small_runs import OPTIONS, changed, small_run, with_drawn_border, with_invalid_mask, written
@@ -83,7 +82,7 @@ def test_the_record_vouches_for_the_networks(tmp_path):
     bundled = sha256(asset_path("models/edges.onnx"))
     assert record.networks.extraction == {"edges": bundled}
     assert record.networks.filter == {"edges": bundled, "correction": sha256(asset_path("models/correction.onnx"))}
-    other = Run(run.frame, replace(run.blocks, own={}, network=None), ilf.preset("paper", **QUICK))
+    other = ilf.Run(run.frame, replace(run.blocks, own={}, network=None), ilf.preset("paper", **QUICK))
     record = make_record(other, other.complete(), OPTIONS)
     assert (record.networks.extraction, record.networks.filter) == ({}, {})
 

@@ -10,13 +10,13 @@ import pytest
 import ilf
 from ilf._runtime.installation import asset_path
 from ilf.errors import InputError
-from ilf.io.depth import read_depth_values, write_depth
-from ilf.io.labels import write_labels, write_mask
+from ilf.io.block_files import write_blocks
+from ilf.io.depth import read_depth_values
+from ilf.io.labels import write_mask
 from ilf.run.options import ExportOptions
 from ilf.run.record import array_sha256
 from ilf.run.record_file import read_record
-from ilf.run.replaying import Replay, file_problems, replay
-from ilf.run.run import Run
+from ilf.run.replaying import Replay, file_problems
 from ilf.run.writing import write
 from ilf.segmentation.extraction import found_blocks
 
@@ -36,7 +36,7 @@ from ..small_runs import (
 
 def replayed(path: Path, out: Path, *files: Path) -> Replay:
     """Replay a record and write what comes out."""
-    again = replay(path, *files)
+    again = ilf.replay(path, *files)
     write(out, again.run, again.run.complete(), again.options)
     return again
 
@@ -70,20 +70,20 @@ def test_replay_gives_the_same_bytes(tmp_path, how):
 def test_a_recorded_completion_needs_all_that_it_consists_of(tmp_path, name):
     path = written(replace(small_run(tmp_path), extrapolate=True, only=frozenset({2})), tmp_path / "out")
     (tmp_path / "out" / name).write_bytes(b"")
-    assert replay(path).completion is None
+    assert ilf.replay(path).completion is None
 
 
 def test_a_recorded_completion_without_curves_has_no_history(tmp_path):
     path = written(small_run(tmp_path), tmp_path / "out")
     (tmp_path / "out" / "curves.csv").unlink()
-    completion = replay(path).completion
+    completion = ilf.replay(path).completion
     assert array_sha256(completion.depth) == read_record(path).depth_sha256
     assert not any(completion.history.values())
 
 
 def test_depth_in_whole_millimetres_is_not_the_recorded_completion(tmp_path):
     path = written(small_run(tmp_path), tmp_path / "out", replace(OPTIONS, depth_formats=("png",)))
-    assert replay(path).completion is None
+    assert ilf.replay(path).completion is None
 
 
 def test_replay_refuses_changed_inputs(tmp_path):
@@ -91,7 +91,7 @@ def test_replay_refuses_changed_inputs(tmp_path):
     depth = tmp_path / "in" / "depth.png"
     depth.write_bytes(depth.read_bytes() + b"\0")
     with pytest.raises(InputError, match=r"depth\.png is not the depth file of the recorded run"):
-        replay(path)
+        ilf.replay(path)
 
 
 def test_inputs_replaced_between_reading_and_writing_do_not_pass(tmp_path):
@@ -99,20 +99,20 @@ def test_inputs_replaced_between_reading_and_writing_do_not_pass(tmp_path):
     run = small_run(tmp_path)
     depth = tmp_path / "in" / "depth.png"
     values = read_depth_values(depth)
-    write_depth(depth, values / 1000 + 0.2)
+    ilf.write_depth(depth, values / 1000 + 0.2)
     with pytest.raises(InputError, match="its content has changed"):
-        replay(written(run, tmp_path / "out"))
+        ilf.replay(written(run, tmp_path / "out"))
 
 
 def test_replay_finds_moved_inputs_when_told_or_beside_the_record(tmp_path):
     path = written(small_run(tmp_path), tmp_path / "out")
     moved = [file.rename(tmp_path / file.name) for file in (tmp_path / "in" / "rgb.png", tmp_path / "in" / "depth.png")]
     with pytest.raises(InputError, match=r"rgb\.png: there is no such file"):
-        replay(path)
+        ilf.replay(path)
     replayed(path, tmp_path / "again", *moved)
     assert contents(tmp_path / "again") == contents(tmp_path / "out")
     with pytest.raises(InputError, match="not the colour file"):
-        replay(path, *moved[::-1])
+        ilf.replay(path, *moved[::-1])
 
     record = tmp_path / "run.json"
     record.write_bytes(path.read_bytes())
@@ -125,7 +125,7 @@ def test_an_output_of_the_inputs_name_is_not_taken_for_it(tmp_path):
     (tmp_path / "in" / "depth.png").unlink()
     assert (tmp_path / "out" / "depth.png").is_file()
     with pytest.raises(InputError, match=r"in.depth\.png: there is no such file"):
-        replay(path)
+        ilf.replay(path)
 
 
 def test_replay_of_edited_blocks_needs_their_label_map(tmp_path):
@@ -134,12 +134,12 @@ def test_replay_of_edited_blocks_needs_their_label_map(tmp_path):
     labels = tmp_path / "out" / "blocks.png"
     others = run.blocks.labels.copy()
     others[0, 0] = 9
-    write_labels(labels, others)
+    write_blocks(labels, others)
     with pytest.raises(InputError, match="edited by hand"):
-        replay(path)
+        ilf.replay(path)
     labels.unlink()
     with pytest.raises(InputError, match=r"blocks\.png"):
-        replay(path)
+        ilf.replay(path)
 
 
 @pytest.mark.parametrize(
@@ -151,10 +151,10 @@ def test_replay_needs_the_masks_of_the_run(tmp_path, how, file, what):
     mask = tmp_path / "out" / file
     write_mask(mask, np.ones((60, 80), bool))
     with pytest.raises(InputError, match=f"not the mask of {what} of the recorded run"):
-        replay(path)
+        ilf.replay(path)
     mask.unlink()
     with pytest.raises(InputError, match=rf"{what} of this run \({file}\) is not beside the record"):
-        replay(path)
+        ilf.replay(path)
 
 
 def test_replay_where_the_extraction_has_changed(tmp_path, monkeypatch):
@@ -174,9 +174,9 @@ def test_replay_where_the_extraction_has_changed(tmp_path, monkeypatch):
     assert "The run was made with scipy 0.1 (here" in difference
     (tmp_path / "out" / "blocks.png").unlink()
     with pytest.raises(InputError, match=r"scipy 0\.1.*put the run's blocks\.png beside the record"):
-        replay(path)
+        ilf.replay(path)
     with pytest.raises(InputError, match=r"put the run's blocks\.png beside the record"):
-        replay(written(run, tmp_path / "no-labels", replace(OPTIONS, labels=False)))
+        ilf.replay(written(run, tmp_path / "no-labels", replace(OPTIONS, labels=False)))
 
 
 def test_frames_that_came_from_no_file_have_a_record_but_no_replay(tmp_path):
@@ -186,15 +186,15 @@ def test_frames_that_came_from_no_file_have_a_record_but_no_replay(tmp_path):
     assert json.loads(path.read_text())["inputs"] is None
     assert not (tmp_path / "bare" / "meta.json").exists()
     with pytest.raises(InputError, match="not read from files"):
-        replay(path)
+        ilf.replay(path)
 
 
 def test_a_network_that_is_as_it_was_hides_no_other(tmp_path):
-    path = written(Run.of(small_run(tmp_path).frame, preset=ilf.preset(**QUICK)), tmp_path / "out")
+    path = written(ilf.Run.of(small_run(tmp_path).frame, preset=ilf.preset(**QUICK)), tmp_path / "out")
     record = json.loads(path.read_text(encoding="utf-8"))
     record["networks"]["filter"]["gone"] = "00"
     path.write_text(json.dumps(record), encoding="utf-8")
-    (said,) = replay(path).differences
+    (said,) = ilf.replay(path).differences
     assert "'gone' used by the filter is not available" in said
 
 
@@ -205,15 +205,15 @@ def test_a_network_that_was_replaced_is_said(tmp_path, monkeypatch):
     own.parent.mkdir()
     own.write_bytes(asset_path("models/edges.onnx").read_bytes())
     frame = small_run(tmp_path).frame
-    run = Run.of(frame, preset=ilf.preset(**QUICK, model="mine"), extraction=ilf.BlockParameters(model="mine"))
+    run = ilf.Run.of(frame, preset=ilf.preset(**QUICK, model="mine"), extraction=ilf.BlockParameters(model="mine"))
     path = written(run, tmp_path / "out")
-    assert replay(path).differences == ()
+    assert ilf.replay(path).differences == ()
     own.write_bytes(own.read_bytes() + b"\x82\x01\x00")  # an empty field that no reader minds
-    blocks, filtering = replay(path).differences
+    blocks, filtering = ilf.replay(path).differences
     assert "'mine' used by the extraction has changed" in blocks
     assert "'mine' used by the filter has changed" in filtering
     own.unlink()
-    again = replay(path)
+    again = ilf.replay(path)
     assert len(again.differences) == 2
     assert all("is not available" in difference for difference in again.differences)
 
@@ -221,7 +221,7 @@ def test_a_network_that_was_replaced_is_said(tmp_path, monkeypatch):
 def test_another_processor_and_other_versions_are_said(tmp_path):
     path = changed(written(small_run(tmp_path), tmp_path / "out"), "processor", "z80")
     changed(path, "version", "0.1")
-    versions, processor = replay(path).differences
+    versions, processor = ilf.replay(path).differences
     assert "ilf 0.1 (here" in versions
     assert "another kind of processor (z80; here" in processor
 
@@ -233,12 +233,12 @@ def test_files_that_are_gone_or_changed_are_said(tmp_path):
     gone, differing = file_problems(read_record(path), path.parent)
     assert gone == "The set of files is incomplete: missing curves.csv."
     assert differing.startswith("depth.png has changed since the run was written")
-    assert replay(path).differences == (gone, differing)
+    assert ilf.replay(path).differences == (gone, differing)
 
 
 def test_the_verdict_says_how_far_the_depth_is_off(tmp_path):
     path = written(small_run(tmp_path), tmp_path / "out")
-    again = replay(path)
+    again = ilf.replay(path)
     completion = again.run.complete()
     depth = completion.depth.copy()
     depth[0, :7] += np.float32(4e-6)
@@ -255,7 +255,7 @@ def test_the_verdict_says_how_far_the_depth_is_off(tmp_path):
 
 def test_the_verdict_says_where_it_cannot_tell_how_far(tmp_path):
     options = ExportOptions(("png",), cloud=None)
-    again = replay(written(small_run(tmp_path), tmp_path / "out", options))
+    again = ilf.replay(written(small_run(tmp_path), tmp_path / "out", options))
     completion = again.run.complete()
     (verdict,) = again.verdict(replace(completion, depth=completion.depth + 1))
     assert "not bit for bit the recorded one" in verdict
@@ -265,4 +265,4 @@ def test_the_verdict_says_where_it_cannot_tell_how_far(tmp_path):
 def test_a_record_whose_blocks_are_not_in_its_label_map_is_refused(tmp_path):
     path = changed(written(small_run(tmp_path), tmp_path / "out"), "blocks_outcome", 0, "label", 77)
     with pytest.raises(InputError, match=r"\[77\]"):
-        replay(path)
+        ilf.replay(path)

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 import ilf
-from ilf.completion.confidence.expected_error import expected_error
 from ilf.run.rerun_file import CAMERA, ERROR
 
 from ..small_frames import CAMERA as INTRINSICS
@@ -40,7 +39,7 @@ def test_it_has_camera_images_blocks_expected_error_and_curves(tmp_path):
     for entity, kind, expected in (
         (f"{CAMERA}/depth", "DepthImage", frame.depth),
         (f"{CAMERA}/completed", "DepthImage", completion.depth),
-        (ERROR, "DepthImage", expected_error(completion)),
+        (ERROR, "DepthImage", ilf.expected_error(completion)),
         (f"{CAMERA}/blocks", "SegmentationImage", completion.blocks.astype(np.uint32)),
         (f"{CAMERA}/colour", "Image", frame.rgb),
     ):

@@ -10,7 +10,6 @@ import pytest
 import ilf
 from ilf._runtime.formatting import counted
 from ilf.cli import main
-from ilf.completion.confidence.expected_error import expected_error, unsupported
 from ilf.errors import ExportError, InputError, ParameterError
 from ilf.io.depth import read_depth_values
 from ilf.io.images import read_colour
@@ -18,7 +17,6 @@ from ilf.io.labels import read_labels
 from ilf.run import writing as space_files
 from ilf.run.options import ExportOptions
 from ilf.run.writing import check_write, filenames, write
-from ilf.sources.reading import load_frame
 
 from ..small_runs import contents, small_run, with_invalid_mask
 from ..space_formats import read_pcd, read_ply
@@ -66,7 +64,7 @@ def test_only_chosen_files_are_written_and_others_left_alone(run, completion, tm
 @pytest.mark.parametrize(("formats", "units"), [(("png",), 2000.0), (("png", "npy"), 2000.0), (("tiff",), 1000.0)])
 def test_the_folder_opens_again_as_a_frame(run, completion, tmp_path, formats, units):
     write(tmp_path / "out", run, completion, replace(ALL, depth_formats=formats, depth_units=units))
-    again = load_frame(tmp_path / "out")
+    again = ilf.load_frame(tmp_path / "out")
     np.testing.assert_array_equal(again.rgb, run.frame.rgb)
     tolerance = 0 if formats != ("png",) else 0.5001 / units
     np.testing.assert_allclose(again.depth, completion.depth, rtol=0, atol=tolerance)
@@ -78,7 +76,7 @@ def test_a_half_written_folder_is_not_opened(run, completion, tmp_path):
     write(tmp_path / "out", run, completion, ALL)
     (tmp_path / "out" / "run.json").unlink()
     with pytest.raises(InputError, match="an interrupted export"):
-        load_frame(tmp_path / "out")
+        ilf.load_frame(tmp_path / "out")
 
 
 def test_lost_depth_is_noted_by_file(run, completion, tmp_path):
@@ -104,13 +102,13 @@ def test_points_tell_all_that_is_known_of_them(run, completion, tmp_path, cloud)
     known = np.isfinite(completion.depth)
     assert len(rows) == np.count_nonzero(known)
     np.testing.assert_array_equal(rows["z"], completion.depth[known] * np.float32(1000))
-    error = np.nan_to_num(expected_error(completion))
+    error = np.nan_to_num(ilf.expected_error(completion))
     for found, pixels in ((rows, known), (vertices, _pixels_of(vertices, run, completion))):
         np.testing.assert_array_equal(found["scalar_expected_error"], error[pixels] * np.float32(1000))
         np.testing.assert_array_equal(found["quality"], found["scalar_expected_error"])
         np.testing.assert_array_equal(found["scalar_filled"], completion.filled[pixels])
         np.testing.assert_array_equal(found["scalar_block"], run.blocks.labels[pixels])
-        np.testing.assert_array_equal(found["scalar_unsupported"], unsupported(completion)[pixels])
+        np.testing.assert_array_equal(found["scalar_unsupported"], ilf.unsupported(completion)[pixels])
         assert all(np.isfinite(found[name]).all() for name in found.dtype.names if name != "rgb")
     np.testing.assert_array_equal(np.unique(faces), np.arange(len(vertices)))
     write(out, run, completion, replace(options, cloud="ply", expected_error=False))
@@ -163,14 +161,14 @@ def test_guesses_and_distrusted_depth_have_masks(run, tmp_path):
 def test_expected_errors_come_in_the_formats_and_units_of_the_depth(run, completion, tmp_path):
     out = tmp_path / "out"
     assert write(out, run, completion, replace(BARE, depth_units=1100.0)).notes == ()
-    expected = expected_error(completion)
+    expected = ilf.expected_error(completion)
     np.testing.assert_array_equal(np.load(out / "expected_error.npy"), expected)
     np.testing.assert_array_equal(read_depth_values(out / "expected_error.tiff"), expected)
     stored = read_depth_values(out / "expected_error.png")
     np.testing.assert_array_equal(stored > 0, completion.filled)
     wanted = np.maximum(expected[completion.filled], 1 / 1100)
     np.testing.assert_allclose(stored[completion.filled] / 1100, wanted, atol=0.00046)
-    np.testing.assert_array_equal(read_colour(out / "unsupported.png")[..., 0] > 0, unsupported(completion))
+    np.testing.assert_array_equal(read_colour(out / "unsupported.png")[..., 0] > 0, ilf.unsupported(completion))
     outside = replace(completion, depth=np.where(completion.filled, 50, completion.depth).astype(np.float32))
     count = np.count_nonzero(completion.filled)
     assert write(out, run, outside, BARE).remarks == (
@@ -225,7 +223,7 @@ def test_a_meta_json_that_is_not_of_an_export_is_never_overwritten(run, completi
     folder.mkdir()
     meta = '{"rgb": "../in/rgb.png", "depth": "../in/depth.png", "depth_units_per_m": 1000}'
     (folder / "meta.json").write_text(meta)
-    frame = load_frame(folder)
+    frame = ilf.load_frame(folder)
     with pytest.raises(ExportError, match=r"meta\.json describes a frame"):
         write(folder, replace(run, frame=frame), completion, replace(BARE, cloud=None))
     assert (folder / "meta.json").read_text() == meta

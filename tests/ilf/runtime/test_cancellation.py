@@ -4,13 +4,11 @@ import threading
 
 import pytest
 
-from ilf import Run
+import ilf
 from ilf._runtime import writing as being_written
 from ilf._runtime.cancellation import acquired, cancelled_by, check_cancelled, set_cancel_events
 from ilf._runtime.threads import run_beside, run_in_parallel
 from ilf._runtime.writing import move_into_place, remove_temporary_files, removed_on_exit, staging, write_bytes
-from ilf.data.presets import preset
-from ilf.errors import Cancelled
 from ilf.run.writing import write
 
 
@@ -23,9 +21,9 @@ def test_an_event_cancels_within_its_block_alone(cancel_event):
     with cancelled_by(cancel_event):
         check_cancelled()
         cancel_event.set()
-        with pytest.raises(Cancelled):
+        with pytest.raises(ilf.Cancelled):
             check_cancelled()
-        with cancelled_by(threading.Event()), pytest.raises(Cancelled):
+        with cancelled_by(threading.Event()), pytest.raises(ilf.Cancelled):
             check_cancelled()
     check_cancelled()
 
@@ -36,7 +34,7 @@ def test_work_beside_a_block_is_cancelled_with_it_and_its_error_is_raised_at_the
             pass
         check_cancelled()
 
-    with cancelled_by(cancel_event), pytest.raises(Cancelled), run_beside(until_cancelled):
+    with cancelled_by(cancel_event), pytest.raises(ilf.Cancelled), run_beside(until_cancelled):
         cancel_event.set()
     with run_beside(lambda: 3) as found:
         pass
@@ -60,7 +58,7 @@ def test_an_event_cancels_the_threads_that_share_the_work(cancel_event):
 
     stopping = threading.Thread(target=stop)
     stopping.start()
-    with cancelled_by(cancel_event), pytest.raises(Cancelled):
+    with cancelled_by(cancel_event), pytest.raises(ilf.Cancelled):
         list(run_in_parallel([task(), task()], 2))
     stopping.join()
 
@@ -73,7 +71,7 @@ def test_whoever_waits_for_a_lock_stops_waiting(cancel_event):
         try:
             with acquired(lock):
                 pass
-        except Cancelled:
+        except ilf.Cancelled:
             ended.append(True)
 
     with lock:
@@ -92,9 +90,9 @@ def test_nothing_is_written_by_what_is_to_stop(tmp_path, cancel_event):
     write_bytes(path, b"before")
     cancel_event.set()
     with cancelled_by(cancel_event):
-        with pytest.raises(Cancelled):
+        with pytest.raises(ilf.Cancelled):
             write_bytes(path, b"after")
-        with pytest.raises(Cancelled):
+        with pytest.raises(ilf.Cancelled):
             _write_set(tmp_path / "new" / "folder")
     assert path.read_bytes() == b"before"
     assert list(tmp_path.iterdir()) == [path]
@@ -107,13 +105,13 @@ def _write_set(target):
 
 
 def test_an_export_that_is_to_stop_leaves_the_set_before(tmp_path, small_frame, small_labels):
-    run = Run(small_frame, small_labels, preset(max_iterations=2, correction=False))
+    run = ilf.Run(small_frame, small_labels, ilf.preset(max_iterations=2, correction=False))
     completion = run.complete()
     write(tmp_path, run, completion)
     before = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
 
     for looks in range(0, 22, 6):
-        with cancelled_by(_Late(looks)), pytest.raises(Cancelled):
+        with cancelled_by(_Late(looks)), pytest.raises(ilf.Cancelled):
             write(tmp_path, run, completion)
         assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == before
     with cancelled_by(_Late(1000)):

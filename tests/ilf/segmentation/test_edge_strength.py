@@ -10,8 +10,6 @@ import pytest
 import ilf
 from ilf._runtime.networks import session
 from ilf.completion.filter import edges_for
-from ilf.data.frame import RGBDFrame
-from ilf.data.parameters import BlockParameters
 from ilf.errors import InputError, InstallationError
 from ilf.segmentation.edges.frame_edges import DETECTORS, canny_lines, find_edges, relief_of
 from ilf.segmentation.extraction import extract
@@ -23,10 +21,10 @@ def _frame():
     rgb[:, 30:] = (220, 90, 30)
     depth = np.full((60, 80), 1.5)
     depth[40:] = 2.5
-    return RGBDFrame(rgb, depth)
+    return ilf.RGBDFrame(rgb, depth)
 
 
-CANNY, NETWORK = BlockParameters(detector="canny"), BlockParameters()
+CANNY, NETWORK = ilf.BlockParameters(detector="canny"), ilf.BlockParameters()
 
 
 def test_strength_is_1_at_colour_edges_and_depth_jumps_and_0_far_from_them():
@@ -90,7 +88,7 @@ def test_frames_of_the_same_colour_share_what_it_says_and_depth_is_looked_at_aga
 def _holed():
     depth = np.full((64, 80), 2.0, np.float32)
     depth[20:30, 20:30] = np.nan
-    return RGBDFrame(np.zeros((64, 80, 3), np.uint8), depth), np.ones((64, 80), np.int32)
+    return ilf.RGBDFrame(np.zeros((64, 80, 3), np.uint8), depth), np.ones((64, 80), np.int32)
 
 
 @pytest.mark.parametrize("foreign", [False, True], ids=["missing", "foreign"])
@@ -147,17 +145,17 @@ def test_a_run_that_asks_for_no_network_needs_none(missing_runtime, tmp_path):
 def test_the_filter_sees_the_edges_of_the_extraction():
     """Canny and jumps with its parameters; whether and which network is asked stays the filter's own choice."""
     frame = _frame()
-    own = BlockParameters(canny_sigma=4.0, canny_high=0.3, canny_low_ratio=0.2, depth_jump=0.5, model="none")
+    own = ilf.BlockParameters(canny_sigma=4.0, canny_high=0.3, canny_low_ratio=0.2, depth_jump=0.5, model="none")
     seen = edges_for(frame, ilf.preset(edges="canny"), own)
     assert np.array_equal(seen.detected, find_edges(frame, own.replace(detector="canny")).detected)
     assert not np.array_equal(seen.detected, edges_for(frame, ilf.preset(edges="canny")).detected)
     assert edges_for(frame, ilf.preset(), own).network == find_edges(frame, NETWORK).network
-    flat = edges_for(frame, ilf.preset(), BlockParameters(depth_jump=2.0))
+    flat = edges_for(frame, ilf.preset(), ilf.BlockParameters(depth_jump=2.0))
     assert np.array_equal(flat.strength, flat.probability), "no jump is that large"
     usual = edges_for(frame, ilf.preset())
     assert not np.array_equal(usual.strength, usual.probability)
     # where the extraction takes no notice of depth, its jumps are the usual ones for the filter
-    flat = edges_for(frame, ilf.preset(), BlockParameters(use_depth=False, depth_jump=2.0))
+    flat = edges_for(frame, ilf.preset(), ilf.BlockParameters(use_depth=False, depth_jump=2.0))
     assert np.array_equal(flat.strength, usual.strength)
     assert edges_for(frame, ilf.preset("paper")) is None
 
@@ -195,8 +193,8 @@ def test_colour_alone_serves_the_network_and_canny():
 def test_blocks_and_filter_see_as_many_scales_as_they_ask_for(multiscale):
     frame = _frame()
     expected = ilf.edge_strength(frame, "hed", multiscale=multiscale)
-    assert np.array_equal(find_edges(frame, BlockParameters(multiscale=multiscale)).detected, expected)
+    assert np.array_equal(find_edges(frame, ilf.BlockParameters(multiscale=multiscale)).detected, expected)
     assert np.array_equal(edges_for(frame, ilf.preset(multiscale=multiscale)).detected, expected)
     combined = ilf.edge_strength(frame, "combined", multiscale=multiscale)
-    likely = find_edges(frame, BlockParameters(multiscale=multiscale)).probability
+    likely = find_edges(frame, ilf.BlockParameters(multiscale=multiscale)).probability
     assert np.array_equal(combined, np.where(relief_of(frame, CANNY).edges, 1, likely))

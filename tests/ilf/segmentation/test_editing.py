@@ -258,8 +258,6 @@ def test_what_a_line_cuts_off_goes_to_another_block():
     assert np.array_equal(after[7:], wanted[7:])
     assert set(np.unique(after)) == {1, 2, 3}
     assert cut_off(labels, 2, line, 2) is None
-    assert cut_off(labels, 2, line, 1, locked={1}) is None
-    assert cut_off(labels, 2, line, 1, locked={2}) is None
     assert cut_off(labels, 3, line, 1) is None
 
 

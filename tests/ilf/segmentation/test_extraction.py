@@ -5,15 +5,13 @@ import pytest
 from scipy.ndimage import label as components
 
 import ilf
-from ilf.data.frame import RGBDFrame
-from ilf.data.parameters import BlockParameters
 from ilf.data.pixel_grids import mark
 from ilf.segmentation.edges.detectors import canny_edges, colour_gradient, gradient_strength, otsu_edges
 from ilf.segmentation.edges.relief import find_relief
 from ilf.segmentation.extraction import contract, dilate, find_margins, regions_between, snap_to_jumps
 from ilf.segmentation.merging import keep_existing
 
-CANNY = BlockParameters(detector="canny")
+CANNY = ilf.BlockParameters(detector="canny")
 """For tests of what extraction makes of edges, whatever a network finds."""
 
 
@@ -26,7 +24,7 @@ def frame():
     depth[:, 110:] = 3.0
     depth[30:80, 20:70] = 1.5
     depth[40:60, 30:50] = np.nan
-    return RGBDFrame(rgb, depth)
+    return ilf.RGBDFrame(rgb, depth)
 
 
 def test_blocks_follow_colour_and_depth(frame):
@@ -43,14 +41,14 @@ def test_blocks_follow_colour_and_depth(frame):
 @pytest.mark.parametrize("margin", [0, 9, 25])
 def test_blocks_are_watertight(frame, margin):
     """Every block is one 4-connected piece, so there is no way from one into another but over a boundary."""
-    blocks = ilf.extract_blocks(frame, BlockParameters(margin=margin))
+    blocks = ilf.extract_blocks(frame, ilf.BlockParameters(margin=margin))
     for number in range(1, blocks.max() + 1):
         assert components(blocks == number)[1] == 1
 
 
 def test_depth_that_goes_on_merges_what_colour_parts(frame):
     """A picture on a wall: one block where the depth is seen, two where colour alone counts."""
-    flat = RGBDFrame(frame.rgb, np.full(frame.shape, 2.0))
+    flat = ilf.RGBDFrame(frame.rgb, np.full(frame.shape, 2.0))
     seen = ilf.extract_blocks(flat, CANNY)
     assert seen[55, 45] == seen[100, 60]
     colour = ilf.extract_blocks(flat, CANNY.replace(use_depth=False))
@@ -58,23 +56,23 @@ def test_depth_that_goes_on_merges_what_colour_parts(frame):
     hidden = np.full(frame.shape, 2.0)
     hidden[22:88, 12:78] = np.nan
     hidden[40:70, 30:60] = 2.0
-    one_plane = ilf.extract_blocks(RGBDFrame(frame.rgb, hidden))
+    one_plane = ilf.extract_blocks(ilf.RGBDFrame(frame.rgb, hidden))
     assert one_plane[55, 45] == one_plane[100, 60]
     hidden[40:70, 30:60] = 1.5
-    two_planes = ilf.extract_blocks(RGBDFrame(frame.rgb, hidden))
+    two_planes = ilf.extract_blocks(ilf.RGBDFrame(frame.rgb, hidden))
     assert two_planes[55, 45] != two_planes[100, 60]
 
 
 def test_a_crease_is_a_boundary_that_colour_does_not_show():
     rows = np.mgrid[:120, :160][0]
     depth = 1 / np.where(rows < 60, 0.5, 0.5 + 0.012 * (rows - 60))
-    frame = RGBDFrame(np.full((120, 160, 3), 120, np.uint8), depth)
-    blocks = ilf.extract_blocks(frame, BlockParameters(use_creases=True))
+    frame = ilf.RGBDFrame(np.full((120, 160, 3), 120, np.uint8), depth)
+    blocks = ilf.extract_blocks(frame, ilf.BlockParameters(use_creases=True))
     assert blocks.max() == 2
     assert (blocks[:57, 12:-12] == blocks[0, 80]).all()
     assert (blocks[63:, 12:-12] == blocks[-1, 80]).all()
     assert ilf.extract_blocks(frame).max() == 1
-    assert ilf.extract_blocks(frame, BlockParameters(use_creases=True, granularity=0.0)).max() == 1
+    assert ilf.extract_blocks(frame, ilf.BlockParameters(use_creases=True, granularity=0.0)).max() == 1
 
 
 def test_granularity_goes_from_few_blocks_to_many():
@@ -84,18 +82,18 @@ def test_granularity_goes_from_few_blocks_to_many():
         rgb[:, 40 * number :] = level
     depth = np.full((120, 200), 2.0)
     depth[60:] = 3.0
-    frame = RGBDFrame(rgb, depth)
-    counts = [ilf.extract_blocks(frame, BlockParameters(granularity=value / 4)).max() for value in range(5)]
+    frame = ilf.RGBDFrame(rgb, depth)
+    counts = [ilf.extract_blocks(frame, ilf.BlockParameters(granularity=value / 4)).max() for value in range(5)]
     assert counts == sorted(counts)
     assert counts[0] == 2
     assert counts[-1] > counts[0]
     for value in (0.0, 1.0):
-        blocks = ilf.extract_blocks(frame, BlockParameters(granularity=value))
+        blocks = ilf.extract_blocks(frame, ilf.BlockParameters(granularity=value))
         assert not set(blocks[:57].ravel()) & set(blocks[63:].ravel())
 
 
 def test_margin_belongs_to_no_block(frame):
-    blocks = ilf.extract_blocks(frame, BlockParameters(margin=7))
+    blocks = ilf.extract_blocks(frame, ilf.BlockParameters(margin=7))
     assert not blocks[:7].any()
     assert not blocks[:, -7:].any()
     assert blocks[7:-7, 7:-7].all()
@@ -135,9 +133,9 @@ def test_a_border_is_an_eighth_of_the_shorter_side_at_most(width, expected):
 @pytest.mark.parametrize("shape", [(1, 1), (1, 2), (7, 1), (3, 3), (1, 50), (3, 40)])
 def test_tiny_frames_have_blocks_all_over(shape):
     rgb = np.random.default_rng(3).integers(0, 255, (*shape, 3), dtype=np.uint8)
-    frame = RGBDFrame(rgb, np.ones(shape))
+    frame = ilf.RGBDFrame(rgb, np.ones(shape))
     for detector in ("hed", "canny"):
-        assert ilf.extract_blocks(frame, BlockParameters(detector=detector)).all()
+        assert ilf.extract_blocks(frame, ilf.BlockParameters(detector=detector)).all()
 
 
 def test_canny_finds_the_square_and_only_it(frame):
@@ -266,7 +264,7 @@ def test_a_jump_that_ends_inside_a_region_divides_it(turns):
     """A fold of cloth, without an edge of colour: at its end the two sides meet."""
     rows, columns = np.mgrid[:120, :160]
     depth = np.rot90(2.0 + np.where(columns < 80, 0.0, 0.01 * np.maximum(90 - rows, 0)), turns)
-    frame = RGBDFrame(np.full((*depth.shape, 3), 120, np.uint8), depth)
+    frame = ilf.RGBDFrame(np.full((*depth.shape, 3), 120, np.uint8), depth)
     blocks = np.rot90(ilf.extract_blocks(frame), -turns)
     assert blocks.max() == 2
     assert (blocks[:75, :80] == blocks[0, 0]).all()

@@ -5,16 +5,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from ilf.data.camera import Camera
-from ilf.data.frame import RGBDFrame
-from ilf.data.parameters import BlockParameters
+import ilf
 from ilf.errors import InputError
 from ilf.segmentation.propagation.motion import parts_of
 from ilf.segmentation.propagation.propagate import follow
 
 _SHAPE = (96, 128)
-_QUICK = BlockParameters(detector="canny", min_size=1.0)
-_CAMERA = Camera(120.0, 120.0, 63.5, 47.5)
+_QUICK = ilf.BlockParameters(detector="canny", min_size=1.0)
+_CAMERA = ilf.Camera(120.0, 120.0, 63.5, 47.5)
 
 
 def _scene(height: int = 160, width: int = 200, seed: int = 3) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -32,11 +30,11 @@ def _scene(height: int = 160, width: int = 200, seed: int = 3) -> tuple[np.ndarr
     return rgb, depth, labels.astype(np.int32)
 
 
-def _view(top: int, left: int, **options: object) -> tuple[RGBDFrame, np.ndarray]:
+def _view(top: int, left: int, **options: object) -> tuple[ilf.RGBDFrame, np.ndarray]:
     """A frame cut out of the scene, and its labels."""
     rgb, depth, labels = _scene()
     cut = slice(top, top + _SHAPE[0]), slice(left, left + _SHAPE[1])
-    return RGBDFrame(rgb[cut], depth[cut], **options), labels[cut].copy()
+    return ilf.RGBDFrame(rgb[cut], depth[cut], **options), labels[cut].copy()
 
 
 def test_the_same_camera_position_copies_bit_for_bit_also_through_noise():
@@ -47,7 +45,7 @@ def test_the_same_camera_position_copies_bit_for_bit_also_through_noise():
     rng = np.random.default_rng(0)
     noisy = np.clip(before.rgb + rng.normal(0, 2, before.rgb.shape), 0, 255).astype(np.uint8)
     holes = np.where(rng.random(_SHAPE) < 0.1, np.nan, before.depth + rng.normal(0, 0.004, _SHAPE))
-    found = follow(before, labels, RGBDFrame(noisy, holes), drawn=drawn, extraction=_QUICK)
+    found = follow(before, labels, ilf.RGBDFrame(noisy, holes), drawn=drawn, extraction=_QUICK)
     assert found.how == "copied"
     np.testing.assert_array_equal(found.labels, labels)
     np.testing.assert_array_equal(found.drawn, drawn)
@@ -85,7 +83,7 @@ def test_a_pose_is_exact_on_planes_without_any_detail():
     pose[0, 3] = 0.1
     after = np.full(_SHAPE, 2.0)
     after[:, 76:] = 3.0
-    frames = RGBDFrame(grey, depth, _CAMERA), RGBDFrame(grey, after, _CAMERA)
+    frames = ilf.RGBDFrame(grey, depth, _CAMERA), ilf.RGBDFrame(grey, after, _CAMERA)
     found = follow(frames[0], labels.astype(np.int32), frames[1], pose=pose, extraction=_QUICK)
     assert found.how == "pose"
     ground_truth = np.where(np.arange(128)[None] < 76, 5, 9) * np.ones(_SHAPE, np.int32)
@@ -97,7 +95,7 @@ def test_a_pose_is_exact_on_planes_without_any_detail():
 def test_a_pose_that_the_pictures_contradict_is_left_aside():
     (before, labels), (after, ground_truth) = (_view(30, left, intrinsics=_CAMERA) for left in (30, 36))
     flat = np.full(_SHAPE, 2.0)
-    frames = RGBDFrame(before.rgb, flat, _CAMERA), RGBDFrame(after.rgb, flat, _CAMERA)
+    frames = ilf.RGBDFrame(before.rgb, flat, _CAMERA), ilf.RGBDFrame(after.rgb, flat, _CAMERA)
     pose = np.eye(4)
     pose[0, 3] = -0.1
     right = follow(frames[0], labels, frames[1], pose=pose, extraction=_QUICK)
@@ -119,8 +117,8 @@ def test_what_comes_into_the_picture_has_a_new_number_and_what_leaves_is_gone():
     depth[:, 128:] = 0.8
     labels[:, :6] = 11
     rgb[:, :6] = 0
-    before = RGBDFrame(rgb[:, :128], depth[:, :128])
-    after = RGBDFrame(rgb[:, 40:], depth[:, 40:])
+    before = ilf.RGBDFrame(rgb[:, :128], depth[:, :128])
+    after = ilf.RGBDFrame(rgb[:, 40:], depth[:, 40:])
     found = follow(before, labels[:, :128], after, how="flow", extraction=_QUICK, taken={30})
     (new,) = found.new
     assert new == 31, "no number of a block that is gone or forgotten"
@@ -144,7 +142,7 @@ def test_something_that_moves_before_a_still_camera_leaves_the_rest_as_it_is():
     moved[bar], behind[bar] = rgb[np.roll(bar, -30, 1)], 2.0
     now = np.roll(bar, -12, 1)
     moved[now], behind[now] = rgb[bar], 1.2
-    found = follow(RGBDFrame(rgb, depth), labels, RGBDFrame(moved, behind), extraction=_QUICK)
+    found = follow(ilf.RGBDFrame(rgb, depth), labels, ilf.RGBDFrame(moved, behind), extraction=_QUICK)
     assert found.how == "flow"
     np.testing.assert_array_equal(found.labels[:, 80:], labels[:, 80:])
     assert (found.labels[now] == 7).mean() > 0.8
@@ -178,7 +176,7 @@ def test_fifteen_steps_leave_no_crumbs_and_pictures_of_other_places_are_extracte
     assert (labels == ground_truth).mean() > 0.97
     assert np.bincount(parts_of(labels).map.ravel())[1:].min() >= 20
     rng = np.random.default_rng(1)
-    other = RGBDFrame(rng.integers(0, 255, (*_SHAPE, 3)).astype(np.uint8), np.full(_SHAPE, 1.0))
+    other = ilf.RGBDFrame(rng.integers(0, 255, (*_SHAPE, 3)).astype(np.uint8), np.full(_SHAPE, 1.0))
     lost = follow(before, start, other, extraction=_QUICK)
     assert lost.reasons.keys() == set(np.unique(lost.labels).tolist()) - {0}
     assert "extracted again" in lost.notes[0]
@@ -187,7 +185,7 @@ def test_fifteen_steps_leave_no_crumbs_and_pictures_of_other_places_are_extracte
 
 def test_what_cannot_be_carried_is_said():
     before, labels = _view(30, 30)
-    smaller = RGBDFrame(before.rgb[::2, ::2], before.depth[::2, ::2])
+    smaller = ilf.RGBDFrame(before.rgb[::2, ::2], before.depth[::2, ::2])
     for changes, message in (
         ({"after": smaller}, "is 128 x 96, but the other one is 64 x 48"),
         ({"how": "guess"}, "Select one of auto"),
@@ -205,10 +203,10 @@ def test_without_depth_in_common_and_in_tiny_pictures_blocks_follow_all_the_same
     after, ground_truth = _view(30, 34)
     bare = np.full(_SHAPE, np.nan)
     bare[0, 0] = 2.0
-    found = follow(RGBDFrame(before.rgb, bare), labels, RGBDFrame(after.rgb, bare), extraction=_QUICK)
+    found = follow(ilf.RGBDFrame(before.rgb, bare), labels, ilf.RGBDFrame(after.rgb, bare), extraction=_QUICK)
     assert (found.labels == ground_truth)[:, :-4].mean() > 0.99
     small = slice(40, 52), slice(20, 36)
-    tiny = RGBDFrame(before.rgb[small], before.depth[small]), RGBDFrame(after.rgb[small], after.depth[small])
+    tiny = ilf.RGBDFrame(before.rgb[small], before.depth[small]), ilf.RGBDFrame(after.rgb[small], after.depth[small])
     assert follow(tiny[0], labels[small], tiny[1], extraction=_QUICK).labels.shape == (12, 16)
     empty = follow(before, np.zeros(_SHAPE, np.int32), after, how="flow", extraction=_QUICK)
     assert set(np.unique(empty.labels).tolist()) <= {0, *empty.new}

@@ -7,14 +7,14 @@ from skimage.measure import label as connected_regions
 from ilf.data.frame import RGBDFrame
 from ilf.segmentation.editing.painting import brush_stroke
 from ilf.segmentation.editing.refining import refine_borders
-from ilf.segmentation.editing.snapping import Snapper
+from ilf.segmentation.editing.snapping import border_evidence
 
 EDGE = 30
 """The column of the edge of `small_frame`."""
 
 
 def _evidence(frame):
-    return Snapper(frame, np.zeros(frame.shape, np.float32)).evidence
+    return border_evidence(frame, np.zeros(frame.shape, np.float32))
 
 
 def _band(shape, *points, radius=6):

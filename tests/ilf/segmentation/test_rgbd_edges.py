@@ -9,14 +9,11 @@ import pytest
 import ilf
 from ilf._runtime import installation as assets
 from ilf.completion.edge_aware.iteration import EdgeAwareIteration
-from ilf.data.frame import RGBDFrame
 from ilf.data.label_map import find_blocks
-from ilf.data.parameters import BlockParameters
 from ilf.errors import InputError
 from ilf.evaluation.hold_out import frame_without
 from ilf.run.record import make_record
 from ilf.run.replaying import network_differences, networks_now_available
-from ilf.run.run import Run
 from ilf.segmentation.edges.depth_edges import DepthEdgeNetwork
 from ilf.segmentation.edges.frame_edges import canny_lines, find_edges, joined, relief_of
 from ilf.segmentation.extraction import edge_and_jump_strength, find_boundaries
@@ -25,7 +22,7 @@ from ..small_frames import QUICK, without_edges
 from ..small_runs import OPTIONS
 from ..tiny_onnx import node, write_network
 
-RGBD, HED, CANNY = (BlockParameters(detector=name) for name in ("rgbd", "hed", "canny"))
+RGBD, HED, CANNY = (ilf.BlockParameters(detector=name) for name in ("rgbd", "hed", "canny"))
 
 NODES = [
     node("ReduceMean", ["depth"], "mean", axes=[1], keepdims=1),
@@ -40,7 +37,7 @@ def _frame(seed=0):
     rgb = rng.integers(0, 256, (64, 96, 3), np.uint8)
     depth = np.where(np.arange(96) < 40, 1.5, 2.5) + rng.uniform(0, 0.02, (64, 96))
     depth[20:40, 30:60] = np.nan
-    return RGBDFrame(rgb, depth)
+    return ilf.RGBDFrame(rgb, depth)
 
 
 @pytest.fixture
@@ -63,13 +60,11 @@ def _bundle(monkeypatch, files):
 def test_jumps_and_creases_are_the_networks_and_known_jumps_stand_at_1(network):
     frame = _frame()
     found = find_edges(frame, RGBD)
-    seen = DepthEdgeNetwork.load(network).look(frame.rgb, frame.depth)
-    np.testing.assert_array_equal(found.detected, seen.jump)
-    np.testing.assert_array_equal(found.crease, seen.crease)
+    jump, crease = DepthEdgeNetwork.load(network).look(frame.rgb, frame.depth)
+    np.testing.assert_array_equal(found.detected, jump)
+    np.testing.assert_array_equal(found.crease, crease)
     contours = find_edges(frame, HED).probability
-    np.testing.assert_array_equal(
-        found.strength, np.where(relief_of(frame, RGBD).edges, 1, joined(seen.jump, contours))
-    )
+    np.testing.assert_array_equal(found.strength, np.where(relief_of(frame, RGBD).edges, 1, joined(jump, contours)))
     np.testing.assert_array_equal(ilf.edge_strength(frame, "rgbd"), found.strength)
     assert relief_of(frame, RGBD).edges.any()
     assert found.network == hashlib.sha256(network.read_bytes()).hexdigest()
@@ -95,7 +90,7 @@ def test_hidden_depth_leaves_no_trace(network, pattern):
     frame = _frame()
     with_all = find_edges(frame, RGBD)
     hidden = frame_without(frame, pattern, 1)
-    never = RGBDFrame(frame.rgb.copy(), hidden.depth.copy())
+    never = ilf.RGBDFrame(frame.rgb.copy(), hidden.depth.copy())
     expected = find_edges(never, RGBD)
     with_invalid_mask = frame.with_invalid_mask(frame.known & ~hidden.known)
     for same in (hidden, with_invalid_mask):
@@ -162,7 +157,7 @@ def test_at_a_crease_the_surface_bends_but_does_not_tear():
     roof = 2.0 + 0.01 * np.abs(columns - 60)
     hole = np.zeros(roof.shape, bool)
     hole[20:70, 40:80] = True
-    frame = RGBDFrame(np.full((90, 120, 3), 90, np.uint8), np.where(hole, np.nan, roof))
+    frame = ilf.RGBDFrame(np.full((90, 120, 3), 90, np.uint8), np.where(hole, np.nan, roof))
     (block,) = find_blocks(np.ones(roof.shape, np.int32)).values()
     edges = without_edges(frame)
     ridge = np.where(np.abs(columns - 60) <= 1, 1, 0).astype(np.float32)
@@ -178,7 +173,7 @@ def test_at_a_crease_the_surface_bends_but_does_not_tear():
 
 
 def test_the_record_names_the_network_that_was_used(network, tmp_path, monkeypatch):
-    run = Run.of(_frame(), preset=ilf.preset(edges="rgbd", correction=False, **QUICK), extraction=RGBD)
+    run = ilf.Run.of(_frame(), preset=ilf.preset(edges="rgbd", correction=False, **QUICK), extraction=RGBD)
     record = make_record(run, run.complete(), OPTIONS)
     sha256 = hashlib.sha256(network.read_bytes()).hexdigest()
     assert record.networks.extraction == record.networks.filter == {"depth-edges": sha256}
@@ -189,7 +184,7 @@ def test_the_record_names_the_network_that_was_used(network, tmp_path, monkeypat
         assert text.startswith("The edge network 'depth-edges' used by ")
         assert text.endswith("Install the recorded version.")
         assert " is not available: " in text
-    run = Run.of(_frame(), preset=ilf.preset(edges="rgbd", correction=False, **QUICK), extraction=RGBD)
+    run = ilf.Run.of(_frame(), preset=ilf.preset(edges="rgbd", correction=False, **QUICK), extraction=RGBD)
     record = make_record(run, run.complete(), OPTIONS)
     assert record.networks.extraction == record.networks.filter == {"edges": find_edges(run.frame, HED).network}
     assert network_differences(record) == networks_now_available(record) == []

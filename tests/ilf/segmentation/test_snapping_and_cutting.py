@@ -5,8 +5,7 @@ import pytest
 
 from ilf.data.frame import RGBDFrame
 from ilf.segmentation.editing.cutting import piece_at, split, suggest_split
-from ilf.segmentation.editing.painting import Stroke
-from ilf.segmentation.editing.snapping import Similar, Snapper
+from ilf.segmentation.editing.snapping import border_evidence, similar_pixels, snap
 
 SHAPE = (80, 120)
 ROWS, COLUMNS = np.mgrid[:80, :120] + 0.5
@@ -30,24 +29,18 @@ def test_a_piece_is_the_connected_part_under_the_point():
 
 
 def test_a_stroke_is_kept_from_other_colours_depths_and_beyond_edges():
-    everything = Stroke((slice(10, 70), slice(0, 120)), np.ones((60, 120), bool))
     rgb = GREY.copy()
     rgb[:, 90:] = (200, 40, 40)
     edge = WEAK.copy()
     edge[:, 20:22] = 0.9
     frame = _frame(np.where(COLUMNS < 60, 1.0, 2.0), rgb)
-    swept = Similar(frame, edge, 40.5, 40.5).limit(everything)
-    inside = np.flatnonzero(swept.mask.all(axis=0))
+    inside = np.flatnonzero(similar_pixels(frame, edge, 40.5, 40.5)[10:70].all(axis=0))
     assert 20 <= inside[0] <= 22
     assert inside[-1] == 59
-    beyond = Similar(frame, edge, 75.5, 40.5).limit(everything)
-    columns = np.flatnonzero(beyond.mask.any(axis=0))
+    columns = np.flatnonzero(similar_pixels(frame, edge, 75.5, 40.5).any(axis=0))
     assert columns[0] in (60, 61)
     assert 85 <= columns[-1] <= 90
-    assert (
-        Similar(frame, edge, 75.5, 40.5).limit(Stroke((slice(10, 20), slice(0, 40)), np.ones((10, 40), bool))) is None
-    )
-    assert Similar(frame, edge, -5, 40.5).mask.all()
+    assert similar_pixels(frame, edge, -5, 40.5).all()
 
 
 @pytest.mark.parametrize("by", ["depth", "colour", "strength"])
@@ -56,27 +49,27 @@ def test_a_line_snaps_to_what_speaks_for_a_border(by):
     strength = np.float32(0.8) * (np.abs(COLUMNS - 60) < 1) if by == "strength" else WEAK
     rgb = np.where(step[..., None], 60, 180).repeat(3, axis=2).astype(np.uint8) if by == "colour" else GREY
     depth = np.where(step, 1.0, 2.0) if by == "depth" else np.where(np.abs(COLUMNS - 60) < 25, np.nan, 1.0)
-    snapper = Snapper(_frame(depth, rgb), strength.astype(np.float32))
+    evidence = border_evidence(_frame(depth, rgb), strength.astype(np.float32))
     drawn = [(56.0, 5.0), (62.0, 30.0), (57.0, 50.0), (63.0, 75.0)]
-    snapped = np.array(snapper.snap(drawn, 8))
+    snapped = np.array(snap(drawn, evidence, 8))
     assert np.abs(snapped[:, 0] - 60).max() < 1.2
-    assert snapper.snap(drawn, 0) == drawn
-    held = np.array(snapper.snap([(55.0, 5.0), (55.0, 75.0)], 2))
+    assert snap(drawn, evidence, 0) == drawn
+    held = np.array(snap([(55.0, 5.0), (55.0, 75.0)], evidence, 2))
     assert np.abs(held[:, 0] - 55).max() <= 2
 
 
 def test_a_line_stays_where_nothing_speaks_for_another_place():
-    snapper = Snapper(_frame(np.full(SHAPE, 1.5)), WEAK)
-    snapped = np.array(snapper.snap([(20.0, 10.0), (20.0, 70.0)], 10))
+    evidence = border_evidence(_frame(np.full(SHAPE, 1.5)), WEAK)
+    snapped = np.array(snap([(20.0, 10.0), (20.0, 70.0)], evidence, 10))
     assert np.allclose(snapped[:, 0], 20)
     for short in ([], [(3.0, 3.0)], [(3.0, 3.0), (4.0, 3.0)]):
-        assert snapper.snap(short, 10) == short
+        assert snap(short, evidence, 10) == short
 
 
 def test_depth_outweighs_a_colour_edge_on_a_surface():
     rgb = np.where((COLUMNS < 54)[..., None], 60, 180).repeat(3, axis=2).astype(np.uint8)
-    snapper = Snapper(_frame(np.where(COLUMNS < 60, 1.0, 2.0), rgb), WEAK)
-    snapped = np.array(snapper.snap([(56.0, 5.0), (56.0, 75.0)], 8))
+    evidence = border_evidence(_frame(np.where(COLUMNS < 60, 1.0, 2.0), rgb), WEAK)
+    snapped = np.array(snap([(56.0, 5.0), (56.0, 75.0)], evidence, 8))
     assert np.abs(snapped[:, 0] - 60).max() < 1.2
 
 
@@ -115,6 +108,6 @@ def test_a_stroke_goes_no_farther_into_an_edge_than_to_the_jump_in_it():
     frame = RGBDFrame(np.full((20, 24, 3), 90, np.uint8), depth)
     strength = np.zeros(depth.shape, np.float32)
     strength[:, 10:16] = 1
-    mask = Similar(frame, strength, 3.5, 10.5).mask
+    mask = similar_pixels(frame, strength, 3.5, 10.5)
     assert mask[10, 10], "colour and depth are alike"
     assert not mask[:, 11:].any()

@@ -12,11 +12,8 @@ import yaml
 
 import ilf
 from ilf.cli import main
-from ilf.data.camera import Camera
-from ilf.errors import DepthWarning
 from ilf.io.images import encode_image
 from ilf.sources.registration import register
-from ilf.sources.source import open_source
 from tests.ilf.project_states import through_project
 from tests.ilf.two_cameras import COLOUR, DEPTH, made_pair, motion
 
@@ -182,7 +179,7 @@ def _cameras(folder, name):
 def test_depth_is_registered_by_the_stated_transform(tmp_path, name):
     pair, files = _pair(tmp_path)
     with warnings.catch_warnings():
-        warnings.simplefilter("error", DepthWarning)
+        warnings.simplefilter("error", ilf.DepthWarning)
         frame = ilf.load_frame(*files, depth_units=10000, **_cameras(tmp_path, name))
     expected = register(pair)
     same = np.isclose(frame.depth, expected.depth, atol=1e-4, equal_nan=True)
@@ -239,7 +236,7 @@ def test_frames_of_a_layout_are_registered_by_it(tmp_path):
         shutil.copy(file, tmp_path / kind / "1.png")
     _cameras(tmp_path, "Kalibr")
     layout = "rgb=image/*.png depth=depth/*.png units=10000 K=camchain.yaml#cam2 depth_K=camchain.yaml#cam0"
-    source = open_source(tmp_path, layout=layout)
+    source = ilf.open_source(tmp_path, layout=layout)
     expected = register(pair)
     assert np.isclose(source[0].depth, expected.depth, atol=1e-4, equal_nan=True).mean() > 0.995
     assert np.allclose(source.calibration(source.keys[0]).depth_to_colour, TO_COLOUR, atol=1e-6)
@@ -257,18 +254,18 @@ def test_a_transform_that_is_not_clear_is_not_used_and_said(tmp_path, place):
     _, files = _pair(tmp_path)
     (tmp_path / "both.json").write_text(_named(place))
     path = tmp_path / "both.json"
-    with pytest.warns(DepthWarning, match="states where the cameras are"):
+    with pytest.warns(ilf.DepthWarning, match="states where the cameras are"):
         ilf.load_frame(*files, depth_units=10000, intrinsics=f"{path}#color", depth_intrinsics=f"{path}#depth")
 
 
 def test_a_camera_of_another_file_has_no_place_in_this_one(tmp_path):
     _, files = _pair(tmp_path)
     own = _cameras(tmp_path, "Kalibr")
-    with pytest.warns(DepthWarning, match="name both cameras in that file"):
+    with pytest.warns(ilf.DepthWarning, match="name both cameras in that file"):
         frame = ilf.load_frame(
             *files,
             depth_units=10000,
-            intrinsics=Camera(*PLAIN_COLOUR.numbers),
+            intrinsics=ilf.Camera(*PLAIN_COLOUR.numbers),
             depth_intrinsics=own["depth_intrinsics"],
         )
     assert frame.inputs.depth_to_colour is None

@@ -10,10 +10,8 @@ import pytest
 
 import ilf
 from ilf.cli import main
-from ilf.data.camera import Camera
 from ilf.errors import InputError, ParameterError
 from ilf.run.record_file import read_record
-from ilf.segmentation.edges.frame_edges import edge_strength
 from ilf.sources.colour_by_depth import smoothly_filled
 from ilf.sources.registration import RawPair, aligned, register
 
@@ -21,7 +19,7 @@ from ..project_states import through_project
 from ..two_cameras import BOARD_M, COLOUR, DEPTH, made_pair, motion, rays, seen, write_pair
 
 H, W, FOCAL = 48, 96, 60.0
-CAMERA = Camera(FOCAL, FOCAL, 47.5, 23.5, size=(W, H))
+CAMERA = ilf.Camera(FOCAL, FOCAL, 47.5, 23.5, size=(W, H))
 SHADES = np.broadcast_to((2 * np.arange(W) + 30).astype(np.uint8)[None, :, None], (H, W, 3))
 """Colour that says its column."""
 
@@ -101,7 +99,7 @@ def test_of_bent_lenses_depth_and_colour_are_where_exact_geometry_has_them(colou
 
 
 def test_colour_of_twice_the_resolution_is_averaged():
-    fine = Camera(2 * FOCAL, 2 * FOCAL, 95, 47, size=(2 * W, 2 * H))  # pixels of depth are in bright stripes
+    fine = ilf.Camera(2 * FOCAL, 2 * FOCAL, 95, 47, size=(2 * W, 2 * H))  # pixels of depth are in bright stripes
     stripes = np.zeros((2 * H, 2 * W, 3), np.uint8)
     stripes[:, ::2] = 200
     frame = register(RawPair(stripes, np.full((H, W), 2.0), fine, CAMERA, np.eye(4)), "depth")
@@ -110,15 +108,15 @@ def test_colour_of_twice_the_resolution_is_averaged():
 
 def test_where_colour_sees_nothing_there_is_no_edge_and_no_border_of_blocks():
     grey = np.full((120, 160, 3), 170, np.uint8)
-    wide, narrow = Camera(100, 100, 79.5, 59.5, size=(160, 120)), Camera(160, 160, 79.5, 59.5, size=(160, 120))
+    wide, narrow = ilf.Camera(100, 100, 79.5, 59.5, size=(160, 120)), ilf.Camera(160, 160, 79.5, 59.5, size=(160, 120))
     depth = np.full((120, 160), 2.0, np.float32)
     depth[50:70, 70:90] = np.nan
     frame = register(RawPair(grey, depth, narrow, wide, np.eye(4)), "depth")
     assert 0.3 < frame.brought.seen.mean() < 0.5
     black = ilf.RGBDFrame(frame.rgb, frame.depth, frame.intrinsics)
     for detector in ("canny", "hed", "rgbd", "combined"):
-        assert edge_strength(black, detector).max() > 0.5, "the outline of black is an edge"
-        assert edge_strength(frame, detector).max() < 0.2
+        assert ilf.edge_strength(black, detector).max() > 0.5, "the outline of black is an edge"
+        assert ilf.edge_strength(frame, detector).max() < 0.2
     blocks = ilf.extract_blocks(frame)
     assert set(np.unique(blocks[blocks > 0])) == {1}
     assert (blocks[30:90, 40:120] == 1).all()

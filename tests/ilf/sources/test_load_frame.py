@@ -25,11 +25,10 @@ import ilf
 from ilf._runtime.schema import Section
 from ilf.cli.parsing import add_options
 from ilf.data.frame import FrameInputs, InputFile
-from ilf.errors import DepthWarning, FormatError, IlfError, InputError, ParameterError
+from ilf.errors import FormatError, InputError, ParameterError
 from ilf.io.depth import read_depth_values
 from ilf.io.images import read_colour
 from ilf.sources.frame_ref import FrameRef
-from ilf.sources.reading import load_frame
 from ilf.sources.reading_options import OPTIONS, ReadingOptions
 
 from ..small_frames import write_small_frame
@@ -110,7 +109,7 @@ def test_every_depth_format_is_read_exactly(name, save, colour):
     content, expected = DEPTH_FILES[name]
     path = save(name, content)
     np.testing.assert_array_equal(read_depth_values(path), expected)
-    frame = load_frame(colour, path)
+    frame = ilf.load_frame(colour, path)
     np.testing.assert_array_equal(frame.known, MILLIMETRES > 0)
     tolerance = 4e-3 if "f16" in name else 0
     np.testing.assert_allclose(frame.depth, METRES, rtol=0, atol=tolerance)
@@ -127,7 +126,7 @@ def test_colour_is_scaled_from_the_largest_value_that_its_file_declares(save, la
         path = save(name, content)
         assert np.abs(read_colour(path) - expected).max() <= most
         depth = save("d.png", DEPTH_FILES["u16.png"][0])
-        assert load_frame(path, depth).notes == ()
+        assert ilf.load_frame(path, depth).notes == ()
 
 
 @pytest.mark.parametrize(("bits", "factor"), [(8, 256), (10, 64), (12, 16)])
@@ -135,30 +134,30 @@ def test_colour_of_few_bits_in_16_is_doubted(save, bits, factor):
     depth = save("d.png", DEPTH_FILES["u16.png"][0])
     values = (RGB.astype(np.uint16) << 8) >> (16 - bits)
     rgb = save("few.png", encoded(".png", values[..., ::-1]))
-    with pytest.warns(DepthWarning, match=rf"few\.png: Colour is nearly black.* {bits} bits .* by {factor}"):
-        frame = load_frame(rgb, depth)
+    with pytest.warns(ilf.DepthWarning, match=rf"few\.png: Colour is nearly black.* {bits} bits .* by {factor}"):
+        frame = ilf.load_frame(rgb, depth)
     assert frame.plausibility_warnings == frame.notes
     assert len(frame.plausibility_warnings) == 1
-    assert load_frame(save("whole.png", encoded(".png", values * factor)), depth).notes == ()
+    assert ilf.load_frame(save("whole.png", encoded(".png", values * factor)), depth).notes == ()
 
 
 def test_sources_tell_how_to_read_the_frame_again(save, colour):
     depth = save("depth.png", DEPTH_FILES["u16.png"][0])
-    frame = load_frame(colour, depth, depth_units=2000, intrinsics="50,50,16,12")
+    frame = ilf.load_frame(colour, depth, depth_units=2000, intrinsics="50,50,16,12")
     assert frame.sources == {
         "rgb": str(colour), "depth": str(depth), "depth_units": 2000.0, "intrinsics": [50.0, 50.0, 16.0, 12.0],
     }  # fmt: skip
     assert frame.name == colour.parent.name
-    again = load_frame(**frame.sources)
+    again = ilf.load_frame(**frame.sources)
     np.testing.assert_array_equal(again.depth, frame.depth)
-    assert load_frame(colour, depth).sources["intrinsics"] is None
+    assert ilf.load_frame(colour, depth).sources["intrinsics"] is None
     json.dumps(frame.sources)
 
 
 def test_relative_paths_become_absolute(save, colour, monkeypatch):
     save("depth.png", DEPTH_FILES["u16.png"][0])
     monkeypatch.chdir(colour.parent)
-    frame = load_frame("rgb.png", "depth.png")
+    frame = ilf.load_frame("rgb.png", "depth.png")
     assert Path(frame.sources["rgb"]) == colour
     assert frame.name == colour.parent.name
 
@@ -240,7 +239,7 @@ def test_hostile_depth_gets_one_clear_message_with_the_files_name(name, save, co
     content, message = HOSTILE_DEPTH[name]
     path = save(name, content)
     with pytest.raises(InputError, match=message) as caught:
-        load_frame(colour, path)
+        ilf.load_frame(colour, path)
     text = str(caught.value)
     assert str(path) in text
     assert "\n" not in text
@@ -307,10 +306,10 @@ def test_absurdly_large_files_are_refused_unread(save):
 def test_depth_units_must_be_positive(units, save, colour):
     depth = save("d.png", DEPTH_FILES["u16.png"][0])
     if units is None:
-        assert load_frame(colour, depth, depth_units=None).sources["depth_units"] == 1000
+        assert ilf.load_frame(colour, depth, depth_units=None).sources["depth_units"] == 1000
         return
     with pytest.raises(ParameterError, match=r"[Dd]epth units"):
-        load_frame(colour, depth, depth_units=units)
+        ilf.load_frame(colour, depth, depth_units=units)
 
 
 # --- folders with meta.json
@@ -335,21 +334,21 @@ def folder(tmp_path):
 
 def test_folder_is_read_as_its_meta_says(folder):
     root = folder({**META, "depth_units_per_m": 500})
-    frame = load_frame(root)
+    frame = ilf.load_frame(root)
     np.testing.assert_array_equal(frame.depth, METRES * 2)
     assert (frame.name, frame.intrinsics.fy, frame.sources["depth_units"]) == ("kitchen", 30.5, 500)
     assert frame.sources["depth"] == str(root / "depth.png")
-    changed = load_frame(root, depth_units=1000, intrinsics=[40, 40, 15, 11], name="other")
+    changed = ilf.load_frame(root, depth_units=1000, intrinsics=[40, 40, 15, 11], name="other")
     np.testing.assert_array_equal(changed.depth, METRES)
     assert (changed.name, changed.intrinsics.fx) == ("other", 40)
 
 
 def test_two_files_beside_the_meta_that_speaks_of_them_are_read_as_it_says(folder):
     root = folder({**META, "depth_units_per_m": 500, "size": [1, 1]})
-    frame = load_frame(root / "rgb.png", root / "depth.png")
+    frame = ilf.load_frame(root / "rgb.png", root / "depth.png")
     np.testing.assert_array_equal(frame.depth, METRES * 2)
     assert (frame.name, frame.intrinsics.fy) == ("kitchen", 30.5)
-    given = load_frame(root / "rgb.png", root / "depth.png", depth_units=1000, intrinsics=[40, 40, 15, 11])
+    given = ilf.load_frame(root / "rgb.png", root / "depth.png", depth_units=1000, intrinsics=[40, 40, 15, 11])
     np.testing.assert_array_equal(given.depth, METRES)
     assert given.intrinsics.fx == 40
 
@@ -357,14 +356,14 @@ def test_two_files_beside_the_meta_that_speaks_of_them_are_read_as_it_says(folde
 @pytest.mark.parametrize("meta", [{**META, "depth": "other.png"}, {**META, "name": 7}, b"{not json"])
 def test_two_files_can_be_had_whatever_a_meta_beside_them_is(meta, folder):
     root = folder(meta, ["rgb.png", "depth.png", "other.png"])
-    frame = load_frame(root / "rgb.png", root / "depth.png")
+    frame = ilf.load_frame(root / "rgb.png", root / "depth.png")
     assert (frame.name, frame.intrinsics) == ("frame", None)
 
 
 def test_folder_with_truth_only_says_what_is_there(folder):
     root = folder({**META, "depth_units_per_m": None, "gt_units_per_m": 10000}, ["rgb.jpg", "gt.png", "mask.png"])
     with pytest.raises(InputError, match=r"no raw depth.*gt\.png, mask\.png, rgb\.jpg.*depth units 10000"):
-        load_frame(root)
+        ilf.load_frame(root)
 
 
 @pytest.mark.parametrize(
@@ -392,13 +391,13 @@ def test_folder_with_truth_only_says_what_is_there(folder):
 def test_bad_meta_is_refused_by_name(meta, message, folder):
     root = folder(meta)
     with pytest.raises(InputError, match=message) as caught:
-        load_frame(root)
+        ilf.load_frame(root)
     assert str(root) in str(caught.value)
 
 
 def test_one_file_alone_is_no_frame(colour):
     with pytest.raises(InputError, match=r"needs a depth image.*meta\.json"):
-        load_frame(colour)
+        ilf.load_frame(colour)
 
 
 # --- fuzz
@@ -416,7 +415,7 @@ def test_garbled_files_raise_nothing_but_our_errors(name, data, tmp_path):
     path = tmp_path / name
     path.write_bytes(bytes(content[: data.draw(st.integers(0, len(content)))]))
     for reader in (read_colour, read_depth_values):
-        with contextlib.suppress(IlfError):
+        with contextlib.suppress(ilf.IlfError):
             reader(path)
 
 
@@ -426,7 +425,7 @@ def test_garbled_files_raise_nothing_but_our_errors(name, data, tmp_path):
 def test_the_hash_is_of_the_bytes_that_were_read(tmp_path):
     colour, depth = write_small_frame(tmp_path)
     read = {path: hashlib.sha256(path.read_bytes()).hexdigest() for path in (colour, depth)}
-    frame = load_frame(colour, depth)
+    frame = ilf.load_frame(colour, depth)
     depth.write_bytes(b"another file")
     assert frame.inputs == FrameInputs(
         InputFile(str(colour), read[colour]), InputFile(str(depth), read[depth]), 1000.0, None
@@ -457,7 +456,7 @@ EVERY_OPTION = ReadingOptions(
 
 def test_every_reading_option_is_an_argument_of_load_frame_or_open_source():
     assert EVERY_OPTION.given.keys() == OPTIONS.keys()
-    assert EVERY_OPTION.of_frame.given.keys() < inspect.signature(load_frame).parameters.keys()
+    assert EVERY_OPTION.of_frame.given.keys() < inspect.signature(ilf.load_frame).parameters.keys()
     of_sources = {name for name, option in OPTIONS.items() if not option.one_frame}
     assert EVERY_OPTION.of_all_frames.given.keys() < of_sources < inspect.signature(ilf.open_source).parameters.keys()
 

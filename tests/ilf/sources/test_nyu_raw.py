@@ -8,7 +8,7 @@ import pytest
 
 import ilf
 from ilf.errors import InputError
-from ilf.sources.nyu import nyu_cameras
+from ilf.sources.nyu import NYU_CAMERAS
 
 from ..two_cameras import made_pair, rays, seen
 
@@ -18,7 +18,7 @@ NUMBER = 1516003249
 
 def write_folder(folder):
     """Two frames and a colour file to which there is no depth. Depth was taken 5 ms after colour."""
-    cameras = nyu_cameras()
+    cameras = NYU_CAMERAS
     pair = made_pair(cameras.colour, cameras.depth, cameras.depth_to_colour)
     disparity = np.rint(1092.5 - 351.3 / pair.depth).astype(np.uint16)
     disparity[:, :12] = 2047
@@ -62,7 +62,7 @@ def test_depth_is_registered_by_the_data_sets_own_cameras(source):
     assert np.median(off) < 0.004
     assert np.quantile(off, 0.95) < 0.02
     # the toolbox cuts its pictures off to columns 41-601 and rows 45-471, since depth goes a little farther than that
-    own, published = frame.intrinsics, nyu_cameras().colour
+    own, published = frame.intrinsics, NYU_CAMERAS.colour
     left, right = (round((column - published.cx) / published.fx * own.fx + own.cx) for column in (40, 600))
     top, bottom = (round((row - published.cy) / published.fy * own.fy + own.cy) for row in (44, 470))
     assert frame.missing[top:bottom, left + 15 : right].mean() < 0.05, "a shadow, and columns without disparity"

@@ -11,19 +11,17 @@ import pytest
 
 import ilf
 from ilf.cli import main
-from ilf.data.camera import Camera
-from ilf.data.frame import RGBDFrame
 from ilf.errors import InputError, ParameterError
 from ilf.io.guide_models import add_guide
-from ilf.report.replay_command import replay_text
+from ilf.report.subject import replay_text
 
 from ..batch_frames import work_in_this_process
 from ..io.test_guide_network import brightness
 from ..project_states import through_project
 from ..small_frames import write_small_frame
 
-COLOUR = Camera(75.0, 75.0, 39.5, 29.5, size=(80, 60), distortion=(-0.32, 0.11, 0.001, -0.0008, -0.01))
-SMALL = Camera(60.0, 60.0, 31.5, 23.5, size=(64, 48), distortion=(-0.1, 0.02, 0.0, 0.0))
+COLOUR = ilf.Camera(75.0, 75.0, 39.5, 29.5, size=(80, 60), distortion=(-0.32, 0.11, 0.001, -0.0008, -0.01))
+SMALL = ilf.Camera(60.0, 60.0, 31.5, 23.5, size=(64, 48), distortion=(-0.1, 0.02, 0.0, 0.0))
 CASES = [
     (undistort, view, camera)
     for undistort, view, camera in product((False, True), ("colour", "depth"), (COLOUR, SMALL))
@@ -32,7 +30,7 @@ CASES = [
 IDS = ["-".join((("bent", "straight")[not how], view, str(camera.size[0]))) for how, view, camera in CASES]
 
 
-def plane(camera: Camera, is_bent: bool) -> np.ndarray:
+def plane(camera: ilf.Camera, is_bent: bool) -> np.ndarray:
     """Depth [m] of a slanted plane in each pixel of a camera."""
     rows, columns = np.indices(camera.shape, np.float64)
     seen = np.stack([columns.ravel(), rows.ravel()], axis=1)[:, None]
@@ -76,11 +74,11 @@ def given(request, tmp_path, monkeypatch):
     return arguments
 
 
-def flat(frame: RGBDFrame) -> np.ndarray:
-    return plane(Camera(*frame.intrinsics.numbers, size=frame.shape[::-1]), False)
+def flat(frame: ilf.RGBDFrame) -> np.ndarray:
+    return plane(ilf.Camera(*frame.intrinsics.numbers, size=frame.shape[::-1]), False)
 
 
-def check_same(found: RGBDFrame, frame: RGBDFrame) -> None:
+def check_same(found: ilf.RGBDFrame, frame: ilf.RGBDFrame) -> None:
     assert found.inputs == frame.inputs
     assert found.intrinsics.numbers == frame.intrinsics.numbers
     for name in ("rgb", "edge_rgb", "measured", "ground_truth"):
@@ -88,7 +86,7 @@ def check_same(found: RGBDFrame, frame: RGBDFrame) -> None:
     assert found.guide.is_same_as(frame.guide)
 
 
-def check_told(frame: RGBDFrame, given: dict[str, Any], capsys: pytest.CaptureFixture[str]) -> None:
+def check_told(frame: ilf.RGBDFrame, given: dict[str, Any], capsys: pytest.CaptureFixture[str]) -> None:
     """`ilf info` tells of this frame, and a report gives the command only if that makes the same frame."""
     flags = [f"--{name.replace('_', '-')}={value}" for name, value in given.items() if isinstance(value, str)]
     flags = [flag for flag in flags if flag.split("=")[0] not in {"--rgb", "--depth", "--confidence"}]

@@ -5,8 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ilf.data.frame import RGBDFrame
-from ilf.sources.reading import load_frame
+import ilf
 from ilf.sources.trajectories import camera_pose, motion_between, read_trajectory
 
 from ..small_frames import write_small_frame
@@ -66,11 +65,11 @@ def test_motion_between_frames(tmp_path):
     for number in (1, 2):
         (tmp_path / str(number)).mkdir()
         rgb, depth = write_small_frame(tmp_path / str(number))
-        frames.append(load_frame(rgb, depth))
+        frames.append(ilf.load_frame(rgb, depth))
     before, after = frames
     assert motion_between(before, after) is None
     write_matrix(tmp_path / "1" / "pose.txt", np.eye(4))
     assert motion_between(before, after) is None
     write_matrix(tmp_path / "2" / "pose.txt")
     assert np.allclose(motion_between(before, after), np.linalg.inv(TURN))
-    assert motion_between(before, RGBDFrame(after.rgb, after.depth)) is None
+    assert motion_between(before, ilf.RGBDFrame(after.rgb, after.depth)) is None

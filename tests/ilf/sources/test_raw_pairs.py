@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 import ilf
-from ilf import RGBDFrame
 from ilf.batch.frame_record import LoadedFrame
 from ilf.batch.static_camera import with_temporal_median
 from ilf.errors import FormatError, InputError
@@ -80,7 +79,7 @@ def test_a_still_camera_gives_steady_depth_of_pairs(tmp_path):
     frame, other = (ilf.load_frame(tmp_path / "desk", frame=name) for name in ("a", "b"))
     known = frame.outside_view.copy()
     known[:36] = False  # a neighbour knows what lies in the lower half
-    knowing = RGBDFrame(other.rgb, np.where(known, 1.5, other.depth))
+    knowing = ilf.RGBDFrame(other.rgb, np.where(known, 1.5, other.depth))
     steady = with_temporal_median(LoadedFrame(frame, (knowing,), "", {}), tmp_path / "out")
     np.testing.assert_array_equal(steady.outside_view, frame.outside_view & ~known)
     run = ilf.Run(steady, np.zeros(frame.shape, np.int32))

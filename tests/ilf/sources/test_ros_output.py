@@ -7,21 +7,20 @@ import numpy as np
 import pytest
 from rosbags.highlevel import AnyReader
 
+import ilf
 from ilf.cli import main
-from ilf.data.camera import Camera
 from ilf.data.frame import FrameInputs, InputFile
 from ilf.errors import ExportError, ParameterError
 from ilf.io.rosbags import StampedDepth, write_rosbag
 from ilf.run.options import ExportOptions
 from ilf.sources.opening import close_all
-from ilf.sources.source import open_source
-from ilf.sources.stamps import stamp_of
+from ilf.sources.reading import stamp_of
 from tests.ilf.bags import COLOUR, DEPTH, START, H, W, write_aligned
 from tests.ilf.small_runs import small_run, written
 
 METRES = np.where(DEPTH > 0, DEPTH / 1000, np.nan).astype(np.float32)
 BAG = ["--results", "--bag", "mcap"]
-CAMERA = Camera(30.0, 31.0, 15.5, 11.5)
+CAMERA = ilf.Camera(30.0, 31.0, 15.5, 11.5)
 
 
 def _messages(path):
@@ -80,7 +79,7 @@ def test_frames_without_times_follow_each_other_at_the_rate_that_is_given(tmp_pa
     words = ["stream", str(tmp_path / "runs"), "--results", "--rate", "4", "--out"]
     for out in (tmp_path / "out.mcap", tmp_path / "frames"):
         assert main([*words, str(out)]) == 0
-        frames = list(open_source(out))
+        frames = list(ilf.open_source(out))
         assert len(frames) == 3
         assert np.array_equal(frames[0].depth, found["/depth_completed"][0][1].data.view("f4").reshape(frames[0].shape))
     close_all()
@@ -135,10 +134,10 @@ def test_runs_become_a_recording_with_the_times_of_their_source(tmp_path, capsys
     assert np.array_equal(np.rint(1000 * np.nan_to_num(error)), millimetres)
     assert np.isfinite(error).any()
     assert np.isnan(error).any()
-    source_again = open_source(tmp_path / "out")
+    source_again = ilf.open_source(tmp_path / "out")
     frame = source_again.read(source_again.keys[1])
     assert np.array_equal(frame.depth, written, equal_nan=True)
-    assert np.array_equal(frame.rgb, open_source(source).read(source_again.keys[1]).rgb)
+    assert np.array_equal(frame.rgb, ilf.open_source(source).read(source_again.keys[1]).rgb)
     assert frame.intrinsics is not None
     close_all()
     cv2.imwrite(str(tmp_path / "runs" / "0" / "expected_error.png"), millimetres[1:])

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 import ilf
-from ilf.data.camera import Camera
 from ilf.data.lenses import places_in_image, rays_of, seen_at, undistorted_view
 from ilf.errors import InputError
 
@@ -46,7 +45,7 @@ def _slanted_plane(kind: str) -> np.ndarray:
     return (1 / (0.5 + 0.1 * x + 0.2 * y)).reshape(H, W)
 
 
-def _plane(camera: Camera) -> np.ndarray:
+def _plane(camera: ilf.Camera) -> np.ndarray:
     """The same plane as a camera without distortion sees it."""
     x, y = (np.arange(W) - camera.cx) / camera.fx, (np.arange(H)[:, None] - camera.cy) / camera.fy
     return 1 / (0.5 + 0.1 * x + 0.2 * y)
@@ -75,7 +74,7 @@ def test_a_plane_is_plane_again_by_any_lens_of_opencv(kind, files, tmp_path):
 @pytest.mark.parametrize("kind", LENSES)
 def test_points_and_images_are_where_opencv_puts_them(kind):
     model, coefficients = ("fisheye" if kind == "fisheye" else "pinhole"), np.array(LENSES[kind])
-    camera = Camera(75.0, 75.0, 39.5, 29.5, size=(W, H), distortion=LENSES[kind], model=model)
+    camera = ilf.Camera(75.0, 75.0, 39.5, 29.5, size=(W, H), distortion=LENSES[kind], model=model)
     pixels = np.random.default_rng(0).uniform((0, 0), (W - 1, H - 1), (200, 2))
     rays = rays_of(camera, pixels)
     if kind == "fisheye":
@@ -99,7 +98,7 @@ def test_points_and_images_are_where_opencv_puts_them(kind):
 @pytest.mark.parametrize(("focal", "told"), [(35.0, ""), (25.0, ""), (25.0, "cannot be inverted")])
 def test_a_fisheye_too_wide_for_a_plane_keeps_its_middle(focal, told):
     folds = (-0.4, 0.0, 0.0, 0.0) if told else LENSES["fisheye"]
-    camera = Camera(focal, focal, 39.5, 29.5, size=(W, H), distortion=folds, model="fisheye")
+    camera = ilf.Camera(focal, focal, 39.5, 29.5, size=(W, H), distortion=folds, model="fisheye")
     if told:
         with pytest.raises(InputError, match=told):
             undistorted_view(camera)

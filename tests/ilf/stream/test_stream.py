@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 
 import ilf
-from ilf.stream.carrying import Offsets, Reduced, carry_depth, drop_contradicted
+from ilf.stream.carrying import Offsets, carry_depth, drop_contradicted, reduced_grey
 from ilf.stream.pacing import latest_of
-from ilf.stream.stream import Change
 
 SHAPE = (48, 80)
 SHIFT = 2
@@ -63,7 +62,7 @@ def test_the_same_frames_give_the_same_bits(streamed):
 def test_a_new_correction_fades_in(monkeypatch):
     monkeypatch.setattr("ilf.stream.stream._REFRESH", 2)
     shares = iter((0.1, 0.2, 0.4, 0.8))
-    monkeypatch.setattr(Change, "of", lambda *_: Change(np.full(SHAPE, next(shares), np.float32)))
+    monkeypatch.setattr("ilf.stream.stream.change_of", lambda *_: (np.full(SHAPE, next(shares), np.float32), ()))
     changes = []
     monkeypatch.setattr("ilf.stream.stream.applied_change", lambda values, _: changes.append(values.mean()) or values)
     with ilf.Stream() as stream:
@@ -159,7 +158,7 @@ def test_depth_is_carried_as_the_camera_moves_it():
     moved = np.where(np.isfinite(frame(1).depth), frame(1).depth - 0.1, np.nan)  # 10 cm towards the wall
     moved[:10, :20] = 1.0  # something that came into view
     after = ilf.RGBDFrame(frame(1).rgb, moved)
-    step = Offsets.between(Reduced.of(after), Reduced.of(before), SHAPE)
+    step = Offsets.between(reduced_grey(after), reduced_grey(before), SHAPE)
     exact = np.broadcast_to(2 + 0.005 * np.arange(SHAPE[1], dtype=np.float32), SHAPE)
     expected = carry_depth(exact.copy(), step, after)
     inner = np.s_[5:-5, 8:-8]

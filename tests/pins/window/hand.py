@@ -139,6 +139,13 @@ def dragged(
     return kind(place, actions, data, _LEFT, keys)
 
 
+def wheel(target: QWidget, at: QPointF, notches: int = 1, modifier: Qt.KeyboardModifier = _PLAIN) -> None:
+    """Turn the wheel over a place of a widget."""
+    turn, none, phase = QPoint(0, 120 * notches), Qt.MouseButton.NoButton, Qt.ScrollPhase.NoScrollPhase
+    event = QWheelEvent(at, target.mapToGlobal(at), QPoint(), turn, none, modifier, phase, False)
+    QApplication.sendEvent(target, event)
+
+
 def plain(text: str) -> str:
     """A text without its mnemonic mark and dots."""
     return text.replace("&", "").rstrip("…").strip()
@@ -273,11 +280,7 @@ class Hand:
 
     def wheel(self, point: Point, notches: int, modifier: str = "") -> None:
         """Turn the wheel."""
-        target, at = self._view().viewport(), self._place(point)
-        turn, phase = QPoint(0, 120 * notches), Qt.ScrollPhase.NoScrollPhase
-        none = Qt.MouseButton.NoButton
-        event = QWheelEvent(at, target.mapToGlobal(at), QPoint(), turn, none, _MODIFIERS[modifier], phase, False)
-        QApplication.sendEvent(target, event)
+        wheel(self._view().viewport(), self._place(point), notches, _MODIFIERS[modifier])
         self.settle()
 
     def key(self, keys: str) -> None:

@@ -10,25 +10,23 @@ from contextlib import redirect_stdout
 import numpy as np
 import pytest
 
-from ilf import RGBDFrame, preset
+import ilf
 from ilf.cli import main
 from ilf.completion.confidence.expected_error import depth_error
-from ilf.data.parameters import PRESETS
 from ilf.errors import FormatError, InputError
 from ilf.evaluation.bench.frames import BenchFrame, find_frames
 from ilf.evaluation.bench.methods import METHODS, Method
 from ilf.evaluation.bench.patterns import make_task
 from ilf.evaluation.bench.results import against_peers, summarise
 from ilf.evaluation.bench.runner import read_earlier_result, run_bench, score
-from ilf.run.run import complete
 
 
 @pytest.fixture(autouse=True)
 def quick_presets(monkeypatch):
     """Presets as they are, but of few iterations."""
-    for name in PRESETS:
-        quick = preset(name, max_iterations=30)
-        run = lambda frame, labels, quick=quick: complete(frame, labels, quick).depth  # noqa: E731
+    for name in ilf.PRESETS:
+        quick = ilf.preset(name, max_iterations=30)
+        run = lambda frame, labels, quick=quick: ilf.complete(frame, labels, quick).depth  # noqa: E731
         monkeypatch.setitem(METHODS, name, Method(run, True))
 
 
@@ -42,7 +40,7 @@ def run_command(folder, *arguments, json_file):
 def test_what_a_method_leaves_open_counts_with_the_nearest_known_depth():
     rows, columns = np.mgrid[:40, :60].astype(np.float64)
     plane = 1.5 + 0.004 * rows + 0.006 * columns
-    frame = RGBDFrame(np.zeros((40, 60, 3), np.uint8), plane, name="plane")
+    frame = ilf.RGBDFrame(np.zeros((40, 60, 3), np.uint8), plane, name="plane")
     task = make_task(BenchFrame(frame, None), "areas")
     left_open, nearest = score(task.frame.depth, task), score(METHODS["nearest"].run(task.frame, None), task)
     assert (left_open.coverage, left_open.within) == (0.0, None)
@@ -77,7 +75,7 @@ def test_frames_are_compared_one_by_one_with_the_best_peer_of_each(two_frames):
         errors = {
             name: np.array([getattr(row, measure) for row in result.rows if row.method == name]) for name in lines
         }
-        best_peer = np.min([errors[name] for name in lines if name not in PRESETS], axis=0)
+        best_peer = np.min([errors[name] for name in lines if name not in ilf.PRESETS], axis=0)
         for name, line in lines.items():
             ratios = errors[name] / best_peer
             assert line[f"{measure}_mm"] == pytest.approx(1000 * errors[name].mean())
@@ -177,7 +175,7 @@ def test_the_command_prints_tables_and_writes_files(two_frames, tmp_path, capsys
         assert len(errors) == len(METHODS)
         assert errors == sorted(errors)
         assert lines[2].split()[1].endswith("*")
-    assert set(content["presets"]) == set(PRESETS)
+    assert set(content["presets"]) == set(ilf.PRESETS)
     assert len(content["rows"]) == len(METHODS) * 3
     assert [item["frame"] for item in content["skipped"]] == ["broken", "first"]
     assert [(task["pattern"], task["frame"], task["sensor"]) for task in content["tasks"]] == [

@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 import ilf
-from ilf import RGBDFrame
 from ilf.cli import main
 from ilf.completion.block import required_known_pixels
 from ilf.data.pixel_grids import mark
@@ -30,7 +29,7 @@ WHOLE = np.ones(SHAPE, np.int32)
 
 
 def evidence_of(depth, missing=False):
-    return find_reference(RGBDFrame(np.full((*SHAPE, 3), 100, np.uint8), np.where(missing, np.nan, depth)))
+    return find_reference(ilf.RGBDFrame(np.full((*SHAPE, 3), 100, np.uint8), np.where(missing, np.nan, depth)))
 
 
 def measure(name, labels, evidence):
@@ -68,7 +67,7 @@ def test_coverage_is_inside_the_margins_and_of_the_frame():
     colour[:4] = colour[-4:] = colour[:, :6] = colour[:, -6:] = 255
     labels = np.zeros(SHAPE, np.int32)
     labels[4:-4, 6:60] = 1
-    score = score_blocks(labels, find_reference(RGBDFrame(colour, STEP)))
+    score = score_blocks(labels, find_reference(ilf.RGBDFrame(colour, STEP)))
     assert (score["coverage"], score["frame_coverage"]) == (0.5, pytest.approx(54 * 72 / labels.size))
     assert score["blocks"] == 1
 
@@ -184,7 +183,7 @@ def test_only_depth_finds_a_jump_without_colour(folders):
 def test_methods_part_colours_and_leave_the_margins_out(name):
     colour = np.where(COLUMNS[..., None] < 60, (40, 90, 200), (220, 200, 60)).astype(np.uint8)
     colour[:4] = colour[-4:] = colour[:, :6] = colour[:, -6:] = 255
-    frame = RGBDFrame(colour, STEP)
+    frame = ilf.RGBDFrame(colour, STEP)
     labels = BLOCK_METHODS[name].run(frame)
     inside = np.zeros(SHAPE, bool)
     inside[4:-4, 6:-6] = True

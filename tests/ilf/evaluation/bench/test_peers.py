@@ -3,10 +3,8 @@
 import numpy as np
 import pytest
 
-from ilf import RGBDFrame, preset
-from ilf.data.parameters import PRESETS
+import ilf
 from ilf.evaluation.bench.methods import GROUPS, METHODS
-from ilf.run.run import complete
 
 ROWS, COLUMNS = np.mgrid[:40, :60].astype(np.float64)
 PLANE = 1.5 + 0.004 * ROWS + 0.006 * COLUMNS
@@ -19,7 +17,7 @@ CLOSE = {"telea": 0.02}
 
 
 def frame_of(depth, holes=HOLES, colour=COLOUR):
-    return RGBDFrame(colour, np.where(holes, np.nan, depth))
+    return ilf.RGBDFrame(colour, np.where(holes, np.nan, depth))
 
 
 def error_of(name, frame, depth, where):
@@ -54,7 +52,7 @@ def test_morphology_leaves_wide_holes():
     depth = np.full((120, 160), 3.0)
     depth[:, :40] = 1.0
     depth[:, 36:44] = depth[20:100, 70:150] = np.nan
-    filled = METHODS["morphology"].run(RGBDFrame(np.zeros((120, 160, 3), np.uint8), depth), LABELS)
+    filled = METHODS["morphology"].run(ilf.RGBDFrame(np.zeros((120, 160, 3), np.uint8), depth), LABELS)
     assert (filled[60, 34], filled[60, 45]) == pytest.approx((1.0, 3.0))
     assert (np.diff(filled[60, 34:46]) >= 0).all()
     assert np.isnan(filled[60, 110])
@@ -70,13 +68,13 @@ def test_peers_keep_constant_depth(name):
 @pytest.mark.parametrize("name", METHODS)
 def test_every_method_takes_holes_and_a_single_known_pixel(name):
     def run(frame):
-        quick = preset(name, max_iterations=30) if name in PRESETS else None
-        return METHODS[name].run(frame, LABELS) if quick is None else complete(frame, LABELS, quick).depth
+        quick = ilf.preset(name, max_iterations=30) if name in ilf.PRESETS else None
+        return METHODS[name].run(frame, LABELS) if quick is None else ilf.complete(frame, LABELS, quick).depth
 
     one = np.full(ROWS.shape, np.nan)
     one[12, 40] = 2.0
     for depth in (np.where(HOLES, np.nan, PLANE), one):
-        filled = run(RGBDFrame(COLOUR, depth))
+        filled = run(ilf.RGBDFrame(COLOUR, depth))
         found = np.isfinite(filled)
         assert found[np.isfinite(depth)].all()
         assert (filled[found] > 0).all()

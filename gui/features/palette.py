@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import math
+import re
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
 from html import escape
 from itertools import groupby
+from typing import NamedTuple
 
 from PySide6.QtCore import (
     QEvent,
@@ -13,6 +17,7 @@ from PySide6.QtCore import (
     QPersistentModelIndex,
     QPoint,
     QRect,
+    QSettings,
     QSize,
     Qt,
     QTimer,
@@ -32,11 +37,149 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from ...base import theme
-from ...base.commands import ActionEntry, action_entries
-from ...widgets.basics import PlainLabel, Themed, lay_out
-from ..context import Context, Feature
-from .matching import Offer, RecentCommands, offers
+from ..base import theme
+from ..base.commands import ActionEntry, action_entries
+from ..widgets.basics import PlainLabel, lay_out
+from .context import Context, Feature
+
+# Letters that are found in a text.
+
+_WORD_START, _RUN, _LETTER = 12.0, 6.0, 1.0
+_GAP = 0.4
+_WHOLE = 20.0
+"""Bonus if the text contains the whole query."""
+
+
+class Match(NamedTuple):
+    """Score of a match, higher is better, and the positions of the matched letters."""
+
+    score: float
+    letters: tuple[int, ...]
+
+
+def match(query: str, text: str) -> Match | None:
+    """Match the letters of a query in a text, in order, separately for each word of the query.
+
+    Word starts and consecutive letters score higher, and so do shorter texts.
+
+    Returns
+    -------
+    Match or None
+        None if not all letters are found.
+    """
+    low = text.lower()
+    score, letters = 0.0, set[int]()
+    for word in query.lower().split():
+        found = _best(word, low)
+        if found is None:
+            return None
+        score += found.score
+        letters.update(found.letters)
+    if query.strip() and query.lower().strip() in low:
+        score += _WHOLE
+    return Match(score - 0.05 * len(text), tuple(sorted(letters)))
+
+
+def _best(word: str, text: str) -> Match | None:
+    """Return the best match of a word's letters in a text, by dynamic programming over the letters."""
+    starts = {found.start() for found in re.finditer(r"\b\w", text)}
+    # best[place]: best match of the word so far with its last letter at that place
+    best: dict[int, tuple[float, tuple[int, ...]]] = {}
+    for number, letter in enumerate(word):
+        there = [place for place, other in enumerate(text) if other == letter]
+        following: dict[int, tuple[float, tuple[int, ...]]] = {}
+        for place in there:
+            own = _LETTER + (_WORD_START if place in starts else 0.0)
+            if number == 0:
+                following[place] = own, (place,)
+                continue
+            before = [
+                (score + own + (_RUN if last == place - 1 else -_GAP * (place - last)), (*path, place))
+                for last, (score, path) in best.items()
+                if last < place
+            ]
+            if before:
+                following[place] = max(before)
+        best = following
+    return Match(*max(best.values())) if best else None
+
+
+# Recently used commands.
+
+_RECENT_KEY = "palette/recent"
+_MOST = 30
+
+
+class RecentCommands:
+    """Keys of recently used commands, the latest first.
+
+    Parameters
+    ----------
+    persistent : bool
+        Whether they are stored between program starts.
+    """
+
+    def __init__(self, persistent: bool) -> None:
+        self._persistent = persistent
+        kept = QSettings().value(_RECENT_KEY) if persistent else None
+        self._keys = [kept] if isinstance(kept, str) else [str(key) for key in kept or []]
+
+    def note(self, key: str) -> None:
+        """Add a command as the latest."""
+        self._keys = [key, *(other for other in self._keys if other != key)][:_MOST]
+        if self._persistent:
+            QSettings().setValue(_RECENT_KEY, self._keys)
+
+    def rank(self, key: str) -> float:
+        """Return the rank of a command: 0 for the latest; infinite if it is not among them."""
+        return self._keys.index(key) if key in self._keys else math.inf
+
+
+# Commands that match a query, in order.
+
+_IN_HINT = -30.0
+"""Penalty for a match in the tooltip only."""
+_RECENT = 10.0
+"""Bonus for the latest command, less for earlier ones."""
+_DISABLED = -8.0
+"""Penalty for a disabled command."""
+
+
+@dataclass(frozen=True, eq=False)
+class Offer:
+    """A command, and the positions of the matched letters in its text."""
+
+    entry: ActionEntry
+    letters: tuple[int, ...]
+
+
+def offers(entries: Iterable[ActionEntry], query: str, recent: RecentCommands) -> list[Offer]:
+    """Return the matching commands, best first; all commands for an empty query, recently used ones first."""
+    if not query.strip():
+        return [Offer(entry, ()) for entry in sorted(entries, key=lambda entry: recent.rank(entry.key))]
+    fitting = []
+    for entry in entries:
+        found = _score(entry, query)
+        if found is not None:
+            score, letters = found
+            score += _RECENT / (1 + recent.rank(entry.key)) + (_DISABLED if entry.why_not else 0.0)
+            fitting.append((score, Offer(entry, letters)))
+    return [offer for _, offer in sorted(fitting, key=lambda fit: -fit[0])]
+
+
+def _score(entry: ActionEntry, query: str) -> tuple[float, tuple[int, ...]] | None:
+    """Return the score by the text, by text and menu, or, for whole words only, by the tooltip."""
+    found = match(query, entry.text)
+    if found is not None:
+        return found
+    found = match(query, f"{entry.text} {entry.where}")
+    if found is not None:
+        return found.score + _IN_HINT / 2, tuple(letter for letter in found.letters if letter < len(entry.text))
+    hint = entry.hint.lower()
+    if all(word in hint for word in query.lower().split()):
+        return _IN_HINT, ()
+    return None
+
 
 # Painting of a row: icon, name with the matched letters in bold, menu or reason, keys.
 
@@ -91,11 +234,12 @@ def _parts(offer: Offer) -> Iterator[tuple[str, bool]]:
 
 _WIDTH, _ROWS = 560, 11
 _TOP = 48
+_STYLE = "#palette { background: palette(window); border: 1px solid palette(highlight); border-radius: 6px; }"
 _MOVES = frozenset({Qt.Key.Key_Up, Qt.Key.Key_Down, Qt.Key.Key_PageUp, Qt.Key.Key_PageDown})
-_KEYS = _MOVES | {Qt.Key.Key_Return, Qt.Key.Key_Enter, Qt.Key.Key_Escape}
+_TAKEN = _MOVES | {Qt.Key.Key_Return, Qt.Key.Key_Enter, Qt.Key.Key_Escape}
 
 
-class CommandPalette(Themed, QFrame):
+class CommandPalette(QFrame):
     """Field and list at the top of the window; it closes after a command or by Escape.
 
     Parameters
@@ -133,7 +277,7 @@ class CommandPalette(Themed, QFrame):
         self.hint.setWordWrap(True)
         self.hint.setMargin(4)
         lay_out(QVBoxLayout(self), self.field, self.list, self.hint, margins=(8, 8, 8, 4), spacing=4)
-        self._take_theme()
+        self.setStyleSheet(_STYLE)
 
     def toggle(self) -> None:
         """Open or close the palette."""
@@ -165,7 +309,7 @@ class CommandPalette(Themed, QFrame):
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         """Take the keys of the list from the field, before shortcuts of the window; close when the focus leaves it."""
-        if isinstance(event, QKeyEvent) and event.key() in _KEYS:
+        if isinstance(event, QKeyEvent) and event.key() in _TAKEN:
             event.accept()
             if event.type() == QEvent.Type.KeyPress:
                 self._take_key(Qt.Key(event.key()))
@@ -228,15 +372,6 @@ class CommandPalette(Themed, QFrame):
         self.setFixedWidth(width)
         self.adjustSize()
         self.move(QPoint((self._window.width() - width) // 2, _TOP))
-
-    def _take_theme(self) -> None:
-        colours = theme.colours(self.palette())
-        sheet = (
-            f"#palette {{ background: {colours.panel.name()}; border: 1px solid {colours.accent.name()}; "
-            "border-radius: 6px; }"
-        )
-        if sheet != self.styleSheet():
-            self.setStyleSheet(sheet)
 
 
 # The feature of the window.

@@ -1,35 +1,121 @@
-"""Sources at addresses. Names are listed once; the files of a frame are copied to a temporary folder when it is read,
-a recording to the cache. Below either folder, a path spells the address: .../s3/bucket/rgb/0001.png."""
+"""Copies of what cannot be read where it lies: of files at addresses, and of recordings whose files are compressed.
+
+Names at an address are listed once; the files of a frame are copied to a temporary folder when it is read, a recording
+to the cache. Below either folder, a path spells the address: .../s3/bucket/rgb/0001.png.
+"""
 
 from __future__ import annotations
 
 import hashlib
 import os
 import re
-import shutil
+import shlex
+import sys
 import tempfile
 from collections import defaultdict
-from collections.abc import Collection, Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import replace
+from dataclasses import fields, is_dataclass, replace
 from functools import cache
-from pathlib import Path
+from pathlib import Path, PurePath
+from typing import Any, TypeVar
 
 from .._runtime.addresses import Address, RemoteFiles, cache_folder
 from .._runtime.cancellation import check_cancelled
 from .._runtime.files import is_address, reading_through
-from .._runtime.writing import (
-    ensure_folder,
-    left_in,
-    removed_on_exit,
-    temporary_name,
-    write_bytes,
-)
-from ..data.frame import FrameInputs, RGBDFrame
+from .._runtime.installation import optional
+from .._runtime.writing import ensure_folder, left_in, remove, removed_on_exit, temporary_name, write_bytes
+from ..data.frame import RGBDFrame
 from ..errors import ExportError, FormatError, IlfError, InputError, told_as
 from .frame_ref import FrameRef
-from .naming import META_NAME
+from .naming import META_NAME, no_frame_folder
 from .trajectories import pose_files
+
+
+@contextmanager
+def temporary_folder(prefix: str) -> Iterator[Path]:
+    """Provide a folder that is removed after the block; raises ExportError if it cannot be created."""
+    _remove_stale_folders(tempfile.gettempdir(), prefix)
+    folder = Path(tempfile.gettempdir(), temporary_name(prefix))
+    with told_as(ExportError, f"{folder} cannot be created ({{error}}). Set TMPDIR to another folder.", OSError):
+        folder.mkdir(0o700)
+    try:
+        with removed_on_exit(folder):
+            yield folder
+    finally:
+        remove(folder)
+
+
+@cache
+def _remove_stale_folders(root: str, prefix: str) -> None:
+    """Remove temporary folders that ended processes of this user have left; once in a process."""
+    for folder in left_in(Path(root), prefix):
+        remove(folder)
+
+
+# Recordings whose files are compressed: unpacked for a while, or the command that unpacks them for good.
+
+_COMMANDS = {
+    **dict.fromkeys((".zst", ".zstd"), "zstd -d {} -o {}"),
+    ".lz4": "lz4 -d {} {}",
+    **{f".{name}": program + " -dk {}" for name, program in (("gz", "gzip"), ("bz2", "bzip2"), ("xz", "xz"))},
+    ".zip": "unzip {}",
+}
+_ZSTD = "compression.zstd" if sys.version_info >= (3, 14) else "backports.zstd"
+_CHUNK = 2**22
+_LARGEST_RATIO, _LARGEST = 200, 2**26
+"""What is unpacked may have so many times the size of what was packed, or so many bytes."""
+
+
+def unpacking_command(path: PurePath | str) -> str:
+    """The command that unpacks a compressed file; "" for others.
+
+    Examples
+    --------
+    >>> unpacking_command("desk.mcap.zst"), unpacking_command("desk.mcap")
+    ('zstd -d desk.mcap.zst -o desk.mcap', '')
+    """
+    stem, dot, suffix = str(path).rpartition(".")
+    return _COMMANDS.get(f"{dot}{suffix.lower()}", "").format(shlex.quote(str(path)), shlex.quote(stem))
+
+
+@contextmanager
+def unpacked(files: Sequence[Path]) -> Iterator[list[Path]]:
+    """Provide copies of files in a temporary folder, unpacked by zstd.
+
+    Raises
+    ------
+    InputError
+        If the package that unpacks is not installed, or there is no room.
+    ExportError
+        If no folder can be created.
+    FormatError
+        If a file becomes too large; errors of the package if it is damaged.
+    """
+    if not files:
+        yield []
+        return
+    with temporary_folder("ilf-unpacked-") as folder:
+        yield [_unpacked(file, folder) for file in files]
+
+
+def _unpacked(file: Path, folder: Path) -> Path:
+    zstd = optional(_ZSTD, "sequences", "A compressed ROS bag")
+    target, left = folder / file.stem, max(_LARGEST_RATIO * file.stat().st_size, _LARGEST)
+    told = f"{file} cannot be unpacked in {folder.parent} ({{error}}). Set TMPDIR, or run: {unpacking_command(file)}"
+    with told_as(InputError, told, OSError), zstd.open(file, "rb") as packed, target.open("xb") as plain:
+        while chunk := packed.read(_CHUNK):
+            check_cancelled()
+            left -= len(chunk)
+            if left < 0:
+                raise FormatError(f"{file} is {_LARGEST_RATIO} times as large when unpacked: it is damaged.")
+            plain.write(chunk)
+    return target
+
+
+# Addresses.
+
+T = TypeVar("T")
 
 _PREFIX, _RECORDINGS = "ilf-at-", "recordings"
 _MAX_FILES = 1000
@@ -69,26 +155,6 @@ def _copy_of(address: str, root: Path) -> Path:
     return Path(root, protocol, *parts)
 
 
-@contextmanager
-def _temporary_folder() -> Iterator[Path]:
-    _remove_stale_folders(tempfile.gettempdir())
-    folder = Path(tempfile.gettempdir(), temporary_name(_PREFIX))
-    with told_as(ExportError, f"{folder} cannot be created ({{error}}). Set TMPDIR to another folder.", OSError):
-        folder.mkdir(0o700)
-    try:
-        with removed_on_exit(folder):
-            yield folder
-    finally:
-        shutil.rmtree(folder, ignore_errors=True)
-
-
-@cache
-def _remove_stale_folders(root: str) -> None:
-    """Remove temporary folders that ended processes of this user have left; once in a process."""
-    for folder in left_in(Path(root), _PREFIX):
-        shutil.rmtree(folder, ignore_errors=True)
-
-
 # Listing.
 
 
@@ -103,16 +169,13 @@ def names_at(address: Address) -> Iterator[Path]:
         If there are no files, or they cannot be listed.
     """
     files = RemoteFiles(address)
-    with _temporary_folder() as temporary, reported():
+    with temporary_folder(_PREFIX) as temporary, reported():
         root = _copy_of(address, temporary)
-        folders: set[Path] = set()
         with told_as(ExportError, f"{temporary} cannot be written ({{error}}). Set TMPDIR to another folder.", OSError):
             for name in files.find():
                 check_cancelled()
                 path = root / name
-                if path.parent not in folders:
-                    path.parent.mkdir(parents=True, exist_ok=True)
-                    folders.add(path.parent)
+                path.parent.mkdir(parents=True, exist_ok=True)
                 path.touch()
 
         def read(path: Path) -> None:
@@ -196,7 +259,7 @@ def copied(ref: FrameRef) -> Iterator[FrameRef]:
         return
     files = own.paths if own.depth is not None else own.paths[1:]
     given = [Address(path) for path in files if is_address(path)]
-    with _temporary_folder() as temporary, reported():
+    with temporary_folder(_PREFIX) as temporary, reported():
 
         def local(path: str) -> str:
             return str(_copy_of(Address(path), temporary)) if is_address(path) else path
@@ -239,32 +302,21 @@ def _copy_folder(address: Address, root: Path) -> None:
     """Copy the folder of a single frame."""
     names = [*RemoteFiles(address).sizes()]
     if META_NAME not in names and not {"rgb", "depth"} <= {name.partition(".")[0] for name in names}:
-        told = f"{address} has neither {META_NAME} nor rgb.* and depth.*"
-        raise InputError(f"{told}. Give the colour and the depth file, or the key of one of its frames (--frame).")
+        raise no_frame_folder(address)
     if len(names) > _MAX_FILES:
         raise FormatError(f"{address} has more than {_MAX_FILES} files. Give the colour and the depth file.")
     _copy_files([f"{address}/{name}" for name in names], (), root)
 
 
-def with_addresses(frame: RGBDFrame) -> RGBDFrame:
-    """A frame read from copies, with addresses in its inputs and its texts."""
-    guide = frame.guide
-    return replace(
-        frame,
-        depth=frame.measured,
-        inputs=None if frame.inputs is None else inputs_with_addresses(frame.inputs),
-        guide=guide if guide is None or guide.path is None else replace(guide, path=restored(guide.path)),
-        notes=tuple(map(restored, frame.notes)),
-        plausibility_warnings=tuple(map(restored, frame.plausibility_warnings)),
-    )
-
-
-def inputs_with_addresses(inputs: FrameInputs) -> FrameInputs:
-    """Inputs read from copies, with addresses."""
-    truth = inputs.ground_truth
-    return replace(
-        inputs,
-        rgb=replace(inputs.rgb, path=restored(inputs.rgb.path)),
-        depth=replace(inputs.depth, path=restored(inputs.depth.path)),
-        ground_truth=None if truth is None else replace(truth, path=restored(truth.path)),
-    )
+def with_addresses(read: T) -> T:
+    """What was read from copies, with addresses in its texts: a record with those of all that it holds."""
+    made: Any = read
+    if isinstance(read, str):
+        made = restored(read)
+    elif isinstance(read, tuple):
+        made = tuple(map(with_addresses, read))
+    elif is_dataclass(read):
+        held = {one.name: with_addresses(getattr(read, one.name)) for one in fields(read) if one.init}
+        made = replace(made, **held | ({"depth": read.measured} if isinstance(read, RGBDFrame) else {}))
+    found: T = made
+    return found

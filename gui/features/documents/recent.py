@@ -1,4 +1,4 @@
-"""Menus of recent frames and projects."""
+"""Menu of what was opened last."""
 
 from __future__ import annotations
 
@@ -17,12 +17,11 @@ from ilf._runtime.schema import Section
 from ilf.errors import FormatError
 from ilf.sources.frame_ref import FrameRef
 
-from ...base import theme
 from ...base.commands import TEMPORARY, WHY_NOT
 from ...widgets.basics import literal_text
-from ..menus import insert_menu
 
-MOST = 12
+MOST = 20
+_KEY = "recent/frames"
 
 Origin = FrameRef | Path
 """A frame's files, the record of a run, or a project file."""
@@ -82,9 +81,6 @@ class RecentMenu(QMenu):
 
     Parameters
     ----------
-    title : str
-    what : str
-        Name of the list: "frames" or "projects".
     persistent : bool
         Whether the list is stored between program starts.
     open : callable
@@ -97,14 +93,12 @@ class RecentMenu(QMenu):
     origins : list of Origin
     """
 
-    def __init__(
-        self, title: str, what: str, persistent: bool, open: Callable[[Any], object], window: QMainWindow | None
-    ) -> None:
-        super().__init__(title, window)
+    def __init__(self, persistent: bool, open: Callable[[Origin], object], window: QMainWindow | None) -> None:
+        super().__init__("Open re&cent", window)
         self.setToolTipsVisible(True)
         self.aboutToShow.connect(self.fill)
-        self._key, self._persistent = f"recent/{what}", persistent
-        self.origins = _read(str(QSettings().value(self._key, "[]"))) if persistent else []
+        self._persistent = persistent
+        self.origins = _read(str(QSettings().value(_KEY, "[]"))) if persistent else []
         self.open = open
         """Opens an origin."""
         self._window = window
@@ -112,12 +106,6 @@ class RecentMenu(QMenu):
         self._remove = self._action("Remove the grey entries from this list", self.remove_missing)
         self._clear = self._action("Clear this list; files are not changed", lambda: self._set([]))
         self._clear.setText("&Clear this list")
-
-    def insert_after(self, action: QAction) -> None:
-        """Insert it after a command of the window's menus."""
-        assert self._window is not None
-        self.setIcon(theme.icon("ph.clock-counter-clockwise", self.palette()))
-        insert_menu(self._window.menuBar(), self, action)
         self.fill()
 
     def note(self, origin: Origin) -> None:
@@ -133,7 +121,7 @@ class RecentMenu(QMenu):
         self.origins = origins
         self.menuAction().setEnabled(bool(origins))
         if self._persistent:
-            QSettings().setValue(self._key, json.dumps(list(map(_entry, origins))))
+            QSettings().setValue(_KEY, json.dumps(list(map(_entry, origins))))
 
     def fill(self) -> None:
         """Create the entries."""
