@@ -169,7 +169,10 @@ class EditSummaryFeature(Feature):
 
     @command("show_before_edit", "Show state &before the last edit", icon="ph.eye", checkable=True, held="Z")
     def _show_before(self, on: bool) -> None:
-        """Show blocks and depth before the last edit; holding Z does the same."""
+        """Show blocks and depth before the last edit; holding Z does the same.
+
+        If it was undone, they are those after it.
+        """
         self.line.mark_before(on)
         if not on or not self._edited:
             self.context.views.look_back(None)

@@ -46,6 +46,7 @@ class WorkRow(QWidget):
         soon = QTimer(self, singleShot=True, interval=_SOON_MS)
         soon.timeout.connect(self.begin)
         requests.begun.connect(soon.start)
+        requests.progressed.connect(soon.stop)
         requests.progressed.connect(self._take_share)
         requests.ended.connect(soon.stop)
         requests.ended.connect(self.hide)

@@ -11,7 +11,7 @@ from ilf.data.results import Status
 from ilf.errors import InputError
 from ilf.evaluation.hold_out import frame_without
 from ilf.project.frame_state import FrameState
-from ilf.project.state_codec import encode, load_state
+from ilf.project.state_codec import Known, encode, load_state
 from ilf.run.options import ExportOptions
 from ilf.run.record import make_record, to_json
 from ilf.run.record_file import read_record
@@ -137,9 +137,9 @@ def test_a_completed_folder_is_a_frame_with_it(opened_again, tmp_path):
 
 def test_a_project_keeps_it_and_the_pose_of_a_frame_with_files(opened_again):
     completed, pose = opened_again
-    encoded = encode(FrameState("a" * 32, completed, ilf.Blocks(BLOCKS)))
-    found = load_state("a" * 32, Held().take(encoded, "a" * 32))
+    encoded, known = encode(FrameState("a" * 32, completed, ilf.Blocks(BLOCKS))), Known()
+    found = load_state("a" * 32, Held().take(encoded, "a" * 32), known=known)
     assert found.problems == ()
     np.testing.assert_array_equal(found.state.frame.outside_view, OUTSIDE)
     np.testing.assert_array_equal(found.state.frame.pose, pose)
-    assert not encode(found.state, found.known).made
+    assert not encode(found.state, known).made
