@@ -79,11 +79,17 @@ def test_letters_of_tools_are_no_keys_that_are_held_and_can_be_changed(opened):
 
 
 def test_a_new_tool_is_one_record(qtbot, monkeypatch):
-    new = ToolKind("wand", "&Wand", "Do magic", "ph.magic-wand", "Q", SelectTool)
+    class WandTool(SelectTool):
+        """Do magic.
+
+        It is not said how.
+        """
+
+    new = ToolKind("wand", "&Wand", "ph.magic-wand", "Q", WandTool)
     for module in ("gui.tools.kinds", "gui.tools.editor", "gui.features.tools"):
         monkeypatch.setattr(f"{module}.KINDS", (*kinds.KINDS[:-3], new, *kinds.KINDS[-3:]))
     window = MainWindow(persistent=False)
     qtbot.addWidget(window)
-    assert isinstance(window.editor.tools["wand"], SelectTool)
+    assert isinstance(window.editor.tools["wand"], WandTool)
     assert window.actions_["tool_wand"].toolTip() == "<b>Wand (Q)</b><br>Do magic"
     window.close()
