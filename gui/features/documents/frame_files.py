@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 import numpy as np
-from ilf.io.hdf5_depth import split_dataset
+from ilf.io.hdf5 import split_dataset
 from numpy.typing import NDArray
 
 from ilf._runtime.formatting import counted
