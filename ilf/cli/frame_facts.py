@@ -62,7 +62,7 @@ def facts_of_frame(ref: FrameRef, given: ReadingOptions) -> Facts:
         stated = (files.options.depth_intrinsics, files.options.intrinsics)
         cameras = [frame_camera(camera, None)[0] for camera in stated]
         with facts.problems():
-            images = read_files(files, given)
+            images = read_files(files, given, depth=depth)
             frame = images.frame()
             _add_frame(facts, frame, images, files.options)
         if frame is None:

@@ -84,11 +84,12 @@ def _by_field(data: bytes, fields: np.dtype[Any], count: int) -> bytes:
 
 def _of_text(file: FileContent, data: bytes, fields: np.dtype[Any], count: int) -> NDArray[Any]:
     told = f"{file}: its points cannot be read ({{error}}). Copy or export it again."
-    with told_as(FormatError, told, (ValueError, OverflowError)):
-        points = np.loadtxt(io.StringIO(data.decode("ascii")), fields, ndmin=1, max_rows=count)
+    numbers = np.dtype([(name, np.float64, fields[name].shape) for name in fields.names or ()])  # also of integers
+    with told_as(FormatError, told, ValueError), np.errstate(invalid="ignore", over="ignore"):
+        points = np.loadtxt(io.StringIO(data.decode("ascii")), numbers, ndmin=1, max_rows=count)
         if len(points) != count:
             raise ValueError(f"it has {len(points)} of {count} points")
-    return points
+        return points.astype(fields)
 
 
 def _header(file: FileContent) -> tuple[tuple[int, int], np.dtype[Any], str, int]:

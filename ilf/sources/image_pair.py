@@ -33,8 +33,11 @@ _SAME_CAMERA = 0.02
 """By how much two cameras of one image may differ: focal lengths as a share, principal points by that of a side."""
 
 
-def read_files(files: FrameFiles, options: ReadingOptions, name: str | None = None) -> ReadImages:
+def read_files(
+    files: FrameFiles, options: ReadingOptions, name: str | None = None, depth: DepthReading | None = None
+) -> ReadImages:
     """Read a colour and a depth file; `options` are those of the user, which replace the ones stated beside the files.
+    `depth` is what `depth_of_files` gives, if it is read already.
 
     Raises
     ------
@@ -46,7 +49,7 @@ def read_files(files: FrameFiles, options: ReadingOptions, name: str | None = No
     rgb_file, depth_file = read_file(files.rgb), read_file(files.depth)
     colour, colour_doubt = read_colour_with_warning(rgb_file)
     of_colour = (colour_doubt,) if colour_doubt else ()
-    read, chosen = depth_of_files(files, options, depth_file), options.or_else(files.options)
+    read, chosen = depth or depth_of_files(files, options, depth_file), options.or_else(files.options)
     tags, turning, is_doubt = pair_orientation(rgb_file, colour, depth_file, read.metres)
     colour, metres = turned(colour, tags[0]), turned(read.metres, tags[1])
     shape, is_same = colour.shape[:2], is_registered(chosen, colour.shape[:2], metres.shape)

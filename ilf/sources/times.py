@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+import heapq
 import math
 import os
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from .._runtime.files import read_file
 from ..errors import FormatError, told_as
@@ -19,9 +19,6 @@ ASSOCIATION_FILES = "associations.txt", "associated.txt", "association.txt"
 
 TUM_UNITS = 5000.0
 """File units per metre of the depth in such lists."""
-
-
-_Times = NDArray[np.float64]
 
 
 def read_time_list(path: Path) -> list[tuple[float, str]]:
@@ -106,8 +103,7 @@ def associated(
     [('a.png', 'a-d.png')]
     """
     colours, depths = sorted(colours), sorted(depths)
-    rows, columns = (np.array([time for time, _ in images]) for images in (colours, depths))
-    pairs = _nearest(rows, columns, max_gap)
+    pairs = _nearest([time for time, _ in colours], [time for time, _ in depths], max_gap)
     return [(colours[row][1], depths[column][1]) for row, column in sorted(pairs)]
 
 
@@ -129,7 +125,9 @@ def gap_text(colours: Sequence[tuple[float, str]], depths: Sequence[tuple[float,
     if not (colours and depths):
         return f"there are {len(colours)} colour images and {len(depths)} depth images."
     one, other = (np.unique([time for time, _ in images]) for images in (colours, depths))
-    smallest = float(np.abs(other[_closest(one, other)] - one).min())
+    place = np.searchsorted(other, one)
+    gaps = [np.abs(other[np.clip(place + step, 0, len(other) - 1)] - one) for step in (-1, 0)]
+    smallest = float(np.min(gaps))
     told = f"no colour lies within {max_gap:g} s of depth: the smallest difference is {smallest:.4g} s."
     step = float(np.median(np.diff(one))) if len(one) > 1 else math.inf
     if smallest <= step:
@@ -140,25 +138,49 @@ def gap_text(colours: Sequence[tuple[float, str]], depths: Sequence[tuple[float,
     )
 
 
-def _nearest(rows: _Times, columns: _Times, max_gap: float) -> list[tuple[int, int]]:
-    """Greedily pair the nearest times of two sorted arrays, then the nearest of the rest, and so on. What is nearest to
-    each other is a pair, whatever comes before it."""
-    found: list[tuple[int, int]] = []
-    row_at, column_at = np.arange(len(rows)), np.arange(len(columns))
-    while len(row_at) and len(column_at):
-        left, right = rows[row_at], columns[column_at]
-        there = _closest(left, right)
-        is_pair = (_closest(right, left)[there] == np.arange(len(left))) & (np.abs(left - right[there]) <= max_gap)
-        if not is_pair.any():
-            break
-        found += zip(row_at[is_pair].tolist(), column_at[there[is_pair]].tolist(), strict=True)
-        row_at, column_at = row_at[~is_pair], np.delete(column_at, there[is_pair])
+def _nearest(rows: list[float], columns: list[float], max_gap: float) -> list[tuple[int, int]]:
+    """Greedily pair the nearest times of two sorted lists, then the nearest of the rest, and so on.
+
+    The nearest pair are neighbours among all times that are left, so only neighbours are compared.
+    """
+    order = sorted([(time, 0, row) for row, time in enumerate(rows)] + [(time, 1, i) for i, time in enumerate(columns)])
+    before, after = list(range(-1, len(order) - 1)), [*range(1, len(order)), -1]
+    waiting: list[tuple[float, int, int, int, int]] = []
+
+    def queue_pair(left: int, right: int) -> None:
+        """Queue two neighbours as a pair if they are of different lists and near enough."""
+        if left < 0 or right < 0:
+            return
+        (time, kind, one), (later, other_kind, other) = order[left], order[right]
+        if kind != other_kind and later - time <= max_gap:
+            row, column = (one, other) if kind == 0 else (other, one)
+            heapq.heappush(waiting, (later - time, row, column, left, right))
+
+    def first_equal(place: int) -> int:
+        """The first remaining entry with the same time in the same list."""
+        while before[place] >= 0 and order[before[place]][:2] == order[place][:2]:
+            place = before[place]
+        return place
+
+    def remove(place: int) -> None:
+        left, right = before[place], after[place]
+        if left >= 0:
+            after[left] = right
+        if right >= 0:
+            before[right] = left
+        removed.add(place)
+        queue_pair(left, right)
+
+    removed: set[int] = set()
+    found = []
+    for place in range(len(order) - 1):
+        queue_pair(place, place + 1)
+    while waiting:
+        *_, left, right = heapq.heappop(waiting)
+        if left in removed or right in removed:
+            continue
+        pair = sorted((first_equal(left), first_equal(right)), key=lambda place: order[place][1])
+        found.append((order[pair[0]][2], order[pair[1]][2]))
+        for place in pair:
+            remove(place)
     return found
-
-
-def _closest(times: _Times, others: _Times) -> NDArray[np.intp]:
-    """The place of the nearest other time, all of them sorted; of several, the first."""
-    after = np.searchsorted(others, times)
-    before = np.searchsorted(others, others[np.maximum(after - 1, 0)])
-    after = np.minimum(after, len(others) - 1)
-    return np.where(np.abs(others[before] - times) <= np.abs(others[after] - times), before, after)

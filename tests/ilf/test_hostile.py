@@ -131,6 +131,14 @@ def test_the_nearest_in_time_belong_together_at_any_gap(colours, depths, gap):
     assert associated(one, other, gap) == [(one[i][1], other[k][1]) for i, k in sorted(found.items())]
 
 
+def test_many_images_of_two_clocks_are_paired_without_looking_at_each_with_each():
+    count = 60_000
+    colours = [(float(number), f"c{number}") for number in range(count)]
+    for offset in (0.5, 2.0 * count):
+        depths = [(time + offset, f"d{number}") for number, (time, _) in enumerate(colours)]
+        assert len(associated(colours, depths, np.inf)) == count
+
+
 def test_a_thumbnail_takes_no_more_memory_than_the_image(tmp_path):
     content = bytearray(cv2.imencode(".png", np.zeros((20, 30, 3), np.uint8))[1].tobytes())
     at = content.index(b"IDAT") - 4
