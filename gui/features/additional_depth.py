@@ -14,7 +14,7 @@ from PySide6.QtCore import QSettings, Qt
 from PySide6.QtWidgets import QFormLayout, QPushButton, QSpinBox, QVBoxLayout, QWidget
 
 from ilf._runtime.cancellation import mapped_steps
-from ilf._runtime.formatting import counted, millimetres
+from ilf._runtime.formatting import counted, grouped, millimetres
 from ilf.completion.completion import guide_text
 from ilf.completion.edge_aware.fitted_guide import fit_guide
 from ilf.data.frame import RGBDFrame
@@ -92,8 +92,8 @@ def _completed(run: Run, first: float) -> Generator[float, None, Depth]:
 def _difference(bare: Depth, used: Depth) -> str:
     """Describe how much completed depth differs, and where only one is there."""
     only = int(np.count_nonzero(np.isnan(bare) & ~np.isnan(used)))
-    filled = f" {counted(only, 'pixel')} are filled only with it." if only else ""
-    return f"With it, {effect_of([(bare, used)]).text}.{filled}"
+    filled = f"; {grouped(only)} px of them are filled only with it" if only else ""
+    return f"With it, {effect_of([(bare, used)]).text}{filled}."
 
 
 # The panel.

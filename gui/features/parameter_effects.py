@@ -43,6 +43,8 @@ class Effect(NamedTuple):
         """The effect in words."""
         if not self.pixels:
             return "no pixel changed by 0.1 mm"
+        if np.isnan(self.median):
+            return f"{grouped(self.pixels)} px changed: missing before or after"
         return (
             f"{grouped(self.pixels)} px changed: median {millimetres(self.median)}, "
             f"largest {millimetres(self.largest)} mm"

@@ -244,6 +244,7 @@ class ShortcutsDialog(QDialog):
         self.filter.textChanged.connect(self._filter)
         self.list.currentItemChanged.connect(lambda *_: self._choose())
         self.list.itemActivated.connect(lambda *_: self.edit.setFocus())
+        self.edit.keySequenceChanged.connect(lambda _: self._say(_HINT))  # what was offered is of the former keys
         self.edit.editingFinished.connect(self._set)
         self.clear_button.clicked.connect(lambda: self._keymap.assign(self._key(), []))
         self.reset_button.clicked.connect(lambda: self._keymap.assign(self._key(), self._keymap.default(self._key())))

@@ -1,6 +1,7 @@
 """What goes wrong is said in one message, and the frame, the edits and the files stay as they were."""
 
 from pathlib import Path
+from unittest.mock import Mock
 
 import cv2
 import numpy as np
@@ -59,6 +60,16 @@ def test_a_name_or_a_whole_path_is_typed_over_the_proposed_name(window, qtbot, t
         qtbot.keyClicks(dialog.path, typed)
         assert dialog.chosen() == tmp_path / f"{typed}.ilf"
         dialog.reject()
+
+
+def test_the_files_of_very_many_frames_are_not_measured(window, frame_folder, tmp_path):
+    """That could take minutes on a network drive, before the dialog is there."""
+
+    def offer(sources) -> str:
+        return SaveAsDialog(tmp_path / "p.ilf", False, sources, "", window).embed.text()
+
+    assert "kB)" in offer([FrameRef(str(frame_folder))])
+    assert "(" not in offer([Mock(allowed=Mock(side_effect=AssertionError("looked at")))] * 501)
 
 
 def test_files_are_taken_as_copies_and_by_the_window_alone(window, qtbot, frame_folder, tmp_path):

@@ -201,7 +201,7 @@ class DocumentsFeature(Feature):
     def open_again(self, origin: Origin) -> None:
         """Open what was opened before."""
         if isinstance(origin, Path):
-            (self.open_run if origin.suffix == ".json" else self._project.opening.open)(origin)
+            (self.open_run if origin.suffix.lower() == ".json" else self._project.opening.open)(origin)
         else:
             self.open_source(origin)
 

@@ -48,7 +48,7 @@ class SaveAsDialog(QDialog):
     ) -> None:
         super().__init__(parent)
         self.setWindowTitle("Save Project As")
-        size = QLocale.c().formattedDataSize(sum(map(_size_of, sources)), 1, QLocale.DataSizeFormat.DataSizeSIFormat)
+        size = f" ({_size_text(sources)})" if len(sources) <= _MAX_SIZED else ""
         self.path = QLineEdit(str(proposed))
         self.path.setSelection(len(str(proposed)) - len(proposed.name), len(proposed.stem))  # to type another name
         self.path.setMinimumWidth(380)
@@ -56,7 +56,7 @@ class SaveAsDialog(QDialog):
         browse = QPushButton("&Browse…", autoDefault=False)
         browse.setToolTip("Choose the file")
         browse.clicked.connect(self._browse)
-        self.embed = QCheckBox("&Include the frames' own files" + f" ({size})" * (len(sources) <= _MAX_SIZED))
+        self.embed = QCheckBox(f"&Include the frames' own files{size}")
         self.embed.setToolTip(
             "Include the colour, depth and ground truth files of all frames, so that the project can be opened on any "
             "computer; otherwise it contains their paths and hashes. Recordings are never included"
@@ -130,6 +130,11 @@ def proposed_path(name: str) -> Path:
     """Return the default file of a project, in the folder of the last one."""
     safe = "".join(letter if letter.isalnum() or letter in "-_. " else "-" for letter in name).strip(" .")
     return Path(last_folder(FOLDER_KEY)) / f"{safe or 'project'}{PROJECT_SUFFIX}"
+
+
+def _size_text(sources: Collection[FrameRef]) -> str:
+    size = sum(map(_size_of, sources))
+    return QLocale.c().formattedDataSize(size, 1, QLocale.DataSizeFormat.DataSizeSIFormat)
 
 
 def _size_of(source: FrameRef) -> int:

@@ -84,6 +84,15 @@ def test_keys_of_another_command_are_swapped_or_taken(keymap, dialog, button, ex
     assert _keys(keymap)["open"] != "Ctrl+E", "one key, one command"
 
 
+def test_keys_are_offered_only_while_they_are_shown(keymap, dialog):
+    _press(dialog, "open", Qt.Key.Key_E, Qt.KeyboardModifier.ControlModifier)
+    assert dialog.take_button.isVisible()
+    QTest.keyPress(dialog.edit, Qt.Key.Key_Control)
+    assert dialog.edit.keySequence().isEmpty()
+    assert not dialog.take_button.isVisible()
+    assert not dialog.swap_button.isVisible()
+
+
 @pytest.mark.parametrize(
     ("key", "modifier", "said"),
     [
