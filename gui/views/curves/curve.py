@@ -27,6 +27,8 @@ _MIN_LUMINANCE, _MAX_LUMINANCE = 0.4, 0.5
 """Minimum luminance of lines on a dark background, maximum on a light one."""
 
 _LENGTHS = ("sigma_i", "error", "held_out", "residual")
+_STAGE, _WEIGHTED = -2, -1
+"""Columns of the table of a curve."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,31 +69,32 @@ class Curve:
         """Whether the other has the same name and style, regardless of records."""
         return (self.name, self.colour, self.dashed) == (other.name, other.colour, other.dashed)
 
+    def go_on_from(self, former: Curve) -> None:
+        """Take over the numbers of a curve that was drawn before, if it is of the same records: of these, only new ones
+        are read then."""
+        if former.records is self.records:
+            self.__dict__["_table"] = np.concatenate((former._table, _table_of(self.records[former.count :])))
+
     @cached_property
-    def known(self) -> list[IterationRecord]:
-        """The records that there are now."""
-        return list(self.records)
+    def _table(self) -> Values:
+        """Numbers of the iterations that there are now: one row each."""
+        return _table_of(self.records)
+
+    @property
+    def known(self) -> Sequence[IterationRecord]:
+        """The records of these iterations."""
+        return self.records[: self.count]
 
     @property
     def count(self) -> int:
         """Number of iterations."""
-        return len(self.known)
+        return len(self._table)
 
-    @cached_property
-    def _table(self) -> Values:
-        """Numbers of the iterations: one row each."""
-        rows = [(r.i, r.seconds, r.sigma_i, r.error, r.held_out, r.residual, r.l1) for r in self.known]
-        table = np.array(rows, np.float64).reshape(-1, 2 + len(QUANTITIES))
-        lengths = table[:, 2 : 2 + len(_LENGTHS)]
-        lengths[:] = np.log10(np.maximum(lengths, FLOOR))
-        return table
-
-    @cached_property
+    @property
     def stages(self) -> list[int]:
         """Starts of stages that follow a stage of more than one iteration."""
-        stages = [record.stage for record in self.known]
-        places = range(2, self.count)
-        return [place for place in places if stages[place] != stages[place - 1] == stages[place - 2]]
+        changes = np.diff(self._table[:, _STAGE]) != 0
+        return (np.flatnonzero(changes[1:] & ~changes[:-1]) + 2).tolist()
 
     @property
     def has_times(self) -> bool:
@@ -123,8 +126,8 @@ class Curve:
 
     def weighted(self, by_time: bool) -> tuple[float, float] | None:
         """Span of the colour-weighted iterations; None if there are none."""
-        places = [place for place, r in enumerate(self.known) if isinstance(r, PassBandRecord) and r.weighted]
-        if not places:
+        places = np.flatnonzero(self._table[:, _WEIGHTED])
+        if not places.size:
             return None
         along = self.along(by_time)
         margin = 0.0 if by_time else 0.5
@@ -137,6 +140,18 @@ class Curve:
         if after == 0 or after == self.count:
             return min(after, self.count - 1)
         return after if along[after] - where < where - along[after - 1] else after - 1
+
+
+def _table_of(records: Sequence[IterationRecord]) -> Values:
+    """Numbers of records: one row each, with lengths as log10."""
+    rows = [
+        (r.i, r.seconds, r.sigma_i, r.error, r.held_out, r.residual, r.l1, r.stage, getattr(r, "weighted", False))
+        for r in records
+    ]
+    table = np.array(rows, np.float64).reshape(-1, 4 + len(QUANTITIES))
+    lengths = table[:, 2 : 2 + len(_LENGTHS)]
+    lengths[:] = np.log10(np.maximum(lengths, FLOOR))
+    return table
 
 
 def legible(colour: tuple[int, int, int], is_dark: bool) -> tuple[int, int, int]:

@@ -138,6 +138,8 @@ class CurvesPanel(Themed, QWidget):
             self._hovered = None
             for plot in self._plots:
                 plot.reset_ranges()
+        for curve, former in zip(curves, self._curves, strict=False):
+            curve.go_on_from(former)
         self._curves = list(curves)
         self._draw()
 
@@ -231,7 +233,7 @@ class CurvesPanel(Themed, QWidget):
         if len(curves) == 1:
             (line,), (curve,) = lines, curves
             least = int(np.nanargmin(line.values))
-            labels = [Label(float(line.along[least]), 90, f"minimum at i = {curve.known[least].i}", colour)]
+            labels = [Label(float(line.along[least]), 90, f"minimum at i = {curve.records[least].i}", colour)]
             more = [one._replace(width=1.4) for one in self._lines("residual", residual)]
         minimum = float(np.nanmin(np.concatenate([line.values for line in lines])))
         bottom = min([minimum, *(float(np.nanmin(one.values)) for one in more)])
@@ -335,7 +337,7 @@ class CurvesPanel(Themed, QWidget):
             cursor = float(longest.along(self._by_time)[self._place(longest)])
         for plot in self._plots:
             plot.point_at(cursor)
-        records = [curve.known[self._place(curve)] for curve in curves]
+        records = [curve.records[self._place(curve)] for curve in curves]
         if not pointing:  # the current depth has been corrected since
             records = [
                 replace(record, error=curve.corrected) if math.isfinite(curve.corrected) else record

@@ -89,6 +89,33 @@ def test_growing_equals_showing(panel):
     np.testing.assert_equal(drawn(panel.sigma_plot)[0], [1, 2, 3, 4, 5])
 
 
+def test_of_growing_records_only_new_ones_are_read(panel):
+    class Counted(list):
+        read = 0
+
+        def __iter__(self):
+            self.read += len(self)
+            return super().__iter__()
+
+        def __getitem__(self, place):
+            found = super().__getitem__(place)
+            self.read += len(found) if isinstance(place, slice) else 1
+            return found
+
+    growing, compared = Counted(staged(300)), Counted(staged(300))
+
+    def draw():
+        panel.show_curves([curve(growing), curve(compared, "before", dashed=True)])
+
+    draw()
+    growing.read = compared.read = 0
+    growing.extend(staged(303)[300:])
+    draw()
+    assert growing.read < 10
+    assert compared.read < 10
+    assert len(drawn(panel.sigma_plot)[0]) == 303
+
+
 def test_stages_are_marked_and_the_linear_schedule_has_none(panel):
     panel.show_curves([curve(staged(count=25, length=8))])
     assert marks(panel.sigma_plot) == [[8.5, 16.5, 24.5]]

@@ -196,7 +196,7 @@ class Hand:
     def start(self, name: str) -> None:
         """Give a command without waiting."""
         action = self.action(name)
-        assert action.isEnabled(), f"{name} is off: {action.toolTip()}"
+        assert action.isEnabled(), f"{name} is off: {action.toolTip()}. The log:\n{self.window.log.text.toPlainText()}"
         action.trigger()
 
     def tool(self, name: str) -> None:
