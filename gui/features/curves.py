@@ -41,6 +41,7 @@ class CurvesFeature(Panel):
 
     title = "Convergence"
     icon = "ph.chart-line"
+    shows = "curves of the filter"
     group = PanelGroup.INSPECTION
     parts = Part.FRAME | Part.LABELS | Part.INFOS | Part.SELECTION | Part.PARAMETERS | Part.RESULTS | Part.COMPARED
     deferred = Part.SOME_RESULTS | Part.RECORDS  # drawing at each batch would slow the run down

@@ -139,6 +139,8 @@ class RecentCommands:
 
 _IN_HINT = -30.0
 """Penalty for a match in the tooltip only."""
+_SCATTERED = -100.0
+"""Penalty for letters of a word that stand apart, partly in the menu: any other match comes first."""
 _RECENT = 10.0
 """Bonus for the latest command, less for earlier ones."""
 _DISABLED = -8.0
@@ -172,13 +174,13 @@ def _score(entry: ActionEntry, query: str) -> tuple[float, tuple[int, ...]] | No
     found = match(query, entry.text)
     if found is not None:
         return found
-    found = match(query, f"{entry.text} {entry.where}")
+    place, words = f"{entry.text} {entry.where}", query.lower().split()
+    found = match(query, place)
     if found is not None:
-        return found.score + _IN_HINT / 2, tuple(letter for letter in found.letters if letter < len(entry.text))
+        penalty = _IN_HINT / 2 if all(word in place.lower() for word in words) else _SCATTERED
+        return found.score + penalty, tuple(letter for letter in found.letters if letter < len(entry.text))
     hint = entry.hint.lower()
-    if all(word in hint for word in query.lower().split()):
-        return _IN_HINT, ()
-    return None
+    return (_IN_HINT - 0.05 * len(hint), ()) if all(word in hint for word in words) else None
 
 
 # Painting of a row: icon, name with the matched letters in bold, menu or reason, keys.

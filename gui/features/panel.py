@@ -32,6 +32,8 @@ class Panel(Feature):
         Those that change several times a second by themselves, as in a run: it is drawn when there is time.
     open_at_first : bool
         Whether it is open at the first start; it is made at once then.
+    shows : str
+        Other words for what it shows, by which it is found; "" for none.
     work : WorkRow
         Progress of the computation, with *Cancel*, from the first share on that is told; a panel that computes in steps
         places it in its widget.
@@ -43,11 +45,12 @@ class Panel(Feature):
     parts: ClassVar[Part]
     deferred: ClassVar[Part] = NO_PART
     open_at_first: ClassVar[bool] = False
+    shows: ClassVar[str] = ""
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)
         if self.group is not None:
-            context.panels.add(self.title, self._in_dock(), self.group, self.icon, self.open_at_first)
+            context.panels.add(self.title, self._in_dock(), self.group, self.icon, self.open_at_first, self.shows)
         context.refresh.add(self.title, self._draw, self.parts, self.deferred)
         if self.open_at_first:
             _ = self.widget

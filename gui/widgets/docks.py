@@ -88,7 +88,9 @@ class Docks(QObject):
         window.setDockOptions(QMainWindow.DockOption.AllowTabbedDocks)
         window.setTabPosition(Qt.DockWidgetArea.AllDockWidgetAreas, QTabWidget.TabPosition.North)
 
-    def add(self, title: str, widget: QWidget, group: PanelGroup, icon: str, is_open: bool = False) -> None:
+    def add(
+        self, title: str, widget: QWidget, group: PanelGroup, icon: str, is_open: bool = False, content: str = ""
+    ) -> None:
         """Add a panel.
 
         Parameters
@@ -102,6 +104,8 @@ class Docks(QObject):
             Icon in the menu ("ph.stack").
         is_open : bool
             Whether it is open at the first start.
+        content : str
+            Other words for what it shows, for its hint.
         """
         dock = QDockWidget(title, self._window)
         dock.setObjectName(title)
@@ -114,7 +118,7 @@ class Docks(QObject):
             self._open_by_default.append(title)
         dock.setVisible(is_open)
         action = dock.toggleViewAction()
-        action.setProperty(HINT, f"Show or hide the panel {title}")
+        action.setProperty(HINT, f"Show or hide the panel {title}" + (f": {content}" if content else ""))
         describe(action)
         action.triggered.disconnect()  # the default handler shows the dock behind the other tabs
         action.triggered.connect(lambda on: self.reveal(title) if on else dock.close())

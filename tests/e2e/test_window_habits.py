@@ -159,6 +159,14 @@ def test_keys_of_a_command_that_cannot_be_used_say_why(opened, qtbot):
         assert [toast.message.partition(": ")[2] for toast in opened.toasts.shown] == [why], command
 
 
+def test_a_panel_is_found_by_what_it_shows(opened):
+    palette = opened.feature(PaletteFeature).palette
+    palette.toggle()
+    QTest.keyClicks(palette.field, "curves")
+    assert palette.offered()[0].entry.text == "Convergence"
+    palette.leave()
+
+
 def test_the_palette_survives_menus_that_are_filled_anew(opened, qtbot):
     palette = opened.feature(PaletteFeature).palette
     menu = next(menu for menu in opened.findChildren(SidesMenu))
