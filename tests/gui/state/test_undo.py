@@ -216,3 +216,27 @@ def test_results_go_with_the_extraction_whose_edges_the_filter_saw(workspace, do
     document.add_results(list(paper.results.values()))
     document.set_extracted(found, ilf.BlockParameters(), keep_handmade=True)
     assert set(document.valid_results()) == {1, 2}, "the pass band knows no edges"
+
+
+def test_a_new_extraction_flows_around_what_stays(document):
+    own = {"smoothness": 2.0}
+    document.change_info(1, name="Floor", locked=True)
+    document.change_blocks(own={1: own, 2: own})
+    used = ilf.BlockParameters(granularity=0.2)
+    fresh = np.full(document.frame.shape, 7, np.int32)
+    fresh[:24] = 5
+    before = document.labels.copy()
+    assert document.set_extracted(extraction(document, fresh), used, keep_handmade=True) == (1, 0, False)
+    np.testing.assert_array_equal(document.labels == 1, before == 1)
+    assert len(document.counts()) == 3
+    assert document.undo_stack.undoText() == "Extract blocks"
+    assert document.blocks.extraction == used
+    assert document.blocks.edited, "one block was kept"
+    assert document.blocks.kept == {1}
+    assert document.handmade() == set(), "a block that only was locked is not made by hand"
+    assert document.info(1).name == "Floor"
+    assert document.blocks.own == {1: own}
+    document.undo_stack.undo()
+    np.testing.assert_array_equal(document.labels, before)
+    assert document.blocks.own == {1: own, 2: own}
+    assert document.blocks.extraction == ilf.BlockParameters()
