@@ -63,6 +63,8 @@ def missing_files(opened: OpenedProject, since: float | None = None) -> Generato
     lost: list[MissingFile] = []
     for frame in opened.project.frames:
         for wanted in wanted_files(frame, opened.parts):
+            if source_part(wanted.sha256, wanted.path) in opened.parts.names():
+                continue  # embedded: it is read, and checked, with its frame
             how, changed = how_found(wanted, opened, since)
             if how in ("changed", "missing"):  # the user is asked about others when their frame is opened
                 lost.append(MissingFile(frame.id, wanted, changed))
@@ -84,8 +86,7 @@ def located(wanted: InputFile, places: Places, since: float | None = None) -> tu
 def how_found(wanted: InputFile, opened: OpenedProject, since: float | None = None) -> tuple[str, Path | None]:
     """Return how a file of a project's frames is there: "embedded", "present", "changed", "missing", or "not allowed"
     if it may lie where nothing is opened unasked; with the changed file. `since` as of `missing_files`."""
-    there = source_part(wanted.sha256, wanted.path) in opened.parts.names()
-    if there and (since is not None or embedded(wanted, opened.parts) is not None):
+    if embedded(wanted, opened.parts) is not None:
         return "embedded", None
     same, other = located(wanted, opened.places, since)
     if same is not None or other is not None:
