@@ -182,7 +182,8 @@ def add_progress(parser: argparse._ActionsContainer) -> None:
 
 def add_json(parser: argparse._ActionsContainer) -> None:
     """Add the flag for JSON output, whose keys are listed in commands.md."""
-    text = "print one JSON document instead of text (keys: commands.md). Unknown numbers are null, lengths in metres"
+    keys = "keys: commands.md of the documentation"
+    text = f"print one JSON document instead of text ({keys}). Unknown numbers are null, lengths in metres"
     declare(parser, f"--json  {text}")
 
 
