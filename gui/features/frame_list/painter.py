@@ -57,9 +57,9 @@ class FramePainter(RowDelegate):
 
     def updateEditorGeometry(self, editor: QWidget, option: QStyleOptionViewItem, index: Index) -> None:
         height = editor.sizeHint().height()
-        line = option.rect if self.strip_height else _lines(option, option.rect.right())[2]
-        top = option.rect.bottom() + 1 - height
-        editor.setGeometry(line.left(), top, max(line.width(), _NOTE_WIDTH), height)
+        foot = option.rect.adjusted(0, option.rect.height() - height, 0, 0)
+        box = foot if self.strip_height else _lines(option, option.rect.right())[2]
+        editor.setGeometry(box.left(), box.top(), max(box.width(), _NOTE_WIDTH), height)
 
 
 def close_box(row: QRect) -> QRect:
