@@ -41,7 +41,7 @@ class Evaluation(NanEqual):
     within : float or None
         Share of the pixels with an expected error whose error is at most that, 0-1; None without such pixels.
     rel : float
-        Mean of |error| / ground truth, Eq. (7).
+        Mean absolute error relative to the ground truth, Eq. (7).
     delta : tuple of float
         Shares of pixels with max(depth / ground truth, ground truth / depth) < 1.25^k, for k = 1, 2, 3.
     deviation : float
