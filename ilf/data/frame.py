@@ -224,8 +224,8 @@ class RGBDFrame:
         Values left out on reading, what its camera lacks, and plausibility warnings, a sentence or two each.
     outside_view : array_like of bool, optional
         Pixels, shape (H, W), that the depth camera could not see at any depth: those of registered depth that lie
-        outside its image (`ilf.registration`). It has no effect where depth was measured. They stay missing unless
-        `Parameters.outside_view` is set, and are counted separately.
+        outside its image (`ilf.sources.registration`). It has no effect where depth was measured. They stay missing
+        unless `Parameters.outside_view` is set, and are counted separately.
     pose : array_like, optional
         Camera-to-world transform of its points [m], shape (4, 4): x to the right, y down, z forward.
     plausibility_warnings : tuple of str

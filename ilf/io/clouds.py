@@ -207,7 +207,7 @@ def write_cloud(
     cloud : PointCloud
         In camera axes.
     axes : str
-        One of `ilf.cloud.AXES`.
+        One of `ilf.data.points.AXES`.
     unit : str
         "m" or "mm", for the points and for scalars that are lengths.
     ascii : bool

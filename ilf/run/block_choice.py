@@ -25,7 +25,7 @@ class BlockChoice:
     extraction : BlockParameters
         The defaults if left out.
     file : str, optional
-        Path of existing blocks (`ilf.io.read_blocks`); they are extracted if left out.
+        Path of existing blocks (`ilf.io.block_files.read_blocks`); they are extracted if left out.
     fill_gaps : bool
         Whether blocks are extracted where the file has none.
     drawn : str, optional

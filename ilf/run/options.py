@@ -117,7 +117,7 @@ class ExportOptions:
             raise ParameterError(f"Depth units must be a positive number per metre, as 1000, not {self.depth_units!r}.")
 
     def filenames(self) -> tuple[str, ...]:
-        """Names of the selected files; `ilf.run.filenames` adds those that depend on the run."""
+        """Names of the selected files; `ilf.run.writing.filenames` adds those that depend on the run."""
         names = [DEPTH_FILES[depth_format] for depth_format in self.depth_formats]
         if self.expected_error:
             names += [ERROR_FILES[depth_format] for depth_format in self.depth_formats]

@@ -80,13 +80,13 @@ def load_frame(
         with a colour image `rgb.*` and depth `depth.*`, as meta.json describes them if it has one; or, with `frame`, a
         recording.
     depth : path-like, optional
-        Depth in any format of `ilf.io.read_depth_values`: 16-bit PNG, TIFF, PGM, NPY, EXR and others.
+        Depth in any format of `ilf.io.depth.read_depth_values`: 16-bit PNG, TIFF, PGM, NPY, EXR and others.
     depth_units : float, optional
         File units per metre: the encoding of most files.
     encoding : str or float, optional
-        Conversion of the depth file's values to metres: a name of `ilf.io.ENCODINGS` ("mm", "tum", "sun", "nyu-raw",
-        ...), "bop", "bop:SCALE", "disparity:FB", "zbuffer:NEAR,FAR", ..., or file units per metre. It replaces
-        `depth_units`. Without both, the value in meta.json is used, also for two files that lie beside it (see
+        Conversion of the depth file's values to metres: a name of `ilf.io.encodings.ENCODINGS` ("mm", "tum", "sun",
+        "nyu-raw", ...), "bop", "bop:SCALE", "disparity:FB", "zbuffer:NEAR,FAR", ..., or file units per metre. It
+        replaces `depth_units`. Without both, the value in meta.json is used, also for two files that lie beside it (see
         `meta_beside`); without that, 1000 units per metre for integers and 1 for floats. An explicit encoding skips
         the plausibility check.
     invalid : float, optional
@@ -96,12 +96,13 @@ def load_frame(
         The dataset of an HDF5 file that is the depth, if it has several that can be; also named behind the file, as
         "take.h5:/left/depth".
     intrinsics : optional
-        Anything that `ilf.io.intrinsics_from` accepts; it overrides meta.json.
+        Anything that `ilf.io.cameras.intrinsics_from` accepts; it overrides meta.json.
     depth_intrinsics : optional
         The same for a depth file of another size than colour: its depth is registered to colour by both intrinsics, and
         by the transform between the cameras if a file states it for both (DepthAI, Kalibr, RealSense) or a mapping
-        has `depth_to_colour`, its rows; else as seen from the same place (see `ilf.registration`). Images of the same
-        size are registered so if `view` is given; else they count as registered, and these are the intrinsics of both.
+        has `depth_to_colour`, its rows; else as seen from the same place (see `ilf.sources.registration`). Images of
+        the same size are registered so if `view` is given; else they count as registered, and these are the intrinsics
+        of both.
     undistort : bool, optional
         Whether colour and depth are undistorted, by the distortion that the intrinsics of each state (OpenCV's models:
         up to 14 coefficients, or a fisheye); `intrinsics` of the frame are then those of the undistorted images. Depth
@@ -123,8 +124,9 @@ def load_frame(
     guide_gives : str, optional
         What the guide's values are, see `ilf.data.guide.Guide`; a network with a name states it itself.
     confidence : path-like, optional
-        The sensor's confidence of its depth, see `ilf.io.read_confidence`. None uses that of the folder, if any: also
-        without meta.json, a file whose name has "confidence" where that of the depth file or its folder has "depth".
+        The sensor's confidence of its depth, see `ilf.io.frame_additions.read_confidence`. None uses that of the
+        folder, if any: also without meta.json, a file whose name has "confidence" where that of the depth file or its
+        folder has "depth".
     min_confidence : float, optional
         Depth of a lower confidence counts as missing: it goes into the frame's invalid mask. None uses the value in
         meta.json; without that, all depth counts. Without a confidence map it has no effect, which a note reports.

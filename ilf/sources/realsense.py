@@ -31,7 +31,7 @@ def capture_frame(settle: int = SETTLING) -> RGBDFrame:
     Returns
     -------
     RGBDFrame
-        Depth [m] registered to colour, see `ilf.registration.register`.
+        Depth [m] registered to colour, see `ilf.sources.registration.register`.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Shards: completed frames in WebDataset tars, each with a Parquet table; written by `ilf.batch.shards`."""
+"""Shards: completed frames in WebDataset tars, each with a Parquet table; written by `ilf.batch.shard_sink`."""
 
 from __future__ import annotations
 
