@@ -168,7 +168,7 @@ class ColourBar(Themed, QWidget):
         for text, share in self.ticks:
             x = self._at(share)
             painter.setPen(colours.grid)
-            painter.drawLine(x, bar.top() - _TICK, x, bar.top() - 1)
+            painter.drawLine(x, bar.top() - 1, x, bar.top())  # below a gap: a point would look like a comma
             painter.setPen(colours.text)
             self._write(painter, self._label(text, share), text)
         painter.setPen(colours.muted)
