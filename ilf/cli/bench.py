@@ -15,17 +15,15 @@ from .._runtime.installation import __version__, library_versions
 from .._runtime.schema import PROGRAM
 from ..errors import InputError
 from ..evaluation.bench.blocks import BLOCK_METHODS, run_block_bench, summarise_blocks
-from ..evaluation.bench.denoising import DENOISE_GROUPS, SCENES, run_denoise_bench
 from ..evaluation.bench.frames import find_frames, parse_names
 from ..evaluation.bench.methods import GROUPS, METHODS
 from ..evaluation.bench.patterns import PATTERNS
 from ..evaluation.bench.results import Line, Skipped, content, summarise
-from ..evaluation.bench.runner import read_earlier_result, run_bench
+from ..evaluation.bench.runner import run_bench
 from ..io.tables import write_csv
 from .output import Bar, Column, print_json, shows_progress, table, warn
 from .usage import Parser, add_action, add_json, add_progress, declare
 
-_SEED = "--seed SEED  random seed, 0 or more"
 _NAMES_LISTED = 6
 
 _Table = tuple[str, Sequence[Column], Sequence[Line]]
@@ -49,21 +47,14 @@ def add_arguments(parser: Parser) -> None:
     _add_frames(depth)
     declared = f"""
         --pattern LIST  hold-out patterns, any of {"; ".join(f"{name}: {what}" for name, what in PATTERNS.items())}
-        --peers-from RESULT.json  reuse the results of peers that need no blocks from an earlier --json of the same
-            frames, patterns and seed; an error if their inputs differ
+        --seed SEED     random seed, 0 or more
     """
-    declare(depth, declared, pattern="random,areas")
-    declare(depth, _SEED, seed=0)
+    declare(depth, declared, pattern="random,areas", seed=0)
     _add_common(depth, "any of all; " + "; ".join(f"{group} = {','.join(names)}" for group, names in GROUPS.items()))
 
     blocks = add_action(actions, "blocks", _blocks, "measure the operation blocks of several methods")
     _add_frames(blocks)
     _add_common(blocks, f"any of all,{','.join(BLOCK_METHODS)}")
-
-    what = "compare the remaining noise of presets in mode fill+denoise and of other filters on generated scenes"
-    denoising = add_action(actions, "denoising", _denoising, what)
-    declare(denoising, _SEED, seed=0)
-    _add_common(denoising, f"any of all,presets,peers,{','.join(DENOISE_GROUPS['all'])}")
 
 
 def _add_frames(parser: argparse.ArgumentParser) -> None:
@@ -145,11 +136,8 @@ def _depth(arguments: argparse.Namespace) -> None:
     patterns = parse_names(arguments.pattern, PATTERNS, what="pattern")
     methods = parse_names(arguments.methods, METHODS, {"all": tuple(METHODS), **GROUPS})
     seed = arguments.seed
-    earlier = None if arguments.peers_from is None else read_earlier_result(arguments.peers_from, methods)
     with Bar(len(folders) * len(patterns), "frames and patterns", shown=shows_progress(arguments)) as bar:
-        result = run_bench(
-            folders, patterns, methods, seed, jobs=arguments.jobs, earlier=earlier, on_progress=bar.advance
-        )
+        result = run_bench(folders, patterns, methods, seed, jobs=arguments.jobs, on_progress=bar.advance)
     _warn_of_skipped(result.skipped)
     _warn_of_failures(map(vars, result.rows), "{frame}, pattern {pattern}", "nothing filled")
     if not result.rows:
@@ -203,26 +191,6 @@ def _blocks(arguments: argparse.Namespace) -> None:
         "skipped": [{"frame": item.frame, "reason": item.reason} for item in skipped],
     }
     _write(arguments, [(title, _BLOCK_COLUMNS, lines)], lines, found)
-
-
-_DENOISE_COLUMNS = (
-    Column("RMSE [mm]", lambda row: 1000 * row["rmse"], ".3f", min),
-    Column("MAE [mm]", lambda row: 1000 * row["mae"], ".3f", min),
-    Column("seconds", itemgetter("seconds"), ".3f"),
-)
-
-
-def _denoising(arguments: argparse.Namespace) -> None:
-    """Compare the remaining noise of several filters."""
-    methods, seed = parse_names(arguments.methods, DENOISE_GROUPS["all"], DENOISE_GROUPS), arguments.seed
-    with Bar(len(SCENES), "scenes", shown=shows_progress(arguments)) as bar:
-        rows = run_denoise_bench(methods, seed, jobs=arguments.jobs, on_progress=bar.advance)
-    _warn_of_failures(rows, "{scene}", "the unfiltered depth")
-    tables: list[_Table] = []
-    for (scene, part), members in groupby(rows, itemgetter("scene", "part")):
-        ordered = sorted(members, key=itemgetter("rmse"))
-        tables.append((f"{scene}: {part} ({counted(ordered[0]['pixels'], 'pixel')})", _DENOISE_COLUMNS, ordered))
-    _write(arguments, tables, rows, {"seed": seed, "methods": methods, "rows": rows})
 
 
 def _warn_of_skipped(skipped: Iterable[Skipped]) -> None:

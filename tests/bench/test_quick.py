@@ -16,6 +16,7 @@ from .samples import scaled, write_sample
 
 QUICK = (
     ("correction_effect", "FRAME --seeds 1", "geometric mean: RMSE"),
+    ("denoising", "--scenes STRAIGHT --methods input,median", "cylinder, 6.5 mm: all (230,400 pixels)"),
     ("faults", "--only preset --every 5", "preset"),
     ("frame_split", "choosing FRAMES", "nyu_0433"),
     ("fuzz", "--sound", "autosave: 1 valid files are read"),
@@ -60,6 +61,7 @@ def data(tmp_path):
         "WHOLE": str(whole),
         "PAIR:1": f"{pair}:1",
         "CAMERA_TESTS": "tests/ilf/data/test_camera.py",
+        "STRAIGHT": "cylinder, 6.5 mm",
         "OUT": str(tmp_path / "out"),
     }
 

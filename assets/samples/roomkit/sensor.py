@@ -14,10 +14,11 @@ measures by how much it has moved (disparity). Depth is missing where the patter
 
 from __future__ import annotations
 
+import math
+from dataclasses import dataclass
+
 import cv2
 import numpy as np
-
-from ilf.evaluation.bench.denoising import StructuredLight
 
 from .light import OFF_SURFACE
 from .room import BACK, DOOR, SPOT, SPOT_RADIUS, Room
@@ -38,6 +39,49 @@ METAL = 0.15
 """Mirror reflection from which on a surface scatters too little [Schlick's F0]."""
 GLARE = 3.0
 """Radiance of a mirrored lamp, per irradiance, that blinds the camera [1/sr]; ten times that of matt white."""
+
+
+@dataclass(frozen=True)
+class StructuredLight:
+    """A camera that measures disparity in steps, as a Kinect of the first kind does.
+
+    Attributes
+    ----------
+    focal : float
+        Focal length [px].
+    baseline : float
+        From the camera to the pattern projector [m].
+    steps_per_pixel : int
+        Steps of the measured disparity per pixel.
+    noise : float
+        Standard deviation of the disparity [steps].
+    """
+
+    focal: float
+    baseline: float = BASELINE
+    steps_per_pixel: int = STEPS_PER_PIXEL
+    noise: float = DISPARITY_NOISE
+
+    @property
+    def scale(self) -> float:
+        """Depth x disparity [m x steps]."""
+        return self.steps_per_pixel * self.focal * self.baseline
+
+    def measured(self, depth: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+        """Return depth [m], (H, W), with lateral jitter, correlated disparity noise and disparity steps."""
+        height, width = depth.shape
+        rows, columns = np.mgrid[:height, :width]
+        jitter = np.round(0.45 * rng.standard_normal((2, height, width))).astype(int)
+        seen = depth[np.clip(rows + jitter[0], 0, height - 1), np.clip(columns + jitter[1], 0, width - 1)]
+        # Neighbours share most of their matching window, hence most of their error.
+        shared = cv2.GaussianBlur(rng.standard_normal(depth.shape), (0, 0), 1.2)
+        error = 0.8 * shared / shared.std() + 0.6 * rng.standard_normal(depth.shape)
+        steps = np.round(self.scale / seen + self.noise * error)
+        return self.scale / np.maximum(steps, 1)
+
+    def deviation(self, depth: np.ndarray) -> np.ndarray:
+        """Standard deviation [m] of noise and steps together at a depth, without the jitter."""
+        return depth**2 / self.scale * math.sqrt(self.noise**2 + 1 / 12)
 
 
 def holes(
@@ -87,7 +131,7 @@ def holes(
 
 def measured(depth: np.ndarray, intrinsics: tuple[float, ...], rng: np.random.Generator) -> np.ndarray:
     """Depth [m], float (H, W), with lateral jitter, correlated disparity noise and disparity steps."""
-    return StructuredLight(intrinsics[0], BASELINE, STEPS_PER_PIXEL, DISPARITY_NOISE).measured(depth, rng)
+    return StructuredLight(intrinsics[0]).measured(depth, rng)
 
 
 def _halogen(hits: Hits, ragged: np.ndarray) -> np.ndarray:

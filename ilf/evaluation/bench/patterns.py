@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 from dataclasses import dataclass
 
 import numpy as np
@@ -42,14 +41,6 @@ class Task:
     frame: RGBDFrame
     ground_truth: NDArray[np.float32]
     scored: NDArray[np.bool_]
-
-    @property
-    def sha256(self) -> str:
-        """Hash of the input colour and depth, the scored pixels, and the ground truth there."""
-        digest = hashlib.sha256()
-        for values in (self.frame.rgb, self.frame.depth, self.scored, self.ground_truth[self.scored]):
-            digest.update(np.ascontiguousarray(values).tobytes())
-        return digest.hexdigest()
 
 
 def make_task(source: BenchFrame, pattern: str, seed: int = 0) -> Task:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import statistics
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass
 from itertools import groupby
 from typing import Any
@@ -56,7 +56,9 @@ class Row(Score):
 
     Attributes
     ----------
-    pattern, frame, method : str
+    frame, method, pattern : str
+    sensor : str
+        Of the frame, see `BenchFrame`.
     seconds : float
     extraction_seconds : float or None
         Time of block extraction and of the filter's edges before; None for methods without blocks.
@@ -64,22 +66,13 @@ class Row(Score):
         Reason of a failure, "" if the method did not fail.
     """
 
-    pattern: str
     frame: str
     method: str
+    pattern: str = ""
+    sensor: str = ""
     seconds: float
     extraction_seconds: float | None
     failure: str = ""
-
-
-@dataclass(frozen=True)
-class TaskFacts:
-    """One frame under one pattern: its sensor (see `BenchFrame`) and `Task.sha256`."""
-
-    pattern: str
-    frame: str
-    sensor: str
-    sha256: str
 
 
 @dataclass(frozen=True)
@@ -93,10 +86,9 @@ class Skipped:
 
 @dataclass(frozen=True)
 class BenchResult:
-    """All rows and tasks, by pattern, frame and method, and the skipped frames."""
+    """All rows, by pattern, frame and method, and the skipped frames."""
 
     rows: tuple[Row, ...]
-    tasks: tuple[TaskFacts, ...]
     skipped: tuple[Skipped, ...]
 
 
@@ -112,18 +104,17 @@ def summarise(result: BenchResult) -> list[Line]:
     `against_peers` compares, are all methods that are not presets; without them its values are None.
     """
     lines = []
-    for pattern, of_pattern in groupby(result.rows, key=lambda row: row.pattern):
-        sensors = {task.frame: task.sensor for task in result.tasks if task.pattern == pattern}
+    for _, of_pattern in groupby(result.rows, key=lambda row: row.pattern):
         by_method: dict[str, list[Row]] = {}
         for row in of_pattern:
             by_method.setdefault(row.method, []).append(row)
         peers = [rows for method, rows in by_method.items() if method not in PRESETS]
-        lines += sorted((_line(rows, peers, sensors) for rows in by_method.values()), key=lambda line: line["rmse_mm"])
+        lines += sorted((_line(rows, peers) for rows in by_method.values()), key=lambda line: line["rmse_mm"])
     return lines
 
 
-def _line(rows: Sequence[Row], peers: Sequence[Sequence[Row]], sensors: Mapping[str, str]) -> Line:
-    """Summarise one method's rows, given those of every peer and the sensor of every frame."""
+def _line(rows: Sequence[Row], peers: Sequence[Sequence[Row]]) -> Line:
+    """Summarise one method's rows, given those of every peer."""
     extraction = [row.extraction_seconds for row in rows if row.extraction_seconds is not None]
     line = {
         "pattern": rows[0].pattern,
@@ -138,7 +129,7 @@ def _line(rows: Sequence[Row], peers: Sequence[Sequence[Row]], sensors: Mapping[
     }
     for name in ("rmse", "mae"):
         best = [min(errors) for errors in zip(*(values(peer, name) for peer in peers), strict=True)]
-        found = against_peers(values(rows, name), best, [sensors[row.frame] for row in rows])
+        found = against_peers(values(rows, name), best, [row.sensor for row in rows])
         line |= {f"{name}_{key}": value for key, value in found.items()}
     shares = [row.within for row in rows if row.within is not None]
     return line | {

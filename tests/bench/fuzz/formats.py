@@ -158,7 +158,6 @@ _ALL = (
     ),
     Format("batch-preview", "out/preview.png", seeds.colour_png, of_png, lambda path: read_preview(path.parent)),
     Format("scheduler-file", "scheduler.json", seeds.scheduler, of_json, lambda path: scheduler_address(str(path))),
-    Format("bench-result", "earlier.json", program_seeds.earlier, of_json, readers.earlier),
     Format("window-settings", "ILF Studio/ilf-studio.ini", seeds.window, of_text, readers.window),
     Format("autosave", "left.work/index.json", program_seeds.autosave, of_json, readers.autosave),
 )

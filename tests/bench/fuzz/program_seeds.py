@@ -1,4 +1,4 @@
-"""Valid files that the program itself stores: runs, batches, results of benches, and unsaved work."""
+"""Valid files that the program itself stores: runs, batches, and unsaved work."""
 
 import dataclasses
 import json
@@ -13,7 +13,6 @@ from ilf.batch.frames import frames_of_sources
 from ilf.batch.settings import BatchSettings, sha256_of, write_settings
 from ilf.data.guide import Guide
 from ilf.data.presets import presets_folder
-from ilf.evaluation.bench.results import Row, TaskFacts
 from ilf.project.store import WorkFolder
 from ilf.run.block_choice import BlockChoice
 from ilf.run.options import ExportOptions
@@ -68,14 +67,6 @@ def batch(file: str) -> Seeds:
         return [(folder / "out" / file).read_bytes()]
 
     return made
-
-
-def earlier(folder: Path) -> list[bytes]:
-    """The result of a bench."""
-    names = {"pattern": "random", "frame": "room", "method": "nearest"}
-    row = Row(9, 0.1, 0.1, 0.1, 0.1, 0.9, 1.0, **names, seconds=0.1, extraction_seconds=None)
-    facts = {field.name: "room" for field in dataclasses.fields(TaskFacts)} | {"pattern": "random"}
-    return [json.dumps({"rows": [dataclasses.asdict(row)], "tasks": [facts], "skipped": []}).encode()]
 
 
 def autosave(folder: Path) -> list[bytes]:

@@ -20,8 +20,6 @@ from ilf.cli.facts import facts_of_record
 from ilf.data.presets import list_presets
 from ilf.errors import InputError
 from ilf.evaluation.bench.frames import load_bench_frame
-from ilf.evaluation.bench.methods import METHODS
-from ilf.evaluation.bench.runner import read_earlier_result
 from ilf.io.block_files import read_blocks
 from ilf.io.cameras import depth_place, intrinsics_from
 from ilf.io.frame_additions import low_confidence, read_confidence
@@ -210,10 +208,6 @@ def result(path: Path) -> None:
 
 def bench_frame(path: Path) -> None:
     load_bench_frame(path.parent)
-
-
-def earlier(path: Path) -> None:
-    read_earlier_result(path, list(METHODS))
 
 
 def batch(path: Path) -> None:

@@ -578,7 +578,6 @@ _NO_EFFECT = "has no effect with {0} {1}; it belongs to {0} {2}."
         ("bench depth in --pattern", "expected one argument"),
         ("bench blocks in --pattern areas", "no option --pattern."),
         ("bench blocks", "FOLDER"),
-        ("bench denoising in", "unrecognized arguments: in"),
     ],
 )
 def test_wrong_usage_is_one_line_that_says_what_is_meant(words, sentence, files, cli):

@@ -1,4 +1,4 @@
-"""`ilf bench`: how completion is scored, summarised over frames, and compared with peers of an earlier result."""
+"""`ilf bench`: how completion is scored and summarised over frames."""
 
 import csv
 import io
@@ -13,12 +13,12 @@ import pytest
 import ilf
 from ilf.cli import main
 from ilf.completion.confidence.expected_error import depth_error
-from ilf.errors import FormatError, InputError
+from ilf.errors import InputError
 from ilf.evaluation.bench.frames import BenchFrame, find_frames
 from ilf.evaluation.bench.methods import METHODS, Method
 from ilf.evaluation.bench.patterns import make_task
 from ilf.evaluation.bench.results import against_peers, summarise
-from ilf.evaluation.bench.runner import read_earlier_result, run_bench, score
+from ilf.evaluation.bench.runner import run_bench, score
 
 
 @pytest.fixture(autouse=True)
@@ -69,7 +69,7 @@ def test_a_method_that_fails_counts_as_nothing_filled(two_frames, monkeypatch):
 def test_frames_are_compared_one_by_one_with_the_best_peer_of_each(two_frames):
     (two_frames / "first" / "meta.json").write_text('{"name": "first", "depth_units_per_m": 1000, "sensor": "one"}')
     result = run_bench(find_frames([two_frames]), ["areas"], ["best", "paper", "nearest", "laplace", "polynomial"])
-    assert [task.sensor for task in result.tasks] == ["one", "second"]
+    assert [row.sensor for row in result.rows if row.method == "best"] == ["one", "second"]
     lines = {line["method"]: line for line in summarise(result)}
     for measure in ("rmse", "mae"):
         errors = {
@@ -112,48 +112,6 @@ def test_intervals_are_of_whole_sensors():
     assert against_peers([0.1, 0.2], [0.1, 0.1], ("a", "a"))["low_68"] is None
 
 
-@pytest.fixture
-def earlier(two_frames, tmp_path):
-    """A result of both frames, seed 1."""
-    arguments = ["--methods", "nearest,linear,polynomial", "--pattern", "areas", "--seed", "1"]
-    run_command(two_frames, *arguments, json_file=tmp_path / "earlier.json")
-    return tmp_path / "earlier.json"
-
-
-@pytest.mark.parametrize("value", [[], 10**400, float("nan")])
-def test_an_earlier_result_that_is_damaged_is_refused(earlier, value):
-    content = json.loads(earlier.read_text())
-    content["rows"][0]["frame" if isinstance(value, list) else "rmse"] = value
-    earlier.write_text(json.dumps(content))
-    with pytest.raises(FormatError, match="is not a result of"):
-        read_earlier_result(earlier, list(METHODS))
-
-
-def test_peers_of_an_earlier_result_are_not_run_again(two_frames, earlier, tmp_path, monkeypatch):
-    for name in ("nearest", "linear"):
-        monkeypatch.setitem(METHODS, name, Method(lambda frame, labels: pytest.fail("it was run again"), False))
-    # a polynomial is fitted to each block, and blocks may be others by now
-    arguments = ["--methods", "best,nearest,linear,polynomial", "--pattern", "areas", "--seed", "1"]
-    new = run_command(two_frames, *arguments, "--peers-from", str(earlier), json_file=tmp_path / "new.json")
-    old = json.loads(earlier.read_text())
-    assert [row["method"] for row in new["rows"]] == 2 * ["best", "nearest", "linear", "polynomial"]
-    before, after = ([row for row in rows["rows"] if row["method"] in ("nearest", "linear")] for rows in (old, new))
-    assert before == after
-
-
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        (["--seed", "2"], "earlier.json does not fit first, pattern areas: its methods had other colour or depth"),
-        (["--seed", "1", "--pattern", "random"], "earlier.json has no rows of first, pattern random"),
-        (["--seed", "1", "--methods", "telea,polynomial"], "earlier.json has no rows of the peers to compare"),
-    ],
-)
-def test_an_earlier_result_that_does_not_fit_is_refused(two_frames, earlier, cli, arguments, message):
-    rest = ["--pattern", "areas", "--methods", "nearest", *arguments, "--peers-from", str(earlier)]
-    assert message in cli("bench", "depth", two_frames, *rest, status=1).err
-
-
 def test_the_command_prints_tables_and_writes_files(two_frames, tmp_path, capsys, cli):
     shutil.copytree(two_frames / "first", two_frames / "broken")
     (two_frames / "broken" / "depth.png").write_bytes(b"no image")
@@ -178,7 +136,7 @@ def test_the_command_prints_tables_and_writes_files(two_frames, tmp_path, capsys
     assert set(content["presets"]) == set(ilf.PRESETS)
     assert len(content["rows"]) == len(METHODS) * 3
     assert [item["frame"] for item in content["skipped"]] == ["broken", "first"]
-    assert [(task["pattern"], task["frame"], task["sensor"]) for task in content["tasks"]] == [
+    assert [(row["pattern"], row["frame"], row["sensor"]) for row in content["rows"] if row["method"] == "best"] == [
         *(("random", frame, frame) for frame in ("first", "second")),
         ("ground-truth", "second", "second"),
     ]

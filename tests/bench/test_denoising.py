@@ -1,12 +1,10 @@
-"""`ilf bench denoise`: its scenes, its peers, and the command."""
-
-import csv
+"""The bench of denoising: its scenes and its peers."""
 
 import numpy as np
 import pytest
 
-from ilf.evaluation.bench.denoisers import DENOISERS
-from ilf.evaluation.bench.denoising import SCENES, StructuredLight
+from .denoising.filters import DENOISERS
+from .denoising.scenes import SCENES, StructuredLight
 
 
 @pytest.mark.parametrize("name", ["cylinder, 6.5 mm", "steps and slopes, Kinect", "things, 0.4 %"])
@@ -33,14 +31,3 @@ def test_structured_light_measures_in_steps_whose_size_grows_with_depth():
     near, far = (np.unique(light.measured(np.full((40, 50), z), np.random.default_rng(0))) for z in (1.0, 4.0))
     assert np.diff(far).mean() == pytest.approx(16 * np.diff(near).mean(), rel=0.1)
     assert light.deviation(np.array([4.0])) == pytest.approx(16 * light.deviation(np.array([1.0])))
-
-
-def test_the_command_compares_and_writes(tmp_path, cli, monkeypatch):
-    for name in set(SCENES) - {"cylinder, 6.5 mm"}:
-        monkeypatch.delitem(SCENES, name)
-    shown = cli("bench", "denoising", "--methods", "input,best,median", "--csv", tmp_path / "rows.csv").out
-    assert "cylinder, 6.5 mm: all (230,400 pixels)" in shown
-    with open(tmp_path / "rows.csv", newline="") as file:
-        errors = {row["method"]: float(row["rmse"]) for row in csv.DictReader(file)}
-    assert errors["best"] < errors["median"] / 5 < errors["input"] / 5
-    assert errors["input"] == pytest.approx(0.0065, rel=0.01)

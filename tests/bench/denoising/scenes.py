@@ -1,8 +1,8 @@
-"""Bench of denoising: scenes whose depth and noise are known, and the run of all methods on them."""
+"""Scenes whose depth and noise are known."""
 
 from __future__ import annotations
 
-import math
+import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -11,65 +11,18 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from ..._runtime.children import run_units
-from ..._runtime.installation import asset_path, optional
-from ...completion.filter import edges_for
-from ...completion.interpolation import nearest
-from ...data.frame import RGBDFrame
-from ...data.parameters import PRESETS
-from ...data.pixel_grids import mark_both, sides
-from ...run.run import complete
-from ...segmentation.extraction import extract_blocks
-from ..evaluation import evaluate
-from .denoisers import DENOISERS, Depth
-from .frames import load_bench_frame
-from .results import Line
-from .runner import timed
+from ilf._runtime.installation import asset_path
+from ilf.data.frame import RGBDFrame
+from ilf.data.pixel_grids import mark_both, sides
+from ilf.evaluation.bench.frames import load_bench_frame
+from ilf.segmentation.extraction import extract_blocks
+
+from .filters import Depth
+
+sys.path.insert(0, str(asset_path("samples")))
+from roomkit.sensor import StructuredLight
 
 Mask = NDArray[np.bool_]
-
-
-@dataclass(frozen=True)
-class StructuredLight:
-    """A camera that measures disparity in steps, as a Kinect of the first kind does.
-
-    Attributes
-    ----------
-    focal : float
-        Focal length [px].
-    baseline : float
-        From the camera to the pattern projector [m].
-    steps_per_pixel : int
-        Steps of the measured disparity per pixel.
-    noise : float
-        Standard deviation of the disparity [steps]; the default gives 1.3 mm at 1 m, growing with the range squared.
-    """
-
-    focal: float
-    baseline: float = 0.075
-    steps_per_pixel: int = 8
-    noise: float = 0.45
-
-    @property
-    def scale(self) -> float:
-        """Depth x disparity [m x steps]."""
-        return self.steps_per_pixel * self.focal * self.baseline
-
-    def measured(self, depth: Depth, rng: np.random.Generator) -> Depth:
-        """Return depth [m], (H, W), with lateral jitter, correlated disparity noise and disparity steps."""
-        height, width = depth.shape
-        rows, columns = np.mgrid[:height, :width]
-        jitter = np.round(0.45 * rng.standard_normal((2, height, width))).astype(int)
-        seen = depth[np.clip(rows + jitter[0], 0, height - 1), np.clip(columns + jitter[1], 0, width - 1)]
-        # Neighbours share most of their matching window, hence most of their error.
-        shared = cv2.GaussianBlur(rng.standard_normal(depth.shape), (0, 0), 1.2)
-        error = 0.8 * shared / shared.std() + 0.6 * rng.standard_normal(depth.shape)
-        steps = np.round(self.scale / seen + self.noise * error)
-        return self.scale / np.maximum(steps, 1)
-
-    def deviation(self, depth: Depth) -> Depth:
-        """Standard deviation [m] of noise and steps together at a depth, without the jitter."""
-        return depth**2 / self.scale * math.sqrt(self.noise**2 + 1 / 12)
 
 
 _SHAPE, _FOCAL = (480, 640), 525.0
@@ -235,75 +188,3 @@ def _shaded(ground_truth: Depth) -> NDArray[np.uint8]:
     light = (0.77 + 0.4 * across / pitch + 0.5 * down / pitch) / np.sqrt(1 + (across**2 + down**2) / pitch**2)
     grey = np.round(60 + 180 * np.clip(light, 0, 1)).astype(np.uint8)
     return np.repeat(grey[..., None], 3, axis=2)
-
-
-INPUT = "input"
-"""Name that stands for the unchanged input depth in place of a method."""
-
-DENOISE_GROUPS = {"all": (INPUT, *PRESETS, *DENOISERS), "presets": tuple(PRESETS), "peers": tuple(DENOISERS)}
-"""Names of groups of methods."""
-
-
-def run_denoise_bench(
-    methods: Sequence[str], seed: int = 0, *, jobs: int = 1, on_progress: Callable[[str], None] = lambda name: None
-) -> list[Line]:
-    """Run every method on every scene.
-
-    Presets estimate the noise themselves. Peers get the root mean square of its true deviation, and depth whose gaps
-    are filled with the nearest known depth.
-
-    Parameters
-    ----------
-    methods : sequence of str
-        Of `DENOISE_GROUPS["all"]`.
-    seed : int
-        Of the noise.
-    jobs : int
-        Processes that share the scenes. More than one makes the timings longer and less accurate; all else stays.
-    on_progress : callable, optional
-        Called with a scene's name whenever it is done.
-
-    Returns
-    -------
-    list of dict
-        Scene, part, method, pixels, RMSE and MAE over its known pixels [m], seconds, and reason of a failure ("" if
-        none), by scene, part and method. Pixels that a preset does not fill count with their input depth.
-
-    Raises
-    ------
-    InputError
-        If the package of the methods total-variation and nonlocal-means is missing.
-    """
-    if not {"total-variation", "nonlocal-means"}.isdisjoint(methods):
-        optional("skimage", "ilf-studio[plot]", "A comparison with total-variation or nonlocal-means")  # first
-    names = list(SCENES)
-    units = [(name, methods, seed) for name in names]
-    parts = run_units(_run_scene, units, jobs=jobs, on_done=lambda number: on_progress(names[number]))
-    return [row for part in parts for row in part]
-
-
-def _run_scene(name: str, methods: Sequence[str], seed: int) -> list[Line]:
-    scene = SCENES[name](seed)
-    blocks, dense = scene.blocks(), nearest(scene.frame).astype(np.float64)
-    found = {method: _run_method(method, scene, blocks, dense) for method in methods}
-    rows = []
-    for part, pixels in scene.parts.items():
-        for method, (depth, seconds, failure) in found.items():
-            errors = evaluate(depth, scene.ground_truth, pixels)
-            row = {"scene": name, "part": part, "method": method, "pixels": errors.pixels, "rmse": errors.rmse}
-            rows.append(row | {"mae": errors.mae, "seconds": seconds, "failure": failure})
-    return rows
-
-
-def _run_method(method: str, scene: Scene, blocks: NDArray[np.int32], dense: Depth) -> tuple[Depth, float, str]:
-    """Return depth without gaps, seconds without the extraction, and the reason of a failure ("" if none)."""
-    if method == INPUT:
-        return dense, 0.0, ""
-    if method in DENOISERS:
-        noise = float(np.sqrt(np.mean(np.square(scene.noise[scene.frame.known]))))
-        return timed(lambda: DENOISERS[method](dense, noise), dense)
-    parameters = PRESETS[method].replace(mode="fill+denoise")
-    edges_for(scene.frame, parameters)
-    run = partial(complete, scene.frame, blocks, parameters)
-    depth, seconds, failure = timed(lambda: run().depth, scene.frame.depth)
-    return np.where(np.isfinite(depth), depth, dense).astype(np.float64), seconds, failure
