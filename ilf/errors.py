@@ -24,6 +24,8 @@ _CAUSES = {
     errno.ENOENT: "there is no such file or folder",
     errno.ENOMEM: "memory has run out",
     errno.ENOSPC: "the disk is full",
+    errno.ENOTDIR: "there is no such file or folder",
+    errno.EROFS: "the drive is read-only",
 }
 
 

@@ -12,9 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 from ilf._runtime.installation import __version__, asset_path, check_opencv, optional, run_if_child
-from ilf._runtime.memory import check_address_space
 from ilf._runtime.termination import log_crashes, log_error, terminating_immediately
-from ilf._runtime.threads import available_cores
 from ilf._runtime.writing import private_file, restrict_to_owner
 from ilf.errors import IlfError, InputError
 
@@ -32,10 +30,6 @@ if TYPE_CHECKING:
 def main(arguments: Sequence[str] | None = None) -> int:
     """Entry point of `ilf-gui`."""
     run_if_child()
-    try:
-        check_address_space(available_cores())
-    except InputError as error:
-        return _print_refusal(str(error))
     # slow imports come after this
     with terminating_immediately("ilf-gui"):
         try:

@@ -9,7 +9,7 @@ import sys
 from collections.abc import Callable
 from functools import cache
 
-from ..errors import FormatError, InputError, ParameterError
+from ..errors import FormatError, ParameterError
 from .formatting import as_float
 
 _PROGRAM = 0.35e9
@@ -20,13 +20,6 @@ _NETWORKS, _NETWORKS_PER_PIXEL = 0.6e9, 1200
 
 _PER_PIXEL = 120
 """Additional bytes for completion per pixel of the frame, including all results and files."""
-
-_ADDRESSES, _ADDRESSES_PER_THREAD = 0.55e9, 0.25e9
-"""Address space [bytes] that the libraries need when loaded, most of it never used, and that of each thread that
-OpenBLAS starts, one per core by default; with less, they end the process or crash."""
-
-_MAX_THREADS = 64
-"""Maximum number of threads that OpenBLAS starts."""
 
 _DEFAULT_GB = 8.0
 
@@ -50,24 +43,6 @@ def memory_limit() -> float:
     if not limit > 0:
         raise ParameterError(f"ILF_MEMORY must be a positive number of GB, not {setting!r:.40}: correct the variable.")
     return 1e9 * limit
-
-
-def check_address_space(cores: int) -> None:
-    """Raise InputError if this process is allowed less address space (`ulimit -v`) than its libraries need on this many
-    cores. Call it before they are loaded."""
-    try:
-        import resource
-    except ImportError:  # on Windows there is no such limit
-        return
-    limit, _ = resource.getrlimit(resource.RLIMIT_AS)
-    setting = os.environ.get("OPENBLAS_NUM_THREADS") or os.environ.get("OMP_NUM_THREADS") or ""
-    threads = min(cores, int(setting) if setting.isdecimal() else _MAX_THREADS)
-    needed = _ADDRESSES + _ADDRESSES_PER_THREAD * threads
-    if limit != resource.RLIM_INFINITY and limit < needed:
-        raise InputError(
-            f"This process may use {limit / 1e6:.0f} MB of address space but needs {needed / 1e6:.0f} MB to start "
-            f"with {threads} threads of OpenBLAS. Raise the limit (ulimit -v), or set OPENBLAS_NUM_THREADS=1."
-        )
 
 
 def memory_needed(width: int, height: int) -> float:

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterable
 from contextlib import suppress
 from functools import cache
 from importlib import metadata
-from importlib.metadata import EntryPoint, EntryPoints
+from importlib.metadata import EntryPoint
 from pathlib import Path
 from typing import Any
 
-from ..errors import IlfError, InputError, one_line
+from ..errors import IlfError, InputError
 
 SOURCES, EXPORTERS, GUIDES = "ilf.sources", "ilf.exporters", "ilf.guides"
 """Groups of entry points."""
@@ -21,34 +22,16 @@ FAILURES = (Exception, SystemExit)
 
 @cache
 def entry_points(group: str) -> tuple[EntryPoint, ...]:
-    """The entry points of a group in all installed packages, in the order of the packages' names; none is loaded."""
-    return tuple(sorted((entry for own in _lists()[0] for entry in own.select(group=group)), key=package_of))
-
-
-def damaged_lists() -> tuple[str, ...]:
-    """A sentence for each installed package whose list of entry points cannot be read, so that it is left out."""
-    return _lists()[1]
-
-
-@cache
-def _lists() -> tuple[list[Any], tuple[str, ...]]:
-    """The lists of entry points of all packages, and sentences about those that cannot be read."""
-    with suppress(Exception):  # a damaged list of one package
-        return [metadata.entry_points()], ()
-    found: dict[str, EntryPoints] = {}
-    damaged: dict[str, str] = {}
+    """The entry points of a group in all installed packages, in the order of the packages' names; none is loaded. A
+    package whose list is damaged has none."""
+    found: dict[str, Iterable[EntryPoint]] = {}
     for package in metadata.distributions():
         name = str(package.name)
-        if name in found or name in damaged:
-            continue  # it hides those behind it
-        try:
-            found[name] = package.entry_points
-        except Exception as error:
-            damaged[name] = (
-                f"The package {name} has a damaged entry_points.txt ({one_line(str(error)):.80}), so that its plugins "
-                f"are left out. Reinstall it: pip install --force-reinstall {name}."
-            )
-    return list(found.values()), tuple(damaged.values())
+        if name not in found:  # it hides those behind it
+            found[name] = ()
+            with suppress(Exception):
+                found[name] = package.entry_points.select(group=group)
+    return tuple(sorted((entry for own in found.values() for entry in own), key=package_of))
 
 
 def package_of(entry: EntryPoint) -> str:
@@ -62,13 +45,11 @@ def entry_of_file(path: str | os.PathLike[str], entries: tuple[EntryPoint, ...])
     Raises
     ------
     InputError
-        If two packages offer the same one, or none does and the list of a package cannot be read.
+        If two packages offer the same one.
     """
     name = f".{Path(path).name.lower()}"
     fitting = [entry for entry in entries if name.endswith(f".{entry.name.lower()}")]
     if not fitting:
-        if damaged := damaged_lists():
-            raise InputError(f"{path}: no plugin for it is found. {' '.join(damaged)}")
         return None
     chosen = max(fitting, key=lambda entry: len(entry.name))
     rivals = [package_of(entry) for entry in fitting if entry.name.lower() == chosen.name.lower()]

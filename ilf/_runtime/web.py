@@ -2,20 +2,15 @@
 
 from __future__ import annotations
 
-import asyncio
 import re
-import time
 from typing import Any
 
 import aiohttp
-from fsspec.asyn import sync, sync_wrapper
+from fsspec.asyn import sync
 from fsspec.implementations.http import HTTPFileSystem, HTTPStreamFile
 
 CONNECT_S, SILENCE_S = 10.0, 30.0
 """Time limits of a connection, and of waiting for more bytes [s]."""
-
-MIN_BYTES_PER_S = 100
-"""Minimum average rate of what comes, from `SILENCE_S` on."""
 
 _MAX_PAGE_BYTES = 2**26
 """Maximum size of a page of links."""
@@ -23,25 +18,8 @@ _MAX_PAGE_BYTES = 2**26
 _RANGE = re.compile(r"bytes=(\d+)-(\d+)")
 
 
-class _Pace:
-    """Raises TimeoutError when less has come than `MIN_BYTES_PER_S`, from `SILENCE_S` of waiting on."""
-
-    def __init__(self) -> None:
-        self._waited, self._bytes = 0.0, 0
-
-    def check(self, waited: float, count: int) -> None:
-        """Take into account that `count` bytes have come after `waited` seconds."""
-        self._waited, self._bytes = self._waited + waited, self._bytes + count
-        if self._waited > SILENCE_S and self._bytes < MIN_BYTES_PER_S * self._waited:
-            raise TimeoutError(f"only {self._bytes} bytes in {self._waited:.3g} s")
-
-
 class _Response(aiohttp.ClientResponse):
-    """An answer whose head comes within `SILENCE_S`, and of whose body no more is read than was asked for."""
-
-    async def start(self, connection: Any) -> aiohttp.ClientResponse:
-        async with asyncio.timeout(SILENCE_S):
-            return await super().start(connection)
+    """An answer of whose body no more is read than was asked for."""
 
     async def read(self) -> bytes:
         if self._body is None:
@@ -54,34 +32,14 @@ class _Response(aiohttp.ClientResponse):
         return self._body
 
     async def _read_piece(self, start: int, size: int) -> bytes:
-        parts, left, pace = [], size, _Pace()
-        while left > 0:
-            started = time.perf_counter()
-            if not (part := await self.content.readany()):
-                break
-            pace.check(time.perf_counter() - started, len(part))
+        parts, left = [], size
+        while left > 0 and (part := await self.content.readany()):
             part, start = part[start : start + left], max(start - len(part), 0)
             parts.append(part)
             left -= len(part)
         if not self.content.at_eof():
             self.close()
         return b"".join(parts)
-
-
-class _Stream(HTTPStreamFile):
-    """A file that is read in sequence, by one request."""
-
-    def __init__(self, *how: Any, **more: Any) -> None:
-        super().__init__(*how, **more)
-        self._pace = _Pace()
-
-    async def _read(self, num: int = -1) -> bytes:
-        started = time.perf_counter()
-        data: bytes = await super()._read(num)
-        self._pace.check(time.perf_counter() - started, len(data))
-        return data
-
-    read = sync_wrapper(_read)
 
 
 class WebFiles(HTTPFileSystem):
@@ -116,5 +74,5 @@ class WebFiles(HTTPFileSystem):
                 return {"name": url, "type": "file", "size": None if size is None else int(size), **states}
         raise AssertionError
 
-    def _open(self, path: str, *_: Any, **__: Any) -> _Stream:
-        return _Stream(self, path, loop=self.loop, session=sync(self.loop, self.set_session), **self.kwargs)
+    def _open(self, path: str, *_: Any, **__: Any) -> HTTPStreamFile:
+        return HTTPStreamFile(self, path, loop=self.loop, session=sync(self.loop, self.set_session), **self.kwargs)

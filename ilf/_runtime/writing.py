@@ -8,7 +8,6 @@ writes there.
 
 from __future__ import annotations
 
-import errno
 import os
 import re
 import secrets
@@ -140,27 +139,13 @@ def _is_running(process: int) -> bool:
 # One file.
 
 _FILE = ".ilf-"
-_REMEDIES = {
-    errno.ENOENT: "the folder does not exist. Create it first",
-    errno.ENOTDIR: "the folder does not exist. Create it first",
-    errno.EACCES: "permission denied. Choose another folder",
-    errno.EPERM: "permission denied. Choose another folder",
-    errno.EROFS: "the folder is read-only. Choose another folder",
-    errno.ENOSPC: "the disk is full. Free some space or choose another folder",
-    errno.EDQUOT: "the disk quota is used up. Free some space or choose another folder",
-    errno.EEXIST: "a file of that name already exists. Move it, or choose another folder",
-    errno.EFBIG: "the file would be too large for its drive or a limit (ulimit -f). Choose another folder",
-    errno.ELOOP: "symbolic links form a loop. Choose another folder",
-    errno.ENAMETOOLONG: "the name is too long. Choose a shorter one",
-    errno.EISDIR: "a folder of that name exists. Choose another name",
-}
 _cleared: set[Path] = set()
 """Folders in which this process has removed what others have left."""
 
 
 def remedy(error: OSError) -> str:
     """Describe why a file could not be written, and what to do about it."""
-    return _REMEDIES.get(error.errno or 0) or cause(error)
+    return f"{cause(error)}. Check the folder and the space there, or choose another one"
 
 
 @contextmanager

@@ -27,9 +27,9 @@ from ..io.frame_additions import guide_network
 from ..io.guide_models import is_guide_name
 from ..sources.shards import MERGED_FILE
 from ..sources.source import Source
-from .batch_summary import BatchSummary, FramesBar
+from .batch_summary import BatchSummary
 from .options import add_export_options, export_options, geometry_flags
-from .output import print_json, shows_progress, warn
+from .output import Bar, print_json, shows_progress, warn
 from .parsing import (
     add_given_blocks,
     add_pairing,
@@ -225,16 +225,17 @@ def _frames(arguments: argparse.Namespace) -> list[BatchFrame]:
 
 def _complete(sink: Sink, arguments: argparse.Namespace, summary: BatchSummary) -> float:
     """Complete the frames, with a progress bar, and print the summary however that ends; return the seconds."""
-    started = time.perf_counter()
+    started, counts = time.perf_counter(), sink.counts
     with extended_time_limit(_SHUTDOWN_S):
         try:
             with (
-                FramesBar(sink.counts, shown=shows_progress(arguments)) as bar,
+                Bar(counts.total, "frames", shown=shows_progress(arguments), done=counts.total - counts.left) as bar,
                 closing(complete_many(sink, jobs=arguments.jobs or 1, cluster=arguments.dask)) as outcomes,
             ):
                 for outcome in outcomes:
                     summary.add(outcome)
-                    bar.count()
+                    failed = counts.failed + counts.failed_before
+                    bar.advance(f"{failed} failed" if failed else "")
         finally:
             seconds = time.perf_counter() - started
             if not (arguments.quiet or arguments.json):

@@ -20,37 +20,6 @@ _MAX_LISTED = 5
 """Maximum number of failed frames listed on the terminal."""
 
 
-class FramesBar(Bar):
-    """A progress bar of a batch's frames on stderr; a context manager. The remaining time is estimated from completed
-    frames only, because failed and earlier frames take hardly any time.
-
-    Parameters
-    ----------
-    counts : Counts
-        Those of the batch, as they are brought up to date.
-    shown : bool
-        Whether to show the bar.
-    """
-
-    def __init__(self, counts: Counts, *, shown: bool) -> None:
-        self._counts = counts
-        done = counts.before + counts.failed_before
-        super().__init__(counts.total, "frames", shown=shown, done=done, left=", {left} left")
-
-    def count(self) -> None:
-        """Count one more frame, which is in the counts."""
-        failed = self._counts.failed + self._counts.failed_before
-        self.advance(f"{failed} failed" if failed else "")
-
-    @property
-    def format_dict(self) -> dict[str, Any]:
-        """Values of the bar's format, with the remaining time."""
-        known: dict[str, Any] = super().format_dict
-        completed = self._counts.completed
-        known["left"] = self.format_interval(known["elapsed"] * (self.total - self.n) / completed) if completed else "?"
-        return known
-
-
 _ALWAYS = "completed", "failed"
 """What is told of the frames even if there are none."""
 

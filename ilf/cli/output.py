@@ -91,14 +91,12 @@ class Bar(tqdm):
         Whether to show the bar.
     done : float
         What was done before.
-    left : str
-        Format of the remaining time.
     """
 
     # otherwise the first bar starts a thread that keeps running
     monitor_interval = 0
 
-    def __init__(self, total: float = 1.0, unit: str = "", *, shown: bool, done: float = 0, left: str = "") -> None:
+    def __init__(self, total: float = 1.0, unit: str = "", *, shown: bool, done: float = 0) -> None:
         count = f"{{n_fmt}}/{{total_fmt}} {unit}" if unit else "{percentage:3.0f} %"
         super().__init__(
             total=total,
@@ -108,7 +106,7 @@ class Bar(tqdm):
             miniters=0,
             leave=False,
             dynamic_ncols=True,
-            bar_format=f"{count} |{{bar:30}}| {{elapsed}}{left}{{postfix}}",
+            bar_format=f"{count} |{{bar:30}}| {{elapsed}}, {{remaining}} left{{postfix}}",
         )
 
     def show(self, done: float, text: str) -> None:

@@ -13,7 +13,7 @@ from .._runtime.schema import check_schema
 from ..data.frame import InputFile
 from ..errors import ExportError, FormatError, IlfError, InputError, told_as
 from ..sources.reading import read_frame
-from .archive import Archive, Part, Parts, write_archive
+from .archive import Archive, Parts, write_archive
 from .codec import ARRAYS, UNREADABLE
 from .frame_state import FrameState
 from .project import Project, ProjectFrame
@@ -116,7 +116,7 @@ def save_project(
 ) -> tuple[str, ...]:
     """Write a project file. If that fails, an existing file stays unchanged.
 
-    Unchanged parts are copied as they are stored; parts that no frame refers to are left out.
+    Unchanged parts are copied; those that are damaged, and those that no frame refers to, are left out.
 
     Parameters
     ----------
@@ -163,13 +163,13 @@ def save_project(
     saving = _Saving(Path(path).absolute(), project, base, places or Places(), embed)
     names = saving.collect(states)
 
-    def parts() -> Iterator[Part]:
+    def parts() -> Iterator[tuple[str, bytes]]:
         for done, name in enumerate(names):
             if on_part is not None:
                 on_part(done, len(names))
-            part = saving.part(name)
-            if part is not None:
-                yield part
+            content = saving.content(name)
+            if content is not None:
+                yield name, content
 
     write_archive(path, parts(), [parts for parts in base if isinstance(parts, Archive)])
     return tuple(dict.fromkeys(saving.notes))
@@ -213,23 +213,18 @@ class _Saving:
         self._made[PROJECT] = encode_project(replace(self._project, frames=listed), places)
         return list(self._names)
 
-    def part(self, name: str) -> Part | None:
-        """Return a part to write, as it is stored, damaged or not; None if no store has it."""
+    def content(self, name: str) -> bytes | None:
+        """Return the content of a part to write; None, with a note, if no store has it whole."""
         if name in self._made:
-            return Part(name, self._made[name])
-        damaged: Part | None = None
+            return self._made[name]
+        problem = f"The part {name:.40} was not found"
         for parts in self._stored.get(name, ()):
             try:
-                part = parts.read_raw(name) if isinstance(parts, Archive) else Part(name, parts.read(name))
+                return parts.read(name)
             except FormatError as error:
-                self.notes.append(f"{error} It is not saved.")
-                continue
-            if part.checksum is None:
-                return part
-            damaged = damaged or part
-        if damaged is None:
-            self.notes.append(f"The part {name:.40} was not found and is not saved.")
-        return damaged
+                problem = str(error).rstrip(".")
+        self.notes.append(f"{problem} and is not saved.")
+        return None
 
     def _encode(self, state: FrameState) -> None:
         encoded = encode(state)

@@ -17,7 +17,7 @@ from ..run.record import make_record
 from ..run.run import Run
 from .curves import curve_lines, curve_plots
 from .pictures import frame_pictures, thumbnail
-from .subject import Subject, replay_text
+from .subject import Subject
 from .templates import render
 
 GROUND_TRUTH = "Against ground truth"
@@ -58,7 +58,6 @@ class FramePage:
         """Return the frame's part of the page; its pictures have at most `most` pixels on the longer side."""
         subject, run = self.subject, self.subject.run
         lines = curve_lines(subject)
-        replays = "This command replays the runs and reports differences.", subject.again
         return render(
             "frame.html",
             id=id,
@@ -71,7 +70,6 @@ class FramePage:
             lines=lines,
             plots=curve_plots(subject, lines),
             record=make_record(run, subject.completion, ExportOptions()),
-            replay=replays if subject.again else replay_text(run),
         )
 
     def index_row(self, id: str) -> dict[str, str]:

@@ -40,7 +40,6 @@ from .record import (
     RunRecord,
     array_sha256,
     installed_sha256,
-    requested_networks,
 )
 from .record_file import read_record
 from .recorded_results import recorded_completion, recorded_depth
@@ -92,25 +91,6 @@ def processor_difference(record: RunRecord) -> str:
     if record.device != device():
         apart.append(f"another device for networks ({record.device}; here {device()})")
     return " and ".join(apart)
-
-
-def networks_now_available(record: RunRecord) -> list[str]:
-    """Sentences on edge networks that were replaced when the run was recorded, but are available now."""
-    missed = set()
-    if record.extraction is not None:
-        requested = requested_networks(record.extraction.detector, record.extraction.model)
-        missed.update(set(requested[:1]) - record.networks.extraction.keys())
-    for outcome in record.blocks_outcome:
-        parameters = record.own_parameters[outcome.label]
-        if parameters.filter == "edge-aware" and outcome.iterations:
-            requested = requested_networks(parameters.edges, parameters.model)
-            missed.update(set(requested[:1]) - record.networks.filter.keys())
-    return [
-        f"When the run was recorded, the edge network {name!r} was missing or did not work, and other edges replaced "
-        "its own: blocks and depth may differ now that it is available."
-        for name in sorted(missed)
-        if installed_sha256(name) is not None
-    ]
 
 
 def network_differences(record: RunRecord) -> list[str]:
@@ -183,14 +163,10 @@ class Replay:
             return ()
         if self._depth is None:
             return (
-                f"The depth is not bit for bit the recorded one{self._causes()}. The difference cannot be computed: "
-                f"the original {DEPTH_FILES['npy']} or {DEPTH_FILES['tiff']} is not beside the record.",
+                "The depth is not bit for bit the recorded one. The difference cannot be computed: the original "
+                f" {DEPTH_FILES['npy']} or {DEPTH_FILES['tiff']} is not beside the record.",
             )
-        return (f"{depth_difference_text(completion.depth, self._depth)}{self._causes()}.",)
-
-    def _causes(self) -> str:
-        causes = [text for text in (version_differences(self.record), processor_difference(self.record)) if text]
-        return f"; by {' and '.join(causes)}" if causes else ""
+        return (f"{depth_difference_text(completion.depth, self._depth)}.",)
 
 
 def depth_difference_text(depth: NDArray[np.float32], recorded: NDArray[np.float32]) -> str:
@@ -262,7 +238,6 @@ def replay(
         *without_ground_truth,
         *file_problems(record, folder),
         *network_differences(record),
-        *networks_now_available(record),
     ]
     blocks = _recorded_blocks(record, frame, folder, extract)
     gone = sorted(set(record.own_parameters) - set(np.unique(blocks.labels).tolist()))

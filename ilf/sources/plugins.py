@@ -8,7 +8,7 @@ from functools import cache
 from importlib.metadata import EntryPoint
 from pathlib import Path
 
-from .._runtime.plugins import FAILURES, SOURCES, damaged_lists, entry_points, failure
+from .._runtime.plugins import FAILURES, SOURCES, entry_points, failure
 from ..errors import IlfError, InputError
 from .layout import Layout
 from .recording import Recording
@@ -27,7 +27,7 @@ class SourcePlugins:
 
     def __init__(self) -> None:
         self.layouts: list[Layout] = []
-        self.notes: list[str] = [*damaged_lists()]
+        self.notes: list[str] = []
         self.kinds: dict[type[Recording], EntryPoint] = {}
         for entry in entry_points(SOURCES):
             try:

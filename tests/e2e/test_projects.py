@@ -256,7 +256,7 @@ def test_a_save_that_fails_leaves_file_and_mark_and_one_message(opened, qtbot, t
         patched.setattr("zipfile.ZipFile.writestr", full)
         opened.actions_["save_project"].trigger()
         qtbot.waitUntil(lambda: bool(told))
-    assert told[0].endswith("the disk is full. Free some space or choose another folder.")
+    assert told[0].endswith("the disk is full. Check the folder and the space there, or choose another one.")
     assert path.read_bytes() == before
     assert opened.workspace.current.unsaved_summary() == "1 edit"
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from ...errors import ExportError, InputError, told_as
 from ..installation import asset_path, user_path
-from ..plugins import call, damaged_lists, entry_points
+from ..plugins import call, entry_points
 
 BUNDLED = "edges"
 """The bundled contour network."""
@@ -70,7 +70,7 @@ def model_path(name: str) -> Path:
     if name not in names:
         raise InputError(
             f"There is no edge network {name!r} on this computer, only {', '.join(names)}. "
-            + " ".join(("Choose one of these, or add it: ilf models add FILE --name NAME.", *damaged_lists()))
+            "Choose one of these, or add it: ilf models add FILE --name NAME."
         )
     own = _own_path(name)
     if own.is_file() or name not in installed_models():

@@ -313,7 +313,7 @@ def test_the_list_as_a_table(document, workspace, tmp_path):
         "3",
     )
     assert (first["smoothness [x]"], second["smoothness [x]"]) == ("1.0", "")
-    with pytest.raises(ExportError, match="folder does not exist"):
+    with pytest.raises(ExportError, match="no such file or folder"):
         write_runs(tmp_path / "none" / "runs.csv", document)
 
 

@@ -618,17 +618,6 @@ def _child(*arguments, **environment):
     )  # fmt: skip
 
 
-@pytest.mark.skipif(sys.platform != "linux", reason="other systems do not keep this limit")
-@pytest.mark.parametrize("megabytes", [80, 300, 700])
-@pytest.mark.parametrize("module", ["ilf", "gui"])
-def test_too_little_address_space_is_one_line(module, megabytes):
-    limit = f"ulimit -v {1000 * megabytes}; exec {sys.executable} -m {module} --version"
-    ended = subprocess.run(["sh", "-c", limit], capture_output=True, text=True)
-    assert ended.returncode == 1
-    assert ended.stderr.count("\n") == 1
-    assert "MB of address space" in ended.stderr
-
-
 def test_system_errors_are_told_in_words(files, cli, monkeypatch):
     def too_large(arguments):
         raise OSError(errno.EFBIG, os.strerror(errno.EFBIG), "big.png")

@@ -81,7 +81,7 @@ def test_writing_twice_gives_the_same_bytes_and_leaves_nothing_else(name, tmp_pa
         (errno.ENOSPC, "disk is full"),
         (errno.EROFS, "read-only"),
         (errno.EIO, "I/O|nput/output"),
-        (errno.EFBIG, "too large for its drive"),
+        (errno.EFBIG, "larger than its drive"),
         (errno.ELOOP, "symbolic links form a loop"),
     ],
 )
@@ -106,8 +106,8 @@ def test_places_where_nothing_can_be_written(name, tmp_path):
     (tmp_path / "file").write_bytes(b"x")
     (tmp_path / name).mkdir()
     for target, message in [
-        (tmp_path / "absent" / name, "folder does not exist"),
-        (tmp_path / "file" / name, "folder does not exist"),
+        (tmp_path / "absent" / name, "no such file or folder"),
+        (tmp_path / "file" / name, "no such file or folder"),
         (tmp_path / name, "Could not write"),
     ]:
         with pytest.raises(ExportError, match=message):
@@ -120,7 +120,7 @@ def test_a_folder_that_lets_nobody_write(tmp_path, monkeypatch):
         raise PermissionError(13, "Permission denied")
 
     monkeypatch.setattr(Path, "touch", refuse)
-    with pytest.raises(ExportError, match="permission denied"):
+    with pytest.raises(ExportError, match=r"(?i)permission denied"):
         write_depth(tmp_path / "depth.png", DEPTH)
     assert not list(tmp_path.iterdir())
 

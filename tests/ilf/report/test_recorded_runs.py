@@ -11,7 +11,6 @@ import pytest
 import ilf
 from ilf.cli import main
 from ilf.errors import InputError
-from ilf.report.subject import replay_text
 from ilf.sources.opening import close_all
 from tests.ilf.bags import COLOUR, DEPTH, H, W, bag, write_aligned
 
@@ -84,12 +83,8 @@ def test_what_info_says(tmp_path, capsys, cli):
     assert "give the key of one of its frames" in cli("complete", path, status=1).err
 
 
-def test_a_project_of_a_recording_and_the_command_that_makes_a_run_again(tmp_path):
+def test_a_project_of_a_recording(tmp_path):
     path = write_aligned(tmp_path, "sqlite3")
     project = tmp_path / "work.ilf"
     assert main(["project", "new", str(project), str(path)]) == 0
     assert main(["project", "info", str(project), "--json"]) == 0
-    frame = ilf.load_frame(path, frame=KEY)
-    sentence, command = replay_text(ilf.Run.of(frame))
-    assert f"{path} --frame {KEY} --depth-encoding 1000" in command
-    assert sentence.startswith("This command")

@@ -29,13 +29,12 @@ from ilf.project.project import FrameSummary, Project, ProjectFrame, Stage
 from ilf.project.run_history import StoredRun
 from ilf.report.pictures import frame_pictures, scale_bar
 from ilf.report.report import report_steps, write_report
-from ilf.report.subject import Subject, Unreadable, replay_text
-from ilf.run.record_file import read_record
+from ilf.report.subject import Subject, Unreadable
 from ilf.run.run import Run
 from ilf.sources.frame_ref import FrameRef
 from ilf.sources.reading_options import ReadingOptions
 
-from ..small_frames import CAMERA, write_small_frame
+from ..small_frames import write_small_frame
 from ..small_runs import small_run
 
 NASTY = "<script>alert(\"1\")</script> & 'Möbel' {{ 7*7 }} {% if %} 深度"
@@ -246,21 +245,6 @@ def test_the_scale_bar_is_as_long_as_it_says():
     share, text = scale_bar(ilf.RGBDFrame(np.zeros((48, 64, 3), np.uint8), depth, camera), depth)
     assert text == "50 cm at 2.50 m depth"
     assert share * 64 * 2.5 / 50 == pytest.approx(0.5)
-
-
-def test_the_command_that_a_report_gives_makes_the_run_again(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    frame = ilf.load_frame(*write_small_frame(tmp_path / "in"), intrinsics=CAMERA)
-    extraction = ilf.BlockParameters(min_size=2.0, use_depth=False)
-    made = Run.of(frame, preset=ilf.preset("paper", max_iterations=20, stop_when_steady=False), extraction=extraction)
-    _, command = replay_text(made)
-    assert main([*shlex.split(command)[1:], "--out", "out", "--quiet"]) == 0
-    ours, theirs = made.complete(), read_record("out/run.json")
-    assert theirs.blocks_outcome == tuple(ours.outcomes.values())
-    assert theirs.extraction == extraction
-    assert (
-        replay_text(replace(made, blocks=replace(made.blocks, extracted=None)))[1] == "ilf complete --replay run.json"
-    )
 
 
 def test_the_command_line_reports_on_projects(run, subject, tmp_path, monkeypatch, cli):

@@ -70,16 +70,6 @@ class Handler(BaseHTTPRequestHandler):
     def silent(self) -> None:
         self.server.released.wait(20)
 
-    def dripping(self) -> None:
-        if self._begin():
-            while not self.server.released.wait(0.02):
-                self.wfile.write(b"x")
-
-    def dripping_head(self) -> None:
-        self.wfile.write(b"HTTP/1.1 200 OK\r\nName: ")
-        while not self.server.released.wait(0.02):
-            self.wfile.write(b"x")
-
     def endless(self) -> None:
         if self._begin():
             while self.server.sent < 64 * LIMIT:
@@ -158,7 +148,6 @@ def test_refused_denied_missing_and_silent_are_told_apart(address, way):
         (address, "403/a", "access is denied"),
         (address, "500/a", "cannot be read"),
         (address, "silent/a", "does not answer, or too slowly"),
-        (address, "dripping_head/a", "does not answer, or too slowly"),
     ):
         with pytest.raises(InputError, match=told):
             ask(RemoteFiles(where), name)
@@ -168,12 +157,6 @@ def test_refused_denied_missing_and_silent_are_told_apart(address, way):
     else:
         with pytest.raises(InputError, match="there is no such f"):
             ask(RemoteFiles(address), "404/a")
-
-
-@pytest.mark.parametrize("way", ["read", "wanted", "stream", "listing"])
-def test_what_drips_is_not_waited_for(address, way):
-    with pytest.raises(InputError, match="too slowly"):
-        WAYS[way](RemoteFiles(address), "dripping/a")
 
 
 @pytest.mark.parametrize("way", ["read", "stream", "range"])
