@@ -30,6 +30,8 @@ _PIECE = 2**22
 
 _ADDRESS = re.compile(r"\s*(?:[A-Za-z][A-Za-z0-9+.-]*::)*[A-Za-z][A-Za-z0-9+.-]+://")
 
+_WITH_NAME = re.compile(r"(.+\.(?:hdf5|h5|mat)):[/\\](.+)", re.IGNORECASE | re.DOTALL)
+
 _before_reading: ContextVar[Callable[[Path], None] | None] = ContextVar("_before_reading", default=None)
 
 
@@ -57,6 +59,25 @@ def is_address(path: object) -> TypeGuard[str]:
 def absolute(path: str) -> str:
     """The absolute path; an address is absolute."""
     return path if is_address(path) else os.path.abspath(path)
+
+
+def split_dataset(path: str) -> tuple[str, str | None]:
+    r"""A path or address without the dataset that it names behind a colon, and the name; None if it names none.
+
+    Examples
+    --------
+    >>> split_dataset("C:/take.h5:/left/depth"), split_dataset("zip://depth.h5::/all.zip")
+    (('C:/take.h5', '/left/depth'), ('zip://depth.h5::/all.zip', None))
+    """
+    found = _WITH_NAME.fullmatch(path)
+    if found is None or os.path.lexists(path):
+        return path, None
+    return found[1], "/" + found[2].replace("\\", "/")  # as Windows' paths write it
+
+
+def with_dataset(path: object, dataset: str | None) -> str:
+    """A path with the name of its dataset, if it is known, as `split_dataset` takes it."""
+    return f"{path}:/{dataset.lstrip('/')}" if dataset else str(path)
 
 
 def existing_file(path: str | os.PathLike[str]) -> Path:

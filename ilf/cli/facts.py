@@ -7,12 +7,12 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+from .._runtime.files import with_dataset
 from ..data.camera import Camera, camera_text
 from ..data.parameters import BlockParameters, nearest_preset
 from ..errors import InputError
 from ..io.cameras import intrinsics_from
 from ..io.encodings import encoding_of_inputs
-from ..io.hdf5 import with_dataset
 from ..run.record import RunRecord
 from ..run.record_file import read_record
 from ..run.replaying import file_problems

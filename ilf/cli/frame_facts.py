@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .._runtime.files import with_dataset
 from ..data.frame import RGBDFrame
 from ..data.lenses import undistorted
 from ..io.cameras import frame_camera
@@ -24,7 +25,6 @@ from ..io.frame_additions import (
     read_ground_truth,
     scale_misfit,
 )
-from ..io.hdf5 import with_dataset
 from ..io.images import read_colour_with_warning
 from ..sources.copies import copied
 from ..sources.frame_folder import FrameFiles

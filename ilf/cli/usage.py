@@ -12,7 +12,7 @@ from inspect import cleandoc
 from itertools import takewhile
 from typing import Any, NoReturn
 
-from .._runtime.files import is_address
+from .._runtime.files import is_address, split_dataset
 from ..errors import IlfError, InputError
 
 DONE, FAILED, WRONG_USAGE, HUNG_UP, INTERRUPTED, TERMINATED = 0, 1, 2, 129, 130, 143
@@ -155,8 +155,6 @@ def given_flags(arguments: argparse.Namespace, names: Collection[str]) -> list[s
 
 def check_there(paths: Iterable[object]) -> None:
     """Raise InputError for the first path that leads nowhere; addresses are not opened."""
-    from ..io.hdf5 import split_dataset  # not before: it imports numpy
-
     for path in paths:
         if path is not None and not is_address(path) and not os.path.lexists(split_dataset(str(path))[0]):
             raise InputError(f"{path}: there is no such file or folder. Check the name.")

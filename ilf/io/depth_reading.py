@@ -13,7 +13,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from .._runtime.files import FileContent
+from .._runtime.files import FileContent, with_dataset
 from .._runtime.formatting import counted
 from ..data.frame import MEDIAN_DEPTH_RANGE, USUAL_MEDIAN_DEPTH, scale_warning
 from ..errors import FormatError, told_as
@@ -29,7 +29,6 @@ from .encodings import (
     packed_channels,
 )
 from .float_images import COLMAP_SUFFIX, KINECT_V2_SUFFIXES, is_kinect_v2
-from .hdf5 import with_dataset
 from .other_values import disparity_name, distance_doubt, normalised_doubt, other_way_round
 
 # Signs that a depth file has another unit than assumed, or is not depth: names, sizes, steps and slopes.

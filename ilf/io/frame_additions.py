@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._runtime.arrays import check_shape
-from .._runtime.files import FileContent, FileSource, existing_file, read_file
+from .._runtime.files import FileContent, FileSource, existing_file, read_file, split_dataset
 from .._runtime.formatting import counted
 from .._runtime.plugins import GUIDES, call, entry_of_file, entry_points, load
 from .._runtime.writing import write_bytes
@@ -35,7 +35,7 @@ from .depth_reading import decoded, marker_doubt
 from .encodings import DepthEncoding, encoding_of_inputs
 from .float_images import read_npy, read_npz
 from .guide_models import is_guide_name, predict_by_name, predict_guide, ready_guide
-from .hdf5 import HDF5_SUFFIXES, split_dataset
+from .hdf5 import HDF5_SUFFIXES
 from .images import read_image, read_indices
 
 _MAX_SCALE_RATIO = 1.5

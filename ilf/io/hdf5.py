@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 import os
-import re
 from collections.abc import Iterable
 from io import BytesIO
 from typing import Any
@@ -143,26 +142,6 @@ _DEPTHS = "dataset", "depth", "depths"
 """Names of depth; Hypersim calls every image dataset."""
 
 _MOST_LISTED = 12
-_WITH_NAME = re.compile(r"(.+\.(?:hdf5|h5|mat)):[/\\](.+)", re.IGNORECASE | re.DOTALL)
-
-
-def split_dataset(path: str) -> tuple[str, str | None]:
-    r"""A path or address without the dataset that it names behind a colon, and the name; None if it names none.
-
-    Examples
-    --------
-    >>> split_dataset("C:/take.h5:/left/depth"), split_dataset("zip://depth.h5::/all.zip")
-    (('C:/take.h5', '/left/depth'), ('zip://depth.h5::/all.zip', None))
-    """
-    found = _WITH_NAME.fullmatch(path)
-    if found is None or os.path.lexists(path):
-        return path, None
-    return found[1], "/" + found[2].replace("\\", "/")  # as Windows' paths write it
-
-
-def with_dataset(path: object, dataset: str | None) -> str:
-    """A path with the name of its dataset, if it is known, as `split_dataset` takes it."""
-    return f"{path}:/{dataset.lstrip('/')}" if dataset else str(path)
 
 
 def read_hdf5(file: FileContent, name: str | None = None) -> NDArray[Any]:

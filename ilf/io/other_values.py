@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .._runtime.files import split_dataset
 from ..data.frame import USUAL_MEDIAN_DEPTH
 from .depth import UINT16_MAX
-from .hdf5 import split_dataset
 
 _FULL = 1 - 1e-6
 """Share of the largest value that counts as that value, which rounding in single precision may miss."""

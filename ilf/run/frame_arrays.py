@@ -123,7 +123,10 @@ class FrameArrays:
         values = {name: self._value(number, item, name) for name in self.fields}
         for name, value in values.items():
             if value is None:
-                raise InputError(f"{self.keys[number]} in {self._items.path} has no {name}: {_why_absent(item, name)}")
+                raise InputError(
+                    f"{self.keys[number]} in {self._items.path} has no {name}. Leave this field out, or complete the "
+                    "frames with it (`ilf batch`)."
+                )
         return values
 
     def _value(self, number: int, item: RGBDFrame | StoredResult, name: str) -> NDArray[Any] | str | None:
@@ -140,17 +143,6 @@ class FrameArrays:
         if image is None:
             return None
         return np.array(np.moveaxis(image, -1, 0) if image.ndim == 3 else image[None], order="C")
-
-
-def _why_absent(item: RGBDFrame | StoredResult, name: str) -> str:
-    if name == "ground_truth":
-        return "there is none beside the frame." if isinstance(item, RGBDFrame) else "results do not contain it."
-    if isinstance(item, RGBDFrame):
-        return "the frame is not completed. Run `ilf batch` on its source, and give the folder that it has written."
-    if name == "depth_in" and item.measured is not None:
-        return "the mode fill+denoise has changed measured depth. Leave this field out, or read it from the source."
-    missing = "unsupported" if name == "unsupported" else "expected_error"
-    return f"the result was written without {missing}. Leave this field out, or complete the frame again with it."
 
 
 def _of_measured_frames(source: Source) -> Source:

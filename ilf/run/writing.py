@@ -28,12 +28,11 @@ from ..data.points import in_world, point_cloud
 from ..data.results import Completion
 from ..data.surface import surface_mesh, surface_normals
 from ..errors import ExportError, IlfError, InputError
-from ..io.block_files import write_blocks
 from ..io.clouds import write_cloud
 from ..io.depth import precision_loss, write_depth, write_expected_error
 from ..io.frame_additions import write_array
 from ..io.images import encode_image
-from ..io.labels import write_mask
+from ..io.labels import encode_labels, write_mask
 from ..io.meshes import write_mesh
 from ..sources.naming import META_NAME
 from ..sources.registration import aligned
@@ -361,7 +360,7 @@ def _write_results(
             if count := np.count_nonzero(unsupported_mask & ~completion.extrapolated):
                 remarks.append(f"Unsupported by measurements: {counted(count, 'pixel')}, see {files.UNSUPPORTED}.")
     if options.labels:
-        write_blocks(folder / files.LABELS, run.blocks.labels)
+        write_bytes(folder / files.LABELS, encode_labels(run.blocks.labels))
     if options.curves:
         write_curves(folder / files.CURVES, completion.history)
     notes += write_cloud_and_mesh(folder, run, completion, options, error, unsupported_mask)

@@ -10,11 +10,10 @@ from typing import Annotated, Any, Literal
 
 import msgspec
 
-from .._runtime.files import read_file
+from .._runtime.files import read_file, split_dataset
 from .._runtime.schema import converted
 from ..errors import FormatError, ParameterError, told_as
 from ..io.encodings import encoding_of, single_encoding
-from ..io.hdf5 import split_dataset
 from .file_patterns import alternatives, check_pattern, placeholders
 
 GIVEN = "given"

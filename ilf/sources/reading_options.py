@@ -12,6 +12,7 @@ from typing import Any, Self, get_args, get_type_hints
 import numpy as np
 from numpy.typing import ArrayLike
 
+from .._runtime.files import split_dataset, with_dataset
 from .._runtime.schema import Section, converted, plain
 from ..data.camera import INTRINSICS, Camera, checked_transform, is_preset
 from ..data.guide import Gives
@@ -20,7 +21,6 @@ from ..io.cameras import IntrinsicsSpec
 from ..io.depth import checked_finite
 from ..io.encodings import ENCODING_DESCRIPTIONS, EncodingSpec, single_encoding
 from ..io.guide_models import is_guide_name
-from ..io.hdf5 import split_dataset, with_dataset
 from .times import MAX_TIME_GAP_S
 
 

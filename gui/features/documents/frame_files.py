@@ -12,6 +12,7 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from ilf._runtime.files import split_dataset
 from ilf._runtime.formatting import counted
 from ilf.data.frame import RGBDFrame
 from ilf.errors import IlfError
@@ -19,7 +20,6 @@ from ilf.io.depth import read_depth_values
 from ilf.io.depth_reading import PlausibilityWarning
 from ilf.io.encodings import encoding_of_inputs
 from ilf.io.frame_additions import guide_suffixes
-from ilf.io.hdf5 import split_dataset
 from ilf.io.images import read_colour
 from ilf.project.file import open_project
 from ilf.project.recorded_frames import measured_frame

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 import ilf
+from ilf._runtime.files import split_dataset
 from ilf.cli import main
 from ilf.errors import FormatError, InputError
 from ilf.io.depth import read_depth_values
-from ilf.io.hdf5 import split_dataset
 from ilf.io.images import encode_image, read_colour
 from ilf.project.file import save_project
 from ilf.project.frame_state import FrameState

@@ -145,16 +145,16 @@ def test_shards_are_exported_as_folders_are(done, tmp_path):
 
 
 def test_fields_that_are_not_there_are_named_with_what_to_do(done, results):
-    for where, field, told in (
-        (FRAMES, "expected_error", "the frame is not completed. Run `ilf batch`"),
-        (FRAMES, "ground_truth", "there is none beside the frame"),
-        (FOLDERS, "ground_truth", "results do not contain it"),
-        ("denoised", "depth_in", r"fill\+denoise has changed measured depth"),
-        ("denoised-shards", "depth_in", r"fill\+denoise has changed measured depth"),
-        ("bare", "mask", "written without expected_error"),
-        ("bare", "unsupported", "written without unsupported"),
+    for where, field in (
+        (FRAMES, "expected_error"),
+        (FRAMES, "ground_truth"),
+        (FOLDERS, "ground_truth"),
+        ("denoised", "depth_in"),
+        ("denoised-shards", "depth_in"),
+        ("bare", "mask"),
+        ("bare", "unsupported"),
     ):
-        with pytest.raises(InputError, match=f"has no {field}: .*{told}"):
+        with pytest.raises(InputError, match=f"has no {field}. Leave this field out"):
             FrameArrays(done / where, fields=[field])
         assert field not in FrameArrays(done / where).fields
     with pytest.raises(ParameterError, match=r"no field 'colour'\. Known: rgb, depth_in"):
