@@ -10,7 +10,7 @@ from .._runtime.cancellation import cancellable_items
 from .._runtime.formatting import counted
 from ..data.frame import RGBDFrame
 from ..errors import Cancelled, IlfError, InputError
-from ..io.rosbags import ENCODINGS_OF_ROS, STORAGES, StampedDepth, write_rosbag
+from ..io.ros_output import ENCODINGS_OF_ROS, StampedDepth
 from ..run.options import RECORD_FILE
 from ..run.record_file import read_record
 from ..run.stored_results import StoredResults, result_folders
@@ -20,7 +20,7 @@ from ..stream.recording import MCAP, StreamRecorder, stamped
 from ..stream.stream import Stream
 from .output import Bar, shows_progress, warn
 from .parsing import add_pairing, add_preset, add_reading, preset_from, source_from
-from .usage import Parser, UsageError, add_progress, declare
+from .usage import Parser, add_progress, declare
 
 
 def add_arguments(parser: Parser) -> None:
@@ -41,7 +41,6 @@ def add_arguments(parser: Parser) -> None:
     declared = f"""
         --out PATH     required: a ROS 2 recording in one file (*{MCAP}) with colour, completed depth, expected error,
             camera_info and, where poses are known, tf; or a folder with a folder for each frame
-        --bag {"|".join(STORAGES)}  --out is the folder of a ROS 2 bag stored so, written as a whole
         --rate HZ      frame rate, for frames without timestamps in a recording
         --ros-encoding {"|".join(ENCODINGS_OF_ROS)}  encoding of depth in a recording: 32FC1 for metres, 16UC1 for
             millimetres
@@ -61,9 +60,7 @@ def run(arguments: argparse.Namespace) -> None:
     if arguments.rate is not None and not arguments.rate > 0:
         raise InputError(f"--rate must be more than 0 frames a second, not {arguments.rate:g}.")
     if out.suffix.lower() == ".bag":
-        raise InputError(f"{out}: a ROS 2 recording is a folder; .bag is the file type of ROS 1. Omit .bag.")
-    if arguments.bag and out.suffix.lower() == MCAP:
-        raise UsageError(f"With --bag, --out is a folder, and {out} is a file: leave out --bag or {MCAP}.")
+        raise InputError(f"{out}: .bag is the file type of ROS 1. Give a name that ends in {MCAP}, or a folder.")
     if arguments.results:
         done = _write(arguments, out, _results(arguments))
         print(f"{counted(done, 'frame')}, written to {out}")
@@ -80,10 +77,7 @@ def run(arguments: argparse.Namespace) -> None:
 
 def _write(arguments: argparse.Namespace, out: Path, frames: Iterator[StampedDepth]) -> int:
     """Write frames as they come; return how many."""
-    encoding, frame_id = arguments.ros_encoding, arguments.frame_id
-    if arguments.bag:
-        return write_rosbag(out, frames, encoding=encoding, storage=arguments.bag, frame_id=frame_id)
-    with StreamRecorder(out, encoding=encoding, frame_id=frame_id) as recorder:
+    with StreamRecorder(out, encoding=arguments.ros_encoding, frame_id=arguments.frame_id) as recorder:
         for frame in frames:
             recorder.write(frame)
         return recorder.count
@@ -91,8 +85,7 @@ def _write(arguments: argparse.Namespace, out: Path, frames: Iterator[StampedDep
 
 def _completed(arguments: argparse.Namespace, source: Source, stream: Stream) -> Iterator[StampedDepth]:
     """Complete the frames of a source; those that cannot be completed are left out, with a warning."""
-    recorded = arguments.bag is not None or Path(arguments.out).suffix.lower() == MCAP
-    stamp = _stamps(source, arguments.rate, recorded)
+    stamp = _stamps(source, arguments.rate, Path(arguments.out).suffix.lower() == MCAP)
     noted: set[str] = set()
     with Bar(len(source), "frames", shown=shows_progress(arguments)) as bar:
         for number, key in enumerate(cancellable_items(source.keys)):

@@ -11,7 +11,7 @@ from ..data.frame import RGBDFrame
 from ..data.results import Completion
 from ..errors import ExportError, InputError
 from ..io.depth import write_depth
-from ..io.rosbags import DepthRecorder, StampedDepth
+from ..io.ros_output import DepthRecorder, StampedDepth
 from ..run.options import ERROR_FILES
 from ..sources.frame_folder import write_frame
 

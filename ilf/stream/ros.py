@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ..data.camera import Camera
 from ..data.frame import RGBDFrame
 from ..io.depth import depth_in_metres
-from ..io.rosbags import encoded_depth, image_fields
+from ..io.ros_output import encoded_depth, image_fields
 from ..sources.ros_messages import colour_of, depth_of
 
 _MESSAGE = Path("message")

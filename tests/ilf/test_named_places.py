@@ -122,7 +122,7 @@ def by_neighbour(folder, frame, place):
 def by_recording_of_a_result(folder, frame, place):
     path = run_record(folder, frame)
     edited(path, lambda data: data["inputs"].update(frame="1", rgb={"path": f"{place}/a.bag", "sha256": "0"}))
-    return main(["stream", str(path.parent), "--results", "--bag", "mcap", "--out", str(folder / "out")])
+    return main(["stream", str(path.parent), "--results", "--out", str(folder / "out.mcap")])
 
 
 def by_meta(key, folder, frame, place):

@@ -12,7 +12,7 @@ from rosbags.highlevel import AnyReader
 from rosbags.typesys import Stores, get_typestore
 
 import ilf
-from ilf.io.rosbags import DepthRecorder, StampedDepth
+from ilf.io.ros_output import DepthRecorder, StampedDepth
 from ilf.sources.opening import close_all
 from tests.ilf.bags import COLOUR, DEPTH, write_aligned
 
@@ -21,7 +21,7 @@ CAMERA = ilf.Camera(30.0, 30.0, 15.5, 11.5)
 WRITER = """
 import resource, sys
 from ilf.errors import ExportError
-from ilf.io.rosbags import DepthRecorder
+from ilf.io.ros_output import DepthRecorder
 from tests.ilf.io.test_recorder import moment
 if int(sys.argv[2]):
     resource.setrlimit(resource.RLIMIT_FSIZE, (int(sys.argv[2]),) * 2)

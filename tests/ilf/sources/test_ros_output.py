@@ -6,12 +6,13 @@ import cv2
 import numpy as np
 import pytest
 from rosbags.highlevel import AnyReader
+from rosbags.typesys import Stores, get_typestore
 
 import ilf
 from ilf.cli import main
 from ilf.data.frame import FrameInputs, InputFile
-from ilf.errors import ExportError, ParameterError
-from ilf.io.rosbags import StampedDepth, write_rosbag
+from ilf.errors import ParameterError
+from ilf.io.ros_output import DepthRecorder, StampedDepth
 from ilf.run.options import ExportOptions
 from ilf.sources.opening import close_all
 from ilf.sources.reading import stamp_of
@@ -19,13 +20,13 @@ from tests.ilf.bags import COLOUR, DEPTH, START, H, W, write_aligned
 from tests.ilf.small_runs import small_run, written
 
 METRES = np.where(DEPTH > 0, DEPTH / 1000, np.nan).astype(np.float32)
-BAG = ["--results", "--bag", "mcap"]
+RESULTS = ["--results"]
 CAMERA = ilf.Camera(30.0, 31.0, 15.5, 11.5)
 
 
 def _messages(path):
     found = {}
-    with AnyReader([path]) as reader:
+    with AnyReader([path], default_typestore=get_typestore(Stores.ROS2_HUMBLE)) as reader:
         for connection, time, raw in reader.messages():
             message = reader.deserialize(raw, connection.msgtype)
             stamp = message.header.stamp.sec * 10**9 + message.header.stamp.nanosec
@@ -34,17 +35,18 @@ def _messages(path):
     return found
 
 
-@pytest.mark.parametrize("storage", ["mcap", "sqlite3"])
 @pytest.mark.parametrize("encoding", ["32FC1", "16UC1"])
-def test_depth_and_camera_as_ros_has_them(tmp_path, storage, encoding):
+def test_depth_and_camera_as_ros_has_them(tmp_path, encoding):
     far = METRES.copy()
     far[0, 0] = 70.0
     beside = ((None, None), (COLOUR, np.where(np.isnan(METRES), np.float32(0.0004), np.float32(np.nan))))
     frames = (
         StampedDepth(depth, CAMERA, START + 5 * number, *beside[number]) for number, depth in enumerate((METRES, far))
     )
-    path = tmp_path / "new" / "out"
-    assert write_rosbag(path, frames, encoding=encoding, storage=storage, frame_id="lens") == 2
+    path = tmp_path / "out.mcap"
+    with DepthRecorder(path, encoding=encoding, frame_id="lens") as recorder:
+        for frame in frames:
+            recorder.write(frame)
     found = _messages(path)
     assert [stamp for stamp, _ in found["/depth_completed"]] == [START, START + 5]
     image = found["/depth_completed"][0][1]
@@ -64,17 +66,18 @@ def test_depth_and_camera_as_ros_has_them(tmp_path, storage, encoding):
     assert np.array_equal(error.data.view(np.float32).reshape(H, W), beside[1][1], equal_nan=True)
     info = found["/camera_info"][0][1]
     assert (info.width, info.k.tolist()) == (W, [30, 0, 15.5, 0, 31, 11.5, 0, 0, 1])
-    assert sorted(path.parent.iterdir()) == [path]
+    with pytest.raises(ParameterError, match="not as '8UC1'"):
+        DepthRecorder(tmp_path / "other.mcap", encoding="8UC1")
 
 
 def test_frames_without_times_follow_each_other_at_the_rate_that_is_given(tmp_path, capsys):
     written(small_run(tmp_path), tmp_path / "runs" / "a", ExportOptions(cloud=None))
     for name in ("b", "c"):
         shutil.copytree(tmp_path / "runs" / "a", tmp_path / "runs" / name)
-    assert main(["stream", str(tmp_path / "runs"), *BAG, "--out", str(tmp_path / "none")]) == 1
+    assert main(["stream", str(tmp_path / "runs"), *RESULTS, "--out", str(tmp_path / "none.mcap")]) == 1
     assert "has no timestamp. Give the frame rate (--rate)." in capsys.readouterr().err
-    assert main(["stream", str(tmp_path / "runs"), *BAG, "--out", str(tmp_path / "out"), "--rate", "4"]) == 0
-    found = _messages(tmp_path / "out")
+    assert main(["stream", str(tmp_path / "runs"), *RESULTS, "--out", str(tmp_path / "first.mcap"), "--rate", "4"]) == 0
+    found = _messages(tmp_path / "first.mcap")
     assert [stamp for stamp, _ in found["/depth_completed"]] == [0, 250_000_000, 500_000_000]
     words = ["stream", str(tmp_path / "runs"), "--results", "--rate", "4", "--out"]
     for out in (tmp_path / "out.mcap", tmp_path / "frames"):
@@ -83,21 +86,6 @@ def test_frames_without_times_follow_each_other_at_the_rate_that_is_given(tmp_pa
         assert len(frames) == 3
         assert np.array_equal(frames[0].depth, found["/depth_completed"][0][1].data.view("f4").reshape(frames[0].shape))
     close_all()
-
-
-def test_what_cannot_be_written_leaves_nothing(tmp_path):
-    def breaks_off():
-        yield StampedDepth(METRES, None, 0)
-        raise ExportError("stop")
-
-    with pytest.raises(ExportError, match="stop"):
-        write_rosbag(tmp_path / "out", breaks_off())
-    assert not list(tmp_path.glob("*out*"))
-    (tmp_path / "out").mkdir()
-    with pytest.raises(ExportError, match="already exists"):
-        write_rosbag(tmp_path / "out", [])
-    with pytest.raises(ParameterError, match="not as '8UC1'"):
-        write_rosbag(tmp_path / "other", [], encoding="8UC1")
 
 
 def test_runs_become_a_recording_with_the_times_of_their_source(tmp_path, capsys, cli):
@@ -118,8 +106,10 @@ def test_runs_become_a_recording_with_the_times_of_their_source(tmp_path, capsys
         ]
         assert main([*words, "--no-expected-error"] if number else words) == 0
     close_all()
-    assert cli("stream", tmp_path / "runs", *BAG, "--out", tmp_path / "out").out.startswith("2 frames, written to")
-    found = _messages(tmp_path / "out")
+    assert cli("stream", tmp_path / "runs", *RESULTS, "--out", tmp_path / "out.mcap").out.startswith(
+        "2 frames, written to"
+    )
+    found = _messages(tmp_path / "out.mcap")
     assert [stamp for stamp, _ in found["/depth_completed"]] == [START, START + 33_000_000]
     exact = found["/depth_completed"][0][1].data.view(np.float32).reshape(H, W)
     assert np.array_equal(exact, np.load(tmp_path / "runs" / "1" / "depth.npy"), equal_nan=True)
@@ -134,20 +124,23 @@ def test_runs_become_a_recording_with_the_times_of_their_source(tmp_path, capsys
     assert np.array_equal(np.rint(1000 * np.nan_to_num(error)), millimetres)
     assert np.isfinite(error).any()
     assert np.isnan(error).any()
-    source_again = ilf.open_source(tmp_path / "out")
+    source_again = ilf.open_source(tmp_path / "out.mcap")
     frame = source_again.read(source_again.keys[1])
     assert np.array_equal(frame.depth, written, equal_nan=True)
     assert np.array_equal(frame.rgb, ilf.open_source(source).read(source_again.keys[1]).rgb)
     assert frame.intrinsics is not None
     close_all()
     cv2.imwrite(str(tmp_path / "runs" / "0" / "expected_error.png"), millimetres[1:])
-    assert main(["stream", str(tmp_path / "runs" / "0"), *BAG, "--out", str(tmp_path / "odd")]) == 1
+    assert main(["stream", str(tmp_path / "runs" / "0"), *RESULTS, "--out", str(tmp_path / "odd.mcap")]) == 1
     assert "expected_error.png has another size than its depth" in capsys.readouterr().err
-    assert not (tmp_path / "odd").exists()
-    assert "contains no results" in cli("stream", tmp_path / "out", *BAG, "--out", tmp_path / "more", status=1).err
-    assert "Omit .bag" in cli("stream", tmp_path / "runs", *BAG, "--out", tmp_path / "done.bag", status=1).err
+    assert not (tmp_path / "odd.mcap").exists()
+    assert "contains no results" in cli("stream", tmp_path, *RESULTS, "--out", tmp_path / "more", status=1).err
+    assert (
+        ".bag is the file type of ROS 1"
+        in cli("stream", tmp_path / "runs", *RESULTS, "--out", tmp_path / "done.bag", status=1).err
+    )
     assert not (tmp_path / "done.bag").exists()
-    assert "nowhere: cannot be read" in cli("stream", "nowhere", *BAG, "--out", "bag", status=1).err
+    assert "nowhere: cannot be read" in cli("stream", "nowhere", *RESULTS, "--out", "bag", status=1).err
 
 
 def test_the_time_of_a_frame():

@@ -1,12 +1,10 @@
-"""Writing completed depth, with colour and expected error, as a ROS 2 bag, or frame by frame into one MCAP file."""
+"""Writing completed depth, with colour and expected error, frame by frame into an MCAP file of ROS 2."""
 
 from __future__ import annotations
 
 import os
-import secrets
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,9 +12,8 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from .._runtime.installation import optional
-from .._runtime.writing import moving_into_place, remove, removed_on_exit
 from ..data.camera import Camera
-from ..errors import ExportError, ParameterError, told_as
+from ..errors import ParameterError
 from .depth import UINT16_MAX
 from .mcap import McapFile
 
@@ -24,10 +21,8 @@ DEPTH_TOPIC, CAMERA_TOPIC = "/depth_completed", "/camera_info"
 COLOUR_TOPIC, ERROR_TOPIC = "/image_rect_color", "/expected_error"
 TRANSFORM_TOPIC, WORLD = "/tf", "world"
 ENCODINGS_OF_ROS = ("32FC1", "16UC1")
-STORAGES = ("mcap", "sqlite3")
 _IMAGE, _INFO = "sensor_msgs/msg/Image", "sensor_msgs/msg/CameraInfo"
 _TRANSFORMS = "tf2_msgs/msg/TFMessage"
-_PURPOSE = "Writing a ROS 2 bag"
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,95 +56,20 @@ class StampedDepth:
     name: str = "frame"
 
 
-def write_rosbag(
-    path: str | os.PathLike[str],
-    frames: Iterable[StampedDepth],
-    *,
-    encoding: str = "32FC1",
-    storage: str = "mcap",
-    frame_id: str = "camera",
-) -> int:
-    """Write depth as a ROS 2 bag, frame by frame: topics `depth_completed` and `camera_info`, and `image_rect_color`
-    (rgb8), `expected_error` (32FC1, metres) and `tf` for frames that have these.
-
-    Parameters
-    ----------
-    path : path-like
-        Folder of the bag, which must not exist yet.
-    frames : iterable of StampedDepth
-        In order of time; each is released after it is written.
-    encoding : str
-        Encoding of depth: "32FC1" for metres, NaN = missing; "16UC1" for millimetres, 0 = missing, including depth
-        beyond 65.5 m.
-    storage : str
-        "mcap" or "sqlite3" (.db3).
-    frame_id : str
-        The coordinate frame of the camera.
-
-    Returns
-    -------
-    int
-        Number of frames written.
-
-    Raises
-    ------
-    ExportError
-        If `path` already exists, or the bag cannot be written: then no part of it is left.
-    InputError
-        If the package rosbags is not installed (extra `sensors`).
-    ParameterError
-        If encoding or storage are unknown.
-    """
-    if encoding not in ENCODINGS_OF_ROS or storage not in STORAGES:
-        raise ParameterError(
-            f"Depth must be written as {' or '.join(ENCODINGS_OF_ROS)} into {' or '.join(STORAGES)}, not as "
-            f"{encoding!r:.40} into {storage!r:.40}."
-        )
-    rosbag2 = optional("rosbags.rosbag2", "ilf-studio[sensors]", _PURPOSE)
-    target = Path(path).absolute()
-    if os.path.lexists(target):
-        raise ExportError(f"{target} already exists. Choose another name.")
-    # written under its final name, because its files contain the name
-    temporary_folder = target.with_name(f".{target.name}-{secrets.token_hex(4)}")
-    temporary_bag = temporary_folder / target.name
-    plugin = rosbag2.StoragePlugin[storage.upper()]
-    with told_as(ExportError, f"{target} could not be written: {{error}}.", OSError):
-        temporary_folder.mkdir(parents=True)
-        with removed_on_exit(temporary_folder):
-            try:
-                with rosbag2.Writer(temporary_bag, version=9, storage_plugin=plugin) as writer:
-                    count = _write(writer, frames, encoding, frame_id)
-                with moving_into_place():
-                    os.replace(temporary_bag, target)
-            finally:
-                remove(temporary_folder)
-    return count
-
-
-def _write(writer: Any, frames: Iterable[StampedDepth], encoding: str, frame_id: str) -> int:
-    store = _typestore()
-    connections: dict[str, Any] = {}
-    count = 0
-    for frame in frames:
-        for topic, message in _messages(store, frame, encoding, frame_id):
-            kind = message.__msgtype__
-            if topic not in connections:
-                connections[topic] = writer.add_connection(topic, kind, typestore=store)
-            writer.write(connections[topic], frame.stamp, store.serialize_cdr(message, kind))
-        count += 1
-    return count
-
-
 class DepthRecorder(McapFile):
-    """Writes depth into one MCAP file of ROS 2, with the topics of `write_rosbag`. The file is readable between any two
+    """Writes depth into one MCAP file of ROS 2: topics `depth_completed` and `camera_info`, and `image_rect_color`
+    (rgb8), `expected_error` (32FC1, metres) and `tf` for frames that have these. The file is readable between any two
     frames: after a crash or on a full disk it contains those before.
 
     Parameters
     ----------
     path : path-like
         It must not exist.
-    encoding, frame_id : str
-        As for `write_rosbag`.
+    encoding : str
+        Encoding of depth: "32FC1" for metres, NaN = missing; "16UC1" for millimetres, 0 = missing, including depth
+        beyond 65.5 m.
+    frame_id : str
+        The coordinate frame of the camera.
 
     Raises
     ------
@@ -157,10 +77,16 @@ class DepthRecorder(McapFile):
         If the file exists or cannot be written.
     InputError
         If the packages rosbags and mcap are not installed (extra `sensors`).
+    ParameterError
+        If the encoding is unknown.
     """
 
     def __init__(self, path: str | os.PathLike[str], *, encoding: str = "32FC1", frame_id: str = "camera") -> None:
-        self._store, self._encoding, self._frame_id = _typestore(), encoding, frame_id
+        if encoding not in ENCODINGS_OF_ROS:
+            raise ParameterError(f"Depth is written as {' or '.join(ENCODINGS_OF_ROS)}, not as {encoding!r:.40}.")
+        typesys = optional("rosbags.typesys", "ilf-studio[sensors]", "Writing a recording of ROS 2")
+        self._store = typesys.get_typestore(typesys.Stores.ROS2_HUMBLE)
+        self._encoding, self._frame_id = encoding, frame_id
         super().__init__(path)
 
     def write(self, frame: StampedDepth) -> None:
@@ -170,11 +96,6 @@ class DepthRecorder(McapFile):
             definition, _ = self._store.generate_msgdef(kind, ros_version=2)
             self.add(topic, kind, definition, bytes(self._store.serialize_cdr(message, kind)), frame.stamp)
         self.finish_moment()
-
-
-def _typestore() -> Any:
-    typesys = optional("rosbags.typesys", "ilf-studio[sensors]", _PURPOSE)
-    return typesys.get_typestore(typesys.Stores.ROS2_HUMBLE)
 
 
 def _messages(store: Any, frame: StampedDepth, encoding: str, frame_id: str) -> Iterator[tuple[str, Any]]:
