@@ -30,19 +30,8 @@ _TRIES = 4
 ROUNDED = 0.01
 """Relative difference up to which a size is a rounded one of the file; its hash tells the rest."""
 
-_MARK = ".etag"
-"""Suffix of the file beside the part with what tells one version of the file from another."""
-
-_NOTHING_LEFT = 416
+_BEYOND = 416
 """Status of an answer to a question for what comes after the end."""
-
-_REASONS = {
-    401: "access is denied",
-    403: "access is denied",
-    404: "there is no such file",
-    410: "the file is gone",
-    429: "the server has had too many requests",
-}
 
 
 class _CutError(Exception):
@@ -60,7 +49,7 @@ def fetch(
     """Fetch a file, and return its SHA-256 in hexadecimal digits.
 
     If the connection is cut or the work is cancelled, what has come stays in a hidden file beside the target, and the
-    next call continues there if the server has the same file still.
+    next call continues there; where no hash tells whether all of it is of one file, it begins anew.
 
     Parameters
     ----------
@@ -90,7 +79,7 @@ def fetch(
     part = ensure_folder(target.parent) / f".{target.name}.part"
     try:
         with FileLock(part.with_suffix(".lock"), timeout=0):
-            _received(address, part, size, progress)
+            _received(address, part, size, sha256 is not None, progress)
             found = file_sha256(part)
             try:
                 if sha256 not in {None, found}:
@@ -100,10 +89,8 @@ def fetch(
                     check(part, found)
             except InputError:
                 part.unlink()
-                part.with_suffix(_MARK).unlink()
                 raise
             os.replace(part, target)
-            part.with_suffix(_MARK).unlink()
     except Timeout as error:
         raise ExportError(f"Another process is fetching {target.name} now. Wait until it has ended.") from error
     except OSError as error:
@@ -111,69 +98,54 @@ def fetch(
     return found
 
 
-def _received(address: str, part: Path, size: int, progress: Progress | None) -> None:
+def _received(address: str, part: Path, size: int, can_continue: bool, progress: Progress | None) -> None:
     """Complete the part by one connection or, if they are cut, by several."""
     for left in reversed(range(_TRIES)):
         try:
-            _receive(address, part, size, progress)
+            return _receive(address, part, size, can_continue, progress)
         except _CutError as error:
             if not left:
                 raise InputError(f"{address}: cut again and again ({error}). Repeat the command to go on.") from error
-        else:
-            return
 
 
-def _receive(address: str, part: Path, size: int, progress: Progress | None) -> None:
+def _receive(address: str, part: Path, size: int, can_continue: bool, progress: Progress | None) -> None:
     """Append to the part what it lacks, or write it anew where the server does not continue it."""
-    mark = part.with_suffix(_MARK)
-    tag = mark.read_text(encoding="utf-8") if mark.is_file() else ""
-    have = part.stat().st_size if tag and part.is_file() else 0
+    have = part.stat().st_size if can_continue and part.is_file() else 0
     headers = {"User-Agent": f"ilf-studio/{__version__}", "Accept-Encoding": "identity"}
-    if have:
-        headers |= {"Range": f"bytes={have}-", "If-Range": tag}
-    with _answer(Request(address, headers=headers)) as answer:
-        if answer.status == _NOTHING_LEFT and answer.headers.get("Content-Range") == f"bytes */{have}":
-            return
-        is_next = answer.headers.get("Content-Range", "").startswith(f"bytes {have}-")
-        if answer.status == _NOTHING_LEFT or (answer.status == 206 and not is_next):
-            mark.unlink()
-            raise _CutError("the server does not send the part that was asked for")
+    with _answer(Request(address, headers=headers | ({"Range": f"bytes={have}-"} if have else {})), part) as answer:
+        if address.startswith("https:") and not answer.url.startswith("https:"):
+            raise InputError(f"{address}: the server leads to an address without encryption, which is not opened.")
         have = have if answer.status == 206 else 0
         stated = answer.headers.get("Content-Length")
         whole = size if stated is None else have + int(stated)
-        if "text/html" in answer.headers.get("Content-Type", ""):
-            raise InputError(f"{address}: the server sends a page instead of the file. Open it in a browser.")
-        if address.startswith("https:") and not answer.url.startswith("https:"):
-            raise InputError(f"{address}: the server leads to an address without encryption, which is not opened.")
-        tolerance = ROUNDED * size
-        if abs(whole - size) > tolerance:
+        if abs(whole - size) > ROUNDED * size:
             raise InputError(f"{address}: the file has {whole} bytes instead of {size}, so it is another one.")
-        entity = answer.headers.get("ETag", "")
-        mark.write_text("" if entity.startswith("W/") else entity, encoding="utf-8")
         with open(part, "ab" if have else "wb") as file:
-            while have <= whole + tolerance and (block := _next(answer)):
+            while block := _next(answer):
                 check_cancelled()
                 file.write(block)
                 have += len(block)
+                if have > whole + ROUNDED * size:
+                    raise InputError(f"{address}: the server sends more than {whole} bytes, so it is another file.")
                 if progress is not None:
                     progress(have, max(whole, have))
-    if have < whole - (0 if stated else tolerance):
+    if have < whole - (ROUNDED * size if stated is None else 0):
         raise _CutError(f"after {have} of {whole} bytes")
-    if have > whole + tolerance:
-        raise InputError(f"{address}: the server sends more than {whole} bytes, so it is another file.")
 
 
-def _answer(request: Request) -> HTTPResponse | HTTPError:
+def _answer(request: Request, part: Path) -> HTTPResponse:
     """Connect to a server; raise _CutError if it may answer later, InputError if it does not."""
     try:
         answer: HTTPResponse = urlopen(request, timeout=SILENCE_S)
     except HTTPError as error:
-        if error.code == _NOTHING_LEFT:
-            return error
-        if error.code >= 500:
-            raise _CutError(f"status {error.code}") from error
-        reason = _REASONS.get(error.code, f"the server answers with status {error.code}")
-        raise InputError(f"{request.full_url}: {reason}. Open the address in a browser.") from error
+        if error.code == _BEYOND:
+            part.unlink()  # it is none of this file
+        told = f"status {error.code}, {error.reason}"
+        if error.code == _BEYOND or error.code >= 500:
+            raise _CutError(told) from error
+        raise InputError(
+            f"{request.full_url}: the server refuses it ({told}). Open the address in a browser."
+        ) from error
     except (OSError, HTTPException) as error:
         why = getattr(error, "reason", error)
         reason = cause(why) if isinstance(why, Exception) else str(why)
@@ -181,7 +153,7 @@ def _answer(request: Request) -> HTTPResponse | HTTPError:
     return answer
 
 
-def _next(answer: HTTPResponse | HTTPError) -> bytes:
+def _next(answer: HTTPResponse) -> bytes:
     try:
         return answer.read1(_BLOCK)
     except (OSError, HTTPException) as error:
