@@ -102,7 +102,8 @@ def _received(address: str, part: Path, size: int, can_continue: bool, progress:
     """Complete the part by one connection or, if they are cut, by several."""
     for left in reversed(range(_TRIES)):
         try:
-            return _receive(address, part, size, can_continue, progress)
+            _receive(address, part, size, can_continue, progress)
+            return
         except _CutError as error:
             if not left:
                 raise InputError(f"{address}: cut again and again ({error}). Repeat the command to go on.") from error

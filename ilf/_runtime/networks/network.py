@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import hashlib
-import logging
 import os
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, suppress
 from functools import cache, partial
 from pathlib import Path
-from threading import Lock, Timer
+from threading import Lock
 from typing import ClassVar, Self
 
 import numpy as np
@@ -31,8 +30,7 @@ _TRIED = ".tried"
 """Folder beside the user's own networks, with an empty file for each trial that was passed."""
 
 TRIAL_S, _LONGEST_TRIAL_S = 30.0, 3600.0
-"""Time limits of a trial with small images and with others [s]; after the first, the user is told that a network still
-runs."""
+"""Time limits of a trial with small images and with others [s]."""
 
 _READ_BYTES_PER_S = 4_000_000
 """Rate at which the slowest computers read a network for its trial."""
@@ -189,9 +187,6 @@ class OnnxNetwork:
     def _forward(self, inputs: dict[str, NDArray[np.float32]]) -> list[NDArray[np.float32]]:
         """Return all outputs; raise RefusedInputError if the network does not accept these inputs, another FormatError
         if it crashes with inputs of their size. "" is the first input."""
-        told = Timer(TRIAL_S, self._tell_that_it_runs)
-        told.daemon = True
-        told.start()
         try:
             if self._untried is not None:
                 shapes = {name: values.shape for name, values in inputs.items()}
@@ -202,18 +197,10 @@ class OnnxNetwork:
         except RefusedInputError as error:
             taken = " and ".join(str(values.shape) for values in inputs.values())
             raise RefusedInputError(self._unlike(f"it does not accept inputs of shape {taken}.")) from error
-        finally:
-            told.cancel()
 
     def _results(self, inputs: dict[str, NDArray[np.float32]]) -> list[NDArray[np.float32]]:
         named = {name or self._session.first_input: values for name, values in inputs.items()}
         return self._session.run(named, keep_memory=self._untried is None)  # those of users may need gigabytes
-
-    def _tell_that_it_runs(self) -> None:
-        logging.getLogger(__name__).warning(
-            f"{self.path.name} has been running for {TRIAL_S:g} s and may not end. Cancel the work (Ctrl+C) and choose "
-            f"another {self.KIND}, or wait."
-        )
 
     def _unlike(self, why: str) -> str:
         """The message of an error: the network is not of this kind."""

@@ -341,11 +341,10 @@ def test_a_trial_that_does_not_end_is_ended(endless):
 
 
 @pytest.mark.parametrize("run", ["trial", "here"])
-def test_a_run_that_does_not_end_is_cancellable_and_says_so(endless, monkeypatch, caplog, run):
-    monkeypatch.setattr(network, "TRIAL_S", 60.0 if run == "trial" else 0.2)
+def test_a_run_that_does_not_end_is_cancellable(endless, monkeypatch, run):
+    monkeypatch.setattr(network, "TRIAL_S", 60.0)
     stop = threading.Event()
     threading.Timer(1.0, stop.set).start()
     work = EdgeNetwork.load if run == "trial" else lambda path: EdgeNetwork(np.fromfile(path, np.uint8), path)
     with cancelled_by(stop), pytest.raises(Cancelled):
         work(endless)
-    assert ("endless.onnx has been running for 0.2 s" in caplog.text) == (run == "here")
