@@ -1,7 +1,7 @@
 """Measure path-traced frames with simulated depth cameras, to see what methods make of holes as sensors leave them.
 
     python assets/models/make_measured_frames.py FRAMES... --out FOLDER
-    ilf bench depth FOLDER --pattern ground-truth
+    ilf bench FOLDER --pattern ground-truth
 
 FRAMES are folders of frames, or folders of such folders; those whose `sensor` in meta.json begins with "rendered" are
 taken, two of each place (the name up to its last "_"). In FOLDER each has its colour, depth.png (measured) and gt.png

@@ -1,4 +1,4 @@
-"""`ilf bench`: compare presets and peers, or methods of making blocks, on any set of frames."""
+"""`ilf bench`: compare presets and peers on any set of frames."""
 
 from __future__ import annotations
 
@@ -8,13 +8,11 @@ from dataclasses import astuple
 from functools import partial
 from itertools import groupby
 from operator import itemgetter
-from typing import Any
 
 from .._runtime.formatting import counted
 from .._runtime.installation import __version__, library_versions
 from .._runtime.schema import PROGRAM
 from ..errors import InputError
-from ..evaluation.bench.blocks import BLOCK_METHODS, run_block_bench, summarise_blocks
 from ..evaluation.bench.frames import find_frames, parse_names
 from ..evaluation.bench.methods import GROUPS, METHODS
 from ..evaluation.bench.patterns import PATTERNS
@@ -22,7 +20,7 @@ from ..evaluation.bench.results import Line, Skipped, content, summarise
 from ..evaluation.bench.runner import run_bench
 from ..io.tables import write_csv
 from .output import Bar, Column, print_json, shows_progress, table, warn
-from .usage import Parser, add_action, add_json, add_progress, declare
+from .usage import Parser, add_json, add_progress, declare
 
 _NAMES_LISTED = 6
 
@@ -32,62 +30,23 @@ _Table = tuple[str, Sequence[Column], Sequence[Line]]
 
 def add_arguments(parser: Parser) -> None:
     """Add the command's arguments to its parser."""
-    parser.description = "Compare methods on any set of frames."
-    actions = parser.add_subparsers(title="actions", metavar="ACTION", required=True)
-
-    depth = add_action(
-        actions,
-        "depth",
-        _depth,
-        "compare presets and other methods of completion on hold-out depth",
-        description="Hold out known depth of frames, complete it with every method, and compute the errors: over all "
-        "frames, and frame by frame relative to the best peer (method other than a preset) on that frame. Hold-out "
-        "pixels that a method leaves missing are scored with their nearest known depth.",
+    parser.description = (
+        "Hold out known depth of frames, complete it with every method, and compute the errors: over all frames, and "
+        "frame by frame relative to the best peer (method other than a preset) on that frame. Hold-out pixels that a "
+        "method leaves missing are scored with their nearest known depth."
     )
-    _add_frames(depth)
     declared = f"""
+        FOLDER ...      folder with rgb.*, depth.* and meta.json, or folder of such folders
+        --limit N       use only the first N frames
         --pattern LIST  hold-out patterns, any of {"; ".join(f"{name}: {what}" for name, what in PATTERNS.items())}
         --seed SEED     random seed, 0 or more
-    """
-    declare(depth, declared, pattern="random,areas", seed=0)
-    _add_common(depth, "any of all; " + "; ".join(f"{group} = {','.join(names)}" for group, names in GROUPS.items()))
-
-    blocks = add_action(actions, "blocks", _blocks, "measure the operation blocks of several methods")
-    _add_frames(blocks)
-    _add_common(blocks, f"any of all,{','.join(BLOCK_METHODS)}")
-
-
-def _add_frames(parser: argparse.ArgumentParser) -> None:
-    declared = """
-        FOLDER ...  folder with rgb.*, depth.* and meta.json, or folder of such folders
-        --limit N   use only the first N frames
-    """
-    declare(parser, declared)
-
-
-def _add_common(parser: argparse.ArgumentParser, methods: str) -> None:
-    declared = f"""
-        --methods LIST  {methods}
+        --methods LIST  any of all; {"; ".join(f"{group} = {','.join(names)}" for group, names in GROUPS.items())}
         --jobs N        number of processes; more than 1 distorts the times
         --csv FILE      write the table as CSV
     """
-    declare(parser, declared, methods="all", jobs=1)
+    declare(parser, declared, pattern="random,areas", seed=0, methods="all", jobs=1)
     add_json(parser)
     add_progress(parser)
-
-
-def _write(
-    arguments: argparse.Namespace, tables: Sequence[_Table], lines: Sequence[Line], found: dict[str, Any]
-) -> None:
-    """Print the tables, or what was found as JSON, and write the lines as CSV."""
-    if arguments.json:
-        versions = {"program": PROGRAM, "version": __version__, "versions": library_versions()}
-        print_json(versions | found)
-    else:
-        for number, (title, columns, own) in enumerate(tables):
-            print("\n" * bool(number) + "\n".join([title, *table([_METHOD, *columns], own)]))
-    if arguments.csv is not None:
-        write_csv(arguments.csv, [list(lines[0]), *(line.values() for line in lines)])
 
 
 _METHOD = Column("method", itemgetter("method"))
@@ -130,8 +89,8 @@ _EXPECTED = (
 )
 
 
-def _depth(arguments: argparse.Namespace) -> None:
-    """Compare methods of completion."""
+def run(arguments: argparse.Namespace) -> None:
+    """Run the command."""
     folders = find_frames(arguments.folders)[: arguments.limit]
     patterns = parse_names(arguments.pattern, PATTERNS, what="pattern")
     methods = parse_names(arguments.methods, METHODS, {"all": tuple(METHODS), **GROUPS})
@@ -139,7 +98,11 @@ def _depth(arguments: argparse.Namespace) -> None:
     with Bar(len(folders) * len(patterns), "frames and patterns", shown=shows_progress(arguments)) as bar:
         result = run_bench(folders, patterns, methods, seed, jobs=arguments.jobs, on_progress=bar.advance)
     _warn_of_skipped(result.skipped)
-    _warn_of_failures(map(vars, result.rows), "{frame}, pattern {pattern}", "nothing filled")
+    warn(
+        f"{row.method} failed on {row.frame}, pattern {row.pattern}, scored as nothing filled. {row.failure}"
+        for row in result.rows
+        if row.failure
+    )
     if not result.rows:
         raise InputError("No frame could be scored, so there is nothing to compare. Check the folders.")
     lines = summarise(result)
@@ -153,44 +116,14 @@ def _depth(arguments: argparse.Namespace) -> None:
             (f"{pattern}, {beside}", _beside_peers("rmse") + _beside_peers("mae"), own),
             (f"{pattern}, expected error", _EXPECTED, own),
         ]
-    _write(arguments, tables, lines, content(result, patterns, methods, seed))
-
-
-_BLOCK_COLUMNS = (
-    Column("coverage", itemgetter("coverage"), ".2%", max),
-    Column("of frame", itemgetter("frame_coverage"), ".2%", max),
-    Column("recoverable", itemgetter("recoverable"), ".2%", max),
-    Column("watertight", itemgetter("watertight"), ".1%", max),
-    Column("purity", itemgetter("purity"), ".2%", max),
-    Column("cut rate", itemgetter("cut_rate"), ".2%", min),
-    Column("recall", itemgetter("recall"), ".4f", max),
-    Column("precision", itemgetter("precision"), ".4f", max),
-    Column("F", itemgetter("f"), ".4f", max),
-    Column("blocks", itemgetter("blocks"), ".1f"),
-    _SECONDS,
-)
-
-
-def _blocks(arguments: argparse.Namespace) -> None:
-    """Measure the blocks of several methods."""
-    folders = find_frames(arguments.folders)[: arguments.limit]
-    methods = parse_names(arguments.methods, BLOCK_METHODS, {"all": tuple(BLOCK_METHODS)})
-    with Bar(len(folders), "frames", shown=shows_progress(arguments)) as bar:
-        rows, skipped = run_block_bench(folders, methods, jobs=arguments.jobs, on_progress=bar.advance)
-    _warn_of_skipped(skipped)
-    _warn_of_failures(rows, "{frame}", "no blocks")
-    if not rows:
-        raise InputError("No frame could be read, so there is nothing to compare. Check the folders.")
-    lines = summarise_blocks(rows)
-    title = f"blocks: quality of operation blocks, without hold-out ({counted(lines[0]['frames'], 'frame')})"
-    found = {
-        "frames": list(dict.fromkeys(row["frame"] for row in rows)),
-        "methods": {name: BLOCK_METHODS[name].settings for name in methods},
-        "table": lines,
-        "rows": rows,
-        "skipped": [{"frame": item.frame, "reason": item.reason} for item in skipped],
-    }
-    _write(arguments, [(title, _BLOCK_COLUMNS, lines)], lines, found)
+    if arguments.json:
+        versions = {"program": PROGRAM, "version": __version__, "versions": library_versions()}
+        print_json(versions | content(result, patterns, methods, seed))
+    else:
+        for number, (title, columns, shown) in enumerate(tables):
+            print("\n" * bool(number) + "\n".join([title, *table([_METHOD, *columns], shown)]))
+    if arguments.csv is not None:
+        write_csv(arguments.csv, [list(lines[0]), *(line.values() for line in lines)])
 
 
 def _warn_of_skipped(skipped: Iterable[Skipped]) -> None:
@@ -202,11 +135,3 @@ def _warn_of_skipped(skipped: Iterable[Skipped]) -> None:
         more = f" and {len(frames) - _NAMES_LISTED} more" if len(frames) > _NAMES_LISTED else ""
         where = f" for pattern {pattern}" if pattern else ""
         warn([f"skipped{where}: {', '.join(frames[:_NAMES_LISTED])}{more}. {reason}"])
-
-
-def _warn_of_failures(rows: Iterable[Line], where: str, scored_as: str) -> None:
-    warn(
-        f"{row['method']} failed on {where.format_map(row)}, scored as {scored_as}. {row['failure']}"
-        for row in rows
-        if row["failure"]
-    )

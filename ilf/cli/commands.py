@@ -25,7 +25,7 @@ COMMANDS = {
     "blocks": "extract the operation blocks of a frame",
     "info": "show the contents of a frame, a source of frames or a run record; list presets and layouts",
     "evaluate": "evaluate a frame's completion against ground truth or hold-out",
-    "bench": "compare presets and other methods of completion or blocks on many frames",
+    "bench": "compare presets and other methods of completion on many frames",
     "report": "write one HTML page about frames: pictures, blocks, parameters, curves, errors, versions and hashes",
     "project": "make, show, export and replay project files; export results to other programs",
     "models": "list, fetch, add and remove networks for edges and guides",

@@ -1,7 +1,7 @@
 """Split of the real frames: frames for tuning, and frames for evaluation.
 
-    ilf bench depth $(python -m tests.bench.frame_split choosing ../shared/data/rgbd) --seed 1
-    ilf bench depth $(python -m tests.bench.frame_split judging ../shared/data/rgbd)
+    ilf bench $(python -m tests.bench.frame_split choosing ../shared/data/rgbd) --seed 1
+    ilf bench $(python -m tests.bench.frame_split judging ../shared/data/rgbd)
 
 Frames for evaluation (`judging`) are run once, after tuning. Frames of NYU whose depth was filled by an algorithm
 (`nyufilled_*`) are in neither list.

@@ -15,6 +15,7 @@ from tests.ilf.two_cameras import write_pair
 from .samples import scaled, write_sample
 
 QUICK = (
+    ("blocks", "FRAME --methods canny,felzenszwalb", "purity"),
     ("correction_effect", "FRAME --seeds 1", "geometric mean: RMSE"),
     ("denoising", "--scenes STRAIGHT --methods input,median", "cylinder, 6.5 mm: all (230,400 pixels)"),
     ("faults", "--only preset --every 5", "preset"),

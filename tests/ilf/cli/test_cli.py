@@ -575,9 +575,8 @@ _NO_EFFECT = "has no effect with {0} {1}; it belongs to {0} {2}."
         ("info", "Give a colour and a depth file, one folder, or a run.json."),
         ("info room.ilf", "room.ilf is a project: use `ilf project info`."),
         ("info in -K K.txt", "no option -K. Did you mean --intrinsics?"),
-        ("bench depth in --pattern", "expected one argument"),
-        ("bench blocks in --pattern areas", "no option --pattern."),
-        ("bench blocks", "FOLDER"),
+        ("bench in --pattern", "expected one argument"),
+        ("bench", "FOLDER"),
     ],
 )
 def test_wrong_usage_is_one_line_that_says_what_is_meant(words, sentence, files, cli):

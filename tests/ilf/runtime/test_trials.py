@@ -137,7 +137,7 @@ PLACES = [
     *(f"complete RGB DEPTH --out OUT {flag} FILE" for flag in (
         "--guide", "--blocks", "--drawn", "--invalid-mask", "--ground-truth", "--intrinsics", "--preset",
     )),
-    "batch FILE --out OUT", "report FILE --out PAGE", "evaluate FILE", "blocks FILE --out OUT", "bench depth FILE",
+    "batch FILE --out OUT", "report FILE --out PAGE", "evaluate FILE", "blocks FILE --out OUT", "bench FILE",
     "project info FILE", "stream FILE --results --out OUT", "project export FILE --to nerfstudio --out OUT",
 ]  # fmt: skip
 """Commands that take a file, and their options that do."""

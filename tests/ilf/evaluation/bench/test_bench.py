@@ -32,7 +32,7 @@ def quick_presets(monkeypatch):
 
 def run_command(folder, *arguments, json_file):
     with redirect_stdout(io.StringIO()) as printed:
-        assert main(["bench", "depth", str(folder), *arguments, "--json"]) == 0
+        assert main(["bench", str(folder), *arguments, "--json"]) == 0
     json_file.write_text(printed.getvalue())
     return json.loads(printed.getvalue())
 
@@ -118,7 +118,7 @@ def test_the_command_prints_tables_and_writes_files(two_frames, tmp_path, capsys
     arguments = ["--pattern", "random,ground-truth", "--csv", str(tmp_path / "a.csv")]
     content = run_command(two_frames, *arguments, json_file=tmp_path / "a.json")
     capsys.readouterr()
-    captured = cli("bench", "depth", two_frames, *arguments)
+    captured = cli("bench", two_frames, *arguments)
     broken, without_truth = captured.err.splitlines()
     assert broken.startswith("ilf: warning: skipped: broken. ")
     assert without_truth.startswith("ilf: warning: skipped for pattern ground-truth: first. ")

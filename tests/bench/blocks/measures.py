@@ -13,13 +13,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt
 
-from ...completion.block import required_known_pixels
-from ...data.frame import RGBDFrame
-from ...data.label_map import Box
-from ...data.pixel_grids import Pairs, both, connected_regions, different_labels, mark, rim, sides
-from ...data.presets import preset
-from ...segmentation.edges.relief import JUMP_LENGTH, find_relief
-from ...segmentation.extraction import find_margins
+from ilf.completion.block import required_known_pixels
+from ilf.data.frame import RGBDFrame
+from ilf.data.label_map import Box
+from ilf.data.pixel_grids import Pairs, both, connected_regions, different_labels, mark, rim, sides
+from ilf.data.presets import preset
+from ilf.segmentation.edges.relief import JUMP_LENGTH, find_relief
+from ilf.segmentation.extraction import find_margins
 
 Labels = NDArray[np.int32]
 

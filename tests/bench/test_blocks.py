@@ -1,6 +1,5 @@
-"""`ilf bench blocks`: every measure where its value is known, the methods, and the command."""
+"""The bench of blocks: every measure where its value is known, and the methods."""
 
-import csv
 import dataclasses
 import json
 import math
@@ -10,14 +9,13 @@ import numpy as np
 import pytest
 
 import ilf
-from ilf.cli import main
 from ilf.completion.block import required_known_pixels
 from ilf.data.pixel_grids import mark
-from ilf.errors import InputError
-from ilf.evaluation.bench.block_measures import find_reference, score_blocks
-from ilf.evaluation.bench.blocks import BLOCK_METHODS, BlockMethod, run_block_bench, summarise_blocks
+from tests.ilf.small_frames import write_small_frame
 
-from ...small_frames import write_small_frame
+from .blocks.__main__ import scores
+from .blocks.measures import find_reference, score_blocks
+from .blocks.methods import BLOCK_METHODS
 
 SHAPE = (80, 120)
 ROWS, COLUMNS = np.mgrid[: SHAPE[0], : SHAPE[1]]
@@ -172,11 +170,11 @@ def folders(tmp_path):
 
 
 def test_only_depth_finds_a_jump_without_colour(folders):
-    rows, _ = run_block_bench([folders / "grey"], list(BLOCK_METHODS))
+    rows = scores(folders / "grey", list(BLOCK_METHODS))
     recall = {row["method"]: row["recall"] for row in rows}
     assert min(recall.pop("canny+depth"), recall.pop("combined")) > 0.9
     assert set(recall.values()) == {0.0}
-    assert all(row["seconds"] > 0 and not row["failure"] for row in rows)
+    assert scores(folders / "broken", list(BLOCK_METHODS)) == []
 
 
 @pytest.mark.parametrize("name", BLOCK_METHODS)
@@ -184,38 +182,8 @@ def test_methods_part_colours_and_leave_the_margins_out(name):
     colour = np.where(COLUMNS[..., None] < 60, (40, 90, 200), (220, 200, 60)).astype(np.uint8)
     colour[:4] = colour[-4:] = colour[:, :6] = colour[:, -6:] = 255
     frame = ilf.RGBDFrame(colour, STEP)
-    labels = BLOCK_METHODS[name].run(frame)
+    labels = BLOCK_METHODS[name](frame)
     inside = np.zeros(SHAPE, bool)
     inside[4:-4, 6:-6] = True
     np.testing.assert_array_equal(labels > 0, inside)
     assert measure("recall", labels, find_reference(frame)) == 1.0
-
-
-def test_summary_is_the_mean_over_frames_that_have_a_value_and_failures_count(folders, monkeypatch):
-    def halves(frame):
-        if frame.name == "grey":
-            raise InputError("too grey")
-        return np.where(np.mgrid[:60, :80][1] < 40, 1, 2).astype(np.int32)
-
-    monkeypatch.setitem(BLOCK_METHODS, "halves", BlockMethod(halves, {}))
-    rows, _ = run_block_bench([folders / "colours", folders / "grey"], ["halves", "canny+depth"])
-    best, line = summarise_blocks(rows)
-    assert (best["method"], line["method"]) == ("canny+depth", "halves")
-    expected = {"frames": 2, "failures": 1, "coverage": 0.5, "watertight": 1.0, "blocks": 1.0, "purity": 1.0, "f": 0.5}
-    assert {name: line[name] for name in expected} == expected
-    assert best["f"] > line["f"]
-
-
-def test_the_command_prints_a_table_and_writes_files(folders, tmp_path, capsys, cli):
-    captured = cli("bench", "blocks", folders, "--jobs", "1", "--progress", "--json")
-    assert "3/3 frames" in captured.err
-    assert captured.err.splitlines()[-1].startswith("ilf: warning: skipped: broken. ")
-    content = json.loads(captured.out)
-    assert main(["bench", "blocks", str(folders), "--csv", str(tmp_path / "a.csv")]) == 0
-    title, _, *lines = capsys.readouterr().out.splitlines()[: 2 + len(BLOCK_METHODS)]
-    assert title == "blocks: quality of operation blocks, without hold-out (2 frames)"
-    assert [line.split()[0] for line in lines] == [line["method"] for line in content["table"]]
-    assert len(content["rows"]) == 2 * len(BLOCK_METHODS)
-    assert content["methods"]["canny"]["use_depth"] is False
-    with open(tmp_path / "a.csv", newline="") as stream:
-        assert [float(row["f"]) for row in csv.DictReader(stream)] == [line["f"] for line in content["table"]]
