@@ -245,14 +245,11 @@ def _complete(sink: Sink, arguments: argparse.Namespace, summary: BatchSummary) 
 
 # Shards: their arguments; checking and merging a folder of them.
 
-_PER_SHARD, _KEEP = 1000, "depth,expected_error,blocks"
-
 _MAX_LISTED = 5
 """Maximum number of damaged files listed on the terminal."""
 
-_ONLY_SHARDS = "per_shard", "keep", "verify", "merge"
 _ONLY_FOLDERS = "static_camera", "neighbours", "rerun_changed", "no_expected_error", "contact_sheet", "video"
-"""Flags of batches in shards, and of those with a folder for each frame."""
+"""Flags of batches with a folder for each frame."""
 
 
 def _add_shard_arguments(group: argparse._ArgumentGroup) -> None:
@@ -260,19 +257,17 @@ def _add_shard_arguments(group: argparse._ArgumentGroup) -> None:
     declared = f"""
         --shards DIR   write WebDataset tars, each with a table, instead of a folder per frame. DIR is a folder or an
             address (s3://bucket/folder). The tables are Parquet, depth has one format: png (default) or npy
-        --per-shard N  frames in a shard (default: {_PER_SHARD})
-        --keep LIST    what a shard contains: depth, and any of {",".join(KEPT[1:])} (default: {_KEEP})
-        --verify       only check all shards of a folder
-        --merge        only merge the tables of a folder's shards into {MERGED_FILE}
+        --per-shard N  with --shards: frames in a shard
+        --keep LIST    with --shards: what a shard contains: depth, and any of {",".join(KEPT[1:])}
+        --verify       with --shards: only check all shards of a folder
+        --merge        with --shards: only merge the tables of a folder's shards into {MERGED_FILE}
     """
-    declare(group, declared)
+    declare(group, declared, per_shard=1000, keep="depth,expected_error,blocks")
 
 
 def _check_shard_arguments(arguments: argparse.Namespace) -> None:
-    """Raise UsageError for arguments that contradict --shards, or need it."""
+    """Raise UsageError for arguments that contradict --shards."""
     if arguments.shards is None:
-        if given := given_flags(arguments, _ONLY_SHARDS):
-            raise UsageError(f"{given[0]} applies to shards only: add --shards.")
         return
     if arguments.out is not None:
         raise UsageError("--shards replaces --out: leave one of them out.")
@@ -286,7 +281,7 @@ def _check_shard_arguments(arguments: argparse.Namespace) -> None:
 
 def _open_given_shards(arguments: argparse.Namespace, settings: BatchSettings, list_frames: ListFrames) -> ShardSink:
     """Open the shards that the arguments name; raises as `open_shards`, and UsageError."""
-    keep = tuple(filter(None, (arguments.keep or _KEEP).split(",")))
+    keep = tuple(filter(None, arguments.keep.split(",")))
     if "depth" not in keep or not set(keep) <= set(KEPT):
         raise UsageError(f"--keep takes depth, and any of {', '.join(KEPT[1:])}, not {arguments.keep!r:.60}.")
     depth_format = arguments.depth_formats or "png"
@@ -297,7 +292,7 @@ def _open_given_shards(arguments: argparse.Namespace, settings: BatchSettings, l
         arguments.shards,
         replace(settings, options=replace(settings.options, depth_formats=(depth_format,), cloud=None)),
         tuple(name for name in KEPT if name in keep),
-        arguments.per_shard or _PER_SHARD,
+        arguments.per_shard,
         _request(arguments),
         part=arguments.shard or (1, 1),
         retry_failed=arguments.retry_failed,

@@ -36,7 +36,7 @@ def add_arguments(parser: Parser) -> None:
     add_shared(parser, "--invalid-mask")
     taken = parser.add_argument_group("existing blocks")
     add_given_blocks(taken, "--from")
-    declare(taken, "--keep N,N,...  keep only these blocks (default: all)")
+    declare(taken, "--keep N,N,...  with --from: keep only these blocks (default: all)")
     output = parser.add_argument_group("output")
     declared = f"""
         --out FILE    required: output file, .png or .json
@@ -52,8 +52,6 @@ def add_arguments(parser: Parser) -> None:
 def run(arguments: argparse.Namespace) -> None:
     """Run the command."""
     parameters = extraction_from(arguments, "--from")
-    if arguments.keep is not None and arguments.blocks is None:
-        raise UsageError("--keep needs blocks: give them with --from.")
     extracts = arguments.blocks is None or arguments.fill_gaps
     if arguments.stages is not None and not extracts:
         raise UsageError("With --from nothing is extracted: leave out --stages, or add --fill-gaps.")

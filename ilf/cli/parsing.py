@@ -47,11 +47,11 @@ _SHARED = f"""
     --by-hand FILE       depth that you state where it is missing or marked invalid: an image in the encoding of the
         frame's depth, or floating-point numbers in metres, such as NPY; 0 or NaN states none. It is marked in the
         results (by_hand.png) and never counts as measured
-    --by-hand-weight WEIGHT  weight of a pixel's depth by hand, 0 to 1; a measured pixel has weight 1
+    --by-hand-weight WEIGHT  with --by-hand: weight of its pixels, 0 to 1; a measured pixel has weight 1
     --extrapolate        extrapolate the depth that is still missing after the run, and write its mask extrapolated.png
     --hold-out {"|".join(HOLD_OUT_PATTERNS)}  evaluate on hold-out depth of this pattern, with a run per seed:
         {_HOLD_OUTS}
-    --seeds N            number of random hold-outs
+    --seeds N            with --hold-out: number of random hold-outs
     --look-in DIR ...    folder where files that have been moved are now; can be repeated
     --allow-address PREFIX ...  open what files name (projects, run records, lists, shards) at and below this address or
         path, outside their own folder or store; can be repeated
@@ -126,16 +126,12 @@ def check_plausibility(plausibility_warnings: Iterable[str], strict: bool) -> No
 
 
 def checked_neighbours(arguments: argparse.Namespace) -> tuple[int, int]:
-    """Return number and step of the neighbours; raises UsageError for a step without neighbours."""
-    if "neighbour_step" in arguments.given and not arguments.neighbours:
-        raise UsageError("--neighbour-step applies to --neighbours: add it.")
+    """Return number and step of the neighbours."""
     return arguments.neighbours, arguments.neighbour_step
 
 
 def hold_out_from(arguments: argparse.Namespace) -> HoldOutTest | None:
     """Return the hold-out that is asked for, if any."""
-    if arguments.hold_out is None and "seeds" in arguments.given:
-        raise UsageError("--seeds applies to hold-out only: add --hold-out.")
     return None if arguments.hold_out is None else HoldOutTest(arguments.hold_out, tuple(range(arguments.seeds)))
 
 
@@ -164,8 +160,6 @@ def preset_from(name: str | None) -> UserPreset:
 def settings_from(arguments: argparse.Namespace, preset: UserPreset) -> tuple[Parameters, BlockChoice]:
     """Return the parameters of the filter and the choice of blocks, based on a preset."""
     values = vars(arguments)
-    if "by_hand_weight" in arguments.given and arguments.by_hand is None:
-        raise UsageError("--by-hand-weight is the weight of --by-hand: give that, too.")
     extraction = extraction_from(arguments, "--blocks", preset.extraction)
     named = (values.get(name) for name in ("blocks", "drawn", "by_hand"))
     blocks, drawn, by_hand = (None if path is None else absolute(path) for path in named)
@@ -183,14 +177,12 @@ def add_given_blocks(group: argparse._ActionsContainer, flag: str) -> None:
         help="use these blocks instead of extracting them. Formats: label map (PNG), labelme or COCO JSON, "
         "segment-anything masks (JSON) or a folder of masks (PNG); where masks overlap, the smallest is on top",
     )
-    declare(group, f"--fill-gaps  extract blocks in the gaps of {flag}")
+    declare(group, f"--fill-gaps  with {flag}: extract blocks in the gaps of these")
 
 
 def extraction_from(arguments: argparse.Namespace, flag: str, base: BlockParameters | None = None) -> BlockParameters:
     """Return the extraction parameters, based on `base`; UsageError for arguments without effect beside the flag of
     given blocks."""
-    if arguments.blocks is None and arguments.fill_gaps:
-        raise UsageError(f"--fill-gaps needs blocks: give them with {flag}.")
     if arguments.blocks is not None and given_parameters(arguments, BlockParameters) and not arguments.fill_gaps:
         raise UsageError(f"With {flag} nothing is extracted: leave out --{BLOCK_PREFIX}* flags, or add --fill-gaps.")
     return with_given(base or BlockParameters(), arguments)

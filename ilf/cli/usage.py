@@ -99,6 +99,8 @@ def did_you_mean(word: str, known: Iterable[str]) -> str:
 
 
 _FLAG = re.compile(r"--\S*|-[A-Za-z?]\S*")
+_NEEDED = re.compile(r"with (--[\w-]+): ")
+"""How the explanation of a flag begins that is given with another one only."""
 
 
 class Parser(argparse.ArgumentParser):
@@ -127,7 +129,12 @@ class Parser(argparse.ArgumentParser):
                 found.given[self._option_string_actions[flag].dest] = flag
             elif _FLAG.fullmatch(flag):
                 self.error(f"There is no option {flag}.{did_you_mean(flag, self._option_string_actions)}")
-        return super().parse_known_args(words, found)
+        parsed = super().parse_known_args(words, found)
+        for action in self._actions:
+            needed = _NEEDED.match(action.help or "")
+            if needed and action.dest in found.given and needed[1] not in found.given.values():
+                self.error(f"{found.given[action.dest]} has no effect alone: add {needed[1]}.")
+        return parsed
 
     def _check_value(self, action: argparse.Action, value: Any) -> None:
         if action.choices is None or value in action.choices:
@@ -239,7 +246,8 @@ def declare(group: argparse._ActionsContainer, text: str, only: Collection[str] 
     group : argparse.ArgumentParser or a group of its arguments
     text : str
         Each argument begins a line, and its explanation follows after two blanks, and in indented lines below; one that
-        begins with "required" makes a flag so. A flag without a value is a switch. Words joined by | are the choices;
+        begins with "required" makes a flag so, and "with --FLAG:" makes it need another. A flag without a value is a
+        switch. Words joined by | are the choices;
         anything else, or words of capitals, stand for the value (see `VALUES`). After ..., a flag can be repeated, and
         a positional argument has several values; it may be left out in brackets.
     only : collection of str
