@@ -8,7 +8,7 @@ import re
 import sys
 import unicodedata
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from types import UnionType
 from typing import Any
@@ -128,6 +128,20 @@ def told_as(
     except caught as error:
         text = str(error) if isinstance(error, IlfError) else f"{cause(error):.{_LONGEST_CAUSE}}"
         raise kind(sentence.replace("{error}", text)) from error
+
+
+def did_you_mean(word: str, known: Iterable[str]) -> str:
+    """Suggest the most similar known word, as a question after a space; "" if there is none.
+
+    Examples
+    --------
+    >>> did_you_mean("granularty", ["granularity", "dilation"]), did_you_mean("fly", ["complete", "blocks"])
+    (' Did you mean granularity?', '')
+    """
+    import difflib  # not before: most programs need no suggestion
+
+    near = difflib.get_close_matches(word, list(known), 1)
+    return f" Did you mean {near[0]}?" if near else ""
 
 
 def to_text(error: Exception) -> str:

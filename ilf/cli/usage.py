@@ -13,7 +13,7 @@ from itertools import takewhile
 from typing import Any, NoReturn
 
 from .._runtime.files import is_address, split_dataset
-from ..errors import IlfError, InputError
+from ..errors import IlfError, InputError, did_you_mean
 
 DONE, FAILED, WRONG_USAGE, HUNG_UP, INTERRUPTED, TERMINATED = 0, 1, 2, 129, 130, 143
 
@@ -74,28 +74,25 @@ _MEANINGS = {
 """Words of other programs -> what they mean here: the first that the parser knows; or else a sentence."""
 
 
-def did_you_mean(word: str, known: Iterable[str]) -> str:
+def _suggested(word: str, known: Iterable[str]) -> str:
     """Suggest the known word that means the same or is most similar, as a question after a space; "" if there is none.
 
     Examples
     --------
-    >>> did_you_mean("complet", ["complete", "blocks"])
+    >>> _suggested("complet", ["complete", "blocks"])
     ' Did you mean complete?'
-    >>> did_you_mean("--depth-scale", ["--depth-units", "--scales"])
+    >>> _suggested("--depth-scale", ["--depth-units", "--scales"])
     ' Did you mean --depth-units?'
-    >>> did_you_mean("fly", ["complete", "blocks"])
+    >>> _suggested("fly", ["complete", "blocks"])
     ''
     """
-    import difflib
-
     known, plain = list(known), re.sub(r"^-+|\d+$", "", word).replace("_", "-").lower()  # -j4 is -j
     for meant in next((to for words, to in _MEANINGS.items() if plain in words.split()), ()):
         if meant in known:
             return f" Did you mean {meant}?"
         if " " in meant:
             return f" {meant}"
-    near = difflib.get_close_matches(word, known, 1)
-    return f" Did you mean {near[0]}?" if near else ""
+    return did_you_mean(word, known)
 
 
 _FLAG = re.compile(r"--\S*|-[A-Za-z?]\S*")
@@ -128,7 +125,7 @@ class Parser(argparse.ArgumentParser):
             if flag in self._option_string_actions:
                 found.given[self._option_string_actions[flag].dest] = flag
             elif _FLAG.fullmatch(flag):
-                self.error(f"There is no option {flag}.{did_you_mean(flag, self._option_string_actions)}")
+                self.error(f"There is no option {flag}.{_suggested(flag, self._option_string_actions)}")
         parsed = super().parse_known_args(words, found)
         for action in self._actions:
             needed = _NEEDED.match(action.help or "")
@@ -141,7 +138,7 @@ class Parser(argparse.ArgumentParser):
             return
         choices = list(map(str, action.choices))
         flags = self._option_string_actions if isinstance(action, argparse._SubParsersAction) else []
-        hint = did_you_mean(str(value), [*choices, *flags]) or f" Choose from {', '.join(choices)}."
+        hint = _suggested(str(value), [*choices, *flags]) or f" Choose from {', '.join(choices)}."
         if isinstance(action, argparse._SubParsersAction):
             raise argparse.ArgumentError(None, f"There is no {str(action.metavar).lower()} {value!r:.80}.{hint}")
         raise argparse.ArgumentError(action, f"{value!r:.80} is not a choice.{hint}")

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import copy
 import dataclasses
-import difflib
 import inspect
 import math
 import textwrap
@@ -19,7 +18,7 @@ from types import MappingProxyType
 from typing import Any, Self, TypeVar
 
 from .._runtime.formatting import as_float
-from ..errors import ParameterError
+from ..errors import ParameterError, did_you_mean
 
 Value = bool | int | float | str
 
@@ -260,9 +259,8 @@ def check_names(given: Iterable[str], known: Collection[str]) -> None:
     """
     for name in given:
         if name not in known:
-            near = difflib.get_close_matches(name, known, 1)
-            hint = f"Did you mean {near[0]}?" if near else f"Known: {', '.join(known)}."
-            raise ParameterError(f"There is no parameter {name!r}. {hint}")
+            hint = did_you_mean(name, known) or f" Known: {', '.join(known)}."
+            raise ParameterError(f"There is no parameter {name!r}.{hint}")
 
 
 Kind = TypeVar("Kind", bound=type[ParameterSet])

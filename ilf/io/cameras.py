@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import json
 import math
 import os
@@ -36,7 +35,7 @@ from ..data.camera import (
     lens_problem,
     stated_size,
 )
-from ..errors import FormatError, InputError, told_as
+from ..errors import FormatError, InputError, did_you_mean, told_as
 from .camera_files import CAMERA_FILES, ENTRY_MARK, chosen_camera, read_camera_file
 from .camera_places import PLACE_FACTS, depth_to_colour
 
@@ -145,9 +144,8 @@ def _from_file(text: str) -> dict[str, Any]:
     file, entry = _split(text)
     path = Path(file)
     if path.suffix not in CAMERA_FILES and len(path.parts) < 2 and not os.path.exists(path):
-        near = difflib.get_close_matches(file.lower(), INTRINSICS, 1)
-        hint = f"Did you mean {near[0]}? " if near else ""
-        raise InputError(f"There is no intrinsics preset {file!r}. {hint}Known: {', '.join(INTRINSICS)}. {REMEDY}")
+        hint = did_you_mean(file.lower(), INTRINSICS)
+        raise InputError(f"There is no intrinsics preset {file!r}.{hint} Known: {', '.join(INTRINSICS)}. {REMEDY}")
     return read_camera_file(path, entry)
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
@@ -15,7 +14,7 @@ from numpy.typing import NDArray
 
 from ..data.camera import Camera, fitted
 from ..data.frame import DEPTH_LIMITS, FARTHEST_DEPTH, FrameInputs
-from ..errors import FormatError, InputError, ParameterError, told_as
+from ..errors import FormatError, InputError, ParameterError, did_you_mean, told_as
 from .cameras import camera_of_image
 from .depth import UINT16_MAX, checked_units, depth_in_metres
 
@@ -248,10 +247,9 @@ def encoding_of(spec: EncodingSpec, depth: Path | None = None) -> DepthEncoding:
     except ValueError as error:
         if kind in _WITH_NUMBERS:
             raise ParameterError(f"{spec!r:.80} must be {ENCODING_DESCRIPTIONS[kind]}.") from error
-        near = difflib.get_close_matches(name, ENCODING_DESCRIPTIONS, 1)
-        hint = f"Did you mean {near[0]}? " if near else ""
+        hint = did_you_mean(name, ENCODING_DESCRIPTIONS)
         raise ParameterError(
-            f"There is no depth encoding {spec!r:.60}. {hint}Give one of {', '.join(ENCODING_DESCRIPTIONS)}, or a "
+            f"There is no depth encoding {spec!r:.60}.{hint} Give one of {', '.join(ENCODING_DESCRIPTIONS)}, or a "
             "number of file units per metre."
         ) from error
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import itertools
 import os
 import re
@@ -197,9 +196,6 @@ def _counted(count: int, one: str, several: str) -> str:
 
 # A folder of masks, one PNG each, as written for an image by segment-anything and many other programs.
 
-METADATA = "metadata.csv"
-"""segment-anything's list of its masks, which distinguishes them from other images in the folder."""
-
 
 def blocks_of_mask_folder(folder: Path, shape: tuple[int, int]) -> Blocks:
     """Read the blocks of a folder: one per mask, named after the file unless its name is a number; non-zero pixels
@@ -208,27 +204,14 @@ def blocks_of_mask_folder(folder: Path, shape: tuple[int, int]) -> Blocks:
     Raises
     ------
     InputError
-        If there are no masks, or one is missing, its size differs from `shape` (H, W), or it is not a mask.
+        If there are no masks, or the size of one differs from `shape` (H, W), or it is not a mask.
     """
     pictures = (file for file in folder.iterdir() if file.suffix.lower() == ".png")
-    files = _listed(folder) or sorted(pictures, key=_natural)
+    files = sorted(pictures, key=_natural)
     if not files:
         raise InputError(f"{folder} contains no masks (one PNG each). If it has a JSON file of masks, give that.")
     candidates = [("" if file.stem.isdecimal() else file.stem, None, _part(file, shape)) for file in files]
     return stacked(folder, shape, candidates, ())
-
-
-def _listed(folder: Path) -> list[Path]:
-    """Return the masks in the folder's list; empty if there is no list."""
-    if not (folder / METADATA).is_file():
-        return []
-    try:
-        text = read_file(folder / METADATA).data.tobytes().decode("utf-8-sig")
-        ids = [row["id"].strip() for row in csv.DictReader(text.splitlines())]
-    except (UnicodeDecodeError, csv.Error, KeyError, AttributeError):
-        raise FormatError(f"{folder / METADATA} has no column 'id' of masks. Correct or remove it.") from None
-    # restrict paths to this folder, whatever the list contains
-    return [folder / f"{Path(one).name}.png" for one in ids]
 
 
 def _part(file: Path, shape: tuple[int, int]) -> Iterator[Region]:

@@ -145,7 +145,6 @@ _ALL = (
     Format("truth-png", "gt.png", seeds.depth_png, of_png, lambda path: read_ground_truth(path, seeds.SHAPE)[0]),
     Format("confidence-png", "sure.png", seeds.confidence_png, of_png, readers.confidence),
     Format("confidence-npy", "sure.npy", seeds.confidence_npy, of_bytes, readers.confidence),
-    Format("mask-list", "masks/metadata.csv", seeds.mask_list, of_text, readers.masks),
     Format("mask-folder", "masks/1.png", seeds.mask_picture, of_png, readers.masks),
     Format("preset-folder", "PRESETS/own.json", program_seeds.presets, of_json, readers.presets),
     Format("replay", "out/run.json", program_seeds.replay, of_json, readers.replayed),

@@ -445,24 +445,13 @@ def nyu_labelled(folder: Path) -> list[bytes]:
     return contents
 
 
-def mask_list(folder: Path) -> list[bytes]:
-    """metadata.csv of segment-anything, with its masks."""
-    return _masks(folder)[:1]
-
-
 def mask_picture(folder: Path) -> list[bytes]:
-    """One of these masks."""
-    return _masks(folder)[1:]
-
-
-def _masks(folder: Path) -> list[bytes]:
+    """One of the masks of a folder."""
     (folder / "masks").mkdir()
     picture = mask(folder)[0]
     for name in ("0", "1", "chair"):
         (folder / "masks" / f"{name}.png").write_bytes(picture)
-    listed = b"id,area,bbox_x0\n0,200,4\n1,100,4\n"
-    (folder / "masks" / "metadata.csv").write_bytes(listed)
-    return [listed, picture]
+    return [picture]
 
 
 def confidence_png(folder: Path) -> list[bytes]:

@@ -186,9 +186,6 @@ def test_masks_of_segment_anything_as_json_and_as_folder(tmp_path):
     cv2.imwrite(str(folder / "0matting.png"), np.random.default_rng(1).integers(0, 255, (*SHAPE, 3), np.uint8))
     with pytest.raises(InputError, match=r"0matting.png is a colour image"):
         read_blocks(folder, SHAPE)
-    (folder / "metadata.csv").write_text("id,area\n0,12\n1,4\n2,4")
-    np.testing.assert_array_equal(read_blocks(folder, SHAPE).labels, expected)
-    (folder / "metadata.csv").unlink()
     (folder / "0matting.png").unlink()
     (folder / "2.png").rename(folder / "door frame.png")
     assert read_blocks(folder, SHAPE).names == {3: "door frame"}
@@ -252,12 +249,6 @@ def test_folders_and_files_that_are_none(tmp_path):
         read_blocks(tmp_path, SHAPE)
     cv2.imwrite(str(tmp_path / "a.png"), np.ones((9, 9), np.uint8))
     with pytest.raises(InputError, match="the mask is 9 x 9, but the frame is 6 x 4"):
-        read_blocks(tmp_path, SHAPE)
-    (tmp_path / "metadata.csv").write_text("name\na")
-    with pytest.raises(FormatError, match="no column 'id'"):
-        read_blocks(tmp_path, SHAPE)
-    (tmp_path / "metadata.csv").write_text("id\n../../b")
-    with pytest.raises(InputError, match=r"b\.png: there is no such file"):
         read_blocks(tmp_path, SHAPE)
     (tmp_path / "c.txt").write_text("hello")
     with pytest.raises(FormatError, match="not a PNG"):
