@@ -21,7 +21,7 @@ from .archive import Parts
 from .codec import UNREADABLE, Read, Write, from_plain, to_plain
 from .project import FrameSummary, Project, ProjectFrame, Stage
 from .sources import FilePlace, Places
-from .state_codec import PROGRAM, SCHEMA, FrameHead, frame_part, read_head
+from .state_codec import PROGRAM, SCHEMA, frame_part, read_head
 
 PROJECT = "project.json"
 _ID = r"[A-Za-z0-9_-]{1,64}"
@@ -177,21 +177,10 @@ def _frame_from_part(identity: str, parts: Parts, stated_in: str | None) -> Proj
         stored = head.state["frame"]
         inputs = from_plain(stored["inputs"], FrameInputs | None, {})
         source = None if inputs is None else replace(FrameRef.of(inputs), stated_in=stated_in)
-        summary = FrameSummary(
-            _stage(head), head.state["note"], completed=len(head.state["results"]), done=head.state["done"]
-        )
+        completed = len(head.state["results"])
+        stage = Stage.RUN if completed else Stage.EDITED
+        summary = FrameSummary(stage, head.state["note"], completed=completed, done=head.state["done"])
         return ProjectFrame(identity, converted(stored["name"], str, "frame"), source, summary, True)
     except UNREADABLE as error:
         problem = f"The work on this frame cannot be read: {error}"
         return ProjectFrame(identity, identity, None, FrameSummary(Stage.FAILED, problem=problem), True)
-
-
-def _stage(head: FrameHead) -> Stage:
-    """Derive a frame's stage from the references to its parts: equal content has one name."""
-    blocks = head.state["blocks"]
-    if head.state["results"]:
-        return Stage.RUN
-    is_unedited = blocks["extracted"] == blocks["labels"]
-    if is_unedited and blocks["propagated_from"]:
-        return Stage.PROPAGATED
-    return Stage.EXTRACTED if is_unedited and not blocks["kept"]["set"] else Stage.EDITED
