@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import logging
 import os
-from collections.abc import Callable, Generator, Iterator, Sequence
+from collections.abc import Callable, Generator, Sequence
 from concurrent.futures import CancelledError
-from contextlib import contextmanager
 from typing import Any, TypeVar
 
 from .._runtime.files import read_json
@@ -49,8 +48,10 @@ def run_on_cluster(
         If the connection to the scheduler is lost.
     """
     distributed = optional("distributed", "ilf-studio[cluster]", "A batch on several machines")
+    for name in ("distributed", "distributed.client"):  # what Dask logs is in its exceptions, too
+        logging.getLogger(name).setLevel(logging.CRITICAL + 1)
     try:
-        with _without_dask_log(), _client(distributed, address) as client:
+        with _client(distributed, address) as client:
             futures = {client.submit(work, item, pure=False): item for item in items}
             try:
                 for future in distributed.as_completed(list(futures), loop=client.loop):
@@ -84,20 +85,6 @@ def check_wanted() -> None:
     state = worker.state.tasks.get(worker.get_current_task())
     if state is None or state.state == "cancelled" or worker.status in (Status.closing_gracefully, Status.closing):
         raise Reschedule
-
-
-@contextmanager
-def _without_dask_log() -> Iterator[None]:
-    """Suppress Dask's log within the block; its exceptions contain the same messages."""
-    loggers = [logging.getLogger(name) for name in ("distributed", "distributed.client")]
-    levels = [logger.level for logger in loggers]
-    try:
-        for logger in loggers:
-            logger.setLevel(logging.CRITICAL + 1)
-        yield
-    finally:
-        for logger, level in zip(loggers, levels, strict=True):
-            logger.setLevel(level)
 
 
 def scheduler_address(address: str) -> str:
