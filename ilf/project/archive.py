@@ -93,6 +93,13 @@ class Archive(Closeable):
         FormatError
             If the part is damaged.
         """
+        content, checksum = self.as_it_is(name)
+        if zlib.crc32(content) != checksum:
+            raise FormatError(f"The part {name:.40} of {self.path.name} is damaged: its checksum does not match.")
+        return content
+
+    def as_it_is(self, name: str) -> tuple[bytes, int]:
+        """Read a part for copying, with its checksum, which it need not match; raises as `read` if it cannot be."""
         damaged = f"The part {name:.40} of {self.path.name} is damaged ({{error}})."
         unreadable = told_as(InputError, f"{self.path}: cannot be read ({{error}}).", OSError)
         with self._lock, told_as(FormatError, damaged, _UNREADABLE), unreadable:
@@ -100,7 +107,8 @@ class Archive(Closeable):
             if name not in self._zip.NameToInfo:
                 raise InputError(f"{self.path.name} has no part {name:.40}.")
             entry = self._zip.getinfo(name)
-            return zip_member(self._zip, entry, MAX_INFLATED if entry.compress_type else MAX_FILE_BYTES)
+            limit = MAX_INFLATED if entry.compress_type else MAX_FILE_BYTES
+            return zip_member(self._zip, entry, limit, check=False), entry.CRC
 
     def replaced(self) -> bool:
         """Return whether the opened file was replaced by another one."""
@@ -121,7 +129,7 @@ class Archive(Closeable):
 
 
 def write_archive(
-    path: str | os.PathLike[str], parts: Iterable[tuple[str, bytes]], replacing: Collection[Archive] = ()
+    path: str | os.PathLike[str], parts: Iterable[tuple[str, bytes, int]], replacing: Collection[Archive] = ()
 ) -> None:
     """Write a project file. If that fails, an existing file stays unchanged.
 
@@ -130,8 +138,9 @@ def write_archive(
     Parameters
     ----------
     path : path-like
-    parts : iterable of (str, bytes)
-        Names and contents; consumed one at a time. If it raises, an existing file stays unchanged.
+    parts : iterable of (str, bytes, int)
+        Names, contents and checksums, of which one that does not match keeps a part marked as damaged; consumed one at
+        a time. If it raises, an existing file stays unchanged.
     replacing : collection of Archive
         Archives that may have this file open; they reopen it afterwards.
 
@@ -143,8 +152,9 @@ def write_archive(
     target = Path(os.path.realpath(path))
     with ExitStack() as released, atomic_path(target) as temporary:
         with zipfile.ZipFile(temporary, "w", zipfile.ZIP_STORED) as archive:
-            for name, content in parts:
+            for name, content, checksum in parts:
                 archive.writestr(zipfile.ZipInfo(name), content)
+                archive.getinfo(name).CRC = checksum
         if target.exists():
             with suppress(OSError):  # not every file system has permissions
                 os.chmod(temporary, stat.S_IMODE(os.stat(target).st_mode))

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from zlib import crc32
 
 from .._runtime.closing import Closeable, closed_on_error
 from .._runtime.schema import check_schema
@@ -116,7 +117,7 @@ def save_project(
 ) -> tuple[str, ...]:
     """Write a project file. If that fails, an existing file stays unchanged.
 
-    Unchanged parts are copied; those that are damaged, and those that no frame refers to, are left out.
+    Unchanged parts are copied as they are, damaged or not; those that no frame refers to are left out.
 
     Parameters
     ----------
@@ -163,13 +164,12 @@ def save_project(
     saving = _Saving(Path(path).absolute(), project, base, places or Places(), embed)
     names = saving.collect(states)
 
-    def parts() -> Iterator[tuple[str, bytes]]:
+    def parts() -> Iterator[tuple[str, bytes, int]]:
         for done, name in enumerate(names):
             if on_part is not None:
                 on_part(done, len(names))
-            content = saving.content(name)
-            if content is not None:
-                yield name, content
+            if (part := saving.part(name)) is not None:
+                yield name, *part
 
     write_archive(path, parts(), [parts for parts in base if isinstance(parts, Archive)])
     return tuple(dict.fromkeys(saving.notes))
@@ -213,18 +213,25 @@ class _Saving:
         self._made[PROJECT] = encode_project(replace(self._project, frames=listed), places)
         return list(self._names)
 
-    def content(self, name: str) -> bytes | None:
-        """Return the content of a part to write; None, with a note, if no store has it whole."""
+    def part(self, name: str) -> tuple[bytes, int] | None:
+        """Return the content and the checksum of a part to write: from the first store that has it whole, else as it is
+        in one; None, with a note, if it cannot be read from any."""
         if name in self._made:
-            return self._made[name]
-        problem = f"The part {name:.40} was not found"
+            return self._made[name], crc32(self._made[name])
+        damaged, problem = None, f"The part {name:.40} was not found"
         for parts in self._stored.get(name, ()):
             try:
-                return parts.read(name)
+                content, checksum = parts.as_it_is(name) if isinstance(parts, Archive) else (parts.read(name), None)
             except FormatError as error:
                 problem = str(error).rstrip(".")
-        self.notes.append(f"{problem} and is not saved.")
-        return None
+                continue
+            found = crc32(content)
+            if checksum in {None, found}:
+                return content, found
+            damaged = damaged or (content, checksum or 0)
+        if damaged is None:
+            self.notes.append(f"{problem} and is not saved.")
+        return damaged
 
     def _encode(self, state: FrameState) -> None:
         encoded = encode(state)
