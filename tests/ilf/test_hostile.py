@@ -31,7 +31,7 @@ IN_PROCESS = [
     "meta-json", "intrinsics-json", "intrinsics-yaml", "preset", "blocks-coco", "blocks-coco-rle", "blocks-labelme",
     "depth-png", "depth-npy", "depth-pfm", "colour-jpeg", "guide-npz", "time-list", "associations", "bop",
     "sun-camera", "trajectory", "pose", "scannet-sens", "arkit-camera", "guide-npy", "guide-pfm", "confidence-npy",
-    "mask-list", "file-names", "bench-result", "autosave", "project",
+    "file-names", "autosave", "project",
 ]  # fmt: skip
 """Formats whose readers cannot crash the interpreter; `python -m tests.bench.fuzz` has all, thousands of each."""
 
