@@ -29,7 +29,8 @@ from .small_runs import contents
 
 IN_PROCESS = [
     "meta-json", "intrinsics-json", "intrinsics-yaml", "preset", "blocks-coco", "blocks-coco-rle", "blocks-labelme",
-    "depth-png", "depth-npy", "depth-pfm", "colour-jpeg", "guide-npz", "time-list", "associations", "bop",
+    "depth-png", "depth-tiff", "depth-pgm", "depth-npy", "depth-pfm", "colour-png", "colour-ppm-tiff", "colour-jpeg",
+    "guide-npz", "time-list", "associations", "bop", "ros1-bag", "record3d",
     "sun-camera", "trajectory", "pose", "scannet-sens", "arkit-camera", "guide-npy", "guide-pfm", "confidence-npy",
     "mask-list", "file-names", "bench-result", "autosave", "project",
 ]  # fmt: skip
