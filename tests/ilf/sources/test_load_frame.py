@@ -351,6 +351,7 @@ def test_folder_with_truth_only_says_what_is_there(folder):
         (b"", "empty"),
         (b"{not json", "not valid JSON"),
         (b"\xff\xfe\x00", "not valid JSON"),
+        (b'{"K":' + b"[" * 100_000 + b"]" * 100_000 + b"}", "not valid JSON"),
         (b"9" * 5000, "not valid JSON"),
         ([1, 2], "JSON object"),
         ({}, "no depth_units_per_m"),
