@@ -4,11 +4,9 @@ import json
 
 import cv2
 import numpy as np
-import pytest
 
 import ilf
 from ilf.cli import main
-from ilf.errors import InputError
 from ilf.io.labels import read_mask
 from ilf.run.options import ExportOptions
 from ilf.run.writing import write
@@ -37,18 +35,6 @@ def test_it_is_marked_in_the_results(tmp_path):
     write(tmp_path / "plain", plain, plain.complete(), ExportOptions(cloud="ply"))
     assert not {"by_hand.png", "depth_by_hand.npy"} & contents(tmp_path / "plain").keys()
     assert "scalar_by_hand" not in read_points(tmp_path / "plain" / "cloud.ply")
-
-
-def test_a_record_is_not_replayed_with_other_depth_by_hand(tmp_path):
-    run = with_depth_by_hand(small_run(tmp_path))
-    write(tmp_path / "out", run, run.complete())
-    file = tmp_path / "out" / "depth_by_hand.npy"
-    np.save(file, np.load(file) + 0.01)
-    with pytest.raises(InputError, match="is not depth by hand of the recorded run"):
-        ilf.replay(tmp_path / "out" / "run.json")
-    file.unlink()
-    with pytest.raises(InputError, match=r"depth_by_hand\.npy\) is not beside the record"):
-        ilf.replay(tmp_path / "out" / "run.json")
 
 
 def test_by_the_command_line(tmp_path, monkeypatch, capsys, cli):
