@@ -117,6 +117,14 @@ def test_no_preset_is_worse_than_it_was(scene, name):
     assert not any(worse), f"{values}, measured before: {before}"
 
 
+def test_slightly_worse_passes_and_clearly_worse_does_not():
+    assert not is_worse("RMSE [mm]", 101.9, 100.0)
+    assert is_worse("RMSE [mm]", 102.1, 100.0)
+    assert not is_worse("within", 0.982, 1.0)
+    assert is_worse("within", 0.978, 1.0)
+    assert not is_worse("MAE [mm]", 1.0, 100.0)
+
+
 def main() -> None:
     """Print the table as it is now, ready to be put in the place of `MEASURED`'s lines."""
     for scene, name in MEASURED:

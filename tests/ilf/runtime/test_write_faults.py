@@ -10,7 +10,7 @@ from ilf._runtime.memory import check_memory, memory_limit, memory_needed, relea
 from ilf.errors import FormatError, ParameterError
 from tests.bench.faults import faults_of
 from tests.bench.kill.writers import kills_of
-from tests.bench.writers import WRITERS
+from tests.bench.writers import WRITERS, Writer
 
 
 @pytest.mark.parametrize(("name", "every"), [("run", 46), ("cloud", 9), ("project", 7), ("sample", 7), ("preset", 3)])
@@ -18,6 +18,16 @@ def test_a_disk_that_fails_leaves_the_old_set_or_the_new(tmp_path, name, every):
     tried, wrong = faults_of(WRITERS[name], tmp_path, every, first=random.randrange(every))
     assert tried
     assert wrong == []
+
+
+def write_in_place(target, version):
+    target.mkdir(exist_ok=True)
+    for name in "ab":
+        (target / name).write_bytes(bytes([version]) * 100_000)
+
+
+def test_a_writer_that_writes_in_place_is_found_out(tmp_path):
+    assert faults_of(Writer("in place", lambda folder: write_in_place), tmp_path)[1]
 
 
 @pytest.mark.skipif(os.name != "posix", reason="forks")
