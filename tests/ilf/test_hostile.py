@@ -29,7 +29,8 @@ from .small_runs import contents
 
 IN_PROCESS = [
     "meta-json", "intrinsics-json", "intrinsics-yaml", "preset", "blocks-coco", "blocks-coco-rle", "blocks-labelme",
-    "depth-png", "depth-npy", "depth-pfm", "colour-jpeg", "guide-npz", "time-list", "associations", "bop",
+    "depth-png", "depth-tiff", "depth-pgm", "depth-npy", "depth-pfm", "colour-png", "colour-ppm-tiff", "colour-jpeg",
+    "guide-npz", "time-list", "associations", "bop", "ros1-bag", "record3d",
     "sun-camera", "trajectory", "pose", "scannet-sens", "arkit-camera", "guide-npy", "guide-pfm", "confidence-npy",
     "file-names", "autosave", "project",
 ]  # fmt: skip
@@ -95,13 +96,6 @@ def test_absurd_values_of_a_frame_folder_are_refused(meta, tmp_path):
     write_small_frame(tmp_path)
     (tmp_path / "meta.json").write_text(json.dumps({"depth_units_per_m": 1000} | meta))
     with pytest.raises(InputError, match=r"meta\.json|interrupted"):
-        ilf.load_frame(tmp_path)
-
-
-def test_deeply_nested_json_is_refused(tmp_path):
-    write_small_frame(tmp_path)
-    (tmp_path / "meta.json").write_text('{"K":' + "[" * 100_000 + "]" * 100_000 + "}")
-    with pytest.raises(FormatError, match="not valid JSON"):
         ilf.load_frame(tmp_path)
 
 

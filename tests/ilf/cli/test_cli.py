@@ -428,14 +428,6 @@ def test_info_prints_one_json_document(files, capsys, cli):
     assert (found["source"]["frames"], found["source"]["keys"]) == (2, ["a", "b"])
 
 
-def test_info_tells_of_colour_and_depth_of_different_sizes(files, capsys):
-    cv2.imwrite(files[1], np.full((20, 30), 2000, np.uint16))
-    assert main(["info", *files]) == 0
-    rows, columns, _ = cv2.imread(files[0]).shape
-    told = capsys.readouterr().out
-    assert re.search(rf"problem: +\S+rgb.png is {columns} x {rows} but \S+depth.png is 30 x 20 pixels. Give both", told)
-
-
 def test_info_tells_how_much_of_the_missing_depth_a_guide_knows(files, capsys):
     np.save("guide.npy", np.where(np.arange(80) < 40, np.nan, np.linspace(1, 3, 60)[:, None]))
     assert main(["info", *files, "--guide", "guide.npy"]) == 0

@@ -312,13 +312,3 @@ def test_output_that_is_not_finite_is_not_applied(frame, blocks, monkeypatch):
     monkeypatch.setattr(network, "_results", results)
     notes = ilf.complete(anew(frame), blocks).notes
     assert "Depth is not corrected: correction.onnx returns values that are not finite for this frame." in notes
-
-
-@pytest.mark.parametrize("shape", [(1, 1), (1, 50), (33, 7), (30, 1000)])
-def test_frames_of_any_size_are_looked_at(shape):
-    rgb = RNG.integers(0, 255, (*shape, 3)).astype(np.uint8)
-    depth = np.full(shape, 2, np.float32)
-    depth.ravel()[1::3] = np.nan
-    found = load_correction_network().change(rgb, depth, np.full(shape, 2, np.float32), np.zeros(shape, np.float32))
-    assert found.shape == shape
-    assert np.isfinite(found).all()

@@ -7,6 +7,7 @@ import ilf
 from ilf._runtime.networks.models import CORRECTION, SPARSE_CORRECTION
 from ilf.completion import correction as correcting
 from ilf.completion.correction import fading
+from ilf.completion.correction_network import load_correction_network
 from ilf.completion.plain_surfaces import colourisation, thin_plate
 from ilf.completion.sparse_correction import (
     CHANNELS,
@@ -145,12 +146,13 @@ def test_of_denser_frames_it_is_not_asked(sparse, monkeypatch):
 
 
 @pytest.mark.parametrize("shape", [(1, 1), (1, 50), (33, 7), (30, 1000)])
-def test_frames_of_any_size_are_looked_at(shape):
+def test_frames_of_any_size_are_looked_at_by_both_networks(shape):
     rgb = RNG.integers(0, 255, (*shape, 3)).astype(np.uint8)
     depth = np.full(shape, np.nan, np.float32)
     depth.ravel()[:: max(1, depth.size // 9)] = 2
-    found = load_sparse_correction_network().change(
-        rgb, depth, np.full(shape, 2, np.float32), np.zeros(shape, np.float32), np.zeros(shape, np.float32)
-    )
-    assert found.shape == shape
-    assert np.isfinite(found).all()
+    known = rgb, depth, np.full(shape, 2, np.float32), np.zeros(shape, np.float32)
+    first = load_correction_network().change(*known)
+    second = load_sparse_correction_network().change(*known, np.zeros(shape, np.float32))
+    for found in (first, second):
+        assert found.shape == shape
+        assert np.isfinite(found).all()

@@ -23,16 +23,6 @@ def test_back_projection_by_hand():
     assert (cloud.points.dtype, cloud.colours.dtype, len(cloud)) == (np.float32, np.uint8, 3)
 
 
-def test_points_project_back_onto_their_pixels():
-    rng = np.random.default_rng(0)
-    depth = rng.uniform(0.5, 8.0, (40, 50)).astype(np.float32)
-    points = point_cloud(depth, np.zeros((40, 50, 3), np.uint8), CAMERA).points.astype(float)
-    rows, columns = np.mgrid[:40, :50]
-    np.testing.assert_allclose(points[:, 0] / points[:, 2] * CAMERA.fx + CAMERA.cx, columns.ravel(), atol=1e-4)
-    np.testing.assert_allclose(points[:, 1] / points[:, 2] * CAMERA.fy + CAMERA.cy, rows.ravel(), atol=1e-4)
-    np.testing.assert_array_equal(points[:, 2], depth.ravel())
-
-
 def test_points_know_their_pixels_and_may_be_some_only():
     depth = np.array([[1.0, np.nan, 3.0], [4.0, 5.0, -1.0]], np.float32)
     only = np.array([[False, True, True], [True, False, True]])

@@ -30,18 +30,22 @@ def run(planes, small_labels):
 
 
 def test_judgement_by_hand():
-    depth, ground_truth = np.array([[2.0, 2.5, np.nan, 1.0]]), np.array([[2.1, 2.2, 3.0, np.nan]])
-    expected = np.array([[0.2, 0.2, 0.2, 0.2]])
-    found = evaluate(depth, ground_truth, expected=expected)
-    assert found.pixels == 2
-    assert found.bias == pytest.approx(0.1)
-    assert found.mae == found.median == pytest.approx(0.2)
-    assert found.rmse == pytest.approx(np.sqrt((0.1**2 + 0.3**2) / 2))
-    assert found.within == 0.5
-    assert evaluate(depth, ground_truth, np.array([[True, False, True, True]])).pixels == 1
-    assert evaluate(depth, ground_truth, np.zeros((1, 4), bool)) == Evaluation()
-    assert evaluate(depth, ground_truth, expected=np.full((1, 4), np.nan)).within is None
-    with pytest.raises(InputError, match=r"truth \(4,\)"):
+    """Errors 0, 1, -1, 2; ratios 1, 1.5, 4/3, 2; the last three pixels have no depth or no ground truth."""
+    depth = np.array([[1.0, 3.0, 3.0, 4.0, np.nan, -1.0, 1.0]])
+    ground_truth = np.array([[1.0, 2.0, 4.0, 2.0, 9.0, 9.0, np.nan]])
+    found = evaluate(depth, ground_truth, expected=np.full((1, 7), 1.0))
+    assert found.pixels == 4
+    assert found.rmse == pytest.approx(np.sqrt(6 / 4))
+    assert found.mae == found.median == pytest.approx(1.0)
+    assert found.rel == pytest.approx((0 + 1 / 2 + 1 / 4 + 1) / 4)
+    assert found.delta == (0.25, 0.75, 0.75)
+    assert found.bias == pytest.approx(0.5)
+    assert found.deviation == pytest.approx(np.sqrt(6 / 4 - 0.5**2))
+    assert found.within == 0.75
+    assert evaluate(depth, ground_truth, depth < 3).pixels == 1
+    assert evaluate(depth, ground_truth, np.zeros((1, 7), bool)) == Evaluation()
+    assert evaluate(depth, ground_truth, expected=np.full((1, 7), np.nan)).within is None
+    with pytest.raises(InputError, match=r"truth \(7,\)"):
         evaluate(depth, ground_truth[0])
 
 

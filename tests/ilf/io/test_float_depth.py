@@ -1,6 +1,5 @@
 """Depth in files of floats: EXR, PFM, COLMAP, NPZ, and disparity."""
 
-import contextlib
 import io
 import sys
 import warnings
@@ -9,12 +8,9 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 import ilf
-from ilf._runtime.files import FileContent
-from ilf.errors import DepthWarning, FormatError, IlfError, InputError, ParameterError
+from ilf.errors import DepthWarning, FormatError, InputError, ParameterError
 from ilf.io.depth import read_depth_values
 from ilf.io.encodings import encoding_of, encoding_of_inputs
 
@@ -204,18 +200,6 @@ def test_damaged_and_hostile_files_are_told_of_in_one_line(save, name, capfd):
     assert name in str(raised.value)
     assert "\n" not in str(raised.value)
     assert capfd.readouterr() == ("", "")
-
-
-@settings(max_examples=60, deadline=None)
-@given(st.data())
-def test_whatever_bytes_change_nothing_but_errors_of_ours_comes(data):
-    contents = {".exr": exr({"Z": METRES}), ".pfm": pfm(METRES), ".bin": colmap(METRES), ".npz": npz(depth=METRES)}
-    suffix = data.draw(st.sampled_from(sorted(contents)))
-    content = bytearray(contents[suffix])
-    for _ in range(data.draw(st.integers(1, 4))):
-        content[data.draw(st.integers(0, min(len(content), 600) - 1))] = data.draw(st.integers(0, 255))
-    with contextlib.suppress(IlfError):
-        read_depth_values(FileContent(Path(f"x{suffix}"), np.frombuffer(bytes(content), np.uint8)))
 
 
 def test_without_the_package_its_extra_is_named(save, monkeypatch):

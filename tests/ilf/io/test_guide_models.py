@@ -310,7 +310,7 @@ def test_a_network_is_used_by_its_name_and_recorded(hub, tmp_path, capsys, cli, 
     assert frame.guide is not None
     assert frame.guide.network == guide_cards()[0][NAME]
     out = tmp_path / "out"
-    assert main(["complete", str(folder), "--guide", NAME, "--out", str(out), "--no-cloud"]) == 0
+    assert "on a hold-out of known depth" in cli("complete", folder, "--guide", NAME, "--out", out, "--no-cloud").out
     recorded = json.loads((out / "run.json").read_text())["guide"]["network"]
     assert (recorded["name"], recorded["sha256"], recorded["gives"]) == (NAME, pinned(), "affine-inverse")
     assert recorded["licence"] == "CC-BY-NC-4.0"

@@ -7,11 +7,9 @@ import numpy as np
 import pytest
 
 import ilf
-from ilf.cli import main
 from ilf.errors import FormatError, InputError
 from ilf.io.guide_models import GuideNetwork
 
-from ..batch_frames import work_in_this_process
 from ..tiny_onnx import node, write_network
 
 MEAN, DEVIATION = np.float32((0.485, 0.456, 0.406)), np.float32((0.229, 0.224, 0.225))
@@ -74,19 +72,3 @@ def test_a_file_that_is_no_guide_network_is_one_line(tmp_path):
         ilf.load_guide(depth_too, rgb=scene()[0])
     with pytest.raises(InputError, match="predicts a guide from the frame's colour"):
         ilf.load_guide(brightness(tmp_path / "net.onnx"))
-
-
-def test_a_frame_takes_its_guide_from_a_network_in_library_and_commands(tmp_path, cli, monkeypatch):
-    work_in_this_process(monkeypatch)
-    folder = write_scene(tmp_path / "frames" / "box")
-    network = brightness(tmp_path / "net.onnx")
-    frame = ilf.load_frame(folder, guide=network)
-    assert frame.guide is not None
-    assert frame.guide.path == str(network)
-    out = tmp_path / "out"
-    assert "on a hold-out of known depth" in cli("complete", folder, "--guide", network, "--out", out, "--no-cloud").out
-    np.testing.assert_array_equal(np.load(out / "guide_used.npy"), frame.guide.values)
-    assert main(["complete", "--replay", str(out / "run.json"), "--out", str(tmp_path / "again")]) == 0
-    batch = ["batch", str(folder.parent), "--guide", str(network), "--out", str(tmp_path / "set")]
-    assert main(batch) == 0
-    assert (tmp_path / "set" / "box" / "guide_used.npy").is_file()

@@ -20,7 +20,10 @@ def encoded(kind: str) -> bytes:
     return content.getvalue()
 
 
+KINDS_OF_POINTERS = ("png", "npy", "exr", "h5", "npz", "pcd", "heic")
+POINTER = b"version https://git-lfs.github.com/spec/v1\noid sha256:4d7a\nsize 12\n"
 FOREIGN = {
+    **{f"pointer.{suffix}": (lambda: POINTER, "Git LFS") for suffix in KINDS_OF_POINTERS},
     "colour.webp": (lambda: encoded("WEBP"), "WebP"),
     "colour.gif": (lambda: encoded("GIF"), "GIF"),
     "colour.bmp": (lambda: encoded("BMP"), "BMP"),
@@ -30,13 +33,6 @@ FOREIGN = {
     "bare.jxl": (lambda: b"\xff\x0a" + bytes(9), "JPEG XL"),
     "report.pdf": (lambda: encoded("PDF"), "PDF"),
     "page.png": (lambda: b"\n<!DOCTYPE html><title>404</title>", "HTML"),
-    "pointer.png": (lambda: b"version https://git-lfs.github.com/spec/v1\noid sha256:4d7a\nsize 12\n", "Git LFS"),
-    "pointer.npy": (lambda: b"version https://git-lfs.github.com/spec/v1\noid sha256:4d7a\nsize 12\n", "Git LFS"),
-    "pointer.exr": (lambda: b"version https://git-lfs.github.com/spec/v1\noid sha256:4d7a\nsize 12\n", "Git LFS"),
-    "pointer.h5": (lambda: b"version https://git-lfs.github.com/spec/v1\noid sha256:4d7a\nsize 12\n", "Git LFS"),
-    "pointer.npz": (lambda: b"version https://git-lfs.github.com/spec/v1\noid sha256:4d7a\nsize 12\n", "Git LFS"),
-    "pointer.pcd": (lambda: b"version https://git-lfs.github.com/spec/v1\noid sha256:4d7a\nsize 12\n", "Git LFS"),
-    "pointer.heic": (lambda: b"version https://git-lfs.github.com/spec/v1\noid sha256:4d7a\nsize 12\n", "Git LFS"),
     "photo.heic": (lambda: encoded("JPEG"), "JPEG"),
     "table2.csv": (lambda: b"x,y,depth\n1,2,3.4\n", "CSV"),
     "mcap.svo2": (lambda: b"\x89MCAP0\r\n" + bytes(60), "ZED"),
@@ -84,7 +80,7 @@ def test_a_format_under_another_suffix_is_not_said_to_be_none_that_is_read(kind,
 
 @pytest.mark.parametrize("name", ["take.bag", "take.mcap", "take.db3", "take.mkv", "take.r3d", "take.sens", "take.mat"])
 def test_pointers_in_place_of_recordings_are_named(name, tmp_path):
-    (tmp_path / name).write_bytes(FOREIGN["pointer.png"][0]())
+    (tmp_path / name).write_bytes(POINTER)
     with pytest.raises(ilf.IlfError, match="Git LFS pointer"):
         ilf.open_source(tmp_path / name)
 

@@ -4,18 +4,16 @@ import json
 
 import cv2
 import numpy as np
-import pytest
 
 import ilf
 from ilf.cli import main
-from ilf.errors import InputError
 from ilf.io.labels import read_mask
 from ilf.run.options import ExportOptions
 from ilf.run.writing import write
 
 from ..small_frames import CAMERA, write_small_frame
 from ..small_runs import contents, small_run, with_depth_by_hand
-from ..space_formats import read_ply
+from ..space_formats import read_points
 
 ARGUMENTS = ["--max-iterations", "25", "--intrinsics", CAMERA]
 
@@ -27,7 +25,7 @@ def test_it_is_marked_in_the_results(tmp_path):
     marked = read_mask(tmp_path / "out" / "by_hand.png", run.frame.shape)
     assert np.array_equal(marked, run.blocks.by_hand.pixels & run.frame.missing & (run.blocks.labels > 0))
     assert np.array_equal(marked, completion.by_hand)
-    points, _ = read_ply(tmp_path / "out" / "cloud.ply")
+    points = read_points(tmp_path / "out" / "cloud.ply")
     assert np.array_equal(points["scalar_by_hand"] > 0, marked[np.isfinite(completion.depth)])
     record = json.loads((tmp_path / "out" / "run.json").read_text())
     assert record["by_hand"]["weight"] == 0.6
@@ -36,19 +34,7 @@ def test_it_is_marked_in_the_results(tmp_path):
     plain = small_run(tmp_path)
     write(tmp_path / "plain", plain, plain.complete(), ExportOptions(cloud="ply"))
     assert not {"by_hand.png", "depth_by_hand.npy"} & contents(tmp_path / "plain").keys()
-    assert "scalar_by_hand" not in read_ply(tmp_path / "plain" / "cloud.ply")[0].dtype.names
-
-
-def test_a_record_is_not_replayed_with_other_depth_by_hand(tmp_path):
-    run = with_depth_by_hand(small_run(tmp_path))
-    write(tmp_path / "out", run, run.complete())
-    file = tmp_path / "out" / "depth_by_hand.npy"
-    np.save(file, np.load(file) + 0.01)
-    with pytest.raises(InputError, match="is not depth by hand of the recorded run"):
-        ilf.replay(tmp_path / "out" / "run.json")
-    file.unlink()
-    with pytest.raises(InputError, match=r"depth_by_hand\.npy\) is not beside the record"):
-        ilf.replay(tmp_path / "out" / "run.json")
+    assert "scalar_by_hand" not in read_points(tmp_path / "plain" / "cloud.ply")
 
 
 def test_by_the_command_line(tmp_path, monkeypatch, capsys, cli):

@@ -22,6 +22,7 @@ from ilf.errors import ExportError, InputError, ParameterError
 from ilf.io.block_files import read_blocks
 from ilf.io.cameras import frame_camera, intrinsics_from
 from ilf.io.depth import depth_in_metres, read_depth_values
+from ilf.io.polygons import compressed, run_lengths
 from ilf.run.formats import FORMATS
 from ilf.run.options import ExportOptions
 from ilf.run.writing import write
@@ -97,41 +98,23 @@ def test_a_palette_has_the_labels_and_the_colours_of_the_blocks(completion, out)
     np.testing.assert_array_equal(read_blocks(out / "blocks.palette.png", labels.shape).labels, labels)
 
 
-def decoded(segmentation):
-    """A mask of compressed run lengths, character by character as pycocotools decodes it."""
-    runs, text, place = [], segmentation["counts"], 0
-    while place < len(text):
-        value = shift = 0
-        more = True
-        while more:
-            code = ord(text[place]) - 48
-            value |= (code & 0x1F) << shift
-            more, place, shift = bool(code & 0x20), place + 1, shift + 5
-            if not more and code & 0x10:
-                value |= -1 << shift
-        runs.append(value + (runs[-2] if len(runs) > 2 else 0))
-    values = np.repeat(np.arange(len(runs)) % 2, runs)
-    return values.reshape(segmentation["size"], order="F").astype(bool)
-
-
 def test_coco_has_run_lengths_boxes_areas_and_names(completion, out):
     labels, content = completion.run.blocks.labels, json.loads((out / "blocks.coco.json").read_text())
     (image,) = content["images"]
     assert (image["file_name"], image["width"], image["height"]) == ("rgb.png", 80, 60)
     categories = {one["id"]: one["name"] for one in content["categories"]}
-    again = np.zeros_like(labels)
+    found = read_blocks(out / "blocks.coco.json", labels.shape)
+    np.testing.assert_array_equal(found.labels, labels)
+    assert sorted(one["id"] for one in content["annotations"]) == [1, 7, 200, 255]
     for one in content["annotations"]:
-        mask = decoded(one["segmentation"])
+        mask = labels == one["id"]
         rows, columns = np.nonzero(mask)
+        assert one["segmentation"] == {"size": [60, 80], "counts": compressed(run_lengths(mask))}
         x, y, width, height = one["bbox"]
         assert (x, x + width - 1, y, y + height - 1) == (columns.min(), columns.max(), rows.min(), rows.max())
         assert one["area"] == mask.sum()
         assert one["image_id"] == image["id"]
         assert categories[one["category_id"]] == NAMES.get(one["id"], "block")
-        again[mask] = one["id"]
-    np.testing.assert_array_equal(again, labels)
-    found = read_blocks(out / "blocks.coco.json", labels.shape)
-    np.testing.assert_array_equal(found.labels, labels)
     assert found.names == {label: " ".join(name.split()) for label, name in NAMES.items()}
 
 

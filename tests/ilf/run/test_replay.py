@@ -144,16 +144,23 @@ def test_replay_of_edited_blocks_needs_their_label_map(tmp_path):
 
 @pytest.mark.parametrize(
     ("how", "file", "what"),
-    [(with_invalid_mask, "invalid_mask.png", "invalid depth"), (with_drawn_border, "drawn.png", "drawn borders")],
+    [
+        (with_invalid_mask, "invalid_mask.png", "the mask of invalid depth"),
+        (with_drawn_border, "drawn.png", "the mask of drawn borders"),
+        (with_depth_by_hand, "depth_by_hand.npy", "depth by hand"),
+    ],
 )
-def test_replay_needs_the_masks_of_the_run(tmp_path, how, file, what):
+def test_replay_needs_the_masks_and_the_depth_by_hand_of_the_run(tmp_path, how, file, what):
     path = written(how(small_run(tmp_path)), tmp_path / "out")
-    mask = tmp_path / "out" / file
-    write_mask(mask, np.ones((60, 80), bool))
-    with pytest.raises(InputError, match=f"not the mask of {what} of the recorded run"):
+    given = tmp_path / "out" / file
+    if given.suffix == ".npy":
+        np.save(given, np.load(given) + 0.01)
+    else:
+        write_mask(given, np.ones((60, 80), bool))
+    with pytest.raises(InputError, match=f"not {what} of the recorded run"):
         ilf.replay(path)
-    mask.unlink()
-    with pytest.raises(InputError, match=rf"{what} of this run \({file}\) is not beside the record"):
+    given.unlink()
+    with pytest.raises(InputError, match=rf"\({file}\) is not beside the record"):
         ilf.replay(path)
 
 

@@ -19,7 +19,7 @@ from ilf.run.options import ExportOptions
 from ilf.run.writing import check_write, filenames, write
 
 from ..small_runs import contents, small_run, with_invalid_mask
-from ..space_formats import read_pcd, read_ply
+from ..space_formats import read_mesh, read_points
 
 ALL = ExportOptions(depth_formats=("png", "tiff", "npy"), cloud="xyz")
 BARE = replace(ALL, run_record=False)
@@ -97,34 +97,36 @@ def test_points_tell_all_that_is_known_of_them(run, completion, tmp_path, cloud)
     options = replace(BARE, cloud=cloud, mesh="ply", cloud_unit="mm", normals=True)
     out = tmp_path / "out"
     write(out, run, completion, options)
-    rows = read_ply(out / "cloud.ply")[0] if cloud == "ply" else read_pcd(out / "cloud.pcd")
-    vertices, faces = read_ply(out / "mesh.ply")
+    points, vertices, faces = (
+        read_points(out / f"cloud.{cloud}"),
+        read_points(out / "mesh.ply"),
+        read_mesh(out / "mesh.ply"),
+    )
     known = np.isfinite(completion.depth)
-    assert len(rows) == np.count_nonzero(known)
-    np.testing.assert_array_equal(rows["z"], completion.depth[known] * np.float32(1000))
+    np.testing.assert_array_equal(points["positions"][:, 2], completion.depth[known] * np.float32(1000))
     error = np.nan_to_num(ilf.expected_error(completion))
-    for found, pixels in ((rows, known), (vertices, _pixels_of(vertices, run, completion))):
+    for found, pixels in ((points, known), (vertices, _pixels_of(vertices, run, completion))):
         np.testing.assert_array_equal(found["scalar_expected_error"], error[pixels] * np.float32(1000))
         np.testing.assert_array_equal(found["quality"], found["scalar_expected_error"])
         np.testing.assert_array_equal(found["scalar_filled"], completion.filled[pixels])
         np.testing.assert_array_equal(found["scalar_block"], run.blocks.labels[pixels])
         np.testing.assert_array_equal(found["scalar_unsupported"], ilf.unsupported(completion)[pixels])
-        assert all(np.isfinite(found[name]).all() for name in found.dtype.names if name != "rgb")
-    np.testing.assert_array_equal(np.unique(faces), np.arange(len(vertices)))
+        assert all(np.isfinite(values).all() for values in found.values())
+    np.testing.assert_array_equal(np.unique(faces.triangles), np.arange(len(vertices["positions"])))
     write(out, run, completion, replace(options, cloud="ply", expected_error=False))
-    assert "scalar_filled" in read_ply(out / "cloud.ply")[0].dtype.names
-    assert not {"quality", "scalar_expected_error", "scalar_unsupported"} & {
-        *read_ply(out / "cloud.ply")[0].dtype.names
-    }
+    names = read_points(out / "cloud.ply").keys()
+    assert "scalar_filled" in names
+    assert not {"quality", "scalar_expected_error", "scalar_unsupported"} & names
 
 
 def _pixels_of(vertices, run, completion):
     """Which pixels (H, W) the vertices [mm] are seen at."""
     camera, pixels = run.frame.intrinsics, np.zeros(run.frame.shape, bool)
-    rows = np.rint(vertices["y"] / vertices["z"] * camera.fy + camera.cy).astype(int)
-    columns = np.rint(vertices["x"] / vertices["z"] * camera.fx + camera.cx).astype(int)
+    x, y, z = vertices["positions"].T
+    rows = np.rint(y / z * camera.fy + camera.cy).astype(int)
+    columns = np.rint(x / z * camera.fx + camera.cx).astype(int)
     pixels[rows, columns] = True
-    np.testing.assert_array_equal(completion.depth[rows, columns] * np.float32(1000), vertices["z"])
+    np.testing.assert_array_equal(completion.depth[rows, columns] * np.float32(1000), z)
     return pixels
 
 
@@ -136,9 +138,9 @@ def test_points_in_mid_air_are_left_out_and_counted(run, completion, tmp_path):
     (note,) = [note for note in write(tmp_path / "out", run, flying, options).notes if "flying" in note]
     count = int(note.removeprefix("Left out of cloud and mesh: ").split()[0])
     left = np.count_nonzero(np.isfinite(depth)) - count
-    rows, _ = read_ply(tmp_path / "out" / "cloud.ply")
-    assert len(rows) == left
-    assert rows["z"].max() < 9
+    z = read_points(tmp_path / "out" / "cloud.ply")["positions"][:, 2]
+    assert len(z) == left
+    assert z.max() < 9
     assert np.load(tmp_path / "out" / "depth.npy")[20, 40] == 9
     assert "\nf " in (tmp_path / "out" / "mesh.obj").read_text()
 

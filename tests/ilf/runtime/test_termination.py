@@ -213,13 +213,6 @@ def unread():
     return writing
 
 
-def test_output_that_nobody_reads(unread, capsys, monkeypatch):
-    with open(unread, "w") as stdout:
-        monkeypatch.setattr(sys, "stdout", stdout)
-        assert main(["info", "--presets"]) == 1
-    assert capsys.readouterr().err == ""
-
-
 def test_errors_that_nobody_reads(unread, monkeypatch):
     with open(unread, "w") as stderr:
         monkeypatch.setattr(sys, "stderr", stderr)

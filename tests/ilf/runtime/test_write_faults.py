@@ -3,8 +3,6 @@ tests.bench.kill.writers` try all of them."""
 
 import os
 import random
-import time
-from pathlib import Path
 
 import pytest
 
@@ -12,7 +10,7 @@ from ilf._runtime.memory import check_memory, memory_limit, memory_needed, relea
 from ilf.errors import FormatError, ParameterError
 from tests.bench.faults import faults_of
 from tests.bench.kill.writers import kills_of
-from tests.bench.writers import WRITERS, Write, Writer
+from tests.bench.writers import WRITERS, Writer
 
 
 @pytest.mark.parametrize(("name", "every"), [("run", 46), ("cloud", 9), ("project", 7), ("sample", 7), ("preset", 3)])
@@ -22,23 +20,14 @@ def test_a_disk_that_fails_leaves_the_old_set_or_the_new(tmp_path, name, every):
     assert wrong == []
 
 
-def _in_place(folder: Path) -> Write:
-    def write(target: Path, version: int) -> None:
-        target.mkdir(exist_ok=True)
-        for name in "ab":
-            (target / name).write_bytes(bytes([version]) * 100_000)
-            time.sleep(0.002)  # so that most kills come between the files
-
-    return write
+def write_in_place(target, version):
+    target.mkdir(exist_ok=True)
+    for name in "ab":
+        (target / name).write_bytes(bytes([version]) * 100_000)
 
 
 def test_a_writer_that_writes_in_place_is_found_out(tmp_path):
-    (tmp_path / "faults").mkdir()
-    (tmp_path / "kills").mkdir()
-    writer = Writer("in place", _in_place)
-    assert faults_of(writer, tmp_path / "faults")[1]
-    if os.name == "posix":
-        assert kills_of(writer, tmp_path / "kills", 12, random.Random(0))[1]
+    assert faults_of(Writer("in place", lambda folder: write_in_place), tmp_path)[1]
 
 
 @pytest.mark.skipif(os.name != "posix", reason="forks")

@@ -315,25 +315,19 @@ def test_the_smallest_goes_first_and_counts_for_the_one_that_takes_it_in():
     assert _taken_in(regions, strength, replace(ANY, pixels=13), depth) == _sets("123"), "then 1 is alone"
 
 
-@pytest.mark.parametrize(("known", "fit"), [(7, False), (8, True)])
-def test_a_share_of_a_region_must_be_known(known, fit):
+@pytest.mark.parametrize(
+    ("known", "share", "pixels", "fit"),
+    [(7, 0.5, 0, False), (8, 0.5, 0, True), (4, 0.01, 5, False), (5, 0.01, 5, True), (4, 0.0, 5, True)],
+)
+def test_a_share_of_a_region_and_so_many_pixels_must_be_known_unless_nothing_is_asked_of_it(known, share, pixels, fit):
     regions = _columns(4, 6)
     depth, strength = np.full(regions.shape, 2.0), np.zeros(regions.shape)
     places = np.argwhere(regions == 1)
     depth[tuple(places[known:].T)] = np.nan
-    assert _taken_in(regions, strength, Fitness(0, 0.5, 0), depth) == (_sets("1", "2") if fit else _sets("12"))
-
-
-@pytest.mark.parametrize(("known", "fit"), [(4, False), (5, True)])
-def test_so_many_pixels_must_be_known_however_small_the_share(known, fit):
-    regions = _columns(4, 6)
-    depth, strength = np.full(regions.shape, 2.0), np.zeros(regions.shape)
-    places = np.argwhere(regions == 1)
-    depth[tuple(places[known:].T)] = np.nan
-    assert _taken_in(regions, strength, Fitness(0, 0.01, 5), depth) == (_sets("1", "2") if fit else _sets("12"))
-    assert _taken_in(regions, strength, Fitness(0, 0.0, 5), depth) == _sets("1", "2"), "nothing is asked of it"
+    fitness = Fitness(0, share, pixels)
+    assert _taken_in(regions, strength, fitness, depth) == (_sets("1", "2") if fit else _sets("12"))
     depth[regions == 1] = np.nan
-    assert _taken_in(regions, strength, Fitness(0, 0.0, 5), depth) == _sets("2"), "nor goes it to another"
+    assert share or _taken_in(regions, strength, fitness, depth) == _sets("2"), "nor goes it to another"
 
 
 def test_of_a_region_smaller_than_that_all_pixels_must_be_known():

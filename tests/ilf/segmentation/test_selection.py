@@ -140,9 +140,6 @@ def test_a_hierarchy_divides_the_frame_and_every_node_is_its_two_parts():
 def test_impossible_points_are_refused(inside, outside, box):
     with pytest.raises(InputError):
         ilf.select_region(FRAME, inside, outside, box)
-
-
-def test_a_start_of_another_shape_is_refused():
     with pytest.raises(InputError, match="but the frame is"):
         ilf.select_region(FRAME, [(3, 3)], start=np.zeros((4, 4), bool))
 

@@ -71,24 +71,12 @@ def test_a_frame_is_registered_and_replayed(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("mode", "size", "fx", "cx"),
+    ("mode", "size", "focal", "centre"),
     [
         ("NFOV_2X2BINNED", (320, 288), 0.49 * 512, 0.51 * 512 - 96.5),
         ("NFOV_UNBINNED", (640, 576), 0.49 * 1024, 0.51 * 1024 - 192.5),
         ("WFOV_2X2BINNED", (512, 512), 0.49 * 512, 0.51 * 512 - 0.5),
         ("WFOV_UNBINNED", (1024, 1024), 0.49 * 1024, 0.51 * 1024 - 0.5),
-    ],
-)
-def test_depth_modes(mode, size, fx, cx):
-    depth = cameras_of(json.dumps(calibration()).encode(), mode, "MJPG_1080P").depth
-    assert depth.size == size
-    assert (depth.fx, depth.cx) == pytest.approx((fx, cx))
-    assert depth.distortion == (0.01, 0.002, 1e-4, 2e-4, 0.003, 0.004, 0.005, 0.006)
-
-
-@pytest.mark.parametrize(
-    ("mode", "size", "fy", "cy"),
-    [
         ("NV12_720P", (1280, 720), 0.64 * 960, 0.5 * 960 - 120.5),
         ("MJPG_1080P", (1920, 1080), 0.64 * 1440, 0.5 * 1440 - 180.5),
         ("MJPG_1440P", (2560, 1440), 0.64 * 1920, 0.5 * 1920 - 240.5),
@@ -97,10 +85,15 @@ def test_depth_modes(mode, size, fx, cx):
         ("MJPG_3072P", (4096, 3072), 0.64 * 3072, 0.5 * 3072 - 0.5),
     ],
 )
-def test_colour_modes(mode, size, fy, cy):
-    colour = cameras_of(json.dumps(calibration()).encode(), "NFOV_UNBINNED", mode).colour
-    assert colour.size == size
-    assert (colour.fy, colour.cy) == pytest.approx((fy, cy))
+def test_modes_of_both_cameras(mode, size, focal, centre):
+    """Across by depth's modes, which crop its image so, and down by those of colour."""
+    of_depth = "FOV" in mode
+    modes = (mode, "MJPG_1080P") if of_depth else ("NFOV_UNBINNED", mode)
+    cameras = cameras_of(json.dumps(calibration()).encode(), *modes)
+    camera = cameras.depth if of_depth else cameras.colour
+    assert camera.size == size
+    assert ((camera.fx, camera.cx) if of_depth else (camera.fy, camera.cy)) == pytest.approx((focal, centre))
+    assert cameras.depth.distortion == (0.01, 0.002, 1e-4, 2e-4, 0.003, 0.004, 0.005, 0.006)
 
 
 def test_calibrations_that_make_no_cameras(tmp_path):

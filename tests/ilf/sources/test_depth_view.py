@@ -15,7 +15,6 @@ from ilf.run.record_file import read_record
 from ilf.sources.colour_by_depth import smoothly_filled
 from ilf.sources.registration import RawPair, aligned, register
 
-from ..project_states import through_project
 from ..two_cameras import BOARD_M, COLOUR, DEPTH, made_pair, motion, rays, seen, write_pair
 
 H, W, FOCAL = 48, 96, 60.0
@@ -145,8 +144,9 @@ def test_what_is_aligned_after_completion_is_what_registration_gives():
 def test_pixels_in_which_the_depth_camera_cannot_measure_are_outside_its_view():
     lit = np.ones((H, W), bool)
     lit[:, :20] = False
-    pair = pair_of(np.where(lit, 2.0, np.nan), 0.05, depth_view=lit)
-    np.testing.assert_array_equal(register(pair, "depth").outside_view, ~lit)
+    pair = pair_of(np.where(lit, 2.0, np.nan), 0.0, depth_view=lit)
+    for view in ("depth", "colour"):
+        np.testing.assert_array_equal(register(pair, view).outside_view, ~lit)
 
 
 def test_a_run_in_the_depth_view_is_written_aligned_too_and_made_again(tmp_path, capsys, cli):
@@ -183,19 +183,6 @@ def write_files(folder: Path) -> dict[str, object]:
     np.save(folder / "depth.npy", np.full((36, 48), 2.0, np.float32))
     cameras = {"intrinsics": CAMERA.numbers, "depth_intrinsics": (40.0, 40.0, 23.5, 17.5)}
     return {"rgb": str(folder / "rgb.png"), "depth": str(folder / "depth.npy"), **cameras, "view": "depth"}
-
-
-def test_the_same_frame_comes_back_from_arguments_and_projects(tmp_path):
-    write_pair(tmp_path / "desk")
-    frame = ilf.load_frame(tmp_path / "desk", frame="1", view="depth")
-    assert frame.shape == (56, 64)
-    again = ilf.load_frame(**json.loads(json.dumps(frame.sources)))
-    for other in (again, through_project(frame, tmp_path / "room.ilf")):
-        assert other.inputs == frame.inputs
-        assert other.intrinsics == frame.intrinsics
-        assert np.array_equal(other.depth, frame.depth, equal_nan=True)
-        assert np.array_equal(other.rgb, frame.rgb)
-        assert np.array_equal(other.edge_rgb, frame.edge_rgb)
 
 
 def test_the_pose_is_that_of_the_depth_camera(tmp_path):

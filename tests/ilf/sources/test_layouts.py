@@ -60,6 +60,18 @@ def _text(path: Path, values: np.ndarray | str) -> None:
     path.write_text(values) if isinstance(values, str) else np.savetxt(path, values)
 
 
+def _frame(
+    folder: Path, colour: str, depth: str, units: float = 1000, truth: str = "", pose: dict | None = None
+) -> None:
+    """Colour, depth, and if they have names, the ground truth and a file of the pose."""
+    _colour(folder / colour)
+    _write(folder / depth, METRES, units)
+    if truth:
+        _write(folder / truth, TRUTH, units)
+    for name, matrix in (pose or {}).items():
+        _text(folder / name, matrix)
+
+
 def _square(matrix: np.ndarray) -> np.ndarray:
     return np.block([[matrix, np.zeros((3, 1))], [np.zeros((1, 3)), np.ones((1, 1))]])
 
@@ -85,9 +97,8 @@ def _scannet(root: Path) -> None:
 def _kitti_selection(root: Path) -> None:
     for number in (5, 8):
         drive, end = "2011_09_26_drive_0002_sync", f"{number:010d}_image_02"
-        _colour(root / f"image/{drive}_image_{end}.png")
-        _write(root / f"velodyne_raw/{drive}_velodyne_raw_{end}.png", METRES, 256)
-        _write(root / f"groundtruth_depth/{drive}_groundtruth_depth_{end}.png", TRUTH, 256)
+        truth = f"groundtruth_depth/{drive}_groundtruth_depth_{end}.png"
+        _frame(root, f"image/{drive}_image_{end}.png", f"velodyne_raw/{drive}_velodyne_raw_{end}.png", 256, truth)
         _text(root / f"intrinsics/{drive}_image_{end}.txt", " ".join(map(str, K.ravel())))
 
 
@@ -108,11 +119,9 @@ def _kitti(root: Path) -> None:
 def _void(root: Path) -> None:
     scene = root / "void_1500/data/classroom0"
     for time, pose in zip(("1552625028.2387", "1552625028.3387"), _poses(2), strict=True):
-        _colour(scene / f"image/{time}.png")
-        _write(scene / f"sparse_depth/{time}.png", METRES, 256)
+        colour, depth, truth = (f"{kind}/{time}.png" for kind in ("image", "sparse_depth", "ground_truth"))
+        _frame(scene, colour, depth, 256, truth, {f"absolute_pose/{time}.txt": pose[:3]})
         _write(scene / f"validity_map/{time}.png", (METRES > 0).astype(np.float32))
-        _write(scene / f"ground_truth/{time}.png", TRUTH, 256)
-        _text(scene / f"absolute_pose/{time}.txt", pose[:3])
     _text(scene / "K.txt", K)
 
 
@@ -122,9 +131,9 @@ _PANORAMA = "0b02e18654324edd8d74c078b66bfb20"
 def _matterport(root: Path) -> None:
     house = root / "17DRP5sb8fy"
     for yaw, pose in enumerate(_poses(2)):
-        _colour(house / f"matterport_color_images/{_PANORAMA}_i1_{yaw}.jpg")
-        _write(house / f"matterport_depth_images/{_PANORAMA}_d1_{yaw}.png", METRES, 4000)
-        _text(house / f"matterport_camera_poses/{_PANORAMA}_pose_1_{yaw}.txt", pose)
+        colour, depth = (f"matterport_{kind}_images/{_PANORAMA}" for kind in ("color", "depth"))
+        placed = {f"matterport_camera_poses/{_PANORAMA}_pose_1_{yaw}.txt": pose}
+        _frame(house, f"{colour}_i1_{yaw}.jpg", f"{depth}_d1_{yaw}.png", 4000, pose=placed)
     _text(
         house / f"matterport_camera_intrinsics/{_PANORAMA}_intrinsics_1.txt",
         f"{W} {H} 60 60 31.5 23.5 0.04 -0.16 0.0006 -0.0005 0.0",
@@ -179,9 +188,7 @@ def _transcg(root: Path) -> None:
     for number in range(2):
         folder = root / f"scene1/{number}"
         for camera, units in (("1", 1000), ("2", 4000)):
-            _colour(folder / f"rgb{camera}.png")
-            _write(folder / f"depth{camera}.png", METRES, units)
-            _write(folder / f"depth{camera}-gt.png", TRUTH, units)
+            _frame(folder, f"rgb{camera}.png", f"depth{camera}.png", units, f"depth{camera}-gt.png")
             _write(folder / f"depth{camera}-gt-mask.png", METRES)
     (root / "camera_intrinsics").mkdir()
     for name in ("D435", "L515"):
@@ -202,8 +209,7 @@ def _cleargrasp(root: Path) -> None:
 def _transforms(root: Path, depth: bool = True) -> None:
     frames = []
     for number, pose in enumerate(_poses(2)):
-        _colour(root / f"images/{number:05d}.jpg")
-        _write(root / f"depth/{number:05d}.png", METRES, 1000)
+        _frame(root, f"images/{number:05d}.jpg", f"depth/{number:05d}.png")
         frame = {"file_path": f"./images/{number:05d}.jpg", "transform_matrix": (pose @ Y_UP).tolist()}
         frames.append(frame | ({"depth_file_path": f"depth/{number:05d}.png"} if depth else {}))
     camera = {"camera_model": "OPENCV", "fl_x": 60, "fl_y": 60, "cx": 32.0, "cy": 24.0, "w": W, "h": H}
@@ -212,8 +218,7 @@ def _transforms(root: Path, depth: bool = True) -> None:
 
 def _replica(root: Path) -> None:
     for number in range(2):
-        _colour(root / f"room0/results/frame{number:06d}.jpg")
-        _write(root / f"room0/results/depth{number:06d}.png", METRES, 6553.5)
+        _frame(root / "room0/results", f"frame{number:06d}.jpg", f"depth{number:06d}.png", 6553.5)
     _text(root / "room0/traj.txt", np.array([pose.ravel() for pose in _poses(2)]))
     camera = {"w": W, "h": H, "fx": 60.0, "fy": 60.0, "cx": 31.5, "cy": 23.5, "scale": 6553.5}
     _text(root / "cam_params.json", json.dumps({"camera": camera}))
@@ -222,8 +227,7 @@ def _replica(root: Path) -> None:
 def _open3d(root: Path) -> None:
     log = ""
     for number, pose in enumerate(_poses(2)):
-        _colour(root / f"color/{number:06d}.jpg")
-        _write(root / f"depth/{number:06d}.png", METRES, 1000)
+        _frame(root, f"color/{number:06d}.jpg", f"depth/{number:06d}.png")
         rows = "\n".join(" ".join(map(str, row)) for row in pose)
         log += f"{number} {number} {number + 1}\n{rows}\n"
     _text(root / "trajectory.log", log)
@@ -261,9 +265,8 @@ def _info(root: Path, at: str = "", name: str = "_info.txt") -> None:
     """Frames with the two cameras in a file of the scene, beside them or above their folder."""
     scene = root / "scan"
     for number, pose in enumerate(_poses(2)):
-        _colour(scene / f"{at}frame-{number:06d}.color.jpg")
-        _write(scene / f"{at}frame-{number:06d}.depth.{'png' if at else 'pgm'}", METRES, 1000)
-        _text(scene / f"{at}frame-{number:06d}.pose.txt", pose)
+        start = f"{at}frame-{number:06d}"
+        _frame(scene, f"{start}.color.jpg", f"{start}.depth.{'png' if at else 'pgm'}", pose={f"{start}.pose.txt": pose})
     rows = " ".join(map(str, _square(K).ravel()))
     kinds = "".join(f"m_calibration{kind}Intrinsic = {rows} \n" for kind in ("Color", "Depth"))
     _text(scene / name, f"m_versionNumber = 4\nm_colorWidth = {W}\nm_depthShift = 1000\n{kinds}m_frames.size = 2\n")
@@ -271,22 +274,19 @@ def _info(root: Path, at: str = "", name: str = "_info.txt") -> None:
 
 def _three_d_match(root: Path) -> None:
     for number, pose in enumerate(_poses(2)):
-        _colour(root / f"scene/seq-01/frame-{number:06d}.color.png")
-        _write(root / f"scene/seq-01/frame-{number:06d}.depth.png", METRES, 1000)
-        _text(root / f"scene/seq-01/frame-{number:06d}.pose.txt", pose)
+        start = f"seq-01/frame-{number:06d}"
+        _frame(root / "scene", f"{start}.color.png", f"{start}.depth.png", pose={f"{start}.pose.txt": pose})
     _text(root / "scene/camera-intrinsics.txt", K)
 
 
 def _nyu_sync(root: Path) -> None:
     for number in (45, 46):
-        _colour(root / f"bathroom/rgb_{number:05d}.jpg")
-        _write(root / f"bathroom/sync_depth_{number:05d}.png", METRES, 1000)
+        _frame(root / "bathroom", f"rgb_{number:05d}.jpg", f"sync_depth_{number:05d}.png")
 
 
 def _ycb_video(root: Path) -> None:
     for number in (1, 2):
-        _colour(root / f"data/0000/{number:06d}-color.png")
-        _write(root / f"data/0000/{number:06d}-depth.png", METRES, 10000)
+        _frame(root / "data/0000", f"{number:06d}-color.png", f"{number:06d}-depth.png", 10000)
         _write(root / f"data/0000/{number:06d}-label.png", METRES)
         _text(root / f"data/0000/{number:06d}-meta.mat", "MATLAB 5.0 MAT-file")
 
@@ -301,8 +301,7 @@ def _virtual_kitti(root: Path) -> None:
 
 def _tartanair(root: Path) -> None:
     for number in range(2):
-        _colour(root / f"P000/image_left/{number:06d}_left.png")
-        _write(root / f"P000/depth_left/{number:06d}_left_depth.npy", METRES)
+        _frame(root / "P000", f"image_left/{number:06d}_left.png", f"depth_left/{number:06d}_left_depth.npy", 1)
 
 
 PUBLISHED: dict[str, tuple[Callable[[Path], None], float | None, bool, bool]] = {
@@ -332,6 +331,7 @@ PUBLISHED: dict[str, tuple[Callable[[Path], None], float | None, bool, bool]] = 
     "replica": (_replica, 60.0, False, True),
     "open3d": (_open3d, 60.0, False, True),
     "bundlefusion": (_info, 60.0, False, True),
+    "bundlefusion, above": (lambda root: _info(root, "data/", "info.txt"), 60.0, False, True),
     "nyu-sync": (_nyu_sync, 518.8579 * W / 640, False, False),
     "ycb-video": (_ycb_video, None, False, False),
     "virtual-kitti": (_virtual_kitti, 725.0087 * (W + 95) / 1242, False, False),
@@ -344,7 +344,7 @@ def test_published_layouts_are_read_right_at_once(tmp_path, name):
     write, focal, has_truth, has_pose = PUBLISHED[name]
     write(tmp_path / "data")
     source = ilf.open_source(tmp_path / "data")
-    assert (source.layout.partition(" ")[0], len(source)) == (name, 2), source.notes
+    assert (source.layout.partition(" ")[0], len(source)) == (name.partition(",")[0], 2), source.notes
     frame = source[1]
     height, width = min(H, frame.shape[0]), min(W, frame.shape[1])
     wanted = np.where(METRES == 0, np.nan, METRES)[:height, :width]
@@ -363,15 +363,6 @@ def test_published_layouts_are_read_right_at_once(tmp_path, name):
     assert np.array_equal(again.depth, frame.depth if frame.invalid_mask is None else frame.measured, equal_nan=True)
 
 
-def test_frames_of_twelve_scenes_have_the_cameras_of_the_file_above(tmp_path):
-    _info(tmp_path, "data/", "info.txt")
-    source = ilf.open_source(tmp_path)
-    assert (len(source), source.layout.partition(" ")[0]) == (2, "bundlefusion")
-    calibration = source.calibration(source.keys[0])
-    assert (calibration.colour.fx, calibration.depth.fx) == (60.0, 60.0)
-    assert np.allclose(source[1].pose, _poses(2)[1])
-
-
 @pytest.mark.parametrize("below", ["", "scene", "scene/seq-01"])
 def test_frames_that_are_named_as_in_seven_scenes_have_their_own_camera(tmp_path, below):
     _three_d_match(tmp_path)
@@ -387,8 +378,7 @@ def test_frames_that_are_named_as_in_seven_scenes_have_their_own_camera(tmp_path
 )
 def test_depth_has_the_scale_that_its_camera_states(tmp_path, name, scale, units):
     """librealsense states metres per unit, Open3D units per metre."""
-    _colour(tmp_path / "color/000000.png")
-    _write(tmp_path / "depth/000000.png", METRES, units)
+    _frame(tmp_path, "color/000000.png", "depth/000000.png", units)
     stated = {} if scale is None else {"depth_scale": scale}
     _text(tmp_path / name, json.dumps({"fx": 60, "fy": 60, "ppx": 31.5, "ppy": 23.5} | stated))
     frame = ilf.open_source(tmp_path)[0]
@@ -399,8 +389,7 @@ def test_depth_has_the_scale_that_its_camera_states(tmp_path, name, scale, units
 @pytest.mark.parametrize("file", ["camK.npy", "metadata"])
 def test_the_camera_beside_folders_of_colour_and_depth_is_read(tmp_path, file):
     """GraspNet and WildRGB-D."""
-    _colour(tmp_path / "rgb/0000.png")
-    _write(tmp_path / "depth/0000.png", METRES, 1000)
+    _frame(tmp_path, "rgb/0000.png", "depth/0000.png")
     if file == "camK.npy":
         np.save(tmp_path / file, K)
     else:
@@ -409,16 +398,12 @@ def test_the_camera_beside_folders_of_colour_and_depth_is_read(tmp_path, file):
 
 
 def test_depth_of_instant_ngp_has_its_own_names_and_scale(tmp_path):
-    for number in range(2):
-        _colour(tmp_path / f"images/{number:04d}.jpg")
+    _transforms(tmp_path, depth=False)
+    data = json.loads((tmp_path / "transforms.json").read_text())
+    for number, frame in enumerate(data["frames"]):
         _write(tmp_path / f"deep/{number:04d}_z.png", METRES, 2000)
-    frames = [
-        {"file_path": f"images/{number:04d}.jpg", "depth_path": f"deep/{number:04d}_z.png",
-         "transform_matrix": np.eye(4).tolist()}
-        for number in range(2)
-    ]  # fmt: skip
-    facts = {"fl_x": 60, "fl_y": 60, "cx": 32, "cy": 24, "w": W, "h": H, "integer_depth_scale": 1 / 2000}
-    _text(tmp_path / "transforms.json", json.dumps(facts | {"enable_depth_loading": True, "frames": frames}))
+        frame["depth_path"] = f"deep/{number:04d}_z.png"
+    _text(tmp_path / "transforms.json", json.dumps(data | {"integer_depth_scale": 1 / 2000}))
     frame = ilf.open_source(tmp_path)[1]
     assert np.allclose(frame.depth, np.where(METRES == 0, np.nan, METRES), atol=1e-3, equal_nan=True)
 
@@ -561,9 +546,8 @@ def test_a_layout_is_given_as_text(tmp_path):
 
 def test_poses_from_the_world_and_with_y_up_are_turned(tmp_path):
     for number, pose in enumerate(_poses(2)):
-        _colour(tmp_path / f"rgb/{number}.png")
-        _write(tmp_path / f"depth/{number}.png", METRES, 1000)
-        _text(tmp_path / f"w2c/{number}.txt", np.linalg.inv(pose @ Y_UP))
+        seen_from = {f"w2c/{number}.txt": np.linalg.inv(pose @ Y_UP)}
+        _frame(tmp_path, f"rgb/{number}.png", f"depth/{number}.png", pose=seen_from)
     text = "rgb=rgb/*.png depth=depth/*.png pose=w2c/*.txt pose_maps=world-to-camera pose_axes=y-up"
     assert np.allclose(ilf.open_source(tmp_path, layout=text)[1].pose, _poses(2)[1])
 

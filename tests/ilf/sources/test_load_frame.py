@@ -1,7 +1,6 @@
 """Reading frames: every format exactly, and every hostile file with one clear message."""
 
 import argparse
-import contextlib
 import hashlib
 import inspect
 import io
@@ -12,13 +11,10 @@ import subprocess
 import sys
 import zlib
 from dataclasses import replace
-from pathlib import Path
 
 import cv2
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
-from hypothesis import strategies as st
 from PIL import Image, ImageCms
 
 import ilf
@@ -141,25 +137,16 @@ def test_colour_of_few_bits_in_16_is_doubted(save, bits, factor):
     assert ilf.load_frame(save("whole.png", encoded(".png", values * factor)), depth).notes == ()
 
 
-def test_sources_tell_how_to_read_the_frame_again(save, colour):
+def test_sources_tell_how_to_read_the_frame_again(save, colour, monkeypatch):
     depth = save("depth.png", DEPTH_FILES["u16.png"][0])
-    frame = ilf.load_frame(colour, depth, depth_units=2000, intrinsics="50,50,16,12")
+    monkeypatch.chdir(colour.parent)
+    frame = ilf.load_frame("rgb.png", "depth.png", depth_units=2000, intrinsics="50,50,16,12")
     assert frame.sources == {
         "rgb": str(colour), "depth": str(depth), "depth_units": 2000.0, "intrinsics": [50.0, 50.0, 16.0, 12.0],
     }  # fmt: skip
     assert frame.name == colour.parent.name
-    again = ilf.load_frame(**frame.sources)
-    np.testing.assert_array_equal(again.depth, frame.depth)
+    np.testing.assert_array_equal(ilf.load_frame(**json.loads(json.dumps(frame.sources))).depth, frame.depth)
     assert ilf.load_frame(colour, depth).sources["intrinsics"] is None
-    json.dumps(frame.sources)
-
-
-def test_relative_paths_become_absolute(save, colour, monkeypatch):
-    save("depth.png", DEPTH_FILES["u16.png"][0])
-    monkeypatch.chdir(colour.parent)
-    frame = ilf.load_frame("rgb.png", "depth.png")
-    assert Path(frame.sources["rgb"]) == colour
-    assert frame.name == colour.parent.name
 
 
 # --- colour
@@ -332,25 +319,17 @@ def folder(tmp_path):
     return make
 
 
-def test_folder_is_read_as_its_meta_says(folder):
-    root = folder({**META, "depth_units_per_m": 500})
-    frame = ilf.load_frame(root)
+@pytest.mark.parametrize("names", [(), ("rgb.png", "depth.png")], ids=["folder", "two files in it"])
+def test_a_frame_is_read_as_its_meta_says(folder, names):
+    root = folder({**META, "depth_units_per_m": 500} | ({"size": [1, 1]} if names else {}))
+    given = [root / name for name in names] or [root]
+    frame = ilf.load_frame(*given)
     np.testing.assert_array_equal(frame.depth, METRES * 2)
     assert (frame.name, frame.intrinsics.fy, frame.sources["depth_units"]) == ("kitchen", 30.5, 500)
     assert frame.sources["depth"] == str(root / "depth.png")
-    changed = ilf.load_frame(root, depth_units=1000, intrinsics=[40, 40, 15, 11], name="other")
+    changed = ilf.load_frame(*given, depth_units=1000, intrinsics=[40, 40, 15, 11], name="other")
     np.testing.assert_array_equal(changed.depth, METRES)
     assert (changed.name, changed.intrinsics.fx) == ("other", 40)
-
-
-def test_two_files_beside_the_meta_that_speaks_of_them_are_read_as_it_says(folder):
-    root = folder({**META, "depth_units_per_m": 500, "size": [1, 1]})
-    frame = ilf.load_frame(root / "rgb.png", root / "depth.png")
-    np.testing.assert_array_equal(frame.depth, METRES * 2)
-    assert (frame.name, frame.intrinsics.fy) == ("kitchen", 30.5)
-    given = ilf.load_frame(root / "rgb.png", root / "depth.png", depth_units=1000, intrinsics=[40, 40, 15, 11])
-    np.testing.assert_array_equal(given.depth, METRES)
-    assert given.intrinsics.fx == 40
 
 
 @pytest.mark.parametrize("meta", [{**META, "depth": "other.png"}, {**META, "name": 7}, b"{not json"])
@@ -372,6 +351,7 @@ def test_folder_with_truth_only_says_what_is_there(folder):
         (b"", "empty"),
         (b"{not json", "not valid JSON"),
         (b"\xff\xfe\x00", "not valid JSON"),
+        (b'{"K":' + b"[" * 100_000 + b"]" * 100_000 + b"}", "not valid JSON"),
         (b"9" * 5000, "not valid JSON"),
         ([1, 2], "JSON object"),
         ({}, "no depth_units_per_m"),
@@ -398,25 +378,6 @@ def test_bad_meta_is_refused_by_name(meta, message, folder):
 def test_one_file_alone_is_no_frame(colour):
     with pytest.raises(InputError, match=r"needs a depth image.*meta\.json"):
         ilf.load_frame(colour)
-
-
-# --- fuzz
-
-
-@pytest.mark.parametrize("name", [*DEPTH_FILES, *COLOUR_FILES])
-@settings(max_examples=10, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
-@given(data=st.data())
-def test_garbled_files_raise_nothing_but_our_errors(name, data, tmp_path):
-    content = bytearray(COLOUR_FILES.get(name) or DEPTH_FILES[name][0])
-    for _ in range(data.draw(st.integers(0, 6))):
-        # most damage is done in headers
-        at = data.draw(st.one_of(st.integers(0, 160), st.integers(0, len(content) - 1))) % len(content)
-        content[at : at + 1] = data.draw(st.binary(min_size=0, max_size=4))
-    path = tmp_path / name
-    path.write_bytes(bytes(content[: data.draw(st.integers(0, len(content)))]))
-    for reader in (read_colour, read_depth_values):
-        with contextlib.suppress(ilf.IlfError):
-            reader(path)
 
 
 # --- real frames

@@ -72,13 +72,6 @@ def test_depth_comes_to_the_pixels_that_show_it(colour, depth):
     assert frame.known[visible].mean() > 0.995, "no false holes"
 
 
-def test_nothing_behind_is_seen_through_a_nearer_surface():
-    frame = register(made_pair())
-    _, ground_truth = exact(frame)
-    board = (ground_truth == BOARD_M) & ~steep(ground_truth)
-    assert (np.abs(frame.depth[board] - BOARD_M) < 0.01).all()
-
-
 def test_a_shadow_of_parallax_is_missing_but_in_view():
     pair = made_pair(PLAIN, PLAIN, motion(x=-0.1, turn=0.0))
     frame = register(pair)
@@ -104,15 +97,6 @@ def test_what_lies_outside_the_depth_image_is_marked():
     assert (frame.outside_view == ~reached & ~frame.known).mean() > 0.99, "samples and pixels differ along the border"
     beyond = ~inside(places(views * ground_truth.reshape(-1, 1), pair), pair.depth_camera).reshape(frame.shape)
     assert frame.outside_view[beyond].mean() > 0.7, "others would be seen at other depths that the frame has"
-
-
-def test_pixels_that_the_depth_camera_cannot_use_lie_outside_its_view():
-    plain = made_pair()
-    lit = np.ones(DEPTH.shape, bool)
-    lit[:, :20] = False
-    pair = RawPair(plain.rgb, np.where(lit, plain.depth, np.nan), COLOUR, DEPTH, plain.depth_to_colour, depth_view=lit)
-    without, with_view = (register(one).outside_share for one in (plain, pair))
-    assert with_view > without + 0.15
 
 
 def test_colour_has_no_invented_pixels_and_its_intrinsics_fit():
