@@ -14,7 +14,7 @@ from .contents import DIFFERENCE, FLICKERS, RUNS, SIDES, TITLES, capital, differ
 from .image_view import ImageView
 from .layer_picture import LayerPicture
 from .layers import CONTENTS, Layer, Legend, Look, checked, content_of, lacking, striped, title_of, uses
-from .pixel_items import BlockOverlay, PixelItem
+from .pixel_items import BlockOverlay
 from .screen_layers import STYLES
 from .spectrum_picture import SpectrumPicture
 from .stages import StagePicker
@@ -49,9 +49,7 @@ class Cell(QWidget):
         self._stripe_legend: Legend = []
         self.picture = LayerPicture(self.view, self.bar)
         self._data = data
-        self._overlay = overlay
-        # fills of the blocks, and of those of the two sides, if divided and different from the current ones
-        self._fills = [self.view.add_picture(item) for item in (overlay.new_item(), PixelItem(1), PixelItem(1))]
+        self._fills = self.view.add_picture(overlay.new_item())
         self._widget: SpectrumPicture | StagePicker | None = None
         self._look: Look | None = None
         self._needs_draw = False
@@ -97,8 +95,7 @@ class Cell(QWidget):
         self.strip.set_title(title_of(concrete, self._data))
         self.bar.set_unit(content.unit)
         self.view.has_lines = concrete != "extraction"  # its blocks differ from those of the frame
-        for item in self._fills:
-            item.setVisible(concrete == "colour")
+        self._fills.setVisible(concrete == "colour")
         self.show_stripes()
         self.draw_again()
 
@@ -166,27 +163,10 @@ class Cell(QWidget):
         self.strip.set_text(layer.text)
         self.set_legend(layer.legend)
         self.picture.draw(layer)
-        if self.concrete == "colour":
-            self._draw_sides()
         if self._widget is None:
             self._add_widget()
         if isinstance(self._widget, SpectrumPicture):
             self._widget.show_spectrum(data.spectrum)
-
-    def _draw_sides(self) -> None:
-        """Draw the blocks of the two sides in their columns, and the current blocks in the others."""
-        column, blocks = self._data.swipe_column, self._data.side_blocks
-        width = 0 if self._data.rgb is None else self._data.rgb.shape[1]
-        spans = [(0, width), (width, width)] if column is None else [(0, column), (column, width)]
-        own = [0, width]
-        for index, (item, given, span) in enumerate(zip(self._fills[1:], blocks, spans, strict=True)):
-            if column is None or given is None:
-                item.clear()
-                continue
-            item.set_pixels(self._overlay.fills_of(*given))
-            item.set_span(span)
-            own[index] = column
-        self._fills[0].set_span((own[0], own[1]) if own != [0, width] else None)
 
     def showEvent(self, event: QShowEvent) -> None:
         super().showEvent(event)

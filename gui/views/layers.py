@@ -464,7 +464,7 @@ _DEPTH = Content("", depth, frozenset({"levels"}), "depth", "m")
 _DIFFERENCE = Content("", difference, frozenset({"levels", "runs"}), "signed", "mm")
 
 CONTENTS = {
-    "colour": Content("Colour + blocks", colour, frozenset({"frame", "swipe", "runs"})),
+    "colour": Content("Colour + blocks", colour, frozenset({"frame"})),
     "expected-error": Content(
         "Expected error",
         expected,

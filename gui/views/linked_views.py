@@ -214,8 +214,9 @@ class LinkedViews(Themed, QWidget):
             if not changed or not cell.uses.isdisjoint(changed):
                 cell.draw_again()
         self.blocks.layers.show(self._shown_views)
-        if not changed or not {"runs", "result"}.isdisjoint(changed):
+        if self.sides.is_divided and (not changed or not {"runs", "result"}.isdisjoint(changed)):
             self.sides.show_divider()
+            self.blocks.draw(Part.LABELS)
         levels = self.ranged.bar.levels
         if levels != self._last_levels:
             self._last_levels = levels
@@ -224,6 +225,7 @@ class LinkedViews(Themed, QWidget):
     def _follow_sides(self, part: str) -> None:
         """Draw the changed sides; they may need data that no view has used before."""
         self._draw(part)
+        self.blocks.draw(Part.LABELS)
         used = frozenset().union(*(cell.uses for cell in self.sheet.shown))
         if used != self._used_with_sides:
             self._used_with_sides = used
@@ -278,16 +280,6 @@ class LinkedViews(Themed, QWidget):
         next(under, self.active).open_menu()
 
     # blocks, selection, preview
-
-    def set_overlay_opacity(self, opacity: float) -> None:
-        """Set the opacity of the blocks' fills, 0-1."""
-        self.blocks.overlay.set_opacity(opacity)
-        self._draw("swipe")
-
-    def set_contours_only(self, on: bool) -> None:
-        """Set whether blocks are drawn as coloured outlines without fill."""
-        self.blocks.set_contours_only(on)
-        self._draw("swipe")
 
     def set_preview(self, preview: Preview | None) -> None:
         """Draw the preview of a tool in all views; None removes it."""

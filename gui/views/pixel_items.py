@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 import pyqtgraph as pg
 from numpy.typing import NDArray
-from PySide6.QtCore import QRectF, Qt
+from PySide6.QtCore import QRectF
 from PySide6.QtGui import QColor, QImage, QPainter, QPainterPath, QPen, QPolygonF
 from PySide6.QtWidgets import QStyleOptionGraphicsItem, QWidget
 
@@ -55,7 +55,6 @@ class PixelItem(ViewItem):
         self.image: NDArray[np.uint8] | Pixels | None = None
         self.pixels: Pixels = np.zeros((0, 0), np.uint32)
         self._drawn = QImage()
-        self._span: tuple[int, int] | None = None
         self._table: Pixels = np.zeros(256, np.uint32)
         self._grey: Pixels = np.zeros(256, np.uint32)
 
@@ -91,12 +90,6 @@ class PixelItem(ViewItem):
         """Show an array, uint32 (H, W), which the caller may change in place."""
         self._show(pixels, pixels)
 
-    def set_span(self, span: tuple[int, int] | None) -> None:
-        """Show only the columns [start, stop); None for all."""
-        if span != self._span:
-            self._span = span
-            self.update()
-
     def notify_change(self, box: Box) -> None:
         """Repaint after the pixels changed inside a box (rows, columns)."""
         rows, columns = box
@@ -110,15 +103,7 @@ class PixelItem(ViewItem):
 
     def paint(self, painter: QPainter, option: QStyleOptionGraphicsItem, widget: QWidget | None = None) -> None:
         # draw the whole image: Qt clips it, and a part of it would be rounded to other screen positions
-        rect = self.boundingRect()
-        if self._span is None:
-            painter.drawImage(rect, self._drawn)
-            return
-        left, right = self._span
-        painter.save()
-        painter.setClipRect(QRectF(left, 0, right - left, rect.height()), Qt.ClipOperation.IntersectClip)
-        painter.drawImage(rect, self._drawn)
-        painter.restore()
+        painter.drawImage(self.boundingRect(), self._drawn)
 
     def _show(self, image: NDArray[np.uint8] | Pixels, pixels: Pixels) -> None:
         self.image, self.pixels = image, np.ascontiguousarray(pixels)
@@ -218,10 +203,6 @@ class BlockOverlay:
         self._items.append(item)
         self._show(item)
         return item
-
-    def fills_of(self, labels: NDArray[np.int32], colour_table: NDArray[np.uint8]) -> Pixels:
-        """Fills of other blocks with the same opacity, uint32 (H, W)."""
-        return self._find_fills(colour_table)[labels]
 
     def set_blocks(self, labels: NDArray[np.int32], colour_table: NDArray[np.uint8]) -> None:
         """Draw a label map, int32 (H, W), with colours uint8 (N + 1, 4) RGBA by label; alpha 0 hides a block."""

@@ -37,10 +37,6 @@ Depth = NDArray[np.float32]
 Mask = NDArray[np.bool_]
 
 
-Blocks = tuple[NDArray[np.int32], NDArray[np.uint8]]
-"""A label map (H, W), and RGBA by label (N + 1, 4)."""
-
-
 class ShownDepth(NamedTuple):
     """One depth [m], NaN = missing, with masks of extrapolated pixels and of pixels from an older state of a block."""
 
@@ -173,8 +169,8 @@ class ViewData:
         self._earlier_completion: Completion | None = None
         self.result_number = 0
         """Number of the stored run that the result is of; 0 for none."""
-        self._run_blocks: dict[int, Blocks] = {}
-        """Number of each run with other blocks than the current ones -> these."""
+        self._run_labels: dict[int, NDArray[np.int32]] = {}
+        """Number of each run with other blocks than the current ones -> their label map."""
         self.expected: Depth | None = None
         self.unsupported: Mask | None = None
         self.error_is_outdated = False
@@ -243,11 +239,11 @@ class ViewData:
         # keeps it from being composed again every time
         self._earlier_completion = None if self.earlier is None else self.earlier.completion
         self.result_number = present[0].number if present and results else 0
-        self._run_blocks = {}
+        self._run_labels = {}
         for kept in (*self.runs, *([] if self.earlier is None else [self.earlier])):
             labels = kept.run.blocks.labels
             if not np.array_equal(labels, document.labels):
-                self._run_blocks[kept.number] = labels, colour_table(document, int(labels.max()))
+                self._run_labels[kept.number] = labels
 
     def _read_error(self, document: Document) -> None:
         """The expected error; the last one stays until a newer one is available, as the depth does."""
@@ -273,8 +269,12 @@ class ViewData:
             return None
         if self.former is not None:
             return self.former.labels
-        blocks = self._blocks_of(self.sides[0]) if self.shows_a_as_result else None
-        return self.document.labels if blocks is None else blocks[0]
+        if self.shows_a_as_result:
+            return self._labels_of(self.sides[0], self.document)
+        if self.swipe_column is None or self.side_labels is None:
+            return self.document.labels
+        columns = np.arange(self.document.labels.shape[1]) < self.swipe_column
+        return np.where(columns, *self.side_labels)
 
     @property
     def no_result(self) -> str:
@@ -319,14 +319,16 @@ class ViewData:
         return ShownDepth(np.where(columns, first.depth, second.depth), *marks)
 
     @property
-    def side_blocks(self) -> tuple[Blocks | None, Blocks | None]:
-        """Blocks of the two sides, where they differ from the current ones."""
-        first, second = map(self._blocks_of, self.sides)
-        return first, second
+    def side_labels(self) -> tuple[NDArray[np.int32], NDArray[np.int32]] | None:
+        """Label maps of the two sides; None if they have the same, or a side is missing."""
+        if self.document is None or any(self.depth(side) is None for side in self.sides):
+            return None
+        first, second = (self._labels_of(side, self.document) for side in self.sides)
+        return None if first is second else (first, second)
 
-    def _blocks_of(self, side: str) -> Blocks | None:
+    def _labels_of(self, side: str, document: Document) -> NDArray[np.int32]:
         run = self.run(side)
-        return None if run is None else self._run_blocks.get(run.number)
+        return document.labels if run is None else self._run_labels.get(run.number, document.labels)
 
     def run(self, depth: str) -> StoredRun | None:
         """The run that a depth belongs to; None if it is not a run's."""

@@ -365,7 +365,7 @@ def test_the_overlay_shows_over_the_colour_and_hides_by_alpha(views):
     labels, table = blocks()
     view = view_of(views)
     plain = colour_at(view, place(view, 15.5, 15.5))
-    views.set_overlay_opacity(1.0)
+    views.blocks.overlay.set_opacity(1.0)
     views.paint(labels, table)
     assert colour_at(view, place(view, 15.5, 15.5)) == (200, 0, 0)
     table[1, 3] = 0
@@ -384,7 +384,7 @@ def border_colours(views, name, x, y):
 @pytest.mark.parametrize("opacity", [0.0, 0.45])
 def test_lines_part_all_blocks_in_all_views_on_any_picture(views, opacity):
     labels, table = blocks()
-    views.set_overlay_opacity(opacity)
+    views.blocks.overlay.set_opacity(opacity)
     views.paint(labels, table)
     views.give(depth=np.full((HEIGHT, WIDTH), 2.0, np.float32))
     for name in ("colour", "depth-in", "depth-out"):
@@ -422,7 +422,7 @@ def test_contours_alone_have_the_colours_of_their_blocks(views):
     border = place(view, 30, 15)
     plain, beside = colour_at(view, place(view, 15.5, 15.5)), colour_at(view, border - QPoint(5, 0))
     views.paint(labels, table)
-    views.set_contours_only(True)
+    views.blocks.set_contours_only(True)
     assert colour_at(view, place(view, 15.5, 15.5)) == plain
     assert colour_at(view, border - QPoint(1, 0)) == (200, 0, 0)
     assert colour_at(view, border) == (0, 100, 200)
