@@ -17,7 +17,6 @@ from .layers import CONTENTS, Layer, Legend, Look, checked, content_of, lacking,
 from .pixel_items import BlockOverlay
 from .screen_layers import STYLES
 from .spectrum_picture import SpectrumPicture
-from .stages import StagePicker
 from .title_strip import TitleStrip
 from .view_data import ViewData
 
@@ -50,12 +49,12 @@ class Cell(QWidget):
         self.picture = LayerPicture(self.view, self.bar)
         self._data = data
         self._fills = self.view.add_picture(overlay.new_item())
-        self._widget: SpectrumPicture | StagePicker | None = None
+        self._spectrum: SpectrumPicture | None = None
         self._look: Look | None = None
         self._needs_draw = False
         self._pixel: tuple[int, int] | None = None
         self._menu = ContentMenu(self)
-        self._menu.triggered.connect(lambda action: self.chosen.emit(action.data()))
+        self._menu.chosen.connect(self.chosen)
         self.strip.menuRequested.connect(self.open_menu)
         self.strip.doubleClicked.connect(self._menu.close)
         self.follow()
@@ -87,7 +86,8 @@ class Cell(QWidget):
         if concrete == self.concrete:
             return
         self.concrete = concrete
-        self._drop_widget()
+        if self._spectrum is not None:
+            self._spectrum.setVisible(concrete == "spectrum")
         content = content_of(concrete)
         self.picture.draw(Layer())
         self.set_legend([])
@@ -98,23 +98,6 @@ class Cell(QWidget):
         self._fills.setVisible(concrete == "colour")
         self.show_stripes()
         self.draw_again()
-
-    def _drop_widget(self) -> None:
-        self.strip.set_title_widget(None)
-        if isinstance(self._widget, SpectrumPicture):
-            self._widget.hide()
-            self._widget.setParent(None)
-            self._widget.deleteLater()
-        self._widget = None
-
-    def _add_widget(self) -> None:
-        """Add the widget that a content has besides its picture."""
-        if self.concrete == "spectrum":
-            self._widget = SpectrumPicture(self.view)
-        elif self.concrete == "extraction":
-            self._widget = StagePicker(self._data.stage.actions, self.strip)
-            self._widget.setFont(self.strip.font())
-            self.strip.set_title_widget(self._widget)
 
     def set_legend(self, legend: Legend) -> None:
         """Set the meaning of the picture's own colours."""
@@ -163,10 +146,10 @@ class Cell(QWidget):
         self.strip.set_text(layer.text)
         self.set_legend(layer.legend)
         self.picture.draw(layer)
-        if self._widget is None:
-            self._add_widget()
-        if isinstance(self._widget, SpectrumPicture):
-            self._widget.show_spectrum(data.spectrum)
+        if self.concrete == "spectrum":
+            if self._spectrum is None:
+                self._spectrum = SpectrumPicture(self.view)
+            self._spectrum.show_spectrum(data.spectrum)
 
     def showEvent(self, event: QShowEvent) -> None:
         super().showEvent(event)
@@ -187,7 +170,15 @@ _SIDE_TEXTS = {"a": "Side A", "b": "Side B"}
 
 
 class ContentMenu(QMenu):
-    """Menu of contents, refilled each time it opens, since runs change. The data of an action is a content's name."""
+    """Menu of contents, refilled each time it opens, since runs change. The data of an action is a content's name.
+
+    Signals
+    -------
+    chosen(str)
+        The user selected a content.
+    """
+
+    chosen = Signal(str)
 
     def __init__(self, parent: QWidget) -> None:
         super().__init__("Content of the view", parent, toolTipsVisible=True)
@@ -216,6 +207,10 @@ class ContentMenu(QMenu):
         self.addSeparator()
         for name in (name for name in CONTENTS if name not in _ELSEWHERE):
             self._add(self, name, CONTENTS[name].title)
+        if content == "extraction":
+            stages = self.addMenu("Stage of the extraction")
+            stages.setToolTipsVisible(True)
+            stages.addActions(data.stage.actions)
         self.addSeparator()
         for side, depth in zip(SIDES, data.sides, strict=True):
             self._add(self, side, f"{_SIDE_TEXTS[side]} of the comparison ({short_title(depth, data.names)})")
@@ -236,4 +231,5 @@ class ContentMenu(QMenu):
         action.setChecked(content == self._content)
         why_off = lacking(content, self._data)
         action.setEnabled(not why_off)
+        action.triggered.connect(lambda: self.chosen.emit(content))
         action.setToolTip(why_off)

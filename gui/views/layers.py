@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtGui import QBrush, QColor
 
-from ilf.drawing.blocks import marked_picture
+from ilf.drawing.blocks import STAGES, marked_picture
 from ilf.drawing.colours import robust_difference_level, robust_error_levels, sample, to_indices
 
 from ..base.theme import Colours, blend
@@ -169,6 +169,8 @@ def title_of(name: str, data: ViewData) -> str:
         return f"A: {first} | B: {second}"
     if name in TITLES:
         return TITLES[name]
+    if name == "extraction":
+        return f"{CONTENTS[name].title}: {STAGES[data.stage.stage].lower()}"
     if name in CONTENTS:
         return CONTENTS[name].title
     pair = operands_of(name)
@@ -271,7 +273,7 @@ def edges(data: ViewData, name: str, look: Look) -> Layer:
     return Layer(message="" if data.rgb is None else "Finding edges\N{HORIZONTAL ELLIPSIS}")
 
 
-# A stage of the extraction, and the spectrum of a block, each with a widget in the cell.
+# A stage of the extraction, and the spectrum of a block, which has a widget in the cell.
 
 
 def stage(data: ViewData, name: str, look: Look) -> Layer:

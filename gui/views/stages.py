@@ -1,4 +1,4 @@
-"""The stage of the extraction that the views show, and its picker in the title strip."""
+"""The stage of the extraction that the views show."""
 
 from __future__ import annotations
 
@@ -8,41 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QObject, Signal
 from PySide6.QtGui import QAction
-from PySide6.QtWidgets import QHBoxLayout, QMenu, QToolButton, QWidget
 
 from ilf.drawing.blocks import STAGES, stage_count, stage_legend
 from ilf.segmentation.extraction import Extraction
-
-from ..widgets.basics import lay_out, menu_button
-
-
-class StagePicker(QWidget):
-    """The commands of the stages as buttons side by side, or as a menu if there is too little room."""
-
-    def __init__(self, actions: Sequence[QAction], parent: QWidget | None = None) -> None:
-        super().__init__(parent)
-        self._actions, self._buttons = actions, [QToolButton(autoRaise=True) for _ in actions]
-        menu = QMenu(self)
-        menu.setToolTipsVisible(True)
-        self._menu = menu_button(menu, "", "Stage of the extraction")
-        for action, button in zip(actions, self._buttons, strict=True):
-            button.setDefaultAction(action)
-            menu.addAction(action)
-            action.toggled.connect(self._show_stage)
-        lay_out(QHBoxLayout(self), *self._buttons, self._menu, spacing=1)
-        self._show_stage()
-        self.set_available_width(0)
-
-    def _show_stage(self) -> None:
-        shown = next((action.iconText() for action in self._actions if action.isChecked()), "Stage")
-        self._menu.setText(f"{shown} \u25be")
-
-    def set_available_width(self, width: int) -> None:
-        """Set the width [px] available for the buttons."""
-        wide = width >= sum(button.sizeHint().width() + 1 for button in self._buttons)
-        for button in self._buttons:
-            button.setVisible(wide)
-        self._menu.setVisible(not wide)
 
 
 class StageModel(QObject):

@@ -19,8 +19,6 @@ _TITLE_SHARE = 0.3
 """Width down to which a long title gives way to the legend, as a share of the strip's."""
 _BAR_SHARE = 0.38
 """Width of the colour bar, as a share of the strip's."""
-_MIN_TEXT_WIDTH = 110
-"""Width [px] that a guest widget leaves for the text at the right."""
 _RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
 _LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
 _MORE = " \N{HORIZONTAL ELLIPSIS}"
@@ -50,7 +48,6 @@ class TitleStrip(QWidget):
         self._swatch: QColor | None = None
         self._legend: list[tuple[QBrush, str]] = []
         self._text = ""
-        self._title_widget: QWidget | None = None
         self._hovered = False
         font = self.font()
         font.setPointSizeF(font.pointSizeF() * 0.88)
@@ -70,12 +67,11 @@ class TitleStrip(QWidget):
             self.setAccessibleName(f"View: {title}")
             self._describe()
             self.titled.emit(title)
-            self._place_title_widget()
             self.update()
 
     @property
     def title_end(self) -> int:
-        """Right end of the title [px from the left], where other items may begin."""
+        """Right end of the title [px from the left]."""
         swatch = _SWATCH + PAD if self._swatch is not None else 0
         room = max(self._right - self._text_width, _MIN_TITLE_WIDTH + swatch)
         if not self._legend:
@@ -107,7 +103,6 @@ class TitleStrip(QWidget):
         width = max(least, min(round(_BAR_SHARE * self.width()), bar.sizeHint().width(), free))
         bar.setVisible(bar.levels is not None and self.width() - least - self._text_width >= 2 * _MIN_TITLE_WIDTH)
         bar.setGeometry(self.width() - width - PAD, 0, width, self.height())
-        self._place_title_widget()
         self.update()
 
     def set_text(self, text: str) -> None:
@@ -127,23 +122,6 @@ class TitleStrip(QWidget):
         signs = f"Signs: {', '.join(text for _, text in self._legend)}" if self._legend else ""
         self.setToolTip(literal_text("\n".join(filter(None, (self.title, _TITLE_HINT, signs)))))
 
-    def set_title_widget(self, guest: QWidget | None) -> None:
-        """Put a widget with a method `set_available_width(width)` beside the title and delete the former one; None
-        for none."""
-        if self._title_widget is not None:
-            self._title_widget.hide()
-            self._title_widget.setParent(None)
-            self._title_widget.deleteLater()
-        self._title_widget = guest
-        if guest is not None:
-            guest.show()
-            self._place_title_widget()
-
-    def _place_title_widget(self) -> None:
-        if self._title_widget is not None:
-            self._title_widget.set_available_width(self._right - self.title_end - _MIN_TEXT_WIDTH)  # type: ignore[attr-defined]
-            self._title_widget.setGeometry(self.title_end, 1, self._title_widget.sizeHint().width(), self.height() - 2)
-
     def menu_position(self) -> QPoint:
         """Screen position at which the menu of the title opens."""
         return self.mapToGlobal(QPoint(0, self.height()))
@@ -158,10 +136,7 @@ class TitleStrip(QWidget):
         painter.drawText(QRect(0, 0, right, self.height()), _RIGHT, self._text)
         if self._text:
             right -= metrics.horizontalAdvance(self._text) + PAD + 2
-        taken = self.title_end
-        if self._title_widget is not None:
-            taken = max(taken, self._title_widget.geometry().right() + PAD)
-        self._paint_legend(painter, QRect(taken, 0, right - taken + 1, self.height()))
+        self._paint_legend(painter, QRect(self.title_end, 0, right - self.title_end + 1, self.height()))
 
     def legend_in(self, room: int) -> list[tuple[QBrush, str]]:
         """Return the entries of the legend, from the left, that fit a width with their words, and an ellipsis if it is

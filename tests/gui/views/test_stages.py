@@ -2,9 +2,8 @@
 
 import numpy as np
 import pytest
-from PySide6.QtCore import Qt
 from PySide6.QtGui import QActionGroup, QBrush
-from PySide6.QtWidgets import QToolButton
+from PySide6.QtWidgets import QMenu
 
 from gui.base import theme
 from gui.state.workspace import Workspace
@@ -74,20 +73,13 @@ def cell(shown, board):
     return shown(widget, 900, 300)
 
 
-def test_stages_are_buttons_where_there_is_room_and_a_menu_where_not(cell, board, qtbot):
-    *buttons, menu = cell.findChildren(QToolButton)
-    assert [button.text() for button in buttons if button.isVisible()] == list(STAGES.values())
-    assert not menu.isVisible()
-    qtbot.mouseClick(buttons[1], Qt.MouseButton.LeftButton)
-    assert (board.stage, menu.text()) == ("binarised", "Binarised \u25be")
-    cell.resize(300, 300)
-    assert menu.isVisible()
-    assert not any(button.isVisible() for button in buttons)
-    menu.menu().actions()[2].trigger()
-    assert (board.stage, menu.text()) == ("dilated", "Dilated \u25be")
-    assert buttons[2].isChecked()
-    with qtbot.assertNotEmitted(board.changed):
-        board.set_stage("dilated")
+def test_stages_are_chosen_in_the_menu_of_the_view_whose_title_names_them(cell, board):
+    cell.open_menu()
+    (stages,) = (menu for menu in cell._menu.findChildren(QMenu) if menu.title().startswith("Stage"))
+    cell._menu.close()
+    assert [action.iconText() for action in stages.actions()] == list(STAGES.values())
+    stages.actions()[1].trigger()
+    assert (board.stage, cell.strip.title) == ("binarised", "Extraction: binarised")
     with pytest.raises(ValueError, match="strength"):
         board.set_stage("edges")
 
