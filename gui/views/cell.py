@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QMenu, QVBoxLayout, QWidget
 
 from ..base.theme import Colours
 from ..widgets.basics import lay_out
-from .contents import DIFFERENCE, FLICKERS, RUNS, SIDES, TITLES, capital, difference_of, operands_of, short_title
+from .contents import DIFFERENCE, FLICKERS, RUNS, SIDES, capital, difference_of, short_title
 from .image_view import ImageView
 from .layer_picture import LayerPicture
 from .layers import CONTENTS, Layer, Legend, Look, checked, content_of, lacking, striped, title_of, uses
@@ -164,8 +164,11 @@ class Cell(QWidget):
         self.view.setGeometry(0, strip, self.width(), max(self.height() - strip, 0))
 
 
-_ELSEWHERE = "colour", "expected-error"
-"""Contents of the table of layers that lie in other groups of the menu."""
+_GROUPS = (
+    ("colour", "depth-in", "result", *RUNS, "ground_truth", "guide"),
+    (DIFFERENCE, "error", "expected-error", *FLICKERS),
+)
+"""The first contents of the menu; all others follow, but depths that are only compared with."""
 _SIDE_TEXTS = {"a": "Side A", "b": "Side B"}
 
 
@@ -187,31 +190,18 @@ class ContentMenu(QMenu):
         """Fill the menu with the available contents; check `content`."""
         self.clear()
         self._content, self._data = content, data
-        self._add(self, "colour", CONTENTS["colour"].title)
-        for name in ("depth-in", "result"):
-            self._add(self, name, TITLES[name])
-        for depth in RUNS:
-            if depth in data.names:
-                self._add(self, depth, f"Run: {data.names[depth]}")
-        self._add(self, "ground_truth", TITLES["ground_truth"])
-        self._add(self, "guide", TITLES["guide"])
-        self.addSeparator()
-        first, second = operands_of(data.concrete(DIFFERENCE)) or ("", "")
-        pair = f"{short_title(first, data.names)} \N{MINUS SIGN} {short_title(second, data.names)}"
-        self._add(self, DIFFERENCE, f"Difference ({pair})")
-        self._add_differences(data)
-        self._add(self, "error", TITLES["error"])
-        self._add(self, "expected-error", CONTENTS["expected-error"].title)
-        for name in FLICKERS:
-            self._add(self, name, TITLES[name])
-        self.addSeparator()
-        for name in (name for name in CONTENTS if name not in _ELSEWHERE):
-            self._add(self, name, CONTENTS[name].title)
+        others = [name for name, one in CONTENTS.items() if one.title and not any(name in group for group in _GROUPS)]
+        for group in (*_GROUPS, others):
+            for name in group:
+                if name not in RUNS or name in data.names:
+                    self._add(self, name, title_of(data.concrete(name) if name == DIFFERENCE else name, data))
+                if name == DIFFERENCE:
+                    self._add_differences(data)
+            self.addSeparator()
         if content == "extraction":
             stages = self.addMenu("Stage of the extraction")
             stages.setToolTipsVisible(True)
             stages.addActions(data.stage.actions)
-        self.addSeparator()
         for side, depth in zip(SIDES, data.sides, strict=True):
             self._add(self, side, f"{_SIDE_TEXTS[side]} of the comparison ({short_title(depth, data.names)})")
 

@@ -19,14 +19,13 @@ from .contents import (
     BEFORE_IN,
     BEFORE_OUT,
     COMPARABLE,
-    DEPTHS,
+    DIFFERENCE,
     EARLIER,
     EVALUATION,
     FLICKERS,
     INTERPOLATED,
     RUNS,
     SIDES,
-    TITLES,
     capital,
     operands_of,
     short_title,
@@ -123,40 +122,23 @@ class Content(NamedTuple):
 def checked(content: str) -> str:
     """Return the name; raise ValueError if it is not a content's."""
     pair = operands_of(content)
-    there = *TITLES, *CONTENTS, *DEPTHS, EVALUATION, *SIDES
+    there = *CONTENTS, DIFFERENCE, EVALUATION, *SIDES
     if content in there or (pair and set(pair) <= set(COMPARABLE)):
         return content
-    raise ValueError(f"a cell cannot show {content!r}; it can show {', '.join(dict.fromkeys(there))}")
+    raise ValueError(f"a cell cannot show {content!r}; it can show {', '.join(there)}")
 
 
 def content_of(name: str) -> Content:
     """How a concrete content is drawn."""
-    if operands_of(name):
-        return _DIFFERENCE
-    return _DEPTH if name in COMPARABLE else CONTENTS[name]
+    return _DIFFERENCE if name not in CONTENTS and operands_of(name) else CONTENTS[name]
 
 
 def uses(name: str, data: ViewData) -> frozenset[str]:
     """Parts of the data that a concrete content uses now."""
-    depths: tuple[str, ...] = operands_of(name) or ((name,) if name in COMPARABLE else ())
-    if name == "depth-in":  # the invalid mask does not change it
-        return content_of(name).uses | {"frame"}
-    more = {"swipe", "runs"} if name == "result" else set()
+    depths = operands_of(name) or ()
     if name == "result" and (data.swipe_column is not None or data.shows_a_as_result):
-        depths += data.sides
-    return content_of(name).uses | {_PARTS.get(depth, "runs") for depth in depths} | more
-
-
-_PARTS = {
-    "depth-in": "invalid_mask",
-    "result": "result",
-    "ground_truth": "ground_truth",
-    "guide": "guide",
-    INTERPOLATED: INTERPOLATED,
-    BEFORE_IN: "before",
-    BEFORE_OUT: "before",
-}
-"""Part of the data of each depth; the others are runs."""
+        depths = data.sides
+    return content_of(name).uses.union(*(_PARTS[depth] for depth in depths))
 
 
 def title_of(name: str, data: ViewData) -> str:
@@ -167,12 +149,10 @@ def title_of(name: str, data: ViewData) -> str:
     if name == "result" and data.swipe_column is not None:
         first, second = (short_title(side, names) for side in data.sides)
         return f"A: {first} | B: {second}"
-    if name in TITLES:
-        return TITLES[name]
     if name == "extraction":
         return f"{CONTENTS[name].title}: {STAGES[data.stage.stage].lower()}"
-    if name in CONTENTS:
-        return CONTENTS[name].title
+    if title := content_of(name).title:
+        return title
     pair = operands_of(name)
     if pair is None:
         return capital(short_title(name, names))
@@ -462,11 +442,27 @@ def expected(data: ViewData, name: str, look: Look) -> Layer:
 
 # The table.
 
-_DEPTH = Content("", depth, frozenset({"levels"}), "depth", "m")
+_PARTS = {
+    "depth-in": {"frame", "invalid_mask"},
+    "result": {"result", "swipe", "runs"},
+    **{run: {"runs"} for run in (*RUNS, EARLIER)},
+    "ground_truth": {"ground_truth"},
+    "guide": {"guide"},
+    INTERPOLATED: {INTERPOLATED},
+    **{before: {"before"} for before in (BEFORE_IN, BEFORE_OUT)},
+}
+"""Depth -> the parts of the data that it is from."""
+
+_TITLES = {"depth-in": "Depth in", "result": "Depth out", "ground_truth": "Ground truth", "guide": "Guide, fitted"}
 _DIFFERENCE = Content("", difference, frozenset({"levels", "runs"}), "signed", "mm")
 
 CONTENTS = {
     "colour": Content("Colour + blocks", colour, frozenset({"frame"})),
+    **{
+        name: Content(_TITLES.get(name, ""), depth, frozenset({"levels", *parts}), "depth", "m")
+        for name, parts in _PARTS.items()
+    },
+    "error": _DIFFERENCE._replace(title="Error: result \N{MINUS SIGN} ground truth"),
     "expected-error": Content(
         "Expected error",
         expected,
@@ -474,6 +470,8 @@ CONTENTS = {
         "expected",
         "mm",
     ),
+    "flicker": _DIFFERENCE._replace(title="Flicker of depth out"),
+    "flicker-in": _DIFFERENCE._replace(title="Flicker of depth in"),
     "strength": Content("Edge strength", edges, frozenset({"edges"})),
     "creases": Content("Creases", edges, frozenset({"edges"})),
     "extraction": Content("Extraction", stage, frozenset({"stage"})),
@@ -482,5 +480,4 @@ CONTENTS = {
     "from_neighbours": Content("From neighbours", mask, frozenset({"frame", "from_neighbours"})),
     "spectrum": Content("Spectrum", spectrum, frozenset({"spectrum"})),
 }
-"""Content -> its title and how it is drawn, in the order of the menu, beside depths and differences, of which there are
-many."""
+"""Content -> its title and how it is drawn; differences of any two depths are contents, too."""

@@ -278,7 +278,7 @@ def test_a_title_opens_a_menu_and_a_double_click_still_enlarges(views, qtbot):
     assert cell._menu.isVisible()
     entries = {action.data(): action for action in cell._menu.actions() if action.data()}
     assert entries["depth-in"].isChecked()
-    assert entries["run-1"].text() == "Run: Mine && yours"
+    assert entries["run-1"].text() == "Mine && yours"
     assert not entries["ground_truth"].isEnabled()
     assert "no guide" in entries["guide"].toolTip(), "what the frame lacks"
     with qtbot.waitSignal(views.shownChanged):
