@@ -77,9 +77,10 @@ class ColourRanges(QObject):
 
     def update_depth_range(self) -> None:
         """Update the range of all depths from depth in; the full range also from the result."""
-        depth_in, result = self._data.depth_in, self._data.result
-        if depth_in is None:
+        frame, result = self._data.frame, self._data.result
+        if frame is None:
             return
+        depth_in = frame.own_depth
         depths = [depth_in] if result is None else [depth_in, result.depth]
 
         def full() -> Levels:

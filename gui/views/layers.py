@@ -171,10 +171,12 @@ def levels_of(
 
 def striped(data: ViewData, name: str) -> dict[str, Mask]:
     """What is striped over the picture of a concrete content -> its pixels, from below."""
-    is_colour, measured = name == "colour", data.measured
+    is_colour, frame = name == "colour", data.frame
+    if frame is None:
+        return {}
     masks = {
-        "missing": ~np.isfinite(measured) if is_colour and data.shows_missing and measured is not None else None,
-        "outside view": data.outside_view if data.shows_missing or not is_colour else None,
+        "missing": ~np.isfinite(frame.measured) if is_colour and data.shows_missing else None,
+        "outside view": frame.outside_view if data.shows_missing or not is_colour else None,
         "unsupported": data.unsupported if name == "expected-error" else None,
         "suspect": data.suspect,
         "invalid": data.invalid_mask,
@@ -193,8 +195,11 @@ _LACKING = {
 
 def lacking(content: str, data: ViewData) -> str:
     """Why the frame has nothing of a content; "" if it has, or may get it."""
-    needed = operands_of(content) or (content,)
-    return next((why for name, why in _LACKING.items() if name in needed and getattr(data, name) is None), "")
+    needed, frame = operands_of(content) or (content,), data.frame
+    there: dict[str, Any] = {"guide": data.guide}
+    if frame is not None:
+        there |= {"ground_truth": frame.ground_truth, "from_neighbours": frame.from_neighbours}
+    return next((why for name, why in _LACKING.items() if name in needed and there.get(name) is None), "")
 
 
 def missing_reason(depth: str, data: ViewData) -> str:
@@ -217,8 +222,10 @@ def missing_reason(depth: str, data: ViewData) -> str:
 
 def colour(data: ViewData, name: str, look: Look) -> Layer:
     """The colour image, which the view's fills of blocks lie over."""
-    rgb = data.rgb
-    return Layer() if rgb is None else Layer((rgb,), picture=lambda: rgb)
+    if data.frame is None:
+        return Layer()
+    rgb = data.frame.rgb
+    return Layer((rgb,), picture=lambda: rgb)
 
 
 _MASK_COLOURS = {"extrapolated": (90, 200, 255), "invalid_mask": (255, 144, 32), "from_neighbours": (120, 220, 110)}
@@ -226,10 +233,12 @@ _MASK_COLOURS = {"extrapolated": (90, 200, 255), "invalid_mask": (255, 144, 32),
 
 def mask(data: ViewData, name: str, look: Look) -> Layer:
     """Extrapolated pixels, invalid ones, or those from neighbours, with their share of the frame."""
-    result, rgb, colour = data.depth("result"), data.rgb, _MASK_COLOURS[name]
-    masks = {"invalid_mask": data.invalid_mask, "from_neighbours": data.from_neighbours}
-    shown = masks.get(name, None if result is None else result.extrapolated)
-    if shown is None or rgb is None:
+    result, frame, colour = data.depth("result"), data.frame, _MASK_COLOURS[name]
+    if frame is None:
+        return Layer()
+    masks = {"invalid_mask": data.invalid_mask, "from_neighbours": frame.from_neighbours}
+    shown, rgb = masks.get(name, None if result is None else result.extrapolated), frame.rgb
+    if shown is None:
         reasons = {"invalid_mask": "No invalid depth", **_LACKING}
         otherwise = data.no_result if data.result is None else "Nothing is extrapolated"
         return Layer(message=reasons.get(name, otherwise))
@@ -250,7 +259,7 @@ def edges(data: ViewData, name: str, look: Look) -> Layer:
         return Layer((strength,), table=strength_table())
     if found is not None:
         return Layer(message="Only the detector rgbd finds creases")
-    return Layer(message="" if data.rgb is None else "Finding edges\N{HORIZONTAL ELLIPSIS}")
+    return Layer(message="" if data.frame is None else "Finding edges\N{HORIZONTAL ELLIPSIS}")
 
 
 # A stage of the extraction, and the spectrum of a block, which has a widget in the cell.
@@ -311,7 +320,7 @@ def depth(data: ViewData, name: str, look: Look) -> Layer:
 def _depth_shown(data: ViewData, name: str) -> ShownDepth | None:
     """The depth to draw; depth in includes invalid depth, under its stripes."""
     if name == "depth-in":
-        return None if data.measured is None else ShownDepth(data.measured)
+        return None if data.frame is None else ShownDepth(data.frame.measured)
     column = data.swipe_column
     swiped = data.swiped(column) if name == "result" and column is not None else None
     return data.depth(name) if swiped is None else swiped
@@ -416,10 +425,10 @@ _MIN_MM = 0.01
 
 def expected(data: ViewData, name: str, look: Look) -> Layer:
     """The expected error, grey where depth is stale; the view stripes unsupported pixels."""
-    depth_in, error = data.depth_in, data.expected
+    frame, error = data.frame, data.expected
     measured = blend(look.colours.background, look.colours.text, 0.2 if look.colours.is_dark else 0.14)
     legend = [(QBrush(measured), "measured"), (look.hatch, "missing")]
-    if depth_in is None or error is None:
+    if frame is None or error is None:
         waiting = "Estimating\N{HORIZONTAL ELLIPSIS}" if data.error_is_outdated else data.no_result
         return Layer(message=waiting, legend=legend)
     sampled = sample(error) * _MM
@@ -427,7 +436,7 @@ def expected(data: ViewData, name: str, look: Look) -> Layer:
     stale = _stale_pixels(data.result or ShownDepth(error))
     current = "of the current result" if data.moment else ""
     return Layer(
-        (error, depth_in),
+        (error, frame.own_depth),
         lambda error, depth_in: error * _MM,
         (max(low, _MIN_MM), max(high, 2 * max(low, _MIN_MM))),
         logarithmic=True,

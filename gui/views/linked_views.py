@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QEvent, QTimer, Signal
+from PySide6.QtCore import QEvent, Signal
 from PySide6.QtGui import QShowEvent
 from PySide6.QtWidgets import QStackedWidget, QVBoxLayout, QWidget
 
@@ -109,10 +109,6 @@ class LinkedViews(Themed, QWidget):
         self.extraction.changed.connect(lambda: self._draw("stage"))
         self.navigation.cursorMoved.connect(self._move_cursor)
         self.navigation.transformChanged.connect(self._show_transform)
-        self._old_pictures: list[Cell] = []
-        """Cells whose pictures have the colours of the last theme."""
-        self._draw_timer = QTimer(self, singleShot=True, interval=0)
-        self._draw_timer.timeout.connect(self._draw_next)
         self._take_theme()
 
     def set_empty_page(self, page: QWidget) -> None:
@@ -133,14 +129,14 @@ class LinkedViews(Themed, QWidget):
 
     def _begin_frame(self) -> None:
         """Show another frame, fitted, with its own depth range; or none, only the page for that."""
-        measured = self.data.measured
+        frame = self.data.frame
         self.set_preview(None)
         self.extraction.show_message("")
-        if measured is None:
+        if frame is None:
             self.navigation.set_frame(None)
             self._pages.setCurrentWidget(self._empty)
             return
-        height, width = measured.shape
+        height, width = frame.shape
         self._transform.set_frame(width, height)
         self.navigation.set_frame((width, height))
         for view in self._views:
@@ -162,7 +158,7 @@ class LinkedViews(Themed, QWidget):
             How it was completed.
         before : Before
         """
-        former = self.data.measured
+        former = self.data.frame
         same_size = former is not None and former.shape == frame.shape
         begins = self.data.played is None or not same_size
         place = self.place if same_size else None
@@ -383,17 +379,7 @@ class LinkedViews(Themed, QWidget):
         missing = missing_brush(colours)
         for cell in self.cells.values():
             cell.set_colours(colours, missing)
-            if not cell.isVisible():
-                cell.draw_again()  # when it becomes visible
-        self._old_pictures = [cell for cell in self.cells.values() if cell.isVisible()]
-        if self._old_pictures:
-            self._draw_timer.start()
-
-    def _draw_next(self) -> None:
-        """Draw the picture of one cell with the theme's colours, the next one at the next turn of the event loop."""
-        self._old_pictures.pop(0).draw_again()
-        if self._old_pictures:
-            self._draw_timer.start()
+            cell.draw_again()
 
     def showEvent(self, event: QShowEvent) -> None:
         super().showEvent(event)

@@ -5,64 +5,16 @@ from __future__ import annotations
 from collections.abc import Collection
 
 from PySide6.QtCore import QEvent, QObject, QPointF, QRectF, Qt, Signal
-from PySide6.QtGui import QColor, QCursor, QMouseEvent, QPainter, QPen
-from PySide6.QtWidgets import QStyleOptionGraphicsItem, QWidget
+from PySide6.QtGui import QColor, QCursor, QMouseEvent, QPainterPath
 
 from .cell import Cell
 from .contents import COMPARABLE
 from .image_view import ImageView
-from .scene_items import ViewItem
+from .scene_items import HaloPath
 from .view_data import ViewData
-
-# A line over the result that divides two depths: side A is left of it, side B right of it.
 
 _NEAR = 8
 """Distance from the line [screen px] within which it can be dragged."""
-_GRIP = 11.0
-_LINE, _HALO = QColor(255, 255, 255), QColor(0, 0, 0, 150)
-
-
-class SwipeItem(ViewItem):
-    """The divider: a line with a grip in the middle of its visible part."""
-
-    def __init__(self, z: float) -> None:
-        super().__init__(z)
-        self._frame = QRectF()
-        self._x = 0.0
-        self._has_grip = False
-        self.hide()
-
-    def place(self, frame: QRectF, x: float, has_grip: bool) -> None:
-        """Set the column x in a frame, both in image coordinates; without a grip, the line is thin."""
-        self._frame, self._x, self._has_grip = frame, x, has_grip
-        self.set_extent(frame, _GRIP + 2)
-
-    def paint(self, painter: QPainter, option: QStyleOptionGraphicsItem, widget: QWidget | None = None) -> None:
-        transform = painter.worldTransform()
-        shown = transform.mapRect(self._frame)
-        if widget is not None:
-            shown = shown.intersected(QRectF(widget.rect()))
-        x = transform.map(QPointF(self._x, 0.0)).x()
-        painter.save()
-        painter.resetTransform()
-        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        width = 2.0 if self._has_grip else 1.0
-        for pen in (QPen(_HALO, width + 2), QPen(_LINE, width)):
-            painter.setPen(pen)
-            painter.drawLine(QPointF(x, shown.top()), QPointF(x, shown.bottom()))
-        if self._has_grip:
-            self._draw_grip(painter, QPointF(x, shown.center().y()))
-        painter.restore()
-
-    def _draw_grip(self, painter: QPainter, centre: QPointF) -> None:
-        painter.setPen(QPen(_HALO, 2.0))
-        painter.setBrush(_LINE)
-        painter.drawEllipse(centre, _GRIP, _GRIP)
-        painter.setPen(Qt.PenStyle.NoPen)
-        painter.setBrush(QColor(40, 44, 50))
-        for side in (-1, 1):
-            tip, back, half = side * 8.0, side * 3.0, 4.0
-            painter.drawPolygon([centre + QPointF(tip, 0), centre + QPointF(back, -half), centre + QPointF(back, half)])
 
 
 class SideComparison(QObject):
@@ -86,9 +38,10 @@ class SideComparison(QObject):
         super().__init__(parent)
         self._data = data
         self._cells = {cell.view: cell for cell in cells}
-        self._items = {view: SwipeItem(6.5) for view in self._cells}
+        self._items = {view: HaloPath(2, QColor("white"), 150, 6.5) for view in self._cells}
         for view, item in self._items.items():
             view.add_overlay(item)
+            item.hide()
         self._frame = QRectF()
         self._dragged: ImageView | None = None
         self._near: ImageView | None = None
@@ -149,11 +102,11 @@ class SideComparison(QObject):
 
     def show_divider(self) -> None:
         """Update the divider in all views."""
+        line = QPainterPath(QPointF(self.x, self._frame.top()))
+        line.lineTo(self.x, self._frame.bottom())
         for view, item in self._items.items():
-            is_shown = self.is_divided and self._takes_part(view)
-            item.setVisible(is_shown)
-            if is_shown:
-                item.place(self._frame, self.x, self._cells[view].concrete == "result")
+            item.setVisible(self.is_divided and self._takes_part(view))
+            item.set_path(line)
 
     def _takes_part(self, view: ImageView) -> bool:
         """Whether a view is divided: the result, and the blocks if the sides have others; none if a side is missing."""

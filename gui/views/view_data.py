@@ -97,14 +97,10 @@ class ViewData:
 
     Attributes
     ----------
-    measured, depth_in : ndarray of float32, shape (H, W), or None
-        Measured depth [m], with and without invalid depth.
-    outside_view : ndarray of bool, shape (H, W), or None
-        Pixels that the depth camera could not see.
-    from_neighbours : ndarray of bool, shape (H, W), or None
-        Pixels whose depth only neighbours have measured.
-    suspect, by_hand : ndarray of bool, shape (H, W), or None
-        Pixels whose depth the fill has left out, and those with depth by hand.
+    frame : RGBDFrame or None
+        Of the document, or the one that is played.
+    invalid_mask, suspect, by_hand : ndarray of bool, shape (H, W), or None
+        Measured pixels that are invalid, those whose depth the fill has left out, and those with depth by hand.
     result : ShownDepth or None
     moment : str
         Which earlier iteration the result is from; "" for the current one.
@@ -153,15 +149,10 @@ class ViewData:
         self.played: RGBDFrame | None = None
         self.former: FormerState | None = None
         self.shows_a_as_result = False
-        self.rgb: NDArray[np.uint8] | None = None
-        self.measured: Depth | None = None
-        self.depth_in: Depth | None = None
+        self.frame: RGBDFrame | None = None
         self.invalid_mask: Mask | None = None
-        self.outside_view: Mask | None = None
-        self.from_neighbours: Mask | None = None
         self.by_hand: Mask | None = None
         self.suspect: Mask | None = None
-        self.ground_truth: Depth | None = None
         self.result: ShownDepth | None = None
         self.moment = ""
         self.runs: list[StoredRun] = []
@@ -185,7 +176,7 @@ class ViewData:
     def read(self, parts: Part) -> set[str]:
         """Read what has changed of the current document; return the names, from `READ`, of what was read."""
         document = self._workspace.current if self._workspace.has_current else None
-        if document is None and (self.keeps_picture or self.rgb is None):
+        if document is None and (self.keeps_picture or self.frame is None):
             return set()
         self.keeps_picture = False
         if document is None or document is not self.document:
@@ -193,9 +184,9 @@ class ViewData:
             parts = EVERY_PART
         changed = {name for name, on in READ.items() if parts & (on | READ_LATER.get(name, NO_PART))}
         if document is not None:
-            if parts & (READ["frame"] | READ["by_hand"] | READ["ground_truth"]):
-                self._read_frame(document)
+            self.frame = document.frame
             for name, read in (
+                ("by_hand", self._read_masks),
                 ("result", self._read_result),
                 ("runs", self._read_runs),
                 ("expected", self._read_error),
@@ -204,11 +195,8 @@ class ViewData:
                     read(document)
         return changed
 
-    def _read_frame(self, document: Document) -> None:
+    def _read_masks(self, document: Document) -> None:
         frame, by_hand = document.frame, document.blocks.by_hand
-        self.rgb, self.measured, self.depth_in = frame.rgb, frame.measured, frame.own_depth
-        self.outside_view, self.from_neighbours = frame.outside_view, frame.from_neighbours
-        self.ground_truth = frame.ground_truth
         # only measured pixels can be invalid
         self.invalid_mask = None if frame.invalid_mask is None else frame.invalid_mask & np.isfinite(frame.measured)
         self.by_hand = None if by_hand is None else _any(by_hand.pixels & frame.missing)
@@ -258,8 +246,7 @@ class ViewData:
         """Show a frame of a sequence in place of a document."""
         if self.played is None or self.played.shape != frame.shape:
             self._forget(None)
-        self.played, self.rgb, self.before, self.moment = frame, frame.rgb, before, text
-        self.measured = self.depth_in = frame.own_depth
+        self.played, self.frame, self.before, self.moment = frame, frame, before, text
         self.result = _plain(depth)
 
     @property
@@ -293,9 +280,10 @@ class ViewData:
         """Depth by its name; None if it is not available."""
         if depth == "result":
             return self.result
+        frame = self.frame
         plain = {
-            "depth-in": self.depth_in,
-            "ground_truth": self.ground_truth,
+            "depth-in": None if frame is None else frame.own_depth,
+            "ground_truth": None if frame is None else frame.ground_truth,
             "guide": self.guide,
             INTERPOLATED: self.interpolated,
             BEFORE_IN: self.before.depth_in,
@@ -367,7 +355,7 @@ class ViewData:
         if content in SIDES:
             return self.sides[SIDES.index(content)]
         if content in (EVALUATION, "error"):
-            return "expected-error" if self.ground_truth is None else "error"
+            return "expected-error" if self.own_depth("ground_truth") is None else "error"
         if content == DIFFERENCE:
             return difference_of("result", self._other((*RUNS, EARLIER, "ground_truth"), INTERPOLATED, "result"))
         return content

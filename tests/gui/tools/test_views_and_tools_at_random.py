@@ -125,7 +125,7 @@ def test_who_looks_back_while_a_frame_of_another_size_comes_sees_that(bench, loo
     frame = ilf.RGBDFrame(bench.frame.rgb[small], bench.frame.depth[small])
     bench.workspace.open_document(Document.of(ilf.Run(frame, bench.labels[small]), None, "small"))
     look(False)  # as the window does when another frame is shown, before anything is drawn
-    assert views.data.rgb is frame.rgb
+    assert views.data.frame.rgb is frame.rgb
     np.testing.assert_array_equal(views.blocks.overlay.labels, bench.labels[small])
 
 

@@ -193,7 +193,7 @@ def test_a_handle_parts_two_depths_and_is_dragged_past_the_tool(views):
     assert colour_at(cell, 45.5, 40.5) == run_1, "a side that changes is drawn anew"
     views.sides.choose("result", "run-1")
     assert colour_at(cell, 45.5, 40.5) == run_2
-    views.open(views.data.rgb, flat(1.1))
+    views.open(views.data.frame.rgb, flat(1.1))
     assert views.data.swipe_column == views.sides.x == WIDTH / 2, "of another frame, it stands in the middle"
     views.ranges.set("depth", "fixed", (1.0, 3.0))
     views.give(depth=flat(2.9))
@@ -228,7 +228,7 @@ def test_sides_that_are_not_there_yet_say_why(views):
         cell = next(cell for cell in views.cells.values() if cell.content == "a")
         assert cell.concrete == depth
         assert missing_reason(cell.concrete, views.data).startswith(why)
-    views.open(views.data.rgb, flat(1.1))
+    views.open(views.data.frame.rgb, flat(1.1))
     views.sheet.set_layout("compare")
     cell.draw_again()
     assert cell.view._message.startswith("Interpolating")
@@ -323,7 +323,7 @@ def test_without_another_run_the_result_is_compared_with_depth_in(views):
 def test_a_new_layer_is_one_function_and_one_line(views, monkeypatch):
     def nearness(material, name, look):
         return Layer(
-            (material.depth_in,), lambda depth: 1 / depth, (0.0, 1.0), table=strength_table(), text="of depth in"
+            (material.frame.own_depth,), lambda depth: 1 / depth, (0.0, 1.0), table=strength_table(), text="of depth in"
         )
 
     monkeypatch.setitem(CONTENTS, "nearness", Content("Nearness", nearness, frozenset({"invalid_mask"}), unit="1/m"))

@@ -492,7 +492,7 @@ def test_missing_and_distrusted_depth_are_striped(views):
 def test_what_lies_outside_the_view_has_stripes_and_a_name_of_its_own(views):
     outside = np.zeros((HEIGHT, WIDTH), bool)
     outside[:, :12] = True
-    rgb, depth = views.data.rgb, np.where(outside, np.float32(np.nan), np.float32(2.0))
+    rgb, depth = views.data.frame.rgb, np.where(outside, np.float32(np.nan), np.float32(2.0))
     views.open(rgb, depth, outside)
 
     def is_blue(name):
