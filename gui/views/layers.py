@@ -30,7 +30,6 @@ from .contents import (
     operands_of,
     short_title,
 )
-from .scene_items import hatch_brush
 from .view_data import Depth, Mask, ShownDepth, ViewData
 
 Legend = list[tuple[QBrush, str]]
@@ -59,10 +58,10 @@ class Layer:
         Whether colours are spaced logarithmically.
     table : ndarray of uint8, shape (256, 4)
         Colours of the values; index 0 is missing.
-    stale, extrapolated : ndarray of bool, shape (H, W), or None
-        Pixels that are shown in grey, and under stripes.
+    stale : ndarray of bool, shape (H, W), or None
+        Pixels that are shown in grey.
     marks : callable or None
-        From the parts to indices into `mark_table`, drawn below the picture, where that is missing.
+        From the parts to indices into `mark_table`, drawn where values are missing.
     has_dots : bool
         Whether single pixels of a sparse picture are drawn as dots.
     picture : callable or None
@@ -78,7 +77,6 @@ class Layer:
     logarithmic: bool = False
     table: NDArray[np.uint8] = field(default_factory=lambda: np.zeros((256, 4), np.uint8))
     stale: Mask | None = None
-    extrapolated: Mask | None = None
     marks: Callable[..., NDArray[np.uint8]] | None = None
     mark_table: NDArray[np.uint8] | None = None
     has_dots: bool = False
@@ -174,7 +172,9 @@ def striped(data: ViewData, name: str) -> dict[str, Mask]:
     is_colour, frame = name == "colour", data.frame
     if frame is None:
         return {}
+    shown = _depth_shown(data, name) if name in _PARTS else None
     masks = {
+        "extrapolated": None if shown is None else shown.extrapolated,
         "missing": ~np.isfinite(frame.measured) if is_colour and data.shows_missing else None,
         "outside view": frame.outside_view if data.shows_missing or not is_colour else None,
         "unsupported": data.unsupported if name == "expected-error" else None,
@@ -292,28 +292,25 @@ def spectrum(data: ViewData, name: str, look: Look) -> Layer:
 
 # Depth.
 
-STRIPE = QColor(255, 255, 255, 190)
 _STALE = QColor(140, 146, 140)
 
 
 def depth(data: ViewData, name: str, look: Look) -> Layer:
-    """One depth [m]; missing depth is hatched, extrapolated depth striped, stale depth grey."""
+    """One depth [m]; missing depth is hatched, stale depth grey; the view stripes extrapolated pixels."""
     shown = _depth_shown(data, name)
     text = data.moment if name == "result" and not data.shows_a_as_result else ""
     missing = [(look.hatch, "missing")]
     if shown is None:
         return Layer(message=missing_reason(name, data), text=text, legend=missing)
-    striped = [] if shown.extrapolated is None else [(hatch_brush(look.colours.muted, STRIPE), "extrapolated")]
     stale = _stale_pixels(shown)
     return Layer(
         (shown.depth,),
         levels=data.ranges["depth"].levels or (0.0, 1.0),
         table=data.depth_table,
         stale=stale,
-        extrapolated=shown.extrapolated,
         has_dots=True,
         text=text,
-        legend=[*striped, *_stale_legend(stale), *missing],
+        legend=[*_stale_legend(stale), *missing],
     )
 
 

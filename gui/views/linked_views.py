@@ -29,7 +29,7 @@ from .side_comparison import SideComparison
 from .stages import StageModel
 from .view_data import READ, Before, FormerState, ViewData
 
-_MARKS = {"frame", "invalid_mask", "by_hand", "result", "expected"}
+_MARKS = {"frame", "invalid_mask", "by_hand", "result", "expected", "runs", "swipe"}
 """Data of which some pixels are striped."""
 
 

@@ -44,71 +44,29 @@ class PixelItem(ViewItem):
 
     Attributes
     ----------
-    image : ndarray or None
-        Source of the picture: colour (H, W, 3), indices (H, W) or `packed` colours; None for no picture.
-    pixels : ndarray of uint32, shape (H, W)
-        Pixels drawn. Call `notify_change` after a change in place.
+    pixels : ndarray of uint32, shape (H, W), or None
+        Colours as `packed`, which whoever has set them may change in place; None for no picture.
     """
 
     def __init__(self, z: float) -> None:
         super().__init__(z)
-        self.image: NDArray[np.uint8] | Pixels | None = None
-        self.pixels: Pixels = np.zeros((0, 0), np.uint32)
+        self.pixels: Pixels | None = None
         self._drawn = QImage()
-        self._table: Pixels = np.zeros(256, np.uint32)
-        self._grey: Pixels = np.zeros(256, np.uint32)
 
-    def set_rgb(self, rgb: NDArray[np.uint8]) -> None:
-        """Show colour, uint8 (H, W, 3), red first."""
-        pixels = cv2.cvtColor(np.ascontiguousarray(rgb), cv2.COLOR_RGB2RGBA).view(np.uint32)[..., 0]
-        self._show(rgb, pixels)
-
-    def set_indices(
-        self, indices: NDArray[np.uint8], table: NDArray[np.uint8], faded: NDArray[np.bool_] | None = None
-    ) -> None:
-        """Show indices, uint8 (H, W), through a table of RGBA, uint8 (256, 4), in grey where `faded`, bool (H, W)."""
-        self._table = packed(table)
-        self._grey = greyed(self._table)
-        # a copy: `update_indices` changes it in place
-        own = np.array(indices)
-        self._show(own, self._coloured(own, faded))
-
-    def update_indices(self, box: Box, indices: NDArray[np.uint8], faded: NDArray[np.bool_] | None = None) -> None:
-        """Replace the indices inside a box (rows, columns), with the same table."""
-        if self.image is not None:
-            self.image[box] = indices
-            self.pixels[box] = self._coloured(indices, faded)
-            self.notify_change(box)
-
-    def _coloured(self, indices: NDArray[np.uint8], faded: NDArray[np.bool_] | None) -> Pixels:
-        colours = self._table[indices]
-        if faded is not None and faded.any():
-            colours[faded] = self._grey[indices[faded]]
-        return colours
-
-    def set_pixels(self, pixels: Pixels) -> None:
-        """Show an array, uint32 (H, W), which the caller may change in place."""
-        self._show(pixels, pixels)
+    def set_pixels(self, pixels: Pixels | None) -> None:
+        """Show an array; None shows nothing."""
+        self.pixels = None if pixels is None else np.ascontiguousarray(pixels)
+        self._drawn = QImage() if self.pixels is None else image_over(self.pixels, _FORMAT)
+        self.set_extent(None if pixels is None else QRectF(0, 0, self._drawn.width(), self._drawn.height()))
 
     def notify_change(self, box: Box) -> None:
         """Repaint after the pixels changed inside a box (rows, columns)."""
         rows, columns = box
         self.update(QRectF(columns.start, rows.start, columns.stop - columns.start, rows.stop - rows.start))
 
-    def clear(self) -> None:
-        """Show nothing."""
-        if self.image is not None:
-            self.image, self._drawn = None, QImage()
-            self.set_extent(None)
-
     def paint(self, painter: QPainter, option: QStyleOptionGraphicsItem, widget: QWidget | None = None) -> None:
         # draw the whole image: Qt clips it, and a part of it would be rounded to other screen positions
         painter.drawImage(self.boundingRect(), self._drawn)
-
-    def _show(self, image: NDArray[np.uint8] | Pixels, pixels: Pixels) -> None:
-        self.image, self.pixels = image, np.ascontiguousarray(pixels)
-        self._drawn = image_over(self.pixels, _FORMAT)
-        self.set_extent(QRectF(0, 0, self._drawn.width(), self._drawn.height()))
 
 
 _BRIGHT_RIM, _DARK_RIM = QColor(255, 255, 255, 150), QColor(0, 0, 0, 160)
@@ -161,6 +119,12 @@ class PointsItem(ViewItem):
                 painter.drawPoints(middles)
 
 
+def rgb_pixels(rgb: NDArray[np.uint8]) -> Pixels:
+    """Pack colour, uint8 (H, W, 3), red first."""
+    pixels: Pixels = cv2.cvtColor(np.ascontiguousarray(rgb), cv2.COLOR_RGB2RGBA).view(np.uint32)[..., 0]
+    return pixels
+
+
 def packed(table: NDArray[np.uint8]) -> Pixels:
     """Pack colours, uint8 (N, 4) RGBA, into N numbers as in `PixelItem.pixels`: premultiplied, red lowest."""
     colours = table.astype(np.uint32)
@@ -201,7 +165,7 @@ class BlockOverlay:
         """Create an item that shows the fills in another scene."""
         item = PixelItem(self._z)
         self._items.append(item)
-        self._show(item)
+        item.set_pixels(self.pixels)
         return item
 
     def set_blocks(self, labels: NDArray[np.int32], colour_table: NDArray[np.uint8]) -> None:
@@ -251,13 +215,7 @@ class BlockOverlay:
     def _take(self, pixels: Pixels | None) -> None:
         self.pixels = pixels
         for item in self._items:
-            self._show(item)
-
-    def _show(self, item: PixelItem) -> None:
-        if self.pixels is None:
-            item.clear()
-        else:
-            item.set_pixels(self.pixels)
+            item.set_pixels(pixels)
 
     def _find_fills(self, colours: NDArray[np.uint8]) -> Pixels:
         fills = colours.astype(np.float32)

@@ -39,7 +39,7 @@ def _settle(window, qtbot):
 
 
 def _picture(window) -> NDArray[np.uint8] | None:
-    return window.views.cells["extraction"].view.image.image
+    return window.views.cells["extraction"].picture.image
 
 
 def _pictures_given(window, monkeypatch) -> list[tuple[tuple[int, ...], str]]:
@@ -430,7 +430,7 @@ def test_a_frame_is_shown_before_its_blocks_are_found(window, qtbot, frame_folde
     qtbot.waitUntil(lambda: window.workspace.has_current)
     window.refresh.now()
     document = window.workspace.current
-    assert window.views.cells["colour"].view.image.image is not None
+    assert window.views.cells["colour"].picture.image is not None
     assert (document.counts(), document.unsaved, window.actions_["run_all"].isEnabled()) == ({}, False, False)
     mine = np.zeros(document.labels.shape, np.int32)
     mine[:20] = 7

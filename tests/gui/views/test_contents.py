@@ -121,7 +121,7 @@ def test_the_difference_is_of_the_result_and_the_best_that_there_is(views):
     views.give(depth=flat(2.1))
     assert cell.concrete == "difference:result:interpolated"
     assert views.shows("interpolated")
-    assert cell.view.image.image is None
+    assert cell.picture.image is None
     views.show_found(interpolated=flat(2.0))
     assert cell.picture.value_at(30, 30) == pytest.approx(100, abs=0.01)
     views.give(ground_truth=flat(2.2))
@@ -141,13 +141,13 @@ def test_equal_depths_are_said_to_be_equal(views):
     cell = views.cells["difference"]
     views.give(depth=flat(2.0))
     views.give(runs=[views.run("Same", flat(2.0))])
-    assert cell.view.image.image is None
+    assert cell.picture.image is None
     assert cell.view._message == "No difference"
     views.set_content("difference", "difference:result:depth-in")
     other = flat(2.0)
     other[:, :10] = 1.0
     views.give(depth=other)
-    assert cell.view.image.image is not None, "what was filled is to be seen"
+    assert cell.picture.image is not None, "what was filled is to be seen"
     assert "no difference" in cell.strip._text
 
 

@@ -248,7 +248,7 @@ def test_difference_is_in_millimetres_and_marks_filled_apart_from_missing(views)
     assert filled[1] > max(filled[0], filled[2])
     assert max(missing) - min(missing) < 24
     views.give(depth=None)
-    assert view.image.image is None
+    assert view.image.pixels is None
 
 
 def test_the_expected_error_is_logarithmic_in_millimetres_and_tells_measured_from_missing(views):
@@ -265,7 +265,7 @@ def test_the_expected_error_is_logarithmic_in_millimetres_and_tells_measured_fro
     assert max(measured) - min(measured) < 16
     assert measured != missing
     views.give(expected=None)
-    assert view.image.image is None
+    assert view.image.pixels is None
     assert bar.levels is None
 
 
@@ -483,10 +483,10 @@ def test_missing_and_distrusted_depth_are_striped(views):
     assert (255, 144, 32) not in colours("depth-in", 12, 13), "where nothing was measured there is nothing to distrust"
     views.set_content("difference", "difference:result:depth-in")
     views.sheet.set_layout("difference")
-    view = view_of(views, "difference")
-    assert view.image.image[35, 40] == 0, "distrusted depth is not compared with"
+    picture = views.cells["difference"].picture
+    assert picture.image[35, 40] == 0, "distrusted depth is not compared with"
     views.give(invalid_mask=None)
-    assert view.image.image[35, 40] > 0
+    assert picture.image[35, 40] > 0
 
 
 def test_what_lies_outside_the_view_has_stripes_and_a_name_of_its_own(views):
@@ -515,8 +515,8 @@ def test_stale_depth_is_greyed_and_only_what_changed_is_drawn_again(views):
     stale = np.zeros(result.shape, bool)
     stale[:, 32:] = True
     drawn = []
-    update = view.image.update_indices
-    view.image.update_indices = lambda box, *rest: (drawn.append(box), update(box, *rest))
+    update = view.image.notify_change
+    view.image.notify_change = lambda box: (drawn.append(box), update(box))
     views.give(depth=result, stale=stale)
     greyed = colour_at(view, place(view, 40, 30))
     assert max(greyed) - min(greyed) < (max(fresh) - min(fresh)) * 0.6

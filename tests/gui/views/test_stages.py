@@ -89,6 +89,6 @@ def test_only_strength_has_a_colour_bar(cell, board):
     for stage in STAGES:
         board.show_picture(stage, stage_picture(stage, rgb, extraction), extraction)
         assert cell.bar.levels == ((0.0, 1.0) if stage == "strength" else None)
-        assert cell.view.image.image is not None
+        assert cell.picture.image is not None
     board.show_message("none")
-    assert cell.view.image.image is None
+    assert cell.picture.image is None
