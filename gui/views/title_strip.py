@@ -21,7 +21,6 @@ _BAR_SHARE = 0.38
 """Width of the colour bar, as a share of the strip's."""
 _RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
 _LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
-_MORE = " \N{HORIZONTAL ELLIPSIS}"
 
 _TITLE_HINT = "Click the title to select what is shown; double-click to enlarge the view or show it alone"
 
@@ -77,7 +76,7 @@ class TitleStrip(QWidget):
         if not self._legend:
             return min(self._title_width, room)
         shown = self.legend_in(room - round(_TITLE_SHARE * self.width()) - PAD)
-        return min(self._title_width, room - self._width_with_ellipsis(shown) - PAD)
+        return min(self._title_width, room - self._width_of(shown) - PAD)
 
     @property
     def _text_width(self) -> int:
@@ -139,33 +138,21 @@ class TitleStrip(QWidget):
         self._paint_legend(painter, QRect(self.title_end, 0, right - self.title_end + 1, self.height()))
 
     def legend_in(self, room: int) -> list[tuple[QBrush, str]]:
-        """Return the entries of the legend, from the left, that fit a width with their words, and an ellipsis if it is
-        not all of them."""
+        """Return the entries of the legend, from the left, that fit a width with their words."""
         shown = list(self._legend)
-        while self._width_with_ellipsis(shown) > room and shown:
+        while self._width_of(shown) > room:
             shown.pop()
         return shown
 
     def _paint_legend(self, painter: QPainter, room: QRect) -> None:
-        shown, left = self.legend_in(room.width()), room.right()
-        if len(shown) < len(self._legend) and self._more_width <= room.width():
-            painter.drawText(room, _RIGHT, _MORE)
-            left -= self._more_width
-        left -= self._width_of(shown)
+        shown = self.legend_in(room.width())
+        left = room.right() - self._width_of(shown)
         for brush, text in shown:
             swatch = QRect(left + PAD + 2, (self.height() - _SWATCH) // 2, _SWATCH, _SWATCH)
             left += self._width_of([(brush, text)])
             painter.drawText(swatch.right() + 6, 0, left - swatch.right(), self.height(), _LEFT, text)
             painter.setBrush(brush)
             painter.drawRect(swatch.adjusted(0, 0, -1, -1))
-
-    @property
-    def _more_width(self) -> int:
-        return self.fontMetrics().horizontalAdvance(_MORE)
-
-    def _width_with_ellipsis(self, shown: list[tuple[QBrush, str]]) -> int:
-        """Width of the entries of the legend that are shown, with an ellipsis if they are not all [px]."""
-        return self._width_of(shown) + (self._more_width if len(shown) < len(self._legend) else 0)
 
     def _width_of(self, legend: list[tuple[QBrush, str]]) -> int:
         """Width of entries of the legend with their words [px]."""
