@@ -140,7 +140,7 @@ class TitleStrip(QWidget):
     def legend_in(self, room: int) -> list[tuple[QBrush, str]]:
         """Return the entries of the legend, from the left, that fit a width with their words."""
         shown = list(self._legend)
-        while self._width_of(shown) > room:
+        while shown and self._width_of(shown) > room:
             shown.pop()
         return shown
 
