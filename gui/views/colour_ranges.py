@@ -7,7 +7,7 @@ from PySide6.QtCore import QObject, Signal
 
 from ilf.drawing.colours import robust_depth_levels
 
-from .colours import FIXED, FULL, KINDS, Levels, Range, depth_table, full_levels
+from .colours import FIXED, KINDS, Levels, Range, depth_table, full_levels
 from .view_data import ViewData
 
 
@@ -70,10 +70,9 @@ class ColourRanges(QObject):
     def update_for_result(self) -> None:
         """Update the full range of depth for a changed result."""
         before = self.depth
-        if self.of("depth").mode == FULL:
-            self.update_depth_range()
-            if self.depth != before:
-                self.changed.emit()
+        self.update_depth_range()
+        if self.depth != before:
+            self.changed.emit()
 
     def update_depth_range(self) -> None:
         """Update the range of all depths from depth in; the full range also from the result."""

@@ -18,6 +18,7 @@ from ..state.workspace import Workspace
 from ..widgets.basics import Themed, lay_out
 from .cell import Cell
 from .colour_ranges import ColourRanges
+from .colours import FULL
 from .image_view import ImageView, ViewTransform
 from .interaction import Preview
 from .layouts import CELLS
@@ -201,7 +202,7 @@ class LinkedViews(Themed, QWidget):
 
     def _draw(self, *changed: str) -> None:
         """Redraw the cells that use any of these data, or all cells."""
-        if not changed or "result" in changed:
+        if self.data.ranges["depth"].mode == FULL and (not changed or "result" in changed):
             self.ranges.update_for_result()
         for cell in self.cells.values():
             cell.follow()
