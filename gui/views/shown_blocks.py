@@ -46,8 +46,9 @@ class ShownBlocks:
             self._clear()
             return
         is_other = labels is not self._drawn
-        # a new block is selected before it is painted
-        table = self._colours(document, labels, boxes, is_other or bool(parts & ~(Part.LABELS | Part.STROKE)))
+        known = 0 if is_other else len(self.overlay.colours) - 1
+        changed = [labels] if is_other else [labels[box] for box in boxes]
+        table = colour_table(document, max([known, *(int(part.max()) for part in changed)]))
         if is_other:
             self.overlay.set_blocks(labels, table)
         else:
@@ -78,16 +79,6 @@ class ShownBlocks:
             self.layers.show_blocks(None, BlockLines(self.overlay.colours))
             for view in self.views:
                 view.write_names({}, {})
-
-    def _colours(
-        self, document: Document, labels: NDArray[np.int32], boxes: Sequence[Box], all_of_them: bool
-    ) -> NDArray[np.uint8]:
-        """Colour table; the last one if it cannot have changed, as in a stroke with a block that has a colour."""
-        known = len(self.overlay.colours) - 1
-        if self._drawn is not labels:
-            return colour_table(document, int(labels.max()))
-        top = max((int(labels[box].max()) for box in boxes), default=0)
-        return colour_table(document, max(top, known)) if all_of_them or top > known else self.overlay.colours
 
     def _write_names(self, document: Document) -> None:
         labels = self.overlay.labels
