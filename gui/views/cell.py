@@ -14,7 +14,7 @@ from .contents import DIFFERENCE, FLICKERS, RUNS, SIDES, capital, difference_of,
 from .image_view import ImageView
 from .layer_picture import LayerPicture
 from .layers import CONTENTS, Layer, Legend, Look, checked, content_of, lacking, striped, title_of, uses
-from .pixel_items import BlockOverlay
+from .pixel_items import PixelItem
 from .screen_layers import STYLES
 from .spectrum_picture import SpectrumPicture
 from .title_strip import TitleStrip
@@ -34,7 +34,7 @@ class Cell(QWidget):
 
     chosen = Signal(str)
 
-    def __init__(self, content: str, on_event: EventHandler, data: ViewData, overlay: BlockOverlay) -> None:
+    def __init__(self, content: str, on_event: EventHandler, data: ViewData) -> None:
         super().__init__()
         self.content = content
         """Name of the content; `concrete` is the content that it currently resolves to."""
@@ -48,7 +48,8 @@ class Cell(QWidget):
         self._stripe_legend: Legend = []
         self.picture = LayerPicture(self.view, self.bar)
         self._data = data
-        self._fills = self.view.add_picture(overlay.new_item())
+        self.fills = self.view.add_picture(PixelItem(1))
+        """Fills of the blocks."""
         self._spectrum: SpectrumPicture | None = None
         self._look: Look | None = None
         self._needs_draw = False
@@ -95,7 +96,7 @@ class Cell(QWidget):
         self.strip.set_title(title_of(concrete, self._data))
         self.bar.set_unit(content.unit)
         self.view.has_lines = concrete != "extraction"  # its blocks differ from those of the frame
-        self._fills.setVisible(concrete == "colour")
+        self.fills.setVisible(concrete == "colour")
         self.show_stripes()
         self.draw_again()
 

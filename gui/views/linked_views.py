@@ -83,10 +83,9 @@ class LinkedViews(Themed, QWidget):
         self.blocks = ShownBlocks(workspace, self.data)
         self._used_with_sides: frozenset[str] = frozenset()
         """Data that the shown cells used when the sides were last drawn."""
-        self.cells = {
-            name: Cell(content, self._handle, self.data, self.blocks.overlay) for name, (_, content) in CELLS.items()
-        }
+        self.cells = {name: Cell(content, self._handle, self.data) for name, (_, content) in CELLS.items()}
         self._views = self.blocks.views = [cell.view for cell in self.cells.values()]
+        self.blocks.items = [cell.fills for cell in self.cells.values()]
         self.navigation = Navigation(self._transform, self._views, self)
         self._active = next(iter(self.cells))
         self._last_levels: tuple[float, float] | None = None

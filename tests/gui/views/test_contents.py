@@ -107,7 +107,7 @@ def test_blocks_are_the_same_in_every_cell_that_shows_them(views):
     labels = np.zeros((HEIGHT, WIDTH), np.int32)
     labels[5:25, 5:30] = 1
     views.paint(labels, np.array([[0, 0, 0, 0], [200, 0, 0, 255], [0, 0, 200, 255]], np.uint8))
-    views.blocks.overlay.set_opacity(1.0)
+    views.blocks.set_opacity(1.0)
     views.set_content("depth-in", "colour")
     views.stroke(slice(10, 20), slice(10, 20), 2)
     for name in ("colour", "depth-in"):
@@ -204,7 +204,7 @@ def test_a_handle_parts_two_depths_and_is_dragged_past_the_tool(views):
 def test_blocks_of_the_two_sides_are_parted_where_they_differ(views):
     table = np.array([[0, 0, 0, 0], [200, 0, 0, 255], [0, 0, 200, 255]], np.uint8)
     ones = np.ones((HEIGHT, WIDTH), np.int32)
-    views.blocks.overlay.set_opacity(1.0)
+    views.blocks.set_opacity(1.0)
     views.paint(ones, table)
     views.give(depth=flat(2.9))
     cell = views.cells["colour"]

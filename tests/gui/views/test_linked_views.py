@@ -16,7 +16,6 @@ from gui.views.colours import depth_table, error_table
 from gui.views.image_view import ViewTransform
 from gui.views.interaction import PointerEvent, PointerKind, Preview
 from gui.views.layouts import GRIDS, correct_places, picture_area
-from gui.views.pixel_items import BlockOverlay
 from ilf.drawing.blocks import inner_points
 from ilf.drawing.colours import robust_difference_level, robust_error_levels, to_indices
 from tests.pins.window.hand import wheel
@@ -332,15 +331,14 @@ def blocks():
     return labels, np.array([[9, 9, 9, 255], [200, 0, 0, 255], [0, 100, 200, 255], [0, 200, 0, 255]], np.uint8)
 
 
-def test_overlay_pixels_follow_the_colour_table():
-    overlay = BlockOverlay(1)
-    overlay.set_opacity(0.4)
-    overlay.set_blocks(*blocks())
-    pixels = overlay.new_item().pixels
+def test_fills_follow_the_colour_table(views):
+    views.blocks.set_opacity(0.4)
+    views.paint(*blocks())
+    pixels = views.cells["colour"].fills.pixels
     assert pixels[0, 0] == 0
     assert pixels[15, 15] == pixels[15, 29] == 102 << 24 | 80
-    overlay.set_filled(False)
-    assert overlay.pixels is None
+    views.blocks.set_contours_only(True)
+    assert views.blocks.pixels is None
 
 
 def test_a_region_update_gives_the_same_picture_as_a_new_map(views):
@@ -353,11 +351,11 @@ def test_a_region_update_gives_the_same_picture_as_a_new_map(views):
     lines = view_of(views).lines.pixels.copy()
     views.stroke(slice(20, 30), slice(25, 40), 3)
     views.stroke(slice(0, 3), slice(0, 4), 2)
-    in_boxes = views.blocks.overlay.pixels.copy(), view_of(views).lines.pixels.copy()
+    in_boxes = views.blocks.pixels.copy(), view_of(views).lines.pixels.copy()
     assert not np.array_equal(lines, in_boxes[1])
     views.paint(changed, table)
     views.select(3)
-    np.testing.assert_array_equal(in_boxes[0], views.blocks.overlay.pixels)
+    np.testing.assert_array_equal(in_boxes[0], views.blocks.pixels)
     np.testing.assert_array_equal(in_boxes[1], view_of(views).lines.pixels)
 
 
@@ -365,7 +363,7 @@ def test_the_overlay_shows_over_the_colour_and_hides_by_alpha(views):
     labels, table = blocks()
     view = view_of(views)
     plain = colour_at(view, place(view, 15.5, 15.5))
-    views.blocks.overlay.set_opacity(1.0)
+    views.blocks.set_opacity(1.0)
     views.paint(labels, table)
     assert colour_at(view, place(view, 15.5, 15.5)) == (200, 0, 0)
     table[1, 3] = 0
@@ -384,7 +382,7 @@ def border_colours(views, name, x, y):
 @pytest.mark.parametrize("opacity", [0.0, 0.45])
 def test_lines_part_all_blocks_in_all_views_on_any_picture(views, opacity):
     labels, table = blocks()
-    views.blocks.overlay.set_opacity(opacity)
+    views.blocks.set_opacity(opacity)
     views.paint(labels, table)
     views.give(depth=np.full((HEIGHT, WIDTH), 2.0, np.float32))
     for name in ("colour", "depth-in", "depth-out"):

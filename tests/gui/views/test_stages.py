@@ -8,7 +8,6 @@ from PySide6.QtWidgets import QMenu
 from gui.base import theme
 from gui.state.workspace import Workspace
 from gui.views.cell import Cell
-from gui.views.pixel_items import BlockOverlay
 from gui.views.stages import StageModel
 from gui.views.view_data import ViewData
 from ilf.drawing.blocks import STAGES, stage_count, stage_legend, stage_picture
@@ -67,7 +66,7 @@ def board(qapp):
 
 @pytest.fixture
 def cell(shown, board):
-    widget = Cell("extraction", lambda view, event: False, ViewData(Workspace(), board), BlockOverlay(1))
+    widget = Cell("extraction", lambda view, event: False, ViewData(Workspace(), board))
     widget.set_colours(theme.colours(widget.palette()), QBrush())
     board.changed.connect(widget.draw_again)
     return shown(widget, 900, 300)
