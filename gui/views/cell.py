@@ -202,7 +202,7 @@ class ContentMenu(QMenu):
         if content == "extraction":
             stages = self.addMenu("Stage of the extraction")
             stages.setToolTipsVisible(True)
-            stages.addActions(data.stage.actions)
+            stages.addActions(data.stage_actions)
         for side, depth in zip(SIDES, data.sides, strict=True):
             self._add(self, side, f"{_SIDE_TEXTS[side]} of the comparison ({short_title(depth, data.names)})")
 

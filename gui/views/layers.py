@@ -148,7 +148,7 @@ def title_of(name: str, data: ViewData) -> str:
         first, second = (short_title(side, names) for side in data.sides)
         return f"A: {first} | B: {second}"
     if name == "extraction":
-        return f"{CONTENTS[name].title}: {STAGES[data.stage.stage].lower()}"
+        return f"{CONTENTS[name].title}: {STAGES[data.stage.name].lower()}"
     if title := content_of(name).title:
         return title
     pair = operands_of(name)

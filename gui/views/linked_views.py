@@ -27,8 +27,7 @@ from .scene_items import missing_brush
 from .sheet import Sheet
 from .shown_blocks import ShownBlocks
 from .side_comparison import SideComparison
-from .stages import StageModel
-from .view_data import READ, Before, FormerState, ViewData
+from .view_data import READ, Before, FormerState, Stage, ViewData
 
 _MARKS = {"frame", "invalid_mask", "by_hand", "result", "expected", "runs", "swipe"}
 """Data of which some pixels are striped."""
@@ -56,7 +55,6 @@ class LinkedViews(Themed, QWidget):
         The layout.
     navigation : Navigation
         Pointer and keys.
-    extraction : StageModel
 
     Signals
     -------
@@ -78,8 +76,7 @@ class LinkedViews(Themed, QWidget):
     def __init__(self, workspace: Workspace) -> None:
         super().__init__()
         self._transform = ViewTransform()
-        self.extraction = StageModel(self)
-        self.data = ViewData(workspace, self.extraction)
+        self.data = ViewData(workspace)
         self.blocks = ShownBlocks(workspace, self.data)
         self._used_with_sides: frozenset[str] = frozenset()
         """Data that the shown cells used when the sides were last drawn."""
@@ -106,7 +103,6 @@ class LinkedViews(Themed, QWidget):
         for name, cell in self.cells.items():
             cell.view.resized.connect(self._follow_size)
             cell.chosen.connect(lambda content, name=name: self.set_content(name, content))
-        self.extraction.changed.connect(lambda: self._draw("stage"))
         self.navigation.cursorMoved.connect(self._move_cursor)
         self.navigation.transformChanged.connect(self._show_transform)
         self._take_theme()
@@ -131,7 +127,7 @@ class LinkedViews(Themed, QWidget):
         """Show another frame, fitted, with its own depth range; or none, only the page for that."""
         frame = self.data.frame
         self.set_preview(None)
-        self.extraction.show_message("")
+        self.show_found(stage=Stage(self.data.stage.name))
         if frame is None:
             self.navigation.set_frame(None)
             self._pages.setCurrentWidget(self._empty)

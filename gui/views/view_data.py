@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import reduce
 from operator import or_
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from PySide6.QtGui import QAction
 
 from ilf.completion.suspects import suspect_islands
 from ilf.data.frame import RGBDFrame
@@ -31,7 +33,6 @@ from .contents import (
     SIDES,
     difference_of,
 )
-from .stages import StageModel
 
 Depth = NDArray[np.float32]
 Mask = NDArray[np.bool_]
@@ -61,6 +62,17 @@ class Spectrum(NamedTuple):
     magnitude: NDArray[np.float32]
     radii: tuple[float, float]
     text: str
+
+
+class Stage(NamedTuple):
+    """The shown stage of the extraction, one of `STAGES`: its picture from `stage_picture`, or a message while there is
+    none; a text about it, and the meaning of its colours."""
+
+    name: str = "blocks"
+    picture: NDArray[np.uint8] | None = None
+    message: str = ""
+    text: str = ""
+    legend: Sequence[tuple[tuple[int, int, int], str]] = ()
 
 
 class FormerState(NamedTuple):
@@ -123,15 +135,17 @@ class ViewData:
         Whether side A is shown in place of the result.
     swipe_column : int or None
         Column of the frame that divides side A from side B in the result; None while it is not divided.
-    stage : StageModel
-        The stage of the extraction.
+    stage : Stage
+    stage_actions : sequence of QAction
+        The commands that select a stage.
     ranges : dict
         Kind of `KINDS` -> Range.
     """
 
-    def __init__(self, workspace: Workspace, stage: StageModel) -> None:
+    def __init__(self, workspace: Workspace) -> None:
         self._workspace = workspace
-        self.stage = stage
+        self.stage = Stage()
+        self.stage_actions: Sequence[QAction] = ()
         self.ranges = {kind: Range() for kind in KINDS}
         self.depth_map = DEPTH_MAP
         self.depth_table = depth_table(self.depth_map)

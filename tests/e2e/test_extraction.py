@@ -16,7 +16,7 @@ from gui.features.views import ViewsFeature
 from gui.work.found_blocks import FoundBlocks, find
 from ilf.drawing.blocks import block_overlay
 from ilf.io.block_files import read_blocks
-from ilf.segmentation.extraction import Extraction, extract
+from ilf.segmentation.extraction import extract
 from ilf.sources.frame_ref import FrameRef
 
 from .conftest import loaded, open_frame, write_frame
@@ -45,14 +45,15 @@ def _picture(window) -> NDArray[np.uint8] | None:
 def _pictures_given(window, monkeypatch) -> list[tuple[tuple[int, ...], str]]:
     """Sizes and stages of all pictures that the view is given from now on."""
     given: list[tuple[tuple[int, ...], str]] = []
-    cell = window.views.extraction
-    show = cell.show_picture
+    show = window.views.show_found
 
-    def noted(stage: str, picture: NDArray[np.uint8], extraction: Extraction):
-        given.append((picture.shape[:2], stage))
-        show(stage, picture, extraction)
+    def noted(**found):
+        stage = found.get("stage")
+        if stage and stage.picture is not None and stage.picture is not window.views.data.stage.picture:
+            given.append((stage.picture.shape[:2], stage.name))
+        show(**found)
 
-    monkeypatch.setattr(cell, "show_picture", noted)
+    monkeypatch.setattr(window.views, "show_found", noted)
     return given
 
 

@@ -8,8 +8,7 @@ from PySide6.QtWidgets import QMenu
 from gui.base import theme
 from gui.state.workspace import Workspace
 from gui.views.cell import Cell
-from gui.views.stages import StageModel
-from gui.views.view_data import ViewData
+from gui.views.view_data import Stage, ViewData
 from ilf.drawing.blocks import STAGES, stage_count, stage_legend, stage_picture
 from ilf.segmentation.extraction import Extraction
 
@@ -51,43 +50,42 @@ def test_what_is_said_of_a_stage_belongs_to_its_picture():
 
 
 @pytest.fixture
-def board(qapp):
-    board = StageModel()
-    group = QActionGroup(board)
-    for name, text in STAGES.items():
+def data(qapp):
+    data, group = ViewData(Workspace()), QActionGroup(qapp)
+    for text in STAGES.values():
         action = group.addAction(f"Show &{text}")
         action.setIconText(text)
         action.setCheckable(True)
-        action.triggered.connect(lambda _, name=name: board.set_stage(name))
-    group.actions()[-1].setChecked(True)
-    board.actions = group.actions()
-    return board
+    data.stage_actions = group.actions()
+    return data
 
 
 @pytest.fixture
-def cell(shown, board):
-    widget = Cell("extraction", lambda view, event: False, ViewData(Workspace(), board))
+def cell(shown, data):
+    widget = Cell("extraction", lambda view, event: False, data)
     widget.set_colours(theme.colours(widget.palette()), QBrush())
-    board.changed.connect(widget.draw_again)
     return shown(widget, 900, 300)
 
 
-def test_stages_are_chosen_in_the_menu_of_the_view_whose_title_names_them(cell, board):
+def test_stages_are_chosen_in_the_menu_of_the_view_whose_title_names_them(cell, data):
     cell.open_menu()
     (stages,) = (menu for menu in cell._menu.findChildren(QMenu) if menu.title().startswith("Stage"))
     cell._menu.close()
     assert [action.iconText() for action in stages.actions()] == list(STAGES.values())
     stages.actions()[1].trigger()
-    assert (board.stage, cell.strip.title) == ("binarised", "Extraction: binarised")
-    with pytest.raises(ValueError, match="strength"):
-        board.set_stage("edges")
+    assert data.stage_actions[1].isChecked()
+    data.stage = Stage("binarised")
+    cell.draw_again()
+    assert cell.strip.title == "Extraction: binarised"
 
 
-def test_only_strength_has_a_colour_bar(cell, board):
+def test_only_strength_has_a_colour_bar(cell, data):
     extraction, rgb = _extraction(), np.full((8, 12, 3), 100, np.uint8)
     for stage in STAGES:
-        board.show_picture(stage, stage_picture(stage, rgb, extraction), extraction)
+        data.stage = Stage(stage, stage_picture(stage, rgb, extraction))
+        cell.draw_again()
         assert cell.bar.levels == ((0.0, 1.0) if stage == "strength" else None)
         assert cell.picture.image is not None
-    board.show_message("none")
+    data.stage = Stage(message="none")
+    cell.draw_again()
     assert cell.picture.image is None
