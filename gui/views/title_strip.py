@@ -15,8 +15,6 @@ _SWATCH = 10
 _ARROW = 7
 _MIN_TITLE_WIDTH = 40
 """Minimum width of the title [px], however long the text at the right is."""
-_TITLE_SHARE = 0.3
-"""Width down to which a long title gives way to the legend, as a share of the strip's."""
 _BAR_SHARE = 0.38
 """Width of the colour bar, as a share of the strip's."""
 _RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
@@ -73,10 +71,7 @@ class TitleStrip(QWidget):
         """Right end of the title [px from the left]."""
         swatch = _SWATCH + PAD if self._swatch is not None else 0
         room = max(self._right - self._text_width, _MIN_TITLE_WIDTH + swatch)
-        if not self._legend:
-            return min(self._title_width, room)
-        shown = self.legend_in(room - round(_TITLE_SHARE * self.width()) - PAD)
-        return min(self._title_width, room - self._width_of(shown) - PAD)
+        return min(self._title_width, room)
 
     @property
     def _text_width(self) -> int:
