@@ -75,7 +75,7 @@ def test_the_cloud_follows_what_is_known_of_the_frame(opened, qtbot, run_all):
     opened.workspace.current.compare_runs([other])
     cloud.set_colour_by(ColourBy.DIFFERENCE)
     scene = shown(opened, qtbot)
-    assert scene.unit == "mm"
+    assert scene.request.unit == "mm"
 
     opened.workspace.select([1])
     actions["cloud_selected_only"].setChecked(True)
