@@ -181,7 +181,6 @@ class CompareFeature(Feature):
         """Show side A instead of the result in all views; also while V is held."""
         views = self.context.views
         views.sides.show_a_as_result(on)
-        views.blocks.draw(Part.LABELS)
 
     @command("compare_two", "Compare &two", icon="ph.columns", keys="Shift+F4", checkable=True, needs=Need.FRAME)
     def _compare_two(self, on: bool) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import html
 from functools import partial
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,13 +14,14 @@ from PySide6.QtWidgets import QCheckBox, QHBoxLayout, QLabel, QVBoxLayout, QWidg
 from ilf._runtime.formatting import counted
 from ilf.data.frame import RGBDFrame
 from ilf.data.parameters import BlockParameters
-from ilf.drawing.blocks import STAGES, stage_picture
+from ilf.drawing.blocks import STAGES, stage_count, stage_legend, stage_picture
 
 from ..base import theme
 from ..base.commands import Command, command
 from ..base.needs import Need
 from ..state.parts import Part
 from ..views.layouts import LAYOUT_TEXTS
+from ..views.view_data import Stage
 from ..widgets.basics import TEXT_BESIDE_ICON, command_button, lay_out
 from ..widgets.notices import error_text
 from ..widgets.parameter_form import ParameterForm
@@ -67,7 +69,6 @@ class ExtractionPanel(Panel):
         return super().visible or self.context.views.shows("stage")
 
     def __init__(self, context: Context) -> None:
-        self._board = context.views.extraction
         self._frame: RGBDFrame | None = None
         self._is_waiting = False
         """Whether a request waits until the blocks have been extracted."""
@@ -94,7 +95,7 @@ class ExtractionPanel(Panel):
             for number, (name, (text, hint)) in enumerate(_COMMANDS.items(), 1)
         )
         self._slow = QTimer(self, singleShot=True, interval=_SLOW_MS)
-        self._slow.timeout.connect(lambda: self._board.show_text("Extracting…"))
+        self._slow.timeout.connect(lambda: self._tell(text="Extracting…"))
         context.loader.extracted.connect(self._hold)
         context.loader.busy_changed.connect(lambda: self.redraw() if self._is_waiting else None)
         views = context.views
@@ -102,8 +103,8 @@ class ExtractionPanel(Panel):
             signal.connect(self.redraw)
         for name, text in STAGES.items():
             context.actions[f"stage_{name}"].setIconText(text)
-        context.actions[f"stage_{self._board.stage}"].setChecked(True)
-        self._board.actions = [context.actions[f"stage_{name}"] for name in STAGES]
+        context.actions[f"stage_{context.views.data.stage.name}"].setChecked(True)
+        context.views.data.stage_actions = [context.actions[f"stage_{name}"] for name in STAGES]
 
     def make(self) -> QWidget:
         """Make the form, with the commands and the summary above it."""
@@ -167,11 +168,11 @@ class ExtractionPanel(Panel):
             parameters = document.blocks.extraction
         if parameters is None:
             self._drawn = None
-            self._board.show_message(_OFF)
+            self._tell(message=_OFF)
             return
         held = self._held is not None and self._held.matches(frame, parameters)
         self._is_waiting = self.context.loader.is_extracting(document) and not held
-        stage = frame, parameters, self._board.stage
+        stage = frame, parameters, self.context.views.data.stage.name
         if not self._is_waiting and (stage != self._drawn or super().busy):
             self.requests.ask(
                 lambda: self._draw_stage(*stage), lambda drawn: self._show_stage(stage, *drawn), key=stage
@@ -187,21 +188,28 @@ class ExtractionPanel(Panel):
             held = find(frame, parameters)
         return held, stage_picture(stage, frame.rgb, held.extraction)
 
+    def _tell(self, **changes: Any) -> None:
+        """Change what the views show of the stage: with a message, it has no picture."""
+        views = self.context.views
+        stage = Stage(views.data.stage.name) if "message" in changes else views.data.stage
+        views.show_found(stage=stage._replace(**changes))
+
     def _show_stage(self, stage: _Stage, found: FoundBlocks, picture: NDArray[np.uint8]) -> None:
         """Show the picture."""
         self._held = self._found = found
         self._failure = ""
         self._watch()
-        if stage[-1] == self._board.stage:
+        if (name := stage[-1]) == self.context.views.data.stage.name:
             self._drawn = stage
-            self._board.show_picture(stage[-1], picture, found.extraction)
+            legend, text = stage_legend(name, found.extraction), stage_count(name, found.extraction)
+            self.context.views.show_found(stage=Stage(name, picture, text=text, legend=legend))
         self._describe()
 
     def fail(self, error: Exception) -> None:
         """Show the error in the panel: a dialog would come at every move of a slider."""
         self._watch()
         self._failure, self._drawn = f"The extraction failed: {error_text(error)}", None
-        self._board.show_message("The extraction failed")
+        self._tell(message="The extraction failed")
         self._describe()
         self.context.notes.show_message(self._failure)
 
@@ -214,7 +222,7 @@ class ExtractionPanel(Panel):
 
     def show_stage(self, name: str) -> None:
         """Show a stage, and the view of the extraction if it is not visible."""
-        self._board.set_stage(name)
+        self._tell(name=name)
         self.show_view()
         self.redraw()
 

@@ -40,7 +40,7 @@ class ViewsFeature(Feature):
     @command("contours_only", "&Contours only", icon="ph.polygon", keys="Ctrl+Shift+C", checkable=True)
     def _show_contours(self, on: bool) -> None:
         """Show blocks as outlines with a band of their colour, without fill."""
-        self._views.set_contours_only(on)
+        self._views.blocks.set_contours_only(on)
 
     @command("block_names", "Block &names", icon="ph.text-t", keys="Ctrl+Shift+T", checkable=True)
     def _show_names(self, on: bool) -> None:

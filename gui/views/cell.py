@@ -10,14 +10,13 @@ from PySide6.QtWidgets import QMenu, QVBoxLayout, QWidget
 
 from ..base.theme import Colours
 from ..widgets.basics import lay_out
-from .contents import DIFFERENCE, FLICKERS, RUNS, SIDES, TITLES, capital, difference_of, operands_of, short_title
+from .contents import DIFFERENCE, FLICKERS, RUNS, SIDES, capital, difference_of, short_title
 from .image_view import ImageView
 from .layer_picture import LayerPicture
 from .layers import CONTENTS, Layer, Legend, Look, checked, content_of, lacking, striped, title_of, uses
-from .pixel_items import BlockOverlay, PixelItem
+from .pixel_items import PixelItem
 from .screen_layers import STYLES
 from .spectrum_picture import SpectrumPicture
-from .stages import StagePicker
 from .title_strip import TitleStrip
 from .view_data import ViewData
 
@@ -35,7 +34,7 @@ class Cell(QWidget):
 
     chosen = Signal(str)
 
-    def __init__(self, content: str, on_event: EventHandler, data: ViewData, overlay: BlockOverlay) -> None:
+    def __init__(self, content: str, on_event: EventHandler, data: ViewData) -> None:
         super().__init__()
         self.content = content
         """Name of the content; `concrete` is the content that it currently resolves to."""
@@ -49,15 +48,14 @@ class Cell(QWidget):
         self._stripe_legend: Legend = []
         self.picture = LayerPicture(self.view, self.bar)
         self._data = data
-        self._overlay = overlay
-        # fills of the blocks, and of those of the two sides, if divided and different from the current ones
-        self._fills = [self.view.add_picture(item) for item in (overlay.new_item(), PixelItem(1), PixelItem(1))]
-        self._widget: SpectrumPicture | StagePicker | None = None
+        self.fills = self.view.add_picture(PixelItem(1))
+        """Fills of the blocks."""
+        self._spectrum: SpectrumPicture | None = None
         self._look: Look | None = None
         self._needs_draw = False
         self._pixel: tuple[int, int] | None = None
         self._menu = ContentMenu(self)
-        self._menu.triggered.connect(lambda action: self.chosen.emit(action.data()))
+        self._menu.chosen.connect(self.chosen)
         self.strip.menuRequested.connect(self.open_menu)
         self.strip.doubleClicked.connect(self._menu.close)
         self.follow()
@@ -89,7 +87,8 @@ class Cell(QWidget):
         if concrete == self.concrete:
             return
         self.concrete = concrete
-        self._drop_widget()
+        if self._spectrum is not None:
+            self._spectrum.setVisible(concrete == "spectrum")
         content = content_of(concrete)
         self.picture.draw(Layer())
         self.set_legend([])
@@ -97,27 +96,9 @@ class Cell(QWidget):
         self.strip.set_title(title_of(concrete, self._data))
         self.bar.set_unit(content.unit)
         self.view.has_lines = concrete != "extraction"  # its blocks differ from those of the frame
-        for item in self._fills:
-            item.setVisible(concrete == "colour")
+        self.fills.setVisible(concrete == "colour")
         self.show_stripes()
         self.draw_again()
-
-    def _drop_widget(self) -> None:
-        self.strip.set_title_widget(None)
-        if isinstance(self._widget, SpectrumPicture):
-            self._widget.hide()
-            self._widget.setParent(None)
-            self._widget.deleteLater()
-        self._widget = None
-
-    def _add_widget(self) -> None:
-        """Add the widget that a content has besides its picture."""
-        if self.concrete == "spectrum":
-            self._widget = SpectrumPicture(self.view)
-        elif self.concrete == "extraction":
-            self._widget = StagePicker(self._data.stage.actions, self.strip)
-            self._widget.setFont(self.strip.font())
-            self.strip.set_title_widget(self._widget)
 
     def set_legend(self, legend: Legend) -> None:
         """Set the meaning of the picture's own colours."""
@@ -166,27 +147,10 @@ class Cell(QWidget):
         self.strip.set_text(layer.text)
         self.set_legend(layer.legend)
         self.picture.draw(layer)
-        if self.concrete == "colour":
-            self._draw_sides()
-        if self._widget is None:
-            self._add_widget()
-        if isinstance(self._widget, SpectrumPicture):
-            self._widget.show_spectrum(data.spectrum)
-
-    def _draw_sides(self) -> None:
-        """Draw the blocks of the two sides in their columns, and the current blocks in the others."""
-        column, blocks = self._data.swipe_column, self._data.side_blocks
-        width = 0 if self._data.rgb is None else self._data.rgb.shape[1]
-        spans = [(0, width), (width, width)] if column is None else [(0, column), (column, width)]
-        own = [0, width]
-        for index, (item, given, span) in enumerate(zip(self._fills[1:], blocks, spans, strict=True)):
-            if column is None or given is None:
-                item.clear()
-                continue
-            item.set_pixels(self._overlay.fills_of(*given))
-            item.set_span(span)
-            own[index] = column
-        self._fills[0].set_span((own[0], own[1]) if own != [0, width] else None)
+        if self.concrete == "spectrum":
+            if self._spectrum is None:
+                self._spectrum = SpectrumPicture(self.view)
+            self._spectrum.show_spectrum(data.spectrum)
 
     def showEvent(self, event: QShowEvent) -> None:
         super().showEvent(event)
@@ -201,13 +165,24 @@ class Cell(QWidget):
         self.view.setGeometry(0, strip, self.width(), max(self.height() - strip, 0))
 
 
-_ELSEWHERE = "colour", "expected-error"
-"""Contents of the table of layers that lie in other groups of the menu."""
+_GROUPS = (
+    ("colour", "depth-in", "result", *RUNS, "ground_truth", "guide"),
+    (DIFFERENCE, "error", "expected-error", *FLICKERS),
+)
+"""The first contents of the menu; all others follow, but depths that are only compared with."""
 _SIDE_TEXTS = {"a": "Side A", "b": "Side B"}
 
 
 class ContentMenu(QMenu):
-    """Menu of contents, refilled each time it opens, since runs change. The data of an action is a content's name."""
+    """Menu of contents, refilled each time it opens, since runs change. The data of an action is a content's name.
+
+    Signals
+    -------
+    chosen(str)
+        The user selected a content.
+    """
+
+    chosen = Signal(str)
 
     def __init__(self, parent: QWidget) -> None:
         super().__init__("Content of the view", parent, toolTipsVisible=True)
@@ -216,27 +191,18 @@ class ContentMenu(QMenu):
         """Fill the menu with the available contents; check `content`."""
         self.clear()
         self._content, self._data = content, data
-        self._add(self, "colour", CONTENTS["colour"].title)
-        for name in ("depth-in", "result"):
-            self._add(self, name, TITLES[name])
-        for depth in RUNS:
-            if depth in data.names:
-                self._add(self, depth, f"Run: {data.names[depth]}")
-        self._add(self, "ground_truth", TITLES["ground_truth"])
-        self._add(self, "guide", TITLES["guide"])
-        self.addSeparator()
-        first, second = operands_of(data.concrete(DIFFERENCE)) or ("", "")
-        pair = f"{short_title(first, data.names)} \N{MINUS SIGN} {short_title(second, data.names)}"
-        self._add(self, DIFFERENCE, f"Difference ({pair})")
-        self._add_differences(data)
-        self._add(self, "error", TITLES["error"])
-        self._add(self, "expected-error", CONTENTS["expected-error"].title)
-        for name in FLICKERS:
-            self._add(self, name, TITLES[name])
-        self.addSeparator()
-        for name in (name for name in CONTENTS if name not in _ELSEWHERE):
-            self._add(self, name, CONTENTS[name].title)
-        self.addSeparator()
+        others = [name for name, one in CONTENTS.items() if one.title and not any(name in group for group in _GROUPS)]
+        for group in (*_GROUPS, others):
+            for name in group:
+                if name not in RUNS or name in data.names:
+                    self._add(self, name, title_of(data.concrete(name) if name == DIFFERENCE else name, data))
+                if name == DIFFERENCE:
+                    self._add_differences(data)
+            self.addSeparator()
+        if content == "extraction":
+            stages = self.addMenu("Stage of the extraction")
+            stages.setToolTipsVisible(True)
+            stages.addActions(data.stage_actions)
         for side, depth in zip(SIDES, data.sides, strict=True):
             self._add(self, side, f"{_SIDE_TEXTS[side]} of the comparison ({short_title(depth, data.names)})")
 
@@ -256,4 +222,5 @@ class ContentMenu(QMenu):
         action.setChecked(content == self._content)
         why_off = lacking(content, self._data)
         action.setEnabled(not why_off)
+        action.triggered.connect(lambda: self.chosen.emit(content))
         action.setToolTip(why_off)

@@ -7,7 +7,7 @@ from PySide6.QtCore import QObject, Signal
 
 from ilf.drawing.colours import robust_depth_levels
 
-from .colours import FIXED, FULL, KINDS, Levels, Range, depth_table, full_levels
+from .colours import FIXED, KINDS, Levels, Range, depth_table, full_levels
 from .view_data import ViewData
 
 
@@ -70,16 +70,16 @@ class ColourRanges(QObject):
     def update_for_result(self) -> None:
         """Update the full range of depth for a changed result."""
         before = self.depth
-        if self.of("depth").mode == FULL:
-            self.update_depth_range()
-            if self.depth != before:
-                self.changed.emit()
+        self.update_depth_range()
+        if self.depth != before:
+            self.changed.emit()
 
     def update_depth_range(self) -> None:
         """Update the range of all depths from depth in; the full range also from the result."""
-        depth_in, result = self._data.depth_in, self._data.result
-        if depth_in is None:
+        frame, result = self._data.frame, self._data.result
+        if frame is None:
             return
+        depth_in = frame.own_depth
         depths = [depth_in] if result is None else [depth_in, result.depth]
 
         def full() -> Levels:

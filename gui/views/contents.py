@@ -1,4 +1,4 @@
-"""Contents of the cells of the linked views: their names and titles. No Qt.
+"""Names of the contents of the linked views. No Qt.
 
 A content's name is a kind ("strength"), a depth ("result", "run-2"), or a difference with its two depths
 ("difference:result:run-1"). Some names depend on the data and are resolved by `ViewData.concrete`: "difference",
@@ -21,29 +21,11 @@ COMPARABLE = (*DEPTHS, EARLIER, INTERPOLATED)
 DIFFERENCE, EVALUATION = "difference", "evaluation"
 FLICKERS = {"flicker": ("result", BEFORE_OUT), "flicker-in": ("depth-in", BEFORE_IN)}
 """Differences against the frame before, and their two depths."""
+_NAMED = {"error": ("result", "ground_truth"), **FLICKERS}
+"""Differences with a name of their own."""
 SIDES = ("a", "b")
 
-TITLES = {
-    "depth-in": "Depth in",
-    "result": "Depth out",
-    "ground_truth": "Ground truth",
-    "guide": "Guide, fitted",
-    DIFFERENCE: "Difference",
-    "error": "Error: result \N{MINUS SIGN} ground truth",
-    "flicker": "Flicker of depth out",
-    "flicker-in": "Flicker of depth in",
-}
-"""Titles of depths and differences with a fixed title; the other contents have theirs in the table of layers."""
-
-_SHORT = {
-    "depth-in": "depth in",
-    "result": "result",
-    "ground_truth": "ground truth",
-    "guide": "guide",
-    INTERPOLATED: "interpolated",
-    BEFORE_IN: "the frame before",
-    BEFORE_OUT: "the frame before",
-}
+_SHORT = {BEFORE_IN: "the frame before", BEFORE_OUT: "the frame before"}
 
 
 def difference_of(first: str, second: str) -> str:
@@ -63,21 +45,19 @@ def operands_of(content: str) -> tuple[str, str] | None:
     Examples
     --------
     >>> operands_of("difference:ground_truth:result")
-    ('truth', 'result')
+    ('ground_truth', 'result')
     >>> operands_of("error")
-    ('result', 'truth')
+    ('result', 'ground_truth')
     """
-    if content == "error":
-        return "result", "ground_truth"
-    if content in FLICKERS:
-        return FLICKERS[content]
+    if content in _NAMED:
+        return _NAMED[content]
     kind, *depths = content.split(":")
     return (depths[0], depths[1]) if kind == DIFFERENCE and len(depths) == 2 else None
 
 
 def short_title(depth: str, names: dict[str, str]) -> str:
     """Short name of a depth in the title of a difference; `names` are those of runs."""
-    return names.get(depth) or _SHORT.get(depth) or depth.replace("-", " ")
+    return names.get(depth) or _SHORT.get(depth) or depth.replace("-", " ").replace("_", " ")
 
 
 def capital(text: str) -> str:

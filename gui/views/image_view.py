@@ -16,7 +16,7 @@ from ilf.drawing.blocks import InnerPoint
 
 from ..base import theme
 from .interaction import PreviewItem
-from .pixel_items import PixelItem, PointsItem
+from .pixel_items import PixelItem, Pixels, PointsItem
 from .scene_items import HaloPath, Hatch, ViewItem
 from .screen_items import Sampling, ScreenItem
 
@@ -200,8 +200,8 @@ class ImageView(pg.GraphicsView):
         self._message = ""
         self._pixel_size = 1.0
         self.image = self.add_picture(PixelItem(0))
-        self._hatches: list[Hatch] = []
-        self.hatch = self.add_hatch(-1)
+        self.hatch = Hatch(-1)
+        self.addItem(self.hatch)
         self.points = PointsItem(3)
         self.stripes = ScreenItem(4)
         self.lines = ScreenItem(5)
@@ -235,43 +235,22 @@ class ImageView(pg.GraphicsView):
         item.setParentItem(self._overlay_parent)
         self._overlays.append(item)
 
-    def add_hatch(self, z: float) -> Hatch:
-        """Add stripes over the whole frame, at height z."""
-        hatch = Hatch(z)
-        hatch.set_extent(self._frame)
-        self.addItem(hatch)
-        self._hatches.append(hatch)
-        return hatch
-
     def set_frame_size(self, width: int, height: int) -> None:
         """Set the frame's size in image pixels."""
         self._frame = QRectF(0, 0, width, height)
-        for hatch in self._hatches:
-            hatch.set_extent(self._frame)
+        self.hatch.set_extent(self._frame)
 
-    def set_picture(
-        self,
-        pixels: NDArray[np.uint8] | None,
-        table: NDArray[np.uint8] | None = None,
-        faded: NDArray[np.bool_] | None = None,
-    ) -> None:
-        """Show RGB pixels (H, W, 3), or indices (H, W) through a table (256, 4); None shows the message.
-
-        Where `faded`, bool (H, W), indices are shown in grey.
-        """
-        self.hatch.setVisible(pixels is not None and table is not None)
-        if pixels is None:
-            self.image.clear()
-        elif table is None:
-            self.image.set_rgb(pixels)
-        else:
-            self.image.set_indices(pixels, table, faded)
+    def set_picture(self, pixels: Pixels | None, is_hatched: bool = False) -> None:
+        """Show colours, uint32 (H, W), over stripes where they are transparent if `is_hatched`; None shows the
+        message."""
+        self.hatch.setVisible(is_hatched)
+        self.image.set_pixels(pixels)
         self._show_layers()
         self.viewport().update()
 
     def _show_layers(self) -> None:
         """Show overlays only with a picture, and names only in large views."""
-        self._overlay_parent.setVisible(self.image.image is not None)
+        self._overlay_parent.setVisible(self.image.pixels is not None)
         self.names.setVisible(self.share > _MIN_SHARE_FOR_NAMES)
 
     def set_message(self, text: str) -> None:
@@ -357,7 +336,7 @@ class ImageView(pg.GraphicsView):
         painter.save()
         painter.resetTransform()
         painter.setPen(colours.muted)
-        if self.image.image is None:
+        if self.image.pixels is None:
             painter.drawText(room, Qt.AlignmentFlag.AlignCenter, self._message)
         if self.hasFocus():
             painter.setPen(colours.accent)

@@ -7,47 +7,38 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtGui import QColor
 
 from ilf.data.label_map import Box, union, whole
 from ilf.drawing.colours import sample
 
 from .colour_bar import ColourBar
 from .image_view import ImageView
-from .layers import STRIPE, Layer
-from .pixel_items import PixelItem, changed_box
-from .scene_items import hatch_brush
+from .layers import Layer
+from .pixel_items import Pixels, changed_box, greyed, packed, rgb_pixels
 
 EVERYWHERE: Box = slice(None), slice(None)
 
 
 class LayerPicture:
-    """Picture of a layer, marks or extrapolated depth below it, and the ends of the colour bar."""
+    """Picture of a layer in a view, and the ends of the colour bar."""
 
     def __init__(self, view: ImageView, bar: ColourBar) -> None:
         self._view, self._bar = view, bar
         self._layer = Layer()
         self.drawn: list[NDArray[Any]] = []
         """Copies of the drawn arrays, the layer's parts first, since the originals may be changed in place."""
-        # from below: the hatch of missing depth, marks or extrapolated depth, stripes over it, and the picture
-        self.below = view.add_picture(PixelItem(-0.8))
-        self.stripes = view.add_hatch(-0.6)
-        self.stripes.set_brush(hatch_brush(QColor(0, 0, 0, 0), STRIPE))
-        self.stripes.setVisible(False)
+        self.image: NDArray[np.uint8] | None = None
+        """Colour (H, W, 3), or indices into the layer's table (H, W); None for no picture."""
 
     def draw(self, layer: Layer) -> None:
         """Draw a layer, as far as it is not drawn already."""
         former, self._layer = self._layer, layer
         if layer.message or not layer.parts:
-            self._forget()
             self._view.set_message(layer.message)
-            self._view.set_picture(None)
-            self._bar.set_levels(None)
+            self._draw_colour(None)
         elif layer.picture is not None:
             if former.picture is None or [*map(id, former.parts)] != [*map(id, layer.parts)]:
-                self._forget()
-                self._view.set_picture(layer.picture())
-                self._bar.set_levels(None)
+                self._draw_colour(layer.picture())
         elif self.drawn and _look(former) == _look(layer):
             self._draw_changes(layer)
         else:
@@ -68,58 +59,54 @@ class LayerPicture:
     def _parts(self) -> list[NDArray[Any]]:
         return self.drawn[: len(self._layer.parts)]
 
-    def _forget(self) -> None:
-        self.drawn = []
-        self.below.clear()
-        self.stripes.setVisible(False)
+    def _draw_colour(self, rgb: NDArray[np.uint8] | None) -> None:
+        self.drawn, self.image = [], rgb
+        self._view.set_picture(None if rgb is None else rgb_pixels(rgb))
         self._view.points.set_extent(None)
+        self._bar.set_levels(None)
 
     def _draw_changes(self, layer: Layer) -> None:
-        arrays = _arrays(layer)
-        changed = [changed_box(drawn, now) for drawn, now in zip(self.drawn, arrays, strict=True)]
+        changed = [changed_box(drawn, now) for drawn, now in zip(self.drawn, _arrays(layer), strict=True)]
         boxes = [box for box in changed if box is not None]
-        if not boxes:
+        image, pixels = self.image, self._view.image.pixels
+        if not boxes or image is None or pixels is None:
             return
         box = reduce(union, boxes)
-        for drawn, now in zip(self.drawn, arrays, strict=True):
+        for drawn, now in zip(self.drawn, _arrays(layer), strict=True):
             drawn[box] = now[box]
-        indices, below = _indices(layer, box)
-        if below is not None:
-            self.below.update_indices(box, below)
-        image = self._view.image
-        image.update_indices(box, indices, None if layer.stale is None else layer.stale[box])
-        if layer.has_dots and image.image is not None:
-            self._view.points.set_indices(image.image.astype(np.uint8, copy=False), layer.table)
+        image[box], pixels[box] = _coloured(layer, box)
+        self._view.image.notify_change(box)
+        if layer.has_dots:
+            self._view.points.set_indices(image, layer.table)
 
     def _draw_all(self, layer: Layer) -> None:
         self.drawn = [array.copy() for array in _arrays(layer)]
         self._bar.set_table(layer.table)
         self._bar.set_levels(layer.levels, logarithmic=layer.logarithmic)
-        indices, below = _indices(layer, whole(layer.parts[0].shape))
-        self.below.clear()
-        if below is not None:
-            self.below.set_indices(below, layer.table if layer.mark_table is None else layer.mark_table)
-        self.stripes.setVisible(layer.extrapolated is not None)
-        self._view.set_picture(indices, layer.table, layer.stale)
+        self.image, pixels = _coloured(layer, whole(layer.parts[0].shape))
+        self._view.set_picture(pixels, is_hatched=True)
         if layer.has_dots:
-            self._view.points.set_indices(indices, layer.table)
+            self._view.points.set_indices(self.image, layer.table)
 
 
-def _indices(layer: Layer, box: Box) -> tuple[NDArray[np.uint8], NDArray[np.uint8] | None]:
-    """Indices of the picture in a box, and of what lies below it, None for nothing."""
+def _coloured(layer: Layer, box: Box) -> tuple[NDArray[np.uint8], Pixels]:
+    """Indices and colours of a layer in a box: stale values in grey, and marks where there are none."""
     parts = [part[box] for part in layer.parts]
-    indices = layer.indices(*parts)
-    if layer.extrapolated is None:
-        return indices, None if layer.marks is None else layer.marks(*parts)
-    below = np.where(layer.extrapolated[box], indices, np.uint8(0))
-    return np.where(layer.extrapolated[box], np.uint8(0), indices), below
+    indices, table = layer.indices(*parts), packed(layer.table)
+    colours = table[indices]
+    stale = None if layer.stale is None else layer.stale[box]
+    if stale is not None and stale.any():
+        colours[stale] = greyed(table)[indices[stale]]
+    if layer.marks is not None and layer.mark_table is not None:
+        missing = indices == 0
+        colours[missing] = packed(layer.mark_table)[layer.marks(*parts)[missing]]
+    return indices, colours
 
 
 def _arrays(layer: Layer) -> list[NDArray[Any]]:
-    return [*layer.parts, *(mask for mask in (layer.stale, layer.extrapolated) if mask is not None)]
+    return [*layer.parts, *([] if layer.stale is None else [layer.stale])]
 
 
 def _look(layer: Layer) -> list[Any]:
     """All but the pixels: which arrays are there, their size, and their colours."""
-    shapes = [part.shape for part in layer.parts]
-    return [*layer.look, layer.stale is None, layer.extrapolated is None, shapes]
+    return [*layer.look, layer.stale is None, [part.shape for part in layer.parts]]

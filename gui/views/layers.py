@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtGui import QBrush, QColor
 
-from ilf.drawing.blocks import marked_picture
+from ilf.drawing.blocks import STAGES, marked_picture
 from ilf.drawing.colours import robust_difference_level, robust_error_levels, sample, to_indices
 
 from ..base.theme import Colours, blend
@@ -19,19 +19,17 @@ from .contents import (
     BEFORE_IN,
     BEFORE_OUT,
     COMPARABLE,
-    DEPTHS,
+    DIFFERENCE,
     EARLIER,
     EVALUATION,
     FLICKERS,
     INTERPOLATED,
     RUNS,
     SIDES,
-    TITLES,
     capital,
     operands_of,
     short_title,
 )
-from .scene_items import hatch_brush
 from .view_data import Depth, Mask, ShownDepth, ViewData
 
 Legend = list[tuple[QBrush, str]]
@@ -60,10 +58,10 @@ class Layer:
         Whether colours are spaced logarithmically.
     table : ndarray of uint8, shape (256, 4)
         Colours of the values; index 0 is missing.
-    stale, extrapolated : ndarray of bool, shape (H, W), or None
-        Pixels that are shown in grey, and under stripes.
+    stale : ndarray of bool, shape (H, W), or None
+        Pixels that are shown in grey.
     marks : callable or None
-        From the parts to indices into `mark_table`, drawn below the picture, where that is missing.
+        From the parts to indices into `mark_table`, drawn where values are missing.
     has_dots : bool
         Whether single pixels of a sparse picture are drawn as dots.
     picture : callable or None
@@ -79,7 +77,6 @@ class Layer:
     logarithmic: bool = False
     table: NDArray[np.uint8] = field(default_factory=lambda: np.zeros((256, 4), np.uint8))
     stale: Mask | None = None
-    extrapolated: Mask | None = None
     marks: Callable[..., NDArray[np.uint8]] | None = None
     mark_table: NDArray[np.uint8] | None = None
     has_dots: bool = False
@@ -123,40 +120,23 @@ class Content(NamedTuple):
 def checked(content: str) -> str:
     """Return the name; raise ValueError if it is not a content's."""
     pair = operands_of(content)
-    there = *TITLES, *CONTENTS, *DEPTHS, EVALUATION, *SIDES
+    there = *CONTENTS, DIFFERENCE, EVALUATION, *SIDES
     if content in there or (pair and set(pair) <= set(COMPARABLE)):
         return content
-    raise ValueError(f"a cell cannot show {content!r}; it can show {', '.join(dict.fromkeys(there))}")
+    raise ValueError(f"a cell cannot show {content!r}; it can show {', '.join(there)}")
 
 
 def content_of(name: str) -> Content:
     """How a concrete content is drawn."""
-    if operands_of(name):
-        return _DIFFERENCE
-    return _DEPTH if name in COMPARABLE else CONTENTS[name]
+    return _DIFFERENCE if name not in CONTENTS and operands_of(name) else CONTENTS[name]
 
 
 def uses(name: str, data: ViewData) -> frozenset[str]:
     """Parts of the data that a concrete content uses now."""
-    depths: tuple[str, ...] = operands_of(name) or ((name,) if name in COMPARABLE else ())
-    if name == "depth-in":  # the invalid mask does not change it
-        return content_of(name).uses | {"frame"}
-    more = {"swipe", "runs"} if name == "result" else set()
+    depths = operands_of(name) or ()
     if name == "result" and (data.swipe_column is not None or data.shows_a_as_result):
-        depths += data.sides
-    return content_of(name).uses | {_PARTS.get(depth, "runs") for depth in depths} | more
-
-
-_PARTS = {
-    "depth-in": "invalid_mask",
-    "result": "result",
-    "ground_truth": "ground_truth",
-    "guide": "guide",
-    INTERPOLATED: INTERPOLATED,
-    BEFORE_IN: "before",
-    BEFORE_OUT: "before",
-}
-"""Part of the data of each depth; the others are runs."""
+        depths = data.sides
+    return content_of(name).uses.union(*(_PARTS[depth] for depth in depths))
 
 
 def title_of(name: str, data: ViewData) -> str:
@@ -167,10 +147,10 @@ def title_of(name: str, data: ViewData) -> str:
     if name == "result" and data.swipe_column is not None:
         first, second = (short_title(side, names) for side in data.sides)
         return f"A: {first} | B: {second}"
-    if name in TITLES:
-        return TITLES[name]
-    if name in CONTENTS:
-        return CONTENTS[name].title
+    if name == "extraction":
+        return f"{CONTENTS[name].title}: {STAGES[data.stage.name].lower()}"
+    if title := content_of(name).title:
+        return title
     pair = operands_of(name)
     if pair is None:
         return capital(short_title(name, names))
@@ -189,10 +169,14 @@ def levels_of(
 
 def striped(data: ViewData, name: str) -> dict[str, Mask]:
     """What is striped over the picture of a concrete content -> its pixels, from below."""
-    is_colour, measured = name == "colour", data.measured
+    is_colour, frame = name == "colour", data.frame
+    if frame is None:
+        return {}
+    shown = _depth_shown(data, name) if name in _PARTS else None
     masks = {
-        "missing": ~np.isfinite(measured) if is_colour and data.shows_missing and measured is not None else None,
-        "outside view": data.outside_view if data.shows_missing or not is_colour else None,
+        "extrapolated": None if shown is None else shown.extrapolated,
+        "missing": ~np.isfinite(frame.measured) if is_colour and data.shows_missing else None,
+        "outside view": frame.outside_view if data.shows_missing or not is_colour else None,
         "unsupported": data.unsupported if name == "expected-error" else None,
         "suspect": data.suspect,
         "invalid": data.invalid_mask,
@@ -211,8 +195,11 @@ _LACKING = {
 
 def lacking(content: str, data: ViewData) -> str:
     """Why the frame has nothing of a content; "" if it has, or may get it."""
-    needed = operands_of(content) or (content,)
-    return next((why for name, why in _LACKING.items() if name in needed and getattr(data, name) is None), "")
+    needed, frame = operands_of(content) or (content,), data.frame
+    there: dict[str, Any] = {"guide": data.guide}
+    if frame is not None:
+        there |= {"ground_truth": frame.ground_truth, "from_neighbours": frame.from_neighbours}
+    return next((why for name, why in _LACKING.items() if name in needed and there.get(name) is None), "")
 
 
 def missing_reason(depth: str, data: ViewData) -> str:
@@ -235,8 +222,10 @@ def missing_reason(depth: str, data: ViewData) -> str:
 
 def colour(data: ViewData, name: str, look: Look) -> Layer:
     """The colour image, which the view's fills of blocks lie over."""
-    rgb = data.rgb
-    return Layer() if rgb is None else Layer((rgb,), picture=lambda: rgb)
+    if data.frame is None:
+        return Layer()
+    rgb = data.frame.rgb
+    return Layer((rgb,), picture=lambda: rgb)
 
 
 _MASK_COLOURS = {"extrapolated": (90, 200, 255), "invalid_mask": (255, 144, 32), "from_neighbours": (120, 220, 110)}
@@ -244,10 +233,12 @@ _MASK_COLOURS = {"extrapolated": (90, 200, 255), "invalid_mask": (255, 144, 32),
 
 def mask(data: ViewData, name: str, look: Look) -> Layer:
     """Extrapolated pixels, invalid ones, or those from neighbours, with their share of the frame."""
-    result, rgb, colour = data.depth("result"), data.rgb, _MASK_COLOURS[name]
-    masks = {"invalid_mask": data.invalid_mask, "from_neighbours": data.from_neighbours}
-    shown = masks.get(name, None if result is None else result.extrapolated)
-    if shown is None or rgb is None:
+    result, frame, colour = data.depth("result"), data.frame, _MASK_COLOURS[name]
+    if frame is None:
+        return Layer()
+    masks = {"invalid_mask": data.invalid_mask, "from_neighbours": frame.from_neighbours}
+    shown, rgb = masks.get(name, None if result is None else result.extrapolated), frame.rgb
+    if shown is None:
         reasons = {"invalid_mask": "No invalid depth", **_LACKING}
         otherwise = data.no_result if data.result is None else "Nothing is extrapolated"
         return Layer(message=reasons.get(name, otherwise))
@@ -268,10 +259,10 @@ def edges(data: ViewData, name: str, look: Look) -> Layer:
         return Layer((strength,), table=strength_table())
     if found is not None:
         return Layer(message="Only the detector rgbd finds creases")
-    return Layer(message="" if data.rgb is None else "Finding edges\N{HORIZONTAL ELLIPSIS}")
+    return Layer(message="" if data.frame is None else "Finding edges\N{HORIZONTAL ELLIPSIS}")
 
 
-# A stage of the extraction, and the spectrum of a block, each with a widget in the cell.
+# A stage of the extraction, and the spectrum of a block, which has a widget in the cell.
 
 
 def stage(data: ViewData, name: str, look: Look) -> Layer:
@@ -301,35 +292,32 @@ def spectrum(data: ViewData, name: str, look: Look) -> Layer:
 
 # Depth.
 
-STRIPE = QColor(255, 255, 255, 190)
 _STALE = QColor(140, 146, 140)
 
 
 def depth(data: ViewData, name: str, look: Look) -> Layer:
-    """One depth [m]; missing depth is hatched, extrapolated depth striped, stale depth grey."""
+    """One depth [m]; missing depth is hatched, stale depth grey; the view stripes extrapolated pixels."""
     shown = _depth_shown(data, name)
     text = data.moment if name == "result" and not data.shows_a_as_result else ""
     missing = [(look.hatch, "missing")]
     if shown is None:
         return Layer(message=missing_reason(name, data), text=text, legend=missing)
-    striped = [] if shown.extrapolated is None else [(hatch_brush(look.colours.muted, STRIPE), "extrapolated")]
     stale = _stale_pixels(shown)
     return Layer(
         (shown.depth,),
         levels=data.ranges["depth"].levels or (0.0, 1.0),
         table=data.depth_table,
         stale=stale,
-        extrapolated=shown.extrapolated,
         has_dots=True,
         text=text,
-        legend=[*striped, *_stale_legend(stale), *missing],
+        legend=[*_stale_legend(stale), *missing],
     )
 
 
 def _depth_shown(data: ViewData, name: str) -> ShownDepth | None:
     """The depth to draw; depth in includes invalid depth, under its stripes."""
     if name == "depth-in":
-        return None if data.measured is None else ShownDepth(data.measured)
+        return None if data.frame is None else ShownDepth(data.frame.measured)
     column = data.swipe_column
     swiped = data.swiped(column) if name == "result" and column is not None else None
     return data.depth(name) if swiped is None else swiped
@@ -434,10 +422,10 @@ _MIN_MM = 0.01
 
 def expected(data: ViewData, name: str, look: Look) -> Layer:
     """The expected error, grey where depth is stale; the view stripes unsupported pixels."""
-    depth_in, error = data.depth_in, data.expected
+    frame, error = data.frame, data.expected
     measured = blend(look.colours.background, look.colours.text, 0.2 if look.colours.is_dark else 0.14)
     legend = [(QBrush(measured), "measured"), (look.hatch, "missing")]
-    if depth_in is None or error is None:
+    if frame is None or error is None:
         waiting = "Estimating\N{HORIZONTAL ELLIPSIS}" if data.error_is_outdated else data.no_result
         return Layer(message=waiting, legend=legend)
     sampled = sample(error) * _MM
@@ -445,7 +433,7 @@ def expected(data: ViewData, name: str, look: Look) -> Layer:
     stale = _stale_pixels(data.result or ShownDepth(error))
     current = "of the current result" if data.moment else ""
     return Layer(
-        (error, depth_in),
+        (error, frame.own_depth),
         lambda error, depth_in: error * _MM,
         (max(low, _MIN_MM), max(high, 2 * max(low, _MIN_MM))),
         logarithmic=True,
@@ -460,11 +448,27 @@ def expected(data: ViewData, name: str, look: Look) -> Layer:
 
 # The table.
 
-_DEPTH = Content("", depth, frozenset({"levels"}), "depth", "m")
+_PARTS = {
+    "depth-in": {"frame", "invalid_mask"},
+    "result": {"result", "swipe", "runs"},
+    **{run: {"runs"} for run in (*RUNS, EARLIER)},
+    "ground_truth": {"ground_truth"},
+    "guide": {"guide"},
+    INTERPOLATED: {INTERPOLATED},
+    **{before: {"before"} for before in (BEFORE_IN, BEFORE_OUT)},
+}
+"""Depth -> the parts of the data that it is from."""
+
+_TITLES = {"depth-in": "Depth in", "result": "Depth out", "ground_truth": "Ground truth", "guide": "Guide, fitted"}
 _DIFFERENCE = Content("", difference, frozenset({"levels", "runs"}), "signed", "mm")
 
 CONTENTS = {
-    "colour": Content("Colour + blocks", colour, frozenset({"frame", "swipe", "runs"})),
+    "colour": Content("Colour + blocks", colour, frozenset({"frame"})),
+    **{
+        name: Content(_TITLES.get(name, ""), depth, frozenset({"levels", *parts}), "depth", "m")
+        for name, parts in _PARTS.items()
+    },
+    "error": _DIFFERENCE._replace(title="Error: result \N{MINUS SIGN} ground truth"),
     "expected-error": Content(
         "Expected error",
         expected,
@@ -472,6 +476,8 @@ CONTENTS = {
         "expected",
         "mm",
     ),
+    "flicker": _DIFFERENCE._replace(title="Flicker of depth out"),
+    "flicker-in": _DIFFERENCE._replace(title="Flicker of depth in"),
     "strength": Content("Edge strength", edges, frozenset({"edges"})),
     "creases": Content("Creases", edges, frozenset({"edges"})),
     "extraction": Content("Extraction", stage, frozenset({"stage"})),
@@ -480,5 +486,4 @@ CONTENTS = {
     "from_neighbours": Content("From neighbours", mask, frozenset({"frame", "from_neighbours"})),
     "spectrum": Content("Spectrum", spectrum, frozenset({"spectrum"})),
 }
-"""Content -> its title and how it is drawn, in the order of the menu, beside depths and differences, of which there are
-many."""
+"""Content -> its title and how it is drawn; differences of any two depths are contents, too."""

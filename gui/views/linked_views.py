@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QEvent, QTimer, Signal
+from PySide6.QtCore import QEvent, Signal
 from PySide6.QtGui import QShowEvent
 from PySide6.QtWidgets import QStackedWidget, QVBoxLayout, QWidget
 
@@ -18,6 +18,7 @@ from ..state.workspace import Workspace
 from ..widgets.basics import Themed, lay_out
 from .cell import Cell
 from .colour_ranges import ColourRanges
+from .colours import FULL
 from .image_view import ImageView, ViewTransform
 from .interaction import Preview
 from .layouts import CELLS
@@ -26,10 +27,9 @@ from .scene_items import missing_brush
 from .sheet import Sheet
 from .shown_blocks import ShownBlocks
 from .side_comparison import SideComparison
-from .stages import StageModel
-from .view_data import READ, Before, FormerState, ViewData
+from .view_data import READ, Before, FormerState, Stage, ViewData
 
-_MARKS = {"frame", "invalid_mask", "by_hand", "result", "expected"}
+_MARKS = {"frame", "invalid_mask", "by_hand", "result", "expected", "runs", "swipe"}
 """Data of which some pixels are striped."""
 
 
@@ -55,7 +55,6 @@ class LinkedViews(Themed, QWidget):
         The layout.
     navigation : Navigation
         Pointer and keys.
-    extraction : StageModel
 
     Signals
     -------
@@ -77,15 +76,13 @@ class LinkedViews(Themed, QWidget):
     def __init__(self, workspace: Workspace) -> None:
         super().__init__()
         self._transform = ViewTransform()
-        self.extraction = StageModel(self)
-        self.data = ViewData(workspace, self.extraction)
+        self.data = ViewData(workspace)
         self.blocks = ShownBlocks(workspace, self.data)
         self._used_with_sides: frozenset[str] = frozenset()
         """Data that the shown cells used when the sides were last drawn."""
-        self.cells = {
-            name: Cell(content, self._handle, self.data, self.blocks.overlay) for name, (_, content) in CELLS.items()
-        }
+        self.cells = {name: Cell(content, self._handle, self.data) for name, (_, content) in CELLS.items()}
         self._views = self.blocks.views = [cell.view for cell in self.cells.values()]
+        self.blocks.items = [cell.fills for cell in self.cells.values()]
         self.navigation = Navigation(self._transform, self._views, self)
         self._active = next(iter(self.cells))
         self._last_levels: tuple[float, float] | None = None
@@ -106,13 +103,8 @@ class LinkedViews(Themed, QWidget):
         for name, cell in self.cells.items():
             cell.view.resized.connect(self._follow_size)
             cell.chosen.connect(lambda content, name=name: self.set_content(name, content))
-        self.extraction.changed.connect(lambda: self._draw("stage"))
         self.navigation.cursorMoved.connect(self._move_cursor)
         self.navigation.transformChanged.connect(self._show_transform)
-        self._old_pictures: list[Cell] = []
-        """Cells whose pictures have the colours of the last theme."""
-        self._draw_timer = QTimer(self, singleShot=True, interval=0)
-        self._draw_timer.timeout.connect(self._draw_next)
         self._take_theme()
 
     def set_empty_page(self, page: QWidget) -> None:
@@ -133,14 +125,14 @@ class LinkedViews(Themed, QWidget):
 
     def _begin_frame(self) -> None:
         """Show another frame, fitted, with its own depth range; or none, only the page for that."""
-        measured = self.data.measured
+        frame = self.data.frame
         self.set_preview(None)
-        self.extraction.show_message("")
-        if measured is None:
+        self.show_found(stage=Stage(self.data.stage.name))
+        if frame is None:
             self.navigation.set_frame(None)
             self._pages.setCurrentWidget(self._empty)
             return
-        height, width = measured.shape
+        height, width = frame.shape
         self._transform.set_frame(width, height)
         self.navigation.set_frame((width, height))
         for view in self._views:
@@ -162,7 +154,7 @@ class LinkedViews(Themed, QWidget):
             How it was completed.
         before : Before
         """
-        former = self.data.measured
+        former = self.data.frame
         same_size = former is not None and former.shape == frame.shape
         begins = self.data.played is None or not same_size
         place = self.place if same_size else None
@@ -205,7 +197,7 @@ class LinkedViews(Themed, QWidget):
 
     def _draw(self, *changed: str) -> None:
         """Redraw the cells that use any of these data, or all cells."""
-        if not changed or "result" in changed:
+        if self.data.ranges["depth"].mode == FULL and (not changed or "result" in changed):
             self.ranges.update_for_result()
         for cell in self.cells.values():
             cell.follow()
@@ -214,8 +206,9 @@ class LinkedViews(Themed, QWidget):
             if not changed or not cell.uses.isdisjoint(changed):
                 cell.draw_again()
         self.blocks.layers.show(self._shown_views)
-        if not changed or not {"runs", "result"}.isdisjoint(changed):
+        if self.sides.is_divided and (not changed or not {"runs", "result"}.isdisjoint(changed)):
             self.sides.show_divider()
+            self.blocks.draw(Part.LABELS)
         levels = self.ranged.bar.levels
         if levels != self._last_levels:
             self._last_levels = levels
@@ -224,6 +217,7 @@ class LinkedViews(Themed, QWidget):
     def _follow_sides(self, part: str) -> None:
         """Draw the changed sides; they may need data that no view has used before."""
         self._draw(part)
+        self.blocks.draw(Part.LABELS)
         used = frozenset().union(*(cell.uses for cell in self.sheet.shown))
         if used != self._used_with_sides:
             self._used_with_sides = used
@@ -278,16 +272,6 @@ class LinkedViews(Themed, QWidget):
         next(under, self.active).open_menu()
 
     # blocks, selection, preview
-
-    def set_overlay_opacity(self, opacity: float) -> None:
-        """Set the opacity of the blocks' fills, 0-1."""
-        self.blocks.overlay.set_opacity(opacity)
-        self._draw("swipe")
-
-    def set_contours_only(self, on: bool) -> None:
-        """Set whether blocks are drawn as coloured outlines without fill."""
-        self.blocks.set_contours_only(on)
-        self._draw("swipe")
 
     def set_preview(self, preview: Preview | None) -> None:
         """Draw the preview of a tool in all views; None removes it."""
@@ -391,17 +375,7 @@ class LinkedViews(Themed, QWidget):
         missing = missing_brush(colours)
         for cell in self.cells.values():
             cell.set_colours(colours, missing)
-            if not cell.isVisible():
-                cell.draw_again()  # when it becomes visible
-        self._old_pictures = [cell for cell in self.cells.values() if cell.isVisible()]
-        if self._old_pictures:
-            self._draw_timer.start()
-
-    def _draw_next(self) -> None:
-        """Draw the picture of one cell with the theme's colours, the next one at the next turn of the event loop."""
-        self._old_pictures.pop(0).draw_again()
-        if self._old_pictures:
-            self._draw_timer.start()
+            cell.draw_again()
 
     def showEvent(self, event: QShowEvent) -> None:
         super().showEvent(event)

@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 import pyqtgraph as pg
 from numpy.typing import NDArray
-from PySide6.QtCore import QRectF, Qt
+from PySide6.QtCore import QRectF
 from PySide6.QtGui import QColor, QImage, QPainter, QPainterPath, QPen, QPolygonF
 from PySide6.QtWidgets import QStyleOptionGraphicsItem, QWidget
 
@@ -44,86 +44,29 @@ class PixelItem(ViewItem):
 
     Attributes
     ----------
-    image : ndarray or None
-        Source of the picture: colour (H, W, 3), indices (H, W) or `packed` colours; None for no picture.
-    pixels : ndarray of uint32, shape (H, W)
-        Pixels drawn. Call `notify_change` after a change in place.
+    pixels : ndarray of uint32, shape (H, W), or None
+        Colours as `packed`, which whoever has set them may change in place; None for no picture.
     """
 
     def __init__(self, z: float) -> None:
         super().__init__(z)
-        self.image: NDArray[np.uint8] | Pixels | None = None
-        self.pixels: Pixels = np.zeros((0, 0), np.uint32)
+        self.pixels: Pixels | None = None
         self._drawn = QImage()
-        self._span: tuple[int, int] | None = None
-        self._table: Pixels = np.zeros(256, np.uint32)
-        self._grey: Pixels = np.zeros(256, np.uint32)
 
-    def set_rgb(self, rgb: NDArray[np.uint8]) -> None:
-        """Show colour, uint8 (H, W, 3), red first."""
-        pixels = cv2.cvtColor(np.ascontiguousarray(rgb), cv2.COLOR_RGB2RGBA).view(np.uint32)[..., 0]
-        self._show(rgb, pixels)
-
-    def set_indices(
-        self, indices: NDArray[np.uint8], table: NDArray[np.uint8], faded: NDArray[np.bool_] | None = None
-    ) -> None:
-        """Show indices, uint8 (H, W), through a table of RGBA, uint8 (256, 4), in grey where `faded`, bool (H, W)."""
-        self._table = packed(table)
-        self._grey = greyed(self._table)
-        # a copy: `update_indices` changes it in place
-        own = np.array(indices)
-        self._show(own, self._coloured(own, faded))
-
-    def update_indices(self, box: Box, indices: NDArray[np.uint8], faded: NDArray[np.bool_] | None = None) -> None:
-        """Replace the indices inside a box (rows, columns), with the same table."""
-        if self.image is not None:
-            self.image[box] = indices
-            self.pixels[box] = self._coloured(indices, faded)
-            self.notify_change(box)
-
-    def _coloured(self, indices: NDArray[np.uint8], faded: NDArray[np.bool_] | None) -> Pixels:
-        colours = self._table[indices]
-        if faded is not None and faded.any():
-            colours[faded] = self._grey[indices[faded]]
-        return colours
-
-    def set_pixels(self, pixels: Pixels) -> None:
-        """Show an array, uint32 (H, W), which the caller may change in place."""
-        self._show(pixels, pixels)
-
-    def set_span(self, span: tuple[int, int] | None) -> None:
-        """Show only the columns [start, stop); None for all."""
-        if span != self._span:
-            self._span = span
-            self.update()
+    def set_pixels(self, pixels: Pixels | None) -> None:
+        """Show an array; None shows nothing."""
+        self.pixels = None if pixels is None else np.ascontiguousarray(pixels)
+        self._drawn = QImage() if self.pixels is None else image_over(self.pixels, _FORMAT)
+        self.set_extent(None if pixels is None else QRectF(0, 0, self._drawn.width(), self._drawn.height()))
 
     def notify_change(self, box: Box) -> None:
         """Repaint after the pixels changed inside a box (rows, columns)."""
         rows, columns = box
         self.update(QRectF(columns.start, rows.start, columns.stop - columns.start, rows.stop - rows.start))
 
-    def clear(self) -> None:
-        """Show nothing."""
-        if self.image is not None:
-            self.image, self._drawn = None, QImage()
-            self.set_extent(None)
-
     def paint(self, painter: QPainter, option: QStyleOptionGraphicsItem, widget: QWidget | None = None) -> None:
         # draw the whole image: Qt clips it, and a part of it would be rounded to other screen positions
-        rect = self.boundingRect()
-        if self._span is None:
-            painter.drawImage(rect, self._drawn)
-            return
-        left, right = self._span
-        painter.save()
-        painter.setClipRect(QRectF(left, 0, right - left, rect.height()), Qt.ClipOperation.IntersectClip)
-        painter.drawImage(rect, self._drawn)
-        painter.restore()
-
-    def _show(self, image: NDArray[np.uint8] | Pixels, pixels: Pixels) -> None:
-        self.image, self.pixels = image, np.ascontiguousarray(pixels)
-        self._drawn = image_over(self.pixels, _FORMAT)
-        self.set_extent(QRectF(0, 0, self._drawn.width(), self._drawn.height()))
+        painter.drawImage(self.boundingRect(), self._drawn)
 
 
 _BRIGHT_RIM, _DARK_RIM = QColor(255, 255, 255, 150), QColor(0, 0, 0, 160)
@@ -176,6 +119,12 @@ class PointsItem(ViewItem):
                 painter.drawPoints(middles)
 
 
+def rgb_pixels(rgb: NDArray[np.uint8]) -> Pixels:
+    """Pack colour, uint8 (H, W, 3), red first."""
+    pixels: Pixels = cv2.cvtColor(np.ascontiguousarray(rgb), cv2.COLOR_RGB2RGBA).view(np.uint32)[..., 0]
+    return pixels
+
+
 def packed(table: NDArray[np.uint8]) -> Pixels:
     """Pack colours, uint8 (N, 4) RGBA, into N numbers as in `PixelItem.pixels`: premultiplied, red lowest."""
     colours = table.astype(np.uint32)
@@ -191,98 +140,6 @@ def greyed(colours: Pixels) -> Pixels:
     faded = [(channel + 4 * grey + 2 * 128) // 7 for channel in (red, green, blue)]
     mixed = (colours & 0xFF000000) | (faded[2] << 16) | (faded[1] << 8) | faded[0]
     return np.where(colours >> 24 > 0, mixed, 0).astype(np.uint32)
-
-
-# The label map as a picture: the fills of the blocks.
-
-
-class BlockOverlay:
-    """Fills of the blocks of a label map, in items for any number of scenes. Edits only touch the pixels of their
-    box."""
-
-    def __init__(self, z: float) -> None:
-        self._z = z
-        self._items: list[PixelItem] = []
-        self.pixels: Pixels | None = None
-        """Colours of all fills, uint32 (H, W), as `packed`; None if nothing is filled."""
-        self.labels: NDArray[np.int32] | None = None
-        self.colours = np.zeros((1, 4), np.uint8)
-        """RGBA by label, uint8 (N + 1, 4); alpha 0 hides a block."""
-        self._fills = np.zeros(1, np.uint32)
-        self._opacity = 0.45
-        self._is_filled = True
-
-    def new_item(self) -> PixelItem:
-        """Create an item that shows the fills in another scene."""
-        item = PixelItem(self._z)
-        self._items.append(item)
-        self._show(item)
-        return item
-
-    def fills_of(self, labels: NDArray[np.int32], colour_table: NDArray[np.uint8]) -> Pixels:
-        """Fills of other blocks with the same opacity, uint32 (H, W)."""
-        return self._find_fills(colour_table)[labels]
-
-    def set_blocks(self, labels: NDArray[np.int32], colour_table: NDArray[np.uint8]) -> None:
-        """Draw a label map, int32 (H, W), with colours uint8 (N + 1, 4) RGBA by label; alpha 0 hides a block."""
-        self.labels = np.array(labels, np.int32)
-        self.colours = np.array(colour_table, np.uint8)
-        self._rebuild()
-
-    def set_colours(self, colour_table: NDArray[np.uint8]) -> None:
-        """Set another colour table; one that adds labels, which no block has, costs nothing."""
-        former, self.colours = self.colours, np.array(colour_table, np.uint8)
-        if self.pixels is None or not np.array_equal(self.colours[: len(former)], former):
-            self._rebuild()
-        else:
-            self._fills = self._find_fills(self.colours)
-
-    def set_opacity(self, opacity: float) -> None:
-        """Set the opacity of the fills, 0-1."""
-        self._opacity = min(max(opacity, 0.0), 1.0)
-        self._rebuild()
-
-    def set_filled(self, on: bool) -> None:
-        """Set whether blocks are filled."""
-        self._is_filled = on
-        self._rebuild()
-
-    def update_region(self, box: Box, labels: NDArray[np.int32]) -> None:
-        """Replace the labels of a box (rows, columns) with non-negative bounds by an array of its shape."""
-        assert self.labels is not None
-        self.labels[box] = labels
-        if self.pixels is not None:
-            self.pixels[box] = self._fills[labels]
-            for item in self._items:
-                item.notify_change(box)
-
-    def clear(self) -> None:
-        """Draw nothing."""
-        self.labels = None
-        self._take(None)
-
-    def _rebuild(self) -> None:
-        if self.labels is None:
-            return
-        self._fills = self._find_fills(self.colours)
-        self._take(self._fills[self.labels] if self._fills.any() else None)
-
-    def _take(self, pixels: Pixels | None) -> None:
-        self.pixels = pixels
-        for item in self._items:
-            self._show(item)
-
-    def _show(self, item: PixelItem) -> None:
-        if self.pixels is None:
-            item.clear()
-        else:
-            item.set_pixels(self.pixels)
-
-    def _find_fills(self, colours: NDArray[np.uint8]) -> Pixels:
-        fills = colours.astype(np.float32)
-        fills[0] = 0
-        fills[:, 3] *= self._opacity if self._is_filled else 0.0
-        return packed(fills.round().astype(np.uint8))
 
 
 def boundary_path(mask: NDArray[np.bool_], x: int = 0, y: int = 0) -> QPainterPath:

@@ -99,19 +99,14 @@ class Hatch(ViewItem):
         painter.fillRect(self.boundingRect(), self._brush)
 
 
-def hatch_brush(ground: QColor, stripe: QColor) -> QBrush:
-    """Seamless diagonal stripes; the ground may be transparent."""
+def missing_brush(colours: Colours) -> QBrush:
+    """Seamless diagonal stripes that are visible where depth is missing."""
     tile = QPixmap(_TILE, _TILE)
-    tile.fill(ground)
+    tile.fill(blend(colours.background, colours.text, 0.12))
     painter = QPainter(tile)
     painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-    painter.setPen(QPen(stripe, 1.6))
+    painter.setPen(QPen(blend(colours.background, colours.text, 0.3), 1.6))
     for offset in (-_TILE, 0, _TILE):
         painter.drawLine(offset, _TILE, offset + _TILE, 0)
     painter.end()
     return QBrush(tile)
-
-
-def missing_brush(colours: Colours) -> QBrush:
-    """Brush of the stripes that are visible where depth is missing."""
-    return hatch_brush(blend(colours.background, colours.text, 0.12), blend(colours.background, colours.text, 0.3))

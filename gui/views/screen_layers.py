@@ -166,6 +166,7 @@ class Style(NamedTuple):
 
 
 STYLES = {
+    "extrapolated": Style(0xBEBEBEBE, 0x60000000, 1, "#bebebe"),
     "missing": Style(0xE6E6E6E6, 0x96000000, 1, "#e6e6e6"),
     "outside view": Style(0xFF3C8CDC, 0x961E4678, -1, "#3c8cdc"),
     "unsupported": Style(0xFFFFFFFF, 0xDC000000, -1, "#808080"),

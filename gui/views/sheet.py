@@ -43,16 +43,13 @@ class Sheet(QWidget):
         self.layout_name = self.lasting = LAYOUTS[0]
         """The layout shown, and the one of `LASTING` that it is or returns to."""
         self._large = CORRECT_VIEWS[0]
+        self.shown: tuple[Cell, ...] = ()
+        """Cells of the layout, even while the views are hidden; the first sets the scale of the others."""
         for name, cell in cells.items():
             # before it is made visible: without a parent it would be a window
             cell.setParent(self)
             cell.strip.doubleClicked.connect(lambda name=name: self._enlarge(name))
         self._arrange()
-
-    @property
-    def shown(self) -> tuple[Cell, ...]:
-        """Cells of the current layout, even while the views are hidden; the first sets the scale of the others."""
-        return tuple(self._cells[name] for name in self._names())
 
     def set_aspect(self, aspect: float) -> None:
         """Arrange the cells for pictures of this aspect ratio (width over height)."""
@@ -88,9 +85,9 @@ class Sheet(QWidget):
         return GRIDS[self.layout_name][0] if self.layout_name in GRIDS else (self.layout_name,)
 
     def _arrange(self) -> None:
-        shown = self._names()
-        for name, cell in self._cells.items():
-            if name not in shown:
+        self.shown = tuple(self._cells[name] for name in self._names())
+        for cell in self._cells.values():
+            if cell not in self.shown:
                 cell.hide()
         self._place()
 

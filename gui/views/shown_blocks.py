@@ -14,7 +14,7 @@ from ..state.document import Document
 from ..state.parts import EVERY_PART, Part
 from ..state.workspace import Workspace
 from .image_view import ImageView
-from .pixel_items import BlockOverlay
+from .pixel_items import PixelItem, Pixels, packed
 from .screen_layers import BlockLines, ScreenLayers
 from .view_data import ViewData, colour_table
 
@@ -22,18 +22,35 @@ BLOCK_PARTS = Part.FRAME | Part.LABELS | Part.STROKE | Part.INFOS | Part.SELECTI
 
 
 class ShownBlocks:
-    """Draws the blocks of the current document, or of what stands in for it, over some views."""
+    """Draws the blocks of the current document, or of what stands in for it, over some views.
+
+    Attributes
+    ----------
+    labels : ndarray of int32, shape (H, W), or None
+        The label map as it is drawn; the document's may have changed since.
+    colours : ndarray of uint8, shape (N + 1, 4)
+        RGBA by label; alpha 0 hides a block.
+    pixels : ndarray of uint32, shape (H, W), or None
+        Colours of all fills; None if nothing is filled.
+    views : sequence of ImageView
+        Those that names are written in.
+    items : sequence of PixelItem
+        Those that show the fills.
+    """
 
     def __init__(self, workspace: Workspace, data: ViewData) -> None:
-        self.overlay = BlockOverlay(1)
         self.layers = ScreenLayers()
         self.views: Sequence[ImageView] = ()
-        """The views that names are written in."""
+        self.items: Sequence[PixelItem] = ()
+        self.labels: NDArray[np.int32] | None = None
+        self.colours = np.zeros((1, 4), np.uint8)
+        self.pixels: Pixels | None = None
         self._data = data
         self._drawn: NDArray[np.int32] | None = None
-        """The label map that was drawn last."""
+        """The label map that was drawn last, of which `labels` is a copy."""
         self._boxes: list[Box] = []
         """Where it has changed since."""
+        self._opacity = 0.45
         self._shows_names = self._contours_only = False
         workspace.labels_changed.connect(self._boxes.append)
 
@@ -45,26 +62,35 @@ class ShownBlocks:
         if document is None or labels is None:
             self._clear()
             return
-        is_other = labels is not self._drawn
-        # a new block is selected before it is painted
-        table = self._colours(document, labels, boxes, is_other or bool(parts & ~(Part.LABELS | Part.STROKE)))
-        if is_other:
-            self.overlay.set_blocks(labels, table)
+        own = self.labels if labels is self._drawn else None
+        is_other = own is None
+        if own is None:
+            own, boxes, top = labels.copy(), [], int(labels.max())
+            self._drawn, self.labels = labels, own
         else:
-            self.overlay.set_colours(table)
             for box in boxes:
-                self.overlay.update_region(box, labels[box])
-        self._drawn = labels
-        lines = BlockLines(table, document.selected, sorted(document.state.to_check), self._contours_only)
-        self.layers.show_blocks(self.overlay.labels, lines, boxes)
+                own[box] = labels[box]
+            top = max([len(self.colours) - 1, *(int(own[box].max()) for box in boxes)])
+        former, self.colours = self.colours, colour_table(document, top)
+        if is_other or self.pixels is None or not np.array_equal(self.colours[: len(former)], former):
+            self._fill()
+        else:
+            self._fill_boxes(boxes, own, self.pixels)
+        lines = BlockLines(self.colours, document.selected, sorted(document.state.to_check), self._contours_only)
+        self.layers.show_blocks(own, lines, boxes)
         if is_other or parts & ~(Part.STROKE | Part.SELECTION):
-            self._write_names(document)
+            self._write_names(document, own)
 
     def set_contours_only(self, on: bool) -> None:
         """Set whether blocks are drawn as coloured outlines without fill."""
         self._contours_only = on
-        self.overlay.set_filled(not on)
+        self._fill()
         self.draw(EVERY_PART)
+
+    def set_opacity(self, opacity: float) -> None:
+        """Set the opacity of the fills, 0-1."""
+        self._opacity = min(max(opacity, 0.0), 1.0)
+        self._fill()
 
     def show_names(self, on: bool) -> None:
         """Show or hide the blocks' names."""
@@ -72,26 +98,35 @@ class ShownBlocks:
         self.draw(EVERY_PART)
 
     def _clear(self) -> None:
-        if self._drawn is not None:
-            self._drawn = None
-            self.overlay.clear()
-            self.layers.show_blocks(None, BlockLines(self.overlay.colours))
+        if self.labels is not None:
+            self._drawn = self.labels = None
+            self._fill()
+            self.layers.show_blocks(None, BlockLines(self.colours))
             for view in self.views:
                 view.write_names({}, {})
 
-    def _colours(
-        self, document: Document, labels: NDArray[np.int32], boxes: Sequence[Box], all_of_them: bool
-    ) -> NDArray[np.uint8]:
-        """Colour table; the last one if it cannot have changed, as in a stroke with a block that has a colour."""
-        known = len(self.overlay.colours) - 1
-        if self._drawn is not labels:
-            return colour_table(document, int(labels.max()))
-        top = max((int(labels[box].max()) for box in boxes), default=0)
-        return colour_table(document, max(top, known)) if all_of_them or top > known else self.overlay.colours
+    def _fill(self) -> None:
+        fills = self._fills()
+        self.pixels = fills[self.labels] if self.labels is not None and fills.any() else None
+        for item in self.items:
+            item.set_pixels(self.pixels)
 
-    def _write_names(self, document: Document) -> None:
-        labels = self.overlay.labels
+    def _fill_boxes(self, boxes: Sequence[Box], labels: NDArray[np.int32], pixels: Pixels) -> None:
+        fills = self._fills()
+        for box in boxes:
+            pixels[box] = fills[labels[box]]
+            for item in self.items:
+                item.notify_change(box)
+
+    def _fills(self) -> Pixels:
+        """Colour of the fill by label."""
+        fills = self.colours.astype(np.float32)
+        fills[0] = 0
+        fills[:, 3] *= 0.0 if self._contours_only else self._opacity
+        return packed(fills.round().astype(np.uint8))
+
+    def _write_names(self, document: Document, labels: NDArray[np.int32]) -> None:
         names = {label: document.info(label).name for label in document.counts()} if self._shows_names else {}
-        points = inner_points(labels) if labels is not None and names else {}
+        points = inner_points(labels) if names else {}
         for view in self.views:
             view.write_names(names, points)

@@ -5,94 +5,16 @@ from __future__ import annotations
 from collections.abc import Collection
 
 from PySide6.QtCore import QEvent, QObject, QPointF, QRectF, Qt, Signal
-from PySide6.QtGui import QColor, QCursor, QFont, QFontMetricsF, QMouseEvent, QPainter, QPen
-from PySide6.QtWidgets import QStyleOptionGraphicsItem, QWidget
+from PySide6.QtGui import QColor, QCursor, QMouseEvent, QPainterPath
 
 from .cell import Cell
-from .contents import COMPARABLE, capital, short_title
+from .contents import COMPARABLE
 from .image_view import ImageView
-from .scene_items import ViewItem
+from .scene_items import HaloPath
 from .view_data import ViewData
-
-# A line over the result that divides two depths: side A is left of it, side B right of it.
 
 _NEAR = 8
 """Distance from the line [screen px] within which it can be dragged."""
-_GRIP = 11.0
-_PAD = 4.0
-_LINE, _HALO = QColor(255, 255, 255), QColor(0, 0, 0, 150)
-_PLATE = QColor(0, 0, 0, 170)
-
-Label = tuple[str, tuple[int, int, int] | None]
-"""Name of a side, and its own colour (R, G, B) if it has one."""
-
-
-class SwipeItem(ViewItem):
-    """The divider: a line with a grip in the middle of its visible part, and a label on either side."""
-
-    def __init__(self, z: float) -> None:
-        super().__init__(z)
-        self._frame = QRectF()
-        self._x = 0.0
-        self._labels: tuple[Label, Label] | None = None
-        self._font = QFont()
-        self._font.setPointSizeF(self._font.pointSizeF() * 0.9)
-        self.hide()
-
-    def place(self, frame: QRectF, x: float, labels: tuple[Label, Label] | None) -> None:
-        """Set the column x in a frame, both in image coordinates; without labels, only a thin line is drawn."""
-        self._frame, self._x, self._labels = frame, x, labels
-        self.set_extent(frame, _GRIP + 2)
-
-    def paint(self, painter: QPainter, option: QStyleOptionGraphicsItem, widget: QWidget | None = None) -> None:
-        transform = painter.worldTransform()
-        shown = transform.mapRect(self._frame)
-        if widget is not None:
-            shown = shown.intersected(QRectF(widget.rect()))
-        x = transform.map(QPointF(self._x, 0.0)).x()
-        painter.save()
-        painter.resetTransform()
-        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        width = 1.0 if self._labels is None else 2.0
-        for pen in (QPen(_HALO, width + 2), QPen(_LINE, width)):
-            painter.setPen(pen)
-            painter.drawLine(QPointF(x, shown.top()), QPointF(x, shown.bottom()))
-        if self._labels is not None:
-            self._draw_grip(painter, QPointF(x, shown.center().y()))
-            self._draw_labels(painter, self._labels, x, shown)
-        painter.restore()
-
-    def _draw_grip(self, painter: QPainter, centre: QPointF) -> None:
-        painter.setPen(QPen(_HALO, 2.0))
-        painter.setBrush(_LINE)
-        painter.drawEllipse(centre, _GRIP, _GRIP)
-        painter.setPen(Qt.PenStyle.NoPen)
-        painter.setBrush(QColor(40, 44, 50))
-        for side in (-1, 1):
-            tip, back, half = side * 8.0, side * 3.0, 4.0
-            painter.drawPolygon([centre + QPointF(tip, 0), centre + QPointF(back, -half), centre + QPointF(back, half)])
-
-    def _draw_labels(self, painter: QPainter, labels: tuple[Label, Label], x: float, shown: QRectF) -> None:
-        metrics = QFontMetricsF(self._font)
-        painter.setFont(self._font)
-        for (text, colour), side in zip(labels, (-1, 1), strict=True):
-            room = (x - shown.left() if side < 0 else shown.right() - x) - 4 * _PAD
-            elided = metrics.elidedText(text, Qt.TextElideMode.ElideRight, room)
-            if room < 3 * _GRIP or not elided:
-                continue
-            plate = QRectF(0, 0, metrics.horizontalAdvance(elided) + 2 * _PAD, metrics.height() + 2)
-            plate.moveTop(shown.top() + 2 * _PAD)
-            if side < 0:
-                plate.moveRight(x - 2 * _PAD)
-            else:
-                plate.moveLeft(x + 2 * _PAD)
-            painter.setPen(Qt.PenStyle.NoPen)
-            painter.setBrush(_PLATE)
-            painter.drawRoundedRect(plate, 3, 3)
-            if colour is not None:
-                painter.fillRect(QRectF(plate.left(), plate.bottom() - 2, plate.width(), 2), QColor(*colour))
-            painter.setPen(_LINE)
-            painter.drawText(plate, Qt.AlignmentFlag.AlignCenter, elided)
 
 
 class SideComparison(QObject):
@@ -116,9 +38,10 @@ class SideComparison(QObject):
         super().__init__(parent)
         self._data = data
         self._cells = {cell.view: cell for cell in cells}
-        self._items = {view: SwipeItem(6.5) for view in self._cells}
+        self._items = {view: HaloPath(2, QColor("white"), 150, 6.5) for view in self._cells}
         for view, item in self._items.items():
             view.add_overlay(item)
+            item.hide()
         self._frame = QRectF()
         self._dragged: ImageView | None = None
         self._near: ImageView | None = None
@@ -178,23 +101,18 @@ class SideComparison(QObject):
         self.show_divider()
 
     def show_divider(self) -> None:
-        """Update the divider in all views, with the names of the sides beside it where it can be dragged."""
-        first, second = (self._label(depth) for depth in self._data.sides)
+        """Update the divider in all views."""
+        line = QPainterPath(QPointF(self.x, self._frame.top()))
+        line.lineTo(self.x, self._frame.bottom())
         for view, item in self._items.items():
-            is_shown = self.is_divided and self._takes_part(view)
-            item.setVisible(is_shown)
-            if is_shown:
-                item.place(self._frame, self.x, (first, second) if self._cells[view].concrete == "result" else None)
-
-    def _label(self, depth: str) -> Label:
-        run = self._data.run(depth)
-        return capital(short_title(depth, self._data.names)), None if run is None else run.colour
+            item.setVisible(self.is_divided and self._takes_part(view))
+            item.set_path(line)
 
     def _takes_part(self, view: ImageView) -> bool:
         """Whether a view is divided: the result, and the blocks if the sides have others; none if a side is missing."""
         if any(self._data.depth(side) is None for side in self._data.sides):
             return False
-        shown = {"result", "colour"} if any(self._data.side_blocks) else {"result"}
+        shown = {"result"} if self._data.side_labels is None else {"result", "colour"}
         return self._cells[view].concrete in shown
 
     def handle(self, view: ImageView, event: QEvent) -> bool:

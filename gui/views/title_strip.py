@@ -15,15 +15,10 @@ _SWATCH = 10
 _ARROW = 7
 _MIN_TITLE_WIDTH = 40
 """Minimum width of the title [px], however long the text at the right is."""
-_TITLE_SHARE = 0.3
-"""Width down to which a long title gives way to the legend, as a share of the strip's."""
 _BAR_SHARE = 0.38
 """Width of the colour bar, as a share of the strip's."""
-_MIN_TEXT_WIDTH = 110
-"""Width [px] that a guest widget leaves for the text at the right."""
 _RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
 _LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
-_MORE = " \N{HORIZONTAL ELLIPSIS}"
 
 _TITLE_HINT = "Click the title to select what is shown; double-click to enlarge the view or show it alone"
 
@@ -50,7 +45,6 @@ class TitleStrip(QWidget):
         self._swatch: QColor | None = None
         self._legend: list[tuple[QBrush, str]] = []
         self._text = ""
-        self._title_widget: QWidget | None = None
         self._hovered = False
         font = self.font()
         font.setPointSizeF(font.pointSizeF() * 0.88)
@@ -70,18 +64,14 @@ class TitleStrip(QWidget):
             self.setAccessibleName(f"View: {title}")
             self._describe()
             self.titled.emit(title)
-            self._place_title_widget()
             self.update()
 
     @property
     def title_end(self) -> int:
-        """Right end of the title [px from the left], where other items may begin."""
+        """Right end of the title [px from the left]."""
         swatch = _SWATCH + PAD if self._swatch is not None else 0
         room = max(self._right - self._text_width, _MIN_TITLE_WIDTH + swatch)
-        if not self._legend:
-            return min(self._title_width, room)
-        shown = self.legend_in(room - round(_TITLE_SHARE * self.width()) - PAD)
-        return min(self._title_width, room - self._width_with_ellipsis(shown) - PAD)
+        return min(self._title_width, room)
 
     @property
     def _text_width(self) -> int:
@@ -107,7 +97,6 @@ class TitleStrip(QWidget):
         width = max(least, min(round(_BAR_SHARE * self.width()), bar.sizeHint().width(), free))
         bar.setVisible(bar.levels is not None and self.width() - least - self._text_width >= 2 * _MIN_TITLE_WIDTH)
         bar.setGeometry(self.width() - width - PAD, 0, width, self.height())
-        self._place_title_widget()
         self.update()
 
     def set_text(self, text: str) -> None:
@@ -127,23 +116,6 @@ class TitleStrip(QWidget):
         signs = f"Signs: {', '.join(text for _, text in self._legend)}" if self._legend else ""
         self.setToolTip(literal_text("\n".join(filter(None, (self.title, _TITLE_HINT, signs)))))
 
-    def set_title_widget(self, guest: QWidget | None) -> None:
-        """Put a widget with a method `set_available_width(width)` beside the title and delete the former one; None
-        for none."""
-        if self._title_widget is not None:
-            self._title_widget.hide()
-            self._title_widget.setParent(None)
-            self._title_widget.deleteLater()
-        self._title_widget = guest
-        if guest is not None:
-            guest.show()
-            self._place_title_widget()
-
-    def _place_title_widget(self) -> None:
-        if self._title_widget is not None:
-            self._title_widget.set_available_width(self._right - self.title_end - _MIN_TEXT_WIDTH)  # type: ignore[attr-defined]
-            self._title_widget.setGeometry(self.title_end, 1, self._title_widget.sizeHint().width(), self.height() - 2)
-
     def menu_position(self) -> QPoint:
         """Screen position at which the menu of the title opens."""
         return self.mapToGlobal(QPoint(0, self.height()))
@@ -158,39 +130,24 @@ class TitleStrip(QWidget):
         painter.drawText(QRect(0, 0, right, self.height()), _RIGHT, self._text)
         if self._text:
             right -= metrics.horizontalAdvance(self._text) + PAD + 2
-        taken = self.title_end
-        if self._title_widget is not None:
-            taken = max(taken, self._title_widget.geometry().right() + PAD)
-        self._paint_legend(painter, QRect(taken, 0, right - taken + 1, self.height()))
+        self._paint_legend(painter, QRect(self.title_end, 0, right - self.title_end + 1, self.height()))
 
     def legend_in(self, room: int) -> list[tuple[QBrush, str]]:
-        """Return the entries of the legend, from the left, that fit a width with their words, and an ellipsis if it is
-        not all of them."""
+        """Return the entries of the legend, from the left, that fit a width with their words."""
         shown = list(self._legend)
-        while self._width_with_ellipsis(shown) > room and shown:
+        while shown and self._width_of(shown) > room:
             shown.pop()
         return shown
 
     def _paint_legend(self, painter: QPainter, room: QRect) -> None:
-        shown, left = self.legend_in(room.width()), room.right()
-        if len(shown) < len(self._legend) and self._more_width <= room.width():
-            painter.drawText(room, _RIGHT, _MORE)
-            left -= self._more_width
-        left -= self._width_of(shown)
+        shown = self.legend_in(room.width())
+        left = room.right() - self._width_of(shown)
         for brush, text in shown:
             swatch = QRect(left + PAD + 2, (self.height() - _SWATCH) // 2, _SWATCH, _SWATCH)
             left += self._width_of([(brush, text)])
             painter.drawText(swatch.right() + 6, 0, left - swatch.right(), self.height(), _LEFT, text)
             painter.setBrush(brush)
             painter.drawRect(swatch.adjusted(0, 0, -1, -1))
-
-    @property
-    def _more_width(self) -> int:
-        return self.fontMetrics().horizontalAdvance(_MORE)
-
-    def _width_with_ellipsis(self, shown: list[tuple[QBrush, str]]) -> int:
-        """Width of the entries of the legend that are shown, with an ellipsis if they are not all [px]."""
-        return self._width_of(shown) + (self._more_width if len(shown) < len(self._legend) else 0)
 
     def _width_of(self, legend: list[tuple[QBrush, str]]) -> int:
         """Width of entries of the legend with their words [px]."""

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import reduce
 from operator import or_
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from PySide6.QtGui import QAction
 
 from ilf.completion.suspects import suspect_islands
 from ilf.data.frame import RGBDFrame
@@ -31,14 +33,9 @@ from .contents import (
     SIDES,
     difference_of,
 )
-from .stages import StageModel
 
 Depth = NDArray[np.float32]
 Mask = NDArray[np.bool_]
-
-
-Blocks = tuple[NDArray[np.int32], NDArray[np.uint8]]
-"""A label map (H, W), and RGBA by label (N + 1, 4)."""
 
 
 class ShownDepth(NamedTuple):
@@ -65,6 +62,17 @@ class Spectrum(NamedTuple):
     magnitude: NDArray[np.float32]
     radii: tuple[float, float]
     text: str
+
+
+class Stage(NamedTuple):
+    """The shown stage of the extraction, one of `STAGES`: its picture from `stage_picture`, or a message while there is
+    none; a text about it, and the meaning of its colours."""
+
+    name: str = "blocks"
+    picture: NDArray[np.uint8] | None = None
+    message: str = ""
+    text: str = ""
+    legend: Sequence[tuple[tuple[int, int, int], str]] = ()
 
 
 class FormerState(NamedTuple):
@@ -101,14 +109,10 @@ class ViewData:
 
     Attributes
     ----------
-    measured, depth_in : ndarray of float32, shape (H, W), or None
-        Measured depth [m], with and without invalid depth.
-    outside_view : ndarray of bool, shape (H, W), or None
-        Pixels that the depth camera could not see.
-    from_neighbours : ndarray of bool, shape (H, W), or None
-        Pixels whose depth only neighbours have measured.
-    suspect, by_hand : ndarray of bool, shape (H, W), or None
-        Pixels whose depth the fill has left out, and those with depth by hand.
+    frame : RGBDFrame or None
+        Of the document, or the one that is played.
+    invalid_mask, suspect, by_hand : ndarray of bool, shape (H, W), or None
+        Measured pixels that are invalid, those whose depth the fill has left out, and those with depth by hand.
     result : ShownDepth or None
     moment : str
         Which earlier iteration the result is from; "" for the current one.
@@ -131,15 +135,17 @@ class ViewData:
         Whether side A is shown in place of the result.
     swipe_column : int or None
         Column of the frame that divides side A from side B in the result; None while it is not divided.
-    stage : StageModel
-        The stage of the extraction.
+    stage : Stage
+    stage_actions : sequence of QAction
+        The commands that select a stage.
     ranges : dict
         Kind of `KINDS` -> Range.
     """
 
-    def __init__(self, workspace: Workspace, stage: StageModel) -> None:
+    def __init__(self, workspace: Workspace) -> None:
         self._workspace = workspace
-        self.stage = stage
+        self.stage = Stage()
+        self.stage_actions: Sequence[QAction] = ()
         self.ranges = {kind: Range() for kind in KINDS}
         self.depth_map = DEPTH_MAP
         self.depth_table = depth_table(self.depth_map)
@@ -157,15 +163,10 @@ class ViewData:
         self.played: RGBDFrame | None = None
         self.former: FormerState | None = None
         self.shows_a_as_result = False
-        self.rgb: NDArray[np.uint8] | None = None
-        self.measured: Depth | None = None
-        self.depth_in: Depth | None = None
+        self.frame: RGBDFrame | None = None
         self.invalid_mask: Mask | None = None
-        self.outside_view: Mask | None = None
-        self.from_neighbours: Mask | None = None
         self.by_hand: Mask | None = None
         self.suspect: Mask | None = None
-        self.ground_truth: Depth | None = None
         self.result: ShownDepth | None = None
         self.moment = ""
         self.runs: list[StoredRun] = []
@@ -173,8 +174,8 @@ class ViewData:
         self._earlier_completion: Completion | None = None
         self.result_number = 0
         """Number of the stored run that the result is of; 0 for none."""
-        self._run_blocks: dict[int, Blocks] = {}
-        """Number of each run with other blocks than the current ones -> these."""
+        self._run_labels: dict[int, NDArray[np.int32]] = {}
+        """Number of each run with other blocks than the current ones -> their label map."""
         self.expected: Depth | None = None
         self.unsupported: Mask | None = None
         self.error_is_outdated = False
@@ -189,7 +190,7 @@ class ViewData:
     def read(self, parts: Part) -> set[str]:
         """Read what has changed of the current document; return the names, from `READ`, of what was read."""
         document = self._workspace.current if self._workspace.has_current else None
-        if document is None and (self.keeps_picture or self.rgb is None):
+        if document is None and (self.keeps_picture or self.frame is None):
             return set()
         self.keeps_picture = False
         if document is None or document is not self.document:
@@ -197,9 +198,9 @@ class ViewData:
             parts = EVERY_PART
         changed = {name for name, on in READ.items() if parts & (on | READ_LATER.get(name, NO_PART))}
         if document is not None:
-            if parts & (READ["frame"] | READ["by_hand"] | READ["ground_truth"]):
-                self._read_frame(document)
+            self.frame = document.frame
             for name, read in (
+                ("by_hand", self._read_masks),
                 ("result", self._read_result),
                 ("runs", self._read_runs),
                 ("expected", self._read_error),
@@ -208,11 +209,8 @@ class ViewData:
                     read(document)
         return changed
 
-    def _read_frame(self, document: Document) -> None:
+    def _read_masks(self, document: Document) -> None:
         frame, by_hand = document.frame, document.blocks.by_hand
-        self.rgb, self.measured, self.depth_in = frame.rgb, frame.measured, frame.own_depth
-        self.outside_view, self.from_neighbours = frame.outside_view, frame.from_neighbours
-        self.ground_truth = frame.ground_truth
         # only measured pixels can be invalid
         self.invalid_mask = None if frame.invalid_mask is None else frame.invalid_mask & np.isfinite(frame.measured)
         self.by_hand = None if by_hand is None else _any(by_hand.pixels & frame.missing)
@@ -243,11 +241,11 @@ class ViewData:
         # keeps it from being composed again every time
         self._earlier_completion = None if self.earlier is None else self.earlier.completion
         self.result_number = present[0].number if present and results else 0
-        self._run_blocks = {}
+        self._run_labels = {}
         for kept in (*self.runs, *([] if self.earlier is None else [self.earlier])):
             labels = kept.run.blocks.labels
             if not np.array_equal(labels, document.labels):
-                self._run_blocks[kept.number] = labels, colour_table(document, int(labels.max()))
+                self._run_labels[kept.number] = labels
 
     def _read_error(self, document: Document) -> None:
         """The expected error; the last one stays until a newer one is available, as the depth does."""
@@ -262,8 +260,7 @@ class ViewData:
         """Show a frame of a sequence in place of a document."""
         if self.played is None or self.played.shape != frame.shape:
             self._forget(None)
-        self.played, self.rgb, self.before, self.moment = frame, frame.rgb, before, text
-        self.measured = self.depth_in = frame.own_depth
+        self.played, self.frame, self.before, self.moment = frame, frame, before, text
         self.result = _plain(depth)
 
     @property
@@ -273,8 +270,12 @@ class ViewData:
             return None
         if self.former is not None:
             return self.former.labels
-        blocks = self._blocks_of(self.sides[0]) if self.shows_a_as_result else None
-        return self.document.labels if blocks is None else blocks[0]
+        if self.shows_a_as_result:
+            return self._labels_of(self.sides[0], self.document)
+        if self.swipe_column is None or self.side_labels is None:
+            return self.document.labels
+        columns = np.arange(self.document.labels.shape[1]) < self.swipe_column
+        return np.where(columns, *self.side_labels)
 
     @property
     def no_result(self) -> str:
@@ -293,9 +294,10 @@ class ViewData:
         """Depth by its name; None if it is not available."""
         if depth == "result":
             return self.result
+        frame = self.frame
         plain = {
-            "depth-in": self.depth_in,
-            "ground_truth": self.ground_truth,
+            "depth-in": None if frame is None else frame.own_depth,
+            "ground_truth": None if frame is None else frame.ground_truth,
             "guide": self.guide,
             INTERPOLATED: self.interpolated,
             BEFORE_IN: self.before.depth_in,
@@ -319,14 +321,16 @@ class ViewData:
         return ShownDepth(np.where(columns, first.depth, second.depth), *marks)
 
     @property
-    def side_blocks(self) -> tuple[Blocks | None, Blocks | None]:
-        """Blocks of the two sides, where they differ from the current ones."""
-        first, second = map(self._blocks_of, self.sides)
-        return first, second
+    def side_labels(self) -> tuple[NDArray[np.int32], NDArray[np.int32]] | None:
+        """Label maps of the two sides; None if they have the same, or a side is missing."""
+        if self.document is None or any(self.depth(side) is None for side in self.sides):
+            return None
+        first, second = (self._labels_of(side, self.document) for side in self.sides)
+        return None if first is second else (first, second)
 
-    def _blocks_of(self, side: str) -> Blocks | None:
+    def _labels_of(self, side: str, document: Document) -> NDArray[np.int32]:
         run = self.run(side)
-        return None if run is None else self._run_blocks.get(run.number)
+        return document.labels if run is None else self._run_labels.get(run.number, document.labels)
 
     def run(self, depth: str) -> StoredRun | None:
         """The run that a depth belongs to; None if it is not a run's."""
@@ -365,7 +369,7 @@ class ViewData:
         if content in SIDES:
             return self.sides[SIDES.index(content)]
         if content in (EVALUATION, "error"):
-            return "expected-error" if self.ground_truth is None else "error"
+            return "expected-error" if self.own_depth("ground_truth") is None else "error"
         if content == DIFFERENCE:
             return difference_of("result", self._other((*RUNS, EARLIER, "ground_truth"), INTERPOLATED, "result"))
         return content

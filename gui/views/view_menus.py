@@ -66,7 +66,7 @@ class ViewBar(QWidget):
     def __init__(self, views: LinkedViews, centre: Centre, menu: QMenu) -> None:
         super().__init__()
         self.opacity = OpacityAction(self)
-        self.opacity.turned.connect(lambda value: views.set_overlay_opacity(value / 100))
+        self.opacity.turned.connect(lambda value: views.blocks.set_opacity(value / 100))
         self.opacity.set_value(_OPACITY)
         hint = "View set: the views shown; double-click a title to enlarge a view or show it alone"
         self.layouts = combo(LAYOUT_TEXTS, hint, "View set")

@@ -68,20 +68,6 @@ def show_icon(box: QMessageBox, icon: QMessageBox.Icon) -> None:
     box.setIconPixmap(theme.icon(name, box.palette(), tone).pixmap(_ICON_SIZE))
 
 
-def question(
-    parent: QWidget, title: str, text: str, more: str = "", icon: QMessageBox.Icon = QMessageBox.Icon.Warning
-) -> QMessageBox:
-    """Make a question in plain text, which is deleted when it is closed; the caller adds the buttons and opens it."""
-    box = QMessageBox(parent)
-    box.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-    show_icon(box, icon)
-    box.setTextFormat(Qt.TextFormat.PlainText)
-    box.setWindowTitle(title)
-    box.setText(text)
-    box.setInformativeText(more)
-    return box
-
-
 Answer = tuple[str, QMessageBox.ButtonRole, Callable[[], object]]
 """A button of a question, its role, and what it does."""
 
@@ -99,7 +85,7 @@ def ask(
     otherwise: Callable[[], object] = lambda: None,
     icon: QMessageBox.Icon = QMessageBox.Icon.Warning,
 ) -> None:
-    """Ask a question without blocking.
+    """Ask a question in plain text without blocking.
 
     Parameters
     ----------
@@ -112,7 +98,13 @@ def ask(
     otherwise : callable
         Called if the user cancels.
     """
-    box = question(parent, title, text, more, icon)
+    box = QMessageBox(parent)
+    box.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+    show_icon(box, icon)
+    box.setTextFormat(Qt.TextFormat.PlainText)
+    box.setWindowTitle(title)
+    box.setText(text)
+    box.setInformativeText(more)
     buttons = [box.addButton(name, role) for name, role, _ in answers]
     buttons.append(box.addButton(QMessageBox.StandardButton.Cancel))
     box.setDefaultButton(buttons[default])
@@ -123,22 +115,6 @@ def ask(
         done()
 
     box.finished.connect(lambda _: answer())
-    box.open()
-
-
-def ask_yes_no(
-    parent: QWidget,
-    title: str,
-    text: str,
-    more: str,
-    yes: Callable[[], object],
-    no: Callable[[], object] = lambda: None,
-) -> None:
-    """Ask whether to do something without blocking; *No* is the default answer."""
-    box = question(parent, title, text, more)
-    box.setStandardButtons(QMessageBox.StandardButton.Yes | QMessageBox.StandardButton.No)
-    box.setDefaultButton(QMessageBox.StandardButton.No)
-    box.finished.connect(lambda answer: yes() if answer == QMessageBox.StandardButton.Yes else no())
     box.open()
 
 

@@ -12,7 +12,8 @@ from PySide6.QtCore import QCoreApplication, QEvent
 from gui.features.curves import CurvesFeature
 from gui.features.filter import FilterPanel
 from gui.state.parts import Part
-from gui.views.contents import COMPARABLE, DEPTHS, SIDES, TITLES
+from gui.views.contents import COMPARABLE, SIDES
+from gui.views.layers import CONTENTS
 from gui.views.layouts import LAYOUTS
 from ilf.data.frame import RGBDFrame
 from ilf.segmentation.editing.patches import patch_between
@@ -73,7 +74,7 @@ def test_commands_in_any_order(window, qtbot, small_frame, tmp_path):
         lambda: window.feature(FilterPanel).set_values({"smoothness": chance.choice([0.5, 1.0, 3.0])}),
         lambda: workspace.current.compare_runs(workspace.current.state.runs[-chance.randrange(1, 4) :]),
         lambda: views.sheet.set_layout(chance.choice(list(LAYOUTS))),
-        lambda: views.set_content(chance.choice(list(views.cells)), chance.choice([*TITLES, *DEPTHS, *SIDES])),
+        lambda: views.set_content(chance.choice(list(views.cells)), chance.choice([*CONTENTS, *SIDES])),
         lambda: views.sides.choose(chance.choice(["", *COMPARABLE]), chance.choice(["", *COMPARABLE])),
         lambda: window.feature(CurvesFeature).widget.scrub_bar._slider.setValue(chance.randrange(1, 9)),
         *(edit, edit, mark_invalid, state_depth, evaluate, inspect),

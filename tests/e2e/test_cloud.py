@@ -61,7 +61,7 @@ def test_the_cloud_follows_what_is_known_of_the_frame(opened, qtbot, run_all):
     cloud.set_colour_by(ColourBy.EXPECTED)
     scene = shown(opened, qtbot)
     assert scene.layer is not None, "worked out for who looks at it here"
-    assert (scene.unit, scene.layer.logarithmic) == ("mm", True)
+    assert (scene.request.unit, scene.layer.logarithmic) == ("mm", True)
     opened.workspace.current.set_ground_truth(completion.depth - np.float32(0.02))
     cloud.set_colour_by(ColourBy.ERROR)
     colours = shown(opened, qtbot).colours
@@ -75,7 +75,7 @@ def test_the_cloud_follows_what_is_known_of_the_frame(opened, qtbot, run_all):
     opened.workspace.current.compare_runs([other])
     cloud.set_colour_by(ColourBy.DIFFERENCE)
     scene = shown(opened, qtbot)
-    assert scene.unit == "mm"
+    assert scene.request.unit == "mm"
 
     opened.workspace.select([1])
     actions["cloud_selected_only"].setChecked(True)

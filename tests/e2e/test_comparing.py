@@ -130,11 +130,11 @@ def test_blocks_of_side_a_are_shown_with_it_an_edit_brings_the_present_back_and_
     window.actions_["merge_blocks"].trigger()
     window.refresh.now()
     window.actions_["blink"].setChecked(True)
-    np.testing.assert_array_equal(window.views.blocks.overlay.labels, kept.run.blocks.labels)
+    np.testing.assert_array_equal(window.views.blocks.labels, kept.run.blocks.labels)
     window.actions_["undo"].trigger()
     window.refresh.now()
     assert not window.actions_["blink"].isChecked()
-    np.testing.assert_array_equal(window.views.blocks.overlay.labels, document.labels)
+    np.testing.assert_array_equal(window.views.blocks.labels, document.labels)
     assert window.views.cells["depth-out"].strip.title == "Depth out"
 
     workspace, views = window.workspace, window.views

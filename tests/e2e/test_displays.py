@@ -16,7 +16,7 @@ def test_shuffled_colours_are_one_step_and_all_others_and_names_follow_the_block
     assert all(after[label] != before[label] for label in before)
     assert len(set(after.values())) == len(after)
     opened.refresh.now()
-    assert tuple(opened.views.blocks.overlay.colours[1, :3]) == after[1]
+    assert tuple(opened.views.blocks.colours[1, :3]) == after[1]
     opened.actions_["undo"].trigger()
     assert {label: document.info(label).colour for label in before} == before
     assert not document.undo_stack.canUndo()

@@ -16,7 +16,7 @@ from gui.features.views import ViewsFeature
 from gui.work.found_blocks import FoundBlocks, find
 from ilf.drawing.blocks import block_overlay
 from ilf.io.block_files import read_blocks
-from ilf.segmentation.extraction import Extraction, extract
+from ilf.segmentation.extraction import extract
 from ilf.sources.frame_ref import FrameRef
 
 from .conftest import loaded, open_frame, write_frame
@@ -39,20 +39,21 @@ def _settle(window, qtbot):
 
 
 def _picture(window) -> NDArray[np.uint8] | None:
-    return window.views.cells["extraction"].view.image.image
+    return window.views.cells["extraction"].picture.image
 
 
 def _pictures_given(window, monkeypatch) -> list[tuple[tuple[int, ...], str]]:
     """Sizes and stages of all pictures that the view is given from now on."""
     given: list[tuple[tuple[int, ...], str]] = []
-    cell = window.views.extraction
-    show = cell.show_picture
+    show = window.views.show_found
 
-    def noted(stage: str, picture: NDArray[np.uint8], extraction: Extraction):
-        given.append((picture.shape[:2], stage))
-        show(stage, picture, extraction)
+    def noted(**found):
+        stage = found.get("stage")
+        if stage and stage.picture is not None and stage.picture is not window.views.data.stage.picture:
+            given.append((stage.picture.shape[:2], stage.name))
+        show(**found)
 
-    monkeypatch.setattr(cell, "show_picture", noted)
+    monkeypatch.setattr(window.views, "show_found", noted)
     return given
 
 
@@ -430,7 +431,7 @@ def test_a_frame_is_shown_before_its_blocks_are_found(window, qtbot, frame_folde
     qtbot.waitUntil(lambda: window.workspace.has_current)
     window.refresh.now()
     document = window.workspace.current
-    assert window.views.cells["colour"].view.image.image is not None
+    assert window.views.cells["colour"].picture.image is not None
     assert (document.counts(), document.unsaved, window.actions_["run_all"].isEnabled()) == ({}, False, False)
     mine = np.zeros(document.labels.shape, np.int32)
     mine[:20] = 7

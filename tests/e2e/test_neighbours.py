@@ -60,7 +60,7 @@ def test_depth_of_neighbours_is_found_used_seen_undone_and_kept(window, qtbot, t
     window.views.set_content("depth-in", "from_neighbours")
     qtbot.waitUntil(lambda: not document.changed_blocks() and window.runs.state is RunState.IDLE)
     window.refresh.now()
-    np.testing.assert_array_equal(window.views.data.from_neighbours, added)
+    np.testing.assert_array_equal(window.views.data.frame.from_neighbours, added)
     row, column = np.argwhere(added)[0]
     window.views.cursorMoved.emit((int(column), int(row)))
     assert "from neighbours " in window.statusBar().readout.text()

@@ -160,7 +160,7 @@ def test_a_frame_that_is_gone_when_playing_ends_is_not_opened(listed, qtbot):
     qtbot.waitUntil(lambda: not feature.playing and feature.shown is None)
     assert not workspace.has_current
     assert first not in workspace.open
-    assert window.views.data.rgb is None, "the start page is shown"
+    assert window.views.data.frame is None, "the start page is shown"
 
 
 def test_frames_without_a_result_are_completed_while_they_play(listed, qtbot):

@@ -147,7 +147,7 @@ def test_a_project_opens_moved_with_its_frames_and_embedded_alone_and_a_damaged_
     assert not window.workspace.has_current
     assert left_aside.summary.problem
     box = next(box for box in window.findChildren(QMessageBox) if box.isVisible())
-    box.button(QMessageBox.StandardButton.Yes).click()
+    next(button for button in box.buttons() if "anew" in button.text()).click()
     qtbot.waitUntil(lambda: window.workspace.has_current and not window.loader.busy)
     assert left_aside.document is None
     assert len(window.workspace.entries) == 2, "the files are opened anew, beside the work"

@@ -48,7 +48,7 @@ def test_one_click_an_edit_and_its_undo_rebuild_the_table_once_each(opened, monk
     opened.feature(BlocksFeature).table.selectRow(0)
     assert rows.taken() == 1
 
-    depth = _Count(monkeypatch, opened.views.ranges, "update_for_result")
+    depth = _Count(monkeypatch, opened.views.cells["depth-out"], "draw_again")
     opened.actions_["select_all"].trigger()
     assert (rows.taken(), depth.taken()) == (1, 0)
     opened.actions_["merge_blocks"].trigger()
@@ -85,24 +85,18 @@ def test_a_stroke_repaints_its_box_alone_until_it_ends(opened, monkeypatch):
     _click(opened, 50, 24)
     opened.actions_["tool_paint"].trigger()
     rows = _Count(monkeypatch, opened.feature(BlocksFeature).table, "set_rows")
-    whole = _Count(monkeypatch, opened.views.blocks.overlay, "set_blocks")
+    whole = _Count(monkeypatch, opened.views.blocks.items[0], "set_pixels")
     rows.taken()
     boxes = []
-    update = opened.views.blocks.overlay.update_region
-
-    def noted(box, labels):
-        boxes.append(box)
-        update(box, labels)
-
-    monkeypatch.setattr(opened.views.blocks.overlay, "update_region", noted)
+    monkeypatch.setattr(opened.views.blocks.items[0], "notify_change", boxes.append)
     first, second = (view.viewportTransform().map(QPointF(x, 24)).toPoint() for x in (20, 14))
     QTest.mousePress(view.viewport(), Qt.MouseButton.LeftButton, pos=first)
     QTest.mouseMove(view.viewport(), second)
     assert (rows.taken(), whole.taken()) == (0, 0)
     assert boxes
-    np.testing.assert_array_equal(opened.views.blocks.overlay.labels, opened.workspace.current.labels)
+    np.testing.assert_array_equal(opened.views.blocks.labels, opened.workspace.current.labels)
     QTest.mouseRelease(view.viewport(), Qt.MouseButton.LeftButton, pos=second)
     assert (rows.taken(), whole.taken()) == (1, 0)
     opened.actions_["undo"].trigger()
     assert rows.taken() == 1
-    np.testing.assert_array_equal(opened.views.blocks.overlay.labels, opened.workspace.current.labels)
+    np.testing.assert_array_equal(opened.views.blocks.labels, opened.workspace.current.labels)

@@ -35,6 +35,10 @@ def question(window, qtbot) -> QMessageBox:
     return found[0]
 
 
+def press_open(box):
+    next(button for button in box.buttons() if box.buttonRole(button) is QMessageBox.ButtonRole.AcceptRole).click()
+
+
 def test_an_address_in_a_project_is_opened_after_a_question_that_shows_it(window, qtbot, tmp_path, web):
     address, asked = web
     source = FrameRef(f"{address}/rgb/0000.png", f"{address}/depth/0000.png")
@@ -45,7 +49,7 @@ def test_an_address_in_a_project_is_opened_after_a_question_that_shows_it(window
         window.documents.open_paths([path])
     box = question(window, qtbot)
     assert f"{address}/rgb/0000.png" in box.text()
-    assert box.defaultButton() is box.button(QMessageBox.StandardButton.No)
+    assert box.defaultButton() is box.button(QMessageBox.StandardButton.Cancel)
     box.defaultButton().click()
     qtbot.waitUntil(lambda: not window.loader.busy and not window.project.missing.busy)
     assert not asked
@@ -53,7 +57,7 @@ def test_an_address_in_a_project_is_opened_after_a_question_that_shows_it(window
     window.loader.open_entry(window.workspace.entries[0])
     box = question(window, qtbot)
     assert f"{address}/depth/0000.png" in box.text()
-    box.button(QMessageBox.StandardButton.Yes).click()
+    press_open(box)
     qtbot.waitUntil(lambda: window.workspace.has_current)
     assert asked
 
@@ -72,5 +76,5 @@ def test_the_open_dialog_leads_to_the_question(window, qtbot, tmp_path):
     assert "elsewhere" in dialog.message.text()
     assert "--" not in dialog.message.text(), "that is for the command line"
     dialog.open_button.click()
-    question(window, qtbot).button(QMessageBox.StandardButton.Yes).click()
+    press_open(question(window, qtbot))
     qtbot.waitUntil(lambda: window.workspace.has_current)

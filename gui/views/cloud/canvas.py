@@ -23,7 +23,6 @@ from PySide6.QtGui import (
 )
 from PySide6.QtWidgets import QWidget
 
-from ilf._runtime.formatting import length_text
 from ilf.drawing.clouds import NEAR, Look, OrbitCamera
 
 from ...base import theme
@@ -32,14 +31,11 @@ from ..interaction import ARROWS
 from .drawing import CloudDrawing
 from .scene import Scene, empty_scene
 
-# Overlays of a cloud: axes, scale bar, mark.
+# Overlays of a cloud: axes, mark, lines.
 
 _MARGIN = 6
 _ARM = 26
 _BOX = 2 * (_ARM + 14)
-_MAX_SCALE_LENGTH = 150
-"""Maximum length of the scale bar [px]."""
-_TICK = 4
 _RING = 6
 _DOT = 2.5
 _VEIL = 190
@@ -57,27 +53,6 @@ def paint_axes(painter: QPainter, camera: OrbitCamera, colours: Colours, bottom:
         if abs(forward) < 0.97:  # an axis towards the camera has no room for its letter
             middle = origin + QPointF(right, down) * (_ARM + 9)
             painter.drawText(QRectF(middle.x() - 8, middle.y() - 8, 16, 16), Qt.AlignmentFlag.AlignCenter, name)
-
-
-def paint_scale(painter: QPainter, metres_per_pixel: float, colours: Colours, bottom: float) -> None:
-    """Draw a scale bar of a round length, right of the axes; valid at the depth of the view's centre."""
-    length = round_length(metres_per_pixel * _MAX_SCALE_LENGTH)
-    pixels = length / metres_per_pixel
-    text = length_text(length)
-    metrics = painter.fontMetrics()
-    width = max(pixels, metrics.horizontalAdvance(text)) + 2 * _MARGIN
-    height = metrics.height() + _TICK + 2 * _MARGIN
-    box = QRectF(2 * _MARGIN + _BOX, bottom - height - _MARGIN, width, height)
-    _paint_backing(painter, colours, box)
-    painter.setPen(QPen(colours.text, 1))
-    y, left = box.bottom() - _MARGIN, box.center().x() - pixels / 2
-    ends = QPointF(left, y), QPointF(left + pixels, y)
-    painter.drawLine(*ends)
-    for end in ends:
-        painter.drawLine(end, end - QPointF(0, _TICK))
-    painter.drawText(
-        box.adjusted(0, _MARGIN / 2, 0, 0), Qt.AlignmentFlag.AlignHCenter | Qt.AlignmentFlag.AlignTop, text
-    )
 
 
 def paint_mark(painter: QPainter, place: QPointF) -> None:
@@ -112,12 +87,6 @@ def paint_text(painter: QPainter, middle: QPointF, text: str, colours: Colours) 
     _paint_backing(painter, colours, box)
     painter.setPen(colours.text)
     painter.drawText(box, Qt.AlignmentFlag.AlignCenter, text)
-
-
-def round_length(max_length: float) -> float:
-    """Largest 1, 2 or 5 times a power of ten up to a length [m]."""
-    power = 10.0 ** math.floor(math.log10(max_length))
-    return next(step * power for step in (5, 2, 1) if step * power <= max_length * (1 + 1e-9))
 
 
 def _paint_backing(painter: QPainter, colours: Colours, box: QRectF) -> None:
@@ -258,7 +227,6 @@ class CloudCanvas(QWidget):
             if image is not None:
                 painter.drawImage(QRectF(self.rect()), image)
             paint_axes(painter, self.camera, colours, self.height())
-            paint_scale(painter, self.camera.metres_per_pixel(max(self.height(), 1)), colours, self.height())
             lines = [[self._place_of((int(x), int(y))) for x, y in line] for line in self._lines]
             for line in lines:
                 paint_line(painter, line)

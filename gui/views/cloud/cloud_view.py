@@ -10,7 +10,7 @@ from PySide6.QtCore import QSignalBlocker, Qt, Signal
 from PySide6.QtGui import QAction, QActionGroup, QBrush
 from PySide6.QtWidgets import QHBoxLayout, QMenu, QSlider, QToolBar, QVBoxLayout, QWidget
 
-from ...widgets.basics import PlainLabel, Themed, flat_button, lay_out, menu_button
+from ...widgets.basics import PlainLabel, Themed, lay_out, menu_button
 from ..title_strip import TitleStrip
 from .canvas import DIRECTIONS, EMPTY_TEXT, CloudCanvas
 from .scene import ColourBy, Scene
@@ -20,7 +20,7 @@ _STEPS = 1000
 
 
 class DepthClip(QWidget):
-    """Sliders of the nearest and the farthest depth that are drawn, and a button to show all depths.
+    """Sliders of the nearest and the farthest depth that are drawn.
 
     Signals
     -------
@@ -37,24 +37,18 @@ class DepthClip(QWidget):
         """Depth range [m] that is drawn."""
         self.near, self.far = self._slider("Nearest depth"), self._slider("Farthest depth")
         self._labels = PlainLabel(), PlainLabel()
-        everything = flat_button("Draw all depths again", self.clear, "All", "Draw all depths")
         layout = lay_out(QHBoxLayout(self), PlainLabel("Depth"), margins=(8, 0, 8, 2))
         for slider, label in zip((self.near, self.far), self._labels, strict=True):
             label.setFixedWidth(self.fontMetrics().horizontalAdvance("00.00 m"))
             label.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
             layout.addWidget(slider)
             layout.addWidget(label)
-        layout.addWidget(everything)
         self._show()
 
     def set_bounds(self, low: float, high: float) -> None:
         """Set the minimum and maximum depth [m] of the cloud; the drawn range stays the same in metres."""
         self._bounds = low, max(high, low + 1e-3)
         self._show()
-
-    def clear(self) -> None:
-        """Draw all depths."""
-        self._set(-math.inf, math.inf)
 
     def _slider(self, what: str) -> QSlider:
         slider = QSlider(Qt.Orientation.Horizontal)
@@ -136,14 +130,15 @@ class CloudView(Themed, QWidget):
         """Show a cloud; without `reset`, keep the camera, for the same frame."""
         self.canvas.set_scene(scene, reset)
         self.clip.set_bounds(*scene.depths)
-        self.strip.set_title(scene.title)
-        self.strip.set_text(", ".join(filter(None, (f"{len(scene):,} points", scene.note))))
+        request, layer = scene.request, scene.layer
+        self.strip.set_title("" if request is None else request.title)
+        note = "" if request is None else request.note
+        self.strip.set_text(", ".join(filter(None, (f"{len(scene):,} points", note))))
         self.strip.set_legend([(QBrush(colour), text) for colour, text in scene.legend])
-        layer = scene.layer
-        if layer is None:
+        if request is None or layer is None:
             self.bar.set_levels(None)
         else:
-            self.bar.set_unit(scene.unit)
+            self.bar.set_unit(request.unit)
             self.bar.set_table(layer.table)
             self.bar.set_levels(layer.levels, layer.logarithmic)
 

@@ -41,82 +41,6 @@ class ColourBy(Enum):
         self.text, self.hint, self.content = text, hint, content
 
 
-@dataclass(frozen=True, eq=False)
-class Scene:
-    """Point cloud of one frame.
-
-    Parameters
-    ----------
-    points : ndarray
-        float32 (N, 3) [m], x right, y down, z forward, in camera coordinates.
-    pixels : ndarray
-        int32 (N,), rising: index of each point's pixel, its row times the frame's width plus its column.
-    width : int
-        Width of the frame [px].
-    colours : ndarray
-        uint8 (N, 3), red first.
-    spacing : float
-        Distance of neighbouring points over their depth, see `ilf.drawing.clouds.spacing_of`.
-    depths : tuple of float
-        Smallest and largest z [m].
-    title : str
-        Meaning of the colours.
-    note : str
-        Text beside the number of points.
-    layer : Layer, optional
-        The one with the values whose colours these are, for the colour bar.
-    unit : str
-        Of its values.
-    legend : tuple
-        Colours and their meaning.
-    """
-
-    points: NDArray[np.float32]
-    pixels: NDArray[np.int32]
-    width: int
-    colours: NDArray[np.uint8]
-    spacing: float = 0.0
-    depths: tuple[float, float] = (0.0, 0.0)
-    title: str = ""
-    note: str = ""
-    layer: Layer | None = None
-    unit: str = ""
-    legend: tuple[tuple[QColor, str], ...] = ()
-
-    def __len__(self) -> int:
-        return len(self.points)
-
-    def pixel_of(self, index: int) -> tuple[int, int]:
-        """Pixel (x, y) of a point."""
-        row, column = divmod(int(self.pixels[index]), self.width)
-        return column, row
-
-    def index_of(self, pixel: tuple[int, int]) -> int | None:
-        """Index of the point of a pixel (x, y); None if it has none."""
-        x, y = pixel
-        if not 0 <= x < self.width:
-            return None
-        wanted = y * self.width + x
-        index = int(np.searchsorted(self.pixels, wanted))
-        return index if index < len(self.pixels) and self.pixels[index] == wanted else None
-
-
-def empty_scene() -> Scene:
-    """Scene without points."""
-    nothing = np.empty((0, 3), np.float32)
-    return Scene(nothing, np.empty(0, np.int32), 1, np.empty((0, 3), np.uint8))
-
-
-def signed_table() -> NDArray[np.uint8]:
-    """Table of differences, uint8 (256, 4), with grey zero.
-
-    In the images zero is close to the background, where a surface without error would be invisible.
-    """
-    table = difference_table(dark=False)
-    table[:, :3] = np.round(table[:, :3] * _DIMMED)
-    return table
-
-
 Mark = tuple[NDArray[np.bool_], QColor, str]
 """A mask, bool (H, W), the colour of its points, and what they are, with a place {} for their number."""
 
@@ -137,7 +61,7 @@ class CloudRequest:
     unit : str
         Of its values.
     title, note : str
-        As in `Scene`.
+        Meaning of the colours, and a text beside the number of points.
     plain : QColor
         Colour of points without value, and what these are, "" if there are none.
     lacking : str
@@ -174,6 +98,78 @@ class CloudRequest:
         return [*map(id, self.layer.parts), *self.layer.look, *texts, self.plain, marks]
 
 
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """Point cloud of one frame.
+
+    Parameters
+    ----------
+    points : ndarray
+        float32 (N, 3) [m], x right, y down, z forward, in camera coordinates.
+    pixels : ndarray
+        int32 (N,), rising: index of each point's pixel, its row times the frame's width plus its column.
+    width : int
+        Width of the frame [px].
+    colours : ndarray
+        uint8 (N, 3), red first.
+    spacing : float
+        Distance of neighbouring points over their depth, see `ilf.drawing.clouds.spacing_of`.
+    depths : tuple of float
+        Smallest and largest z [m].
+    legend : tuple
+        Colours and their meaning.
+    request : CloudRequest, optional
+        What was asked for.
+    """
+
+    points: NDArray[np.float32]
+    pixels: NDArray[np.int32]
+    width: int
+    colours: NDArray[np.uint8]
+    spacing: float = 0.0
+    depths: tuple[float, float] = (0.0, 0.0)
+    legend: tuple[tuple[QColor, str], ...] = ()
+    request: CloudRequest | None = None
+
+    def __len__(self) -> int:
+        return len(self.points)
+
+    @property
+    def layer(self) -> Layer | None:
+        """The one with the values whose colours these are; None for colours of the image."""
+        return None if self.request is None or self.request.layer.picture is not None else self.request.layer
+
+    def pixel_of(self, index: int) -> tuple[int, int]:
+        """Pixel (x, y) of a point."""
+        row, column = divmod(int(self.pixels[index]), self.width)
+        return column, row
+
+    def index_of(self, pixel: tuple[int, int]) -> int | None:
+        """Index of the point of a pixel (x, y); None if it has none."""
+        x, y = pixel
+        if not 0 <= x < self.width:
+            return None
+        wanted = y * self.width + x
+        index = int(np.searchsorted(self.pixels, wanted))
+        return index if index < len(self.pixels) and self.pixels[index] == wanted else None
+
+
+def empty_scene() -> Scene:
+    """Scene without points."""
+    nothing = np.empty((0, 3), np.float32)
+    return Scene(nothing, np.empty(0, np.int32), 1, np.empty((0, 3), np.uint8))
+
+
+def signed_table() -> NDArray[np.uint8]:
+    """Table of differences, uint8 (256, 4), with grey zero.
+
+    In the images zero is close to the background, where a surface without error would be invisible.
+    """
+    table = difference_table(dark=False)
+    table[:, :3] = np.round(table[:, :3] * _DIMMED)
+    return table
+
+
 def compose(request: CloudRequest, before: Scene | None = None) -> Scene:
     """Compute the requested scene, in a worker; `before` is a scene with the same points to reuse."""
     if before is None:
@@ -184,15 +180,7 @@ def compose(request: CloudRequest, before: Scene | None = None) -> Scene:
         ends = (float(points[:, 2].min()), float(points[:, 2].max())) if len(points) else (0.0, 1.0)
         before = Scene(points, pixels, request.depth.shape[1], np.empty((0, 3), np.uint8), spacing_of(points), ends)
     colours, legend = colours_of(request, before.pixels)
-    return replace(
-        before,
-        colours=colours,
-        title=request.title,
-        note=request.note,
-        layer=request.layer if request.layer.picture is None else None,
-        unit=request.unit,
-        legend=legend,
-    )
+    return replace(before, colours=colours, legend=legend, request=request)
 
 
 def colours_of(

@@ -28,8 +28,7 @@ _NO_TIMES = "The record of this run has no times: draw the curves over iteration
 _SIDE_BY_SIDE = 1.7  # width over height from which the plots are side by side
 _MIN_PLOT_HEIGHT, _MIN_PLOT_WIDTH = 56, 180  # minimum size of a plot [px]; without room, the last plots are omitted
 _NAMED_AXIS_HEIGHT = 250  # panel height [px] up to which axes have no name
-_MIN_ROWS = 4  # minimum rows of the readout over the plots
-_READOUT_WIDTH = 330  # width of the readout beside the plots [px]
+_MIN_ROWS = 4  # minimum rows of the readout
 _MIN_DECADES = 1.2  # minimum range in view
 _HOLD_OUT_DECADES = 0.4  # range in view above the minimum hold-out error
 _BY_TIME = "curves/by_time"
@@ -74,12 +73,11 @@ class CurvesPanel(Themed, QWidget):
         self._time_button.toggled.connect(self.set_by_time)
 
         plots = QWidget()
-        down = QBoxLayout.Direction.TopToBottom
-        self._plots_layout = lay_out(QBoxLayout(down, plots), margins=(0, 0, 6, 0), spacing=0)
+        self._plots_layout = lay_out(
+            QBoxLayout(QBoxLayout.Direction.TopToBottom, plots), margins=(0, 0, 6, 0), spacing=0
+        )
         body = QWidget()
-        self._body_layout = lay_out(QBoxLayout(down, body), spacing=0)
-        self._body_layout.addWidget(self.readout, 0, Qt.AlignmentFlag.AlignTop)
-        self._body_layout.addWidget(plots, 1)
+        self._body_layout = lay_out(QVBoxLayout(body), self.readout, plots, stretched=plots, spacing=0)
         self._hint = PlainLabel(EMPTY_TEXT)
         self._hint.setAlignment(Qt.AlignmentFlag.AlignCenter)
         self._hint.setWordWrap(True)
@@ -287,20 +285,16 @@ class CurvesPanel(Themed, QWidget):
             return
         self._arranged = asked
         wide = self.width() > max(_SIDE_BY_SIDE * self.height(), 2 * _MIN_PLOT_WIDTH)
-        beside = wide and len(self._curves) > 1 and self.width() > _READOUT_WIDTH + 2 * _MIN_PLOT_WIDTH
-        across, down = QBoxLayout.Direction.LeftToRight, QBoxLayout.Direction.TopToBottom
-        self._plots_layout.setDirection(across if wide else down)
-        self._body_layout.setDirection(QBoxLayout.Direction.RightToLeft if beside else down)
-        self.readout.setMinimumWidth(_READOUT_WIDTH if beside else 0)
+        self._plots_layout.setDirection(QBoxLayout.Direction.LeftToRight if wide else QBoxLayout.Direction.TopToBottom)
         height = self.height() - self.scrub_bar.sizeHint().height()
         line = self.readout.fontMetrics().height() + 2
-        self.readout.set_max_rows((height - 6) // line if beside else max(height // 3 // line, _MIN_ROWS))
+        max_rows = max(height // 3 // line, _MIN_ROWS)
+        self.readout.set_max_rows(max_rows)
         if wide:
-            fitting = (self.width() - (_READOUT_WIDTH if beside else 0)) // _MIN_PLOT_WIDTH
+            fitting = self.width() // _MIN_PLOT_WIDTH
         else:
-            rows = min(len(self._curves), max(height // 3 // line, _MIN_ROWS))
             axis = NAMED_AXIS if self.height() > _NAMED_AXIS_HEIGHT else AXIS
-            fitting = (height - line * rows - axis) // _MIN_PLOT_HEIGHT
+            fitting = (height - line * min(len(self._curves), max_rows) - axis) // _MIN_PLOT_HEIGHT
         by_weight = self.sigma_plot, self.l1_plot, self.error_plot, self.hold_out_plot
         has = dict(zip(self._plots, there, strict=True))
         fit = [plot for plot in by_weight if has[plot]][: max(fitting, 1)]

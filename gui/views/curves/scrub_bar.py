@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import QEvent, QSignalBlocker, Qt, Signal
-from PySide6.QtGui import QKeyEvent
+from PySide6.QtCore import QSignalBlocker, Qt, Signal
 from PySide6.QtWidgets import QHBoxLayout, QSlider, QWidget
 
 from ...base import theme
@@ -23,13 +22,13 @@ class ScrubBar(Themed, QWidget):
 
     def __init__(self) -> None:
         super().__init__()
-        self._slider = _Slider(Qt.Orientation.Horizontal)
+        self._slider = QSlider(Qt.Orientation.Horizontal)
         self._slider.setMinimumWidth(60)
         self._slider.setAccessibleName("Iteration shown")
         self._slider.valueChanged.connect(self._report_position)
         self._text = PlainLabel()
         use_even_digits(self._text)
-        hint = "Go to the last iteration, the current depth (Esc or End)"
+        hint = "Go to the last iteration, the current depth (End)"
         self._end = flat_button(hint, self.go_to_end, name="Go to the last iteration")
         parts = self._slider, self._text, self._end
         lay_out(QHBoxLayout(self), *parts, margins=(8, 0, 0, 2), spacing=4, stretched=self._slider)
@@ -83,23 +82,3 @@ class ScrubBar(Themed, QWidget):
 
     def _take_theme(self) -> None:
         self._end.setIcon(theme.icon("ph.skip-forward", self.palette()))
-
-
-class _Slider(QSlider):
-    """Slider that also goes to its end on Escape."""
-
-    def event(self, event: QEvent) -> bool:
-        """Reserve Escape for the slider while it is not at its end."""
-        if isinstance(event, QKeyEvent) and event.type() == QEvent.Type.ShortcutOverride and self._escapes(event):
-            event.accept()
-            return True
-        return super().event(event)
-
-    def keyPressEvent(self, event: QKeyEvent) -> None:
-        if self._escapes(event):
-            self.setValue(self.maximum())
-        else:
-            super().keyPressEvent(event)
-
-    def _escapes(self, event: QKeyEvent) -> bool:
-        return event.key() == Qt.Key.Key_Escape and self.value() < self.maximum()

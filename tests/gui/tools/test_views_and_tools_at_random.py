@@ -100,7 +100,7 @@ def test_other_blocks_leave_nothing_to_look_back_to(bench, look, views, summary)
     bench.workspace.tell()
     assert "Paint" not in line.label.text()
     look(True)
-    np.testing.assert_array_equal(views.blocks.overlay.labels, bench.document.labels)
+    np.testing.assert_array_equal(views.blocks.labels, bench.document.labels)
 
 
 def test_what_is_shown_while_one_looks_back_stays(bench, look, views):
@@ -111,10 +111,10 @@ def test_what_is_shown_while_one_looks_back_stays(bench, look, views):
     views.refresh(Part.RESULTS)  # as when a block has been solved meanwhile
     views.blocks.draw(Part.LABELS)
     assert views.data.result.depth is completion.depth
-    np.testing.assert_array_equal(views.blocks.overlay.labels, former)
+    np.testing.assert_array_equal(views.blocks.labels, former)
     look(False)
     assert views.data.result.depth is not completion.depth
-    np.testing.assert_array_equal(views.blocks.overlay.labels, bench.document.labels)
+    np.testing.assert_array_equal(views.blocks.labels, bench.document.labels)
 
 
 def test_who_looks_back_while_a_frame_of_another_size_comes_sees_that(bench, look, views):
@@ -125,8 +125,8 @@ def test_who_looks_back_while_a_frame_of_another_size_comes_sees_that(bench, loo
     frame = ilf.RGBDFrame(bench.frame.rgb[small], bench.frame.depth[small])
     bench.workspace.open_document(Document.of(ilf.Run(frame, bench.labels[small]), None, "small"))
     look(False)  # as the window does when another frame is shown, before anything is drawn
-    assert views.data.rgb is frame.rgb
-    np.testing.assert_array_equal(views.blocks.overlay.labels, bench.labels[small])
+    assert views.data.frame.rgb is frame.rgb
+    np.testing.assert_array_equal(views.blocks.labels, bench.labels[small])
 
 
 def test_edges_of_one_frame_do_not_come_to_the_next(bench, context, views, until, monkeypatch):

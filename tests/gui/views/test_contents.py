@@ -107,7 +107,7 @@ def test_blocks_are_the_same_in_every_cell_that_shows_them(views):
     labels = np.zeros((HEIGHT, WIDTH), np.int32)
     labels[5:25, 5:30] = 1
     views.paint(labels, np.array([[0, 0, 0, 0], [200, 0, 0, 255], [0, 0, 200, 255]], np.uint8))
-    views.set_overlay_opacity(1.0)
+    views.blocks.set_opacity(1.0)
     views.set_content("depth-in", "colour")
     views.stroke(slice(10, 20), slice(10, 20), 2)
     for name in ("colour", "depth-in"):
@@ -121,7 +121,7 @@ def test_the_difference_is_of_the_result_and_the_best_that_there_is(views):
     views.give(depth=flat(2.1))
     assert cell.concrete == "difference:result:interpolated"
     assert views.shows("interpolated")
-    assert cell.view.image.image is None
+    assert cell.picture.image is None
     views.show_found(interpolated=flat(2.0))
     assert cell.picture.value_at(30, 30) == pytest.approx(100, abs=0.01)
     views.give(ground_truth=flat(2.2))
@@ -141,13 +141,13 @@ def test_equal_depths_are_said_to_be_equal(views):
     cell = views.cells["difference"]
     views.give(depth=flat(2.0))
     views.give(runs=[views.run("Same", flat(2.0))])
-    assert cell.view.image.image is None
+    assert cell.picture.image is None
     assert cell.view._message == "No difference"
     views.set_content("difference", "difference:result:depth-in")
     other = flat(2.0)
     other[:, :10] = 1.0
     views.give(depth=other)
-    assert cell.view.image.image is not None, "what was filled is to be seen"
+    assert cell.picture.image is not None, "what was filled is to be seen"
     assert "no difference" in cell.strip._text
 
 
@@ -193,7 +193,7 @@ def test_a_handle_parts_two_depths_and_is_dragged_past_the_tool(views):
     assert colour_at(cell, 45.5, 40.5) == run_1, "a side that changes is drawn anew"
     views.sides.choose("result", "run-1")
     assert colour_at(cell, 45.5, 40.5) == run_2
-    views.open(views.data.rgb, flat(1.1))
+    views.open(views.data.frame.rgb, flat(1.1))
     assert views.data.swipe_column == views.sides.x == WIDTH / 2, "of another frame, it stands in the middle"
     views.ranges.set("depth", "fixed", (1.0, 3.0))
     views.give(depth=flat(2.9))
@@ -204,7 +204,7 @@ def test_a_handle_parts_two_depths_and_is_dragged_past_the_tool(views):
 def test_blocks_of_the_two_sides_are_parted_where_they_differ(views):
     table = np.array([[0, 0, 0, 0], [200, 0, 0, 255], [0, 0, 200, 255]], np.uint8)
     ones = np.ones((HEIGHT, WIDTH), np.int32)
-    views.set_overlay_opacity(1.0)
+    views.blocks.set_opacity(1.0)
     views.paint(ones, table)
     views.give(depth=flat(2.9))
     cell = views.cells["colour"]
@@ -228,7 +228,7 @@ def test_sides_that_are_not_there_yet_say_why(views):
         cell = next(cell for cell in views.cells.values() if cell.content == "a")
         assert cell.concrete == depth
         assert missing_reason(cell.concrete, views.data).startswith(why)
-    views.open(views.data.rgb, flat(1.1))
+    views.open(views.data.frame.rgb, flat(1.1))
     views.sheet.set_layout("compare")
     cell.draw_again()
     assert cell.view._message.startswith("Interpolating")
@@ -278,7 +278,7 @@ def test_a_title_opens_a_menu_and_a_double_click_still_enlarges(views, qtbot):
     assert cell._menu.isVisible()
     entries = {action.data(): action for action in cell._menu.actions() if action.data()}
     assert entries["depth-in"].isChecked()
-    assert entries["run-1"].text() == "Run: Mine && yours"
+    assert entries["run-1"].text() == "Mine && yours"
     assert not entries["ground_truth"].isEnabled()
     assert "no guide" in entries["guide"].toolTip(), "what the frame lacks"
     with qtbot.waitSignal(views.shownChanged):
@@ -323,7 +323,7 @@ def test_without_another_run_the_result_is_compared_with_depth_in(views):
 def test_a_new_layer_is_one_function_and_one_line(views, monkeypatch):
     def nearness(material, name, look):
         return Layer(
-            (material.depth_in,), lambda depth: 1 / depth, (0.0, 1.0), table=strength_table(), text="of depth in"
+            (material.frame.own_depth,), lambda depth: 1 / depth, (0.0, 1.0), table=strength_table(), text="of depth in"
         )
 
     monkeypatch.setitem(CONTENTS, "nearness", Content("Nearness", nearness, frozenset({"invalid_mask"}), unit="1/m"))

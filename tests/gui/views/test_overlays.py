@@ -156,7 +156,7 @@ def test_nothing_lies_over_a_view_that_has_no_picture(half_empty, overlay):
     overlay(half_empty)(3)
     half_empty.point_at((40, 50))
     assert (_numbers(viewport.grab()) == before).all()
-    half_empty.give(depth=half_empty.data.measured)
+    half_empty.give(depth=half_empty.data.frame.measured)
     assert (_numbers(viewport.grab()) != before).any()
 
 

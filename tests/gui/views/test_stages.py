@@ -2,16 +2,13 @@
 
 import numpy as np
 import pytest
-from PySide6.QtCore import Qt
 from PySide6.QtGui import QActionGroup, QBrush
-from PySide6.QtWidgets import QToolButton
+from PySide6.QtWidgets import QMenu
 
 from gui.base import theme
 from gui.state.workspace import Workspace
 from gui.views.cell import Cell
-from gui.views.pixel_items import BlockOverlay
-from gui.views.stages import StageModel
-from gui.views.view_data import ViewData
+from gui.views.view_data import Stage, ViewData
 from ilf.drawing.blocks import STAGES, stage_count, stage_legend, stage_picture
 from ilf.segmentation.extraction import Extraction
 
@@ -53,50 +50,42 @@ def test_what_is_said_of_a_stage_belongs_to_its_picture():
 
 
 @pytest.fixture
-def board(qapp):
-    board = StageModel()
-    group = QActionGroup(board)
-    for name, text in STAGES.items():
+def data(qapp):
+    data, group = ViewData(Workspace()), QActionGroup(qapp)
+    for text in STAGES.values():
         action = group.addAction(f"Show &{text}")
         action.setIconText(text)
         action.setCheckable(True)
-        action.triggered.connect(lambda _, name=name: board.set_stage(name))
-    group.actions()[-1].setChecked(True)
-    board.actions = group.actions()
-    return board
+    data.stage_actions = group.actions()
+    return data
 
 
 @pytest.fixture
-def cell(shown, board):
-    widget = Cell("extraction", lambda view, event: False, ViewData(Workspace(), board), BlockOverlay(1))
+def cell(shown, data):
+    widget = Cell("extraction", lambda view, event: False, data)
     widget.set_colours(theme.colours(widget.palette()), QBrush())
-    board.changed.connect(widget.draw_again)
     return shown(widget, 900, 300)
 
 
-def test_stages_are_buttons_where_there_is_room_and_a_menu_where_not(cell, board, qtbot):
-    *buttons, menu = cell.findChildren(QToolButton)
-    assert [button.text() for button in buttons if button.isVisible()] == list(STAGES.values())
-    assert not menu.isVisible()
-    qtbot.mouseClick(buttons[1], Qt.MouseButton.LeftButton)
-    assert (board.stage, menu.text()) == ("binarised", "Binarised \u25be")
-    cell.resize(300, 300)
-    assert menu.isVisible()
-    assert not any(button.isVisible() for button in buttons)
-    menu.menu().actions()[2].trigger()
-    assert (board.stage, menu.text()) == ("dilated", "Dilated \u25be")
-    assert buttons[2].isChecked()
-    with qtbot.assertNotEmitted(board.changed):
-        board.set_stage("dilated")
-    with pytest.raises(ValueError, match="strength"):
-        board.set_stage("edges")
+def test_stages_are_chosen_in_the_menu_of_the_view_whose_title_names_them(cell, data):
+    cell.open_menu()
+    (stages,) = (menu for menu in cell._menu.findChildren(QMenu) if menu.title().startswith("Stage"))
+    cell._menu.close()
+    assert [action.iconText() for action in stages.actions()] == list(STAGES.values())
+    stages.actions()[1].trigger()
+    assert data.stage_actions[1].isChecked()
+    data.stage = Stage("binarised")
+    cell.draw_again()
+    assert cell.strip.title == "Extraction: binarised"
 
 
-def test_only_strength_has_a_colour_bar(cell, board):
+def test_only_strength_has_a_colour_bar(cell, data):
     extraction, rgb = _extraction(), np.full((8, 12, 3), 100, np.uint8)
     for stage in STAGES:
-        board.show_picture(stage, stage_picture(stage, rgb, extraction), extraction)
+        data.stage = Stage(stage, stage_picture(stage, rgb, extraction))
+        cell.draw_again()
         assert cell.bar.levels == ((0.0, 1.0) if stage == "strength" else None)
-        assert cell.view.image.image is not None
-    board.show_message("none")
-    assert cell.view.image.image is None
+        assert cell.picture.image is not None
+    data.stage = Stage(message="none")
+    cell.draw_again()
+    assert cell.picture.image is None
