@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import Enum, auto
+from itertools import pairwise
+from statistics import median
 
 import pyqtgraph as pg
 from PySide6.QtCore import QPointF, QRectF, Qt
@@ -79,8 +82,8 @@ it. True for WHEEL: handled, do not zoom."""
 
 _LINE, _HALO, _SHADE = QColor(255, 221, 51), QColor(0, 0, 0, 200), QColor(0, 0, 0, 110)
 _WIDTH = 2.0
-_HANDLE = 3.0
-"""Half the side of a handle [screen px]."""
+_HANDLE = 2.0, 4.0
+"""Half the side of a handle [screen px], minimum and maximum."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,7 +95,7 @@ class Preview:
     line : QPainterPath
         Drawn bright on dark, visible on any picture.
     corners : sequence of (x, y)
-        Drawn as small squares, of one size on the screen.
+        Drawn as small squares, of one size on the screen unless they would hide the line.
     dashed : bool
         Whether the line is only a suggestion.
     area : QPainterPath, optional
@@ -127,7 +130,7 @@ class PreviewItem(ViewItem):
                 extent = extent.united(path.controlPointRect())
         for x, y in preview.corners:
             extent = extent.united(QRectF(x, y, 1e-6, 1e-6))
-        self.set_extent(extent, _WIDTH + _HANDLE + 3)
+        self.set_extent(extent, _WIDTH + _HANDLE[1] + 3)
 
     def paint(self, painter: QPainter, option: QStyleOptionGraphicsItem, widget: QWidget | None = None) -> None:
         preview = self.preview
@@ -144,12 +147,20 @@ class PreviewItem(ViewItem):
         self._draw_corners(painter, preview)
 
     def _draw_corners(self, painter: QPainter, preview: Preview) -> None:
-        half = _HANDLE * self._pixel_size
+        half = self._half_handle(preview.corners) * self._pixel_size
         painter.setPen(pg.mkPen(_HALO, width=1.5))
         painter.setBrush(_LINE)
         for x, y in preview.corners:
             painter.drawRect(QRectF(QPointF(x - half, y - half), QPointF(x + half, y + half)))
         painter.setBrush(Qt.BrushStyle.NoBrush)
+
+    def _half_handle(self, corners: Sequence[tuple[float, float]]) -> float:
+        """Half the side of a handle [screen px]: smaller where most corners are close together, as in a small view."""
+        least, most = _HANDLE
+        if len(corners) < 2:
+            return most
+        apart = median(math.dist(one, other) for one, other in pairwise(corners)) / self._pixel_size
+        return min(max(apart / 5, least), most)
 
 
 def _draw(painter: QPainter, path: QPainterPath, dashed: bool) -> None:
