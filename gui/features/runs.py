@@ -67,7 +67,7 @@ class RunsFeature(Feature):
 
     @command("live", "&Live", icon="ph.lightning", keys="Ctrl+Shift+L", checkable=True)
     def _remember_live(self, on: bool) -> None:
-        """Complete blocks again after each edit, and the selected block after each change of a filter parameter."""
+        """Complete blocks again after each edit and each change of the filter's parameters, the selected ones first."""
         QSettings().setValue(_LIVE_KEY, on)
 
     @command("run_all", "Run &all blocks", keys="Ctrl+F5", needs=Need.BLOCKS | Need.IDLE)
