@@ -29,7 +29,7 @@ from ..base.needs import Need
 from ..state.document import Document
 from ..state.entries import Entry
 from ..state.parts import Part
-from ..widgets.basics import TEXT, Message, command_button, form, group, open_once, row, scrolled
+from ..widgets.basics import TEXT, Message, command_button, form, group, lay_out, open_once, row, scrolled
 from ..widgets.docks import PanelGroup
 from ..widgets.file_choice import choose_file
 from ..widgets.notices import error_text
@@ -145,9 +145,11 @@ class AdditionalDepthPanel(Panel):
         column.addWidget(self._section(GUIDE, "guide", ("load_guide", "guide_by_network", "remove_guide")))
         column.addWidget(self._section(NEIGHBOURS, "from_neighbours", ("use_neighbours", "remove_neighbours"), numbers))
         column.addWidget(self._section(BY_HAND, "result", ("tool_depth_by_hand", "remove_by_hand")))
-        column.addWidget(self.work)
         column.addStretch(1)
-        return scrolled(inner)
+        below = scrolled(inner), self.work  # in sight wherever the panel is scrolled to
+        widget = QWidget()
+        lay_out(QVBoxLayout(widget), *below, margins=(0, 0, 4, 4), stretched=below[0])
+        return widget
 
     def _section(self, kind: str, content: str, commands: Sequence[str], numbers: QFormLayout | None = None) -> QWidget:
         box, column = group(kind)
@@ -210,7 +212,7 @@ class AdditionalDepthPanel(Panel):
     @command("load_guide", "Load &guide…", icon="ph.compass", needs=Need.FRAME)
     def ask_guide(self) -> None:
         """Use depth or inverse depth from another source, or a network that predicts it, where it helps."""
-        if path := choose_file(self.context.window, "Load guide", _FOLDER_KEY, guide_files()):
+        if path := choose_file(self.context.window, "Load guide", _FOLDER_KEY, guide_files(), self._frame):
             self._load_guide(path)
 
     @command("guide_by_network", "Guide by net&work…", icon="ph.brain")

@@ -179,9 +179,10 @@ class FilterPanel(Panel):
         workspace = self.context.workspace
         if label:
             workspace.parameters.set_own(values, [label])
+            self.context.feature(RunsFeature).live.follow_parameters([label])
         else:
             workspace.parameters.set(workspace.parameters.current.replace(**values))
-        self._resolve()
+            self._resolve()
 
     def _choose_preset(self, name: str) -> None:
         """Apply all parameters of a preset; per-block parameters stay, which a message reports."""
@@ -227,8 +228,9 @@ class FilterPanel(Panel):
         self._resolve()
 
     def _resolve(self) -> None:
-        """Complete again what the parameters have changed, if that is on."""
-        self.context.feature(RunsFeature).live.follow_parameters()
+        """Complete again what the parameters have changed, the selected blocks first, if that is on."""
+        if self.context.workspace.has_current:
+            self.context.feature(RunsFeature).live.follow_parameters(self.context.workspace.current.selected)
 
     # what changes did
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from weakref import WeakKeyDictionary
 
 from PySide6.QtCore import QObject
@@ -91,14 +92,14 @@ class LiveSolver(QObject):
         workspace.on(Part.FRAME, self._turn)
         runs.state_changed.connect(self._go_on)
 
-    def follow_parameters(self) -> None:
-        """Re-solve the blocks of the current frame whose results are of other parameters than the present ones, and
-        the selected ones; while a slider moves, what is being solved is not dropped at once."""
-        if not (self._live.isChecked() and self._workspace.has_current):
+    def follow_parameters(self, first: Iterable[int]) -> None:
+        """Re-solve the blocks of the current frame that the present parameters change, some of them `first`, also if
+        these have no result yet; while a slider moves, what is being solved is not dropped at once."""
+        if not self._live.isChecked():
             return
         document, runs = self._workspace.current, self._runs.current
         changed = {*document.changed_blocks(), *runs.resolving}
-        wanted = [label for label in dict.fromkeys((*document.selected, *runs.completed)) if label in changed]
+        wanted = [label for label in dict.fromkeys((*first, *runs.completed)) if label in changed]
         self._touched.setdefault(document, set()).update(wanted)
         self._requested.update(wanted)
         if wanted and not runs.resolve(wanted):

@@ -18,7 +18,7 @@ from gui.features.filter import FilterPanel
 from gui.features.inspect.panel import InspectPanel
 from gui.features.presets import SavePresetDialog
 from gui.features.sweep.feature import SweepFeature
-from gui.state.blocks import EXPECTED
+from gui.state.blocks import EXPECTED, HOLD_OUT
 from gui.state.parts import Part
 from gui.views.colours import depth_table
 from ilf._runtime.formatting import millimetres
@@ -156,11 +156,11 @@ def test_errors_against_a_truth_and_on_hidden_depth(window, qtbot, frame_folder,
     settle(window)
     assert panel.outcome.tone() == "warning"
     assert "Outdated" in panel.outcome.text()
-    assert errors_shown(window)[0] == "–"
+    assert document.block_errors.source == EXPECTED
     actions["undo"].trigger()
     settle(window)
     assert panel.outcome.tone() == "muted"
-    assert errors_shown(window)[0] != "–"
+    assert document.block_errors.source == HOLD_OUT
     workspace.parameters.set(document.state.common.replace(smoothness=3.0), label)
     settle(window)
     assert errors_shown(window)[0] == "–"
@@ -169,7 +169,9 @@ def test_errors_against_a_truth_and_on_hidden_depth(window, qtbot, frame_folder,
     # a test that is cancelled leaves the last one
     former = panel.outcomes[document]
     actions["hold_out_test"].trigger()
-    window.findChildren(HoldOutDialog)[-1].accept()
+    again = window.findChildren(HoldOutDialog)[-1]
+    assert [one.name for one in again.chosen()] == [one.name for one in former.candidates]
+    again.accept()
     panel.work.cancel_button.click()
     qtbot.waitUntil(lambda: not panel.busy)
     assert panel.outcomes[document] is former

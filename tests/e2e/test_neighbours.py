@@ -106,7 +106,8 @@ def test_search_can_be_cancelled_and_what_fails_is_told(window, qtbot, tmp_path,
 
     panel = window.feature(AdditionalDepthPanel)
     actions["use_neighbours"].trigger()
-    qtbot.waitUntil(panel.work.isVisible)
+    # in sight, though the panel is higher than its place
+    qtbot.waitUntil(lambda: not panel.work.cancel_button.visibleRegion().isEmpty())
     panel.work.cancel_button.click()
     qtbot.waitUntil(lambda: not panel.busy)
     assert not panel.work.isVisible()
