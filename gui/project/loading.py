@@ -35,7 +35,7 @@ from ..state.document import Document
 from ..state.entries import Entry
 from ..state.parts import Part
 from ..state.workspace import Workspace
-from ..widgets.notices import Notes, ask_yes_no
+from ..widgets.notices import ACCEPT, Notes, ask
 from ..work.found_blocks import FoundBlocks, describe_blocks, find
 from ..work.latest_request import Job, JobQueue
 from .store import WorkStore
@@ -390,7 +390,7 @@ def ask_allowed(
     more = (
         "Open it, and files beside it that are named, only if you trust the file: opening may contact another computer."
     )
-    ask_yes_no(window, "Open what a file names?", text, more, agree, no)
+    ask(window, "Open what a file names?", text, more, (("&Open", ACCEPT, agree),), otherwise=no)
 
 
 def _describe_kept(locked: int, by_hand: int, all_kept: bool) -> str:

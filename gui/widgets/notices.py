@@ -126,22 +126,6 @@ def ask(
     box.open()
 
 
-def ask_yes_no(
-    parent: QWidget,
-    title: str,
-    text: str,
-    more: str,
-    yes: Callable[[], object],
-    no: Callable[[], object] = lambda: None,
-) -> None:
-    """Ask whether to do something without blocking; *No* is the default answer."""
-    box = question(parent, title, text, more)
-    box.setStandardButtons(QMessageBox.StandardButton.Yes | QMessageBox.StandardButton.No)
-    box.setDefaultButton(QMessageBox.StandardButton.No)
-    box.finished.connect(lambda answer: yes() if answer == QMessageBox.StandardButton.Yes else no())
-    box.open()
-
-
 def error_text(error: Exception) -> str:
     """Return the text of an error for the user; with its type if it is unexpected."""
     return to_text(error) if _is_expected(error) else without_credentials(f"{type(error).__name__}: {error}")

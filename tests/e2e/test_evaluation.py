@@ -28,6 +28,7 @@ from ilf.segmentation.editing.patches import patch_between
 from ilf.sources.reading_options import ReadingOptions
 
 from .conftest import open_frame
+from .hand import press_button
 
 
 @pytest.fixture
@@ -313,8 +314,10 @@ def test_own_presets_stand_beside_the_others(opened, tmp_path, monkeypatch):
     exported = tmp_path / "broad.json"
     monkeypatch.setattr("gui.features.presets.ask_path", lambda *_: str(exported))
     actions["export_preset"].trigger()
-    monkeypatch.setattr(QMessageBox, "question", lambda *_: QMessageBox.StandardButton.Yes)
-    actions["delete_preset"].trigger()
+    for button in ("Cancel", "&Delete"):
+        assert box.names.findData("broad") >= 0
+        actions["delete_preset"].trigger()
+        press_button(next(one for one in window.findChildren(QMessageBox) if one.isVisible()), button)
     settle(window)
     assert box.names.findData("broad") < 0
     assert box.present == "paper"

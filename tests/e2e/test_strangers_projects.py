@@ -12,6 +12,7 @@ from ilf.sources.frame_ref import FrameRef
 
 from ..ilf.batch_frames import write_frames
 from ..web_server import serving_folder
+from .hand import press_button
 
 pytest.importorskip("fsspec")
 pytest.importorskip("aiohttp", reason="aiohttp is not installed (extra dev)")
@@ -45,7 +46,7 @@ def test_an_address_in_a_project_is_opened_after_a_question_that_shows_it(window
         window.documents.open_paths([path])
     box = question(window, qtbot)
     assert f"{address}/rgb/0000.png" in box.text()
-    assert box.defaultButton() is box.button(QMessageBox.StandardButton.No)
+    assert box.defaultButton() is box.button(QMessageBox.StandardButton.Cancel)
     box.defaultButton().click()
     qtbot.waitUntil(lambda: not window.loader.busy and not window.project.missing.busy)
     assert not asked
@@ -53,7 +54,7 @@ def test_an_address_in_a_project_is_opened_after_a_question_that_shows_it(window
     window.loader.open_entry(window.workspace.entries[0])
     box = question(window, qtbot)
     assert f"{address}/depth/0000.png" in box.text()
-    box.button(QMessageBox.StandardButton.Yes).click()
+    press_button(box, "&Open")
     qtbot.waitUntil(lambda: window.workspace.has_current)
     assert asked
 
@@ -72,5 +73,5 @@ def test_the_open_dialog_leads_to_the_question(window, qtbot, tmp_path):
     assert "elsewhere" in dialog.message.text()
     assert "--" not in dialog.message.text(), "that is for the command line"
     dialog.open_button.click()
-    question(window, qtbot).button(QMessageBox.StandardButton.Yes).click()
+    press_button(question(window, qtbot), "&Open")
     qtbot.waitUntil(lambda: window.workspace.has_current)

@@ -24,7 +24,7 @@ from ...project.current_project import source_of
 from ...state.entries import Entry
 from ...state.parts import Part
 from ...widgets.basics import open_once
-from ...widgets.notices import ACCEPT, DESTROY, ask, ask_yes_no
+from ...widgets.notices import ACCEPT, DESTROY, ask
 from ..context import Context, Feature
 from .opening import Opening
 from .saving import Saving
@@ -288,7 +288,7 @@ class ProjectFeature(Feature):
             again = partial(self.context.loader.open_new, source, f"{entry.name} (anew)")
             text = f"{entry.name} cannot be opened. {error}"
             more = "Open its files as a new frame, without the work? The work stays in the project as it is."
-            ask_yes_no(self.context.window, f"Open {entry.name} anew?", text, more, again)
+            ask(self.context.window, f"Open {entry.name} anew?", text, more, (("&Open anew", ACCEPT, again),))
 
     def _note_saved(self, path: Path, problems: Sequence[str]) -> None:
         note_opened(path)
