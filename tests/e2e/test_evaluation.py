@@ -202,6 +202,7 @@ def test_a_sweep_shows_what_comes_and_a_click_takes_a_value(window, qtbot, frame
     menu.close()
     assert shown.visible
     assert shown.first.declaration.name == "smoothness"
+    assert shown.second.declaration.name != shown.first.declaration.name
     assert shown.criterion.by_ground_truth
     shown.first.low.setValue(9.0)
     shown.first.high.setValue(1.0)
@@ -237,6 +238,13 @@ def test_a_sweep_shows_what_comes_and_a_click_takes_a_value(window, qtbot, frame
     window.actions_["undo"].trigger()
     assert document.state.common.smoothness == 1.0
 
+    # what is opened later is about the present value
+    shown.widget.close()
+    workspace.parameters.set(document.state.common.replace(smoothness=1e5))
+    window.actions_["sweep"].trigger()
+    assert shown.first.low.value() < 1e5 < shown.first.high.value()
+    window.actions_["undo"].trigger()
+
     # two of the chosen block alone, by hidden depth: its own values are taken
     label = next(iter(document.counts()))
     workspace.select([label])
@@ -253,6 +261,9 @@ def test_a_sweep_shows_what_comes_and_a_click_takes_a_value(window, qtbot, frame
     qtbot.waitUntil(lambda: not shown.busy)
     cells = shown.pictures.rowCount() * shown.pictures.columnCount()
     assert len(shown.found.errors) == cells == 9  # with the present value among the second's
+    texts = [shown.pictures.item(*shown.pictures.place(number)).text() for number in range(9)]
+    widest = max(shown.pictures.fontMetrics().horizontalAdvance(line) for text in texts for line in text.splitlines())
+    assert widest <= shown.pictures.iconSize().width()
     wanted = shown.found.points[0]
     shown.grid.taken.emit(0)
     assert document.blocks.own[label] == wanted
@@ -267,6 +278,7 @@ def test_a_sweep_shows_what_comes_and_a_click_takes_a_value(window, qtbot, frame
     shown.work.cancel_button.click()
     qtbot.waitUntil(lambda: not shown.busy)
     assert "Cancelled" in shown.state.text()
+    assert "not run" in shown.pictures.item(*shown.pictures.place(8)).text()
     assert shown.first.isEnabled()
     window.actions_["close_frame"].trigger()
     settle(window)
