@@ -100,8 +100,8 @@ def run_name(document: FrameData, number: int, run: Run, edit: str = "", live: b
 def recorded_history(document: FrameData, completion: Completion, extrapolation: Extrapolation | None) -> StoredRun:
     """Return the run of a record as the first of a frame's history."""
     run, results = replace(completion.run, only=None), completion.results
-    name = f"Recorded run: {parameters_text(document, run, _IN_NAMES)}"
-    return StoredRun(1, name, run, results, 0.0, COLOURS[0], done=frozenset(results), extrapolation=extrapolation)
+    name, done = run_name(document, 1, run), frozenset(results)
+    return StoredRun(1, name, run, results, 0.0, COLOURS[0], done=done, extrapolation=extrapolation)
 
 
 def title_of(name: str, document: FrameData, run: Run) -> str:

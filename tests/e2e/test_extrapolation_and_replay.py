@@ -164,6 +164,6 @@ def test_the_run_of_a_record_is_the_first_of_the_history(opened, qtbot, run_all,
     (recorded,) = document.state.runs
     assert recorded.is_of(document.valid_results())
     assert not document.unsaved
-    assert recorded.name == "Recorded run: best"
+    assert recorded.name == "Run 1: best"
     opened.actions_["run_all"].trigger()
     qtbot.waitUntil(lambda: len(document.state.runs) == 2)
