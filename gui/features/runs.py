@@ -90,9 +90,12 @@ class RunsFeature(Feature):
         """Run one iteration, then pause."""
         self._runs.current.step()
 
-    @command("cancel", "&Cancel run", icon="ph.stop", keys="Shift+F6", needs=Need.GOING)
+    def _why_no_cancel(self) -> str:
+        return sentence(Need.GOING) if self._runs.state in (RunState.IDLE, RunState.STOPPING) else ""
+
+    @command("cancel", "&Cancel run", icon="ph.stop", keys="Shift+F6", needs=Need.FRAME, why_off=_why_no_cancel)
     def _cancel(self) -> None:
-        """Cancel the run; completed blocks keep their results."""
+        """Cancel the run, or what is completed again; completed blocks keep their results."""
         self._runs.current.cancel()
 
     def _why_no_extrapolation(self) -> str:
