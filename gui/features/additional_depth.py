@@ -29,7 +29,7 @@ from ..base.needs import Need
 from ..state.document import Document
 from ..state.entries import Entry
 from ..state.parts import Part
-from ..widgets.basics import TEXT, Message, command_button, form, group, open_once, row, scrolled
+from ..widgets.basics import TEXT, Message, command_button, form, group, lay_out, open_once, row, scrolled
 from ..widgets.docks import PanelGroup
 from ..widgets.file_choice import choose_file
 from ..widgets.notices import error_text
@@ -127,6 +127,7 @@ class AdditionalDepthPanel(Panel):
         """Frames whose guide was told of, or loaded here."""
         super().__init__(context)
         context.refresh.add("guide told", self._tell_guide, Part.FRAME | Part.GUIDE)
+        context.refresh.add("depth in again", self._put_back, Part.FRAME | Part.GUIDE | Part.NEIGHBOURS)
 
     def make(self) -> QWidget:
         for name, short in _SHORT.items():
@@ -145,9 +146,11 @@ class AdditionalDepthPanel(Panel):
         column.addWidget(self._section(GUIDE, "guide", ("load_guide", "guide_by_network", "remove_guide")))
         column.addWidget(self._section(NEIGHBOURS, "from_neighbours", ("use_neighbours", "remove_neighbours"), numbers))
         column.addWidget(self._section(BY_HAND, "result", ("tool_depth_by_hand", "remove_by_hand")))
-        column.addWidget(self.work)
         column.addStretch(1)
-        return scrolled(inner)
+        below = scrolled(inner), self.work  # in sight wherever the panel is scrolled to
+        widget = QWidget()
+        lay_out(QVBoxLayout(widget), *below, margins=(0, 0, 4, 4), stretched=below[0])
+        return widget
 
     def _section(self, kind: str, content: str, commands: Sequence[str], numbers: QFormLayout | None = None) -> QWidget:
         box, column = group(kind)
@@ -210,7 +213,7 @@ class AdditionalDepthPanel(Panel):
     @command("load_guide", "Load &guide…", icon="ph.compass", needs=Need.FRAME)
     def ask_guide(self) -> None:
         """Use depth or inverse depth from another source, or a network that predicts it, where it helps."""
-        if path := choose_file(self.context.window, "Load guide", _FOLDER_KEY, guide_files()):
+        if path := choose_file(self.context.window, "Load guide", _FOLDER_KEY, guide_files(), self._frame):
             self._load_guide(path)
 
     @command("guide_by_network", "Guide by net&work…", icon="ph.brain")
@@ -331,6 +334,14 @@ class AdditionalDepthPanel(Panel):
                 f"{document.name}: nothing was added, since another frame is shown now. Show it, and try again."
             )
         return shown
+
+    def _put_back(self) -> None:
+        """Show depth in again where there is none of the additional depth that its view has shown."""
+        if not self.context.workspace.has_current:
+            return
+        gone = {"guide": self._frame.guide is None, "from_neighbours": self._frame.from_neighbours is None}
+        if gone.get(self.context.views.contents()["depth-in"]):
+            self.context.views.set_content("depth-in", "depth-in")
 
     def _tell_guide(self) -> None:
         """Tell once that a frame was opened with a guide."""

@@ -23,6 +23,7 @@ from .context import Context
 from .panel import Panel
 from .parameter_effects import Effect, Tried, effect_of, try_parameters
 from .presets import PresetBox
+from .runs import RunsFeature
 from .sharing import SharingRow
 
 _SHOWN = Part.FRAME | Part.LIST | Part.INFOS | Part.SELECTION | Part.PARAMETERS
@@ -178,8 +179,7 @@ class FilterPanel(Panel):
         workspace = self.context.workspace
         if label:
             workspace.parameters.set_own(values, [label])
-            if self.context.actions["live"].isChecked():
-                self.context.runs.current.resolve([label])
+            self.context.feature(RunsFeature).live.follow_parameters([label])
         else:
             workspace.parameters.set(workspace.parameters.current.replace(**values))
             self._resolve()
@@ -228,12 +228,9 @@ class FilterPanel(Panel):
         self._resolve()
 
     def _resolve(self) -> None:
-        workspace = self.context.workspace
-        if workspace.chosen and self.context.actions["live"].isChecked():
-            there = workspace.current.counts()
-            wanted = [label for label in workspace.current.selected if label in there]
-            if wanted:
-                self.context.runs.current.resolve(wanted)
+        """Complete again what the parameters have changed, the selected blocks first, if that is on."""
+        if self.context.workspace.has_current:
+            self.context.feature(RunsFeature).live.follow_parameters(self.context.workspace.current.selected)
 
     # what changes did
 

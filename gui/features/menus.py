@@ -101,7 +101,8 @@ class ToolBar(_Bar):
         self._undo = [self.widgetForAction(actions[name]) for name in ("undo", "redo")]
         self._options = self.addWidget(options)
         for name in ("pause", "step", "cancel", "run_selected", "merge_blocks", "delete_blocks"):
-            self._add_while_usable(actions[name], actions["pause" if name == "step" else name])
+            # not with every edit that is followed live
+            self._add_while_usable(actions[name], actions["pause" if name in ("step", "cancel") else name])
         self.toolButtonStyleChanged.connect(self._leave_out_steps)
         self._leave_out_steps()
 

@@ -15,7 +15,6 @@ from PySide6.QtWidgets import (
     QHBoxLayout,
     QInputDialog,
     QLineEdit,
-    QMessageBox,
     QVBoxLayout,
     QWidget,
 )
@@ -35,8 +34,9 @@ from ilf.errors import IlfError
 
 from ..base import theme
 from ..base.commands import command, commands_of
-from ..widgets.basics import Themed, answers, label_of, lay_out, literal_text, menu_button, open_once
+from ..widgets.basics import Themed, answers, label_of, lay_out, menu_button, open_once
 from ..widgets.file_choice import ask_path, choose_file, last_folder, remember_folder
+from ..widgets.notices import DESTROY, ask
 from .context import Context
 
 # The dialog that saves parameters as a preset of the user.
@@ -165,9 +165,8 @@ class PresetBox(Themed, QWidget):
             name = dialog.name.text().strip().removesuffix(PRESET_SUFFIX)
             with_extraction = dialog.with_extraction.isChecked()
             extraction = self._context.workspace.parameters.extraction if with_extraction else None
-            if self._may_have("Save preset", name):
-                save = partial(save_preset, name, self._shown(), extraction, replace=name in self._own)
-                self._do("Save preset", save, f"Preset {name} saved.", name)
+            save = partial(save_preset, name, self._shown(), extraction, replace=name in self._own)
+            self._make("Save preset", name, partial(self._do, "Save preset", save, f"Preset {name} saved.", name))
 
         open_once(dialog, take)
 
@@ -188,8 +187,9 @@ class PresetBox(Themed, QWidget):
     def ask_delete(self) -> None:
         """Delete the selected preset of your own; parameters that were set from it stay."""
         name = self.present
-        if self._may(f"Delete the preset {name}? Its file is deleted, too. This cannot be undone.", "Delete preset"):
-            self._do("Delete preset", partial(delete_preset, name), f"Preset {name} deleted.")
+        text, more = f"Delete the preset {name}?", "Its file is deleted, too. This cannot be undone."
+        delete = partial(self._do, "Delete preset", partial(delete_preset, name), f"Preset {name} deleted.")
+        ask(self._context.window, "Delete preset", text, more, (("&Delete", DESTROY, delete),))
 
     @command("import_preset", "&Import preset…", icon="ph.download-simple")
     def ask_import(self) -> None:
@@ -202,9 +202,9 @@ class PresetBox(Themed, QWidget):
         except IlfError as error:
             self._context.notes.report("Import preset", error)
             return
-        if self._may_have("Import preset", name):
-            take = partial(import_preset, path, replace=name in self._own)
-            self._do("Import preset", take, f"{name} imported: select it in the list of presets.")
+        take = partial(import_preset, path, replace=name in self._own)
+        done = f"{name} imported: select it in the list of presets."
+        self._make("Import preset", name, partial(self._do, "Import preset", take, done))
 
     @command("export_preset", "&Export preset…", icon="ph.upload-simple")
     def ask_export(self) -> None:
@@ -225,13 +225,13 @@ class PresetBox(Themed, QWidget):
                 f"{name} also sets the parameters of the extraction: extract blocks to use them."
             )
 
-    def _may_have(self, title: str, name: str) -> bool:
-        """Whether a preset of the user may have this name: it is free, or the user agrees to replace the other."""
-        return name not in self._own or self._may(f"A preset {name} exists already. Replace it?", title)
-
-    def _may(self, text: str, title: str) -> bool:
-        yes, no = QMessageBox.StandardButton.Yes, QMessageBox.StandardButton.No
-        return QMessageBox.question(self._context.window, title, literal_text(text), yes | no, no) == yes
+    def _make(self, title: str, name: str, make: Callable[[], None]) -> None:
+        """Make a preset of the user of this name; ask first whether to replace another one."""
+        if name not in self._own:
+            make()
+            return
+        text = f"A preset {name} exists already. Replace it?"
+        ask(self._context.window, title, text, "This cannot be undone.", (("&Replace", DESTROY, make),))
 
     def _do(self, what: str, action: Callable[[], object], text: str, chosen: str = "") -> None:
         """Change the user's presets, and say so, or why that failed."""

@@ -67,7 +67,7 @@ class RunsFeature(Feature):
 
     @command("live", "&Live", icon="ph.lightning", keys="Ctrl+Shift+L", checkable=True)
     def _remember_live(self, on: bool) -> None:
-        """Complete blocks again after each edit, and the selected block after each change of a filter parameter."""
+        """Complete blocks again after each edit and each change of the filter's parameters, the selected ones first."""
         QSettings().setValue(_LIVE_KEY, on)
 
     @command("run_all", "Run &all blocks", keys="Ctrl+F5", needs=Need.BLOCKS | Need.IDLE)
@@ -90,9 +90,12 @@ class RunsFeature(Feature):
         """Run one iteration, then pause."""
         self._runs.current.step()
 
-    @command("cancel", "&Cancel run", icon="ph.stop", keys="Shift+F6", needs=Need.GOING)
+    def _why_no_cancel(self) -> str:
+        return sentence(Need.GOING) if self._runs.state in (RunState.IDLE, RunState.STOPPING) else ""
+
+    @command("cancel", "&Cancel run", icon="ph.stop", keys="Shift+F6", needs=Need.FRAME, why_off=_why_no_cancel)
     def _cancel(self) -> None:
-        """Cancel the run; completed blocks keep their results."""
+        """Cancel the run, or what is completed again; completed blocks keep their results."""
         self._runs.current.cancel()
 
     def _why_no_extrapolation(self) -> str:

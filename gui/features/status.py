@@ -145,14 +145,16 @@ class StatusFeature(Feature):
         return f"{tool.hint} | {MOVES}" if tool.points_only else HINT
 
     def show_progress(self) -> None:
-        """Show the stage and the share done of runs, opening and extraction with the remaining time, or that files are
-        written or the expected error is estimated."""
+        """Show the stage and the share done of runs, opening and extraction with the remaining time, or that blocks are
+        completed again, files are written or the expected error is estimated."""
         loader, share = self._loader, None
         if self._runs.running:
             text, share = self._runs_text()
         elif loader.busy:
             text, share = loader.present, loader.share_done or None
             self._pace.note(share or 0.0)
+        elif self._runs.state is RunState.RESOLVING:
+            text = "Completing"
         elif self._saving.busy:
             text, share = "Saving", self._saving.share
         elif self._exporting:

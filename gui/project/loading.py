@@ -390,7 +390,7 @@ def ask_allowed(
     more = (
         "Open it, and files beside it that are named, only if you trust the file: opening may contact another computer."
     )
-    ask(window, "Open what a file names?", text, more, [("&Open", ACCEPT, agree)], otherwise=no)
+    ask(window, "Open what a file names?", text, more, (("&Open", ACCEPT, agree),), otherwise=no)
 
 
 def _describe_kept(locked: int, by_hand: int, all_kept: bool) -> str:

@@ -11,7 +11,8 @@ import numpy as np
 
 from ilf.data.blocks import Colour
 from ilf.data.parameters import Parameters, nearest_preset, to_text
-from ilf.project.run_history import StoredRun
+from ilf.data.results import Completion
+from ilf.project.run_history import Extrapolation, StoredRun
 from ilf.run.run import Run
 
 from .frame_data import FrameData
@@ -94,6 +95,13 @@ def run_name(document: FrameData, number: int, run: Run, edit: str = "", live: b
     """Return the default name of a run: its number, the edit that started it if any, and its parameters."""
     what = "; ".join(([edit] if edit else []) + [parameters_text(document, run, _IN_NAMES)])
     return f"{'Live' if live else 'Run'} {number}: {what}"
+
+
+def recorded_history(document: FrameData, completion: Completion, extrapolation: Extrapolation | None) -> StoredRun:
+    """Return the run of a record as the first of a frame's history."""
+    run, results = replace(completion.run, only=None), completion.results
+    name, done = run_name(document, 1, run), frozenset(results)
+    return StoredRun(1, name, run, results, 0.0, COLOURS[0], done=done, extrapolation=extrapolation)
 
 
 def title_of(name: str, document: FrameData, run: Run) -> str:

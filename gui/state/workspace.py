@@ -20,6 +20,7 @@ from .frames import Frames
 from .parameters import DocumentParameters
 from .parts import Part, Swap
 from .results import FrameResults, ViewedIteration
+from .run_history import recorded_history
 
 _MAX_WATCHED = 4
 """Maximum number of frames with key frames at a time."""
@@ -60,7 +61,7 @@ class Workspace(Frames):
 
         It starts with the parameters of the current frame, or the shared ones, unless it is `restored`. With
         `recorded`, it takes the parameters and the extraction parameters of that run, and the blocks that were run are
-        selected if they are not all; with its `completion`, also the results.
+        selected if they are not all; with its `completion`, also the results, as the first run of the history.
         """
         self.parameters.start(document, recorded, restored)
         if recorded is not None and recorded.only is not None and set(recorded.only) != set(document.counts()):
@@ -68,6 +69,7 @@ class Workspace(Frames):
         if completion is not None:
             extrapolation = Extrapolation.of(completion) if completion.run.extrapolate else None
             document.restore_results(list(completion.results.values()), extrapolation)
+            document.change(runs=(recorded_history(document, completion, extrapolation),), next_number=2)
         self.add(document, show)
 
     def watch(self, document: Document, run: Run) -> Watch:

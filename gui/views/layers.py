@@ -188,7 +188,7 @@ def striped(data: ViewData, name: str) -> dict[str, Mask]:
 _LACKING = {
     "ground_truth": "This frame has no ground truth",
     "guide": "This frame has no guide: File > Load guide\N{HORIZONTAL ELLIPSIS}",
-    "from_neighbours": "No depth of neighbours is used: File > Use neighbours\N{HORIZONTAL ELLIPSIS}",
+    "from_neighbours": "No depth of neighbours is used: File > Use neighbours",
 }
 """What a frame may be without -> what to say then."""
 

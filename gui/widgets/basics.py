@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import html
+import re
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, TypeVar
 
@@ -108,6 +109,14 @@ def literal_text(text: str) -> str:
     return f'<p style="white-space: pre-wrap">{html.escape(text)}</p>'
 
 
+_FLAGS = re.compile(r" \((command line: )?--[^()]*\)")
+
+
+def without_flags(text: str) -> str:
+    """Return a text of the library without the options of the command line that it names in brackets."""
+    return _FLAGS.sub("", text)
+
+
 class Message(PlainLabel):
     """A label with wrapped text in one of the theme's colours."""
 
@@ -122,7 +131,7 @@ class Message(PlainLabel):
     def show_message(self, text: str, tone: str = "muted") -> None:
         """Show `text` in the colour named `tone` in `theme.Colours`."""
         # long paths have no spaces to wrap at
-        self.setText(text.replace("/", "/\u200b"))
+        self.setText(without_flags(text).replace("/", "/\u200b"))
         self._tone = tone
         self._paint()
 

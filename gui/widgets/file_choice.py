@@ -10,6 +10,7 @@ from PySide6.QtCore import QSettings
 from PySide6.QtWidgets import QFileDialog, QMessageBox, QWidget
 
 from ilf._runtime.installation import is_asset
+from ilf.data.frame import RGBDFrame
 from ilf.errors import IlfError
 
 from .basics import literal_text
@@ -19,10 +20,11 @@ EXPORTS = "export/folder"
 """The kind of all that is written, except projects and presets."""
 
 
-def last_folder(kind: str) -> str:
-    """Return the last folder of a kind of files if it still exists; else the home folder."""
-    folder = str(QSettings().value(kind, ""))
-    return folder if os.path.isdir(folder) else str(Path.home())
+def last_folder(kind: str, frame: RGBDFrame | None = None) -> str:
+    """Return the last folder of a kind of files if it still exists; else that of a frame, or the home folder."""
+    beside = "" if frame is None or frame.inputs is None else os.path.dirname(frame.inputs.rgb.path)
+    folders = str(QSettings().value(kind, "")), beside
+    return next((folder for folder in folders if os.path.isdir(folder)), str(Path.home()))
 
 
 def remember_folder(kind: str, path: str | os.PathLike[str]) -> None:
@@ -30,9 +32,9 @@ def remember_folder(kind: str, path: str | os.PathLike[str]) -> None:
     QSettings().setValue(kind, str(Path(path).absolute().parent))
 
 
-def choose_file(parent: QWidget, title: str, kind: str, filters: str) -> str:
-    """Ask for an existing file; return "" if the user cancels."""
-    path, _ = QFileDialog.getOpenFileName(parent, title, last_folder(kind), filters)
+def choose_file(parent: QWidget, title: str, kind: str, filters: str, frame: RGBDFrame | None = None) -> str:
+    """Ask for an existing file, at first beside those of a frame; return "" if the user cancels."""
+    path, _ = QFileDialog.getOpenFileName(parent, title, last_folder(kind, frame), filters)
     return _remembered(kind, path)
 
 

@@ -15,7 +15,7 @@ from ilf.errors import IlfError, to_text, without_credentials
 
 from ..base import theme
 from ..base.versions import versions_text
-from .basics import flat_button, lay_out
+from .basics import flat_button, lay_out, without_flags
 from .toasts import Toasts
 
 
@@ -188,6 +188,7 @@ class Notes(QObject):
 
     def show_message(self, message: str) -> None:
         """Show a message and add it to the log."""
+        message = without_flags(message)
         self._toasts.show_message(message, _MESSAGE_MS)
         self._log.add(message)
 
@@ -204,7 +205,7 @@ class Notes(QObject):
 
     def warn(self, what: str, notes: Iterable[str], details: str = "") -> None:
         """Show notes on work that was done with restrictions, and log them; nothing if there are no notes."""
-        texts = list(notes)
+        texts = [without_flags(text) for text in notes]
         for text in texts:
             self._log.add(f"{what}: {text}")
         if texts:

@@ -166,6 +166,11 @@ class FrameRuns(QObject):
         return set(self._steps.blocks) - self._begun - self._done
 
     @property
+    def completed(self) -> list[int]:
+        """The blocks that have a result, of whatever state, or are being run, in ascending order."""
+        return sorted({*self.document.results.kept, *(self._steps.blocks if self._steps is not None else ())})
+
+    @property
     def share_done(self) -> float:
         """Share of the pixels of the run's blocks whose block has been filtered, 0-1."""
         if not self._sizes or self._steps is None:
@@ -241,7 +246,7 @@ class FrameRuns(QObject):
         self._preview_time = max(self._preview_time, time.perf_counter() + _FIRST_PREVIEW_S)
         self._run = run = self.document.run(self.document.state.common, self.resolving)
         watch = self._workspace.watch(self.document, run)
-        self._start(lambda: run.steps(1, watch))
+        self._start(lambda: run.steps(spare_cores(), watch))
 
     def _start(self, make: Callable[[], Execution], paused: bool = False) -> None:
         self._started = time.perf_counter()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from weakref import WeakKeyDictionary
 
 from PySide6.QtCore import QObject
@@ -68,9 +69,9 @@ class RunController(RunNews):
 
 
 class LiveSolver(QObject):
-    """Re-solves blocks that were edited since the frame was run, the selected one first.
+    """Re-solves blocks that were edited since the frame was run, or that get other parameters, the selected one first.
 
-    Blocks edited during a run are re-solved after it. States that undo restores are not re-solved.
+    Blocks changed during a run are re-solved after it. States that undo restores are not re-solved.
 
     Parameters
     ----------
@@ -91,6 +92,19 @@ class LiveSolver(QObject):
         workspace.on(Part.FRAME, self._turn)
         runs.state_changed.connect(self._go_on)
 
+    def follow_parameters(self, first: Iterable[int]) -> None:
+        """Re-solve the blocks of the current frame that the present parameters change, some of them `first`, also if
+        these have no result yet; while a slider moves, what is being solved is not dropped at once."""
+        if not self._live.isChecked():
+            return
+        document, runs = self._workspace.current, self._runs.current
+        changed = {*document.changed_blocks(), *runs.resolving}
+        wanted = [label for label in dict.fromkeys((*first, *runs.completed)) if label in changed]
+        self._touched.setdefault(document, set()).update(wanted)
+        self._requested.update(wanted)
+        if wanted and not runs.resolve(wanted):
+            self._requested.difference_update(wanted)
+
     def _take(self, edit: Edit) -> None:
         if self._live.isChecked() and edit.document.results.kept:
             self._touched.setdefault(edit.document, set()).update(edit.blocks)
@@ -105,6 +119,8 @@ class LiveSolver(QObject):
     def _go_on(self) -> None:
         runs, workspace = self._runs, self._workspace
         if not workspace.has_current or not runs.state.free:
+            if runs.state is RunState.STOPPING:  # what is cancelled is not asked for again
+                self._touched.pop(workspace.current, None)
             return
         document, chosen = workspace.current, workspace.chosen
         touched = self._touched.get(document, set())

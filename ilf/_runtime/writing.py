@@ -14,6 +14,7 @@ import secrets
 import shutil
 import socket
 import stat
+import tempfile
 import threading
 import time
 from collections.abc import Iterable, Iterator, Sequence
@@ -204,6 +205,18 @@ def write_parts(target: str | os.PathLike[str], parts: Iterable[bytes]) -> None:
         for part in parts:
             check_cancelled()
             file.write(part)
+
+
+def check_writable(folder: str | Path) -> None:
+    """Raise ExportError, before long work, if nothing can be written into a folder, or where it is to be created."""
+    path = Path(folder).absolute()
+    there = next(place for place in (path, *path.parents) if os.path.exists(place))
+    if not os.path.isdir(there):
+        raise ExportError(f"{there} is a file, not a folder. Choose another folder.")
+    try:
+        tempfile.TemporaryFile(dir=there).close()
+    except OSError as error:
+        raise ExportError(f"Nothing can be written into {there}: {remedy(error)}.") from error
 
 
 def ensure_folder(folder: str | Path) -> Path:

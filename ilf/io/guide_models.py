@@ -259,10 +259,11 @@ def add_guide(
     elif card.sha256 not in {None, sha256} or abs(source.stat().st_size - card.bytes) > ROUNDED * card.bytes:
         raise InputError(
             f"{source} is not the file of the guide network {name}: its size or its SHA-256 is another than that of "
-            f"{card.address} or of the file that was pinned. Copy that one, or choose another name (--name)."
+            f"{card.address} or of the file that was pinned. Copy that one, or rename the file (command line: --name)."
         )
     if name in model_names() or (guide_file(name) is not None and not again):
-        raise InputError(f"A network {name!r} already exists. Choose another name (--name), or --replace it.")
+        other = "Rename the file (command line: --name, or --replace)."
+        raise InputError(f"A network {name!r} already exists. {other}")
     GuideNetwork.read(read_file(source).data, source)
     target = ensure_folder(guides_folder()) / f"{name}.onnx"
     _pin(card, source, sha256)

@@ -8,6 +8,7 @@ from enum import StrEnum
 from pathlib import Path
 
 from .._runtime.cancellation import check_cancelled
+from .._runtime.writing import check_writable
 from ..data.label_map import labels_in
 from ..data.parameters import Parameters
 from ..data.results import Completion, compose
@@ -100,7 +101,13 @@ def export_frames(
     options : ExportOptions
     strict : bool
         Whether a frame without intrinsics fails if a cloud is selected; otherwise it is exported without.
+
+    Raises
+    ------
+    ExportError
+        If nothing can be written into the folder.
     """
+    check_writable(folder)
     for frame in frames:
         check_cancelled()
         target = folder / frame.folder

@@ -68,7 +68,7 @@ class StoredRun:
     results : mapping of int to BlockResult
         Block label -> result, of all blocks that had one when the run ended, including blocks that it did not run.
     seconds : float
-        Duration [s].
+        Duration [s]; 0 if it is not known, as of a run that was opened from its record.
     colour : tuple of int
         Red, green, blue of its curves.
     note : str

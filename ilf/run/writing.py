@@ -17,7 +17,7 @@ from .._runtime.cancellation import cancellable_items, check_cancelled
 from .._runtime.files import file_sha256, read_json
 from .._runtime.formatting import counted
 from .._runtime.schema import PROGRAM
-from .._runtime.writing import move_into_place, staging, write_bytes
+from .._runtime.writing import check_writable, move_into_place, staging, write_bytes
 from ..completion.confidence.expected_error import expected_error, unsupported
 from ..completion.confidence.features import default_edges
 from ..data.camera import REMEDY
@@ -295,8 +295,7 @@ def check_write(
     check_cloud_and_mesh(frame, options)
     for name in options.exports:
         check_format(name, run)
-    if os.path.exists(target) and not os.path.isdir(target):
-        raise ExportError(f"{target} is a file, not a folder. Choose another folder.")
+    check_writable(target)
     paths = [target / name for name in filenames(run, options)]
     check_not_an_input(frame, paths, given)
     meta = target / META_NAME

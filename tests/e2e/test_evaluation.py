@@ -18,7 +18,7 @@ from gui.features.filter import FilterPanel
 from gui.features.inspect.panel import InspectPanel
 from gui.features.presets import SavePresetDialog
 from gui.features.sweep.feature import SweepFeature
-from gui.state.blocks import EXPECTED
+from gui.state.blocks import EXPECTED, HOLD_OUT
 from gui.state.parts import Part
 from gui.views.colours import depth_table
 from ilf._runtime.formatting import millimetres
@@ -28,6 +28,7 @@ from ilf.segmentation.editing.patches import patch_between
 from ilf.sources.reading_options import ReadingOptions
 
 from .conftest import open_frame
+from .hand import press_button
 
 
 @pytest.fixture
@@ -156,11 +157,11 @@ def test_errors_against_a_truth_and_on_hidden_depth(window, qtbot, frame_folder,
     settle(window)
     assert panel.outcome.tone() == "warning"
     assert "Outdated" in panel.outcome.text()
-    assert errors_shown(window)[0] == "–"
+    assert document.block_errors.source == EXPECTED
     actions["undo"].trigger()
     settle(window)
     assert panel.outcome.tone() == "muted"
-    assert errors_shown(window)[0] != "–"
+    assert document.block_errors.source == HOLD_OUT
     workspace.parameters.set(document.state.common.replace(smoothness=3.0), label)
     settle(window)
     assert errors_shown(window)[0] == "–"
@@ -169,7 +170,9 @@ def test_errors_against_a_truth_and_on_hidden_depth(window, qtbot, frame_folder,
     # a test that is cancelled leaves the last one
     former = panel.outcomes[document]
     actions["hold_out_test"].trigger()
-    window.findChildren(HoldOutDialog)[-1].accept()
+    again = window.findChildren(HoldOutDialog)[-1]
+    assert [one.name for one in again.chosen()] == [one.name for one in former.candidates]
+    again.accept()
     panel.work.cancel_button.click()
     qtbot.waitUntil(lambda: not panel.busy)
     assert panel.outcomes[document] is former
@@ -199,6 +202,7 @@ def test_a_sweep_shows_what_comes_and_a_click_takes_a_value(window, qtbot, frame
     menu.close()
     assert shown.visible
     assert shown.first.declaration.name == "smoothness"
+    assert shown.second.declaration.name != shown.first.declaration.name
     assert shown.criterion.by_ground_truth
     shown.first.low.setValue(9.0)
     shown.first.high.setValue(1.0)
@@ -234,6 +238,13 @@ def test_a_sweep_shows_what_comes_and_a_click_takes_a_value(window, qtbot, frame
     window.actions_["undo"].trigger()
     assert document.state.common.smoothness == 1.0
 
+    # what is opened later is about the present value
+    shown.widget.close()
+    workspace.parameters.set(document.state.common.replace(smoothness=1e5))
+    window.actions_["sweep"].trigger()
+    assert shown.first.low.value() < 1e5 < shown.first.high.value()
+    window.actions_["undo"].trigger()
+
     # two of the chosen block alone, by hidden depth: its own values are taken
     label = next(iter(document.counts()))
     workspace.select([label])
@@ -250,6 +261,9 @@ def test_a_sweep_shows_what_comes_and_a_click_takes_a_value(window, qtbot, frame
     qtbot.waitUntil(lambda: not shown.busy)
     cells = shown.pictures.rowCount() * shown.pictures.columnCount()
     assert len(shown.found.errors) == cells == 9  # with the present value among the second's
+    texts = [shown.pictures.item(*shown.pictures.place(number)).text() for number in range(9)]
+    widest = max(shown.pictures.fontMetrics().horizontalAdvance(line) for text in texts for line in text.splitlines())
+    assert widest <= shown.pictures.iconSize().width()
     wanted = shown.found.points[0]
     shown.grid.taken.emit(0)
     assert document.blocks.own[label] == wanted
@@ -264,6 +278,7 @@ def test_a_sweep_shows_what_comes_and_a_click_takes_a_value(window, qtbot, frame
     shown.work.cancel_button.click()
     qtbot.waitUntil(lambda: not shown.busy)
     assert "Cancelled" in shown.state.text()
+    assert "not run" in shown.pictures.item(*shown.pictures.place(8)).text()
     assert shown.first.isEnabled()
     window.actions_["close_frame"].trigger()
     settle(window)
@@ -311,8 +326,10 @@ def test_own_presets_stand_beside_the_others(opened, tmp_path, monkeypatch):
     exported = tmp_path / "broad.json"
     monkeypatch.setattr("gui.features.presets.ask_path", lambda *_: str(exported))
     actions["export_preset"].trigger()
-    monkeypatch.setattr(QMessageBox, "question", lambda *_: QMessageBox.StandardButton.Yes)
-    actions["delete_preset"].trigger()
+    for button in ("Cancel", "&Delete"):
+        assert box.names.findData("broad") >= 0
+        actions["delete_preset"].trigger()
+        press_button(next(one for one in window.findChildren(QMessageBox) if one.isVisible()), button)
     settle(window)
     assert box.names.findData("broad") < 0
     assert box.present == "paper"

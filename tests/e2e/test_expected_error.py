@@ -93,8 +93,9 @@ def test_what_cannot_be_found_is_said_once(opened, qtbot, run_all, monkeypatch):
     assert len(said) == 2, "other results, another try"
 
 
-def test_another_preset_for_all_blocks_makes_their_depth_stale_until_one_button_runs_them(opened, qtbot, run_all):
+def test_without_live_another_preset_makes_depth_stale_until_one_button_runs_the_blocks(opened, qtbot, run_all):
     run_all(opened)
+    opened.actions_["live"].trigger()
     qtbot.waitUntil(lambda: not opened.feature(ErrorFeature).busy and _picture(opened) is not None)
     opened.workspace.select([])
     document, names = opened.workspace.current, opened.feature(FilterPanel).presets.names

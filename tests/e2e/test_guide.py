@@ -1,7 +1,9 @@
 """A guide in the window: loaded by the dialog, followed, seen, undone, kept in a project and removed."""
 
 import numpy as np
+from PySide6.QtWidgets import QFileDialog
 
+from gui.features.accuracy.ground_truth import GroundTruthDialog
 from gui.features.additional_depth import GUIDE, AdditionalDepthPanel
 from ilf.project.file import open_project
 
@@ -86,3 +88,13 @@ def test_guide_is_loaded_seen_followed_undone_and_kept(window, qtbot, frame_fold
     window.refresh.now()
     assert section.message.text() == "None in this frame."
     assert section.effect.text() == ""
+
+
+def test_files_for_a_frame_are_first_looked_for_beside_it(window, qtbot, frame_folder, monkeypatch):
+    open_frame(window, qtbot, frame_folder)
+    starts: list[str] = []
+    monkeypatch.setattr(QFileDialog, "getOpenFileName", lambda *asked: starts.append(asked[2]) or ("", ""))
+    window.actions_["load_guide"].trigger()
+    window.actions_["load_ground_truth"].trigger()
+    window.findChild(GroundTruthDialog).file_button.click()
+    assert starts == [str(frame_folder)] * 2

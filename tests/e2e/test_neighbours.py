@@ -89,9 +89,12 @@ def test_depth_of_neighbours_is_found_used_seen_undone_and_kept(window, qtbot, t
         np.testing.assert_array_equal(kept.from_neighbours, added)
         assert kept.neighbours.neighbours[0].sha256 == document.frame.neighbours.neighbours[0].sha256
         assert decoded.state.results[1].depth.shape == (hole.size,)
+    window.views.set_content("depth-in", "from_neighbours")
     actions["remove_neighbours"].trigger()
     assert document.frame.from_neighbours is None
     assert not actions["remove_neighbours"].isEnabled()
+    window.refresh.now()
+    assert window.views.contents()["depth-in"] == "depth-in", "no view stays empty"
 
 
 def test_search_can_be_cancelled_and_what_fails_is_told(window, qtbot, tmp_path, frame_folder):
@@ -106,7 +109,8 @@ def test_search_can_be_cancelled_and_what_fails_is_told(window, qtbot, tmp_path,
 
     panel = window.feature(AdditionalDepthPanel)
     actions["use_neighbours"].trigger()
-    qtbot.waitUntil(panel.work.isVisible)
+    # in sight, though the panel is higher than its place
+    qtbot.waitUntil(lambda: not panel.work.cancel_button.visibleRegion().isEmpty())
     panel.work.cancel_button.click()
     qtbot.waitUntil(lambda: not panel.busy)
     assert not panel.work.isVisible()

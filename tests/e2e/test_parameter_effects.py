@@ -46,11 +46,11 @@ def test_after_a_drag_the_difference_to_the_depth_before_it_stands_beside_the_pa
     opened, panel, qtbot, monkeypatch
 ):
     monkeypatch.setattr("gui.state.parameters.DRAG_S", 1000.0)  # however busy the machine is
-    before = opened.workspace.current.valid_results()[1].depth
+    before = opened.workspace.current.completion().depth
     assert _effect(panel, "slope_weight") == ""
     _drag(panel, "slope_weight", 20, 20, 20)
     _settle(opened, panel, qtbot)
-    difference = np.abs(opened.workspace.current.valid_results()[1].depth - before)
+    difference = np.abs(opened.workspace.current.completion().depth - before)
     changed = difference[difference >= 1e-4]
     assert changed.size
     assert _effect(panel, "slope_weight") == (

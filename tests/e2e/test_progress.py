@@ -3,7 +3,10 @@
 import re
 
 import ilf
+from gui.base.commands import why_not
+from gui.features.filter import FilterPanel
 from gui.features.status import StatusFeature
+from gui.work.frame_runs import RunState
 
 from .conftest import open_frame, write_frame
 
@@ -47,6 +50,18 @@ def test_a_pause_is_told_with_what_is_done_and_a_run_follows_an_extraction_under
     qtbot.waitUntil(lambda: progress.format().startswith("Paused"))
     with qtbot.waitSignal(opened.runs.ended):
         opened.actions_["cancel"].trigger()
+
+
+def test_work_that_follows_a_slider_is_named(opened, qtbot, run_all):
+    run_all(opened)
+    progress = opened.feature(StatusFeature).bar.progress
+    qtbot.waitUntil(lambda: not progress.isVisible())
+    opened.feature(FilterPanel).form.changed.emit(ilf.preset("released-code", max_iterations=100_000))
+    qtbot.waitUntil(lambda: progress.isVisible() and progress.format() == "Completing")
+    opened.actions_["cancel"].trigger()
+    qtbot.waitUntil(lambda: opened.runs.state is RunState.IDLE)
+    assert opened.workspace.current.changed_blocks(), "it is not begun again"
+    assert why_not(opened.actions_["cancel"]) == "Nothing is running."
 
 
 def test_a_frame_can_be_run_while_blocks_of_another_are_extracted(opened, qtbot, tmp_path, small_frame):

@@ -29,6 +29,7 @@ from ilf.segmentation.editing.patches import patch_between
 
 from ..ilf.project_states import assert_same
 from .conftest import open_frame, write_frame
+from .hand import press_button
 
 
 def save(window, qtbot, path: Path, embed: bool | None = None):
@@ -147,7 +148,7 @@ def test_a_project_opens_moved_with_its_frames_and_embedded_alone_and_a_damaged_
     assert not window.workspace.has_current
     assert left_aside.summary.problem
     box = next(box for box in window.findChildren(QMessageBox) if box.isVisible())
-    next(button for button in box.buttons() if "anew" in button.text()).click()
+    press_button(box, "&Open anew")
     qtbot.waitUntil(lambda: window.workspace.has_current and not window.loader.busy)
     assert left_aside.document is None
     assert len(window.workspace.entries) == 2, "the files are opened anew, beside the work"
@@ -299,7 +300,7 @@ def test_what_is_saved_is_what_there_was_and_replaces_nothing_unasked(opened, qt
     assert opened.workspace.current.unsaved
     opened.actions_["save_project"].trigger()
     box = next(box for box in QApplication.topLevelWidgets() if isinstance(box, QMessageBox) and box.isVisible())
-    next(button for button in box.buttons() if "Replace" in button.text()).click()
+    press_button(box, "&Replace")
     qtbot.waitUntil(lambda: not opened.workspace.current.unsaved)
     assert path.read_bytes() != other
 

@@ -61,7 +61,7 @@ def test_runs_are_kept_compared_and_come_back_to(opened, part, qtbot, run_all, m
     opened.refresh.now()
     texts = [_cell(part, row, Column.NAME) for row in (0, 1)]
     assert texts == ["● Live 2", "Run 1"]
-    assert _cell(part, 0, Column.VALUES) == "paper, padding 3 x · 1 of 2 blocks with other parameters"
+    assert _cell(part, 0, Column.VALUES) == "paper, padding 3 x"
     numbers = [str(_cell(part, row, Column.EXPECTED)) for row in (0, 1)]
     assert sum(text.startswith("★") for text in numbers) == 1
     assert _cell(part, 0, Column.GROUND_TRUTH) == "–"

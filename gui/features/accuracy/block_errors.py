@@ -1,4 +1,4 @@
-"""The column *Error* of the block table: against ground truth, of the last hold-out test, or as expected."""
+"""The column *Error* of the block table: against ground truth, of a hold-out test that is valid, or as expected."""
 
 from __future__ import annotations
 
@@ -70,8 +70,8 @@ class BlockErrorsFeature(Feature):
             of_document = found if of is document else {}
             rmse = {label: evaluated.rmse for label, evaluated in of_document.items() if evaluated.pixels}
             errors = BlockErrors(GROUND_TRUTH, rmse)
-        elif outcome is not None:
-            errors = BlockErrors(HOLD_OUT, outcome.errors_of(document))
+        elif outcome is not None and (held_out := outcome.errors_of(document)):
+            errors = BlockErrors(HOLD_OUT, held_out)
         else:
             errors = self._as_expected(document)
         document.set_block_errors(errors)

@@ -73,7 +73,8 @@ class GroundTruthDialog(PreviewDialog[RGBDFrame]):
 
     def browse(self) -> None:
         patterns = " ".join(f"*{suffix}" for suffix in DEPTH_FILE_SUFFIXES)
-        self.choose(choose_file(self, "Select ground truth", _FOLDER_KEY, f"Depth ({patterns});;All files (*)"))
+        kinds = f"Depth ({patterns});;All files (*)"
+        self.choose(choose_file(self, "Select ground truth", _FOLDER_KEY, kinds, self._frame))
 
 
 def described(frame: RGBDFrame) -> str:

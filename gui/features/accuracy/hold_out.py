@@ -3,7 +3,7 @@ valid."""
 
 from __future__ import annotations
 
-from collections.abc import Generator, Mapping, Sequence
+from collections.abc import Collection, Generator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import datetime
 
@@ -128,15 +128,17 @@ def _count(pixels: int) -> str:
     return f"{pixels / 1000:.0f}k" if pixels >= 10_000 else str(pixels) if pixels else UNKNOWN
 
 
-def candidates(document: Document, present: Run) -> list[tuple[Candidate, bool]]:
-    """Candidates, and whether they are initially ticked, as the current values and the compared runs are."""
+def candidates(document: Document, present: Run, tested: Collection[str]) -> list[tuple[Candidate, bool]]:
+    """Candidates, and whether they are initially ticked, as the current values, the compared runs and those that were
+    `tested` last are."""
     found = [(Candidate(CURRENT, present), True)]
     for kept in document.state.runs:
-        found.append((Candidate(kept.name, kept.run, kept), kept in document.compared))
+        found.append((Candidate(kept.name, kept.run, kept), kept in document.compared or kept.name in tested))
     presets = PRESETS | {name: preset.parameters for name, preset in list_presets()[0].items()}
     plain = replace(present, blocks=replace(present.blocks, own={}))
     for name, parameters in presets.items():
-        found.append((Candidate(f"Preset {name}", replace(plain, parameters=parameters)), False))
+        title = f"Preset {name}"
+        found.append((Candidate(title, replace(plain, parameters=parameters)), title in tested))
     return found
 
 

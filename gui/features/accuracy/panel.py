@@ -224,7 +224,9 @@ class AccuracyPanel(Panel):
             return
         document = self.context.workspace.current
         present = document.run(document.state.common)
-        dialog = HoldOutDialog(document.name, candidates(document, present), self.context.window)
+        last = self.outcomes.get(document)
+        tested = [] if last is None else [one.name for one in last.candidates]
+        dialog = HoldOutDialog(document.name, candidates(document, present, tested), self.context.window)
 
         def start() -> None:
             self._testing = document

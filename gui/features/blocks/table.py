@@ -121,7 +121,7 @@ _HEADERS = {
     Column.NAME: ("Name", "Name of the block. Press F2 to rename."),
     Column.PIXELS: ("Pixels", "Number of pixels of the block."),
     Column.MISSING: ("Missing", "Defect rate: share of the block's pixels without depth."),
-    Column.ERROR: ("Error", "Root mean square error in millimetres"),
+    Column.ERROR: ("Error [mm]", "Root mean square error in millimetres"),
     Column.STATE: ("", "State of the block after the last run. Point at an icon for details."),
     Column.ITERATIONS: ("Iter.", "Iterations of the low-pass filter."),
     Column.SIGMA: ("σ [mm]", "Deviation sigma_i between the last two iterations, Eq. (2), in millimetres."),
@@ -306,7 +306,7 @@ def _plain(icon: QIcon) -> QIcon:
     return plain
 
 
-_WIDTHS = {Column.MISSING: 58, Column.ERROR: 52, Column.ITERATIONS: 42, Column.SIGMA: 56, Column.PIXELS: 60}
+_WIDTHS = {Column.MISSING: 58, Column.ERROR: 84, Column.ITERATIONS: 42, Column.SIGMA: 56, Column.PIXELS: 60}
 _ICON_WIDTH = 26
 _HIDDEN_KEY = "blocks/hidden_columns"
 _NAME_WIDTH = 58  # minimum; in less width, the table scrolls sideways

@@ -102,7 +102,8 @@ class LoadBlocksDialog(PreviewDialog[Blocks]):
         self.message.show_message("\n".join([text, *found.notes]), "warning" if found.notes else "good")
 
     def browse(self) -> None:
-        self.choose(choose_file(self, "Choose blocks", _FOLDER_KEY, "Blocks (*.png *.json);;All files (*)"))
+        kinds = "Blocks (*.png *.json);;All files (*)"
+        self.choose(choose_file(self, "Choose blocks", _FOLDER_KEY, kinds, self._frame))
 
     def _browse_folder(self) -> None:
         self.choose(choose_folder(self, "Choose folder of masks", _FOLDER_KEY))

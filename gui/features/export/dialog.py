@@ -152,7 +152,8 @@ class ExportDialog(QDialog):
         self.work.cancelled.connect(self.cancelled)
         buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
         self.export_button = buttons.addButton("Export", QDialogButtonBox.ButtonRole.AcceptRole)
-        self.show_button = buttons.addButton("Open as fram&es", QDialogButtonBox.ButtonRole.ActionRole)
+        # of this role it is at the left: the other buttons keep their places when it comes
+        self.show_button = buttons.addButton("Open as fram&es", QDialogButtonBox.ButtonRole.ResetRole)
         self.show_button.setAutoDefault(False)
         self.show_button.setToolTip(
             "Add the completed frames of the folder to the list, with completed depth as their input; double-click a "

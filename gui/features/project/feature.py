@@ -288,7 +288,7 @@ class ProjectFeature(Feature):
             again = partial(self.context.loader.open_new, source, f"{entry.name} (anew)")
             text = f"{entry.name} cannot be opened. {error}"
             more = "Open its files as a new frame, without the work? The work stays in the project as it is."
-            ask(self.context.window, f"Open {entry.name} anew?", text, more, [("&Open anew", ACCEPT, again)])
+            ask(self.context.window, f"Open {entry.name} anew?", text, more, (("&Open anew", ACCEPT, again),))
 
     def _note_saved(self, path: Path, problems: Sequence[str]) -> None:
         note_opened(path)

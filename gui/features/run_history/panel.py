@@ -290,7 +290,7 @@ def _line(document: Document, stored: StoredRun) -> dict[str, object]:
         "note": stored.note,
         "when": stored.when.isoformat(timespec="seconds"),
         "how": stored.how,
-        "time [s]": f"{stored.seconds:.3f}",
+        "time [s]": f"{stored.seconds:.3f}" if stored.seconds else "",
         "iterations": stored.iterations,
         "blocks_run": len(stored.done),
         "blocks_with_result": len(stored.results),

@@ -18,7 +18,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from ilf._runtime.formatting import counted, millimetres
+from ilf._runtime.formatting import UNKNOWN, counted, millimetres
 from ilf.completion.confidence.expected_error import RMS_MEANING, RMS_NAME
 from ilf.data.parameters import PRESETS, Parameters, nearest_preset
 from ilf.project.run_history import StoredRun
@@ -121,8 +121,9 @@ def _cells(document: Document, run: StoredRun, present: bool, best: frozenset[Co
     title, values = title_of(run.name, document, run.run), values_of(document, run)
     # "Run 10" after "Run 9"
     name_key = re.sub(r"\d+", lambda digits: digits[0].zfill(9), run.name.casefold())
+    seconds = f"{run.seconds:.2f}" if run.seconds else UNKNOWN
     about = (
-        f"{run.name}\n{run.when:%H:%M:%S}: {len(run.done)} of {run.block_count} blocks in {run.seconds:.2f} s, "
+        f"{run.name}\n{run.when:%H:%M:%S}: {len(run.done)} of {run.block_count} blocks in {seconds} s, "
         f"{run.iterations} iterations, {run.how}.\n{counted(run.recovered, 'pixel')} filled by blocks"
         f"{'' if run.extrapolation is None else ', the rest extrapolated'}."
         f"{' Its results are the current ones.' if present else ''}"
@@ -133,7 +134,7 @@ def _cells(document: Document, run: StoredRun, present: bool, best: frozenset[Co
         Column.NAME: _Cell(f"● {title}" if present else title, name_key, about, present),
         **{column: _error_cell(run, column, column in best) for column in ERRORS},
         Column.VALUES: _Cell(values, values.casefold(), _all_values(run.run.parameters, values)),
-        Column.SECONDS: _Cell(f"{run.seconds:.2f}", run.seconds, _HEADERS[Column.SECONDS][1]),
+        Column.SECONDS: _Cell(seconds, run.seconds, _HEADERS[Column.SECONDS][1]),
         Column.ITERATIONS: _Cell(str(run.iterations), run.iterations, _HEADERS[Column.ITERATIONS][1]),
         Column.NOTE: _Cell(run.note, run.note.casefold(), run.note or _HEADERS[Column.NOTE][1]),
     }

@@ -73,7 +73,7 @@ class PointCells(Themed, QTableWidget):
         size = _LEAST_CELL
         if picture is not None:
             self.setIconSize(picture)
-            size = picture + QSize(2 * _GAP, 2 * _GAP + 2 * self.fontMetrics().lineSpacing() + 6)
+            size = picture + QSize(2 * _GAP, 2 * _GAP + 3 * self.fontMetrics().lineSpacing() + 6)
         elif heads is not None:
             self.setHorizontalHeaderLabels(heads[0])
             self.setVerticalHeaderLabels(heads[1][::-1])

@@ -158,10 +158,13 @@ class SweepFeature(Panel):
         """Open the window, with a parameter unless it is ""."""
         if not self._workspace.has_current:
             return
+        was_open = self.widget.isVisible()
         self.widget.show()
         self.widget.raise_()
         self.widget.activateWindow()
         self._show_frame()
+        for box in () if was_open or self.busy else (self.first, self.second):
+            box.cover_present()
         if name and not self.busy:
             if self._filter.for_selected:
                 self.criterion.blocks.setCurrentIndex(1)
@@ -358,14 +361,15 @@ class SweepFeature(Panel):
 
     def _picture_cell(self, found: SweepState, number: int, picture: Picture | None, scale: Scale) -> Cell:
         coverage = found.coverage.get(number, 1.0)
-        error = _millimetres(found.errors.get(number))
+        waiting = "…" if self.busy else "not run"
+        error = _millimetres(found.errors[number]) if number in found.errors else waiting
         text = error if coverage > _FULL_COVERAGE else f"{error}, fills {coverage:.0%}"
         best, present = number in found.marked, number == found.present
         marks = ["best" if found.ties is None else "equal"] * best + ["current"] * present
-        caption = " · ".join(f"{value:g}" for value in found.points[number].values())
-        hint = f"{', '.join([caption, text, *marks])}. Click to apply."
-        caption += f" ({', '.join(marks)})" if marks else ""
-        return Cell(f"{caption}\n{text}", hint, best, present, self._icon(number, picture, scale))
+        values = " · ".join(f"{value:g}" for value in found.points[number].values())
+        hint = f"{', '.join([values, text, *marks])}. Click to apply."
+        caption = "\n".join((values, text, ", ".join(marks)))
+        return Cell(caption, hint, best, present, self._icon(number, picture, scale))
 
     def _icon(self, number: int, picture: Picture | None, scale: Scale) -> QIcon:
         """The picture of a point, made once for a colour scale; an empty one until there is a result."""
@@ -422,7 +426,5 @@ def _with_unit(box: RangeBox) -> str:
     return f"{declaration.label} [{declaration.unit}]" if declaration.unit else declaration.label
 
 
-def _millimetres(error: float | None) -> str:
-    if error is None:
-        return "…"
+def _millimetres(error: float) -> str:
     return f"{millimetres(error)} mm" if math.isfinite(error) else "not evaluated"

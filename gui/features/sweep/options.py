@@ -106,7 +106,8 @@ class RangeBox(QGroupBox):
             for name in offered:
                 self.names.addItem(f"{declarations[name].label}", name)
                 self.names.setItemData(self.names.count() - 1, declarations[name].help, 3)
-        self.choose(chosen if chosen in offered else offered[0], again=chosen not in offered)
+        first = offered[int(self.isCheckable())]  # the optional box is for another parameter than the other box
+        self.choose(chosen if chosen in offered else first, again=chosen not in offered)
 
     def choose(self, name: str, again: bool = True) -> None:
         """Select a parameter with its usual range; without `again`, keep the range."""
@@ -115,6 +116,11 @@ class RangeBox(QGroupBox):
             self.names.setCurrentIndex(position)
             if again:
                 self._set_usual_range()
+
+    def cover_present(self) -> None:
+        """Take the usual range if the present value lies outside the range."""
+        if not self.low.value() <= getattr(self._parameters, self.declaration.name) <= self.high.value():
+            self._set_usual_range()
 
     def _set_usual_range(self) -> None:
         declaration = self.declaration

@@ -6,7 +6,8 @@ from PySide6.QtGui import QAction, QEnterEvent, QHelpEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QLineEdit, QMainWindow
 
-from gui.widgets.notices import LogPanel, Notes
+from gui.widgets.basics import Message
+from gui.widgets.notices import LogPanel, Notes, ProblemBox
 from gui.widgets.toasts import MAX_TOASTS, Toast, Toasts
 
 
@@ -39,6 +40,21 @@ def test_what_is_of_no_interest_takes_the_place_of_nothing_but_its_like(window, 
     toasts.clear()
     notes.show_briefly("3 blocks in 22 ms")
     assert toasts.message == "3 blocks in 22 ms"
+
+
+def test_options_of_the_command_line_are_not_told_in_a_window(window, toasts, qtbot):
+    log, label = LogPanel(), Message()
+    for widget in (log, label):
+        qtbot.addWidget(widget)
+    notes = Notes(window, toasts, log)
+    notes.show_message("There are two cameras (--topics COLOUR,DEPTH).")
+    notes.warn("Open", ["Give the key of a frame (--frame)."])
+    label.show_message("Rename the file (command line: --name, or --replace).")
+    assert toasts.message == "There are two cameras."
+    (box,) = window.findChildren(ProblemBox)
+    assert box.text() == "Give the key of a frame."
+    assert label.text() == "Rename the file."
+    box.close()
 
 
 def test_the_newest_is_in_the_status_bar_beside_the_work(window, toasts):

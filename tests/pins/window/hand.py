@@ -419,6 +419,12 @@ class Hand:
         line.setText(text)
         self.press("OK", dialog)
 
+    def agree(self, title: str, button: str) -> None:
+        """Press a button of a question; before there were such, one of the system was asked and is answered by Yes."""
+        for box in QApplication.topLevelWidgets():
+            if isinstance(box, QMessageBox) and box.isVisible() and box.windowTitle() == title:
+                self.press(button, box)
+
     def write(self, text: str) -> None:
         """Type a text and Enter where the focus is, for example in a cell of a table."""
         field = QApplication.focusWidget()

@@ -44,8 +44,8 @@ def presets_of_the_user(user: Hand) -> None:
     with user.answering(user.folder / "hall.json"):
         user.do("export_preset")
     user.keep("preset", user.folder / "hall.json")
-    with user.answering():
-        user.do("delete_preset")
+    user.do("delete_preset")
+    user.agree("Delete preset", "Delete")
     with user.answering(user.folder / "hall.json"):
         user.do("import_preset")
     user.fill("Preset", "best")
