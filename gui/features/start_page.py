@@ -75,6 +75,7 @@ class StartPage(Themed, QWidget):
             button.setMinimumHeight(36)
             button.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
             buttons.addWidget(button, *divmod(number, 2))
+        self.setFocusProxy(buttons.itemAt(0).widget())
         self.title = PlainLabel("Recent")
         self.recent = QListWidget()
         self.recent.setAccessibleName("Recent frames and projects")
@@ -145,6 +146,7 @@ class StartPage(Themed, QWidget):
 
     def showEvent(self, event: QShowEvent) -> None:
         super().showEvent(event)
+        self.setFocus()
         self.shown.emit()
 
 

@@ -13,7 +13,7 @@ from gui.features.status import StatusFeature
 from gui.tools.kinds import KINDS
 from gui.views.image_view import ImageView
 
-from .conftest import activate
+from .conftest import activate, open_frame
 from .hand import CTRL, PLAIN, SHIFT, hover, key
 
 _Key = Qt.Key
@@ -154,6 +154,31 @@ def test_a_letter_takes_a_tool_stands_in_its_tooltip_and_does_nothing_while_a_na
     qtbot.waitUntil(lambda: "table z" in [info.name for info in document.blocks.infos.values()])
     assert typing.editor.tool_name == "select"
     assert not typing.actions_["show_before_edit"].isChecked()
+
+
+def test_a_letter_leads_from_a_panel_to_the_crosshair(typing):
+    typing.feature(BlocksFeature).table.setFocus()
+    key(typing, _Key.Key_B)
+    assert _focus() is typing.views.active.view
+    _go(typing, 10, 24)
+
+
+def test_the_selected_block_is_renamed_by_a_command(typing, qtbot):
+    key(typing, _Key.Key_F9)
+    document = typing.workspace.current
+    typing.workspace.select([2])
+    typing.actions_["rename_block"].trigger()
+    (field,) = typing.feature(BlocksFeature).table.findChildren(QLineEdit)
+    QTest.keyClicks(field, "table")
+    QTest.keyClick(field, _Key.Key_Return)
+    qtbot.waitUntil(lambda: document.info(2).name == "table")
+
+
+def test_the_focus_is_where_a_frame_is_opened_and_then_in_its_views(window, qtbot, frame_folder):
+    activate(window, qtbot)
+    assert _focus().text() == "Open"
+    open_frame(window, qtbot, frame_folder)
+    assert isinstance(_focus(), ImageView)
 
 
 def _has_frame(cell):
