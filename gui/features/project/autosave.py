@@ -6,7 +6,6 @@ from __future__ import annotations
 import contextlib
 import html
 import socket
-from collections import Counter
 from collections.abc import Generator, Sequence
 from datetime import UTC, datetime
 from functools import partial
@@ -25,7 +24,6 @@ from PySide6.QtWidgets import (
 )
 
 from ilf._runtime.formatting import counted
-from ilf.project.project import Stage
 from ilf.project.recovery import RecoverableWork, autosave_folder, find_recoverable_work
 
 from ...widgets.basics import Message, PlainLabel, lay_out, scrolled, stack
@@ -169,10 +167,8 @@ class _Row(QFrame):
 def _details(left: RecoverableWork) -> list[str]:
     """Describe unsaved work in lines."""
     frames, all_frames = left.frames, left.read.project.frames
-    stages = Counter(frame.summary.stage for frame in frames)
-    parts = [f"{stages[stage]} {stage}" for stage in Stage if stages[stage]]
     count = counted(len(all_frames), "frame")
-    changed = f"{len(frames)} of {count} changed: {', '.join(parts)}"
+    changed = f"{len(frames)} of {count} changed"
     lines = [changed if frames else f"{count}: no work on frames, but the list or its settings have changed"]
     if left.project:
         lines.append(f"Project {left.project}")
