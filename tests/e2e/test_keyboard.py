@@ -177,8 +177,11 @@ def test_the_selected_block_is_renamed_by_a_command(typing, qtbot):
 def test_the_focus_is_where_a_frame_is_opened_and_then_in_its_views(window, qtbot, frame_folder):
     activate(window, qtbot)
     assert _focus().text() == "Open"
+    for code in (_Key.Key_Tab, _Key.Key_Backtab):
+        key(window, code)
     open_frame(window, qtbot, frame_folder)
     assert isinstance(_focus(), ImageView)
+    assert window.views.navigation.pixel is None, "nothing is pointed at before the frame has its place"
 
 
 def _has_frame(cell):
