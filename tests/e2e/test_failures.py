@@ -62,6 +62,16 @@ def test_a_name_or_a_whole_path_is_typed_over_the_proposed_name(window, qtbot, t
         dialog.reject()
 
 
+def test_a_project_is_saved_into_a_folder_that_is_not_there_yet(opened, qtbot, tmp_path):
+    opened.actions_["save_project"].trigger()
+    dialog = opened.findChild(SaveAsDialog)
+    dialog.path.setText(str(tmp_path / "two-planes" / "rgb.png" / "p"))
+    assert not dialog.save_button.isEnabled(), "no folder is made in a file"
+    dialog.path.setText(str(tmp_path / "new" / "folder" / "p"))
+    dialog.save_button.click()
+    qtbot.waitUntil(lambda: (tmp_path / "new" / "folder" / "p.ilf").exists() and not opened.project.saving.busy)
+
+
 def test_the_files_of_very_many_frames_are_not_measured(window, frame_folder, tmp_path):
     """That could take minutes on a network drive, before the dialog is there."""
 
