@@ -117,7 +117,7 @@ class SaveAsDialog(QDialog):
         path = self.chosen()
         if not self.path.text().strip():
             return "Enter a file name."
-        there = next(folder for folder in path.parents if folder.exists())
+        there = next(folder for folder in (path.parent, *path.parent.parents) if folder.exists())
         if not there.is_dir() or not os.access(there, os.W_OK):
             return f"{there} cannot be written: choose another folder."
         if path.is_dir():
