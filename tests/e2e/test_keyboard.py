@@ -4,7 +4,16 @@ import numpy as np
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QAbstractButton, QApplication, QComboBox, QDialog, QLineEdit, QPushButton, QWidget
+from PySide6.QtWidgets import (
+    QAbstractButton,
+    QApplication,
+    QComboBox,
+    QDialog,
+    QFileDialog,
+    QLineEdit,
+    QPushButton,
+    QWidget,
+)
 
 from gui.base import theme
 from gui.base.commands import plain
@@ -245,3 +254,25 @@ def _assert_enter_is_default(dialog: QDialog, widget: QWidget):
     default.clicked.connect(lambda: accepted.append(True))
     QTest.keyClick(widget, _Key.Key_Return)
     assert accepted, (widget, widget.accessibleName())
+
+
+@pytest.mark.parametrize(
+    ("command", "text", "asks"),
+    [
+        ("open", "File…", "getOpenFileName"),
+        ("export", "Browse…", "getExistingDirectory"),
+        ("save_project_as", "&Browse…", "getSaveFileName"),
+        ("load_blocks", "Folder…", "getExistingDirectory"),
+    ],
+)
+def test_enter_uses_the_button_that_has_the_focus(typing, monkeypatch, command, text, asks):
+    asked, nothing = [], "" if asks == "getExistingDirectory" else ("", "")
+    monkeypatch.setattr(QFileDialog, asks, lambda *where, **how: asked.append(where) or nothing)
+    typing.actions_[command].trigger()
+    (dialog,) = (found for found in typing.findChildren(QDialog) if found.isVisible())
+    button = next(one for one in dialog.findChildren(QPushButton) if one.text() == text and one.isVisible())
+    button.setFocus()
+    QTest.keyClick(button, _Key.Key_Return)
+    assert len(asked) == 1
+    assert dialog.isVisible()
+    dialog.close()

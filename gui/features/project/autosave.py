@@ -69,6 +69,7 @@ class RecoveryDialog(QDialog):
         area.setMinimumHeight(sum(row.sizeHint().height() + 8 for row in shown))
         buttons = QDialogButtonBox()
         later = buttons.addButton("Decide &later", QDialogButtonBox.ButtonRole.RejectRole)
+        later.setDefault(True)
         later.setToolTip("Close this dialog, and offer the remaining work again at the next start")
         buttons.rejected.connect(self.reject)
         stack(self, about, self.added, area, buttons, stretched=area)
@@ -146,10 +147,10 @@ class _Row(QFrame):
         when, what = Message(), Message()
         when.show_message("" if left.header is None else f"Last change {_age(left.header.changed)}")
         what.show_message(left.problem or "\n".join(_details(left)), "error" if left.problem else "text")
-        self.restore_button = QPushButton("Restore", autoDefault=False)
+        self.restore_button = QPushButton("Restore")
         self.restore_button.setToolTip("Open the work in its last state; save it as a project afterwards")
         self.restore_button.setEnabled(not left.problem)
-        self.discard_button = QPushButton("Discard…", autoDefault=False)
+        self.discard_button = QPushButton("Discard…")
         self.discard_button.setToolTip("Delete this work permanently")
         buttons = self.restore_button, self.discard_button
         for button in buttons:

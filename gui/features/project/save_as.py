@@ -53,7 +53,7 @@ class SaveAsDialog(QDialog):
         self.path.setSelection(len(str(proposed)) - len(proposed.name), len(proposed.stem))  # to type another name
         self.path.setMinimumWidth(380)
         self.path.setToolTip(f"The project file; {PROJECT_SUFFIX} is added if it has no suffix")
-        browse = QPushButton("&Browse…", autoDefault=False)
+        browse = QPushButton("&Browse…")
         browse.setToolTip("Choose the file")
         browse.clicked.connect(self._browse)
         self.embed = QCheckBox(f"&Include the frames' own files{size}")
