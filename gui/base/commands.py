@@ -254,10 +254,11 @@ class Actions:
 def take_typed() -> None:
     """Take over what is being typed into a number field or a row of a list, as if the focus had left it."""
     field = QApplication.focusWidget()
-    holder = field.parentWidget().parentWidget() if field is not None and field.parentWidget() is not None else None
+    viewport = None if field is None else field.parentWidget()
+    holder = None if viewport is None else viewport.parentWidget()
     if isinstance(field, QAbstractSpinBox):
         field.interpretText()
-    elif isinstance(holder, QAbstractItemView):
+    elif field is not None and isinstance(holder, QAbstractItemView):
         holder.itemDelegateForIndex(holder.currentIndex()).commitData.emit(field)
 
 

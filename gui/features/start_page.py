@@ -75,7 +75,8 @@ class StartPage(Themed, QWidget):
             button.setMinimumHeight(36)
             button.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
             buttons.addWidget(button, *divmod(number, 2))
-        self.setFocusProxy(buttons.itemAt(0).widget())
+            if number == 0:
+                self.setFocusProxy(button)
         self.title = PlainLabel("Recent")
         self.recent = QListWidget()
         self.recent.setAccessibleName("Recent frames and projects")

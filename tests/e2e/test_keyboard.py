@@ -212,7 +212,11 @@ def test_the_view_with_the_focus_has_a_frame_and_tab_leaves_it(typing):
     assert _focus() is typing.feature(BlocksFeature).table
 
 
-def test_every_stop_of_the_tab_key_is_in_sight(typing):
+@pytest.mark.parametrize("panels", [(), ("History", "Log", "Frames"), ("Inspect", "Range", "Accuracy")])
+def test_every_stop_of_the_tab_key_is_in_sight(typing, panels):
+    for title in panels:
+        typing.panels.reveal(title)
+    QApplication.processEvents()
     first, stops = _focus(), list[QWidget]()
     while not stops or stops[-1] is not first:
         key(typing, _Key.Key_Tab)

@@ -1,7 +1,7 @@
 """The start page: there while no frame is open, with what was opened last, by mouse and keyboard."""
 
 from PySide6.QtCore import Qt
-from PySide6.QtGui import QAction, QTextDocumentFragment
+from PySide6.QtGui import QTextDocumentFragment
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QToolButton
 
@@ -49,7 +49,7 @@ def test_it_goes_with_a_frame_comes_back_and_offers_what_was_open(window, qtbot,
 
 def test_a_folder_of_frames_has_the_thumbnail_of_its_first_frame(tmp_path, small_frame, qtbot):
     write_frame(tmp_path / "frame-0", small_frame)
-    page = StartPage([QAction("Open")], print)
+    page = StartPage([], print)
     qtbot.addWidget(page)
     page.show_recent([FrameRef(str(tmp_path))])
     (key,) = page.thumbnails._made
