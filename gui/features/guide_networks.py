@@ -74,11 +74,11 @@ class GuideNetworksDialog(QDialog):
         self.use_button.clicked.connect(self._use)
         self.add_button.clicked.connect(self._add)
         buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
-        buttons.button(QDialogButtonBox.StandardButton.Close).setDefault(True)
         buttons.rejected.connect(self.reject)
         ours = row(self.add_button, label_of("A network of your own &gives", self.gives), self.gives)
         chosen = row(self.fetch_button, self.use_button)
         stack(self, about, self.networks, self.message, chosen, self.work, ours, buttons, stretched=self.networks)
+        buttons.button(QDialogButtonBox.StandardButton.Close).setDefault(True)  # Enter fetches nothing
         give_size(self, 860, 460)
         self.show_networks()
 

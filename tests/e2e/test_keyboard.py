@@ -280,3 +280,11 @@ def test_enter_uses_the_button_that_has_the_focus(typing, monkeypatch, command, 
     assert len(asked) == 1
     assert dialog.isVisible()
     dialog.close()
+
+
+def test_enter_fetches_nothing(typing):
+    typing.actions_["guide_by_network"].trigger()
+    (dialog,) = (found for found in typing.findChildren(QDialog) if found.isVisible())
+    (default,) = (button for button in dialog.findChildren(QPushButton) if button.isDefault())
+    assert plain(default.text()) == "Close"
+    dialog.close()

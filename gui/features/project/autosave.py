@@ -69,10 +69,10 @@ class RecoveryDialog(QDialog):
         area.setMinimumHeight(sum(row.sizeHint().height() + 8 for row in shown))
         buttons = QDialogButtonBox()
         later = buttons.addButton("Decide &later", QDialogButtonBox.ButtonRole.RejectRole)
-        later.setDefault(True)
         later.setToolTip("Close this dialog, and offer the remaining work again at the next start")
         buttons.rejected.connect(self.reject)
         stack(self, about, self.added, area, buttons, stretched=area)
+        later.setDefault(True)
         self.added.setVisible(not has_no_project(context))
         self.setMinimumWidth(600)
 
