@@ -10,7 +10,17 @@ from functools import cached_property, partial
 from typing import TypeVar
 
 from PySide6.QtGui import QAction, QActionGroup, QIcon, QKeySequence
-from PySide6.QtWidgets import QMainWindow, QMenu, QMenuBar, QToolBar, QToolButton, QWidget
+from PySide6.QtWidgets import (
+    QAbstractItemView,
+    QAbstractSpinBox,
+    QApplication,
+    QMainWindow,
+    QMenu,
+    QMenuBar,
+    QToolBar,
+    QToolButton,
+    QWidget,
+)
 from shiboken6 import isValid
 
 from . import theme
@@ -218,6 +228,7 @@ class Actions:
             return
 
         def use() -> None:
+            take_typed()
             if action.why_not():  # something has changed since commands were enabled
                 self.refresh()
             else:
@@ -238,6 +249,17 @@ class Actions:
         for name in names or self._icons:
             if self._icons[name]:
                 self[name].setIcon(theme.icon(self._icons[name], palette))
+
+
+def take_typed() -> None:
+    """Take over what is being typed into a number field or a row of a list, as if the focus had left it."""
+    field = QApplication.focusWidget()
+    viewport = None if field is None else field.parentWidget()
+    holder = None if viewport is None else viewport.parentWidget()
+    if isinstance(field, QAbstractSpinBox):
+        field.interpretText()
+    elif field is not None and isinstance(holder, QAbstractItemView):
+        holder.itemDelegateForIndex(holder.currentIndex()).commitData.emit(field)
 
 
 def _ask(menu: QMenu) -> None:

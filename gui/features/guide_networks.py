@@ -64,10 +64,10 @@ class GuideNetworksDialog(QDialog):
         self.work.follow(requests)
         requests.begun.connect(self._allow)
         requests.ended.connect(self._allow)
-        self.fetch_button = QPushButton("&Fetch", autoDefault=False)
-        self.use_button = QPushButton("&Use as guide", autoDefault=False)
+        self.fetch_button = QPushButton("&Fetch")
+        self.use_button = QPushButton("&Use as guide")
         self.use_button.setToolTip("Predict a guide of the current frame by the selected network")
-        self.add_button = QPushButton("&Add file…", autoDefault=False)
+        self.add_button = QPushButton("&Add file…")
         self.add_button.setToolTip("Add an ONNX file: one that was copied from another computer, or of your own")
         self.gives = combo(GIVES, "What a network of your own predicts; it is fitted to known depth as that")
         self.fetch_button.clicked.connect(self._fetch)
@@ -78,6 +78,7 @@ class GuideNetworksDialog(QDialog):
         ours = row(self.add_button, label_of("A network of your own &gives", self.gives), self.gives)
         chosen = row(self.fetch_button, self.use_button)
         stack(self, about, self.networks, self.message, chosen, self.work, ours, buttons, stretched=self.networks)
+        buttons.button(QDialogButtonBox.StandardButton.Close).setDefault(True)  # Enter fetches nothing
         give_size(self, 860, 460)
         self.show_networks()
 

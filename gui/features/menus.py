@@ -20,7 +20,7 @@ from ..views.linked_views import LinkedViews
 from ..views.view_menus import SidesMenu
 
 BLOCK_MENU = (
-    "run_selected zoom_block | merge_blocks delete_blocks lock_blocks hide_blocks mark_checked | "
+    "run_selected zoom_block | rename_block merge_blocks delete_blocks lock_blocks hide_blocks mark_checked | "
     "grow_blocks shrink_blocks smooth_blocks clean_up | new_block fit"
 )
 _TOOLS = " ".join(f"tool_{kind.name}" for kind in KINDS if not kind.inspects)
@@ -39,7 +39,7 @@ _MENUS = {
     "&Edit": f"undo redo | {_TOOLS} | next_tool previous_tool | brush_smaller brush_larger "
     f"similar_only to_no_block | {BY_HAND} | cancel_stroke",
     "&Blocks": "extract | propagate_next propagate_previous propagate_through propagation_menu | "
-    "new_block delete_blocks merge_blocks lock_blocks hide_blocks | "
+    "new_block rename_block delete_blocks merge_blocks lock_blocks hide_blocks | "
     "grow_blocks shrink_blocks smooth_blocks clean_up | zoom_block select_all",
     "I&nspect": _INSPECT,
     "Revie&w": "next_check previous_check apply_remedy ignore_check mark_checked | suggest_invalid",

@@ -49,9 +49,9 @@ class Panel(Feature):
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)
+        context.refresh.add(self.title, self._draw, self.parts, self.deferred)
         if self.group is not None:
             context.panels.add(self.title, self._in_dock(), self.group, self.icon, self.open_at_first, self.shows)
-        context.refresh.add(self.title, self._draw, self.parts, self.deferred)
         if self.open_at_first:
             _ = self.widget
 

@@ -215,7 +215,7 @@ class ShortcutsDialog(QDialog):
         self.filter.setToolTip("Show only commands that match by name, menu or keys")
         self.list = row_list("Commands and their keys", "", ("Command", "Menu", "Keys"), _COMMAND)
         self.list.setAlternatingRowColors(True)
-        self.edit = QKeySequenceEdit()
+        self.edit = _KeysField()
         self.edit.setMaximumSequenceLength(1)
         self.edit.setToolTip("Press the new keys of the selected command")
         self.clear_button = QPushButton("&None", autoDefault=False)
@@ -350,6 +350,19 @@ class ShortcutsDialog(QDialog):
         self.message.show_message(text, tone)
         self.swap_button.setVisible(swap)
         self.take_button.setVisible(clash)
+
+
+class _KeysField(QKeySequenceEdit):
+    """Takes the keys that are pressed, but leaves those that lead out of it."""
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Leave Escape to the dialog, and Shift+Tab to the focus."""
+        if event.key() == Qt.Key.Key_Backtab:
+            self.focusPreviousChild()
+        elif event.key() == Qt.Key.Key_Escape:
+            event.ignore()
+        else:
+            super().keyPressEvent(event)
 
 
 class ShortcutsFeature(Feature):

@@ -75,6 +75,8 @@ class StartPage(Themed, QWidget):
             button.setMinimumHeight(36)
             button.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
             buttons.addWidget(button, *divmod(number, 2))
+            if number == 0:
+                self.setFocusProxy(button)
         self.title = PlainLabel("Recent")
         self.recent = QListWidget()
         self.recent.setAccessibleName("Recent frames and projects")
@@ -145,6 +147,7 @@ class StartPage(Themed, QWidget):
 
     def showEvent(self, event: QShowEvent) -> None:
         super().showEvent(event)
+        self.setFocus()
         self.shown.emit()
 
 

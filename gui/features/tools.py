@@ -119,10 +119,11 @@ class ToolsFeature(Feature):
             self.context.notes.show_message("This tool has no size. Choose a brush or Smart select.")
 
     def _choose(self, name: str) -> None:
-        """Make a tool the active one, and show the images, unless it works in the point cloud, too."""
+        """Make a tool the active one, and go to the images, unless it works in the point cloud, too."""
         self._editor.set_tool(name)
         if not self._editor.tools[name].points_only:
             self.context.centre.show_images()
+            self.context.views.active.view.setFocus()
 
     def _point(self, event: PointerEvent) -> bool:
         self.context.refresh.now()  # the pointer event refers to what is drawn

@@ -28,7 +28,7 @@ from ilf.run.replaying import Replay, replay
 from ilf.run.run import Run
 from ilf.sources.frame_ref import FrameRef
 from ilf.sources.listing import Listing, list_frames
-from ilf.sources.own_results import is_result_folder
+from ilf.sources.own_results import RECORD_FILE, is_result_folder
 from ilf.sources.reading import described_beside, read_frame
 
 from ..state.document import Document
@@ -133,9 +133,11 @@ class FrameLoader(QObject):
         self.read(f"Opening {Path(source.key).name}", do, take)
 
     def open_run(self, record: Path) -> None:
-        """Open a run.json: its frame, blocks, parameters and result."""
+        """Open the record of a run: its frame, blocks, parameters and result; a run.json as its folder."""
         record = Path(os.path.abspath(record))  # one key for all spellings of the path
-        if not self._shows(record):
+        if record.name == RECORD_FILE and record.exists():
+            self.open(FrameRef(str(record.parent)))
+        elif not self._shows(record):
             do = lambda: _replayed(replay(record, extract=False))  # noqa: E731
             self.read(f"Opening {record.name}", do, partial(self._take_opened, record))
 

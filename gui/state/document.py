@@ -47,6 +47,8 @@ class Document(FrameData):
     undo_stack : QUndoStack
     changes : Changes
         Where changes are told: to the window while it is in the list of documents, else to nobody.
+    had_unsaved : bool
+        Whether there were unsaved changes when it was opened, and they still are.
     """
 
     def __init__(self, state: FrameState, origin: object, key: str) -> None:
@@ -56,6 +58,7 @@ class Document(FrameData):
         self._before_stroke: NDArray[np.int32] | None = None
         """The label map before the stroke in progress."""
         self._edits = 0
+        self.had_unsaved = False
         self._others = 0
         """Number of changes that are not undo steps."""
         self._others_saved = 0
@@ -114,17 +117,17 @@ class Document(FrameData):
     @property
     def unsaved(self) -> bool:
         """Whether there are changes that are not in the project file."""
-        return not self.undo_stack.isClean() or self._others != self._others_saved
+        return self.had_unsaved or not self.undo_stack.isClean() or self._others != self._others_saved
 
     def unsaved_summary(self) -> str:
-        """Return a summary of the unsaved changes, as "3 edits, 1 run"; "" for none."""
+        """Return a summary of the unsaved changes, as "earlier changes, 3 edits, 1 run"; "" for none."""
         if not self.unsaved:
             return ""
         clean = self.undo_stack.cleanIndex()
         edits = abs(self.undo_stack.index() - clean) if clean >= 0 else self.undo_stack.index()
         runs = sum(kept.number >= self._runs_saved for kept in self.state.runs)
         counts = [counted(count, what) for count, what in ((edits, "edit"), (runs, "run")) if count]
-        return ", ".join(counts) or "changes"
+        return ", ".join(["earlier changes"] * self.had_unsaved + counts) or "changes"
 
     @property
     def stamp(self) -> tuple[int, int, int]:
@@ -133,6 +136,7 @@ class Document(FrameData):
 
     def note_saved(self, stamp: tuple[int, int, int]) -> None:
         """Mark the state at a stamp as saved; later changes are not."""
+        self.had_unsaved = False
         edits, self._others_saved, self._runs_saved = stamp
         if edits == self._edits:
             self.undo_stack.setClean()

@@ -163,8 +163,7 @@ class Entries:
             self.add([entry])
             return entry
         document.change(id=entry.id, note=entry.note, done=entry.summary.done)
-        if entry.unsaved:
-            document.note_other_change()
+        document.had_unsaved = entry.unsaved
         entry.document, entry.name, entry.problem = document, document.name, ""
         return entry
 

@@ -154,12 +154,14 @@ class ToolKeys(QObject):
         if new is None:
             return
         new.installEventFilter(self)
+        was_hidden = self._was_hidden(old)
+        self._keyboard_focus &= not was_hidden
         if isinstance(new, ImageView):
             self._views.activate(new)
             if self._keyboard_focus and self._editor.ready:
                 self.crosshair.show()
             self._keyboard_focus = False
-        elif self._was_hidden(old) and self._views.isVisible() and self._belongs(new):
+        elif was_hidden and self._views.isVisible() and self._belongs(new):
             self._views.active.view.setFocus()
 
     def _was_hidden(self, old: QWidget | None) -> bool:

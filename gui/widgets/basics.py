@@ -216,6 +216,7 @@ def scrolled(content: QWidget) -> QScrollArea:
     for part in (area.viewport(), content):  # the background is that of what is around it
         part.setAutoFillBackground(False)
     area.setFrameShape(QScrollArea.Shape.NoFrame)
+    area.setFocusPolicy(Qt.FocusPolicy.NoFocus)  # what it contains has the focus
     area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
     area.setMinimumWidth(content.minimumSizeHint().width() + area.verticalScrollBar().sizeHint().width())
     return area

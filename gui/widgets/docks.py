@@ -110,7 +110,11 @@ class Docks(QObject):
         dock = QDockWidget(title, self._window)
         dock.setObjectName(title)
         widget.setMinimumHeight(_MIN_HEIGHT)
+        policy = widget.sizePolicy()
+        policy.setRetainSizeWhenHidden(True)
+        widget.setSizePolicy(policy)
         dock.setWidget(widget)
+        dock.visibilityChanged.connect(widget.setVisible)  # behind another tab, it is neither drawn nor a stop of Tab
         self._panels[title] = panel = _Panel(dock, icon, group)
         if self._placed:
             self._place(panel)

@@ -23,7 +23,8 @@ class Job:
         Returns the answer, or a generator that yields shares done (0-1) and parts, and returns it; called in the
         background thread.
     take, fail, step : callable
-        Called with the answer, with the exception that was raised, and with each part, in the GUI's thread.
+        Called with the answer, with the exception that `find` or `take` has raised, and with each part, in the GUI's
+        thread.
     kind : str
         Of those of a kind, the latest waits; those of the kind "" are all done.
     key : object
@@ -45,6 +46,13 @@ class Job:
     what: str = ""
     still_wanted: Callable[[], bool] = lambda: True
     about: object = None
+
+    def answer(self, found: Any) -> None:
+        """Give the answer to who has asked."""
+        try:
+            self.take(found)
+        except Exception as error:
+            self.fail(error)
 
 
 def _raise(error: Exception) -> None:
@@ -78,7 +86,7 @@ class LatestRequest(QObject):
         super().__init__(parent)
         self._fail = fail
         self._worker = Worker(self)
-        self._worker.finished.connect(lambda answer: self._end(lambda job: job.take(answer)))
+        self._worker.finished.connect(lambda answer: self._end(lambda job: job.answer(answer)))
         self._worker.failed.connect(lambda error: self._end(lambda job: job.fail(error)))
         self._worker.cancelled.connect(self._go_on)
         self._worker.progressed.connect(self._advance)
@@ -100,7 +108,7 @@ class LatestRequest(QObject):
         kind: str = "latest",
         key: object = None,
     ) -> None:
-        """Call `take` with what `find` returns in the background, or `fail` with its exception; see `Job`."""
+        """Call `take` with what `find` returns in the background, or `fail` with the exception of either; see `Job`."""
         self.add(Job(find, take, fail or self._fail, step, kind, key))
 
     def add(self, job: Job) -> None:

@@ -1,11 +1,14 @@
 """Commands state what they need: they are off without it, and whoever looks is told what to do first."""
 
+import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication, QDialog, QDoubleSpinBox
 
 from gui.base.commands import action_entries, command, why_not
 from gui.base.needs import Need
 from gui.features.context import Feature
+from gui.features.filter import FilterPanel
 
 from .conftest import activate
 
@@ -84,3 +87,36 @@ def test_a_key_for_size_says_why_it_does_nothing(opened):
     opened.actions_["brush_larger"].trigger()
     assert opened.editor.options.brush_radius == radius
     assert "has no size" in opened.toasts.message
+
+
+def _begin_to_type(field, text):
+    field.setFocus()
+    field.selectAll()
+    QTest.keyClicks(field, text)
+
+
+def test_a_command_takes_over_the_number_that_is_being_typed(opened, qtbot):
+    activate(opened, qtbot)
+    field = opened.feature(FilterPanel).widget.findChild(QDoubleSpinBox, "slope_weight")
+    _begin_to_type(field, "0.3")
+    with qtbot.waitSignal(opened.runs.ended):
+        QTest.keyClick(field, Qt.Key.Key_F5)
+    assert {result.parameters.slope_weight for result in opened.workspace.current.valid_results().values()} == {0.3}
+    assert field.hasFocus()
+
+
+@pytest.mark.parametrize("leave", ["save_project", "quit", "close"])
+def test_a_note_that_is_being_typed_is_work(opened, qtbot, leave):
+    activate(opened, qtbot)
+    opened.project.discard_silently = False
+    opened.actions_["note_frame"].trigger()
+    field = QApplication.focusWidget()
+    _begin_to_type(field, "glass")
+    if leave == "close":
+        opened.close()
+    else:
+        opened.actions_[leave].trigger()
+    (dialog,) = (found for found in opened.findChildren(QDialog) if found.isVisible())
+    dialog.reject()
+    assert opened.isVisible()
+    assert opened.workspace.entries[0].note == "glass"

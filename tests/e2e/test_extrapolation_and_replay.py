@@ -114,14 +114,24 @@ def test_what_differs_from_a_record_is_said_when_it_is_opened(opened, qtbot, run
     assert "depth.png has changed" in opened.log.text.toPlainText()
 
 
-def test_an_input_that_was_replaced_is_refused(opened, qtbot, run_all, reported, frame_folder, tmp_path):
+@pytest.mark.parametrize("problem", ["changed", "missing"])
+def test_a_file_of_the_frame_that_is_not_there_any_more_is_asked_for(opened, qtbot, run_all, tmp_path, problem):
     run_all(opened)
-    depth = frame_folder / "depth.png"
-    cv2.imwrite(str(depth), cv2.imread(str(depth), cv2.IMREAD_UNCHANGED) + 200)
+    frame, completed = opened.workspace.current.frame, opened.workspace.current.completion().depth
     export(opened, qtbot, tmp_path / "out")
+    moved = (tmp_path / "two-planes").rename(tmp_path / "moved")
+    if problem == "changed":
+        write_frame(tmp_path / "two-planes", ilf.RGBDFrame(frame.rgb, frame.depth + 1))
     _open_run(opened, qtbot, tmp_path / "out" / "run.json")
-    assert "is not the depth file of the recorded run" in reported[0]
     assert not opened.workspace.has_current
+    missing = opened.project.missing
+    assert [row.text(2) for row in _rows(missing.dialog.files)] == [problem]
+    loaded(opened, qtbot, missing.look, moved)
+    np.testing.assert_array_equal(opened.workspace.current.completion().depth, completed)
+
+
+def _rows(tree):
+    return [tree.topLevelItem(row) for row in range(tree.topLevelItemCount())]
 
 
 def test_a_run_that_does_not_come_out_as_recorded_says_by_how_much(

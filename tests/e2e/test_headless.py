@@ -118,7 +118,7 @@ def test_a_truth_that_does_not_fit(start, frame_folder, tmp_path, picture):
 def test_a_run_whose_frame_is_gone(start, frame_folder, tmp_path, picture):
     assert command_line(["complete", str(frame_folder), "--out", str(tmp_path / "done"), "--quiet"]) == 0
     (frame_folder / "depth.png").unlink()
-    refused(start(tmp_path / "done" / "run.json", "--run"), picture, "depth.png", "recorded run")
+    refused(start(tmp_path / "done" / "run.json", "--run"), picture, "depth.png", "no longer exists")
 
 
 @pytest.mark.parametrize("arguments", [(), ("--run",)])

@@ -4,7 +4,16 @@ import numpy as np
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QAbstractButton, QApplication, QComboBox, QDialog, QLineEdit, QPushButton, QWidget
+from PySide6.QtWidgets import (
+    QAbstractButton,
+    QApplication,
+    QComboBox,
+    QDialog,
+    QFileDialog,
+    QLineEdit,
+    QPushButton,
+    QWidget,
+)
 
 from gui.base import theme
 from gui.base.commands import plain
@@ -13,7 +22,7 @@ from gui.features.status import StatusFeature
 from gui.tools.kinds import KINDS
 from gui.views.image_view import ImageView
 
-from .conftest import activate
+from .conftest import activate, open_frame
 from .hand import CTRL, PLAIN, SHIFT, hover, key
 
 _Key = Qt.Key
@@ -156,6 +165,34 @@ def test_a_letter_takes_a_tool_stands_in_its_tooltip_and_does_nothing_while_a_na
     assert not typing.actions_["show_before_edit"].isChecked()
 
 
+def test_a_letter_leads_from_a_panel_to_the_crosshair(typing):
+    typing.feature(BlocksFeature).table.setFocus()
+    key(typing, _Key.Key_B)
+    assert _focus() is typing.views.active.view
+    _go(typing, 10, 24)
+
+
+def test_the_selected_block_is_renamed_by_a_command(typing, qtbot):
+    key(typing, _Key.Key_F9)
+    document = typing.workspace.current
+    typing.workspace.select([2])
+    typing.actions_["rename_block"].trigger()
+    (field,) = typing.feature(BlocksFeature).table.findChildren(QLineEdit)
+    QTest.keyClicks(field, "table")
+    QTest.keyClick(field, _Key.Key_Return)
+    qtbot.waitUntil(lambda: document.info(2).name == "table")
+
+
+def test_the_focus_is_where_a_frame_is_opened_and_then_in_its_views(window, qtbot, frame_folder):
+    activate(window, qtbot)
+    assert _focus().text() == "Open"
+    for code in (_Key.Key_Tab, _Key.Key_Backtab):
+        key(window, code)
+    open_frame(window, qtbot, frame_folder)
+    assert isinstance(_focus(), ImageView)
+    assert window.views.navigation.pixel is None, "nothing is pointed at before the frame has its place"
+
+
 def _has_frame(cell):
     return cell.view.grab().toImage().pixelColor(0, 0) == theme.colours(cell.palette()).accent
 
@@ -175,7 +212,11 @@ def test_the_view_with_the_focus_has_a_frame_and_tab_leaves_it(typing):
     assert _focus() is typing.feature(BlocksFeature).table
 
 
-def test_every_stop_of_the_tab_key_is_in_sight(typing):
+@pytest.mark.parametrize("panels", [(), ("History", "Log", "Frames"), ("Inspect", "Range", "Accuracy")])
+def test_every_stop_of_the_tab_key_is_in_sight(typing, panels):
+    for title in panels:
+        typing.panels.reveal(title)
+    QApplication.processEvents()
     first, stops = _focus(), list[QWidget]()
     while not stops or stops[-1] is not first:
         key(typing, _Key.Key_Tab)
@@ -217,3 +258,33 @@ def _assert_enter_is_default(dialog: QDialog, widget: QWidget):
     default.clicked.connect(lambda: accepted.append(True))
     QTest.keyClick(widget, _Key.Key_Return)
     assert accepted, (widget, widget.accessibleName())
+
+
+@pytest.mark.parametrize(
+    ("command", "text", "asks"),
+    [
+        ("open", "File…", "getOpenFileName"),
+        ("export", "Browse…", "getExistingDirectory"),
+        ("save_project_as", "&Browse…", "getSaveFileName"),
+        ("load_blocks", "Folder…", "getExistingDirectory"),
+    ],
+)
+def test_enter_uses_the_button_that_has_the_focus(typing, monkeypatch, command, text, asks):
+    asked, nothing = [], "" if asks == "getExistingDirectory" else ("", "")
+    monkeypatch.setattr(QFileDialog, asks, lambda *where, **how: asked.append(where) or nothing)
+    typing.actions_[command].trigger()
+    (dialog,) = (found for found in typing.findChildren(QDialog) if found.isVisible())
+    button = next(one for one in dialog.findChildren(QPushButton) if one.text() == text and one.isVisible())
+    button.setFocus()
+    QTest.keyClick(button, _Key.Key_Return)
+    assert len(asked) == 1
+    assert dialog.isVisible()
+    dialog.close()
+
+
+def test_enter_fetches_nothing(typing):
+    typing.actions_["guide_by_network"].trigger()
+    (dialog,) = (found for found in typing.findChildren(QDialog) if found.isVisible())
+    (default,) = (button for button in dialog.findChildren(QPushButton) if button.isDefault())
+    assert plain(default.text()) == "Close"
+    dialog.close()

@@ -54,6 +54,13 @@ def test_a_new_panel_is_one_class(opened, qtbot):
     opened.workspace.select([1, 2])
     opened.refresh.now()
     assert panel.drawn == [Part.SELECTION], "two changes of one turn are drawn once"
+    opened.panels.reveal("Parameters")
+    opened.workspace.select([1])
+    opened.refresh.now()
+    assert panel.drawn == [Part.SELECTION], "behind another tab it is not drawn"
+    panel.reveal()
+    opened.refresh.now()
+    assert panel.drawn == [Part.SELECTION] * 2
 
 
 def test_frames_are_a_narrow_list_beside_the_images_and_thousands_of_them_are_found(opened, qtbot):

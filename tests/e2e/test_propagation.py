@@ -227,6 +227,24 @@ def test_what_cannot_be_read_of_a_frame_on_the_way_is_told(listed, part, qtbot):
     assert told == ["Its runs cannot be read."]
 
 
+def test_an_error_on_the_way_ends_nothing_but_its_frame(listed, part, qtbot, monkeypatch):
+    workspace, open_state = listed.workspace, listed.loader.open_state
+
+    def opening(entry, *state, **how):
+        if entry is workspace.entries[1]:
+            raise RuntimeError("unforeseen")
+        return open_state(entry, *state, **how)
+
+    monkeypatch.setattr(listed.loader, "open_state", opening)
+    ended = []
+    part.propagator.ended.connect(ended.append)
+    with qtbot.waitSignal(part.propagator.ended):
+        part.propagate_through(2)
+    (run,) = ended
+    assert [one.name for one in run.done] == [workspace.entries[2].name]
+    assert "unforeseen" in run.problems[0]
+
+
 def test_what_needs_a_look_is_gone_through(listed, part, qtbot):
     window = listed
     document = propagate_state(window, part, qtbot, "propagate_next")

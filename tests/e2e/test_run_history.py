@@ -48,6 +48,7 @@ def test_runs_are_kept_compared_and_come_back_to(opened, part, qtbot, run_all, m
     depth = document.completion().depth.copy()
     chosen = next(iter(document.counts()))
     workspace.select([chosen])
+    opened.panels.reveal("Parameters")
     opened.refresh.now()
     form = opened.feature(FilterPanel).form
     form.all_button.click()
@@ -55,6 +56,7 @@ def test_runs_are_kept_compared_and_come_back_to(opened, part, qtbot, run_all, m
     for position in (5, 6, 7, 8):
         slider.setValue(position)
         qtbot.waitUntil(lambda: opened.runs.state is RunState.IDLE)
+    opened.panels.reveal("Runs")
     qtbot.waitUntil(lambda: len(document.state.runs) == 2 and not part.keeper.waits)
     first, live = document.state.runs
     qtbot.waitUntil(lambda: None not in (first.expected_error, live.expected_error))

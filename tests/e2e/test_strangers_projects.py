@@ -36,10 +36,6 @@ def question(window, qtbot) -> QMessageBox:
     return found[0]
 
 
-def press_open(box):
-    next(button for button in box.buttons() if box.buttonRole(button) is QMessageBox.ButtonRole.AcceptRole).click()
-
-
 def test_an_address_in_a_project_is_opened_after_a_question_that_shows_it(window, qtbot, tmp_path, web):
     address, asked = web
     source = FrameRef(f"{address}/rgb/0000.png", f"{address}/depth/0000.png")

@@ -164,6 +164,13 @@ class BlocksFeature(Panel):
         menu.exec(place)
         menu.deleteLater()
 
+    @command("rename_block", "Rename &block", icon="ph.pencil-simple", needs=Need.SELECTION)
+    def rename(self) -> None:
+        """Rename the selected block (F2 in the table)."""
+        self.reveal()
+        self.context.refresh.now()
+        self.table.rename()
+
     @command("shuffle_colours", "&Shuffle colours", icon="ph.shuffle", needs=Need.BLOCKS)
     def shuffle_colours(self) -> None:
         """Assign other colours to the blocks, as one undo step."""

@@ -375,6 +375,10 @@ class BlockTable(Themed, QTableView):
         rows = sorted(index.row() for index in self.selectionModel().selectedRows())
         return [self._row(self._proxy.index(row, 0)).label for row in rows]
 
+    def rename(self) -> None:
+        """Let the user edit the name of the current block."""
+        self.edit(self.currentIndex().siblingAtColumn(Column.NAME))
+
     def _take_theme(self) -> None:
         self.blocks.set_palette(self.palette())
 
@@ -463,7 +467,7 @@ class BlockTable(Themed, QTableView):
         if event.key() == Qt.Key.Key_Space:
             event.ignore()  # Space pans the views and changes no block
         elif event.key() == Qt.Key.Key_F2 and current.isValid():
-            self.edit(current.siblingAtColumn(Column.NAME))
+            self.rename()
         elif event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter) and current.isValid():
             self.shown.emit(self._row(current).label)
         else:

@@ -87,7 +87,7 @@ class LoadBlocksDialog(PreviewDialog[Blocks]):
         )
         self.fill_gaps.toggled.connect(self.read)
         self.setMinimumWidth(640)
-        folder = QPushButton("Folder…", autoDefault=False)
+        folder = QPushButton("Folder…")
         folder.clicked.connect(self._browse_folder)
         self.ask(row(label_of("&Blocks", self.path), self.path, self.file_button, folder), self.fill_gaps)
 

@@ -98,7 +98,7 @@ class OpenDialog(QDialog):
         self._add_camera()
         self._add_guide()
         self.message = Message(lines=5)
-        self.apply_button = QPushButton("Apply suggestion", autoDefault=False)
+        self.apply_button = QPushButton("Apply suggestion")
         self.apply_button.setToolTip("Set the depth encoding or the invalid value that the message suggests.")
         policy = self.apply_button.sizePolicy()
         policy.setRetainSizeWhenHidden(True)  # keeps the layout still while typing
@@ -187,7 +187,7 @@ class OpenDialog(QDialog):
             if path := choose():
                 take(path)
 
-        button = QPushButton(text, autoDefault=False)
+        button = QPushButton(text)
         button.clicked.connect(browse)
         return button
 

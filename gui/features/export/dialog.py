@@ -134,7 +134,7 @@ class ExportDialog(QDialog):
         self.scope = combo(_SCOPES, "Frames to export; of several, each gets a folder of its own")
         self.source = combo(_SOURCES, "Where blocks and completed depth are taken from")
         self.folder_path = QLineEdit()
-        browse = QPushButton("Browse…", autoDefault=False)
+        browse = QPushButton("Browse…")
         browse.setToolTip("Select the folder for the files")
         browse.clicked.connect(self._browse)
         self.files, self.results = FilesForm(), self._results()
@@ -154,7 +154,6 @@ class ExportDialog(QDialog):
         self.export_button = buttons.addButton("Export", QDialogButtonBox.ButtonRole.AcceptRole)
         # of this role it is at the left: the other buttons keep their places when it comes
         self.show_button = buttons.addButton("Open as fram&es", QDialogButtonBox.ButtonRole.ResetRole)
-        self.show_button.setAutoDefault(False)
         self.show_button.setToolTip(
             "Add the completed frames of the folder to the list, with completed depth as their input; double-click a "
             "row above to open its run, with its blocks"

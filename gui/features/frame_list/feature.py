@@ -51,6 +51,8 @@ class FramesFeature(Panel):
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)
+        toggle = next(one for one in context.panels.toggles() if one.text() == self.title)
+        toggle.toggled.connect(self._find_place)
         self.open_frames = OpenFrameLimiter(context)
         context.workspace.on(Part.FRAME, self._forget_wanted)
         panel = self.panel
@@ -79,12 +81,11 @@ class FramesFeature(Panel):
         strip = context.actions["film_strip"]
         strip.setChecked(not context.panels.persistent or QSettings().value(_KEY, True, bool) is True)
         context.refresh.add("film strip", self._find_place, Part.LIST, also=(strip.toggled,))
-        self.dock.installEventFilter(self)
         return self.dock
 
     def _find_place(self) -> None:
         """Move the list to where it belongs, and show or hide the strip."""
-        context, docked = self.context, self.dock.isVisibleTo(self.context.window)
+        context, docked = self.context, self.title in self.context.panels.open  # also behind another tab
         if self.panel.parentWidget() is not (self.dock if docked else self.bar):
             (self._in_place if docked else self._in_bar).addWidget(self.panel)
             self.panel.show()  # at once: it may be given the focus
@@ -96,9 +97,8 @@ class FramesFeature(Panel):
         self.redraw()
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Follow the dock as it opens and closes, and the height of the window."""
-        opens = watched is self.dock and event.type() in (QEvent.Type.Show, QEvent.Type.Hide)
-        if opens or (watched is self.context.centre and event.type() == QEvent.Type.Resize):
+        """Follow the height of the window."""
+        if watched is self.context.centre and event.type() == QEvent.Type.Resize:
             self._find_place()
         return super().eventFilter(watched, event)
 

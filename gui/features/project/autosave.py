@@ -6,7 +6,6 @@ from __future__ import annotations
 import contextlib
 import html
 import socket
-from collections import Counter
 from collections.abc import Generator, Sequence
 from datetime import UTC, datetime
 from functools import partial
@@ -25,7 +24,6 @@ from PySide6.QtWidgets import (
 )
 
 from ilf._runtime.formatting import counted
-from ilf.project.project import Stage
 from ilf.project.recovery import RecoverableWork, autosave_folder, find_recoverable_work
 
 from ...widgets.basics import Message, PlainLabel, lay_out, scrolled, stack
@@ -74,6 +72,7 @@ class RecoveryDialog(QDialog):
         later.setToolTip("Close this dialog, and offer the remaining work again at the next start")
         buttons.rejected.connect(self.reject)
         stack(self, about, self.added, area, buttons, stretched=area)
+        later.setDefault(True)
         self.added.setVisible(not has_no_project(context))
         self.setMinimumWidth(600)
 
@@ -148,10 +147,10 @@ class _Row(QFrame):
         when, what = Message(), Message()
         when.show_message("" if left.header is None else f"Last change {_age(left.header.changed)}")
         what.show_message(left.problem or "\n".join(_details(left)), "error" if left.problem else "text")
-        self.restore_button = QPushButton("Restore", autoDefault=False)
+        self.restore_button = QPushButton("Restore")
         self.restore_button.setToolTip("Open the work in its last state; save it as a project afterwards")
         self.restore_button.setEnabled(not left.problem)
-        self.discard_button = QPushButton("Discard…", autoDefault=False)
+        self.discard_button = QPushButton("Discard…")
         self.discard_button.setToolTip("Delete this work permanently")
         buttons = self.restore_button, self.discard_button
         for button in buttons:
@@ -169,10 +168,8 @@ class _Row(QFrame):
 def _details(left: RecoverableWork) -> list[str]:
     """Describe unsaved work in lines."""
     frames, all_frames = left.frames, left.read.project.frames
-    stages = Counter(frame.summary.stage for frame in frames)
-    parts = [f"{stages[stage]} {stage}" for stage in Stage if stages[stage]]
     count = counted(len(all_frames), "frame")
-    changed = f"{len(frames)} of {count} changed: {', '.join(parts)}"
+    changed = f"{len(frames)} of {count} changed"
     lines = [changed if frames else f"{count}: no work on frames, but the list or its settings have changed"]
     if left.project:
         lines.append(f"Project {left.project}")

@@ -18,7 +18,7 @@ from ilf.project.file import OpenedProject
 from ilf.project.sources import Places
 from ilf.project.state_codec import UnreadableFrame, frame_part
 
-from ...base.commands import command
+from ...base.commands import command, take_typed
 from ...base.needs import Need
 from ...project.current_project import source_of
 from ...state.entries import Entry
@@ -152,6 +152,7 @@ class ProjectFeature(Feature):
     def _leave(self, what: str, then: Callable[[], None], only: Entry | None = None) -> None:
         """Call `then` as soon as a frame, or all with the project, may be closed: at once if there is nothing to ask,
         never if the user cancels. `what` is about to happen, such as "the window closes"."""
+        take_typed()
         if self.discard_silently:
             then()
         else:

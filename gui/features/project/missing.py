@@ -58,14 +58,14 @@ class MissingFilesDialog(QDialog):
             stretched=1,
         )
         self.files.setTextElideMode(Qt.TextElideMode.ElideMiddle)
-        self.file_button = QPushButton("Locate &file…", autoDefault=False)
+        self.file_button = QPushButton("Locate &file…")
         self.file_button.setToolTip("Locate the selected file; the others are looked for in the same folder")
-        self.folder_button = QPushButton("Locate f&older…", autoDefault=False)
+        self.folder_button = QPushButton("Locate f&older…")
         self.folder_button.setToolTip(
             "Choose the folder where the files are now: they are looked for in it by their names and the last parts of "
             "their paths"
         )
-        self.new_button = QPushButton("Open as &new frame", autoDefault=False)
+        self.new_button = QPushButton("Open as &new frame")
         self.new_button.setToolTip(
             "Open the changed file as a new frame, without the blocks and results of the former file"
         )

@@ -53,7 +53,7 @@ class SaveAsDialog(QDialog):
         self.path.setSelection(len(str(proposed)) - len(proposed.name), len(proposed.stem))  # to type another name
         self.path.setMinimumWidth(380)
         self.path.setToolTip(f"The project file; {PROJECT_SUFFIX} is added if it has no suffix")
-        browse = QPushButton("&Browse…", autoDefault=False)
+        browse = QPushButton("&Browse…")
         browse.setToolTip("Choose the file")
         browse.clicked.connect(self._browse)
         self.embed = QCheckBox(f"&Include the frames' own files{size}")
@@ -107,6 +107,8 @@ class SaveAsDialog(QDialog):
             self.message.show_message(problem, "error")
         elif replaces:
             self.message.show_message(f"{path.name} exists already and will be replaced.", "warning")
+        elif not path.parent.exists():
+            self.message.show_message(f"The folder {path.parent} will be created.", "warning")
         else:
             self.message.show_message(self._why or ("" if self.embed.isChecked() else _NOT_EMBEDDED))
 
@@ -115,10 +117,9 @@ class SaveAsDialog(QDialog):
         path = self.chosen()
         if not self.path.text().strip():
             return "Enter a file name."
-        if not path.parent.is_dir():
-            return f"{path.parent} does not exist: create this folder, or choose another."
-        if not os.access(path.parent, os.W_OK):
-            return f"{path.parent} cannot be written: choose another folder."
+        there = next(folder for folder in (path.parent, *path.parent.parents) if folder.exists())
+        if not there.is_dir() or not os.access(there, os.W_OK):
+            return f"{there} cannot be written: choose another folder."
         if path.is_dir():
             return f"{path.name or path} is a folder: choose another name."
         if path.exists() and not os.access(path, os.W_OK):

@@ -107,6 +107,22 @@ def test_keys_with_a_meaning_of_their_own_are_refused(keymap, dialog, key, modif
     assert _keys(keymap)["fit"] == ""
 
 
+@pytest.mark.parametrize(
+    ("key", "modifier"),
+    [
+        (Qt.Key.Key_Tab, Qt.KeyboardModifier.NoModifier),
+        (Qt.Key.Key_Backtab, Qt.KeyboardModifier.ShiftModifier),
+        (Qt.Key.Key_Escape, Qt.KeyboardModifier.NoModifier),
+    ],
+)
+def test_keys_lead_out_of_the_field(keymap, dialog, key, modifier):
+    dialog.activateWindow()
+    _press(dialog, "open", key, modifier)
+    assert not dialog.edit.hasFocus()
+    assert _keys(keymap)["open"] == "Ctrl+O"
+    assert dialog.isVisible() == (key != Qt.Key.Key_Escape)
+
+
 def test_the_filter_finds_names_and_keys(dialog, qtbot):
     qtbot.keyClicks(dialog.filter, "exp")
     assert dialog.shown() == ["export"]

@@ -152,6 +152,12 @@ def test_the_work_is_told_in_words(saved, workspace, document):
     assert workspace.entries[1].unsaved_summary() == "2 edits, 1 run"
     workspace.current.set_visible(1, False)
     assert workspace.current.unsaved_summary() == "changes"
+    again = Document.of_state(document.state, "/a", document.key)
+    workspace.open_document(again, restored=True)
+    again.keep_run(_kept(again))
+    assert again.unsaved_summary() == "earlier changes, 1 run"
+    again.note_saved(again.stamp)
+    assert not again.unsaved
 
 
 def test_without_a_file_a_list_of_frames_is_no_work(workspace, document, told):
