@@ -24,9 +24,9 @@ from gui.views.colours import depth_table
 from ilf._runtime.formatting import millimetres
 from ilf.evaluation.evaluation import evaluate_blocks
 from ilf.project.run_history import StoredRun
-from ilf.segmentation.editing.patches import patch_between
 from ilf.sources.reading_options import ReadingOptions
 
+from ..gui.states import edit
 from .conftest import open_frame
 
 
@@ -150,9 +150,7 @@ def test_errors_against_a_truth_and_on_hidden_depth(window, qtbot, frame_folder,
     assert panel.hold_out_table.text().splitlines()[1].startswith("Current values\t")
 
     # other blocks: it is outdated until undo brings them back; other values: those of the blocks no longer hold
-    labels = document.labels.copy()
-    labels[40:44, 2:20] = document.next_label()
-    workspace.current.edit(patch_between(document.labels, labels), "Move a border")
+    edit(workspace, document.next_label(), rows=np.s_[40:44], columns=np.s_[2:20])
     settle(window)
     assert panel.outcome.tone() == "warning"
     assert "Outdated" in panel.outcome.text()

@@ -15,8 +15,8 @@ from gui.features.frame_list.feature import FramesFeature
 from gui.features.frame_list.model import ENTRY
 from ilf.project.missing_files import folder_projects_dir
 from ilf.project.project import Stage
-from ilf.segmentation.editing.patches import patch_between
 
+from ..gui.states import edit
 from .conftest import activate, loaded, write_frame
 
 COUNT = 6
@@ -60,11 +60,9 @@ def test_folder_is_worked_through_and_left_frames_come_back(listed, qtbot, folde
     part.open_frames.max_open = 2
 
     first = workspace.current
-    labels = first.labels.copy()
-    labels[:8, :8] = 0
-    workspace.current.edit(patch_between(first.labels, labels), "Erase")
+    edit(workspace, 0, rows=np.s_[:8], columns=np.s_[:8])
     workspace.set_note(entries[0], "glass")
-    first_id = first.id
+    first_id, labels = first.id, first.labels.copy()
 
     _go(window, qtbot)
     assert _present(window) is entries[1]
@@ -189,9 +187,8 @@ def test_work_on_a_folder_is_there_again_the_next_time(another, qtbot, folder, s
     _go(window, qtbot)
     window.workspace.set_note(window.workspace.entries[1], "mirror")
     window.workspace.set_note(window.workspace.entries[4], "not opened yet")
+    edit(window.workspace, 0, rows=np.s_[:8], columns=np.s_[:8])
     labels = window.workspace.current.labels.copy()
-    labels[:8, :8] = 0
-    window.workspace.current.edit(patch_between(window.workspace.current.labels, labels), "Erase")
     assert window.project.present.unsaved
     _save(window, qtbot)
     assert not window.project.present.unsaved

@@ -13,7 +13,8 @@ from gui.features.parameter_effects import effect_of
 from gui.state.parameters import DRAG_S
 from gui.work.frame_runs import RunState
 from ilf._runtime.formatting import millimetres
-from ilf.segmentation.editing.patches import patch_between
+
+from ..gui.states import edit
 
 
 @pytest.fixture
@@ -94,11 +95,9 @@ def test_the_next_drag_is_compared_with_the_depth_before_it(opened, panel, qtbot
 
 
 def test_effects_of_another_state_are_not_shown(opened, panel, qtbot):
-    labels = opened.workspace.current.labels.copy()
-    labels[:10, :10] = 0
     for leave, step in (
         (opened.actions_["undo"].trigger, 60),
-        (lambda: opened.workspace.current.edit(patch_between(opened.workspace.current.labels, labels), "Erase"), 60),
+        (lambda: edit(opened.workspace, 0, rows=np.s_[:10], columns=np.s_[:10]), 60),
         (opened.actions_["close_frame"].trigger, -30),
     ):
         _drag(panel, "slope_weight", step)

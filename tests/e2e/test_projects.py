@@ -25,8 +25,8 @@ from gui.state.parts import Part
 from ilf.project.file import open_project as read_project
 from ilf.project.project import Stage
 from ilf.run.options import ExportOptions
-from ilf.segmentation.editing.patches import patch_between
 
+from ..gui.states import edit
 from ..ilf.project_states import assert_same
 from .conftest import open_frame, write_frame
 
@@ -58,9 +58,7 @@ def work_on(window, qtbot, run_all) -> Document:
     workspace = window.workspace
     document = workspace.current
     first, second = list(document.counts())[:2]
-    edited = document.labels.copy()
-    edited[2:6, 2:6] = 0
-    workspace.current.edit(patch_between(document.labels, edited), "Erase")
+    edit(workspace, 0, rows=np.s_[2:6], columns=np.s_[2:6])
     workspace.current.edit_info(first, "Rename", name="Wall", colour=(1, 2, 3), locked=True)
     workspace.current.set_visible(second, False)
     workspace.parameters.set(ilf.preset("paper", max_iterations=30))

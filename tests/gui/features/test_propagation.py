@@ -14,15 +14,16 @@ from gui.project.store import WorkStore
 from gui.state.document import Document
 from gui.state.entries import Entry
 from gui.state.parts import Part
-from gui.state.workspace import Workspace
 from gui.work.jobs import stop_workers
 from gui.work.runs import RunController
 from ilf.project.frame_state import FrameState
 from ilf.project.project import Stage
 from ilf.project.propagation import propagate_state
 from ilf.project.state_codec import Decoded
-from ilf.segmentation.editing.patches import LabelPatch, patch_between
+from ilf.segmentation.editing.patches import LabelPatch
 from ilf.sources.frame_ref import FrameRef
+
+from ..states import edit
 
 REASON = "It was not in the picture before."
 
@@ -52,12 +53,6 @@ def known(document: Document) -> object:
         *(dict(notes.infos), dict(notes.own), notes.propagated_from, notes.kept),
         *(document.state.common, document.state.extrapolate, document.state.to_check),
     )
-
-
-def edit(workspace: Workspace, at: tuple[slice, slice], label: int) -> None:
-    labels = workspace.current.labels.copy()
-    labels[at] = label
-    workspace.current.edit(patch_between(workspace.current.labels, labels), "Edit")
 
 
 def test_blocks_are_taken_and_given_back_as_one_step(workspace, document, propagated, told):
@@ -101,9 +96,9 @@ def test_a_block_needs_no_look_once_it_is_edited_or_looked_at(workspace, documen
     document.undo_stack.undo()
     assert document.state.to_check == {2}
 
-    edit(workspace, np.s_[40:44, 2:6], 0)
+    edit(workspace, 0, rows=np.s_[40:44], columns=np.s_[2:6])
     assert document.state.to_check == {2}  # another block
-    edit(workspace, np.s_[40:44, 50:54], 0)
+    edit(workspace, 0, rows=np.s_[40:44], columns=np.s_[50:54])
     assert not document.state.to_check
     document.undo_stack.undo()
     assert document.state.to_check == {2}
