@@ -59,17 +59,6 @@ def _focus() -> QWidget:
     return QApplication.focusWidget()
 
 
-def test_a_border_is_drawn_anew_by_keys(typing):
-    document = typing.workspace.current
-    left, right = int(document.labels[5, 5]), int(document.labels[5, 50])
-    key(typing, _Key.Key_D)
-    _drag(typing, (29, 10), (24, 16), (24, 28), (29, 34))
-    assert document.labels[22, 26] == right
-    assert document.labels[22, 20] == left
-    key(typing, _Key.Key_Return)
-    assert document.undo_stack.undoText() == "Redraw border"
-
-
 def test_a_block_is_split_along_a_line_of_keys(typing):
     document = typing.workspace.current
     key(typing, _Key.Key_S)

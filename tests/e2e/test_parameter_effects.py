@@ -151,13 +151,3 @@ def test_depth_that_comes_or_goes_counts_as_changed():
     assert effect_of([]).text == "no pixel changed by 0.1 mm"
     nothing = np.full_like(before, np.nan)
     assert effect_of([(nothing, np.ones_like(before))]).text == f"{before.size} px changed: missing before or after"
-
-
-def test_the_form_stays_in_place_when_a_block_is_selected(opened, panel, qtbot):
-    qtbot.waitUntil(lambda: panel.scope.isVisible())
-    before = panel.form.geometry()
-    opened.workspace.select([])
-    opened.refresh.now()
-    assert not panel.scope.isVisible()
-    panel.widget.layout().activate()
-    assert panel.form.geometry() == before

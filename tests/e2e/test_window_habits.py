@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 
-from PySide6.QtCore import QCoreApplication, QEvent, QSize, Qt
+from PySide6.QtCore import QCoreApplication, QEvent, Qt
 from PySide6.QtGui import QKeySequence
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QDialog, QLabel, QPushButton, QSlider, QToolBar, QToolButton, QWidget
@@ -12,7 +12,6 @@ from gui.features.blocks.feature import BlocksFeature
 from gui.features.layouts.feature import LayoutsFeature
 from gui.features.palette import PaletteFeature
 from gui.features.shortcuts import ShortcutsFeature
-from gui.features.status import StatusFeature
 from gui.features.views import ViewsFeature
 from gui.views.view_menus import SidesMenu
 from tests.gui.naming import unnamed
@@ -72,25 +71,6 @@ def test_a_command_is_found_given_and_has_another_key_without_the_mouse(opened, 
     opened.documents.close_frame()
     loaded(opened, qtbot, first.trigger)
     assert opened.workspace.current.key == str(frame_folder)
-
-
-def test_messages_neither_cover_nor_move_the_pictures_nor_hide_the_hint(opened, qtbot):
-    bar, views = opened.feature(StatusFeature).bar, opened.views
-    for width, height in ((1100, 700), (800, 560)):
-        opened.resize(width, height)
-        opened.toasts.clear()
-        qtbot.waitUntil(lambda: opened.size() == QSize(width, height))  # noqa: B023 - called here only
-        QApplication.processEvents()
-        before = views.mapTo(opened, views.rect().topLeft()), views.size()
-        opened.notes.show_message("Exported 9 files to a folder with quite a long name, " * 3)
-        (toast,) = opened.toasts.shown
-
-        def has_room() -> bool:
-            return bar.rect().contains(toast.geometry()) and bar.hint.width() > 0.3 * bar.width()  # noqa: B023
-
-        qtbot.waitUntil(has_room)
-        assert (views.mapTo(opened, views.rect().topLeft()), views.size()) == before
-    opened.toasts.clear()
 
 
 def test_each_menu_opens_by_a_key_of_its_own(opened):

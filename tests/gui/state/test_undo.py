@@ -54,30 +54,6 @@ def test_a_drag_of_a_value_is_one_step(workspace, document, monkeypatch):
         assert (workspace.parameters.current.smoothness, workspace.parameters.current.noise) == wanted
 
 
-def test_results_of_the_parameters_that_undo_brings_back_come_back(workspace, document, told):
-    first = list(ilf.complete(document.frame, document.labels, QUICK).results.values())
-    workspace.parameters.set(QUICK)
-    document.store_results(first)
-    other = QUICK.replace(max_iterations=3)
-    workspace.parameters.set(other, 1)
-    assert document.changed_blocks() == [1]
-    assert document.valid_results()[1] is first[0], "shown until there is another"
-    before = document.current_depth().copy()
-    second = ilf.complete(document.frame, document.labels, other).results[1]
-    document.store_results([second])
-    assert document.changed_blocks() == []
-    after = document.current_depth().copy()
-    assert not np.array_equal(before, after, equal_nan=True)
-    told()
-    document.undo_stack.undo()
-    assert (document.valid_results()[1], document.changed_blocks()) == (first[0], [])
-    assert Part.RESULTS in told()
-    np.testing.assert_array_equal(document.current_depth(), before)
-    document.undo_stack.redo()
-    assert document.valid_results()[1] is second
-    np.testing.assert_array_equal(document.current_depth(), after)
-
-
 def test_what_has_been_run_since_results_were_cleared_stays_when_they_come_back(workspace, document, results):
     document.store_results(results)
     workspace.current.clear_results()

@@ -89,20 +89,6 @@ def test_the_depth_before_an_edit_is_that_of_the_values_then(bench, look, views)
     assert views.data.result.depth is now.depth
 
 
-def test_other_blocks_leave_nothing_to_look_back_to(bench, look, views, summary):
-    bench.run_all()
-    bench.workspace.current.edit(bench.patch(2, np.s_[5:20], np.s_[26:30]), "Paint")
-    line = summary.line
-    assert "Paint" in line.label.text()
-    bench.workspace.current.replace_blocks(
-        np.where(bench.labels > 0, 3 - bench.labels, 0).astype(np.int32), "Load blocks"
-    )
-    bench.workspace.tell()
-    assert "Paint" not in line.label.text()
-    look(True)
-    np.testing.assert_array_equal(views.blocks.overlay.labels, bench.document.labels)
-
-
 def test_what_is_shown_while_one_looks_back_stays(bench, look, views):
     bench.run_all()
     completion, former = bench.document.completion(), bench.document.labels.copy()

@@ -103,18 +103,6 @@ def test_creases_are_shown_where_the_detector_tells_of_them(views):
     assert cell.picture.value_at(3, 4) == 0
 
 
-def test_blocks_are_the_same_in_every_cell_that_shows_them(views):
-    labels = np.zeros((HEIGHT, WIDTH), np.int32)
-    labels[5:25, 5:30] = 1
-    views.paint(labels, np.array([[0, 0, 0, 0], [200, 0, 0, 255], [0, 0, 200, 255]], np.uint8))
-    views.set_overlay_opacity(1.0)
-    views.set_content("depth-in", "colour")
-    views.stroke(slice(10, 20), slice(10, 20), 2)
-    for name in ("colour", "depth-in"):
-        assert colour_at(views.cells[name], 15, 15) == (0, 0, 200)
-        assert colour_at(views.cells[name], 7, 7) == (200, 0, 0)
-
-
 def test_the_difference_is_of_the_result_and_the_best_that_there_is(views):
     views.sheet.set_layout("grid-difference")
     cell = views.cells["difference"]

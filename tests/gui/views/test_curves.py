@@ -228,38 +228,6 @@ def test_the_criteria_are_in_view_and_say_their_values(panel):
     assert texts(panel.sigma_plot) == []
 
 
-@pytest.mark.parametrize("height", [260, 500, 900])
-def test_the_label_of_a_criterion_is_below_its_line_and_above_no_curve(panel, height):
-    panel.resize(360, height)
-    panel.show_curves([curve(staged(20), s_criteria=0.0005)])
-    QApplication.processEvents()
-    (line,) = panel.sigma_plot.labels
-    label, view = line.label.mapRectToScene(line.label.boundingRect()), panel.sigma_plot.getViewBox()
-    assert view.sceneBoundingRect().contains(label)
-    at_line = view.mapViewToScene(QPointF(1, line.value())).y()
-    assert label.center().y() > at_line
-    lowest = min(value for shown in panel.sigma_plot.lines for value in shown.getData()[1])
-    assert view.mapViewToScene(QPointF(1, lowest)).y() <= at_line, "the curve is on the other side"
-
-
-def test_a_curve_that_dips_below_the_criterion_leaves_its_label_readable(panel):
-    panel.resize(360, 500)
-    panel.show_curves([curve(linear(10), s_criteria=0.05)])
-    (line,) = panel.sigma_plot.labels
-    assert line.label.fill.color().alpha() > 100
-    assert line.zValue() > max(shown.zValue() for shown in panel.sigma_plot.lines)
-
-
-@pytest.mark.parametrize("below", [0.0005, 0.002, 0.0095])
-def test_a_curve_that_ends_a_little_below_the_criterion_leaves_room_for_its_label(panel, below):
-    panel.resize(360, 260)
-    panel.show_curves([curve(linear(10), s_criteria=0.09 + below)])
-    QApplication.processEvents()
-    (line,) = panel.sigma_plot.labels
-    view = panel.sigma_plot.getViewBox().sceneBoundingRect()
-    assert view.contains(line.label.mapRectToScene(line.label.boundingRect()))
-
-
 def test_readout_follows_the_cursor_and_returns_to_the_last(panel):
     panel.show_curves([curve(staged())])
     last = panel.readout.text

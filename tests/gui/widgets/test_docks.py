@@ -83,18 +83,6 @@ def test_the_panels_let_the_window_become_small(window, qtbot):
     qtbot.waitUntil(lambda: window.size() == QSize(800, 560))
 
 
-def test_panels_stand_by_group_in_whatever_order_they_were_added(window, qtbot):
-    for title in ("Convergence", "Blocks", "Parameters"):
-        window.panels.reveal(title)
-    docks_ = {dock.windowTitle(): dock for dock in window.findChildren(QDockWidget) if dock.isVisible()}
-
-    def is_in_order() -> bool:
-        tops = [docks_[title].geometry().top() for title in ("Blocks", "Parameters", "Convergence")]
-        return tops == sorted(set(tops))
-
-    qtbot.waitUntil(is_in_order)
-
-
 def _click(window, title: str):
     next(action for action in window.panels.toggles() if action.text() == title).trigger()
 
