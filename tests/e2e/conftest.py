@@ -106,6 +106,19 @@ def open_frame(window, qtbot, *files: Path | str, **how):
     window.refresh.now()
 
 
+def in_front(owner, kind):
+    """Return the open dialog of a kind that belongs to a window or a dialog."""
+    (found,) = (one for one in owner.findChildren(kind) if one.isVisible())
+    return found
+
+
+def answer(owner, button: str) -> str:
+    """Press a button of the question that is open, and return what it asks."""
+    box = in_front(owner, QMessageBox)
+    next(one for one in box.buttons() if one.text() == button).click()
+    return box.text()
+
+
 @pytest.fixture
 def reported(window, monkeypatch):
     """Messages that were shown to the user."""

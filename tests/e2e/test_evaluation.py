@@ -15,7 +15,6 @@ from gui.features.accuracy.panel import AccuracyPanel
 from gui.features.blocks.feature import BlocksFeature
 from gui.features.blocks.table import Column
 from gui.features.filter import FilterPanel
-from gui.features.inspect.panel import InspectPanel
 from gui.features.presets import SavePresetDialog
 from gui.features.sweep.feature import SweepFeature
 from gui.state.blocks import EXPECTED
@@ -324,23 +323,6 @@ def test_own_presets_stand_beside_the_others(opened, tmp_path, monkeypatch):
     actions["import_preset"].trigger()
     assert reported
     assert "none.json" in reported[0]
-
-
-def test_a_closed_panel_does_nothing_while_a_slider_moves(opened, qtbot, run_all, monkeypatch):
-    drawn, kinds = [], (AccuracyPanel, InspectPanel)
-    for kind in kinds:
-        monkeypatch.setattr(kind, "refresh", lambda _, parts: drawn.append(parts))
-    run_all(opened)
-    opened.workspace.select([1])
-    with qtbot.waitSignal(opened.workspace.changed):
-        opened.feature(FilterPanel).set_values({"smoothness": 3.0}, 1)
-    settle(opened)
-    assert drawn == []
-    for kind in kinds:
-        drawn.clear()
-        opened.feature(kind).reveal()
-        qtbot.waitUntil(lambda: len(drawn) > 0)
-        assert drawn[0] & Part.RESULTS, "what has changed meanwhile"
 
 
 def test_a_hold_out_test_ends_with_its_frame(opened, qtbot):

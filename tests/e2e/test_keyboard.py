@@ -13,7 +13,7 @@ from gui.features.status import StatusFeature
 from gui.tools.kinds import KINDS
 from gui.views.image_view import ImageView
 
-from .conftest import activate
+from .conftest import activate, in_front
 from .hand import CTRL, PLAIN, SHIFT, hover, key
 
 _Key = Qt.Key
@@ -177,7 +177,7 @@ def test_every_stop_of_the_tab_key_is_in_sight(typing):
 def test_enter_is_the_default_button_of_a_dialog_wherever_the_focus_is(typing):
     for command in ("open", "export", "hold_out_test", "report", "save_preset", "load_ground_truth"):
         typing.actions_[command].trigger()
-        (dialog,) = (found for found in typing.findChildren(QDialog) if found.isVisible())
+        dialog = in_front(typing, QDialog)
         focusable = [
             widget
             for widget in dialog.findChildren(QWidget)

@@ -137,6 +137,7 @@ def test_a_trial_can_be_cancelled(opened, panel, qtbot):
     opened.actions_["try_parameters"].trigger()
     qtbot.waitUntil(panel.work.isVisible)
     panel.work.cancel_button.click()
+    assert not panel.work.cancel_button.isEnabled()
     qtbot.waitUntil(lambda: not panel.busy)
     assert not panel.work.isVisible()
     assert not any(_effect(panel, name) for name in panel.form.shown)

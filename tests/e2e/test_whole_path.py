@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 
 import ilf
-from gui.features.curves import CurvesFeature
 from gui.features.filter import FilterPanel
 from ilf.cli import main as command_line
 from ilf.run.options import ExportOptions
@@ -116,27 +115,3 @@ def test_the_preset_box_tells_what_was_changed_and_keeps_the_two_scopes_apart(op
         panel.redraw()
         opened.refresh.now()
         assert presets.currentText() == shown
-
-
-def test_curves_follow_the_running_block_until_the_chosen_one_has_its_own(opened, qtbot, run_all, monkeypatch):
-    workspace, curves = opened.workspace, opened.feature(CurvesFeature).widget
-    opened.panels.reveal("Convergence")
-    first, second = list(workspace.current.counts())[:2]
-    workspace.select([second])
-    shown = []
-
-    add = workspace.current.add_records
-
-    def note(label, records):
-        add(label, records)
-        opened.refresh.draw_all()
-        shown.append((label, len(curves.records)))
-
-    monkeypatch.setattr(workspace.current, "add_records", note)
-    run_all(opened)
-    assert all(count > 0 for _, count in shown)
-    assert first in {label for label, _ in shown}
-    for label, result in reversed(workspace.current.valid_results().items()):
-        workspace.select([label])
-        opened.refresh.now()
-        assert [record.i for record in curves.records] == [record.i for record in result.history]

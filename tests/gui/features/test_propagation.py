@@ -111,8 +111,9 @@ def test_what_a_stroke_edits_has_been_looked_at(workspace, document, propagated)
     before = document.labels[box].copy()
     workspace.current.stroke(LabelPatch(box, before, np.zeros_like(before)))
     assert document.state.to_check == {2}
-    workspace.current.edit(workspace.current.drop_stroke(), "Erase")
+    assert workspace.current.edit(workspace.current.drop_stroke(), "Erase")
     assert not document.state.to_check
+    assert not workspace.current.edit(workspace.current.drop_stroke(), "Erase"), "there is no other"
 
 
 def test_another_extraction_forgets_what_was_carried(workspace, document, propagated):
