@@ -76,14 +76,6 @@ def test_blocks_are_taken_and_given_back_as_one_step(workspace, document, propag
     assert known(document) == after
 
 
-def test_results_of_the_blocks_before_come_back_with_undo(workspace, document, propagated, results):
-    document.store_results(results)
-    workspace.take_propagated(document, propagated, "Carry blocks")
-    assert 2 not in document.valid_results()
-    document.undo_stack.undo()
-    assert set(document.valid_results()) == {1, 2}
-
-
 def test_a_block_needs_no_look_once_it_is_edited_or_looked_at(workspace, document, propagated):
     workspace.take_propagated(document, propagated, "Carry blocks")
     runs = RunController(workspace)

@@ -14,26 +14,6 @@ from ilf.segmentation.extraction import extract
 from ..states import QUICK, edit, extraction
 
 
-def test_own_values_stand_one_by_one_over_the_common_ones(workspace, document):
-    workspace.parameters.set_own({"smoothness": 2.0}, [1, 2])
-    workspace.parameters.set_own({"noise": 0.01}, [2])
-    assert document.blocks.own == {1: {"smoothness": 2.0}, 2: {"smoothness": 2.0, "noise": 0.01}}
-    workspace.parameters.set(ilf.preset(slope_weight=0.5))
-    assert document.parameters_of(2) == ilf.preset(slope_weight=0.5, smoothness=2.0, noise=0.01)
-    workspace.parameters.set_own({"smoothness": 1.0}, [1])
-    assert list(document.blocks.own) == [2], "what is equal to the common value is none of its own"
-    workspace.parameters.copy_own(2, [1])
-    assert document.blocks.own[1] == document.blocks.own[2]
-    workspace.parameters.reset_own([1, 2])
-    assert document.blocks.own == {}
-    while document.undo_stack.canUndo():
-        document.undo_stack.undo()
-    assert (document.blocks.own, workspace.parameters.current) == ({}, ilf.preset())
-    while document.undo_stack.canRedo():
-        document.undo_stack.redo()
-    assert (document.blocks.own, workspace.parameters.current) == ({}, ilf.preset(slope_weight=0.5))
-
-
 def test_a_drag_of_a_value_is_one_step(workspace, document, monkeypatch):
     now = 100.0
     monkeypatch.setattr("gui.state.parameters.time.monotonic", lambda: now)

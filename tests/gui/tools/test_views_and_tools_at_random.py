@@ -152,21 +152,6 @@ def test_an_edit_between_a_command_to_run_and_the_run_is_solved_after_it(bench, 
     until(lambda: bench.document.changed_blocks() == [])
 
 
-def test_undo_takes_back_the_values_of_its_step_alone(bench):
-    workspace = bench.workspace
-    common = workspace.parameters.current
-    quick = common.replace(max_iterations=7)
-    workspace.parameters.set(quick)
-    second = bench.open("second")
-    assert workspace.parameters.current == quick, "a frame begins with what the one before it has"
-    workspace.parameters.set(quick.replace(s_criteria=0.003))
-    assert bench.document.state.common == quick
-    bench.document.undo_stack.undo()
-    assert workspace.parameters.current == quick.replace(s_criteria=0.003), "the other frame's step stays"
-    second.undo_stack.undo()
-    assert (workspace.parameters.current, bench.document.state.common) == (quick, common)
-
-
 def test_a_command_during_a_stroke_can_be_undone_exactly(bench, views, context):
     context.editor = editor = Editor(bench.workspace, views)
     commands = BlockCommands(context)

@@ -20,7 +20,7 @@ from ilf.drawing.blocks import inner_points
 from ilf.drawing.colours import robust_difference_level, robust_error_levels, to_indices
 from tests.pins.window.hand import wheel
 
-from .given_views import GivenViews
+from .given_views import GivenViews, colour_at, place
 
 HEIGHT, WIDTH = 48, 64
 LEFT = Qt.MouseButton.LeftButton
@@ -44,15 +44,6 @@ def views(shown):
 
 def view_of(views, name="colour"):
     return views.cells[name].view
-
-
-def place(view, x, y):
-    """Whole viewport point nearest to an image point."""
-    return view.viewportTransform().map(QPointF(x, y)).toPoint()
-
-
-def colour_at(view, position):
-    return view.viewport().grab().toImage().pixelColor(position).getRgb()[:3]
 
 
 @pytest.mark.parametrize("zoom", [None, (slice(0, 48), slice(0, 64)), (slice(20, 30), slice(30, 42)), "closest"])
