@@ -1,10 +1,7 @@
 """The real window, offscreen, on small frames that are written to files first."""
 
-import json
 from pathlib import Path
 
-import cv2
-import numpy as np
 import pytest
 from PySide6.QtWidgets import QMessageBox
 
@@ -17,19 +14,12 @@ from gui.work.frame_runs import RunState
 from ilf.data.frame import RGBDFrame
 from ilf.run.options import ExportOptions
 from ilf.sources.frame_ref import FrameRef
+from tests.pins import frames
 
 
 def write_frame(folder: Path, frame: RGBDFrame) -> Path:
     """A frame folder with colour, 16-bit depth in millimetres and meta.json."""
-    folder.mkdir()
-    cv2.imwrite(str(folder / "rgb.png"), frame.rgb[..., ::-1])
-    millimetres = np.nan_to_num(frame.depth * 1000).round().astype(np.uint16)
-    cv2.imwrite(str(folder / "depth.png"), millimetres)
-    camera = frame.intrinsics
-    numbers = None if camera is None else [camera.fx, camera.fy, camera.cx, camera.cy]
-    meta = {"name": folder.name, "size": list(frame.shape[::-1]), "depth_units_per_m": 1000, "K": numbers}
-    (folder / "meta.json").write_text(json.dumps(meta))
-    return folder
+    return frames.write_frame(folder, frame, units=1000)
 
 
 @pytest.fixture
