@@ -32,7 +32,7 @@ from gui.features.palette import PaletteFeature
 from tests.pins.window.hand import isolated
 
 from .samples import write_sample
-from .window import new_window, open_frame, pause
+from .window import end, new_window, open_frame, pause
 
 _LEFT = {"quit", "full_screen", "about", "show_project", "open_sample"}
 """Commands that are not given: they end the program or leave it, or work beside its own files."""
@@ -167,8 +167,7 @@ def exceptions_of(seed: int, steps: int, folder: Path) -> list[str]:
                 monkey.step()
                 if not window.isVisible():
                     window.show()
-            window.close()
-            pause(0)
+            end(window)
         finally:
             sys.excepthook = before
     return met

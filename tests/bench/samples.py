@@ -1,6 +1,6 @@
 """The bundled sample in any size, as a frame without cached results or as a folder."""
 
-import json
+from dataclasses import replace
 from pathlib import Path
 
 import cv2
@@ -8,6 +8,7 @@ import numpy as np
 
 import ilf
 from ilf._runtime.installation import asset_path
+from tests.pins.frames import write_frame
 
 Size = tuple[int, int]
 
@@ -33,10 +34,4 @@ def write_sample(folder: Path, size: Size, number: int = 0) -> Path:
     frame = scaled(size)
     rgb = frame.rgb.copy()
     rgb[0, 0] = number % 256
-    folder.mkdir()
-    cv2.imwrite(str(folder / "rgb.png"), rgb[..., ::-1])
-    cv2.imwrite(str(folder / "depth.png"), np.rint(1000 * np.nan_to_num(frame.depth)).astype(np.uint16))
-    camera = frame.intrinsics
-    meta = {"depth_units_per_m": 1000, "K": [camera.fx, camera.fy, camera.cx, camera.cy]}
-    (folder / "meta.json").write_text(json.dumps(meta))
-    return folder
+    return write_frame(folder, replace(frame, rgb=rgb), units=1000)

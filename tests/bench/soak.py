@@ -41,7 +41,7 @@ def in_window(count: int, size: Size) -> Iterator[None]:
     from ilf.run.options import ExportOptions
     from tests.pins.window.hand import isolated
 
-    from .window import new_window, open_frame, paint_across, pause, settled, wait
+    from .window import end, new_window, open_frame, paint_across, pause, settled, wait
 
     _app = QApplication.instance() or QApplication([])
     with tempfile.TemporaryDirectory() as name, isolated(Path(name)):
@@ -61,7 +61,7 @@ def in_window(count: int, size: Size) -> Iterator[None]:
             wait(lambda: not window.workspace.has_current, _RARELY_MS)
             pause(_REST_MS if number + 1 in (_first(count), count) else 10)
             yield
-        window.close()
+        end(window)
 
 
 def in_stream(count: int, size: Size, rate: float | None) -> Iterator[None]:

@@ -72,7 +72,7 @@ def data(tmp_path):
     "ignore:.*found in sys.modules after import of package:RuntimeWarning", "ignore::ilf.errors.DepthWarning"
 )
 @pytest.mark.parametrize(("module", "arguments", "printed"), QUICK, ids=[module for module, *_ in QUICK])
-def test_it_runs_and_prints_its_table(module, arguments, printed, data, capsys):
+def test_it_runs_and_prints_its_table(module, arguments, printed, data, capsys, qapp):
     if module in EXTRAS:
         pytest.importorskip(EXTRAS[module])
     status: object = 0

@@ -98,9 +98,9 @@ def in_window(recorder: Recorder, trip: str) -> None:
     from gui.features.filter import FilterPanel
     from gui.state.parts import Part
 
-    from .window import new_window, open_frame, paint_across, pause, settled, wait
+    from .window import end, new_window, open_frame, paint_across, pause, settled, wait
 
-    application = QApplication([])
+    _app = QApplication([])
     if trip == "open":
         recorder.start()  # includes threads started from now on
     window = new_window()
@@ -123,8 +123,7 @@ def in_window(recorder: Recorder, trip: str) -> None:
     wait(lambda: settled(window))
     pause(300)
     recorder.stop()
-    window.close()
-    application.processEvents()
+    end(window)
 
 
 def _follow(trip: str) -> Callable[[Recorder], None]:

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
-from PySide6.QtCore import QEventLoop, QTimer
+from PySide6.QtCore import QCoreApplication, QEvent, QEventLoop, QTimer
 
 from gui.app.main_window import MainWindow
 from gui.features.expected_error import ErrorFeature
@@ -50,6 +50,13 @@ def new_window() -> MainWindow:
     window.show()
     pause(300)
     return window
+
+
+def end(window: MainWindow) -> None:
+    """Close a window and delete it, and its timers with it."""
+    window.close()
+    window.deleteLater()
+    QCoreApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)
 
 
 def open_frame(window: MainWindow, folder: Path) -> None:

@@ -1,10 +1,7 @@
 """The real window, offscreen, on small frames that are written to files first."""
 
-import json
 from pathlib import Path
 
-import cv2
-import numpy as np
 import pytest
 from PySide6.QtWidgets import QMessageBox
 
@@ -17,19 +14,12 @@ from gui.work.frame_runs import RunState
 from ilf.data.frame import RGBDFrame
 from ilf.run.options import ExportOptions
 from ilf.sources.frame_ref import FrameRef
+from tests.pins import frames
 
 
 def write_frame(folder: Path, frame: RGBDFrame) -> Path:
     """A frame folder with colour, 16-bit depth in millimetres and meta.json."""
-    folder.mkdir()
-    cv2.imwrite(str(folder / "rgb.png"), frame.rgb[..., ::-1])
-    millimetres = np.nan_to_num(frame.depth * 1000).round().astype(np.uint16)
-    cv2.imwrite(str(folder / "depth.png"), millimetres)
-    camera = frame.intrinsics
-    numbers = None if camera is None else [camera.fx, camera.fy, camera.cx, camera.cy]
-    meta = {"name": folder.name, "size": list(frame.shape[::-1]), "depth_units_per_m": 1000, "K": numbers}
-    (folder / "meta.json").write_text(json.dumps(meta))
-    return folder
+    return frames.write_frame(folder, frame, units=1000)
 
 
 @pytest.fixture
@@ -104,6 +94,19 @@ def open_frame(window, qtbot, *files: Path | str, **how):
     """Open a frame by its folder or its files, and wait until its blocks are there."""
     loaded(window, qtbot, window.loader.open, FrameRef(*map(str, files), **how))
     window.refresh.now()
+
+
+def in_front(owner, kind):
+    """Return the open dialog of a kind that belongs to a window or a dialog."""
+    (found,) = (one for one in owner.findChildren(kind) if one.isVisible())
+    return found
+
+
+def answer(owner, button: str) -> str:
+    """Press a button of the question that is open, and return what it asks."""
+    box = in_front(owner, QMessageBox)
+    next(one for one in box.buttons() if one.text() == button).click()
+    return box.text()
 
 
 @pytest.fixture

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication, QMessageBox, QWidget
+from PySide6.QtWidgets import QApplication, QWidget
 
 from gui.app.main_window import MainWindow
 from tests.pins.window.hand import wheel
@@ -64,8 +64,3 @@ def key(window: MainWindow, code: Qt.Key, modifier: Qt.KeyboardModifier = PLAIN)
 
 def turn_wheel(window: MainWindow, point: Point, notches: int, modifier: Qt.KeyboardModifier = PLAIN) -> None:
     wheel(viewport(window), QPointF(place(window, point)), notches, modifier)
-
-
-def press_button(box: QMessageBox, text: str) -> None:
-    """Press the button of a question with this text."""
-    next(button for button in box.buttons() if button.text() == text).click()

@@ -16,8 +16,8 @@ from gui.views.contents import COMPARABLE, SIDES
 from gui.views.layers import CONTENTS
 from gui.views.layouts import LAYOUTS
 from ilf.data.frame import RGBDFrame
-from ilf.segmentation.editing.patches import patch_between
 
+from ..gui.states import edit
 from .conftest import open_frame, write_frame
 
 STEPS = 100
@@ -40,11 +40,10 @@ def test_commands_in_any_order(window, qtbot, small_frame, tmp_path):
         window.panels.reveal(title)
     chance, workspace, views = random.Random(1), window.workspace, window.views
 
-    def edit():
-        labels = workspace.current.labels.copy()
+    def edit_box():
         row, column = chance.randrange(30), chance.randrange(40)
-        labels[row : row + 8, column : column + 9] = chance.choice([0, *workspace.current.counts()])
-        workspace.current.edit(patch_between(workspace.current.labels, labels), "Edit")
+        label = chance.choice([0, *workspace.current.counts()])
+        edit(workspace, label, rows=np.s_[row : row + 8], columns=np.s_[column : column + 9])
 
     def mark_invalid():
         mask = np.zeros(workspace.current.frame.shape, bool)
@@ -77,7 +76,7 @@ def test_commands_in_any_order(window, qtbot, small_frame, tmp_path):
         lambda: views.set_content(chance.choice(list(views.cells)), chance.choice([*CONTENTS, *SIDES])),
         lambda: views.sides.choose(chance.choice(["", *COMPARABLE]), chance.choice(["", *COMPARABLE])),
         lambda: window.feature(CurvesFeature).widget.scrub_bar._slider.setValue(chance.randrange(1, 9)),
-        *(edit, edit, mark_invalid, state_depth, evaluate, inspect),
+        *(edit_box, edit_box, mark_invalid, state_depth, evaluate, inspect),
     ]
     for _ in range(STEPS):
         if chance.random() < 0.5:

@@ -4,7 +4,7 @@ import numpy as np
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtGui import QImage
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication, QDockWidget
+from PySide6.QtWidgets import QDockWidget
 
 from gui.features.cloud import CloudFeature
 from gui.features.expected_error import ErrorFeature
@@ -150,12 +150,3 @@ def test_the_cloud_has_hints_of_its_own_and_no_tools(opened, qtbot):
     assert opened.views.isVisible()
     assert opened.feature(StatusFeature).bar.hint.text() != HINT
     qtbot.waitUntil(options.isVisible)
-    opened.actions_["cloud_beside"].setChecked(True)
-    opened.resize(1100, 700)
-    QApplication.processEvents()
-    opened.actions_["cloud_beside"].setChecked(False)
-    tabs = opened.centre.tabs
-    qtbot.waitUntil(lambda: tabs.width() >= tabs.sizeHint().width())
-    assert opened.centre.count() == 2
-    opened.centre.show_cloud()
-    assert opened.cloud.isVisible()

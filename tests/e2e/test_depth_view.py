@@ -12,7 +12,7 @@ from ilf.sources.reading import load_frame, read_frame
 from ilf.sources.reading_options import DEPTH_VIEW, ReadingOptions
 from tests.ilf.two_cameras import write_pair
 
-from .conftest import export, loaded, open_frame, readout
+from .conftest import export, in_front, loaded, open_frame, readout
 
 
 def _described(dialog: OpenDialog, qtbot: QtBot, text: str) -> None:
@@ -22,7 +22,7 @@ def _described(dialog: OpenDialog, qtbot: QtBot, text: str) -> None:
 def test_the_open_dialog_asks_for_the_view_and_the_window_shows_it(window, qtbot, tmp_path, run_all):
     pair = write_pair(tmp_path / "desk")
     window.actions_["open"].trigger()
-    dialog = next(one for one in window.findChildren(OpenDialog) if one.isVisible())
+    dialog = in_front(window, OpenDialog)
     dialog.set_files(str(tmp_path / "desk"))
     _described(dialog, qtbot, "96 x 72")
     assert "depth camera's view:" not in dialog.message.text()

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from gui.features.curves import CurvesFeature
-from ilf import preset
 
 
 def test_shuffled_colours_are_one_step_and_all_others_and_names_follow_the_blocks(opened, monkeypatch):
@@ -35,25 +34,6 @@ def test_shuffled_colours_are_one_step_and_all_others_and_names_follow_the_block
     opened.actions_["block_names"].trigger()
     opened.refresh.now()
     assert names.texts == []
-
-
-def test_distrusted_and_stale_depth_are_shown(opened, run_all):
-    def legend(name):
-        opened.refresh.now()
-        return [text for _, text in opened.views.cells[name].strip._legend]
-
-    opened.actions_["live"].setChecked(False)
-    opened.workspace.parameters.set(preset("paper", max_iterations=3))
-    run_all(opened)
-    assert legend("depth-out") == ["missing"]
-    mask = np.zeros(opened.workspace.current.frame.shape, bool)
-    mask[5:9, 40:50] = True
-    opened.workspace.current.set_invalid_mask(mask, "MarkInvalid")
-    assert legend("depth-out") == ["invalid", "stale", "missing"]
-    assert opened.views.cells["depth-in"].view.stripes.pixels.any()
-    opened.actions_["undo"].trigger()
-    assert legend("depth-out") == ["missing"]
-    assert not opened.views.cells["depth-in"].view.stripes.pixels.any()
 
 
 def test_a_run_opens_no_panel(opened, qtbot, run_all):

@@ -9,7 +9,8 @@ from gui.features.edit_summary import EditSummaryFeature
 from gui.features.filter import FilterPanel
 from gui.features.history import HistoryFeature
 from gui.work.frame_runs import RunState
-from ilf.segmentation.editing.patches import patch_between
+
+from ..gui.states import edit
 
 
 def _settle(window, qtbot):
@@ -26,11 +27,8 @@ def _picture(window) -> QImage:
 def test_an_edit_is_followed_by_its_depth_and_by_what_it_did(opened, qtbot, run_all):
     run_all(opened)
     document = opened.workspace.current
-    before, depth = document.labels.copy(), document.current_depth().copy()
-    former = _picture(opened)
-    labels = before.copy()
-    labels[5:40, 26:34] = before[20, 10]
-    opened.workspace.current.edit(patch_between(before, labels), "Paint Block 1")
+    depth, former = document.current_depth().copy(), _picture(opened)
+    edit(opened.workspace, document.labels[20, 10], rows=np.s_[5:40], columns=np.s_[26:34])
     assert document.stale.any() or document.update_depth() is not None
     qtbot.waitUntil(lambda: "hold-out" in opened.feature(EditSummaryFeature).line.label.text())
     _settle(opened, qtbot)

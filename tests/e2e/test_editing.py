@@ -49,6 +49,7 @@ def test_clicking_chooses_control_adds_and_so_does_the_table_which_renames_locks
     click_icon(Column.LOCKED)
     click_icon(Column.VISIBLE)
     assert (document.info(1).name, document.locked, document.info(1).visible) == ("Wall", {1}, False)
+    assert document.selected == [2], "icons select nothing"
     assert np.array_equal(document.labels, before)
     assert document.undo_stack.undoText() == "Lock Wall"
     click_icon(Column.LOCKED)

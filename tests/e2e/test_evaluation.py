@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 import pytest
 from PySide6.QtCore import QPoint, Qt
-from PySide6.QtWidgets import QApplication, QInputDialog, QMessageBox, QWidget
+from PySide6.QtWidgets import QApplication, QInputDialog, QWidget
 
 import ilf
 from gui.features.accuracy.ground_truth import GroundTruthDialog
@@ -15,7 +15,6 @@ from gui.features.accuracy.panel import AccuracyPanel
 from gui.features.blocks.feature import BlocksFeature
 from gui.features.blocks.table import Column
 from gui.features.filter import FilterPanel
-from gui.features.inspect.panel import InspectPanel
 from gui.features.presets import SavePresetDialog
 from gui.features.sweep.feature import SweepFeature
 from gui.state.blocks import EXPECTED, HOLD_OUT
@@ -24,11 +23,10 @@ from gui.views.colours import depth_table
 from ilf._runtime.formatting import millimetres
 from ilf.evaluation.evaluation import evaluate_blocks
 from ilf.project.run_history import StoredRun
-from ilf.segmentation.editing.patches import patch_between
 from ilf.sources.reading_options import ReadingOptions
 
-from .conftest import open_frame
-from .hand import press_button
+from ..gui.states import edit
+from .conftest import answer, open_frame
 
 
 @pytest.fixture
@@ -151,9 +149,7 @@ def test_errors_against_a_truth_and_on_hidden_depth(window, qtbot, frame_folder,
     assert panel.hold_out_table.text().splitlines()[1].startswith("Current values\t")
 
     # other blocks: it is outdated until undo brings them back; other values: those of the blocks no longer hold
-    labels = document.labels.copy()
-    labels[40:44, 2:20] = document.next_label()
-    workspace.current.edit(patch_between(document.labels, labels), "Move a border")
+    edit(workspace, document.next_label(), rows=np.s_[40:44], columns=np.s_[2:20])
     settle(window)
     assert panel.outcome.tone() == "warning"
     assert "Outdated" in panel.outcome.text()
@@ -329,7 +325,7 @@ def test_own_presets_stand_beside_the_others(opened, tmp_path, monkeypatch):
     for button in ("Cancel", "&Delete"):
         assert box.names.findData("broad") >= 0
         actions["delete_preset"].trigger()
-        press_button(next(one for one in window.findChildren(QMessageBox) if one.isVisible()), button)
+        answer(window, button)
     settle(window)
     assert box.names.findData("broad") < 0
     assert box.present == "paper"
@@ -343,23 +339,6 @@ def test_own_presets_stand_beside_the_others(opened, tmp_path, monkeypatch):
     actions["import_preset"].trigger()
     assert reported
     assert "none.json" in reported[0]
-
-
-def test_a_closed_panel_does_nothing_while_a_slider_moves(opened, qtbot, run_all, monkeypatch):
-    drawn, kinds = [], (AccuracyPanel, InspectPanel)
-    for kind in kinds:
-        monkeypatch.setattr(kind, "refresh", lambda _, parts: drawn.append(parts))
-    run_all(opened)
-    opened.workspace.select([1])
-    with qtbot.waitSignal(opened.workspace.changed):
-        opened.feature(FilterPanel).set_values({"smoothness": 3.0}, 1)
-    settle(opened)
-    assert drawn == []
-    for kind in kinds:
-        drawn.clear()
-        opened.feature(kind).reveal()
-        qtbot.waitUntil(lambda: len(drawn) > 0)
-        assert drawn[0] & Part.RESULTS, "what has changed meanwhile"
 
 
 def test_a_hold_out_test_ends_with_its_frame(opened, qtbot):

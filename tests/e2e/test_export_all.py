@@ -11,9 +11,9 @@ from gui.features.export.dialog import ALL, DONE, Export
 from gui.features.export.feature import ExportFeature
 from gui.features.frame_list.feature import FramesFeature
 from ilf.run.options import ExportOptions
-from ilf.segmentation.editing.patches import patch_between
 from tests.gui.naming import unnamed
 
+from ..gui.states import edit
 from .conftest import loaded, write_frame
 
 NAMES = ["frame-0", "frame-1", "frame-2"]
@@ -44,9 +44,8 @@ def test_frames_that_are_done_are_exported_as_they_were_left(listed, qtbot, tmp_
     window, workspace, out = listed, listed.workspace, tmp_path / "out"
     entries = workspace.entries
     window.feature(FramesFeature).open_frames.max_open = 1
+    edit(workspace, 0, rows=np.s_[:8], columns=np.s_[:8])
     labels = workspace.current.labels.copy()
-    labels[:8, :8] = 0
-    workspace.current.edit(patch_between(workspace.current.labels, labels), "Erase")
     loaded(window, qtbot, window.actions_["mark_done"].trigger)
     assert entries[0].summary.done
     assert entries.of(workspace.current.id) is entries[1], "the next one that is not done"

@@ -6,8 +6,7 @@ import cv2
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from PySide6.QtCore import QPointF, Qt
-from PySide6.QtTest import QTest
+from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QCheckBox, QLabel, QMessageBox, QSlider, QTabWidget
 
 import ilf
@@ -20,6 +19,7 @@ from ilf.segmentation.extraction import extract
 from ilf.sources.frame_ref import FrameRef
 
 from .conftest import loaded, open_frame, write_frame
+from .hand import drag, let_go
 
 
 @pytest.fixture
@@ -88,14 +88,10 @@ def _summary(window) -> str:
 
 def _cut_off_by_hand(window) -> int:
     """Paint a new block, named Mine, with a stroke across the block at the right."""
-    document, view = window.workspace.current, window.views.cells["colour"].view
     window.actions_["new_block"].trigger()
-    (label,) = document.selected
+    (label,) = window.workspace.current.selected
     window.editor.options.brush_radius = 3.0
-    start, end = (view.viewportTransform().map(QPointF(x, 24)).toPoint() for x in (44, 56))
-    QTest.mousePress(view.viewport(), Qt.MouseButton.LeftButton, pos=start)
-    QTest.mouseMove(view.viewport(), end)
-    QTest.mouseRelease(view.viewport(), Qt.MouseButton.LeftButton, pos=end)
+    drag(window, [(44, 24), (56, 24)])
     window.workspace.current.edit_info(label, "Rename block", name="Mine")
     return label
 
@@ -320,17 +316,16 @@ def test_a_block_that_was_only_locked_goes_once_it_is_unlocked(opened, qtbot):
 
 
 def test_a_stroke_under_way_ends_before_the_blocks_are_replaced(staged, qtbot):
-    document, view = staged.workspace.current, staged.views.cells["colour"].view
+    document = staged.workspace.current
     staged.workspace.parameters.set_extraction(ilf.BlockParameters(min_size=48.0, use_depth=False))
     _settle(staged, qtbot)
     before = document.labels.copy()
     staged.actions_["new_block"].trigger()
     (mine,) = document.selected
-    place = view.viewportTransform().map(QPointF(48, 24)).toPoint()
-    QTest.mousePress(view.viewport(), Qt.MouseButton.LeftButton, pos=place)
+    drag(staged, [(48, 24)], release=False)
     assert (document.labels == mine).any()
     staged.actions_["extract"].trigger()
-    QTest.mouseRelease(view.viewport(), Qt.MouseButton.LeftButton, pos=place)
+    let_go(staged, (48, 24))
     assert len(document.counts()) == 1, "what was painted so far is given up, and nothing of it comes after"
     assert not document.blocks.edited
     assert document.undo_stack.count() == 1

@@ -4,7 +4,7 @@ import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QKeySequence
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication, QToolButton
+from PySide6.QtWidgets import QToolButton
 
 from gui.app.main_window import MainWindow
 from gui.base.commands import plain
@@ -50,19 +50,6 @@ def test_what_needs_a_selected_block_is_there_once_one_is_selected_and_panels_ar
     view = next(action.menu() for action in opened.menuBar().actions() if action.text() == "&View")
     panels = next(action.menu() for action in view.actions() if plain(action.text()) == "Panels")
     assert panels.actions() == opened.panels.toggles()
-
-
-def test_tools_have_names_in_a_small_window_too_until_the_user_wants_only_icons(opened):
-    column = opened.tool_column
-    only_icons = Qt.ToolButtonStyle.ToolButtonIconOnly
-    opened.resize(1100, 700)
-    QApplication.processEvents()
-    for button in (column.widgetForAction(action) for action in column.actions()):
-        assert button.isVisible()
-        assert button.toolButtonStyle() is not only_icons
-        assert button.fontMetrics().size(0, button.text()).width() <= button.width()
-    opened.actions_["only_icons"].trigger()
-    assert column.toolButtonStyle() is opened.tool_bar.toolButtonStyle() is only_icons
 
 
 def test_letters_of_tools_are_no_keys_that_are_held_and_can_be_changed(opened):

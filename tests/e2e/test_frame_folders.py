@@ -8,16 +8,16 @@ import numpy as np
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QLineEdit, QMessageBox
+from PySide6.QtWidgets import QLineEdit
 
 from gui.features.documents.recent import key_of
 from gui.features.frame_list.feature import FramesFeature
 from gui.features.frame_list.model import ENTRY
 from ilf.project.missing_files import folder_projects_dir
 from ilf.project.project import Stage
-from ilf.segmentation.editing.patches import patch_between
 
-from .conftest import activate, loaded, write_frame
+from ..gui.states import edit
+from .conftest import activate, answer, loaded, write_frame
 
 COUNT = 6
 
@@ -60,11 +60,9 @@ def test_folder_is_worked_through_and_left_frames_come_back(listed, qtbot, folde
     part.open_frames.max_open = 2
 
     first = workspace.current
-    labels = first.labels.copy()
-    labels[:8, :8] = 0
-    workspace.current.edit(patch_between(first.labels, labels), "Erase")
+    edit(workspace, 0, rows=np.s_[:8], columns=np.s_[:8])
     workspace.set_note(entries[0], "glass")
-    first_id = first.id
+    first_id, labels = first.id, first.labels.copy()
 
     _go(window, qtbot)
     assert _present(window) is entries[1]
@@ -189,9 +187,8 @@ def test_work_on_a_folder_is_there_again_the_next_time(another, qtbot, folder, s
     _go(window, qtbot)
     window.workspace.set_note(window.workspace.entries[1], "mirror")
     window.workspace.set_note(window.workspace.entries[4], "not opened yet")
+    edit(window.workspace, 0, rows=np.s_[:8], columns=np.s_[:8])
     labels = window.workspace.current.labels.copy()
-    labels[:8, :8] = 0
-    window.workspace.current.edit(patch_between(window.workspace.current.labels, labels), "Erase")
     assert window.project.present.unsaved
     _save(window, qtbot)
     assert not window.project.present.unsaved
@@ -252,9 +249,9 @@ def test_a_folders_project_lies_beside_it_and_saving_says_where(in_folder, anoth
     assert again.workspace.entries[1].note == "mirror"
 
 
-@pytest.mark.parametrize("answer", ["&Add to it", "&New project", "Cancel"])
+@pytest.mark.parametrize("button", ["&Add to it", "&New project", "Cancel"])
 def test_a_frame_opened_later_joins_the_folders_project_only_if_the_user_wants_it(
-    in_folder, qtbot, folder, small_frame, answer
+    in_folder, qtbot, folder, small_frame, button
 ):
     _save(in_folder, qtbot)
     project = in_folder.project.present.path
@@ -262,13 +259,11 @@ def test_a_frame_opened_later_joins_the_folders_project_only_if_the_user_wants_i
     in_folder.documents.open_paths([folder / "frame-1"])
     qtbot.waitUntil(lambda: _present(in_folder).name == "frame-1")
     in_folder.documents.open_paths([other])
-    (box,) = (box for box in in_folder.findChildren(QMessageBox) if box.isVisible())
-    assert "walk" in box.text()
-    next(button for button in box.buttons() if button.text() == answer).click()
+    assert "walk" in answer(in_folder, button)
     qtbot.waitUntil(lambda: not in_folder.loader.busy)
     names = {"&Add to it": COUNT + 1, "&New project": 1, "Cancel": COUNT}
-    qtbot.waitUntil(lambda: len(in_folder.workspace.entries) == names[answer])
-    assert in_folder.project.present.path == (None if answer == "&New project" else project)
+    qtbot.waitUntil(lambda: len(in_folder.workspace.entries) == names[button])
+    assert in_folder.project.present.path == (None if button == "&New project" else project)
 
 
 def test_before_anything_is_done_in_it_a_folders_project_ends_when_another_frame_is_opened(

@@ -1,16 +1,15 @@
-"""A guide in the window: loaded by the dialog, followed, seen, undone, kept in a project and removed."""
+"""A guide in the window: loaded by the dialog, followed, seen, undone and removed."""
 
 import numpy as np
 from PySide6.QtWidgets import QFileDialog
 
 from gui.features.accuracy.ground_truth import GroundTruthDialog
 from gui.features.additional_depth import GUIDE, AdditionalDepthPanel
-from ilf.project.file import open_project
 
 from .conftest import open_frame
 
 
-def test_guide_is_loaded_seen_followed_undone_and_kept(window, qtbot, frame_folder, tmp_path, run_all, monkeypatch):
+def test_guide_is_loaded_seen_followed_undone_and_removed(window, qtbot, frame_folder, tmp_path, run_all, monkeypatch):
     actions, workspace = window.actions_, window.workspace
     assert not actions["load_guide"].isEnabled()
     open_frame(window, qtbot, frame_folder)
@@ -66,13 +65,6 @@ def test_guide_is_loaded_seen_followed_undone_and_kept(window, qtbot, frame_fold
     assert np.array_equal(document.completion().depth, before, equal_nan=True)
     workspace.undo_group.redo()
     assert np.array_equal(document.completion().depth, guided, equal_nan=True)
-
-    with qtbot.waitSignal(window.project.saving.saved):
-        window.project.saving.save(tmp_path / "work.ilf")
-    with open_project(tmp_path / "work.ilf") as project:
-        state = project.state(project.project.frames[0].id).state
-        assert state.frame.guide.is_same_as(document.frame.guide)
-        assert state.frame.guide.path == str(tmp_path / "inverse.npy")
 
     # with live update on, both are followed without a run
     actions["live"].trigger()

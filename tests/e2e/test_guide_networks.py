@@ -9,7 +9,7 @@ from ilf.io.guide_models import guide_file
 
 from ..ilf.io.test_guide_models import NAME, publishing
 from ..ilf.tiny_onnx import node, write_network
-from .conftest import open_frame
+from .conftest import in_front, open_frame
 
 
 @pytest.fixture
@@ -23,8 +23,7 @@ def hub(tmp_path, monkeypatch):
 
 def opened(window: QWidget) -> GuideNetworksDialog:
     window.actions_["guide_by_network"].trigger()
-    (dialog,) = (one for one in window.findChildren(GuideNetworksDialog) if one.isVisible())
-    return dialog
+    return in_front(window, GuideNetworksDialog)
 
 
 def state(dialog: GuideNetworksDialog) -> list[list[str]]:

@@ -22,7 +22,7 @@ from gui.features.status import StatusFeature
 from gui.tools.kinds import KINDS
 from gui.views.image_view import ImageView
 
-from .conftest import activate, open_frame
+from .conftest import activate, in_front, open_frame
 from .hand import CTRL, PLAIN, SHIFT, hover, key
 
 _Key = Qt.Key
@@ -66,17 +66,6 @@ def _drag(window, *points: tuple[int, int]):
 
 def _focus() -> QWidget:
     return QApplication.focusWidget()
-
-
-def test_a_border_is_drawn_anew_by_keys(typing):
-    document = typing.workspace.current
-    left, right = int(document.labels[5, 5]), int(document.labels[5, 50])
-    key(typing, _Key.Key_D)
-    _drag(typing, (29, 10), (24, 16), (24, 28), (29, 34))
-    assert document.labels[22, 26] == right
-    assert document.labels[22, 20] == left
-    key(typing, _Key.Key_Return)
-    assert document.undo_stack.undoText() == "Redraw border"
 
 
 def test_a_block_is_split_along_a_line_of_keys(typing):
@@ -229,7 +218,7 @@ def test_every_stop_of_the_tab_key_is_in_sight(typing, panels):
 def test_enter_is_the_default_button_of_a_dialog_wherever_the_focus_is(typing):
     for command in ("open", "export", "hold_out_test", "report", "save_preset", "load_ground_truth"):
         typing.actions_[command].trigger()
-        (dialog,) = (found for found in typing.findChildren(QDialog) if found.isVisible())
+        dialog = in_front(typing, QDialog)
         focusable = [
             widget
             for widget in dialog.findChildren(QWidget)

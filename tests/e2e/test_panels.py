@@ -1,17 +1,13 @@
-"""Panels: a new one is one class; the frames' one is a list or a strip."""
+"""Panels: a new one is one class; and what changes is drawn once."""
 
 from collections.abc import Generator
 
 import numpy as np
-from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QDockWidget, QLabel, QWidget
+from PySide6.QtWidgets import QLabel, QWidget
 
-from gui.features.frame_list.feature import FramesFeature
 from gui.features.panel import Panel
-from gui.state.entries import Entry
 from gui.state.parts import Part
 from gui.widgets.docks import PanelGroup
-from ilf.sources.frame_ref import FrameRef
 
 
 class _Missing(Panel):
@@ -63,17 +59,11 @@ def test_a_new_panel_is_one_class(opened, qtbot):
     assert panel.drawn == [Part.SELECTION] * 2
 
 
-def test_frames_are_a_narrow_list_beside_the_images_and_thousands_of_them_are_found(opened, qtbot):
-    opened.resize(1100, 700)
-    frames = opened.feature(FramesFeature)
-    opened.workspace.add_entries([Entry.of(FrameRef(f"/nowhere/frame-{number}")) for number in range(10_000)])
-    qtbot.waitUntil(lambda: frames.panel.view.isVisible() and frames.panel.view.is_strip)
-    opened.panels.reveal("Frames")
-    dock = opened.findChild(QDockWidget, "Frames")
-    opened.addDockWidget(Qt.DockWidgetArea.LeftDockWidgetArea, dock)
-    qtbot.waitUntil(lambda: not frames.panel.view.is_strip and frames.panel.view.isVisible())
-    opened.resizeDocks([dock], [170], Qt.Orientation.Horizontal)
-    qtbot.waitUntil(lambda: dock.width() == 170)
-    assert frames.panel.view.sizeHint().width() < 200
-    frames.panel.text.setText("frame-777")
-    assert len(frames.panel.model.entries) == 12, "the current one stays"
+def test_a_window_at_rest_draws_nothing_and_takes_no_turns(opened, qtbot, monkeypatch):
+    opened.hide()
+    opened.show()
+    qtbot.wait(300)
+    turns, tell = [], opened.workspace.tell
+    monkeypatch.setattr(opened.workspace, "tell", lambda: (turns.append(1), tell()))
+    qtbot.wait(200)
+    assert len(turns) <= 2

@@ -13,7 +13,8 @@ from gui.features.parameter_effects import effect_of
 from gui.state.parameters import DRAG_S
 from gui.work.frame_runs import RunState
 from ilf._runtime.formatting import millimetres
-from ilf.segmentation.editing.patches import patch_between
+
+from ..gui.states import edit
 
 
 @pytest.fixture
@@ -94,11 +95,9 @@ def test_the_next_drag_is_compared_with_the_depth_before_it(opened, panel, qtbot
 
 
 def test_effects_of_another_state_are_not_shown(opened, panel, qtbot):
-    labels = opened.workspace.current.labels.copy()
-    labels[:10, :10] = 0
     for leave, step in (
         (opened.actions_["undo"].trigger, 60),
-        (lambda: opened.workspace.current.edit(patch_between(opened.workspace.current.labels, labels), "Erase"), 60),
+        (lambda: edit(opened.workspace, 0, rows=np.s_[:10], columns=np.s_[:10]), 60),
         (opened.actions_["close_frame"].trigger, -30),
     ):
         _drag(panel, "slope_weight", step)
@@ -138,6 +137,7 @@ def test_a_trial_can_be_cancelled(opened, panel, qtbot):
     opened.actions_["try_parameters"].trigger()
     qtbot.waitUntil(panel.work.isVisible)
     panel.work.cancel_button.click()
+    assert not panel.work.cancel_button.isEnabled()
     qtbot.waitUntil(lambda: not panel.busy)
     assert not panel.work.isVisible()
     assert not any(_effect(panel, name) for name in panel.form.shown)
@@ -152,13 +152,3 @@ def test_depth_that_comes_or_goes_counts_as_changed():
     assert effect_of([]).text == "no pixel changed by 0.1 mm"
     nothing = np.full_like(before, np.nan)
     assert effect_of([(nothing, np.ones_like(before))]).text == f"{before.size} px changed: missing before or after"
-
-
-def test_the_form_stays_in_place_when_a_block_is_selected(opened, panel, qtbot):
-    qtbot.waitUntil(lambda: panel.scope.isVisible())
-    before = panel.form.geometry()
-    opened.workspace.select([])
-    opened.refresh.now()
-    assert not panel.scope.isVisible()
-    panel.widget.layout().activate()
-    assert panel.form.geometry() == before

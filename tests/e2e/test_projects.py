@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QApplication, QFileDialog, QMessageBox
+from PySide6.QtWidgets import QFileDialog, QMessageBox
 
 import ilf
 from gui.features.export.dialog import Export
@@ -25,11 +25,10 @@ from gui.state.parts import Part
 from ilf.project.file import open_project as read_project
 from ilf.project.project import Stage
 from ilf.run.options import ExportOptions
-from ilf.segmentation.editing.patches import patch_between
 
+from ..gui.states import edit
 from ..ilf.project_states import assert_same
-from .conftest import open_frame, write_frame
-from .hand import press_button
+from .conftest import answer, open_frame, write_frame
 
 
 def save(window, qtbot, path: Path, embed: bool | None = None):
@@ -59,9 +58,7 @@ def work_on(window, qtbot, run_all) -> Document:
     workspace = window.workspace
     document = workspace.current
     first, second = list(document.counts())[:2]
-    edited = document.labels.copy()
-    edited[2:6, 2:6] = 0
-    workspace.current.edit(patch_between(document.labels, edited), "Erase")
+    edit(workspace, 0, rows=np.s_[2:6], columns=np.s_[2:6])
     workspace.current.edit_info(first, "Rename", name="Wall", colour=(1, 2, 3), locked=True)
     workspace.current.set_visible(second, False)
     workspace.parameters.set(ilf.preset("paper", max_iterations=30))
@@ -147,8 +144,7 @@ def test_a_project_opens_moved_with_its_frames_and_embedded_alone_and_a_damaged_
     (left_aside,) = window.workspace.entries
     assert not window.workspace.has_current
     assert left_aside.summary.problem
-    box = next(box for box in window.findChildren(QMessageBox) if box.isVisible())
-    press_button(box, "&Open anew")
+    answer(window, "&Open anew")
     qtbot.waitUntil(lambda: window.workspace.has_current and not window.loader.busy)
     assert left_aside.document is None
     assert len(window.workspace.entries) == 2, "the files are opened anew, beside the work"
@@ -293,14 +289,11 @@ def test_what_is_saved_is_what_there_was_and_replaces_nothing_unasked(opened, qt
     path.write_bytes(other)
     opened.workspace.current.edit_info(1, "Rename", name="Floor")
     opened.actions_["save_project"].trigger()
-    box = next(box for box in QApplication.topLevelWidgets() if isinstance(box, QMessageBox) and box.isVisible())
-    assert "has been changed by another window or program" in box.text()
-    box.button(QMessageBox.StandardButton.Cancel).click()
+    assert "has been changed by another window or program" in answer(opened, "Cancel")
     assert path.read_bytes() == other
     assert opened.workspace.current.unsaved
     opened.actions_["save_project"].trigger()
-    box = next(box for box in QApplication.topLevelWidgets() if isinstance(box, QMessageBox) and box.isVisible())
-    press_button(box, "&Replace")
+    answer(opened, "&Replace")
     qtbot.waitUntil(lambda: not opened.workspace.current.unsaved)
     assert path.read_bytes() != other
 
@@ -390,11 +383,11 @@ def test_a_frame_that_is_closed_comes_back_as_it_was_saved(opened, qtbot, tmp_pa
     workspace.current.edit_info(1, "Rename", name="Wall")
     save(opened, qtbot, path)
     opened.project.discard_silently = False
-    for answer, name in (("save_button", "Floor"), ("discard_button", "Floor")):
-        workspace.current.edit_info(1, "Rename", name="Floor" if answer == "save_button" else "Ceiling")
+    for button, name in (("save_button", "Floor"), ("discard_button", "Floor")):
+        workspace.current.edit_info(1, "Rename", name="Floor" if button == "save_button" else "Ceiling")
         opened.actions_["close_frame"].trigger()
         dialog = opened.project.question
-        getattr(dialog, answer).click()
+        getattr(dialog, button).click()
         qtbot.waitUntil(lambda: not workspace.has_current)
         entry = workspace.entries[0]
         assert (len(workspace.entries), entry.unsaved) == (1, False)
@@ -403,9 +396,7 @@ def test_a_frame_that_is_closed_comes_back_as_it_was_saved(opened, qtbot, tmp_pa
 
     workspace.current.edit_info(1, "Rename", name="Ceiling")
     opened.feature(FramesFeature).remove([workspace.entries[0]])
-    box = next(box for box in QApplication.topLevelWidgets() if isinstance(box, QMessageBox) and box.isVisible())
-    assert "The work on two-planes is removed, too" in box.text()
-    box.button(QMessageBox.StandardButton.Cancel).click()
+    assert "The work on two-planes is removed, too" in answer(opened, "Cancel")
     assert len(workspace.entries) == 1
     opened.actions_["new_project"].trigger()
     dialog = opened.project.question

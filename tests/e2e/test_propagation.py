@@ -19,10 +19,10 @@ from gui.state.parts import Part
 from ilf.data.blocks import Blocks
 from ilf.project.frame_state import FrameState
 from ilf.project.project import Stage
-from ilf.segmentation.editing.patches import patch_between
 from ilf.sources.frame_ref import FrameRef
 from ilf.sources.reading import read_frame
 
+from ..gui.states import edit
 from .conftest import open_frame, write_frame
 
 SHIFTS = 0, 0, 3, 6, 9
@@ -97,9 +97,8 @@ def test_through_frames_that_keep_what_was_done_by_hand(listed, part, qtbot, seq
     third = propagate_state(window, part, qtbot, "propagate_next") and propagate_state(
         window, part, qtbot, "propagate_next"
     )
+    edit(workspace, 3, rows=np.s_[:8], columns=np.s_[50:])
     labels = third.labels.copy()
-    labels[:8, 50:] = 3
-    workspace.current.edit(patch_between(third.labels, labels), "Draw")
     workspace.show(first)
     (Path(sequence[3].rgb) / "depth.png").write_bytes(b"nothing")
     said: list[str] = []
@@ -150,10 +149,8 @@ def test_frames_on_the_way_are_put_away_and_come_back(listed, part, qtbot):
 def test_blocks_edited_by_hand_are_carried_on_from_where_they_are_stored(listed, part, qtbot):
     window, workspace, entries = listed, listed.workspace, listed.workspace.entries
     first = workspace.current
-    second = propagate_state(window, part, qtbot, "propagate_next")
-    labels = second.labels.copy()
-    labels[:8, 50:] = 3
-    workspace.current.edit(patch_between(second.labels, labels), "Draw")
+    propagate_state(window, part, qtbot, "propagate_next")
+    edit(workspace, 3, rows=np.s_[:8], columns=np.s_[50:])
     workspace.show(first)
     window.feature(FramesFeature).open_frames.max_open = 1
     window.feature(FramesFeature).open_frames.close_surplus()

@@ -18,6 +18,7 @@ from ilf.data.frame import RGBDFrame
 from ilf.evaluation.quality.remedies import Remedy
 from ilf.segmentation.editing.patches import patch_between
 
+from ..gui.states import edit
 from .conftest import activate, open_frame, write_frame
 from .hand import click, key
 
@@ -207,9 +208,7 @@ def test_high_expected_error_is_a_place_once_it_is_known(window, qtbot, tmp_path
     assert "Expected error 300 mm" in first
     monkeypatch.setattr(Document, "expected_error", lambda _: None)  # as while an edit is solved
     monkeypatch.setattr(window.feature(ErrorFeature).requests, "ask", lambda *_, **__: None)  # or it is endless
-    labels = document.labels.copy()
-    labels[102:, 138:] = 1
-    window.workspace.current.edit(patch_between(document.labels, labels), "Paint")
+    edit(window.workspace, 1, rows=np.s_[102:], columns=np.s_[138:])
     assert settled(window, qtbot).partition(": ")[2] == first.partition(": ")[2], (
         "high errors of other blocks stay until they are computed again"
     )

@@ -23,7 +23,7 @@ from ilf.project.project import Project
 from ilf.project.store import FolderInUse, WorkFolder
 from tests.gui.naming import unnamed
 
-from .conftest import open_frame, write_frame
+from .conftest import answer, open_frame, write_frame
 
 
 @pytest.fixture(autouse=True)
@@ -101,11 +101,10 @@ def test_left_work_is_restored_discarded_or_left(window, left, qtbot, monkeypatc
     attic.restore_button.click()
     qtbot.waitUntil(lambda: 0 not in dialog.rows and not window.loader.busy)
     assert _names(window) == ["frame-hall", "frame-stairs", "frame-attic"]
-    for answer in ("Cancel", "&Discard"):
+    for button in ("Cancel", "&Discard"):
         assert 2 in dialog.rows
         other.discard_button.click()
-        box = next(box for box in dialog.findChildren(QMessageBox) if box.isVisible())
-        next(button for button in box.buttons() if button.text() == answer).click()
+        answer(dialog, button)
     assert window.isVisible()
     assert not dialog.isVisible()
     qtbot.waitUntil(lambda: len(list(left.glob("*.work"))) == 1)

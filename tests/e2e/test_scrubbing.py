@@ -7,7 +7,8 @@ from PySide6.QtTest import QTest
 import ilf
 from gui.features.curves import CurvesFeature
 from gui.work.frame_runs import RunState
-from ilf.segmentation.editing.patches import patch_between
+
+from ..gui.states import edit
 
 
 def _shown(window):
@@ -61,9 +62,7 @@ def test_an_edit_a_run_and_another_frame_lead_back_to_the_present(opened, qtbot,
         qtbot.waitUntil(lambda: workspace.viewed_iteration is not None)
 
     view_iteration()
-    labels = workspace.current.labels.copy()
-    labels[:3, :3] = 3 - labels[0, 0]
-    workspace.current.edit(patch_between(workspace.current.labels, labels), "Edit")
+    edit(workspace, 3 - workspace.current.labels[0, 0], rows=np.s_[:3], columns=np.s_[:3])
     assert (workspace.viewed_iteration, bar.at_end) == (None, True)
     workspace.current.undo_stack.undo()
     view_iteration()

@@ -12,7 +12,7 @@ from ilf.sources.frame_ref import FrameRef
 
 from ..ilf.batch_frames import write_frames
 from ..web_server import serving_folder
-from .hand import press_button
+from .conftest import answer
 
 pytest.importorskip("fsspec")
 pytest.importorskip("aiohttp", reason="aiohttp is not installed (extra dev)")
@@ -54,7 +54,7 @@ def test_an_address_in_a_project_is_opened_after_a_question_that_shows_it(window
     window.loader.open_entry(window.workspace.entries[0])
     box = question(window, qtbot)
     assert f"{address}/depth/0000.png" in box.text()
-    press_button(box, "&Open")
+    answer(window, "&Open")
     qtbot.waitUntil(lambda: window.workspace.has_current)
     assert asked
 
@@ -73,5 +73,6 @@ def test_the_open_dialog_leads_to_the_question(window, qtbot, tmp_path):
     assert "elsewhere" in dialog.message.text()
     assert "--" not in dialog.message.text(), "that is for the command line"
     dialog.open_button.click()
-    press_button(question(window, qtbot), "&Open")
+    question(window, qtbot)
+    answer(window, "&Open")
     qtbot.waitUntil(lambda: window.workspace.has_current)

@@ -48,19 +48,6 @@ def test_a_border_is_adjusted_and_dropped_by_escape_or_undo(editing):
         assert editing.views.cells["colour"].view.preview.boundingRect().isEmpty()
 
 
-def test_a_border_is_refined_by_the_brush(editing, qtbot):
-    document = editing.workspace.current
-    left, right = int(document.labels[5, 5]), int(document.labels[5, 50])
-    _take(editing, "border")
-    drag(editing, [(30, 10), (26, 14), (26, 30), (30, 34)])
-    _take(editing, "refine")
-    drag(editing, [(28, 12), (28, 22), (28, 32)])
-    qtbot.waitUntil(lambda: not editing.editor.busy)
-    assert document.undo_stack.undoText() == "Refine edge"
-    assert (document.labels[14:30, 20:29] == left).all()
-    assert (document.labels[14:30, 31:36] == right).all()
-
-
 def test_an_outline_is_clicked_and_closed_by_enter(editing):
     document = editing.workspace.current
     editing.workspace.select([])
@@ -122,7 +109,7 @@ def test_wheel_with_control_and_keys_change_the_brush_and_zoom_where_there_is_no
     assert view.transform().m11() > scale
 
 
-def test_options_show_for_the_tool_that_has_them_stay_and_have_room_in_a_narrow_window(editing, qtbot):
+def test_options_show_for_the_tool_that_has_them_and_stay(editing):
     row, options = editing.feature(ToolsFeature).options, editing.editor.options
     assert not row.amount.isVisible(), "no block is selected"
     editing.workspace.select([1])
@@ -142,16 +129,6 @@ def test_options_show_for_the_tool_that_has_them_stay_and_have_room_in_a_narrow_
     assert (options.leash, options.amount, options.similar_only) == (11, 4, True)
     _take(editing, "border")
     assert row.leash.value() == 11
-
-    document = editing.workspace.current
-    document.set_by_hand(np.full(document.frame.shape, 2.0, np.float32), document.frame.missing, "Fill")
-    editing.resize(1100, 700)
-    editing.workspace.select([1])
-    for kind in (*KINDS, *KINDS[::-1]):
-        _take(editing, kind.name)
-        if editing.editor.tool.options:
-            qtbot.waitUntil(row.isVisible)
-    assert row.amount.isVisible()
 
 
 def test_keys_work_wherever_the_focus_is_but_not_where_numbers_are_typed(editing):

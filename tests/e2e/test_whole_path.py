@@ -5,17 +5,13 @@ import os
 from pathlib import Path
 
 import numpy as np
-from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QDockWidget
 
 import ilf
-from gui.features.blocks.feature import BlocksFeature
-from gui.features.curves import CurvesFeature
 from gui.features.filter import FilterPanel
 from ilf.cli import main as command_line
 from ilf.run.options import ExportOptions
 
-from .conftest import export, loaded, open_frame
+from .conftest import export, loaded
 
 
 def test_window_and_command_line_give_the_same_files_bit_for_bit(opened, qtbot, run_all, frame_folder, tmp_path):
@@ -59,28 +55,6 @@ def test_edited_blocks_survive_export_replay_and_reopening(opened, qtbot, run_al
     assert (tmp_path / "third" / "depth.npy").read_bytes() == (tmp_path / "first" / "depth.npy").read_bytes()
 
 
-def test_several_frames_keep_their_own_state(opened, qtbot, run_all, tmp_path):
-    from .conftest import write_frame
-
-    run_all(opened)
-    first = opened.workspace.current
-    depth = first.frame.depth + np.float32(0.5)
-    second_folder = write_frame(tmp_path / "farther", ilf.RGBDFrame(first.frame.rgb, depth))
-    open_frame(opened, qtbot, second_folder)
-    second = opened.workspace.current
-    assert second is not first
-    assert second.completion() is None
-    opened.actions_["previous_frame"].trigger()
-    assert opened.workspace.current is first
-    assert first.completion() is not None
-    opened.refresh.now()
-    assert opened.windowTitle().startswith("two-planes")
-    opened.centre.show_cloud()
-    opened.actions_["next_frame"].trigger()
-    opened.actions_["close_frame"].trigger()
-    assert opened.workspace.open == [first]
-
-
 def test_opening_a_run_twice_keeps_the_work_in_it(opened, qtbot, run_all, tmp_path):
     run_all(opened)
     export(opened, qtbot, tmp_path / "out")
@@ -104,17 +78,6 @@ def test_a_partial_run_comes_back_as_it_was(opened, qtbot, tmp_path):
     opened.actions_["close_frame"].trigger()
     loaded(opened, qtbot, opened.loader.open_run, tmp_path / "out" / "run.json")
     assert opened.workspace.current.selected == [2]
-
-
-def test_docks_keep_their_sizes_when_the_window_is_hidden_and_shown(window, qtbot):
-    before = window.feature(BlocksFeature).table.width()
-    blocks = window.findChild(QDockWidget, "Blocks")
-    window.resizeDocks([blocks], [before + 60], Qt.Orientation.Horizontal)
-    qtbot.waitUntil(lambda: window.feature(BlocksFeature).table.width() > before + 30)
-    wide = window.feature(BlocksFeature).table.width()
-    window.hide()
-    window.show()
-    assert window.feature(BlocksFeature).table.width() == wide
 
 
 def test_blocks_are_extracted_and_run_one_after_the_other(opened, qtbot):
@@ -152,27 +115,3 @@ def test_the_preset_box_tells_what_was_changed_and_keeps_the_two_scopes_apart(op
         panel.redraw()
         opened.refresh.now()
         assert presets.currentText() == shown
-
-
-def test_curves_follow_the_running_block_until_the_chosen_one_has_its_own(opened, qtbot, run_all, monkeypatch):
-    workspace, curves = opened.workspace, opened.feature(CurvesFeature).widget
-    opened.panels.reveal("Convergence")
-    first, second = list(workspace.current.counts())[:2]
-    workspace.select([second])
-    shown = []
-
-    add = workspace.current.add_records
-
-    def note(label, records):
-        add(label, records)
-        opened.refresh.draw_all()
-        shown.append((label, len(curves.records)))
-
-    monkeypatch.setattr(workspace.current, "add_records", note)
-    run_all(opened)
-    assert all(count > 0 for _, count in shown)
-    assert first in {label for label, _ in shown}
-    for label, result in reversed(workspace.current.valid_results().items()):
-        workspace.select([label])
-        opened.refresh.now()
-        assert [record.i for record in curves.records] == [record.i for record in result.history]

@@ -1,8 +1,6 @@
 """The window's habits, driven by the keyboard alone; and names for all that can be used."""
 
-from collections.abc import Iterator
-
-from PySide6.QtCore import QCoreApplication, QEvent, QSize, Qt
+from PySide6.QtCore import QCoreApplication, QEvent, Qt
 from PySide6.QtGui import QKeySequence
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QDialog, QLabel, QPushButton, QSlider, QToolBar, QToolButton, QWidget
@@ -12,18 +10,13 @@ from gui.features.blocks.feature import BlocksFeature
 from gui.features.layouts.feature import LayoutsFeature
 from gui.features.palette import PaletteFeature
 from gui.features.shortcuts import ShortcutsFeature
-from gui.features.status import StatusFeature
 from gui.features.views import ViewsFeature
 from gui.views.view_menus import SidesMenu
 from tests.gui.naming import unnamed
 
-from .conftest import activate, loaded
+from .conftest import activate, in_front, loaded
 
 CTRL_SHIFT = Qt.KeyboardModifier.ControlModifier | Qt.KeyboardModifier.ShiftModifier
-
-
-def _dialogs(window) -> Iterator[QDialog]:
-    return (dialog for dialog in window.findChildren(QDialog) if dialog.isVisible())
 
 
 def test_every_control_has_a_name(opened, qtbot):
@@ -33,7 +26,7 @@ def test_every_control_has_a_name(opened, qtbot):
     files = "open", "export", "load_blocks", "load_ground_truth"
     for name in (*files, "hold_out_test", "sweep", "save_preset", "shortcuts", "save_layout", "about"):
         opened.actions_[name].trigger()
-        (dialog,) = _dialogs(opened)
+        dialog = in_front(opened, QDialog)
         assert unnamed(dialog) == [], name
         assert dialog.windowTitle()
         dialog.close()
@@ -58,7 +51,7 @@ def test_a_command_is_found_given_and_has_another_key_without_the_mouse(opened, 
     assert [key for key, keys in given if keymap.clashes(key, keys) or keymap.fixed(keys)] == [], "one key, one command"
     assert opened.actions_["delete_blocks"].shortcut().toString() == "Ctrl+Del", "no bare key deletes"
     opened.actions_["shortcuts"].trigger()
-    (dialog,) = _dialogs(opened)
+    dialog = in_front(opened, QDialog)
     dialog.filter.setText("fit frame")
     dialog.edit.setKeySequence(QKeySequence("Ctrl+Alt+F"))
     dialog.edit.editingFinished.emit()
@@ -74,25 +67,6 @@ def test_a_command_is_found_given_and_has_another_key_without_the_mouse(opened, 
     assert opened.workspace.current.key == str(frame_folder)
 
 
-def test_messages_neither_cover_nor_move_the_pictures_nor_hide_the_hint(opened, qtbot):
-    bar, views = opened.feature(StatusFeature).bar, opened.views
-    for width, height in ((1100, 700), (800, 560)):
-        opened.resize(width, height)
-        opened.toasts.clear()
-        qtbot.waitUntil(lambda: opened.size() == QSize(width, height))  # noqa: B023 - called here only
-        QApplication.processEvents()
-        before = views.mapTo(opened, views.rect().topLeft()), views.size()
-        opened.notes.show_message("Exported 9 files to a folder with quite a long name, " * 3)
-        (toast,) = opened.toasts.shown
-
-        def has_room() -> bool:
-            return bar.rect().contains(toast.geometry()) and bar.hint.width() > 0.3 * bar.width()  # noqa: B023
-
-        qtbot.waitUntil(has_room)
-        assert (views.mapTo(opened, views.rect().topLeft()), views.size()) == before
-    opened.toasts.clear()
-
-
 def test_each_menu_opens_by_a_key_of_its_own(opened):
     keys = [QKeySequence.mnemonic(action.text()).toString() for action in opened.menuBar().actions()]
     assert all(keys)
@@ -101,7 +75,7 @@ def test_each_menu_opens_by_a_key_of_its_own(opened):
 
 def test_the_keys_of_a_sweep_of_one_parameter_are_each_for_one_thing(opened):
     opened.actions_["sweep"].trigger()
-    (dialog,) = _dialogs(opened)
+    dialog = in_front(opened, QDialog)
     labels = [label for label in dialog.findChildren(QLabel) if label.buddy() is not None and label.buddy().isEnabled()]
     named = [*labels, *dialog.findChildren(QPushButton)]
     keys = [key for control in named if (key := QKeySequence.mnemonic(control.text()).toString())]

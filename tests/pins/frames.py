@@ -75,18 +75,19 @@ def _of_sequence(neighbours: int) -> ilf.RGBDFrame:
         return source.read(source.keys[1], neighbours=neighbours)
 
 
-def write_frame(folder: Path, frame: ilf.RGBDFrame) -> None:
-    """Write a frame as the folder of a frame, with depth in tenths of a millimetre."""
+def write_frame(folder: Path, frame: ilf.RGBDFrame, units: float = 10_000) -> Path:
+    """Write a frame as the folder of a frame, by default with depth in tenths of a millimetre."""
     folder.mkdir()
     cv2.imwrite(str(folder / "rgb.png"), frame.rgb[..., ::-1])
-    ilf.write_depth(folder / "depth.png", frame.measured, units=10_000)
+    ilf.write_depth(folder / "depth.png", frame.measured, units=units)
     if frame.ground_truth is not None:
-        ilf.write_depth(folder / "gt.png", frame.ground_truth, units=10_000)
+        ilf.write_depth(folder / "gt.png", frame.ground_truth, units=units)
     if frame.guide is not None:
         np.save(folder / "guide.npy", frame.guide.array)
     camera = frame.intrinsics
-    meta = {"depth_units_per_m": 10_000, "K": [camera.fx, camera.fy, camera.cx, camera.cy]}
-    (folder / "meta.json").write_text(json.dumps(meta))
+    numbers = None if camera is None else [camera.fx, camera.fy, camera.cx, camera.cy]
+    (folder / "meta.json").write_text(json.dumps({"depth_units_per_m": units, "K": numbers}))
+    return folder
 
 
 def write_sequence(folder: Path) -> Path:

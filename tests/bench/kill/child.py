@@ -31,7 +31,7 @@ from ilf.segmentation.editing.cutting import split
 from ilf.segmentation.editing.painting import brush_stroke, paint
 from ilf.sources.frame_ref import FrameRef
 
-from .digests import digest_of_session
+from .digests import digest_of
 
 _LOCK = threading.Lock()
 
@@ -61,7 +61,7 @@ class RandomUser:
         """Report the state of all frames; not during a stroke."""
         if not self.workspace.stroke_in_progress:
             begun = filter(has_content, self.workspace.open)
-            states = {document.id: digest_of_session(document) for document in begun}
+            states = {document.id: digest_of(document.snapshot()) for document in begun}
             report_action(state=states, unsaved=self.window.project.present.unsaved)
 
     def act(self) -> None:

@@ -23,7 +23,7 @@ from ilf.project.recovery import RecoverableWork, find_recoverable_work
 from ilf.project.state_codec import frame_part, load_state
 from tests.e2e.conftest import write_frame
 
-from .digests import digest
+from .digests import digest_of
 
 LATEST_S = 3.0
 MOMENTS = "any", "any", "commit", "commit", "replace", "replaced"
@@ -209,7 +209,7 @@ def _digest(frame: ProjectFrame, parts: Parts) -> str:
     decoded = load_state(frame.id, parts)
     if decoded.problems:
         raise InputError(f"{frame.name}: {decoded.problems}")
-    return digest(decoded.state)
+    return digest_of(decoded.state)
 
 
 def _nearest(state: dict[str, str], told: _Reports) -> str:

@@ -21,7 +21,6 @@ from PySide6.QtWidgets import (
     QPushButton,
     QRadioButton,
     QSlider,
-    QTabWidget,
     QToolButton,
     QTreeWidget,
     QVBoxLayout,
@@ -208,17 +207,6 @@ def test_drawn_texts_stand_out(palette, qtbot, make):
     shares = Counter(image.pixel(*place) for place in places)
     ground = QColor(shares.most_common(1)[0][0])
     assert max(contrast(QColor(colour), ground) for colour in shares) >= TEXT
-
-
-def test_the_line_under_tabs_is_a_line_of_the_theme(palette, qtbot):
-    tabs = QTabWidget()
-    tabs.setDocumentMode(True)
-    for title in ("Filter", "Extraction"):
-        tabs.addTab(QLabel(title), title)
-    tabs.setFixedWidth(400)
-    image, window = _drawn(tabs, qtbot), palette.window().color()
-    right = [image.pixelColor(390, y) for y in range(image.height())]
-    assert max(contrast(colour, window) for colour in right) < LINE, "no white line in the dark"
 
 
 def test_what_is_hidden_takes_the_theme_when_it_is_shown(qapp, qtbot):

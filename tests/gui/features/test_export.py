@@ -49,13 +49,6 @@ def accept(dialog: ExportDialog) -> None:
     dialog.remember(dialog.request())
 
 
-def test_starts_with_the_defaults(make, tmp_path):
-    dialog = make()
-    assert dialog.files.options() == ExportOptions()
-    assert str(dialog.request().folder) == str(tmp_path)
-    assert dialog.export_button.isEnabled()
-
-
 def test_choices_are_remembered_when_exported_only(make):
     dialog = make()
     dialog.files.depth_tiff.setChecked(True)
@@ -82,7 +75,7 @@ def test_files_of_other_programs_are_offered_where_the_frame_has_what_they_need(
     assert "no camera intrinsics" in without.files.exports["camera.json"].toolTip()
     accept(without)
     again = make()
-    assert again.files.options().exports == tuple(FORMATS)
+    assert (again.files.options().exports, again.files.options().cloud) == (tuple(FORMATS), "ply")
     again.files.choose_none()
     assert again.files.options().exports == ()
 
@@ -113,14 +106,6 @@ def test_a_hold_out_that_is_chosen_in_one_place_is_so_in_all(qtbot):
     damaged = HoldOutChoice()
     qtbot.addWidget(damaged)
     assert damaged.test() == ilf.HoldOutTest("areas", (0, 1, 2))
-
-
-def test_without_intrinsics_no_cloud_now_but_the_choice_stays(make):
-    dialog = make(has_intrinsics=False)
-    assert dialog.files.options().cloud is None
-    assert not dialog.files.cloud.isEnabled()
-    accept(dialog)
-    assert make().files.options().cloud == "ply"
 
 
 def test_a_mesh_with_or_without_a_cloud(make):
@@ -172,16 +157,6 @@ def test_what_the_results_lack_is_said(make):
     assert (dialog.message.text().partition(" ")[0], dialog.message.tone()) == ("Writes", "muted"), "no warning"
 
 
-def test_clipping_is_foretold(make):
-    depth = np.full((48, 64), 2.0, np.float32)
-    depth[0, :4] = (5.2, 8.0, 8.0, np.nan)
-    dialog = make(depth=depth)
-    assert "8.00 m → 8000, fits" in dialog.files.png_note.text()
-    dialog.files.png_units.setCurrentText("10000 (0.1 mm)")
-    assert "→ 80000, over 65535: clips 2 pixels" in dialog.files.png_note.text()
-    assert dialog.files.png_note.tone() == "warning"
-
-
 @pytest.mark.parametrize("units", ["", "mm", "0", "-5", "nan"])
 def test_units_that_are_no_number_are_refused(make, units):
     dialog = make()
@@ -214,25 +189,6 @@ def test_a_file_is_no_folder_and_nothing_is_no_export(make, tmp_path):
 def test_settings_of_another_version_do_no_harm(make):
     QSettings().setValue("export/options", '{"depth_formats": ["exr"], "colour": 1}')
     assert make().files.options() == ExportOptions()
-
-
-def test_options_are_checked_and_name_their_files():
-    assert ExportOptions(cloud="xyzrgb", labels=False).filenames() == (
-        "depth.png", "depth.npy", "expected_error.png", "expected_error.npy", "unsupported.png", "curves.csv",
-        "cloud.xyzrgb", "run.json",
-    )  # fmt: skip
-    for wrong in ({"cloud": "obj"}, {"axes": "up"}, {"cloud_unit": "km"}, {"depth_units": 0.0}):
-        with pytest.raises(ParameterError):
-            ExportOptions(**wrong)
-
-
-def test_units_coarser_than_the_inputs_are_pointed_out(make):
-    dialog = make(units=2000.0)
-    dialog.files.png_units.setCurrentText("1000 (millimetres)")
-    assert "steps of 1 mm, the input has 0.5 mm" in dialog.files.png_note.text()
-    assert dialog.files.png_note.tone() == "warning"
-    dialog.files.png_units.setEditText("2000")
-    assert dialog.files.png_note.text().startswith("Steps of 0.5 mm;")
 
 
 def test_a_png_has_the_units_of_the_input_unless_others_are_chosen(make):

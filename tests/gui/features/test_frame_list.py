@@ -9,17 +9,13 @@ from PySide6.QtCore import QItemSelectionModel, QPoint, Qt
 from PySide6.QtTest import QAbstractItemModelTester
 from PySide6.QtWidgets import QLineEdit, QListView
 
-import ilf
 from gui.app.main_window import MainWindow
 from gui.features.frame_list import thumbnails as thumbnails_module
 from gui.features.frame_list.feature import FramesFeature
 from gui.features.frame_list.model import FrameListModel, counts, last_line, shown_entries, tooltip_text
-from gui.features.frame_list.painter import close_box
 from gui.features.frame_list.panel import FramesPanel
-from gui.state.document import Document
-from gui.state.entries import Entries, Entry
+from gui.state.entries import Entry
 from gui.work.jobs import stop_workers
-from ilf.project.frame_state import FrameState
 from ilf.project.project import FrameSummary, Stage
 from ilf.project.recovery import Copied
 from ilf.project.state_codec import thumbnail_part
@@ -72,16 +68,6 @@ def test_sieve_leaves_out_and_sorts(chosen, names):
 def test_states_are_counted():
     found = counts(_entries())
     assert (found["all"], found["run"], found["note"], found["check"], found["unsaved"]) == (4, 1, 1, 1, 0)
-
-
-def test_removed_entries_are_found_no_more():
-    entries = Entries()
-    all_of_them = [Entry.of(FrameRef(f"/nowhere/{number}")) for number in range(8)]
-    entries.add(all_of_them)
-    entries.remove([all_of_them[number] for number in (6, 1, 2, 4)])
-    assert [entry.name for entry in entries] == ["0", "3", "5", "7"]
-    assert entries.of(all_of_them[1].id) is None
-    assert entries.of_key(all_of_them[4].key) is None
 
 
 def test_frames_that_stay_in_the_list_remain_current_and_selected(qtbot):
@@ -167,63 +153,6 @@ def test_click_opens_and_cross_takes_out(panel, qtbot):
     assert blocker.args == [entries[1:]]
 
 
-@pytest.mark.parametrize(("size", "strip"), [((900, 80), True), ((300, 400), False), ((380, 140), False)])
-def test_a_wide_and_low_panel_shows_the_same_frames_as_a_strip(panel, qtbot, size, strip):
-    panel.resize(*size)
-    view = panel.view
-    qtbot.waitUntil(lambda: view.is_strip == strip)
-    first, second = (_row(panel, row) for row in (0, 1))
-    assert (first.left() < second.left(), first.top() < second.top()) == (strip, not strip)
-    assert view.viewport().rect().contains(first)
-    assert panel.filter_row.isVisible()
-    with qtbot.waitSignal(view.opened) as blocker:
-        qtbot.mouseClick(view.viewport(), Qt.MouseButton.LeftButton, pos=second.center())
-    assert blocker.args == [panel.model.entries[1]]
-    at = second.topRight() + QPoint(-14, 14)
-    with qtbot.assertNotEmitted(view.removal_requested, wait=0) if strip else qtbot.waitSignal(view.removal_requested):
-        qtbot.mouseClick(view.viewport(), Qt.MouseButton.LeftButton, pos=at)
-    qtbot.keyClick(view, Qt.Key.Key_End)
-    assert view.currentIndex().row() == len(panel.model.entries) - 1
-
-
-def test_a_click_beside_the_cross_is_one_on_it_equally_far_on_all_sides(panel, qtbot):
-    removed = []
-    panel.view.removal_requested.connect(removed.append)
-    row, viewport = _row(panel, 2), panel.view.viewport()
-    cross = close_box(row)
-
-    def reach(side: QPoint, outwards: QPoint) -> int:
-        """How far beyond this side of the cross a click is still one on it [px]."""
-        for distance in range(1, 9):
-            removed.clear()
-            qtbot.mouseClick(viewport, Qt.MouseButton.LeftButton, pos=side + distance * outwards)
-            if not removed:
-                return distance - 1
-        raise AssertionError("wherever it is clicked")
-
-    middle = cross.center()
-    sides = (
-        (QPoint(cross.left(), middle.y()), QPoint(-1, 0)),
-        (QPoint(cross.right(), middle.y()), QPoint(1, 0)),
-        (QPoint(middle.x(), cross.top()), QPoint(0, -1)),
-        (QPoint(middle.x(), cross.bottom()), QPoint(0, 1)),
-    )
-    reaches = [reach(side, outwards) for side, outwards in sides]
-    assert min(reaches) == max(reaches) > 0
-
-
-def test_chosen_row_can_be_read(panel, qtbot):
-    view = panel.view
-    view.setCurrentIndex(panel.model.index(0, 0))
-    chosen, other = (view.visualRect(panel.model.index(row, 0)) for row in (0, 1))
-    picture = view.viewport().grab().toImage()
-    ground, plain = (picture.pixelColor(row.right() - 3, row.bottom() - 3) for row in (chosen, other))
-    base = view.palette().base().color()
-    assert plain == base
-    assert ground != base
-    assert abs(ground.lightness() - base.lightness()) < 60, "a soft colour: that of text is made for the list's ground"
-
-
 @pytest.mark.parametrize("size", [(300, 400), (900, 80)])
 def test_a_note_is_edited_in_the_row_that_is_chosen(panel, qtbot, size):
     told, view, model = [], panel.view, panel.model
@@ -288,28 +217,6 @@ def test_thumbnails_come_from_files_from_the_store_and_fail_quietly(tmp_path, qt
     other = Entry.of(FrameRef(str(tmp_path / "rgb.png"), "other.png"))
     qtbot.waitUntil(lambda: picture_of(other) is not None)
     assert len(panel.thumbnails._made) == 2
-    assert stop_workers(panel)
-
-
-def test_a_thumbnail_looks_the_same_before_and_after_the_frame_was_opened(tmp_path, qtbot):
-    rgb = np.zeros((480, 640, 3), np.uint8)
-    rgb[:240] = 200, 60, 20
-    rgb[:, 320:, 2] = 180
-    cv2.imwrite(str(tmp_path / "rgb.png"), rgb[..., ::-1])
-    frame, labels = ilf.RGBDFrame(rgb, np.ones((480, 640), np.float32)), np.ones((480, 640), np.int32)
-    stored = FrameState("a1", frame, ilf.Blocks(labels)).thumbnail()
-    document = Document.of(ilf.Run(frame, ilf.Blocks(labels)), "origin", "key")
-    entries = [Entry.of(FrameRef(str(tmp_path / "rgb.png"), f"{name}.png")) for name in ("file", "open", "stored")]
-    entries[1].document = document
-    panel = FramesPanel(lambda id: stored if id == entries[2].id else None)
-    qtbot.addWidget(panel)
-    picture_of = panel.picture_of
-    qtbot.waitUntil(lambda: None not in [picture_of(entry) for entry in entries])
-    places = [(30, 30), (120, 30), (30, 90), (120, 90)]
-    of_file, *others = ([picture_of(entry).toImage().pixelColor(*at) for at in places] for entry in entries)
-    for other in others:
-        for one, same in zip(of_file, other, strict=True):
-            assert max(abs(a - b) for a, b in zip(one.getRgb(), same.getRgb(), strict=True)) < 12
     assert stop_workers(panel)
 
 

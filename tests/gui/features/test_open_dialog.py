@@ -220,24 +220,6 @@ def test_a_file_alone_is_judged_before_its_depth_is_asked_for(dialog, folder):
     assert not dialog.open_button.isEnabled()
 
 
-def test_folder_with_meta_is_enough(dialog, folder):
-    (folder / "meta.json").write_text(json.dumps({"depth_units_per_m": 1000, "K": [525, 525, 320, 240]}))
-    dialog.set_files(str(folder))
-    assert dialog.open_button.isEnabled()
-    assert not dialog.depth_path.isVisible()
-    assert dialog.request().depth is None
-
-
-@pytest.mark.parametrize(("units", "numbers"), [("many", "1,1,1,1"), ("1000", "525, 525")])
-def test_numbers_that_are_none_are_refused(dialog, folder, units, numbers):
-    dialog.set_files(str(folder / "rgb.png"))
-    dialog.encoding.setEditText(units)
-    dialog.camera.setEditText(numbers)
-    dialog.read()
-    assert "number" in dialog.message.text()
-    assert not dialog.open_button.isEnabled()
-
-
 @pytest.mark.parametrize(
     ("colour", "depth"),
     [
@@ -447,33 +429,3 @@ def test_what_is_dropped_on_the_dialog_is_chosen(dialog, folder):
         assert event.isAccepted()
     assert dialog.path.text() == str(folder / "rgb.png")
     assert dialog.open_button.isEnabled()
-
-
-def test_no_choice_is_cut_off_and_the_file_of_intrinsics_has_room(dialog, folder):
-    one = folder / "frames/one"
-    one.mkdir(parents=True)
-    for name in ("rgb.png", "depth.png"):
-        shutil.copy(folder / name, one)
-    dialog.more.setChecked(True)
-    for path in (folder / "rgb.png", one.parent):
-        dialog.set_files(str(path))
-        QApplication.processEvents()
-        for choice in (dialog.encoding, dialog.camera, dialog.view):
-            assert choice.fontMetrics().horizontalAdvance(choice.currentText()) < choice.width() - 30
-    assert dialog.undistort.isVisible()
-    assert dialog.camera.width() > dialog.width() / 4
-
-
-def test_a_long_message_makes_the_dialog_higher_and_covers_nothing(dialog, folder):
-    camera = {"camera_matrix": [[525, 0, 319], [0, 525, 239], [0, 0, 1]], "dist_coeffs": [0.2, -0.5, 0, 0, 0.3]}
-    (folder / "camera.json").write_text(json.dumps(camera))
-    dialog.set_files(str(folder / "rgb.png"))
-    dialog.more.setChecked(True)
-    dialog.encoding.setEditText("100")
-    dialog.camera.setEditText("camera.json")
-    dialog.read()
-    QApplication.processEvents()
-    assert "lens distortion" in dialog.message.text()
-    assert dialog.message.height() >= dialog.message.heightForWidth(dialog.message.width())
-    preview = dialog.colour_preview
-    assert preview.height() >= preview.sizeHint().height(), "the caption is below the picture"

@@ -65,13 +65,6 @@ def test_depth_of_the_past_stands_for_the_result_and_has_no_expected_error(docum
     np.testing.assert_array_equal(result.depth, data.raw + 1)
 
 
-def test_a_frame_without_results_shows_what_came_in(document):
-    data = profile_data(document, LINE)
-    assert data.error is None
-    assert data.curves == ()
-    np.testing.assert_array_equal(data.profile.depth, data.raw)
-
-
 def test_the_legend_reads_what_the_mouse_is_at(panel, data):
     pointed: list[int | None] = []
     panel.pointed.connect(pointed.append)
@@ -102,15 +95,6 @@ def test_the_axis_is_in_pixels_or_metres_along_the_surface(panel, data, small_fr
     panel.show_data(profile_data(blind, LINE))
     assert not panel.axis.isEnabled()
     assert panel.plot._raw.getData()[0][-1] == 56
-
-
-def test_the_title_of_the_axis_is_in_its_middle_from_the_first_line_on(panel, data):
-    panel.show_data(data)
-    for choice in (0, 1):
-        panel.axis.setCurrentIndex(choice)
-        axis = panel.plot.getAxis("bottom")
-        title = axis.label.mapRectToParent(axis.label.boundingRect())
-        assert title.center().x() == pytest.approx(axis.size().width() / 2, abs=2)
 
 
 def test_the_band_is_where_the_error_is_known(panel, data):

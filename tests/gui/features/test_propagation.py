@@ -14,15 +14,16 @@ from gui.project.store import WorkStore
 from gui.state.document import Document
 from gui.state.entries import Entry
 from gui.state.parts import Part
-from gui.state.workspace import Workspace
 from gui.work.jobs import stop_workers
 from gui.work.runs import RunController
 from ilf.project.frame_state import FrameState
 from ilf.project.project import Stage
 from ilf.project.propagation import propagate_state
 from ilf.project.state_codec import Decoded
-from ilf.segmentation.editing.patches import LabelPatch, patch_between
+from ilf.segmentation.editing.patches import LabelPatch
 from ilf.sources.frame_ref import FrameRef
+
+from ..states import edit
 
 REASON = "It was not in the picture before."
 
@@ -54,12 +55,6 @@ def known(document: Document) -> object:
     )
 
 
-def edit(workspace: Workspace, at: tuple[slice, slice], label: int) -> None:
-    labels = workspace.current.labels.copy()
-    labels[at] = label
-    workspace.current.edit(patch_between(workspace.current.labels, labels), "Edit")
-
-
 def test_blocks_are_taken_and_given_back_as_one_step(workspace, document, propagated, told):
     document.info(1)
     before = known(document)
@@ -81,14 +76,6 @@ def test_blocks_are_taken_and_given_back_as_one_step(workspace, document, propag
     assert known(document) == after
 
 
-def test_results_of_the_blocks_before_come_back_with_undo(workspace, document, propagated, results):
-    document.store_results(results)
-    workspace.take_propagated(document, propagated, "Carry blocks")
-    assert 2 not in document.valid_results()
-    document.undo_stack.undo()
-    assert set(document.valid_results()) == {1, 2}
-
-
 def test_a_block_needs_no_look_once_it_is_edited_or_looked_at(workspace, document, propagated):
     workspace.take_propagated(document, propagated, "Carry blocks")
     runs = RunController(workspace)
@@ -101,9 +88,9 @@ def test_a_block_needs_no_look_once_it_is_edited_or_looked_at(workspace, documen
     document.undo_stack.undo()
     assert document.state.to_check == {2}
 
-    edit(workspace, np.s_[40:44, 2:6], 0)
+    edit(workspace, 0, rows=np.s_[40:44], columns=np.s_[2:6])
     assert document.state.to_check == {2}  # another block
-    edit(workspace, np.s_[40:44, 50:54], 0)
+    edit(workspace, 0, rows=np.s_[40:44], columns=np.s_[50:54])
     assert not document.state.to_check
     document.undo_stack.undo()
     assert document.state.to_check == {2}
@@ -116,8 +103,9 @@ def test_what_a_stroke_edits_has_been_looked_at(workspace, document, propagated)
     before = document.labels[box].copy()
     workspace.current.stroke(LabelPatch(box, before, np.zeros_like(before)))
     assert document.state.to_check == {2}
-    workspace.current.edit(workspace.current.drop_stroke(), "Erase")
+    assert workspace.current.edit(workspace.current.drop_stroke(), "Erase")
     assert not document.state.to_check
+    assert not workspace.current.edit(workspace.current.drop_stroke(), "Erase"), "there is no other"
 
 
 def test_another_extraction_forgets_what_was_carried(workspace, document, propagated):

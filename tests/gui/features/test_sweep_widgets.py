@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from PySide6.QtCore import QPoint, QPointF, QSize, Qt
+from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtGui import QColor
 
 import ilf
@@ -11,7 +11,6 @@ from gui.features.sweep.curve import ErrorCurve
 from gui.features.sweep.options import CriterionBox, RangeBox
 from gui.features.sweep.state import SweepState
 from gui.state.document import Document
-from gui.widgets.work_row import WorkRow
 from ilf.errors import ParameterError
 from ilf.evaluation.sweep import Sweep, SweepPoint, run_sweep
 
@@ -99,46 +98,6 @@ def test_a_click_on_the_grid_takes_the_pair_whose_second_value_rises_upwards(qtb
     picture = grid.viewport().grab().toImage()
     rings = {picture.pixelColor(grid.visualRect(grid.indexAt(at)).topLeft() + QPoint(2, 20)).name() for at in corners}
     assert len(rings) > 1, "a ring around the best"
-
-
-def test_pictures_flow_and_a_click_takes_one(qtbot, shown):
-    pictures = shown(PointCells("Pictures"), 420, 400)
-    pictures.arrange(None, QSize(176, 132))
-    pictures.show_cells(_cells(["0.1", "1", "10"]))
-    one, two, three = (_centre(pictures, number) for number in range(3))
-    assert one.y() == two.y() < three.y()
-    assert one.x() == three.x() < two.x()
-    with qtbot.waitSignal(pictures.taken) as taken:
-        qtbot.mouseClick(pictures.viewport(), Qt.MouseButton.LeftButton, pos=three)
-    assert taken.args == [2]
-    with qtbot.assertNotEmitted(pictures.taken):
-        qtbot.mouseClick(pictures.viewport(), Qt.MouseButton.LeftButton, pos=QPoint(two.x(), three.y()))
-    pictures.resize(700, 400)
-    assert len({_centre(pictures, number).y() for number in range(3)}) == 1
-
-
-def test_pictures_of_one_block_show_it_with_some_of_what_is_around(document):
-    document.labels[:] = 0
-    document.labels[10:30, 20:40] = 1
-    sweep = Sweep(document.run(document.state.common), {"smoothness": [1.0, 2.0]}, ilf.HoldOutTest("areas", (0,)))
-    one, whole = SweepState(document, sweep, label=1), SweepState(document, sweep, label=0)
-    assert (one.picture_size.width(), one.picture_size.height()) == (132, 132)
-    assert (whole.picture_size.width(), whole.picture_size.height()) == (176, 132)
-
-
-def test_progress_tells_share_and_time_and_is_ended_once(qtbot):
-    row = WorkRow("sweep")
-    qtbot.addWidget(row)
-    assert row.isHidden()
-    row.begin()
-    row.show_share(0.4)
-    assert row.bar.value() == 400
-    assert row.bar.format().startswith("40%")
-    with qtbot.waitSignal(row.cancelled):
-        row.cancel_button.click()
-    assert not row.cancel_button.isEnabled()
-    row.hide()
-    assert row.isHidden()
 
 
 def test_equal_points_of_a_sweep_are_ties_and_the_current_value_is_kept():

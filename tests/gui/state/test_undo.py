@@ -14,26 +14,6 @@ from ilf.segmentation.extraction import extract
 from ..states import QUICK, edit, extraction
 
 
-def test_own_values_stand_one_by_one_over_the_common_ones(workspace, document):
-    workspace.parameters.set_own({"smoothness": 2.0}, [1, 2])
-    workspace.parameters.set_own({"noise": 0.01}, [2])
-    assert document.blocks.own == {1: {"smoothness": 2.0}, 2: {"smoothness": 2.0, "noise": 0.01}}
-    workspace.parameters.set(ilf.preset(slope_weight=0.5))
-    assert document.parameters_of(2) == ilf.preset(slope_weight=0.5, smoothness=2.0, noise=0.01)
-    workspace.parameters.set_own({"smoothness": 1.0}, [1])
-    assert list(document.blocks.own) == [2], "what is equal to the common value is none of its own"
-    workspace.parameters.copy_own(2, [1])
-    assert document.blocks.own[1] == document.blocks.own[2]
-    workspace.parameters.reset_own([1, 2])
-    assert document.blocks.own == {}
-    while document.undo_stack.canUndo():
-        document.undo_stack.undo()
-    assert (document.blocks.own, workspace.parameters.current) == ({}, ilf.preset())
-    while document.undo_stack.canRedo():
-        document.undo_stack.redo()
-    assert (document.blocks.own, workspace.parameters.current) == ({}, ilf.preset(slope_weight=0.5))
-
-
 def test_a_drag_of_a_value_is_one_step(workspace, document, monkeypatch):
     now = 100.0
     monkeypatch.setattr("gui.state.parameters.time.monotonic", lambda: now)
@@ -52,30 +32,6 @@ def test_a_drag_of_a_value_is_one_step(workspace, document, monkeypatch):
     for wanted in ((5.0, 0.1), (5.0, 0.0), (4.0, 0.0), (1.0, 0.0)):
         document.undo_stack.undo()
         assert (workspace.parameters.current.smoothness, workspace.parameters.current.noise) == wanted
-
-
-def test_results_of_the_parameters_that_undo_brings_back_come_back(workspace, document, told):
-    first = list(ilf.complete(document.frame, document.labels, QUICK).results.values())
-    workspace.parameters.set(QUICK)
-    document.store_results(first)
-    other = QUICK.replace(max_iterations=3)
-    workspace.parameters.set(other, 1)
-    assert document.changed_blocks() == [1]
-    assert document.valid_results()[1] is first[0], "shown until there is another"
-    before = document.current_depth().copy()
-    second = ilf.complete(document.frame, document.labels, other).results[1]
-    document.store_results([second])
-    assert document.changed_blocks() == []
-    after = document.current_depth().copy()
-    assert not np.array_equal(before, after, equal_nan=True)
-    told()
-    document.undo_stack.undo()
-    assert (document.valid_results()[1], document.changed_blocks()) == (first[0], [])
-    assert Part.RESULTS in told()
-    np.testing.assert_array_equal(document.current_depth(), before)
-    document.undo_stack.redo()
-    assert document.valid_results()[1] is second
-    np.testing.assert_array_equal(document.current_depth(), after)
 
 
 def test_what_has_been_run_since_results_were_cleared_stays_when_they_come_back(workspace, document, results):

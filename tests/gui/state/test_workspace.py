@@ -11,7 +11,6 @@ from gui.state.parts import NO_PART, Part
 from gui.state.results import ErrorEstimate, FrameResults
 from gui.state.workspace import Workspace
 from ilf.project.project import Stage
-from ilf.segmentation.editing.patches import patch_between
 
 from ..states import QUICK, edit, painted
 
@@ -99,67 +98,7 @@ def test_results_count_as_long_as_the_block_has_the_very_pixels(document, result
     assert list(document.valid_results()) == [1, 2]
 
 
-def test_what_is_unsaved(workspace, document, results):
-    assert not document.unsaved
-    document.store_results(results)
-    assert document.unsaved
-    early = document.stamp
-    document.store_results(results)
-    document.note_saved(early)
-    assert document.unsaved, "more has come since"
-    document.note_saved(document.stamp)
-    assert not document.unsaved
-
-    edit(workspace, 2)
-    assert document.unsaved
-    state = document.stamp
-    document.note_saved(state)
-    assert not document.unsaved
-    document.undo_stack.undo()
-    assert document.unsaved
-    document.undo_stack.redo()
-    assert not document.unsaved
-    state = document.stamp
-    edit(workspace, 2, columns=np.s_[8:12])
-    document.note_saved(state)
-    assert document.unsaved, "what was saved is not what there is"
-
-
 # results while a run goes on
-
-
-def test_records_and_previews_of_a_run(workspace, document, results, told):
-    first, second = results
-    assert document.records_of(1) == ()
-    document.add_records(1, first.history[:1])
-    document.add_records(2, second.history[:1])
-    document.add_records(1, first.history[1:])
-    assert document.results.running == [1, 2]
-    assert document.records_of(1) == list(first.history)
-    assert document.current_depth() is None
-
-    document.add_previews([(first.block, first.depth + 1), (second.block, second.depth + 1)])
-    depth = document.current_depth()
-    np.testing.assert_array_equal(depth[first.block.box][first.block.mask], first.depth + 1)
-    assert told() == Part.RECORDS | Part.PREVIEWS
-    told()
-
-    document.store_results([first])
-    assert told() == Part.SOME_RESULTS
-    assert document.results.running == [2]
-    assert document.records_of(1) == first.history
-    depth = document.current_depth()
-    np.testing.assert_array_equal(depth[first.block.box][first.block.mask], first.depth)
-    np.testing.assert_array_equal(depth[second.block.box][second.block.mask], second.depth + 1)
-    document.add_previews([(first.block, first.depth + 9)])
-    assert list(document.results.previews) == [2], "what has ended shows its result"
-
-    told()
-    document.end_run(keep_previews=True)
-    assert (document.results.running, list(document.results.previews), told()) == ([], [2], Part.RESULTS)
-    document.end_run()
-    assert not document.results.previews
-    np.testing.assert_array_equal(document.current_depth(), document.completion().depth)
 
 
 def test_of_other_frames_only_the_list_is_told(workspace, other, results, told):
@@ -275,38 +214,6 @@ def test_the_changed_box_is_told(workspace, qtbot):
     with qtbot.waitSignal(workspace.labels_changed) as signal:
         edit(workspace, 2, rows=np.s_[3:9], columns=np.s_[4:6])
     assert signal.args == [(slice(3, 9), slice(4, 6))]
-
-
-def test_of_edits_of_other_frames_only_the_list_is_told(workspace, other, told):
-    workspace.show(other)
-    edit(workspace, 2)
-    workspace.current.edit_info(1, "Rename", name="Floor")
-    workspace.show(workspace.open[1])
-    told()
-    other.undo_stack.undo()
-    other.undo_stack.undo()
-    assert told() == Part.LIST
-    assert other.labels[0, 0] == 1
-    assert other.info(1).name == "Block 1"
-
-
-def test_a_stroke_is_one_step(workspace, document, told):
-    before = document.labels.copy()
-    workspace.current.stroke(None)
-    assert not document.edit(document.drop_stroke(), "Paint")
-    for column in (0, 4):
-        workspace.current.stroke(
-            patch_between(document.labels, painted(document, 2, columns=np.s_[column : column + 4]))
-        )
-    assert told() == Part.STROKE
-    assert document.edit(document.drop_stroke(), "Paint")
-    assert document.undo_stack.count() == 1
-    assert (document.labels[0:4, 0:8] == 2).all()
-    assert told() == Part.STROKE | Part.LABELS | Part.RESULTS
-    document.undo_stack.undo()
-    np.testing.assert_array_equal(document.labels, before)
-    document.undo_stack.redo()
-    assert (document.labels[0:4, 0:8] == 2).all()
 
 
 def test_chosen_blocks(workspace, document, told):

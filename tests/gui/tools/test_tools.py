@@ -5,7 +5,6 @@ from functools import partial
 import numpy as np
 import pytest
 
-from gui.tools.base import Tool
 from gui.tools.kinds import KINDS, make_tools
 from gui.tools.line import straightened
 from gui.views.interaction import PointerEvent, PointerKind
@@ -101,20 +100,6 @@ def test_what_is_found_out_of_a_line_that_is_gone_shows_nothing(host):
         assert "Release" not in user.tool.hint
 
 
-def test_a_click_with_the_border_tool_chooses(host):
-    border = hand(host, "border")
-    border.drag([(45, 20), (46, 21)])
-    assert host.document.selected == [2]
-    assert host.steps == []
-
-
-def test_a_line_far_from_any_border_says_so(host):
-    border = hand(host, "border")
-    border.drag([(45, 20), (55, 20)])
-    assert host.steps == []
-    assert "moves no border" in host.said[0]
-
-
 # outline
 
 
@@ -207,20 +192,6 @@ def test_a_line_of_clicks_cuts_bent(host):
     split.double_click((50, 49))
     assert host.labels[30, 40] != host.labels[10, 40]
     assert host.labels[30, 60] == host.labels[10, 40]
-
-
-def test_a_click_in_a_block_of_two_surfaces_suggests_a_line_that_a_second_one_takes(small_frame, qapp):
-    host = ToolHost(small_frame, np.ones((48, 64), np.int32))
-    split = hand(host, "split")
-    split.click((10, 5))
-    assert host.steps == []
-    assert host.preview.dashed
-    assert abs(host.preview.line.boundingRect().center().x() - 30) < 2
-    assert "Enter" in split.tool.hint
-    split.click((50, 40))
-    assert host.labels[5, 10] != host.labels[5, 50]
-    assert (host.labels[:, :28] == host.labels[5, 10]).all()
-    assert not split.tool.busy
 
 
 def test_a_suggested_line_is_given_up_by_escape_or_by_a_drag(small_frame, qapp):
@@ -502,33 +473,6 @@ def test_there_must_be_depth_to_distrust(host):
 # choosing
 
 
-def test_shift_adds_and_a_band_chooses_what_lies_in_it(host):
-    select = hand(host, "select")
-    assert not select.press((10, 10)), "a drag pans"
-    assert host.document.selected == [1]
-    assert select.press((50, 10), "s")
-    select.send(*_release((50, 10), "s"))
-    assert host.document.selected == [1, 2]
-    host.document.select([])
-    select.drag([(63, 47), (40, 20), (20, -2)], "s", release=False)
-    assert host.preview.line.boundingRect().getRect() == (20, -2, 43, 49)
-    select.send(*_release((20, -2), "s"))
-    assert host.document.selected == [2], "only a third of block 1 is in the band"
-    assert host.preview is None
-
-
-def test_locked_blocks_are_left_alone_by_every_tool(host):
-    host.workspace.current.set_lock(2, True)
-    host.document.select([2])
-    before = host.labels.copy()
-    for name in ("border", "split", "paint", "erase", "outline"):
-        user = hand(host, name)
-        user.drag([(35, -2), (40, 10), (50, 25), (40, 49)])
-        user.finish()
-        user.tool.cancel(host)
-        assert np.array_equal(host.labels, before), name
-
-
 @pytest.mark.parametrize("name", [kind.name for kind in KINDS])
 def test_what_is_given_up_leaves_nothing(host, name):
     """Events of a drag that was given up come all the same, and mean nothing."""
@@ -553,12 +497,6 @@ def test_nearly_upright_is_upright():
     x, y = straightened((0, 0), (30, 31))
     assert x == pytest.approx(y)
     assert straightened((0, 0), (30, 15)) == (30, 15)
-
-
-def test_every_tool_says_what_it_does():
-    hints = [kind.make().hint for kind in KINDS]
-    assert len(set(hints)) == len(hints)
-    assert all(isinstance(kind.make(), Tool) for kind in KINDS)
 
 
 @pytest.mark.parametrize(

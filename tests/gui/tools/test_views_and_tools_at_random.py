@@ -89,20 +89,6 @@ def test_the_depth_before_an_edit_is_that_of_the_values_then(bench, look, views)
     assert views.data.result.depth is now.depth
 
 
-def test_other_blocks_leave_nothing_to_look_back_to(bench, look, views, summary):
-    bench.run_all()
-    bench.workspace.current.edit(bench.patch(2, np.s_[5:20], np.s_[26:30]), "Paint")
-    line = summary.line
-    assert "Paint" in line.label.text()
-    bench.workspace.current.replace_blocks(
-        np.where(bench.labels > 0, 3 - bench.labels, 0).astype(np.int32), "Load blocks"
-    )
-    bench.workspace.tell()
-    assert "Paint" not in line.label.text()
-    look(True)
-    np.testing.assert_array_equal(views.blocks.labels, bench.document.labels)
-
-
 def test_what_is_shown_while_one_looks_back_stays(bench, look, views):
     bench.run_all()
     completion, former = bench.document.completion(), bench.document.labels.copy()
@@ -164,21 +150,6 @@ def test_an_edit_between_a_command_to_run_and_the_run_is_solved_after_it(bench, 
     bench.runs.current.start({3})
     bench.workspace.current.edit(bench.patch(2, np.s_[5:20], np.s_[26:30]), "Paint")
     until(lambda: bench.document.changed_blocks() == [])
-
-
-def test_undo_takes_back_the_values_of_its_step_alone(bench):
-    workspace = bench.workspace
-    common = workspace.parameters.current
-    quick = common.replace(max_iterations=7)
-    workspace.parameters.set(quick)
-    second = bench.open("second")
-    assert workspace.parameters.current == quick, "a frame begins with what the one before it has"
-    workspace.parameters.set(quick.replace(s_criteria=0.003))
-    assert bench.document.state.common == quick
-    bench.document.undo_stack.undo()
-    assert workspace.parameters.current == quick.replace(s_criteria=0.003), "the other frame's step stays"
-    second.undo_stack.undo()
-    assert (workspace.parameters.current, bench.document.state.common) == (quick, common)
 
 
 def test_a_command_during_a_stroke_can_be_undone_exactly(bench, views, context):

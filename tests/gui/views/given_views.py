@@ -5,17 +5,30 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from PySide6.QtCore import QPoint, QPointF
 
 import ilf
 from gui.state.document import Document
 from gui.state.parts import Part
 from gui.state.workspace import Workspace
+from gui.views.image_view import ImageView
 from gui.views.linked_views import LinkedViews
 from ilf.project.project import FrameSummary
 from ilf.project.run_history import StoredRun
 from ilf.segmentation.editing.patches import patch_between
 
 Depth = NDArray[np.float32]
+
+
+def place(view: ImageView, x: float, y: float) -> QPoint:
+    """Return the whole viewport point nearest to an image point."""
+    return view.viewportTransform().map(QPointF(x, y)).toPoint()
+
+
+def colour_at(view: ImageView, position: QPoint) -> tuple[int, ...]:
+    """Return what is painted at a point of the viewport."""
+    return view.viewport().grab().toImage().pixelColor(position).getRgb()[:3]
+
 
 RESULT: Any = object()
 """The result of a block in a run that the current result is of."""

@@ -226,13 +226,6 @@ def test_the_menus_of_the_bar_choose_colours_size_and_shading(view):
     assert view.canvas.point_size is None
 
 
-def test_a_message_takes_the_place_of_the_cloud(view):
-    before = pixels(view.canvas)
-    view.set_message("This frame has no camera intrinsics.")
-    assert len(view.canvas.scene) == 0
-    assert (pixels(view.canvas) != before).any()
-
-
 def test_large_clouds_are_coarse_while_moving_and_whole_at_rest(qtbot, view, scene, monkeypatch):
     monkeypatch.setattr(view.canvas.drawing.detail, "choose", lambda points, pixels: (2, 500))
     view.show_scene(scene)

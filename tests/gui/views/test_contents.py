@@ -4,7 +4,7 @@ import dataclasses
 
 import numpy as np
 import pytest
-from PySide6.QtCore import QPoint, QPointF, Qt
+from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
 
 import ilf
@@ -13,7 +13,7 @@ from gui.views.layers import CONTENTS, Content, Layer, checked, missing_reason
 from gui.views.layouts import CELLS
 from ilf.segmentation.edges.frame_edges import find_edges
 
-from .given_views import GivenViews
+from .given_views import GivenViews, colour_at, place
 
 HEIGHT, WIDTH = 48, 64
 LEFT = Qt.MouseButton.LeftButton
@@ -33,14 +33,12 @@ def views(shown):
     return shown(widget, 900, 700)
 
 
-def colour_at(cell, x, y):
-    view = cell.view
-    at = view.viewportTransform().map(QPointF(x, y)).toPoint()
-    return view.viewport().grab().toImage().pixelColor(at).getRgb()[:3]
+def painted_at(cell, x, y):
+    return colour_at(cell.view, place(cell.view, x, y))
 
 
 def drag(view, start, stop):
-    places = [view.viewportTransform().map(QPointF(*point)).toPoint() for point in (start, stop)]
+    places = [place(view, *point) for point in (start, stop)]
     QTest.mousePress(view.viewport(), LEFT, pos=places[0])
     QTest.mouseMove(view.viewport(), places[1])
     QTest.mouseRelease(view.viewport(), LEFT, pos=places[1])
@@ -103,18 +101,6 @@ def test_creases_are_shown_where_the_detector_tells_of_them(views):
     assert cell.picture.value_at(3, 4) == 0
 
 
-def test_blocks_are_the_same_in_every_cell_that_shows_them(views):
-    labels = np.zeros((HEIGHT, WIDTH), np.int32)
-    labels[5:25, 5:30] = 1
-    views.paint(labels, np.array([[0, 0, 0, 0], [200, 0, 0, 255], [0, 0, 200, 255]], np.uint8))
-    views.blocks.set_opacity(1.0)
-    views.set_content("depth-in", "colour")
-    views.stroke(slice(10, 20), slice(10, 20), 2)
-    for name in ("colour", "depth-in"):
-        assert colour_at(views.cells[name], 15, 15) == (0, 0, 200)
-        assert colour_at(views.cells[name], 7, 7) == (200, 0, 0)
-
-
 def test_the_difference_is_of_the_result_and_the_best_that_there_is(views):
     views.sheet.set_layout("grid-difference")
     cell = views.cells["difference"]
@@ -173,14 +159,14 @@ def test_a_handle_parts_two_depths_and_is_dragged_past_the_tool(views):
     views.give(depth=flat(2.9))
     views.give(runs=[views.run("Run 1", flat(1.1))])
     cell = views.cells["depth-out"]
-    run_2 = colour_at(cell, 10.5, 30.5)
+    run_2 = painted_at(cell, 10.5, 30.5)
     views.sides.divide(True)
-    run_1 = colour_at(cell, 10.5, 30.5)
-    assert run_1 != run_2 == colour_at(cell, 60.5, 30.5)
+    run_1 = painted_at(cell, 10.5, 30.5)
+    assert run_1 != run_2 == painted_at(cell, 60.5, 30.5)
     drag(cell.view, (WIDTH / 2, 30), (50, 30))
     assert views.sides.x == 50
-    assert colour_at(cell, 45.5, 30.5) == run_1
-    assert colour_at(cell, 60.5, 40.5) == run_2
+    assert painted_at(cell, 45.5, 30.5) == run_1
+    assert painted_at(cell, 60.5, 40.5) == run_2
     assert not {"PRESS", "MOVE", "RELEASE"} & set(heard)
     assert cell.picture.value_at(45, 30) == pytest.approx(1.1)
     drag(views.cells["depth-in"].view, (50, 30), (20, 30))
@@ -188,17 +174,17 @@ def test_a_handle_parts_two_depths_and_is_dragged_past_the_tool(views):
     assert "PRESS" in heard
     views.give(ground_truth=flat(2.9))
     views.sides.choose("ground_truth", "run-1")
-    assert colour_at(cell, 45.5, 40.5) == run_2
+    assert painted_at(cell, 45.5, 40.5) == run_2
     views.give(ground_truth=flat(1.1))
-    assert colour_at(cell, 45.5, 40.5) == run_1, "a side that changes is drawn anew"
+    assert painted_at(cell, 45.5, 40.5) == run_1, "a side that changes is drawn anew"
     views.sides.choose("result", "run-1")
-    assert colour_at(cell, 45.5, 40.5) == run_2
+    assert painted_at(cell, 45.5, 40.5) == run_2
     views.open(views.data.frame.rgb, flat(1.1))
     assert views.data.swipe_column == views.sides.x == WIDTH / 2, "of another frame, it stands in the middle"
     views.ranges.set("depth", "fixed", (1.0, 3.0))
     views.give(depth=flat(2.9))
     views.sides.divide(False)
-    assert colour_at(cell, 60.5, 40.5) == run_2
+    assert painted_at(cell, 60.5, 40.5) == run_2
 
 
 def test_blocks_of_the_two_sides_are_parted_where_they_differ(views):
@@ -210,16 +196,16 @@ def test_blocks_of_the_two_sides_are_parted_where_they_differ(views):
     cell = views.cells["colour"]
     views.give(runs=[views.run("Run 1", flat(1.1), labels=2 * ones)])
     views.sides.divide(True)
-    assert [colour_at(cell, x, 40.5) for x in (10.5, 50.5)] == [(0, 0, 200), (200, 0, 0)]
+    assert [painted_at(cell, x, 40.5) for x in (10.5, 50.5)] == [(0, 0, 200), (200, 0, 0)]
     beside = 6 / cell.view.transform().m11()
-    covered = [colour_at(cell, WIDTH / 2 + side * beside, HEIGHT / 2) for side in (-1, 1)]
+    covered = [painted_at(cell, WIDTH / 2 + side * beside, HEIGHT / 2) for side in (-1, 1)]
     assert covered == [(0, 0, 200), (200, 0, 0)], "no grip over the photo"
     drag(cell.view, (WIDTH / 2, 30), (20, 30))
-    assert [colour_at(cell, x, 40.5) for x in (10.5, 30.5)] == [(0, 0, 200), (200, 0, 0)]
+    assert [painted_at(cell, x, 40.5) for x in (10.5, 30.5)] == [(0, 0, 200), (200, 0, 0)]
     views.sides.choose("depth-in", "run-1")
-    assert colour_at(cell, 50.5, 40.5) == (0, 0, 200)
+    assert painted_at(cell, 50.5, 40.5) == (0, 0, 200)
     views.sides.divide(False)
-    assert colour_at(cell, 10.5, 40.5) == (200, 0, 0)
+    assert painted_at(cell, 10.5, 40.5) == (200, 0, 0)
 
 
 def test_sides_that_are_not_there_yet_say_why(views):
@@ -258,7 +244,7 @@ def test_values_under_the_pointer_are_marked_on_the_bars(views):
     views.give(depth=flat(2.1))
     views.give(expected=flat(0.02))
     view = views.cells["colour"].view
-    QTest.mouseMove(view.viewport(), view.viewportTransform().map(QPointF(30.5, 30.5)).toPoint())
+    QTest.mouseMove(view.viewport(), place(view, 30.5, 30.5))
     values = {name: views.cells[name].bar.value for name in ("colour", "depth-in", "depth-out", "expected-error")}
     assert values == {
         "colour": None,
@@ -266,7 +252,7 @@ def test_values_under_the_pointer_are_marked_on_the_bars(views):
         "depth-out": pytest.approx(2.1),
         "expected-error": pytest.approx(20),
     }
-    QTest.mouseMove(view.viewport(), view.viewportTransform().map(QPointF(15.5, 15.5)).toPoint())
+    QTest.mouseMove(view.viewport(), place(view, 15.5, 15.5))
     assert views.cells["depth-in"].bar.value is None, "nothing was measured there"
 
 
@@ -333,7 +319,7 @@ def test_a_new_layer_is_one_function_and_one_line(views, monkeypatch):
     assert cell.picture.value_at(30, 30) == pytest.approx(0.5)
     assert cell.picture.value_at(5, 30) == pytest.approx(1.0)
     assert cell.picture.value_at(15, 15) is None
-    assert colour_at(cell, 30, 30) == tuple(strength_table()[128][:3])
+    assert painted_at(cell, 30, 30) == tuple(strength_table()[128][:3])
     mask = np.zeros((HEIGHT, WIDTH), bool)
     mask[30, 30] = True
     views.give(invalid_mask=mask)

@@ -89,33 +89,6 @@ def test_growing_equals_showing(panel):
     np.testing.assert_equal(drawn(panel.sigma_plot)[0], [1, 2, 3, 4, 5])
 
 
-def test_of_growing_records_only_new_ones_are_read(panel):
-    class Counted(list):
-        read = 0
-
-        def __iter__(self):
-            self.read += len(self)
-            return super().__iter__()
-
-        def __getitem__(self, place):
-            found = super().__getitem__(place)
-            self.read += len(found) if isinstance(place, slice) else 1
-            return found
-
-    growing, compared = Counted(staged(300)), Counted(staged(300))
-
-    def draw():
-        panel.show_curves([curve(growing), curve(compared, "before", dashed=True)])
-
-    draw()
-    growing.read = compared.read = 0
-    growing.extend(staged(303)[300:])
-    draw()
-    assert growing.read < 10
-    assert compared.read < 10
-    assert len(drawn(panel.sigma_plot)[0]) == 303
-
-
 def test_stages_are_marked_and_the_linear_schedule_has_none(panel):
     panel.show_curves([curve(staged(count=25, length=8))])
     assert marks(panel.sigma_plot) == [[8.5, 16.5, 24.5]]
@@ -228,38 +201,6 @@ def test_the_criteria_are_in_view_and_say_their_values(panel):
     assert texts(panel.sigma_plot) == []
 
 
-@pytest.mark.parametrize("height", [260, 500, 900])
-def test_the_label_of_a_criterion_is_below_its_line_and_above_no_curve(panel, height):
-    panel.resize(360, height)
-    panel.show_curves([curve(staged(20), s_criteria=0.0005)])
-    QApplication.processEvents()
-    (line,) = panel.sigma_plot.labels
-    label, view = line.label.mapRectToScene(line.label.boundingRect()), panel.sigma_plot.getViewBox()
-    assert view.sceneBoundingRect().contains(label)
-    at_line = view.mapViewToScene(QPointF(1, line.value())).y()
-    assert label.center().y() > at_line
-    lowest = min(value for shown in panel.sigma_plot.lines for value in shown.getData()[1])
-    assert view.mapViewToScene(QPointF(1, lowest)).y() <= at_line, "the curve is on the other side"
-
-
-def test_a_curve_that_dips_below_the_criterion_leaves_its_label_readable(panel):
-    panel.resize(360, 500)
-    panel.show_curves([curve(linear(10), s_criteria=0.05)])
-    (line,) = panel.sigma_plot.labels
-    assert line.label.fill.color().alpha() > 100
-    assert line.zValue() > max(shown.zValue() for shown in panel.sigma_plot.lines)
-
-
-@pytest.mark.parametrize("below", [0.0005, 0.002, 0.0095])
-def test_a_curve_that_ends_a_little_below_the_criterion_leaves_room_for_its_label(panel, below):
-    panel.resize(360, 260)
-    panel.show_curves([curve(linear(10), s_criteria=0.09 + below)])
-    QApplication.processEvents()
-    (line,) = panel.sigma_plot.labels
-    view = panel.sigma_plot.getViewBox().sceneBoundingRect()
-    assert view.contains(line.label.mapRectToScene(line.label.boundingRect()))
-
-
 def test_readout_follows_the_cursor_and_returns_to_the_last(panel):
     panel.show_curves([curve(staged())])
     last = panel.readout.text
@@ -322,21 +263,6 @@ def test_the_edge_aware_filter_tells_of_its_grid_and_round(panel):
     assert not panel.sigma_plot._span.isVisible()
     panel.show_curves([curve(records)])
     assert "cells 1 px   round 1   stage 4" in panel.readout.text
-
-
-@pytest.mark.parametrize("size", [(300, 420), (300, 160), (1200, 150)])
-@pytest.mark.parametrize("count", [1, 6])
-def test_there_is_room_for_what_is_shown(panel, size, count):
-    records = [replace(record, error=0.1, held_out=0.1) for record in staged()]
-    panel.resize(*size)
-    panel.show_curves([curve(records, f"Block {at}") for at in range(count)])
-    QApplication.processEvents()
-    assert (panel.width(), panel.height()) == size
-    for plot in (panel.sigma_plot, panel.error_plot, panel.hold_out_plot, panel.l1_plot):
-        assert not plot.isVisible() or min(plot.width() - 100, plot.height()) >= 60
-    assert panel.sigma_plot.isVisible()
-    assert len(panel.readout.text.splitlines()) >= min(count, 4)
-    assert "σ" in panel.readout.text
 
 
 def test_no_curves_show_the_hint(panel):

@@ -20,7 +20,7 @@ from ilf.drawing.blocks import inner_points
 from ilf.drawing.colours import robust_difference_level, robust_error_levels, to_indices
 from tests.pins.window.hand import wheel
 
-from .given_views import GivenViews
+from .given_views import GivenViews, colour_at, place
 
 HEIGHT, WIDTH = 48, 64
 LEFT = Qt.MouseButton.LeftButton
@@ -44,15 +44,6 @@ def views(shown):
 
 def view_of(views, name="colour"):
     return views.cells[name].view
-
-
-def place(view, x, y):
-    """Whole viewport point nearest to an image point."""
-    return view.viewportTransform().map(QPointF(x, y)).toPoint()
-
-
-def colour_at(view, position):
-    return view.viewport().grab().toImage().pixelColor(position).getRgb()[:3]
 
 
 @pytest.mark.parametrize("zoom", [None, (slice(0, 48), slice(0, 64)), (slice(20, 30), slice(30, 42)), "closest"])
@@ -101,21 +92,6 @@ def test_left_drag_pans_all_views_when_nobody_wants_it(views, handler):
         centre = other.mapToScene(other.viewport().rect()).boundingRect().center()
         assert centre.x() == pytest.approx(WIDTH / 2 - 40 / scale, abs=1 / scale)
         assert centre.y() == pytest.approx(HEIGHT / 2 - 20 / scale, abs=1 / scale)
-
-
-@pytest.mark.parametrize("button", [Qt.MouseButton.MiddleButton, LEFT])
-def test_middle_and_space_drag_pan_past_the_tool(views, button):
-    heard = []
-    views.navigation.set_handler(heard.append)
-    view = view_of(views)
-    before = view.to_image(QPointF(0, 0))
-    if button == LEFT:
-        views.navigation.set_space(True)
-    QTest.mousePress(view.viewport(), button, pos=QPoint(100, 100))
-    QTest.mouseMove(view.viewport(), QPoint(130, 100))
-    QTest.mouseRelease(view.viewport(), button, pos=QPoint(130, 100))
-    assert view.to_image(QPointF(30, 0)).x() == pytest.approx(before.x())
-    assert not {event.kind for event in heard} & {PointerKind.PRESS, PointerKind.MOVE, PointerKind.RELEASE}
 
 
 @pytest.mark.parametrize(("answer", "expected"), [(True, ["DOUBLE"]), (None, ["DOUBLE", "PRESS"])])
@@ -331,16 +307,6 @@ def blocks():
     return labels, np.array([[9, 9, 9, 255], [200, 0, 0, 255], [0, 100, 200, 255], [0, 200, 0, 255]], np.uint8)
 
 
-def test_fills_follow_the_colour_table(views):
-    views.blocks.set_opacity(0.4)
-    views.paint(*blocks())
-    pixels = views.cells["colour"].fills.pixels
-    assert pixels[0, 0] == 0
-    assert pixels[15, 15] == pixels[15, 29] == 102 << 24 | 80
-    views.blocks.set_contours_only(True)
-    assert views.blocks.pixels is None
-
-
 def test_a_region_update_gives_the_same_picture_as_a_new_map(views):
     labels, table = blocks()
     views.paint(labels, table)
@@ -427,21 +393,6 @@ def test_contours_alone_have_the_colours_of_their_blocks(views):
     red, green, _ = colour_at(view, border - QPoint(5, 0))
     assert red > beside[0], "a tinted band along the line shows what is one block"
     assert green < beside[1]
-
-
-@pytest.mark.parametrize("zoom", [None, (slice(12, 17), slice(27, 33))])
-def test_lines_run_along_the_pixels_edges_at_every_zoom(views, zoom):
-    labels, table = blocks()
-    views.paint(labels, table)
-    if zoom:
-        views.zoom_to(*zoom)
-    view = view_of(views)
-    sampling = view.sampling
-    row = view.lines.pixels[np.searchsorted(sampling.rows, 15)]
-    painted = np.flatnonzero(row == 0xC0C0C0C0)
-    assert 29 in sampling.columns[painted]
-    assert all(column in (4, 5, 29, 59) for column in sampling.columns[painted])
-    assert (sampling.columns == 29).sum() == (1 if view.transform().m11() < 1 else round(view.transform().m11()))
 
 
 def test_names_stand_inside_their_blocks_and_small_views_have_none(views):
@@ -621,31 +572,6 @@ def test_the_legend_has_words_only_and_as_many_as_have_room(views):
     assert all(some == words[: len(some)] for some in shown), "from the left"
     assert {len(some) for some in shown} == {0, 1, 2, 3}
     assert all(word in strip.toolTip() for word in words)
-
-
-def test_a_long_title_comes_before_the_legend_and_both_are_in_the_tool_tip(views):
-    strip = views.cells["depth-out"].strip
-    strip.set_title("A: Live 4: Merge 2 blocks; best | B: result")
-    strip.set_legend([])
-    strip.resize(300, strip.height())
-    whole = strip.title_end
-    strip.set_legend([(QBrush(), "missing")])
-    assert strip.title_end == whole
-    assert strip.title in strip.toolTip()
-    assert "missing" in strip.toolTip()
-    strip.set_title("Depth out")
-    assert strip.title_end == strip._title_width
-
-
-@pytest.mark.parametrize("width", [420, 640, 1100])
-def test_a_text_about_the_picture_never_covers_its_title(views, width):
-    strip = views.cells["depth-in"].strip
-    views.resize(width, 500)
-    strip.set_text("previous result")
-    right = strip.bar.x() if strip.bar.isVisible() else strip.width()
-    assert strip.title_end + strip.fontMetrics().horizontalAdvance("previous result") <= right
-    strip.set_text("")
-    assert strip.bar.isVisible()
 
 
 def test_handles_have_one_size_on_the_screen_and_never_hide_their_outline(views):

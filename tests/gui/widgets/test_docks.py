@@ -48,14 +48,6 @@ def test_damaged_settings_do_not_keep_the_window_from_opening(qtbot):
     assert window.size() == docks.DEFAULT_SIZE.boundedTo(docks.available_geometry(window).size() - QSize(0, 40))
 
 
-@pytest.mark.parametrize("room", [QSize(1066, 666), QSize(1920, 1080)])
-def test_the_first_window_fits_the_screen(shown, monkeypatch, room):
-    monkeypatch.setattr(docks, "available_geometry", lambda _: QRect(0, 0, room.width(), room.height()))
-    window = shown(MainWindow(persistent=False))
-    assert window.size() == docks.DEFAULT_SIZE.boundedTo(room - QSize(0, 40))
-    assert window.geometry().bottom() < room.height()
-
-
 def test_each_screen_keeps_its_own_size_of_the_window(shown, monkeypatch):
     large, small = QRect(0, 0, 800, 800), QRect(0, 0, 800, 610)
     room = [large]
@@ -81,18 +73,6 @@ def test_the_panels_let_the_window_become_small(window, qtbot):
     window.setWindowTitle("long " * 200)
     window.resize(800, 560)
     qtbot.waitUntil(lambda: window.size() == QSize(800, 560))
-
-
-def test_panels_stand_by_group_in_whatever_order_they_were_added(window, qtbot):
-    for title in ("Convergence", "Blocks", "Parameters"):
-        window.panels.reveal(title)
-    docks_ = {dock.windowTitle(): dock for dock in window.findChildren(QDockWidget) if dock.isVisible()}
-
-    def is_in_order() -> bool:
-        tops = [docks_[title].geometry().top() for title in ("Blocks", "Parameters", "Convergence")]
-        return tops == sorted(set(tops))
-
-    qtbot.waitUntil(is_in_order)
 
 
 def _click(window, title: str):

@@ -95,19 +95,6 @@ def test_special_minimum_is_a_word(qtbot):
     assert form.findChild(QSpinBox, "margin").text() == "auto"
 
 
-@pytest.mark.parametrize("name", ilf.PRESETS)
-def test_nothing_is_cut_off_at_280_pixels(form, name):
-    form.set_parameters(ilf.PRESETS[name])
-    inside = form.widget().rect()
-    parts = [part for part in form.findChildren(QWidget) if part.isVisibleTo(form) and part.objectName()]
-    assert {part.objectName() for part in parts} > set(_shown(form))
-    for part in parts:
-        corners = part.mapTo(form.widget(), part.rect().topLeft()), part.mapTo(form.widget(), part.rect().bottomRight())
-        if form.widget().isAncestorOf(part):
-            assert all(inside.contains(corner) for corner in corners), part.objectName()
-    assert form.widget().minimumSizeHint().width() <= form.viewport().width()
-
-
 def _shown(form) -> list[str]:
     """Names of the parameters whose editors can be seen, or scrolled to."""
     editors = {name: form.findChild(QWidget, name) for name in form.parameters().declarations()}

@@ -128,21 +128,6 @@ def test_a_guess_waits_for_the_re_solve_under_way(bench, until):
     assert bench.document.extrapolated
 
 
-def test_how_long_it_took_is_said(bench, until, clock):
-    for begin, word in (
-        (lambda: bench.runs.current.start({1}), "1 block in 1.5 s."),
-        (bench.runs.current.extrapolate, "extrapolated in 1.5 s ("),
-    ):
-        begin()
-        clock[0] += 1.5
-        bench.finish()
-        assert word in bench.said.pop()
-    bench.runs.current.resolve([1])
-    clock[0] += 0.25
-    until(lambda: bool(bench.resolved))
-    assert bench.resolved[0].endswith("in 250 ms")
-
-
 def test_what_a_guess_did_without_is_said_once(bench, until, monkeypatch):
     bench.script.notes = ("The network is gone.",)
     _run_with_a_gap(bench)

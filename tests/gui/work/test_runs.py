@@ -52,22 +52,6 @@ def test_a_run_goes_over_all_blocks_with_their_parameters_and_leaves_one_core(be
     )
 
 
-def test_what_a_run_did_without_is_said_once(bench):
-    bench.script.notes = ("The network is gone.",)
-    bench.run_all()
-    assert bench.said[0].endswith(" s. The network is gone.")
-
-
-def test_chosen_blocks_alone_are_run(bench, until):
-    bench.workspace.select([2, 9])
-    bench.script.allow()
-    bench.runs.current.start_selected()
-    until(lambda: bool(bench.said))
-    assert bench.run.run.only == {2}
-    assert set(bench.document.valid_results()) == {2}
-    assert ", 1 block in " in bench.said[0]
-
-
 def test_records_results_and_progress_come_as_they_are_made(bench, until):
     results = bench.document.results
     bench.runs.current.start()
@@ -141,24 +125,6 @@ def test_without_a_choice_stepping_goes_over_all_blocks(bench, until):
     assert bench.run.run.only is None
     bench.runs.current.cancel()
     until(lambda: bool(bench.said))
-
-
-def test_a_pause_is_told_at_once_and_holds(bench, until, qtbot):
-    bench.script.records = 1000
-    bench.runs.current.start()
-    bench.script.allow(3)
-    until(lambda: len(bench.document.results.live.get(1, [])) == 3)
-    bench.states.clear()
-    bench.runs.current.toggle_pause()
-    assert bench.states == [RunState.PAUSED]
-    bench.script.allow(500)
-    qtbot.wait(200)
-    assert len(bench.document.results.live[1]) <= 4, "the step under way, and no more"
-    bench.states.clear()
-    bench.runs.current.toggle_pause()
-    assert bench.states == [RunState.RUNNING]
-    until(lambda: len(bench.document.results.live[1]) > 100)
-    bench.cancel()
 
 
 def test_cancelling_keeps_the_blocks_that_are_done(bench, until):

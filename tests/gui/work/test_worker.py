@@ -73,15 +73,6 @@ def test_a_job_from_start_to_end(worker, said, until):
     assert said[4:] == [0, ("finished", "done")]
 
 
-def test_an_exception_is_brought_to_the_gui(worker, said, until):
-    error = ValueError("broken")
-    job = Job(1, error)
-    job.gate.release()
-    worker.start(job)
-    until(lambda: not worker.busy)
-    assert said == [0, ("failed", error)]
-
-
 def test_what_was_yielded_before_a_cancel_still_comes(worker, said, until):
     job = Job()
     worker.start(job)
@@ -121,16 +112,6 @@ def test_pausing_stepping_and_going_on(worker, said, until):
     assert [item for item in said if item != "paused"] == [0, 1, 2, 3, 4, ("finished", "done")]
     assert said.count("paused") == 3
     assert not worker.is_paused
-
-
-def test_a_paused_job_can_be_cancelled(worker, said, until):
-    job = Job()
-    job.gate.release(3)
-    worker.start(job, paused=True)
-    until(lambda: said == [0, "paused"])
-    worker.cancel()
-    until(lambda: not worker.busy)
-    assert said == [0, "paused", "cancelled"]
 
 
 def test_a_pause_takes_hold_after_the_present_step(worker, said, until):

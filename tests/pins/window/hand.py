@@ -53,6 +53,7 @@ import gui
 import ilf
 from gui.app.main_window import MainWindow
 from gui.state import parameters
+from ilf.data.blocks import BlockInfo, block_colour
 
 Point = tuple[float, float]
 """Image coordinates x, y [px]."""
@@ -564,20 +565,21 @@ def project_content(path: Path) -> dict[str, object]:
         found["parameters"] = project.common.to_dict()
         found["problems"] = list(opened.problems)
         for number, frame in enumerate(project.frames, 1):
-            for part, value in _frame_content(opened.state(frame.id).state).items():
-                if not _is_empty(value):
-                    found[f"{number} {frame.name}, {part}"] = value
+            for part, value in frame_content(opened.state(frame.id).state).items():
+                found[f"{number} {frame.name}, {part}"] = value
     return found
 
 
-def _frame_content(state: Any) -> dict[str, object]:
+def frame_content(state: Any) -> dict[str, object]:
+    """Everything that the state of a frame says, by name; what is empty or as at first is left out."""
     frame, notes, looked = state.frame, state.blocks, state.looked
-    labels = [int(label) for label in np.unique(notes.labels) if label]
-    infos = {label: notes.infos.get(label) for label in labels}
-    return {
+    content = {
         "labels": notes.labels,
+        "extracted": notes.extracted,
         "blocks": {
-            label: [info.name, list(info.colour), info.visible, info.locked] for label, info in infos.items() if info
+            label: [info.name, list(info.colour), info.visible, info.locked]
+            for label, info in sorted(notes.infos.items())
+            if info != BlockInfo(f"Block {label}", block_colour(label))
         },
         "own parameters": {label: dict(own) for label, own in notes.own.items() if own},
         "drawn borders": notes.drawn,
@@ -593,6 +595,7 @@ def _frame_content(state: Any) -> dict[str, object]:
         "parameters": [state.common.to_dict(), state.extrapolate, state.own_parameters],
         "results": _results(state.results),
         "runs": [_run(run) for run in state.runs],
+        "next number": state.next_number,
         "compared": list(state.compared),
         "line": looked.line,
         "rectangle": None if looked.region is None else str(looked.region),
@@ -602,6 +605,7 @@ def _frame_content(state: Any) -> dict[str, object]:
         "ignored": [repr(place) for place in state.ignored],
         "selected": list(state.selected),
     }
+    return {part: value for part, value in content.items() if not _is_empty(value)}
 
 
 def _results(results: Mapping[int, Any]) -> dict[int, object]:

@@ -111,7 +111,7 @@ def open_with_options(user: Hand) -> None:
     """By the dialog: depth in other units, an invalid value, a camera in numbers."""
     frame = room(user.folder)
     files = {"Path": frame / "rgb.png", "Raw depth: 16-bit or float, one channel": frame / "depth.png"}
-    user.use_dialog("Open", "open", files | {"Zero only; 65535 in 7-Scenes": 2000}, "Open")
+    user.use_dialog("Open", "open", files | {"Zero only; 65535 in 7-Scenes": 20_000}, "Open")
 
 
 def sample_and_recent_frames(user: Hand) -> None:
