@@ -163,7 +163,7 @@ def test_a_panel_is_found_by_what_it_shows(opened):
     palette = opened.feature(PaletteFeature).palette
     palette.toggle()
     QTest.keyClicks(palette.field, "curves")
-    assert palette.offered()[0].entry.text == "Convergence"
+    assert palette.offered()[0].text == "Convergence"
     palette.leave()
 
 
@@ -173,9 +173,7 @@ def test_the_palette_survives_menus_that_are_filled_anew(opened, qtbot):
 
     def at_side(text: str) -> int:
         return next(
-            row
-            for row, offer in enumerate(palette.offered())
-            if "Side A" in offer.entry.where and offer.entry.text == text
+            row for row, entry in enumerate(palette.offered()) if "Side A" in entry.where and entry.text == text
         )
 
     palette.toggle()
