@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterable
 
 from PySide6.QtCore import QModelIndex, QSize, Qt, Signal
-from PySide6.QtGui import QActionGroup, QKeyEvent, QMouseEvent, QPaintEvent, QPixmap, QResizeEvent
+from PySide6.QtGui import QActionGroup, QKeyEvent, QPaintEvent, QPixmap, QResizeEvent
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QBoxLayout,
@@ -22,7 +22,7 @@ from ...base import theme
 from ...state.entries import Entry
 from ...widgets.basics import Themed, combo, lay_out, paint_hint
 from .model import ENTRY, ORDERS, STATES, FrameListModel, counts, shown_entries
-from .painter import FramePainter, close_box
+from .painter import FramePainter
 from .thumbnails import Thumbnails, reader_of
 
 _ROW_WIDTH = 190
@@ -30,7 +30,7 @@ _ROW_WIDTH = 190
 
 
 class FrameView(QListView):
-    """View of the list, as rows or as a strip of thumbnails; a click on the cross of a row only removes the frame.
+    """View of the list, as rows or as a strip of thumbnails.
 
     Signals
     -------
@@ -50,7 +50,6 @@ class FrameView(QListView):
         super().__init__(parent)
         self.hint = ""
         """Text of an empty list."""
-        self._closing = QModelIndex()
         self._painter = FramePainter((), self)
         self.setAccessibleName("Frames")
         self.setItemDelegate(self._painter)
@@ -122,26 +121,6 @@ class FrameView(QListView):
         """Edit the note on a frame, in its row."""
         self.setCurrentIndex(index)
         self.edit(index)
-
-    def mousePressEvent(self, event: QMouseEvent) -> None:
-        self._closing = self._cross_at(event)
-        if not self._closing.isValid():
-            super().mousePressEvent(event)
-
-    def mouseReleaseEvent(self, event: QMouseEvent) -> None:
-        pressed, self._closing = self._closing, QModelIndex()
-        if not pressed.isValid():
-            super().mouseReleaseEvent(event)
-        elif self._cross_at(event) == pressed:
-            self.removal_requested.emit([pressed.data(ENTRY)])
-
-    def _cross_at(self, event: QMouseEvent) -> QModelIndex:
-        """Return the row whose cross is under the mouse at a left click; invalid for none."""
-        at = event.position().toPoint()
-        index = self.indexAt(at)
-        if self.is_strip or not index.isValid() or event.button() != Qt.MouseButton.LeftButton:
-            return QModelIndex()
-        return index if close_box(self.visualRect(index)).adjusted(-3, -3, 3, 3).contains(at) else QModelIndex()
 
     def paintEvent(self, event: QPaintEvent) -> None:
         super().paintEvent(event)

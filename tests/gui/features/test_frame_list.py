@@ -5,7 +5,7 @@ from dataclasses import replace
 import cv2
 import numpy as np
 import pytest
-from PySide6.QtCore import QItemSelectionModel, QPoint, Qt
+from PySide6.QtCore import QItemSelectionModel, Qt
 from PySide6.QtTest import QAbstractItemModelTester
 from PySide6.QtWidgets import QLineEdit, QListView
 
@@ -14,7 +14,6 @@ from gui.app.main_window import MainWindow
 from gui.features.frame_list import thumbnails as thumbnails_module
 from gui.features.frame_list.feature import FramesFeature
 from gui.features.frame_list.model import FrameListModel, counts, last_line, shown_entries, tooltip_text
-from gui.features.frame_list.painter import close_box
 from gui.features.frame_list.panel import FramesPanel
 from gui.state.document import Document
 from gui.state.entries import Entries, Entry
@@ -150,16 +149,12 @@ def _row(panel: FramesPanel, row: int):
     return panel.view.visualRect(panel.model.index(row, 0))
 
 
-def test_click_opens_and_cross_takes_out(panel, qtbot):
+def test_click_opens_and_delete_takes_out(panel, qtbot):
     viewport, entries = panel.view.viewport(), panel.model.entries
     assert unnamed(panel) == []
     with qtbot.waitSignal(panel.view.opened) as blocker:
         qtbot.mouseClick(viewport, Qt.MouseButton.LeftButton, pos=_row(panel, 1).center())
     assert blocker.args == [entries[1]]
-    at = _row(panel, 2).topRight() + QPoint(-14, 14)
-    with qtbot.assertNotEmitted(panel.view.opened), qtbot.waitSignal(panel.view.removal_requested) as blocker:
-        qtbot.mouseClick(viewport, Qt.MouseButton.LeftButton, pos=at)
-    assert blocker.args == [[entries[2]]]
     with qtbot.assertNotEmitted(panel.view.opened), qtbot.waitSignal(panel.view.removal_requested) as blocker:
         shift = Qt.KeyboardModifier.ShiftModifier
         qtbot.mouseClick(viewport, Qt.MouseButton.LeftButton, shift, _row(panel, 3).center())
@@ -179,37 +174,8 @@ def test_a_wide_and_low_panel_shows_the_same_frames_as_a_strip(panel, qtbot, siz
     with qtbot.waitSignal(view.opened) as blocker:
         qtbot.mouseClick(view.viewport(), Qt.MouseButton.LeftButton, pos=second.center())
     assert blocker.args == [panel.model.entries[1]]
-    at = second.topRight() + QPoint(-14, 14)
-    with qtbot.assertNotEmitted(view.removal_requested, wait=0) if strip else qtbot.waitSignal(view.removal_requested):
-        qtbot.mouseClick(view.viewport(), Qt.MouseButton.LeftButton, pos=at)
     qtbot.keyClick(view, Qt.Key.Key_End)
     assert view.currentIndex().row() == len(panel.model.entries) - 1
-
-
-def test_a_click_beside_the_cross_is_one_on_it_equally_far_on_all_sides(panel, qtbot):
-    removed = []
-    panel.view.removal_requested.connect(removed.append)
-    row, viewport = _row(panel, 2), panel.view.viewport()
-    cross = close_box(row)
-
-    def reach(side: QPoint, outwards: QPoint) -> int:
-        """How far beyond this side of the cross a click is still one on it [px]."""
-        for distance in range(1, 9):
-            removed.clear()
-            qtbot.mouseClick(viewport, Qt.MouseButton.LeftButton, pos=side + distance * outwards)
-            if not removed:
-                return distance - 1
-        raise AssertionError("wherever it is clicked")
-
-    middle = cross.center()
-    sides = (
-        (QPoint(cross.left(), middle.y()), QPoint(-1, 0)),
-        (QPoint(cross.right(), middle.y()), QPoint(1, 0)),
-        (QPoint(middle.x(), cross.top()), QPoint(0, -1)),
-        (QPoint(middle.x(), cross.bottom()), QPoint(0, 1)),
-    )
-    reaches = [reach(side, outwards) for side, outwards in sides]
-    assert min(reaches) == max(reaches) > 0
 
 
 def test_chosen_row_can_be_read(panel, qtbot):
