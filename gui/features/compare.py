@@ -35,7 +35,7 @@ _MIN_EXTENT = 24
 """Minimum extent of the shown spectrum [wave numbers], where the grid has them."""
 
 
-_INPUTS = Part.FRAME | Part.LABELS | Part.INVALID_MASK | Part.GUIDE | Part.NEIGHBOURS
+_DERIVED_FROM = Part.FRAME | Part.REPLACED | Part.INVALID_MASK | Part.GUIDE | Part.NEIGHBOURS
 
 _NOTHING: dict[str, Any] = {"edges": None, "interpolated": None, "guide": None, "spectrum": ""}
 """Each kind of derived data -> what is shown while there is none."""
@@ -52,7 +52,7 @@ class DerivedFeature(Feature):
         """What each kind is derived from; the same data are derived once, also if that fails."""
         self._questions = {name: LatestRequest(self) for name in _NOTHING}
         views, add = context.views, context.refresh.add
-        add("derived", self.show, _INPUTS, also=(views.shownChanged,))
+        add("derived", self.show, _DERIVED_FROM, also=(views.shownChanged,))
         add(
             "spectrum",
             self._show_spectrum,
@@ -156,7 +156,8 @@ class CompareFeature(Feature):
         """Content of a view before the result replaced it: name of its cell -> content."""
         blink = context.actions["blink"]
         # an edit must show its effect on the result
-        context.refresh.add("blink", lambda: blink.setChecked(False), _INPUTS | Part.STROKE)
+        edits = _DERIVED_FROM | Part.LABELS | Part.STROKE
+        context.refresh.add("blink", partial(blink.setChecked, False), edits)
         context.views.sheet.layoutChanged.connect(self._follow_layout)
 
     @command("view_content", "&View content…", icon="ph.list", keys="Ctrl+Shift+V", needs=Need.FRAME)

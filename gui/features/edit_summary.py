@@ -165,7 +165,7 @@ class EditSummaryFeature(Feature):
         edits = Part.STROKE | Part.LABELS | Part.INVALID_MASK | Part.BY_HAND | Part.NEIGHBOURS
         # an edit shows the current state again
         before = context.actions["show_before_edit"]
-        context.refresh.add("state before the edit", lambda: before.setChecked(False), Part.FRAME | edits)
+        context.refresh.add("state before the edit", partial(before.setChecked, False), Part.FRAME | edits)
 
     @command("show_before_edit", "Show state &before the last edit", icon="ph.eye", checkable=True, held="Z")
     def _show_before(self, on: bool) -> None:

@@ -176,7 +176,7 @@ class CommandPalette(QFrame):
             item.setData(0, _ENTRY, entry)
             for column in range(0 if entry.why_not else 1, 3):
                 item.setForeground(column, muted)
-        self.list.setCurrentItem(self.list.topLevelItem(0))
+        self.list.setCurrentIndex(self.list.model().index(0, 0))
         self._explain()
 
     def _explain(self) -> None:

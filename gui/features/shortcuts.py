@@ -28,6 +28,7 @@ from ..base.commands import (
 )
 from ..widgets.basics import Message, give_size, label_of, lay_out, open_once, row_list, stack
 from .context import Feature
+from .tools import ToolsFeature
 
 # Keys of the commands: the defaults, and those set by the user.
 
@@ -339,12 +340,10 @@ class ShortcutsFeature(Feature):
     def begin(self) -> None:
         """Create the keymap."""
         self.keymap = Keymap(self.context.window, self.context.panels.persistent)
-        self.context.window.installEventFilter(self)
+        self.context.feature(ToolsFeature).keys.on_unused = self._tell_off
 
-    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Say why a command cannot be used if its keys are pressed: nothing in the window has used them."""
-        if not isinstance(event, QKeyEvent):
-            return False
+    def _tell_off(self, event: QKeyEvent) -> bool:
+        """Say why a command cannot be used if its keys are pressed."""
         if event.type() == QEvent.Type.ShortcutOverride:
             self.context.refresh.now()
             self._commands_off(event)  # the key finds the commands as they are after the last change

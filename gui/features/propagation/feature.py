@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import partial
+from functools import cached_property, partial
 
 from PySide6.QtCore import QSettings, Qt
 from PySide6.QtWidgets import (
@@ -148,8 +148,7 @@ class PropagationFeature(Feature):
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)
-        workspace, actions = context.workspace, context.actions
-        self.propagator = Propagator(workspace, context.loader, self)
+        actions = context.actions
         actions.add(
             Command(_COMMAND(how), text, hint, group="propagate_how", handler=partial(self._remember, how))
             for how, (text, hint) in _WAYS.items()
@@ -162,14 +161,20 @@ class PropagationFeature(Feature):
         lay_out(QHBoxLayout(self.strip), *parts, margins=(8, 2, 8, 2), stretched=parts)
         self.strip.hide()
         context.centre.add_strip(self.strip)
-        self.work.cancelled.connect(self.propagator.stop)
-        self.propagator.changed.connect(self._show)
-        self.propagator.changed.connect(actions.refresh)
-        self.propagator.ended.connect(self._tell)
+        self.work.cancelled.connect(self._stop)
         menu = actions.menu("Pr&opagation method", context.window, " ".join(map(_COMMAND, _WAYS)))
         actions.adopt("propagation_menu", menu.menuAction())
         remembered = str(QSettings().value(_HOW_KEY))
         actions[_COMMAND(remembered if remembered in _WAYS else "auto")].setChecked(True)
+
+    @cached_property
+    def propagator(self) -> Propagator:
+        """What propagates blocks, made on first use."""
+        propagator = Propagator(self.context.workspace, self.context.loader, self)
+        propagator.changed.connect(self._show)
+        propagator.changed.connect(self.context.actions.refresh)
+        propagator.ended.connect(self._tell)
+        return propagator
 
     def _remember(self, how: str) -> None:
         QSettings().setValue(_HOW_KEY, how)
