@@ -75,7 +75,7 @@ def test_selection_and_sorting_outlive_new_rows(table, qtbot):
     table.select([3, 5])
     with qtbot.assertNotEmitted(table.labelsSelected):
         table.set_rows([row for row in _rows(14) if row.label != 7])
-    assert table.selected() == [5, 3]
+    assert table.chosen() == [5, 3]
     assert _names(table)[0] == "Block 14"
     assert "Block 7" not in _names(table)
 
@@ -84,13 +84,13 @@ def test_a_selected_block_that_vanishes_is_not_selected_by_the_user(table, qtbot
     table.select([3, 5])
     with qtbot.assertNotEmitted(table.labelsSelected):
         table.set_rows([row for row in _rows(12) if row.label != 5])
-    assert table.selected() == [3]
+    assert table.chosen() == [3]
 
 
 def test_select_has_no_echo_and_clicks_do(table, qtbot):
     with qtbot.assertNotEmitted(table.labelsSelected):
         table.select([2, 9, 99])
-    assert table.selected() == [2, 9]
+    assert table.chosen() == [2, 9]
     with qtbot.waitSignal(table.labelsSelected) as blocker:
         qtbot.mouseClick(table.viewport(), Qt.MouseButton.LeftButton, pos=_centre(table, 3, Column.MISSING))
     assert blocker.args == [[4]]
@@ -102,7 +102,7 @@ def test_eye_and_lock_toggle_without_selecting(table, edits, qtbot):
     qtbot.mouseClick(viewport, Qt.MouseButton.LeftButton, pos=_centre(table, 4, Column.VISIBLE))
     qtbot.mouseClick(viewport, Qt.MouseButton.LeftButton, pos=_centre(table, 5, Column.LOCKED))
     assert edits.made == [(5, False), (6, "locked")]
-    assert table.selected() == [2]
+    assert table.chosen() == [2]
 
 
 def test_swatch_opens_the_colour_dialog(table, edits, qtbot, monkeypatch):
@@ -125,7 +125,7 @@ def test_keyboard_renames_and_shows_and_space_changes_nothing(table, edits, qtbo
     qtbot.waitUntil(lambda: edits.made == [(2, {"name": "Context"})])
     qtbot.keyClick(table, Qt.Key.Key_Space)
     assert len(edits.made) == 1
-    assert table.selected() == [2, 3]
+    assert table.chosen() == [2, 3]
     with qtbot.waitSignal(table.shown) as shown:
         qtbot.keyClick(table, Qt.Key.Key_Return)
     assert shown.args == [2]
