@@ -19,12 +19,11 @@ _BAR = 4
 """Thickness of the bar in the colour of the state under a thumbnail [px]."""
 _MARK = 13
 """Side of the mark of a frame that is done or to be checked [px]."""
-_NOTE_WIDTH = 96
-"""Minimum width of the line in which a note is edited [px]."""
 
 
 class FramePainter(RowDelegate):
-    """Paints thumbnails with three lines of text beside them, or alone. The note on a frame is edited at the foot.
+    """Paints thumbnails with three lines of text beside them, or alone. The note on a frame is edited at
+    the foot of its row.
 
     Attributes
     ----------
@@ -75,11 +74,10 @@ class FramePainter(RowDelegate):
         return editor
 
     def updateEditorGeometry(self, editor: QWidget, option: QStyleOptionViewItem, index: Index) -> None:
-        height, foot = editor.sizeHint().height(), QRect(option.rect)
-        foot.setTop(foot.bottom() + 1 - height)
-        if not self.strip_height:
-            foot.setLeft(self._box(option.rect).right() + _MARGIN)
-        editor.setGeometry(foot.left(), foot.top(), max(foot.width(), _NOTE_WIDTH), height)
+        foot = QRect(option.rect)
+        foot.setTop(foot.bottom() + 1 - editor.sizeHint().height())
+        foot.setLeft(self._box(option.rect).right() + _MARGIN)
+        editor.setGeometry(foot)
 
     def _box(self, rect: QRect) -> QRect:
         """Return the place of the thumbnail."""
