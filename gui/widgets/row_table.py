@@ -145,7 +145,9 @@ class RowModel(QAbstractTableModel):
             return heading.title or heading.hint
         if role == Qt.ItemDataRole.DecorationRole and heading.icon:
             return theme.icon(heading.icon, self._widget.palette())
-        return _alignment(heading) if role == Qt.ItemDataRole.TextAlignmentRole else None
+        if role == Qt.ItemDataRole.TextAlignmentRole:
+            return _alignment(heading).value | Qt.TextFlag.TextWordWrap.value
+        return None
 
     def data(self, index: Index, role: int = 0) -> Any:
         heading, cell = self._headings[index.column()], self._cells[index.row()][index.column()]
