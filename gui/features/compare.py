@@ -24,7 +24,6 @@ from ..state.document import Document
 from ..state.parts import Part
 from ..views.layouts import COMPARE
 from ..views.view_data import Spectrum
-from ..work.latest_request import LatestRequest
 from .context import Context, Feature
 
 # Data derived from the current frame for visible views: edges, interpolated holes, guide, spectrum.
@@ -50,7 +49,6 @@ class DerivedFeature(Feature):
         self._document: Document | None = None
         self._requested: dict[str, tuple[Any, ...]] = {}
         """What each kind is derived from; the same data are derived once, also if that fails."""
-        self._questions = {name: LatestRequest(self) for name in _NOTHING}
         views, add = context.views, context.refresh.add
         add("derived", self.show, _DERIVED_FROM, also=(views.shownChanged,))
         add(
@@ -61,11 +59,6 @@ class DerivedFeature(Feature):
             also=(views.shownChanged,),
             when=partial(views.shows, "spectrum"),
         )
-
-    @property
-    def busy(self) -> bool:
-        """Whether a result is pending."""
-        return any(questions.busy for questions in self._questions.values())
 
     def show(self) -> None:
         """Request what is visible and not yet computed."""
@@ -92,12 +85,11 @@ class DerivedFeature(Feature):
         if key != self._requested.get(name):
             self._requested[name] = key
             take, fail = partial(self._take, name, key), partial(self._fail, name, key)
-            self._questions[name].ask(find, take, fail, key=key)
+            self.requests.ask(find, take, fail, kind=name, key=key)
 
     def _tell(self, name: str, instead: str = "") -> None:
-        """Drop what is pending, and show nothing of it, or a text instead."""
+        """Show nothing of a kind, also when it comes, or a text instead."""
         self._requested.pop(name, None)
-        self._questions[name].forget()
         shown = instead or _NOTHING[name]
         if getattr(self.context.views.data, name) is not shown:
             self.context.views.show_found(**{name: shown})
