@@ -124,8 +124,7 @@ class Histogram(Themed, pg.PlotWidget):
 _DECIMALS = {"depth": 3, "signed": 2, "expected": 2}
 _LARGEST = 1e6
 _NO_RANGE = "Click a view of depth, a difference or an error"
-_MAP_KEY, _TOLD_KEY = "depth_colours/map", "depth_colours/told"
-_ABOUT_MAP = f"Depth is drawn in {DEPTH_MAP}, which colour-blind people can read. Others are in View › Depth colours."
+_MAP_KEY = "depth_colours/map"
 
 
 _ROBUST = 1, 99
@@ -170,24 +169,17 @@ class ColourRange(Panel):
             self._restore_map()
 
     def _restore_map(self) -> None:
-        """Restore the colour map of depth, and store what is chosen; in the first frame of a first start, say which
-        one it is."""
+        """Restore the colour map of depth, and store what is chosen."""
         chosen = str(QSettings().value(_MAP_KEY, DEPTH_MAP))
         if chosen in DEPTH_MAPS:
             self.context.views.ranges.set_depth_map(chosen)
         self._map = self.context.views.data.depth_map
         self.context.views.ranges.changed.connect(self._remember_map)
-        self.context.refresh.add("depth colours", self._tell_map, Part.FRAME)
 
     def _remember_map(self) -> None:
         if self.context.views.data.depth_map != self._map:
             self._map = self.context.views.data.depth_map
             QSettings().setValue(_MAP_KEY, self._map)
-
-    def _tell_map(self) -> None:
-        if self.context.workspace.has_current and not QSettings().value(_TOLD_KEY, False, type=bool):
-            QSettings().setValue(_TOLD_KEY, True)
-            self.context.notes.offer(_ABOUT_MAP)
 
     @command("show_range", "Colour &range", icon="ph.chart-bar", keys="Ctrl+Shift+G")
     def _open(self) -> None:

@@ -23,7 +23,7 @@ from ...state.entries import Entry
 from ...widgets.basics import Message, PlainLabel, answers, combo, form, lay_out, open_once, stack
 from ...widgets.work_row import WorkRow
 from ..context import Context, Feature, PendingWork
-from .propagator import PropagatedFrame, PropagationRun, Propagator
+from .propagator import PropagationRun, Propagator
 
 _WAYS = {
     "auto": (
@@ -103,14 +103,22 @@ def summary(run: PropagationRun) -> str:
     """Summarise a propagation in a few sentences; "" if nothing was done."""
     texts = []
     if run.done:
-        texts.append(_of_one(run.done[0]) if len(run.done) == 1 else _of_many(run))
+        ways = [one.how for one in run.done]
+        how = " and ".join(f"{ways.count(way)} {_DONE[way]}" for way in _DONE if way in ways)
+        texts.append(f"Blocks of {run.source.name} propagated to {_named([one.name for one in run.done])}: {how}.")
+        counts = {"new": sum(one.new for one in run.done), "gone": sum(one.gone for one in run.done)}
+        parts = [f"{count} {what}" for what, count in counts.items() if count]
+        texts.append(", ".join([f"{counted(to_check(run), 'block')} to check", *parts]) + ".")
     if run.kept:
-        named = ", ".join(run.kept[:_MAX_NAMED]) + ", …" * (len(run.kept) > _MAX_NAMED)
-        kept = counted(len(run.kept), "frame")
-        texts.append(f"{kept} ({named}) had been edited or run: their blocks were kept and propagated further.")
+        texts.append(f"{_named(run.kept)} had been edited or run: their blocks were kept and propagated further.")
     if run.stopped:
         texts.append(f"Stopped after {run.processed} of {counted(run.total, 'frame')}.")
     return " ".join(texts)
+
+
+def _named(names: Sequence[str]) -> str:
+    """Return the number of frames, with the first names."""
+    return f"{counted(len(names), 'frame')} ({', '.join(names[:_MAX_NAMED])}{', …' * (len(names) > _MAX_NAMED)})"
 
 
 def notes_of(run: PropagationRun) -> list[str]:
@@ -121,22 +129,6 @@ def notes_of(run: PropagationRun) -> list[str]:
 def to_check(run: PropagationRun) -> int:
     """Count the blocks that need a check."""
     return sum(one.to_check for one in run.done)
-
-
-def _of_one(one: PropagatedFrame) -> str:
-    parts = [f"{one.name}: {counted(one.blocks, 'block')} {_DONE[one.how]}"]
-    parts += [f"{one.new} of them new"] * (one.new > 0) + [f"{one.gone} gone"] * (one.gone > 0)
-    parts += [f"{one.to_check} need{'s' * (one.to_check == 1)} a check"] if one.to_check else ["none needs a check"]
-    return ", ".join(parts) + "."
-
-
-def _of_many(run: PropagationRun) -> str:
-    ways = [one.how for one in run.done]
-    how = " and ".join(f"{ways.count(way)} {_DONE[way]}" for way in _DONE if way in ways)
-    text = f"Blocks of {run.source.name} propagated to {counted(len(ways), 'frame')}: {how}."
-    look, marked = to_check(run), sum(one.to_check > 0 for one in run.done)
-    need = f"{counted(look, 'block')} in {counted(marked, 'frame')} need{'s' * (look == 1)} a check."
-    return f"{text} {need if look else 'No block needs a check.'}"
 
 
 _MIN_TEXT_WIDTH = 120
