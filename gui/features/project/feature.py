@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import datetime
 from collections.abc import Callable, Sequence
 from functools import cached_property, partial
 from pathlib import Path
@@ -275,21 +274,14 @@ class ProjectFeature(Feature):
         ask(context.window, title, text, _INCLUDED, answers, default=int(not embedded), otherwise=cancel, icon=icon)
 
     def _ask_replace(self, path: Path, only: frozenset[str] | None, then: Callable[[bool], None]) -> None:
-        """Ask whether to replace a file that was changed since it was opened."""
-        if path.exists():
-            when = f"{datetime.datetime.fromtimestamp(path.stat().st_mtime):%Y-%m-%d %H:%M}"
-            title, button = "Replace the project?", "&Replace"
-            text = f"{path.name} has been changed by another window or program since it was opened ({when})."
-            more = "Replacing it discards the changes saved there meanwhile."
-        else:
-            title, button = "Write the project again?", "&Write again"
-            text = f"{path.name} does not exist any more: it has been moved or deleted since it was opened."
-            more = "It can be written again."
+        """Ask whether to replace a file that is another one than was opened."""
+        text = f"{path.name} has been changed by another window or program since it was opened, or moved or deleted."
         answers = (
-            (button, DESTROY, lambda: self.saving.save(path, None, only, then)),
+            ("&Replace", DESTROY, lambda: self.saving.save(path, None, only, then)),
             ("Save &as…", ACCEPT, lambda: self._save_as("", only, then)),
         )
-        ask(self.context.window, title, text, more, answers, default=1, otherwise=lambda: then(False))
+        more, otherwise = "Replacing it discards what was saved there meanwhile.", partial(then, False)
+        ask(self.context.window, "Replace the project?", text, more, answers, default=1, otherwise=otherwise)
 
     # messages
 
