@@ -10,5 +10,6 @@ def test_another_choice_comes_back(another, qtbot, frame_folder):
         window = another(persistent=True)
         open_frame(window, qtbot, frame_folder)
         assert window.views.data.depth_map == chosen
-        window.views.ranges.set_depth_map("turbo")
+        entries = {entry.text(): entry for entry in window.actions_["depth_colours_menu"].menu().actions()}
+        entries["Turbo"].trigger()
         window.close()
