@@ -133,7 +133,7 @@ class MainWindow(QMainWindow):
         self.tool_column = ToolColumn(self.actions_, self)
         self.addToolBar(Qt.ToolBarArea.LeftToolBarArea, self.tool_column)
         self.centre.turned.connect(lambda: self.tool_bar.show_options(not self.centre.shows_cloud_alone))
-        fill_menu_bar(self.menuBar(), self.actions_, self.views, self.panels.toggles())
+        fill_menu_bar(self.menuBar(), self.actions_, self.views, self.panels.toggles(), self.panels.persistent)
         draw_extensions(self)
 
     # events

@@ -66,9 +66,7 @@ def _main(arguments: Sequence[str] | None) -> int:
         # the offscreen platform warns for every window that it cannot pass on size hints
         os.environ.setdefault("QT_LOGGING_RULES", "default.warning=false")
     if problem:
-        if options.screenshot is not None:
-            return _print_refusal(problem)
-        return _without_display(options, inputs, reading, problem)
+        return _print_refusal(f"{problem} (without a window: ilf complete --help)")
     try:
         optional("PySide6.QtWidgets", "ilf-studio[app]", "The window")
         return _run(options, inputs)
@@ -245,34 +243,6 @@ def _print_refusal(reason: str) -> int:
     """Print in one line why there is no window; returns the exit status."""
     print(f"ilf-gui: error: {reason}", file=sys.stderr)
     return 1
-
-
-def _without_display(options: argparse.Namespace, inputs: _Inputs, reading: ReadingOptions, problem: str) -> int:
-    """Print that no window can be shown, and complete the given frames with the command line."""
-    from ilf.cli import main as command_line
-
-    print(f"ilf-gui: {problem}", file=sys.stderr)
-    projects, records, sources, single = inputs
-    for path in projects:
-        print(f"ilf-gui: show the content of {path} with: ilf project info {path}", file=sys.stderr)
-    jobs = [["--replay", str(record)] for record in records]
-    if options.frame is not None:
-        jobs.append([options.frames[0], "--frame", options.frame])
-    else:
-        jobs += [[source.rgb, source.depth] if source.depth else [source.rgb] for source in sources]
-    if options.sample:
-        jobs.append([str(asset_path("samples/room")), "--out", "ilf-output"])
-    for path in single:
-        print(f"ilf-gui: {_missing_partner(path)}", file=sys.stderr)
-    if not jobs:
-        print("Without a window, use: ilf complete RGB DEPTH --out DIR (see ilf complete --help).", file=sys.stderr)
-        return 1
-    status = 0
-    for job in jobs:
-        arguments = ["complete", *job, *([] if job[0] == "--replay" else reading.to_arguments())]
-        print(f"Running this instead: ilf {' '.join(arguments)}", file=sys.stderr)
-        status = command_line(arguments) or status
-    return status
 
 
 if __name__ == "__main__":

@@ -1,17 +1,17 @@
-"""The colour range: its panel and its commands; and the colour map of depth, which is remembered."""
+"""The colour range: its panel and its commands."""
 
 from __future__ import annotations
 
 import numpy as np
 import pyqtgraph as pg
 from numpy.typing import NDArray
-from PySide6.QtCore import QSettings, QSignalBlocker, Qt, QTimer, Signal
+from PySide6.QtCore import QSignalBlocker, Qt, QTimer, Signal
 from PySide6.QtWidgets import QDoubleSpinBox, QHBoxLayout, QStackedWidget, QVBoxLayout, QWidget
 
 from ..base import theme
 from ..base.commands import command
 from ..state.parts import Part
-from ..views.colours import DEPTH_MAP, DEPTH_MAPS, FIXED, KINDS, MODES, Levels, Range
+from ..views.colours import FIXED, KINDS, MODES, Levels, Range
 from ..views.curves.axes import paint_plot
 from ..widgets.basics import PlainLabel, Themed, combo, command_button, lay_out
 from ..widgets.docks import PanelGroup
@@ -124,9 +124,6 @@ class Histogram(Themed, pg.PlotWidget):
 _DECIMALS = {"depth": 3, "signed": 2, "expected": 2}
 _LARGEST = 1e6
 _NO_RANGE = "Click a view of depth, a difference or an error"
-_MAP_KEY, _TOLD_KEY = "depth_colours/map", "depth_colours/told"
-_ABOUT_MAP = f"Depth is drawn in {DEPTH_MAP}, which colour-blind people can read. Others are in View › Depth colours."
-
 
 _ROBUST = 1, 99
 """Percentiles of the values at the ends of a range that is set from them."""
@@ -166,28 +163,6 @@ class ColourRange(Panel):
         views = context.views
         context.feature(ViewsFeature).bar.add_entry(context.actions["fit_range"])
         context.refresh.add("range_lock", self._show_lock, Part.FRAME, also=(views.rangeChanged, views.shownChanged))
-        if context.panels.persistent:
-            self._restore_map()
-
-    def _restore_map(self) -> None:
-        """Restore the colour map of depth, and store what is chosen; in the first frame of a first start, say which
-        one it is."""
-        chosen = str(QSettings().value(_MAP_KEY, DEPTH_MAP))
-        if chosen in DEPTH_MAPS:
-            self.context.views.ranges.set_depth_map(chosen)
-        self._map = self.context.views.data.depth_map
-        self.context.views.ranges.changed.connect(self._remember_map)
-        self.context.refresh.add("depth colours", self._tell_map, Part.FRAME)
-
-    def _remember_map(self) -> None:
-        if self.context.views.data.depth_map != self._map:
-            self._map = self.context.views.data.depth_map
-            QSettings().setValue(_MAP_KEY, self._map)
-
-    def _tell_map(self) -> None:
-        if self.context.workspace.has_current and not QSettings().value(_TOLD_KEY, False, type=bool):
-            QSettings().setValue(_TOLD_KEY, True)
-            self.context.notes.offer(_ABOUT_MAP)
 
     @command("show_range", "Colour &range", icon="ph.chart-bar", keys="Ctrl+Shift+G")
     def _open(self) -> None:
@@ -207,15 +182,12 @@ class ColourRange(Panel):
         self.mode.setAccessibleName("Range mode")
         self.mode.activated.connect(self._set_mode)
         self.low, self.high = (self._number(f"{end} limit of the colour range") for end in ("Lower", "Upper"))
-        self.map = combo({name: name.capitalize() for name in DEPTH_MAPS}, "Colour map of depth")
-        self.map.setAccessibleName("Colour map of depth")
-        self.map.activated.connect(lambda _: views.ranges.set_depth_map(self.map.currentData()))
         nothing = PlainLabel(_NO_RANGE, alignment=Qt.AlignmentFlag.AlignCenter, wordWrap=True)
         self._pages = QStackedWidget()
         self._pages.addWidget(self.histogram)
         self._pages.addWidget(nothing)
         buttons = (command_button(actions[name]) for name in ("fit_range", "lock_range"))
-        top = lay_out(QHBoxLayout(), self.heading, self.map, *buttons, stretched=self.heading)
+        top = lay_out(QHBoxLayout(), self.heading, *buttons, stretched=self.heading)
         bottom = lay_out(QHBoxLayout(), self.mode, self.low, PlainLabel("\N{EN DASH}"), self.high, None)
         panel = QWidget()
         lay_out(QVBoxLayout(panel), top, self._pages, bottom, margins=(6, 4, 6, 4), spacing=4, stretched=self._pages)
@@ -233,7 +205,6 @@ class ColourRange(Panel):
     def refresh(self, parts: Part) -> None:
         """Show the range of the active view, or why there is none."""
         ranges, cell, levels = self.context.views.ranges, self.context.views.ranged, self._levels
-        self.map.setCurrentIndex(self.map.findData(self.context.views.data.depth_map))
         self.kind = kind = "" if levels is None else cell.range_kind
         self.heading.setText(f"{cell.strip.title} [{KINDS[kind]}]" if kind else cell.strip.title)
         self._pages.setCurrentIndex(int(levels is None))
@@ -241,7 +212,6 @@ class ColourRange(Panel):
             self._show_range(ranges.of(kind), levels)
         for widget in (self.mode, self.low, self.high):
             widget.setEnabled(bool(kind) and not ranges.of(kind).locked)
-        self.map.setVisible(kind in ("", "depth"))
 
     def _show_range(self, one: Range, levels: Levels) -> None:
         """Show the range of the present kind over the values of the view."""

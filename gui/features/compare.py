@@ -24,7 +24,6 @@ from ..state.document import Document
 from ..state.parts import Part
 from ..views.layouts import COMPARE
 from ..views.view_data import Spectrum
-from ..work.latest_request import LatestRequest
 from .context import Context, Feature
 
 # Data derived from the current frame for visible views: edges, interpolated holes, guide, spectrum.
@@ -35,7 +34,7 @@ _MIN_EXTENT = 24
 """Minimum extent of the shown spectrum [wave numbers], where the grid has them."""
 
 
-_INPUTS = Part.FRAME | Part.LABELS | Part.INVALID_MASK | Part.GUIDE | Part.NEIGHBOURS
+_DERIVED_FROM = Part.FRAME | Part.REPLACED | Part.INVALID_MASK | Part.GUIDE | Part.NEIGHBOURS
 
 _NOTHING: dict[str, Any] = {"edges": None, "interpolated": None, "guide": None, "spectrum": ""}
 """Each kind of derived data -> what is shown while there is none."""
@@ -50,9 +49,8 @@ class DerivedFeature(Feature):
         self._document: Document | None = None
         self._requested: dict[str, tuple[Any, ...]] = {}
         """What each kind is derived from; the same data are derived once, also if that fails."""
-        self._questions = {name: LatestRequest(self) for name in _NOTHING}
         views, add = context.views, context.refresh.add
-        add("derived", self.show, _INPUTS, also=(views.shownChanged,))
+        add("derived", self.show, _DERIVED_FROM, also=(views.shownChanged,))
         add(
             "spectrum",
             self._show_spectrum,
@@ -61,11 +59,6 @@ class DerivedFeature(Feature):
             also=(views.shownChanged,),
             when=partial(views.shows, "spectrum"),
         )
-
-    @property
-    def busy(self) -> bool:
-        """Whether a result is pending."""
-        return any(questions.busy for questions in self._questions.values())
 
     def show(self) -> None:
         """Request what is visible and not yet computed."""
@@ -92,12 +85,11 @@ class DerivedFeature(Feature):
         if key != self._requested.get(name):
             self._requested[name] = key
             take, fail = partial(self._take, name, key), partial(self._fail, name, key)
-            self._questions[name].ask(find, take, fail, key=key)
+            self.requests.ask(find, take, fail, kind=name, key=key)
 
     def _tell(self, name: str, instead: str = "") -> None:
-        """Drop what is pending, and show nothing of it, or a text instead."""
+        """Show nothing of a kind, also when it comes, or a text instead."""
         self._requested.pop(name, None)
-        self._questions[name].forget()
         shown = instead or _NOTHING[name]
         if getattr(self.context.views.data, name) is not shown:
             self.context.views.show_found(**{name: shown})
@@ -156,7 +148,8 @@ class CompareFeature(Feature):
         """Content of a view before the result replaced it: name of its cell -> content."""
         blink = context.actions["blink"]
         # an edit must show its effect on the result
-        context.refresh.add("blink", lambda: blink.setChecked(False), _INPUTS | Part.STROKE)
+        edits = _DERIVED_FROM | Part.LABELS | Part.STROKE
+        context.refresh.add("blink", partial(blink.setChecked, False), edits)
         context.views.sheet.layoutChanged.connect(self._follow_layout)
 
     @command("view_content", "&View content…", icon="ph.list", keys="Ctrl+Shift+V", needs=Need.FRAME)

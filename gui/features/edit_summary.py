@@ -165,7 +165,7 @@ class EditSummaryFeature(Feature):
         edits = Part.STROKE | Part.LABELS | Part.INVALID_MASK | Part.BY_HAND | Part.NEIGHBOURS
         # an edit shows the current state again
         before = context.actions["show_before_edit"]
-        context.refresh.add("state before the edit", lambda: before.setChecked(False), Part.FRAME | edits)
+        context.refresh.add("state before the edit", partial(before.setChecked, False), Part.FRAME | edits)
 
     @command("show_before_edit", "Show state &before the last edit", icon="ph.eye", checkable=True, held="Z")
     def _show_before(self, on: bool) -> None:
@@ -188,14 +188,11 @@ class EditSummaryFeature(Feature):
             return
         if edit.patch is not None:
             self._take_labels(edit, edit.patch)
-        elif edit.part is Part.BY_HAND:
-            by_hand = edit.document.blocks.by_hand
-            self._take_other("Depth by hand", 0 if by_hand is None else int(np.count_nonzero(by_hand.pixels)))
-        elif edit.part is Part.INVALID_MASK:
-            frame = edit.document.frame
-            self._take_other("Invalid depth", int(np.count_nonzero(np.isfinite(frame.measured) & ~frame.own)))
-        else:
+        else:  # the state before it can be viewed
+            before = self._present
             self._forget()
+            self._edited, self._before = True, before
+            self.line.show_message(_title(edit))
 
     def _take_labels(self, edit: Edit, patch: LabelPatch) -> None:
         self._change, self._asked, self._edited = edit, False, True
@@ -208,13 +205,6 @@ class EditSummaryFeature(Feature):
         """Forget the edit of a frame that is not shown any more."""
         if self._change is None or not self._workspace.is_shown(self._change.document):
             self._forget()
-
-    def _take_other(self, title: str, count: int) -> None:
-        """Show what an edit of depth leaves, in pixels; the state before it can be viewed."""
-        before = self._present
-        self._forget()
-        self._edited, self._before = True, before
-        self.line.show_message(title, note=f"{grouped(count)} px in all" if count else "none left")
 
     def _forget(self) -> None:
         self._change, self._before, self._asked, self._edited = None, None, True, False

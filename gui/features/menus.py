@@ -53,6 +53,8 @@ _MENUS = {
     "&Help": "palette shortcuts | about",
 }
 
+_MAP_KEY = "depth_colours/map"
+
 _ICONS = QSize(20, 20)
 _SMALL = 0.88
 """Size of the names under the icons of the tools, as a share of the text's."""
@@ -136,8 +138,10 @@ def draw_extensions(window: QWidget) -> None:
             button.setIcon(theme.icon(f"ph.caret-double-{side}", window.palette()))
 
 
-def fill_menu_bar(bar: QMenuBar, actions: Actions, views: LinkedViews, toggles: Iterable[QAction]) -> None:
-    """Create all menus; `toggles` show and hide the docks."""
+def fill_menu_bar(
+    bar: QMenuBar, actions: Actions, views: LinkedViews, toggles: Iterable[QAction], persistent: bool
+) -> None:
+    """Create all menus; `toggles` show and hide the docks. The colours of depth are restored if `persistent`."""
     panels = actions.menu("Pa&nels", bar)
     panels.addActions(list(toggles))
     compare = actions.menu("Co&mpare two depths", bar, "compare_two swipe blink | swap_sides")
@@ -149,7 +153,7 @@ def fill_menu_bar(bar: QMenuBar, actions: Actions, views: LinkedViews, toggles: 
         "compare": compare,
         "view_set": _layout_menu(views, bar),
         "stage": actions.menu("&Stage of the extraction", bar, " ".join(f"stage_{name}" for name in STAGES)),
-        "depth_colours": _depth_map_menu(views, bar),
+        "depth_colours": _depth_map_menu(views, bar, persistent),
         "theme": _theme_menu(bar),
     }
     for name, menu in below.items():
@@ -179,11 +183,19 @@ def _layout_menu(views: LinkedViews, parent: QWidget) -> QMenu:
     return menu
 
 
-def _depth_map_menu(views: LinkedViews, parent: QWidget) -> QMenu:
+def _depth_map_menu(views: LinkedViews, parent: QWidget, persistent: bool) -> QMenu:
+    """The colour maps of depth; the choice is remembered."""
     menu = QMenu("Depth &colours", parent)
-    texts = {name: name.capitalize() for name in DEPTH_MAPS}
-    actions = _choices(menu, texts, DEPTH_MAP, views.ranges.set_depth_map)
+
+    def choose(name: str) -> None:
+        views.ranges.set_depth_map(name)
+        QSettings().setValue(_MAP_KEY, name)
+
+    actions = _choices(menu, {name: name.capitalize() for name in DEPTH_MAPS}, DEPTH_MAP, choose)
     views.rangeChanged.connect(lambda: actions[views.data.depth_map].setChecked(True))
+    stored = str(QSettings().value(_MAP_KEY, DEPTH_MAP))
+    if persistent and stored in DEPTH_MAPS:
+        views.ranges.set_depth_map(stored)
     return menu
 
 

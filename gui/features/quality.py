@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QEvent, QObject, QPointF, Qt
 from PySide6.QtGui import QAction, QColor, QPainterPath
-from PySide6.QtWidgets import QFrame, QHBoxLayout, QSizePolicy, QToolButton, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QHBoxLayout, QSizePolicy, QToolButton, QVBoxLayout, QWidget
 
 from ilf._runtime.formatting import counted
 from ilf.data.frame import RGBDFrame
@@ -128,15 +128,16 @@ class _Search:
 
 @dataclass(frozen=True, eq=False)
 class _Remedied:
-    """A place for which a remedy is looked for, and the blocks that are locked meanwhile."""
+    """A place for which a remedy is looked for, and the blocks that are locked meanwhile; None for suggested invalid
+    depth."""
 
-    place: Place
+    place: Place | None
     locked: frozenset[int]
 
 
 class QualityPanel(Panel):
     """Goes through flagged places: zooms to each, selects its block, marks it in all views and shows the reason and a
-    remedy, which Enter applies; and marks suggested invalid depth until it is accepted or rejected.
+    remedy, which Enter applies; so it does with suggested invalid depth.
 
     While the panel is visible, the search runs again after every edit.
     """
@@ -155,23 +156,18 @@ class QualityPanel(Panel):
         self._remedied: _Remedied | None = None
         self.remedy: Remedy | None = None
         """The remedy shown for the current place; None if there is none, or none yet."""
-        self.candidates: Mask | None = None
-        """Depth that is suggested to be marked as invalid, bool (H, W); None for none."""
         super().__init__(context)
 
     def make(self) -> QWidget:
         """Make the marks in the views, and the lines of the panel."""
         actions = self.context.actions
-        self._marks, self._suggested = [
-            [HaloPath(_WIDTH, _COLOUR, _HALO, _HEIGHT) for _ in self.context.views.cells] for _ in range(2)
-        ]
+        self._marks = [HaloPath(_WIDTH, _COLOUR, _HALO, _HEIGHT) for _ in self.context.views.cells]
         self._previews = [PreviewItem(_HEIGHT) for _ in self.context.views.cells]
-        for items in (self._marks, self._suggested, self._previews):
+        for items in (self._marks, self._previews):
             for cell, item in zip(self.context.views.cells.values(), items, strict=True):
                 cell.view.add_overlay(item)
-        self.position, self.reason, self.suggestion = PlainLabel(), PlainLabel(), PlainLabel()
-        for label in (self.reason, self.suggestion):
-            label.setWordWrap(True)
+        self.position, self.reason = PlainLabel(), PlainLabel()
+        self.reason.setWordWrap(True)
         self.remedy_button = _button(actions["apply_remedy"])
         self.remedy_button.setAccessibleName("Remedy")
         self.remedy_button.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
@@ -180,23 +176,16 @@ class QualityPanel(Panel):
         for arrow, way in zip(arrows, (Qt.ArrowType.LeftArrow, Qt.ArrowType.RightArrow), strict=True):
             arrow.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonIconOnly)
             arrow.setArrowType(way)
-        line = QFrame()
-        line.setFrameShape(QFrame.Shape.HLine)
-        self._suggest = _button(actions["suggest_invalid"])
-        self._answers = [_button(actions[name]) for name in ("mark_suggested", "ignore_suggested")]
         widget = QWidget()
         lay_out(
             QVBoxLayout(widget),
             lay_out(QHBoxLayout(), arrows[0], self.position, arrows[1], None, _button(actions["ignore_check"])),
             self.reason,
             self.remedy_button,
-            line,
-            self.suggestion,
-            lay_out(QHBoxLayout(), self._suggest, *self._answers, None),
             None,
+            lay_out(QHBoxLayout(), _button(actions["suggest_invalid"]), None),
             margins=(8, 6, 8, 6),
         )
-        self._show_suggestion("")
         for changed in (self.context.editor.hint_changed, self.context.editor.tool_changed):
             changed.connect(lambda *_: self._show_remedy())
         return widget
@@ -222,8 +211,6 @@ class QualityPanel(Panel):
 
     def refresh(self, parts: Part) -> None:
         """Search again after a change; look for the remedy again if other blocks are locked."""
-        if parts & (Part.FRAME | Part.INVALID_MASK | Part.NEIGHBOURS):
-            self._show_suggestion("")
         if parts & Part.FRAME:
             self._search = None
         if not self.context.workspace.has_current:
@@ -235,7 +222,7 @@ class QualityPanel(Panel):
             self._ask_places()
         elif self._found is not None and parts & Part.IGNORED:
             self._take_places(search, self._found)
-        elif remedied is not None and remedied.locked != document.locked:
+        elif remedied is not None and remedied.place is not None and remedied.locked != document.locked:
             self._ask_remedy(remedied.place, search)
 
     def fail(self, error: Exception) -> None:
@@ -249,7 +236,6 @@ class QualityPanel(Panel):
             self.requests.forget()
             self._search = self._found = self._pending_step = None
             self._show_no_place("")
-            self._show_suggestion("")
         return super().eventFilter(watched, event)
 
     # flagged places
@@ -278,9 +264,9 @@ class QualityPanel(Panel):
         remedied, remedy = self._remedied, self.remedy
         if remedied is None or remedy is None:
             return False
-        self._pending_step = 1
-        if remedy.kind == "checked":
-            self.context.workspace.current.mark_checked(remedied.place.labels)
+        place, self._pending_step = remedied.place, None if remedied.place is None else 1
+        if place is not None and remedy.kind == "checked":
+            self.context.workspace.current.mark_checked(place.labels)
         elif remedy.patch is not None:
             if self.context.editor.commit(remedy.patch, self._named(remedy.text)) is None:
                 self._pending_step = None
@@ -300,10 +286,11 @@ class QualityPanel(Panel):
     def leave(self) -> None:
         """Ignore this place: it is not shown again until blocks or known depth change there.
 
-        A propagated block is marked as checked.
+        A propagated block is marked as checked; suggested invalid depth stays valid.
         """
-        place = self.review.present
-        if place is None or self._found is None:
+        place = None if self._remedied is None else self._remedied.place
+        if place is None:
+            self._say(False)
             return
         self._pending_step = 1
         if place.kind == "propagated":
@@ -435,36 +422,21 @@ class QualityPanel(Panel):
 
         return re.sub(r"Block (\d+)", name, text)
 
-    # suggestions of invalid depth
+    # invalid depth
 
     @command("suggest_invalid", "Su&ggest invalid depth", icon="ph.warning", needs=Need.FRAME)
     def suggest(self) -> None:
-        """Find known depth that is probably wrong (flying pixels, speckles, glass), to accept or reject."""
+        """Find known depth that is probably wrong (flying pixels, speckles, glass), to mark it or to ignore it."""
         self.reveal()
         self.context.refresh.now()
         document = self.context.workspace.current
         frame, extraction = document.frame, document.blocks.extraction or BlockParameters()
-        self.suggestion.setText("Looking for depth that may be invalid…")
+        self._show_no_place("Looking for depth that may be invalid…")
         self.requests.ask(
             lambda: suggest_invalid(frame, find_edges(frame, extraction).strength),
-            partial(self._take_invalid, frame),
+            partial(self._take_invalid, document, frame),
             kind="invalid",
         )
-
-    def _why_no_suggestion(self) -> str:
-        return "" if self.candidates is not None else "No depth is suggested: choose Suggest invalid depth first."
-
-    @command("mark_suggested", "Mark &invalid", icon="ph.check", needs=Need.FRAME, why_off=_why_no_suggestion)
-    def mark_suggested(self) -> None:
-        """Mark the suggested depth as invalid: it is missing."""
-        if self.candidates is not None:
-            self._mark_invalid(self.candidates, "Mark suggested depth as invalid")
-            self._show_suggestion("")
-
-    @command("ignore_suggested", "Reject", icon="ph.x", needs=Need.FRAME, why_off=_why_no_suggestion)
-    def _reject(self) -> None:
-        """Keep the suggested depth as valid."""
-        self._show_suggestion("")
 
     def _mark_invalid(self, found: Mask, text: str) -> bool:
         """Mark known depth as invalid; return False, with a message, if no depth would be left."""
@@ -476,28 +448,19 @@ class QualityPanel(Panel):
             return False
         return True
 
-    def _take_invalid(self, frame: RGBDFrame, found: Mask) -> None:
-        workspace = self.context.workspace
-        if not workspace.has_current or frame is not workspace.current.frame:
+    def _take_invalid(self, document: Document, frame: RGBDFrame, found: Mask) -> None:
+        if not self.context.workspace.is_shown(document) or frame is not document.frame:
             return
         pixels = int(np.count_nonzero(found))
         if not pixels:
-            self._show_suggestion("No invalid depth found: no flying pixels, speckles or glass.")
+            self._show_no_place("No invalid depth found: no flying pixels, speckles or glass.")
             return
         self.context.views.fit()
-        self._show_suggestion(
-            f"{counted(pixels, 'pixel')} of known depth may be invalid: flying pixels, speckles or glass.", found
-        )
-
-    def _show_suggestion(self, text: str, candidates: Mask | None = None) -> None:
-        self.candidates = candidates
-        self._mark(self._suggested, None if candidates is None else boundary_path(candidates))
-        self.suggestion.setText(text)
-        self.suggestion.setVisible(bool(text))
-        self._suggest.setVisible(candidates is None)
-        for button in self._answers:
-            button.setVisible(candidates is not None)
-        self.context.actions.refresh()
+        what = counted(pixels, "pixel")
+        self._show_no_place(f"{what} of known depth may be invalid: flying pixels, speckles or glass.")
+        self._remedied = _Remedied(None, document.locked)
+        self._set_remedy(Remedy("invalid", f"Mark {what} as invalid", invalid=found))
+        self._show_remedy()
 
 
 def _preview(remedy: Remedy | None) -> Preview | None:

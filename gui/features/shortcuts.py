@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 from PySide6.QtCore import QEvent, QModelIndex, QObject, QSettings, QSignalBlocker, Qt, Signal
 from PySide6.QtGui import QAction, QKeyEvent, QKeySequence
 from PySide6.QtWidgets import (
@@ -30,6 +28,7 @@ from ..base.commands import (
 )
 from ..widgets.basics import Message, give_size, label_of, lay_out, open_once, row_list, stack
 from .context import Feature
+from .tools import ToolsFeature
 
 # Keys of the commands: the defaults, and those set by the user.
 
@@ -142,10 +141,6 @@ class Keymap(QObject):
                 changes[entry.key] = [other for other in kept if not _overlap(sequence, other)]
         self._set(changes)
 
-    def swap(self, key: str, sequence: QKeySequence, other: str) -> None:
-        """Swap the keys of two actions."""
-        self._set({key: [sequence], other: self._entries[key].action.shortcuts()})
-
     def reset_all(self) -> None:
         """Restore the default keys of all actions."""
         self._set(dict(self._defaults))
@@ -196,7 +191,7 @@ _HINT = "Select a command, click the field and press the new keys. They apply at
 
 
 class ShortcutsDialog(QDialog):
-    """Dialog to change keyboard shortcuts. Keys of another command can be swapped with it or taken from it.
+    """Dialog to change keyboard shortcuts. Keys of another command can be taken from it.
 
     Parameters
     ----------
@@ -223,8 +218,6 @@ class ShortcutsDialog(QDialog):
         self.reset_button = QPushButton("&Reset", autoDefault=False)
         self.reset_button.setToolTip("Restore the default keys of the selected command")
         self.message = Message(lines=2)
-        self.swap_button = QPushButton("&Swap", autoDefault=False)
-        self.swap_button.setToolTip("Give the other command the keys of this one")
         self.take_button = QPushButton("&Reassign", autoDefault=False)
         self.take_button.setToolTip("Assign the keys to this command, and remove them from the other one")
         buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
@@ -235,9 +228,7 @@ class ShortcutsDialog(QDialog):
         buttons.rejected.connect(self.reject)
 
         keys = label_of("&Keys", self.edit), self.edit, self.clear_button, self.reset_button
-        clash = lay_out(QHBoxLayout(), self.message, stretched=self.message)
-        for button in (self.swap_button, self.take_button):
-            clash.addWidget(button, 0, Qt.AlignmentFlag.AlignTop)
+        clash = lay_out(QHBoxLayout(), self.message, self.take_button, stretched=self.message)
         row = lay_out(QHBoxLayout(), *keys, stretched=self.edit)
         stack(self, self.filter, self.list, row, clash, buttons, stretched=self.list, spacing=8)
 
@@ -249,7 +240,6 @@ class ShortcutsDialog(QDialog):
         self.clear_button.clicked.connect(lambda: self._keymap.assign(self._key(), []))
         self.reset_button.clicked.connect(lambda: self._keymap.assign(self._key(), self._keymap.default(self._key())))
         self.reset_all_button.clicked.connect(self._keymap.reset_all)
-        self.swap_button.clicked.connect(self._swap)
         self.take_button.clicked.connect(lambda: self._keymap.assign(self._key(), [self.edit.keySequence()]))
         self._keymap.changed.connect(self._show)
         self._keymap.update()
@@ -285,23 +275,17 @@ class ShortcutsDialog(QDialog):
         self._choose()
 
     def _filter(self, query: str) -> None:
-        from .palette import match
-
-        scores = {}
         for entry in self._keymap.entries:
-            found = match(query, f"{entry.text} {entry.where}")
-            fits = found is not None or query.lower() in entry.keys.lower()
-            self._items[entry.key].setHidden(bool(query.strip()) and not fits)
-            scores[entry.key] = 0.0 if found is None else found.score
+            about = f"{entry.text} {entry.where} {entry.keys}".lower()
+            self._items[entry.key].setHidden(not all(word in about for word in query.lower().split()))
         current = self.list.currentItem()
         if current is None or current.isHidden():
-            self._choose_first(scores)
+            self._choose_first()
 
-    def _choose_first(self, scores: Mapping[str, float] | None = None) -> None:
-        """Select the first visible command, or the best match."""
-        shown = self.shown()
-        if shown:
-            self.choose(max(shown, key=(scores or dict.fromkeys(shown, 0.0)).__getitem__))
+    def _choose_first(self) -> None:
+        """Select the first visible command."""
+        if shown := self.shown():
+            self.choose(shown[0])
         else:
             self.list.setCurrentIndex(QModelIndex())
 
@@ -338,17 +322,12 @@ class ShortcutsDialog(QDialog):
         elif others:
             names = " and ".join(f"“{other.text}”" for other in others)
             verb = "has" if len(others) == 1 else "have"
-            self._say(f"{names} {verb} {keys_text([wanted])}.", "warning", clash=True, swap=len(others) == 1)
+            self._say(f"{names} {verb} {keys_text([wanted])}.", "warning", clash=True)
         else:
             self._keymap.assign(entry.key, [wanted])
 
-    def _swap(self) -> None:
-        key, wanted = self._key(), self.edit.keySequence()
-        self._keymap.swap(key, wanted, self._keymap.clashes(key, wanted)[0].key)
-
-    def _say(self, text: str, tone: str = "muted", clash: bool = False, swap: bool = False) -> None:
+    def _say(self, text: str, tone: str = "muted", clash: bool = False) -> None:
         self.message.show_message(text, tone)
-        self.swap_button.setVisible(swap)
         self.take_button.setVisible(clash)
 
 
@@ -374,12 +353,10 @@ class ShortcutsFeature(Feature):
     def begin(self) -> None:
         """Create the keymap."""
         self.keymap = Keymap(self.context.window, self.context.panels.persistent)
-        self.context.window.installEventFilter(self)
+        self.context.feature(ToolsFeature).keys.on_unused = self._tell_off
 
-    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Say why a command cannot be used if its keys are pressed: nothing in the window has used them."""
-        if not isinstance(event, QKeyEvent):
-            return False
+    def _tell_off(self, event: QKeyEvent) -> bool:
+        """Say why a command cannot be used if its keys are pressed."""
         if event.type() == QEvent.Type.ShortcutOverride:
             self.context.refresh.now()
             self._commands_off(event)  # the key finds the commands as they are after the last change

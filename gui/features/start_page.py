@@ -30,7 +30,7 @@ from ..widgets.basics import TEXT_BESIDE_ICON, Message, PlainLabel, Themed, comm
 from .context import Context, Feature
 from .documents.feature import DocumentsFeature
 from .documents.frame_files import contains_frames
-from .documents.recent import Origin, is_missing, key_of, name_of
+from .documents.recent import Origin, key_of, name_of
 from .frame_list.thumbnails import Thumbnails, read_thumbnail, stored_thumbnail
 
 _WIDTH, _MARGIN = 720, 16
@@ -192,8 +192,7 @@ class StartPageFeature(Feature):
 
     def show(self) -> None:
         """List what was opened last."""
-        there = [origin for origin in self._documents.recent.origins if not is_missing(origin)]
-        self.page.show_recent(there[:_MOST])
+        self.page.show_recent(self._documents.recent.there()[:_MOST])
 
 
 def _picture_of(origin: Origin) -> NDArray[np.uint8]:

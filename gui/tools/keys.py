@@ -136,6 +136,8 @@ class ToolKeys(QObject):
         """Key -> an action that is checked while the key is held."""
         self.on_enter: Callable[[], bool] = lambda: False
         """Called when Enter is pressed and the tool has nothing to finish; returns whether it did anything."""
+        self.on_unused: Callable[[QKeyEvent], bool] = lambda event: False
+        """Called with a key that nothing in the window has used; returns whether it was used now."""
         self._window = window
         self._editor = editor
         self._views = views
@@ -171,7 +173,7 @@ class ToolKeys(QObject):
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         """Handle the keys of the tools. Called for every event of the widgets that have had the focus."""
         if isinstance(event, QKeyEvent):
-            return self._take(watched, event)
+            return self._take(watched, event) or (watched is self._window and self.on_unused(event))
         if isinstance(event, QFocusEvent):
             if event.reason() == Qt.FocusReason.MouseFocusReason:
                 self._keyboard_focus = False

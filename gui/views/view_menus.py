@@ -85,11 +85,6 @@ class ViewBar(QWidget):
         """Add an action to the menu of what is drawn."""
         self._menu.addAction(action)
 
-    @property
-    def hidden(self) -> list[QAction]:
-        """The actions of what has no room."""
-        return self._menu.actions() if self.shown.isHidden() else []
-
     def sizeHint(self) -> QSize:
         shown = [part.sizeHint() for part in self._parts if not part.isHidden()]
         return QSize(sum(size.width() + _SPACE for size in shown), max(size.height() for size in shown))

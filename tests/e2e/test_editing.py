@@ -29,12 +29,12 @@ def test_clicking_chooses_control_adds_and_so_does_the_table_which_renames_locks
     click(editing, (5, 24), Qt.KeyboardModifier.ControlModifier)
     assert len(document.selected) == 2
     editing.refresh.now()
-    assert sorted(editing.feature(BlocksFeature).table.selected()) == sorted(document.selected)
+    assert sorted(editing.feature(BlocksFeature).table.chosen()) == sorted(document.selected)
     click(editing, (5, 24), Qt.KeyboardModifier.ControlModifier)
     assert document.selected == [int(document.labels[24, 50])]
     editing.feature(BlocksFeature).table.select([])
     editing.feature(BlocksFeature).table.selectRow(1)
-    assert document.selected == editing.feature(BlocksFeature).table.selected()
+    assert document.selected == editing.feature(BlocksFeature).table.chosen()
     assert len(document.selected) == 1
 
     workspace, table, before = editing.workspace, editing.feature(BlocksFeature).table, document.labels.copy()
@@ -179,6 +179,6 @@ def test_commands_are_enabled_by_what_is_chosen(editing):
     actions["new_block"].trigger()
     assert [actions[name].isEnabled() for name in names] == [False, False, False, False]
     editing.refresh.now()
-    assert editing.feature(BlocksFeature).table.selected() == workspace.current.selected, (
+    assert editing.feature(BlocksFeature).table.chosen() == workspace.current.selected, (
         "a block to be painted has a row"
     )

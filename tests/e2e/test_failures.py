@@ -1,8 +1,6 @@
 """What goes wrong is said in one message, and the frame, the edits and the files stay as they were."""
 
-import os
 from pathlib import Path
-from unittest.mock import Mock
 
 import cv2
 import numpy as np
@@ -14,7 +12,6 @@ import ilf
 from gui.features.blocks.feature import block_rows
 from gui.features.export.dialog import Export
 from gui.features.export.feature import ExportFeature
-from gui.features.project.save_as import SaveAsDialog
 from ilf.run.options import ExportOptions
 from ilf.sources.frame_ref import FrameRef
 from tests.pins.window.hand import dragged
@@ -52,45 +49,12 @@ def test_what_cannot_be_read_or_written_leaves_the_open_frame_alone(opened, qtbo
     assert "could not be written" in reported[1]
 
 
-def test_a_name_or_a_whole_path_is_typed_over_the_proposed_name(window, qtbot, tmp_path):
-    (tmp_path / "else").mkdir()
-    for typed in ("table", str(tmp_path / "else" / "table")):
-        dialog = SaveAsDialog(tmp_path / "p.ilf", False, [], "", window)
-        dialog.open()
-        qtbot.waitUntil(dialog.path.hasFocus)
-        qtbot.keyClicks(dialog.path, typed)
-        assert dialog.chosen() == tmp_path / f"{typed}.ilf"
-        dialog.reject()
-
-
-def test_a_project_is_saved_into_a_folder_that_is_not_there_yet(opened, qtbot, tmp_path):
-    opened.actions_["save_project"].trigger()
-    dialog = opened.findChild(SaveAsDialog)
-    for nowhere in (os.sep, str(tmp_path / "two-planes" / "rgb.png" / "p")):
-        dialog.path.setText(nowhere)
-        assert not dialog.save_button.isEnabled()
-    dialog.path.setText(str(tmp_path / "new" / "folder" / "p"))
-    dialog.save_button.click()
-    qtbot.waitUntil(lambda: (tmp_path / "new" / "folder" / "p.ilf").exists() and not opened.project.saving.busy)
-
-
-def test_the_files_of_very_many_frames_are_not_measured(window, frame_folder, tmp_path):
-    """That could take minutes on a network drive, before the dialog is there."""
-
-    def offer(sources) -> str:
-        return SaveAsDialog(tmp_path / "p.ilf", False, sources, "", window).embed.text()
-
-    assert "kB)" in offer([FrameRef(str(frame_folder))])
-    assert "(" not in offer([Mock(allowed=Mock(side_effect=AssertionError("looked at")))] * 501)
-
-
 def test_files_are_taken_as_copies_and_by_the_window_alone(window, qtbot, frame_folder, tmp_path):
     """After a move, the file manager may delete what was dropped."""
     files, move = QMimeData(), Qt.DropAction.MoveAction
     files.setUrls([QUrl.fromLocalFile(str(frame_folder))])
     either = Qt.DropAction.CopyAction | move
-    dialog = SaveAsDialog(tmp_path / "p.ilf", False, [], "", window)
-    fields = [*window.findChildren(QLineEdit), *dialog.findChildren(QLineEdit), window.log.text.viewport()]
+    fields = [*window.findChildren(QLineEdit), window.log.text.viewport()]
     for field in [field for field in fields if field.acceptDrops()]:
         for kind in (QDragEnterEvent, QDragMoveEvent, QDropEvent):
             event = _dragged(kind, files, either)
@@ -127,7 +91,6 @@ def test_files_are_taken_as_copies_and_by_the_window_alone(window, qtbot, frame_
     assert (dropped.isAccepted(), dropped.dropAction()) == (True, Qt.DropAction.CopyAction)
     assert not window.drops.isVisible()
     assert window.workspace.current.name == "two-planes"
-    dialog.close()
 
 
 def test_dropping_what_is_no_frame_says_so(window, qtbot, reported, tmp_path):

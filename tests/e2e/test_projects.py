@@ -11,13 +11,12 @@ from typing import Any
 import numpy as np
 import pytest
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QFileDialog, QMessageBox
+from PySide6.QtWidgets import QApplication, QFileDialog, QMessageBox
 
 import ilf
 from gui.features.export.dialog import Export
 from gui.features.export.feature import ExportFeature
 from gui.features.frame_list.feature import FramesFeature
-from gui.features.project.save_as import SaveAsDialog
 from gui.features.run_history.panel import RunsPanel
 from gui.features.sweep.feature import SweepFeature
 from gui.state.document import Document
@@ -36,6 +35,19 @@ def save(window, qtbot, path: Path, embed: bool | None = None):
     window.project.saving.save(path, embed, None, done.append)
     qtbot.waitUntil(lambda: bool(done))
     assert done == [True]
+
+
+def save_to(path: Path, monkeypatch):
+    """The file that is chosen by the next "save as"."""
+    monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_: (str(path), ""))
+
+
+def answered(text: str) -> bool:
+    """Click the button of the open message box; False if there is no box."""
+    shown = [box for box in QApplication.topLevelWidgets() if isinstance(box, QMessageBox) and box.isVisible()]
+    for button in [button for box in shown for button in box.buttons() if button.text().replace("&", "") == text]:
+        button.click()
+    return bool(shown)
 
 
 def open_project(window, qtbot, path: Path):
@@ -305,11 +317,9 @@ def test_what_is_saved_is_what_there_was_and_replaces_nothing_unasked(opened, qt
     open_project(opened, qtbot, path)
     assert told == ["It is write-protected."]
     opened.workspace.current.edit_info(1, "Rename", name="Wall")
+    save_to(tmp_path / "other", monkeypatch)
     opened.actions_["save_project"].trigger()
-    dialog = opened.findChild(SaveAsDialog)
-    dialog.path.setText(str(tmp_path / "other"))
-    assert dialog.chosen() == tmp_path / "other.ilf"
-    dialog.accept()
+    answered("Leave them out")
     qtbot.waitUntil(lambda: (tmp_path / "other.ilf").exists() and not opened.project.saving.busy)
     assert (path.read_bytes(), opened.project.present.path) == (before, tmp_path / "other.ilf")
 
@@ -354,13 +364,11 @@ def test_closing_saves_discards_or_stays_frame_by_frame(opened, another, qtbot, 
     dialog = opened.project.question
     dialog.frames.topLevelItem(1).setCheckState(0, Qt.CheckState.Unchecked)
     assert dialog.save_button.text() == "&Save 1 of 2"
-    dialog.save_button.click()
-    qtbot.waitUntil(lambda: opened.findChild(SaveAsDialog) is not None)
-    where = opened.findChild(SaveAsDialog)
-    where.path.setText(str(path))
     told: list[str] = []
     monkeypatch.setattr(opened.notes, "warn", lambda what, notes, details="": told.extend(notes))
-    where.accept()
+    save_to(path, monkeypatch)
+    dialog.save_button.click()
+    qtbot.waitUntil(lambda: answered("Include them"))
     qtbot.waitUntil(lambda: not opened.isVisible())
     assert told == []
 

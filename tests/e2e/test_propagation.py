@@ -77,7 +77,7 @@ def test_next_frame_with_these_blocks(listed, part, qtbot):
     assert second.name == "frame-1"
     assert np.array_equal(second.labels, first.labels)
     assert [(info.name, info.locked) for info in second.blocks.infos.values()] == [("Wall", True), ("Floor", False)]
-    assert window.toasts.message == "frame-1: 2 blocks copied, none needs a check."
+    assert "propagated to 1 frame (frame-1): 1 copied. 0 blocks to check." in window.toasts.message
     assert not window.loader.busy  # nobody has extracted blocks that are not wanted
     third = propagate_state(window, part, qtbot, "propagate_next")
     assert abs(border(third) - (30 + SHIFTS[2])) <= 1

@@ -240,33 +240,31 @@ def test_suspect_depth_and_blocks_at_a_limit_are_marked(window, qtbot, tmp_path,
 def test_suggested_distrust_is_shown_then_taken_or_left(window, qtbot, tmp_path):
     opened_with(window, qtbot, tmp_path, walls(48, 96, WIDTH))
     panel, document = window.feature(QualityPanel), window.workspace.current
-    assert not window.actions_["mark_suggested"].isEnabled()
+    assert not window.actions_["apply_remedy"].isEnabled()
     for taken in (False, True):
-        press(window, qtbot, "suggest_invalid")
-        assert panel.suggestion.text().startswith("4 pixels of known depth may be invalid")
+        assert press(window, qtbot, "suggest_invalid").startswith("4 pixels of known depth may be invalid")
+        assert "Mark 4 pixels as invalid" in panel.remedy_button.text()
         assert document.frame.invalid_mask is None
-        press(window, qtbot, "mark_suggested" if taken else "ignore_suggested")
-        assert not panel.suggestion.isVisible()
-        assert panel._suggested[0].path.isEmpty()
+        assert press(window, qtbot, "apply_remedy" if taken else "ignore_check") == "No flagged places."
+        assert panel.remedy is None
     wrong = np.zeros((HEIGHT, WIDTH), bool)
     wrong[18:20, 120:122] = True
     assert np.array_equal(document.frame.invalid_mask, wrong)
     window.actions_["undo"].trigger()
     assert document.frame.invalid_mask is None
     window.actions_["redo"].trigger()
-    press(window, qtbot, "suggest_invalid")
-    assert panel.suggestion.text().startswith("No invalid depth found")
-    assert panel.candidates is None
+    assert press(window, qtbot, "suggest_invalid").startswith("No invalid depth found")
+    assert panel.remedy is None
 
 
 def test_places_and_a_suggestion_are_found_at_once_and_another_frame_has_its_own(window, qtbot, tmp_path, frame_folder):
     opened_with(window, qtbot, tmp_path, walls(WIDTH))
     window.actions_["next_check"].trigger()
     window.actions_["suggest_invalid"].trigger()
-    assert settled(window, qtbot).startswith("1 of 2")
+    assert "may be invalid" in settled(window, qtbot), "what was asked for last"
     panel = window.feature(QualityPanel)
-    assert panel.remedy is not None
-    assert panel.candidates is not None
+    assert panel.remedy.kind == "invalid"
+    assert press(window, qtbot, "next_check").startswith("2 of 2")
 
     open_frame(window, qtbot, frame_folder)
     assert settled(window, qtbot) == "No flagged places."

@@ -99,17 +99,17 @@ def test_runs_are_kept_compared_and_come_back_to(opened, part, qtbot, run_all, m
     actions["undo"].trigger()
     assert document.state.runs == (first, live)
     opened.refresh.now()
-    assert part.model.runs == [live, first]
+    assert part.view.rows.keys == [live, first]
     assert len(document.state.runs) == 2, "undo solves nothing anew"
 
 
 def test_another_frame_has_runs_of_its_own(opened, part, run_all):
     run_all(opened)
     opened.refresh.now()
-    assert len(part.model.runs) == 1
+    assert len(part.view.rows.keys) == 1
     opened.actions_["close_frame"].trigger()
     QApplication.processEvents()
-    assert part.model.runs == []
+    assert part.view.rows.keys == []
     assert not any(opened.actions_[name].isEnabled() for name in ("export_runs", "clear_runs", "delete_runs"))
 
 

@@ -132,7 +132,7 @@ def test_several_blocks_are_selected_alike_by_every_way(strips):
         assert sorted(document.selected) == list(STRIPS), way
         pixels = np.count_nonzero(np.isin(document.labels, STRIPS))
         assert status(strips).startswith(f"7 selected, {pixels:,} px | Click: select")
-        assert sorted(table.selected()) == list(STRIPS)
+        assert sorted(table.chosen()) == list(STRIPS)
         key(strips, Qt.Key.Key_M, CTRL)
         assert len(np.unique(document.labels[10:])) == 1
         assert "selected" not in status(strips)

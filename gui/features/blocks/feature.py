@@ -138,9 +138,8 @@ class BlocksFeature(Panel):
             table.set_rows([])
             return
         document = workspace.current
-        table.blocks.error_source = document.block_errors.source
-        table.set_rows(block_rows(document, self.context.runs.current))
-        if table.selected() != [label for label in table.labels() if label in document.selected]:
+        table.set_rows(block_rows(document, self.context.runs.current), document.block_errors.source)
+        if table.chosen() != [label for label in table.labels() if label in document.selected]:
             table.select(document.selected)
 
     def _show_menu_at(self, place: QPoint, x: float, y: float) -> None:

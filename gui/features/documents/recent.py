@@ -6,18 +6,18 @@ import json
 import os
 from collections.abc import Callable
 from contextlib import suppress
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from PySide6.QtCore import QSettings
-from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QMainWindow, QMenu
 
 from ilf._runtime.schema import Section
 from ilf.errors import FormatError
 from ilf.sources.frame_ref import FrameRef
 
-from ...base.commands import TEMPORARY, WHY_NOT
+from ...base.commands import TEMPORARY
 from ...widgets.basics import literal_text
 
 MOST = 20
@@ -30,12 +30,6 @@ Origin = FrameRef | Path
 def key_of(origin: Origin) -> str:
     """Return the path that identifies an origin: of its depth or of the record."""
     return os.path.abspath(origin.key if isinstance(origin, FrameRef) else origin)
-
-
-def is_missing(origin: Origin) -> bool:
-    """Whether one of its files is missing."""
-    paths = origin.paths if isinstance(origin, FrameRef) else (origin,)
-    return not all(map(os.path.exists, paths))
 
 
 def name_of(origin: Origin) -> str:
@@ -77,7 +71,7 @@ _DIGITS = 9
 
 
 class RecentMenu(QMenu):
-    """Menu of what was opened last, the latest first, each with its reading options, and commands to remove entries.
+    """Menu of what was opened last and is still there, the latest first, each with its reading options.
 
     Parameters
     ----------
@@ -86,36 +80,30 @@ class RecentMenu(QMenu):
     open : callable
         Opens an origin.
     window : QMainWindow or None
-        Owner of the actions.
 
     Attributes
     ----------
     origins : list of Origin
+        Also those whose files are not there now, as on a drive that is not connected.
     """
 
     def __init__(self, persistent: bool, open: Callable[[Origin], object], window: QMainWindow | None) -> None:
         super().__init__("Open re&cent", window)
         self.setToolTipsVisible(True)
-        self.aboutToShow.connect(self.fill)
+        self.aboutToShow.connect(self._fill)
         self._persistent = persistent
         self.origins = _read(str(QSettings().value(_KEY, "[]"))) if persistent else []
-        self.open = open
-        """Opens an origin."""
-        self._window = window
-        self._entries: dict[str, QAction] = {}
-        self._remove = self._action("Remove the grey entries from this list", self.remove_missing)
-        self._clear = self._action("Clear this list; files are not changed", lambda: self._set([]))
-        self._clear.setText("&Clear this list")
-        self.fill()
+        self._open = open
+        self.menuAction().setEnabled(bool(self.origins))
 
     def note(self, origin: Origin) -> None:
-        """Add an opened origin; its entry is made when the menu opens."""
+        """Add an opened origin."""
         others = [other for other in self.origins if key_of(other) != key_of(origin)]
         self._set([origin, *others][:MOST])
 
-    def remove_missing(self) -> None:
-        """Remove origins whose files are missing."""
-        self._set([origin for origin in self.origins if not is_missing(origin)])
+    def there(self) -> list[Origin]:
+        """Return the origins whose files are there."""
+        return [origin for origin in self.origins if _is_there(origin)]
 
     def _set(self, origins: list[Origin]) -> None:
         self.origins = origins
@@ -123,36 +111,23 @@ class RecentMenu(QMenu):
         if self._persistent:
             QSettings().setValue(_KEY, json.dumps(list(map(_entry, origins))))
 
-    def fill(self) -> None:
-        """Create the entries."""
+    def _fill(self) -> None:
         self.clear()
-        for number, origin in enumerate(self.origins, 1):
-            self.addAction(self._entry_of(number, origin))
-        missing = sum(map(is_missing, self.origins))
-        self._remove.setText(f"&Remove missing ({missing})")
-        self._remove.setVisible(missing > 0)
+        for number, origin in enumerate(self.there(), 1):
+            name, key = name_of(origin).replace("&", "&&"), key_of(origin)
+            self._add(
+                f"&{number}  {name}" if number <= _DIGITS else f"{number}  {name}", key, partial(self._open, origin)
+            )
         self.addSeparator()
-        self.addActions([self._remove, self._clear])
-        self.menuAction().setEnabled(bool(self.origins))
+        self._add("&Clear this list", "Clear this list; files are not changed", lambda: self._set([]))
 
-    def _entry_of(self, number: int, origin: Origin) -> QAction:
-        """Return the action of an origin; always the same object, because lists of commands may hold it."""
-        key, gone = key_of(origin), is_missing(origin)
-        action = self._entries.get(key)
-        if action is None:
-            action = self._entries[key] = self._action(key, lambda: self.open(self._entries[key].data()))
-            action.setObjectName(f"recent {key}")
-            action.setProperty(WHY_NOT, "Its files are missing.")
-        action.setData(origin)
-        name = name_of(origin).replace("&", "&&")
-        text = f"&{number}  {name}" if number <= _DIGITS else f"{number}  {name}"
-        action.setText(f"{text} (missing)" if gone else text)
-        action.setEnabled(not gone)
-        return action
-
-    def _action(self, hint: str, do: Callable[[], object]) -> QAction:
-        action = QAction(self._window)
+    def _add(self, text: str, hint: str, do: Callable[[], object]) -> None:
+        action = self.addAction(text, lambda: do())
+        action.setObjectName(f"recent {hint}")
         action.setToolTip(literal_text(hint))
         action.setProperty(TEMPORARY, True)
-        action.triggered.connect(lambda: do())
-        return action
+
+
+def _is_there(origin: Origin) -> bool:
+    """Whether all of its files are there."""
+    return all(map(os.path.exists, origin.paths if isinstance(origin, FrameRef) else (origin,)))

@@ -5,24 +5,21 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterable
 
 from PySide6.QtCore import QModelIndex, QSize, Qt, Signal
-from PySide6.QtGui import QActionGroup, QKeyEvent, QMouseEvent, QPaintEvent, QPixmap, QResizeEvent
+from PySide6.QtGui import QKeyEvent, QPaintEvent, QPixmap, QResizeEvent
 from PySide6.QtWidgets import (
     QAbstractItemView,
-    QBoxLayout,
     QHBoxLayout,
     QLineEdit,
     QListView,
-    QMenu,
     QSizePolicy,
-    QToolButton,
+    QVBoxLayout,
     QWidget,
 )
 
-from ...base import theme
 from ...state.entries import Entry
-from ...widgets.basics import Themed, combo, lay_out, paint_hint
+from ...widgets.basics import combo, lay_out, paint_hint
 from .model import ENTRY, ORDERS, STATES, FrameListModel, counts, shown_entries
-from .painter import FramePainter, close_box
+from .painter import FramePainter
 from .thumbnails import Thumbnails, reader_of
 
 _ROW_WIDTH = 190
@@ -30,7 +27,7 @@ _ROW_WIDTH = 190
 
 
 class FrameView(QListView):
-    """View of the list, as rows or as a strip of thumbnails; a click on the cross of a row only removes the frame.
+    """View of the list, as rows or as a strip of thumbnails.
 
     Signals
     -------
@@ -50,7 +47,6 @@ class FrameView(QListView):
         super().__init__(parent)
         self.hint = ""
         """Text of an empty list."""
-        self._closing = QModelIndex()
         self._painter = FramePainter((), self)
         self.setAccessibleName("Frames")
         self.setItemDelegate(self._painter)
@@ -123,26 +119,6 @@ class FrameView(QListView):
         self.setCurrentIndex(index)
         self.edit(index)
 
-    def mousePressEvent(self, event: QMouseEvent) -> None:
-        self._closing = self._cross_at(event)
-        if not self._closing.isValid():
-            super().mousePressEvent(event)
-
-    def mouseReleaseEvent(self, event: QMouseEvent) -> None:
-        pressed, self._closing = self._closing, QModelIndex()
-        if not pressed.isValid():
-            super().mouseReleaseEvent(event)
-        elif self._cross_at(event) == pressed:
-            self.removal_requested.emit([pressed.data(ENTRY)])
-
-    def _cross_at(self, event: QMouseEvent) -> QModelIndex:
-        """Return the row whose cross is under the mouse at a left click; invalid for none."""
-        at = event.position().toPoint()
-        index = self.indexAt(at)
-        if self.is_strip or not index.isValid() or event.button() != Qt.MouseButton.LeftButton:
-            return QModelIndex()
-        return index if close_box(self.visualRect(index)).adjusted(-3, -3, 3, 3).contains(at) else QModelIndex()
-
     def paintEvent(self, event: QPaintEvent) -> None:
         super().paintEvent(event)
         if self.model().rowCount() == 0:
@@ -152,10 +128,6 @@ class FrameView(QListView):
 _NOTHING_OPEN = "Open a frame, or drop files or a folder of frames here"
 _UNLIMITED = (1 << 24) - 1
 """Qt's maximum size of a widget that is not limited [px]."""
-_STRIP_ASPECT = 3
-"""Width of the panel over its height from which it is a strip."""
-_SIDE_WIDTH = 300
-"""Maximum width of the filter beside a strip [px]."""
 _NONE_SHOWN = "No frame matches the filter: press Esc in the line above to show all"
 
 
@@ -186,66 +158,46 @@ class FramesPanel(QWidget):
         self.text.setAccessibleName("Filter frames by name or note")
         self.text.setToolTip("Show only frames whose name or note contains all these words")
         self.state = combo(STATES, "Show only frames in this state", "Filter frames by state")
-        self.state.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
-        self.order = _OrderButton()
+        self.order = combo(ORDERS, "Order of the list, which next and previous frame follow", "Sort frames")
+        for choice in (self.state, self.order):
+            choice.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
+            choice.currentIndexChanged.connect(lambda _: self.filter_changed.emit())
         self.view = FrameView(self)
         self.view.setModel(self.model)
         self.view.hint = _NOTHING_OPEN
-        self._lay_out()
+        self.filter_row, fields = QWidget(), (self.text, self.state, self.order)
+        lay_out(QHBoxLayout(self.filter_row), *fields, margins=(6, 4, 6, 4), spacing=6, stretched=fields)
+        lay_out(QVBoxLayout(self), self.filter_row, self.view, spacing=0, stretched=self.view)
         self.setFocusProxy(self.view)
         self.thumbnails.arrived.connect(self.view.viewport().update)
         self.model.layoutChanged.connect(self._fit)
         self.text.textChanged.connect(lambda _: self.filter_changed.emit())
-        self.state.currentIndexChanged.connect(lambda _: self.filter_changed.emit())
-        self.order.changed.connect(self.filter_changed)
-
-    def _lay_out(self) -> None:
-        self.filter_row = QWidget()
-        lay_out(
-            QHBoxLayout(self.filter_row),
-            self.text,
-            self.state,
-            self.order,
-            margins=(6, 4, 6, 4),
-            spacing=6,
-            stretched=(self.text, self.state),
-        )
-        self._parts = QBoxLayout(QBoxLayout.Direction.TopToBottom, self)
-        lay_out(self._parts, self.filter_row, self.view, spacing=0)
-        self._parts.setStretchFactor(self.view, 2)
 
     def picture_of(self, entry: Entry) -> QPixmap | None:
         """Return the thumbnail of an entry; None while it is pending, an empty one if it cannot be made."""
         return self.thumbnails.of(entry.id, reader_of(entry, self._stored))
 
     def set_bar(self, height: int) -> None:
-        """Show only a strip of this height [px], no wider than its thumbnails; 0 for the whole panel."""
+        """Show only a strip of this height [px], no wider than its thumbnails; 0 for rows, with the filter above."""
         self._bar = height
         self.setMinimumHeight(height)
         self.setMaximumHeight(height or _UNLIMITED)
+        self.view.set_strip(height)
         self._fit()
 
     def _fit(self) -> None:
-        """Show a strip where the panel is wide and low, with the filter at its side; rows elsewhere."""
-        strip = self._bar > 0 or self.width() > _STRIP_ASPECT * self.height()
-        room = self.view.maximumViewportSize().height() - self.view.horizontalScrollBar().sizeHint().height()
-        self.view.set_strip((self._bar or min(max(room, 1), self.height())) if strip else 0)
-        needed, off = Qt.ScrollBarPolicy.ScrollBarAsNeeded, Qt.ScrollBarPolicy.ScrollBarAlwaysOff
-        self.view.setHorizontalScrollBarPolicy(needed if strip and not self._bar else off)
         self.setMaximumWidth(max(self.model.rowCount(), 1) * (4 * self._bar // 3) if self._bar else _UNLIMITED)
-        self._parts.setDirection(QBoxLayout.Direction.LeftToRight if strip else QBoxLayout.Direction.TopToBottom)
-        self._parts.setStretch(0, int(strip))
-        self.filter_row.setMaximumWidth(_SIDE_WIDTH if strip else _UNLIMITED)
         self.filter_row.setVisible(self._several and not self._bar)
 
     def filtered(self, entries: Iterable[Entry], always: Entry | None) -> list[Entry]:
         """Return the entries that match the user's filter, and `always`, in the chosen order."""
-        return shown_entries(entries, self.text.text(), str(self.state.currentData()), self.order.order, always)
+        state, order = str(self.state.currentData()), str(self.order.currentData())
+        return shown_entries(entries, self.text.text(), state, order, always)
 
     def describe(self, entries: Collection[Entry]) -> None:
         """Show the filter if the list has several frames, with the number of frames in each state."""
         self._several = len(entries) > 1
-        self.filter_row.setVisible(self._several and not self._bar)
+        self._fit()
         self.view.hint = _NONE_SHOWN if self._several else _NOTHING_OPEN
         if self.filter_row.isVisible():
             found = counts(entries)
@@ -259,41 +211,3 @@ class FramesPanel(QWidget):
             if selects or not self.view.currentIndex().isValid():
                 self.view.setCurrentIndex(index)
             self.view.show_frame(index)
-
-    def resizeEvent(self, event: QResizeEvent) -> None:
-        super().resizeEvent(event)
-        self._fit()
-
-
-class _OrderButton(Themed, QToolButton):
-    """Button with a menu of orders; its icon shows whether the list is sorted."""
-
-    changed = Signal()
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.order = next(iter(ORDERS))
-        self.setAccessibleName("Sort frames")
-        self.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
-        self.setAutoRaise(True)
-        menu = QMenu(self)
-        group = QActionGroup(menu)
-        for order, text in ORDERS.items():
-            action = menu.addAction(text)
-            action.setCheckable(True)
-            action.setChecked(order == self.order)
-            action.triggered.connect(lambda _=False, order=order: self.choose(order))
-            group.addAction(action)
-        self.setMenu(menu)
-        self._take_theme()
-
-    def choose(self, order: str) -> None:
-        """Sort by another of `ORDERS`."""
-        self.order = order
-        self._take_theme()
-        self.changed.emit()
-
-    def _take_theme(self) -> None:
-        own = self.order == next(iter(ORDERS))
-        self.setIcon(theme.icon("ph.list-numbers" if own else "ph.sort-ascending", self.palette()))
-        self.setToolTip(f"{ORDERS[self.order]}. Next and previous frame follow this order")

@@ -6,9 +6,9 @@ import contextlib
 from collections.abc import Callable
 from functools import partial
 
-from PySide6.QtCore import QSettings
+from PySide6.QtCore import QSettings, QSignalBlocker, Qt
 from PySide6.QtGui import QAction
-from PySide6.QtWidgets import QInputDialog
+from PySide6.QtWidgets import QInputDialog, QTabBar
 
 from ...base.commands import Command, command, describe
 from ...views.layouts import CORRECT as CORRECT_VIEWS
@@ -16,7 +16,7 @@ from ...views.layouts import LAYOUTS
 from ...widgets.basics import open_once
 from ..context import Context, Feature
 from ..views import ViewsFeature
-from .header import Header, LayoutBar
+from .header import Header
 from .layout import BUILT_IN, CORRECT, INSPECT, OWN, OWN_HINT, STANDARD, TUNE, Arrangement, Layout, LayoutStore
 
 _ICONS = {STANDARD: "ph.layout", INSPECT: "ph.eye", CORRECT: "ph.pencil-line", TUNE: "ph.sliders"}
@@ -50,7 +50,10 @@ class LayoutsFeature(Feature):
         context.views.sheet.layoutChanged.connect(self._follow_views)
         self.menu = context.actions.menu("&Layout", context.window)
         context.actions.adopt("layout_menu", self.menu.menuAction())
-        self.bar = LayoutBar()
+        self.bar = QTabBar(drawBase=False, expanding=False, usesScrollButtons=True)
+        self.bar.setAccessibleName("Layouts")
+        self.bar.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+        self.bar.currentChanged.connect(lambda number: self.turn(self.bar.tabData(number)))
         self.header = Header(context.window.menuBar(), context.feature(ViewsFeature).bar, self.bar)
         context.centre.turned.connect(self.header.fit)
 
@@ -251,11 +254,19 @@ class LayoutsFeature(Feature):
                 action.setVisible(name in own)
                 action.setText(own.get(name, name).replace("&", "&&"))
                 describe(action)
-        shown = [self._actions[name] for name in self.store.layouts]
         actions = self.context.actions
         self.menu.clear()
-        self.menu.addActions(shown)
+        with QSignalBlocker(self.bar):
+            for _ in range(self.bar.count()):
+                self.bar.removeTab(0)
+            for number, name in enumerate(self.store.layouts):
+                action = self._actions[name]
+                self.menu.addAction(action)
+                self.bar.addTab(action.text())
+                self.bar.setTabData(number, name)
+                self.bar.setTabToolTip(number, action.toolTip())
+                if name == self.present:
+                    self.bar.setCurrentIndex(number)
         actions.fill(self.menu, "| save_layout rename_layout delete_layout | reset_layout")
-        self.bar.set_actions(shown)
         self.header.fit()
         actions.refresh()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import datetime
 from collections.abc import Callable, Sequence
 from functools import cached_property, partial
 from pathlib import Path
@@ -17,13 +16,16 @@ from ilf._runtime.named_places import note_opened
 from ilf.project.file import OpenedProject
 from ilf.project.sources import Places
 from ilf.project.state_codec import UnreadableFrame, frame_part
+from ilf.run.options import as_file_name
 
 from ...base.commands import command, take_typed
 from ...base.needs import Need
+from ...base.paths import PROJECT_SUFFIX
 from ...project.current_project import source_of
 from ...state.entries import Entry
 from ...state.parts import Part
 from ...widgets.basics import open_once
+from ...widgets.file_choice import ask_path, last_folder, remember_folder
 from ...widgets.notices import ACCEPT, DESTROY, ask
 from ..context import Context, Feature
 from .opening import Opening
@@ -35,6 +37,12 @@ if TYPE_CHECKING:
     from .missing import Missing
 
 _PROGRAM = "ILF Studio"
+_FOLDER_KEY = "project/folder"
+_FILES = f"Project of ILF Studio (*{PROJECT_SUFFIX})"
+_INCLUDED = (
+    "With them, the project can be opened on any computer; otherwise it has their paths and hashes. Recordings are "
+    "never included."
+)
 
 
 class ProjectFeature(Feature):
@@ -240,35 +248,41 @@ class ProjectFeature(Feature):
             self.saving.save(present.path, None, only, then)
 
     def _save_as(self, why: str, only: frozenset[str] | None, then: Callable[[bool], None]) -> None:
-        from .save_as import SaveAsDialog, proposed_path  # made on use
+        """Ask for the file, and whether it includes the frames' own files. `why` is why the former file cannot be
+        replaced; "" if it can."""
+        context, first = self.context, next(iter(self.context.workspace.entries), None)
+        if why:
+            context.notes.show_message(why)
+        name = self.present.name or ("project" if first is None else first.name)
+        proposed = self.opening.proposed() or Path(last_folder(_FOLDER_KEY), f"{as_file_name(name)}{PROJECT_SUFFIX}")
+        path = ask_path(context.window, "Save project as", str(proposed), _FILES)
+        if not path:
+            then(False)
+            return
+        remember_folder(_FOLDER_KEY, path)
 
-        context = self.context
-        first = next(iter(context.workspace.entries), None)
-        proposed = self.opening.proposed() or proposed_path(
-            self.present.name or ("project" if first is None else first.name)
-        )
-        sources = [source for source in map(source_of, context.workspace.entries) if source is not None]
+        def save(embed: bool) -> None:
+            self.saving.save(Path(path).absolute(), embed, only, then)
+
         embedded = any(name.startswith("sources/") for name in context.recorder.store.names())
-        dialog = SaveAsDialog(proposed, embedded, sources, why, context.window)
-        dialog.rejected.connect(lambda: then(False))
-        open_once(dialog, lambda: self.saving.save(dialog.chosen(), dialog.embed.isChecked(), only, then))
+        answers = ("&Include them", ACCEPT, partial(save, True)), ("&Leave them out", ACCEPT, partial(save, False))
+        text, icon, cancel = (
+            "Include the colour and depth files of all frames?",
+            QMessageBox.Icon.Question,
+            partial(then, False),
+        )
+        title = "Include the frames' files?"
+        ask(context.window, title, text, _INCLUDED, answers, default=int(not embedded), otherwise=cancel, icon=icon)
 
     def _ask_replace(self, path: Path, only: frozenset[str] | None, then: Callable[[bool], None]) -> None:
-        """Ask whether to replace a file that was changed since it was opened."""
-        if path.exists():
-            when = f"{datetime.datetime.fromtimestamp(path.stat().st_mtime):%Y-%m-%d %H:%M}"
-            title, button = "Replace the project?", "&Replace"
-            text = f"{path.name} has been changed by another window or program since it was opened ({when})."
-            more = "Replacing it discards the changes saved there meanwhile."
-        else:
-            title, button = "Write the project again?", "&Write again"
-            text = f"{path.name} does not exist any more: it has been moved or deleted since it was opened."
-            more = "It can be written again."
+        """Ask whether to replace a file that is another one than was opened."""
+        text = f"{path.name} has been changed by another window or program since it was opened, or moved or deleted."
         answers = (
-            (button, DESTROY, lambda: self.saving.save(path, None, only, then)),
+            ("&Replace", DESTROY, lambda: self.saving.save(path, None, only, then)),
             ("Save &as…", ACCEPT, lambda: self._save_as("", only, then)),
         )
-        ask(self.context.window, title, text, more, answers, default=1, otherwise=lambda: then(False))
+        more, otherwise = "Replacing it discards what was saved there meanwhile.", partial(then, False)
+        ask(self.context.window, "Replace the project?", text, more, answers, default=1, otherwise=otherwise)
 
     # messages
 

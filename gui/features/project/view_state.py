@@ -31,11 +31,11 @@ class Zooms(QObject):
         self._shown: Document | None = None
         self._places: dict[str, tuple[float, float, float] | None] = {}
         """Key of a frame -> its last zoom position."""
-        workspace.about_to_change.connect(self._remember)
+        workspace.on(Part.FRAME, self._remember)
         refresh.add("place", self._show, Part.FRAME)
 
     def _remember(self) -> None:
-        if self._workspace.has_current and self._workspace.current is self._shown:
+        if self._shown is not None:
             self._places[self._shown.key] = self._views.place
 
     def _show(self) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import partial
+from functools import cached_property, partial
 
 from PySide6.QtCore import QSettings, Qt
 from PySide6.QtWidgets import (
@@ -23,7 +23,7 @@ from ...state.entries import Entry
 from ...widgets.basics import Message, PlainLabel, answers, combo, form, lay_out, open_once, stack
 from ...widgets.work_row import WorkRow
 from ..context import Context, Feature, PendingWork
-from .propagator import PropagatedFrame, PropagationRun, Propagator
+from .propagator import PropagationRun, Propagator
 
 _WAYS = {
     "auto": (
@@ -103,14 +103,22 @@ def summary(run: PropagationRun) -> str:
     """Summarise a propagation in a few sentences; "" if nothing was done."""
     texts = []
     if run.done:
-        texts.append(_of_one(run.done[0]) if len(run.done) == 1 else _of_many(run))
+        ways = [one.how for one in run.done]
+        how = " and ".join(f"{ways.count(way)} {_DONE[way]}" for way in _DONE if way in ways)
+        texts.append(f"Blocks of {run.source.name} propagated to {_named([one.name for one in run.done])}: {how}.")
+        counts = {"new": sum(one.new for one in run.done), "gone": sum(one.gone for one in run.done)}
+        parts = [f"{count} {what}" for what, count in counts.items() if count]
+        texts.append(", ".join([f"{counted(to_check(run), 'block')} to check", *parts]) + ".")
     if run.kept:
-        named = ", ".join(run.kept[:_MAX_NAMED]) + ", …" * (len(run.kept) > _MAX_NAMED)
-        kept = counted(len(run.kept), "frame")
-        texts.append(f"{kept} ({named}) had been edited or run: their blocks were kept and propagated further.")
+        texts.append(f"{_named(run.kept)} had been edited or run: their blocks were kept and propagated further.")
     if run.stopped:
         texts.append(f"Stopped after {run.processed} of {counted(run.total, 'frame')}.")
     return " ".join(texts)
+
+
+def _named(names: Sequence[str]) -> str:
+    """Return the number of frames, with the first names."""
+    return f"{counted(len(names), 'frame')} ({', '.join(names[:_MAX_NAMED])}{', …' * (len(names) > _MAX_NAMED)})"
 
 
 def notes_of(run: PropagationRun) -> list[str]:
@@ -123,22 +131,6 @@ def to_check(run: PropagationRun) -> int:
     return sum(one.to_check for one in run.done)
 
 
-def _of_one(one: PropagatedFrame) -> str:
-    parts = [f"{one.name}: {counted(one.blocks, 'block')} {_DONE[one.how]}"]
-    parts += [f"{one.new} of them new"] * (one.new > 0) + [f"{one.gone} gone"] * (one.gone > 0)
-    parts += [f"{one.to_check} need{'s' * (one.to_check == 1)} a check"] if one.to_check else ["none needs a check"]
-    return ", ".join(parts) + "."
-
-
-def _of_many(run: PropagationRun) -> str:
-    ways = [one.how for one in run.done]
-    how = " and ".join(f"{ways.count(way)} {_DONE[way]}" for way in _DONE if way in ways)
-    text = f"Blocks of {run.source.name} propagated to {counted(len(ways), 'frame')}: {how}."
-    look, marked = to_check(run), sum(one.to_check > 0 for one in run.done)
-    need = f"{counted(look, 'block')} in {counted(marked, 'frame')} need{'s' * (look == 1)} a check."
-    return f"{text} {need if look else 'No block needs a check.'}"
-
-
 _MIN_TEXT_WIDTH = 120
 _HOW_KEY = "carrying/how"
 
@@ -148,8 +140,7 @@ class PropagationFeature(Feature):
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)
-        workspace, actions = context.workspace, context.actions
-        self.propagator = Propagator(workspace, context.loader, self)
+        actions = context.actions
         actions.add(
             Command(_COMMAND(how), text, hint, group="propagate_how", handler=partial(self._remember, how))
             for how, (text, hint) in _WAYS.items()
@@ -162,14 +153,20 @@ class PropagationFeature(Feature):
         lay_out(QHBoxLayout(self.strip), *parts, margins=(8, 2, 8, 2), stretched=parts)
         self.strip.hide()
         context.centre.add_strip(self.strip)
-        self.work.cancelled.connect(self.propagator.stop)
-        self.propagator.changed.connect(self._show)
-        self.propagator.changed.connect(actions.refresh)
-        self.propagator.ended.connect(self._tell)
+        self.work.cancelled.connect(self._stop)
         menu = actions.menu("Pr&opagation method", context.window, " ".join(map(_COMMAND, _WAYS)))
         actions.adopt("propagation_menu", menu.menuAction())
         remembered = str(QSettings().value(_HOW_KEY))
         actions[_COMMAND(remembered if remembered in _WAYS else "auto")].setChecked(True)
+
+    @cached_property
+    def propagator(self) -> Propagator:
+        """What propagates blocks, made on first use."""
+        propagator = Propagator(self.context.workspace, self.context.loader, self)
+        propagator.changed.connect(self._show)
+        propagator.changed.connect(self.context.actions.refresh)
+        propagator.ended.connect(self._tell)
+        return propagator
 
     def _remember(self, how: str) -> None:
         QSettings().setValue(_HOW_KEY, how)

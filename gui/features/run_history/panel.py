@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QModelIndex, QPoint, QSize
+from PySide6.QtCore import QPoint, QSize
 from PySide6.QtWidgets import QHBoxLayout, QVBoxLayout, QWidget
 
 from ilf._runtime.formatting import counted
@@ -34,7 +34,7 @@ from ...work.frame_runs import RunState
 from ...work.run_recorder import RunRecorder
 from ..context import Context
 from ..panel import Panel
-from .table import Column, RunModel, RunView, values_of
+from .table import Column, RunView, values_of
 
 _MENU = "compare_runs accept_run restore_run | rename_run note_run delete_runs | export_runs clear_runs"
 _BUTTONS = "compare_runs accept_run restore_run | delete_runs export_runs"
@@ -76,8 +76,7 @@ class RunsPanel(Panel):
     def make(self) -> QWidget:
         """Make the table, with its commands above it as icons."""
         actions = self.context.actions
-        self.model = RunModel(self.context.window)
-        self.view = RunView(self.model)
+        self.view = RunView()
         widget = QWidget()
         row = lay_out(QHBoxLayout(), margins=(4, 2, 4, 2), spacing=2)
         for name in _BUTTONS.split():
@@ -90,10 +89,10 @@ class RunsPanel(Panel):
         row.addStretch()
         lay_out(QVBoxLayout(widget), row, self.view, spacing=0, stretched=self.view)
         widget.setFocusProxy(self.view)
-        self.model.edited.connect(self._edit)
+        self.view.edited.connect(self._edit)
         self.view.delete_requested.connect(self.delete)
         self.view.selectionModel().selectionChanged.connect(lambda *_: actions.refresh())
-        self.model.rowsRemoved.connect(lambda *_: actions.refresh())
+        self.view.rows.rowsRemoved.connect(lambda *_: actions.refresh())
         self.view.customContextMenuRequested.connect(self._show_menu)
         return widget
 
@@ -118,8 +117,7 @@ class RunsPanel(Panel):
     def refresh(self, parts: Part) -> None:
         """Show a row per run, and measure those without errors."""
         document = self.context.workspace.current if self.context.workspace.has_current else None
-        self.model.show_runs(document)
-        self.view.show_errors(self.model.runs)
+        self.view.show_runs(document)
         if document is not None:
             self._measure(document)
 
@@ -241,9 +239,7 @@ class RunsPanel(Panel):
         if not self.made or not workspace.has_current:
             return []
         there = workspace.current.state.runs
-        rows = sorted(self.view.selectionModel().selectedRows(), key=QModelIndex.row)
-        chosen = [self.model.runs[self.view.proxy.mapToSource(index).row()] for index in rows]
-        return [stored for stored in chosen if stored in there]
+        return [stored for stored in self.view.chosen() if stored in there]
 
     def _edit_cell(self, column: Column) -> None:
         """Edit the name or the note of the selected run in the table."""

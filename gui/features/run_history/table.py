@@ -4,30 +4,22 @@ from __future__ import annotations
 
 import html
 import math
-import re
 from collections.abc import Sequence
 from enum import IntEnum
-from typing import Any, NamedTuple
 
-from PySide6.QtCore import QModelIndex, QPersistentModelIndex, QSortFilterProxyModel, Qt, Signal
-from PySide6.QtGui import QColor, QFont, QKeyEvent, QPaintEvent, QResizeEvent, QStandardItem, QStandardItemModel
-from PySide6.QtWidgets import (
-    QAbstractItemView,
-    QHeaderView,
-    QTableView,
-    QWidget,
-)
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtGui import QKeyEvent, QResizeEvent
+from PySide6.QtWidgets import QAbstractItemView
 
 from ilf._runtime.formatting import UNKNOWN, counted, millimetres
 from ilf.completion.confidence.expected_error import RMS_MEANING, RMS_NAME
 from ilf.data.parameters import PRESETS, Parameters, nearest_preset
 from ilf.project.run_history import StoredRun
+from ilf.sources.pairing import natural
 
-from ...base import theme
 from ...state.document import Document
 from ...state.run_history import MAX_COMPARED, parameters_text, title_of
-from ...widgets.basics import literal_text, paint_hint
-from ...widgets.tables import RowDelegate, set_up_table
+from ...widgets.row_table import Cell, Heading, RowTable
 
 
 class Column(IntEnum):
@@ -51,58 +43,49 @@ ERRORS = {
 }
 """Columns of errors, and the attributes of `StoredRun` with them."""
 
-_WIDTHS = {
-    Column.COMPARED: 26,
-    Column.GROUND_TRUTH: 66,
-    Column.HOLD_OUT: 76,
-    Column.EXPECTED: 80,
-    Column.SECONDS: 60,
-    Column.ITERATIONS: 52,
-    Column.NOTE: 110,
-}
 _LEAST_NAME, _MOST_NAME, _LEAST_VALUES = 92, 220, 76
 """Widths of names and values, which share what the other columns leave [px]."""
 
 _COMPARABLE = 0.9
 """Minimum number of filled pixels of a best run, as a share of the largest number of any run."""
-_NUMBERS = (*ERRORS, Column.SECONDS, Column.ITERATIONS)
-_SORT_ROLE = Qt.ItemDataRole.UserRole
 _BEST = (
     "Bold with a star: best of the runs that have filled about as many pixels, or equal to it as shown. The panel "
     "Accuracy compares runs on the same pixels."
 )
-_HEADERS = {
-    Column.COMPARED: ("", f"Compare: show the run beside the current result (max. {MAX_COMPARED}). Click the tick."),
-    Column.NAME: (
+_HEADINGS: dict[int, Heading] = {
+    Column.COMPARED: Heading(
+        "", f"Compare: show the run beside the current result (max. {MAX_COMPARED}). Click the tick.", kind="tick"
+    ),
+    Column.NAME: Heading(
         "Run",
         "Name of the run, in its colour in curves and profiles; a dot marks the run whose results are shown "
         "now. Press F2 to rename.",
+        kind="edited",
     ),
-    Column.GROUND_TRUTH: (
+    Column.GROUND_TRUTH: Heading(
         "Truth [mm]",
         f"Root mean square error against the frame's ground truth, over the pixels filled by blocks. {_BEST}",
+        66,
+        "number",
     ),
-    Column.HOLD_OUT: (
+    Column.HOLD_OUT: Heading(
         "Hold-out [mm]",
         "Root mean square error on hold-out depth with the run's parameters: hold-out test in the panel Accuracy. "
         f"{_BEST}",
+        76,
+        "number",
     ),
-    Column.EXPECTED: (f"{RMS_NAME} [mm]", f"{RMS_MEANING}. {_BEST}"),
-    Column.VALUES: ("Values", "The nearest preset, and the differences to it."),
-    Column.SECONDS: ("Time [s]", "Duration of the run in seconds."),
-    Column.ITERATIONS: ("Iter.", "Iterations of the low-pass filter in all blocks of the run."),
-    Column.NOTE: (
+    Column.EXPECTED: Heading(f"{RMS_NAME} [mm]", f"{RMS_MEANING}. {_BEST}", 80, "number"),
+    Column.VALUES: Heading("Values", "The nearest preset, and the differences to it."),
+    Column.SECONDS: Heading("Time [s]", "Duration of the run in seconds.", 60, "number"),
+    Column.ITERATIONS: Heading("Iter.", "Iterations of the low-pass filter in all blocks of the run.", 52, "number"),
+    Column.NOTE: Heading(
         "Note",
         "Your note on the run. Double-click to edit; runs with a note are not deleted automatically.",
+        110,
+        "edited",
     ),
 }
-
-
-class _Cell(NamedTuple):
-    text: str
-    key: str | float
-    tooltip: str
-    strong: bool = False
 
 
 def values_of(document: Document, run: StoredRun) -> str:
@@ -116,11 +99,9 @@ def values_of(document: Document, run: StoredRun) -> str:
     return " · ".join(filter(None, (first, ", ".join(filter(None, others)))))
 
 
-def _cells(document: Document, run: StoredRun, present: bool, best: frozenset[Column]) -> dict[Column, _Cell]:
+def _cells(document: Document, run: StoredRun, present: bool, best: frozenset[Column]) -> dict[int, Cell]:
     """Return what the table shows of a run; `best` are the errors that no other run has smaller."""
     title, values = title_of(run.name, document, run.run), values_of(document, run)
-    # "Run 10" after "Run 9"
-    name_key = re.sub(r"\d+", lambda digits: digits[0].zfill(9), run.name.casefold())
     seconds = f"{run.seconds:.2f}" if run.seconds else UNKNOWN
     about = (
         f"{run.name}\n{run.when:%H:%M:%S}: {len(run.done)} of {run.block_count} blocks in {seconds} s, "
@@ -130,27 +111,36 @@ def _cells(document: Document, run: StoredRun, present: bool, best: frozenset[Co
     )
     compared = run in document.compared
     return {
-        Column.COMPARED: _Cell("", not compared, _HEADERS[Column.COMPARED][1], compared),
-        Column.NAME: _Cell(f"● {title}" if present else title, name_key, about, present),
+        Column.COMPARED: Cell(key=not compared, ticked=compared, said=f"Compare {run.name}"),
+        Column.NAME: Cell(
+            f"● {title}" if present else title,
+            natural(run.name),
+            about,
+            run.colour,
+            bold=present,
+            edited=run.name,
+            said=f"● {title}, current" if present else "",
+        ),
         **{column: _error_cell(run, column, column in best) for column in ERRORS},
-        Column.VALUES: _Cell(values, values.casefold(), _all_values(run.run.parameters, values)),
-        Column.SECONDS: _Cell(seconds, run.seconds, _HEADERS[Column.SECONDS][1]),
-        Column.ITERATIONS: _Cell(str(run.iterations), run.iterations, _HEADERS[Column.ITERATIONS][1]),
-        Column.NOTE: _Cell(run.note, run.note.casefold(), run.note or _HEADERS[Column.NOTE][1]),
+        Column.VALUES: Cell(values, values.casefold(), _all_values(run.run.parameters, values)),
+        Column.SECONDS: Cell(seconds, run.seconds),
+        Column.ITERATIONS: Cell(str(run.iterations), run.iterations),
+        Column.NOTE: Cell(run.note, run.note.casefold(), run.note),
     }
 
 
-def _error_cell(run: StoredRun, column: Column, best: bool) -> _Cell:
+def _error_cell(run: StoredRun, column: Column, best: bool) -> Cell:
     error: float | None = getattr(run, ERRORS[column])
-    hint = _HEADERS[column][1]
+    hint = _HEADINGS[column].hint
     if error is None:
-        return _Cell("", math.inf, f"{hint} It has not been computed.")
+        return Cell("", math.inf, f"{hint} It has not been computed.")
     if math.isnan(error):
-        return _Cell(millimetres(error), math.inf, f"{hint} It is not defined for this run.")
+        return Cell(millimetres(error), math.inf, f"{hint} It is not defined for this run.")
     if column == Column.HOLD_OUT and run.hold_out_test is not None:
         test = run.hold_out_test
         hint = f"{hint} Hold-out: {test.pattern}, seeds {', '.join(map(str, test.seeds))}."
-    return _Cell(f"★ {millimetres(error)}" if best else millimetres(error), error, hint, best)
+    text = millimetres(error)
+    return Cell(f"★ {text}", error, hint, tone="good", bold=True) if best else Cell(text, error, hint)
 
 
 def _all_values(parameters: Parameters, values: str) -> str:
@@ -180,8 +170,9 @@ def best_of(runs: Sequence[StoredRun], error: str) -> list[StoredRun]:
     return best if len(best) < len(evaluated) else []
 
 
-class RunModel(QStandardItemModel):
-    """One row per run, the latest first. What the user changes is passed on: the history changes, then the row.
+class RunView(RowTable):
+    """The table, the latest run first; it shares its width among the columns, and shows the columns of errors that any
+    run has. What the user changes is passed on: the history changes, then the row.
 
     Signals
     -------
@@ -189,112 +180,38 @@ class RunModel(QStandardItemModel):
         A stored run, "name", "note" or "compared", and the new value.
     """
 
+    delete_requested = Signal()
     edited = Signal(object, str, object)
 
-    def __init__(self, parent: QWidget) -> None:
-        super().__init__(0, len(Column), parent)
-        self.runs: list[StoredRun] = []
-        """The run of every row."""
-        self._parent = parent
-        for column, (text, hint) in _HEADERS.items():
-            header = QStandardItem(text)
-            header.setToolTip(hint)
-            header.setAccessibleText(text or "Compare")
-            self.setHorizontalHeaderItem(column, header)
-
-    def show_runs(self, document: Document | None) -> None:
-        """Show the runs of a frame. Items tell only of what changes, so that editors stay open."""
-        runs = [] if document is None else list(reversed(document.state.runs))
-        for row in reversed(range(len(self.runs))):
-            if self.runs[row] not in runs:
-                del self.runs[row]
-                self.removeRow(row)
-        present = {} if document is None else document.valid_results()
-        best = {column: best_of(runs[::-1], error) for column, error in ERRORS.items()}
-        for row, run in enumerate(runs):
-            if row == len(self.runs) or self.runs[row] is not run:
-                self.runs.insert(row, run)
-                self.insertRow(row, [_item(run, column) for column in Column])
-            if document is not None:
-                smallest = frozenset(column for column, those in best.items() if run in those)
-                self._draw(row, _cells(document, run, run.is_of(present), smallest))
-
-    def _draw(self, row: int, cells: dict[Column, _Cell]) -> None:
-        for column, cell in cells.items():
-            item = self.item(row, column)
-            if column == Column.COMPARED:
-                item.setCheckState(Qt.CheckState.Checked if cell.strong else Qt.CheckState.Unchecked)
-            font = QFont(self._parent.font())
-            font.setBold(cell.strong)
-            item.setFont(font)
-            item.setText(cell.text)
-            item.setToolTip(literal_text(cell.tooltip) if column != Column.VALUES else cell.tooltip)
-            item.setData(cell.key, _SORT_ROLE)
-        name = self.item(row, Column.NAME)
-        name.setData(QColor(*self.runs[row].colour), Qt.ItemDataRole.DecorationRole)
-        name.setAccessibleText(f"{name.text()}, current" if cells[Column.NAME].strong else name.text())
-        self.item(row, Column.COMPARED).setAccessibleText(f"Compare {self.runs[row].name}")
-
-    def data(self, index: QModelIndex | QPersistentModelIndex, role: int = Qt.ItemDataRole.DisplayRole) -> Any:
-        column = index.column()
-        if role == Qt.ItemDataRole.EditRole and column == Column.NAME:
-            return self.runs[index.row()].name
-        if role == Qt.ItemDataRole.ForegroundRole and column in ERRORS:
-            best = self.item(index.row(), column).font().bold()
-            return theme.colours(self._parent.palette()).good if best else None
-        return super().data(index, role)
-
-    def setData(
-        self, index: QModelIndex | QPersistentModelIndex, value: Any, role: int = Qt.ItemDataRole.EditRole
-    ) -> bool:
-        run = self.runs[index.row()]
-        if role == Qt.ItemDataRole.CheckStateRole:
-            self.edited.emit(run, "compared", Qt.CheckState(value) == Qt.CheckState.Checked)
-            return True
-        what, text = "note" if index.column() == Column.NOTE else "name", str(value).strip()
-        if text == getattr(run, what) or (what == "name" and not text):
-            return False
-        self.edited.emit(run, what, text)
-        return True
-
-
-def _item(run: StoredRun, column: Column) -> QStandardItem:
-    item = QStandardItem()
-    item.setEditable(column in (Column.NAME, Column.NOTE))
-    item.setCheckable(column == Column.COMPARED)
-    side = Qt.AlignmentFlag.AlignRight if column in _NUMBERS else Qt.AlignmentFlag.AlignLeft
-    item.setTextAlignment(side | Qt.AlignmentFlag.AlignVCenter)
-    return item
-
-
-class RunView(QTableView):
-    """The table; it shares its width among the columns, and shows the columns of errors that any run has."""
-
-    delete_requested = Signal()
-
-    def __init__(self, model: RunModel) -> None:
-        super().__init__()
-        self.proxy = QSortFilterProxyModel(self)
-        self.proxy.setSourceModel(model)
-        self.proxy.setSortRole(_SORT_ROLE)
-        self.setModel(self.proxy)
-        set_up_table(self)
-        self.setItemDelegate(RowDelegate((), self))
-        self.setAccessibleName("Run history")
+    def __init__(self) -> None:
+        super().__init__("Run history", _HEADINGS)
+        self.hint = "Every run is listed here with its parameters and errors."
+        self.rows.edited.connect(self._pass_on)
         self.setEditTriggers(QAbstractItemView.EditTrigger.DoubleClicked)
         header = self.horizontalHeader()
         header.setDefaultAlignment(Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap)
         header.setFixedHeight(3 * header.fontMetrics().lineSpacing() + 6)
-        for column, width in _WIDTHS.items():
-            header.resizeSection(column, width)
-        header.setSectionResizeMode(Column.COMPARED, QHeaderView.ResizeMode.Fixed)
 
-    def show_errors(self, runs: Sequence[StoredRun]) -> None:
-        """Show the expected error, and the errors that any of the runs has."""
+    def show_runs(self, document: Document | None) -> None:
+        """Show the runs of a frame, and the columns of the errors that any of them has."""
+        runs = [] if document is None else list(reversed(document.state.runs))
+        best = {column: best_of(runs[::-1], error) for column, error in ERRORS.items()}
+        rows = {}
+        if document is not None:
+            present = document.valid_results()
+            for run in runs:
+                smallest = frozenset(column for column, those in best.items() if run in those)
+                rows[run] = _cells(document, run, run.is_of(present), smallest)
+        self.rows.show_rows(rows)
         for column, error in ERRORS.items():
             known = any(math.isfinite(getattr(run, error) or math.nan) for run in runs)
             self.setColumnHidden(column, not known and column != Column.EXPECTED)
         self._fit()
+
+    def _pass_on(self, run: StoredRun, column: int, value: object) -> None:
+        what = {Column.COMPARED: "compared", Column.NAME: "name", Column.NOTE: "note"}[Column(column)]
+        if value or what != "name":
+            self.edited.emit(run, what, value)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
@@ -304,9 +221,8 @@ class RunView(QTableView):
         """Give names and values what the errors leave, names first what values do not need; time, iterations and note
         follow them if there is no room."""
         room = self.viewport().width()
-        first = sum(_WIDTHS[column] for column in (Column.COMPARED, *ERRORS) if not self.isColumnHidden(column))
-        last = sum(_WIDTHS[column] for column in (Column.SECONDS, Column.ITERATIONS, Column.NOTE))
-        free = room - first
+        free = room - sum(map(self.columnWidth, (Column.COMPARED, *ERRORS)))
+        last = sum(_HEADINGS[column].width for column in (Column.SECONDS, Column.ITERATIONS, Column.NOTE))
         room_of_name = max(round(0.4 * free), free - max(self.sizeHintForColumn(Column.VALUES), _LEAST_VALUES))
         name = min(max(min(self.sizeHintForColumn(Column.NAME), room_of_name), _LEAST_NAME), _MOST_NAME)
         values = free - name
@@ -316,19 +232,7 @@ class RunView(QTableView):
         self.horizontalHeader().resizeSection(Column.VALUES, max(values, _LEAST_VALUES))
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        current = self.currentIndex()
-        if event.key() == Qt.Key.Key_F2 and current.isValid():
-            column = Column.NOTE if current.column() == Column.NOTE else Column.NAME
-            self.setCurrentIndex(current.siblingAtColumn(column))
-            self.edit(self.currentIndex())
-        elif event.key() == Qt.Key.Key_Space:
-            event.ignore()  # Space pans the views, regardless of the focus
-        elif event.key() == Qt.Key.Key_Delete:
+        if event.key() == Qt.Key.Key_Delete:
             self.delete_requested.emit()
         else:
             super().keyPressEvent(event)
-
-    def paintEvent(self, event: QPaintEvent) -> None:
-        super().paintEvent(event)
-        if self.model().rowCount() == 0:
-            paint_hint(self, "Every run is listed here with its parameters and errors.")

@@ -13,8 +13,8 @@ from PySide6.QtGui import QMouseEvent
 from ...base import theme
 from ...widgets.basics import Themed
 
-_MIN_LABEL_DISTANCE = 52
-"""Minimum distance between the labels of values [px]."""
+_MOST_LABELS = 10
+"""Maximum number of values with a label."""
 _MIN_RANGE = 0.05
 """Minimum range of errors shown, as a share of the largest."""
 _LOW, _HIGH = 0.12, 0.95
@@ -35,8 +35,7 @@ class ErrorCurve(Themed, pg.PlotWidget):
     taken = Signal(int)
 
     def __init__(self) -> None:
-        self._values = _ValueAxis()
-        super().__init__(axisItems={"bottom": self._values}, enableMenu=False)
+        super().__init__(enableMenu=False)
         self._places: list[float] = []
         self._logarithmic = False
         self._name = ""
@@ -51,7 +50,8 @@ class ErrorCurve(Themed, pg.PlotWidget):
         self.hideButtons()
         self.getViewBox().setMouseEnabled(x=False, y=False)
         self.getViewBox().setDefaultPadding(0.08)
-        self.getAxis("left").enableAutoSIPrefix(False)
+        for name in ("left", "bottom"):
+            self.getAxis(name).enableAutoSIPrefix(False)
         self.setFrameShape(pg.PlotWidget.Shape.NoFrame)
         self.setAccessibleName("Error against the value")
         self.setToolTip("Error of every tested value. Click a point to apply its value.")
@@ -64,7 +64,8 @@ class ErrorCurve(Themed, pg.PlotWidget):
         self._name = name
         self._logarithmic = logarithmic and min(values) > 0
         self._places = [self._place(value) for value in values]
-        self._values.set_ticks(self._places, [f"{value:g}" for value in values])
+        ticks = [(place, f"{value:g}") for place, value in zip(self._places, values, strict=True)]
+        self.getAxis("bottom").setTicks([ticks[:: -(-len(ticks) // _MOST_LABELS)]])
         self.getViewBox().setXRange(self._places[0], self._places[-1], padding=0.05)
         self._take_theme()
 
@@ -117,28 +118,3 @@ class ErrorCurve(Themed, pg.PlotWidget):
             self.getAxis(axis).setPen(colours.grid)
             self.getAxis(axis).setTextPen(colours.muted)
             self.getAxis(axis).setLabel(label, color=colours.muted.name())
-
-
-class _ValueAxis(pg.AxisItem):
-    """Axis with labels at the tested values, as many as fit."""
-
-    def __init__(self) -> None:
-        super().__init__("bottom")
-        self.enableAutoSIPrefix(False)
-        self._texts: dict[float, str] = {}
-
-    def set_ticks(self, places: Sequence[float], texts: Sequence[str]) -> None:
-        self._texts = dict(zip(places, texts, strict=True))
-        self.picture = None
-        self.update()
-
-    def tickValues(self, minVal: float, maxVal: float, size: float) -> list[tuple[float, list[float]]]:
-        chosen: list[float] = []
-        per_pixel = (maxVal - minVal) / max(size, 1)
-        for place in sorted(self._texts):
-            if not chosen or place - chosen[-1] >= _MIN_LABEL_DISTANCE * per_pixel:
-                chosen.append(place)
-        return [(1.0, chosen)]
-
-    def tickStrings(self, values: Sequence[float], scale: float, spacing: float) -> list[str]:
-        return [self._texts.get(value, "") for value in values]

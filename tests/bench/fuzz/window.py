@@ -11,10 +11,10 @@ from PySide6.QtCore import QCoreApplication, QEvent, QSettings
 from PySide6.QtWidgets import QApplication
 
 from gui.app.main_window import MainWindow
-from gui.features.documents.recent import RecentMenu, is_missing, key_of, name_of
+from gui.features.documents.recent import RecentMenu
 from gui.features.export.files import stored_options
 from gui.features.layouts.layout import Arrangement, LayoutStore
-from gui.features.palette import RecentCommands
+from gui.features.palette import CommandPalette
 from gui.features.shortcuts import Keymap
 from gui.widgets.file_choice import last_folder, save_folder
 from ilf.sources.frame_ref import FrameRef
@@ -30,7 +30,6 @@ def settings(folder: Path) -> list[bytes]:
     options = ReadingOptions(depth_units=1000.0, intrinsics=(30.0, 30.0, 15.5, 11.5))
     kept.note(FrameRef("rgb.png", "depth.png", "0.1", options))
     kept.note(Path("run.json"))
-    RecentCommands(True).note("open")
     arrangement = Arrangement("grid", {"colour": "depth-in"}, ("Blocks", "Runs"), window.panels.places())
     layouts = LayoutStore(True)
     layouts.changed["standard"] = arrangement
@@ -44,6 +43,7 @@ def settings(folder: Path) -> list[bytes]:
         "open/folder": str(folder),
         "shortcuts/Open": "Ctrl+K, Ctrl+O",
         "theme": "dark",
+        "palette/recent": ["open", "undo"],
     }
     for key, value in values.items():
         chosen.setValue(key, value)
@@ -55,14 +55,14 @@ def read_settings(path: Path) -> None:
     """Read all settings."""
     window = _window(path.parent.parent)
     QSettings().sync()
-    for origin in RecentMenu(True, print, None).origins:
-        name_of(origin), key_of(origin), is_missing(origin)
+    recent = RecentMenu(True, print, None)
+    recent.aboutToShow.emit()
     layouts = LayoutStore(True)
     for name in (*layouts.changed, *(layout.name for layout in layouts.own)):
         left = layouts.left(name)
         window.panels.take(left.panels, left.places)
     window.panels.size_window()
-    RecentCommands(True).rank("open")
+    CommandPalette(window, True).deleteLater()
     Keymap(window, True).deleteLater()
     stored_options()
     save_folder()

@@ -137,28 +137,17 @@ def test_the_package_of_a_library(library, package):
     assert system_package(library) == package
 
 
-def test_without_display_the_sample_is_completed_by_the_command_line(bare_linux, capsys):
-    called: list[list[str]] = []
-
-    def command_line(arguments: list[str]) -> int:
-        called.append(arguments)
-        return 0
-
-    bare_linux.setattr("ilf.cli.main", command_line)
-    assert main(["--sample"]) == 0
-    assert called[0][0] == "complete"
-    assert called[0][1].endswith("room")
-    assert "no display" in capsys.readouterr().err
-    assert main([]) == 1
-    assert "ilf complete" in capsys.readouterr().err
+@pytest.mark.parametrize("arguments", [["--sample"], [], [str(asset_path("samples")), "--frame", "room"]])
+def test_without_display_one_line_says_what_to_do(bare_linux, capsys, arguments):
+    assert main(arguments) == 1
+    error = capsys.readouterr().err
+    assert error.count("\n") == 1
+    assert "no display" in error
+    assert "ilf complete" in error
 
 
-def test_without_display_a_frame_goes_on_by_its_key(bare_linux, capsys):
-    called: list[list[str]] = []
-    bare_linux.setattr("ilf.cli.main", lambda arguments: called.append(arguments) or 0)
+def test_a_frame_is_found_by_its_key_alone(bare_linux, capsys):
     samples = str(asset_path("samples"))
-    assert main([samples, "--frame", "room", "--min-confidence", "2"]) == 0
-    assert called == [["complete", samples, "--frame", "room", "--min-confidence", "2.0"]]
     assert main([samples, "--frame", "hall"]) == 1
     assert "hall" in capsys.readouterr().err.splitlines()[-1]
     for arguments in ([samples, samples, "--frame", "room"], [samples, "--sample", "--frame", "room"]):
@@ -186,7 +175,7 @@ def test_a_picture_that_qt_cannot_make_is_one_line(bare_linux, capsys, tmp_path,
     bare_linux.setenv("QT_QPA_PLATFORM", platform)
     assert main(["--sample", "--run", "--screenshot", str(tmp_path / "x.png")]) == 1
     error = capsys.readouterr().err
-    assert error.endswith(f"apt install {packages}\n")
+    assert f"apt install {packages}" in error
     assert error.count("\n") == 1
 
 
@@ -244,7 +233,7 @@ def test_something_is_shown_before_the_window_is_imported():
     assert run.stdout == "[True]\n"
 
 
-def test_the_version_is_printed_and_the_command_line_takes_over_without_importing_qt(tmp_path):
+def test_the_version_and_what_is_missing_are_printed_without_importing_qt(tmp_path):
     """Where libraries that Qt needs are missing, importing it would fail before anything could be said."""
     run = _child(
         "import sys\n"
@@ -259,6 +248,5 @@ def test_the_version_is_printed_and_the_command_line_takes_over_without_importin
     )
     assert (run.returncode, run.stdout.split("\n")[:2]) == (1, [f"ilf-gui {ilf.__version__}", "0"])
     assert "apt install libegl1" in run.stderr
-    assert "Running this instead: ilf complete" in run.stderr
-    assert "meta.json" in run.stderr, "the empty folder is refused by the command line, in words"
+    assert "ilf complete" in run.stderr
     assert "Traceback" not in run.stderr

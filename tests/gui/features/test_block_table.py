@@ -62,9 +62,9 @@ def test_selection_and_sorting_outlive_new_rows(table, qtbot):
     table.select([3, 5])
     with qtbot.assertNotEmitted(table.labelsSelected):
         table.set_rows([row for row in _rows(14) if row.label != 7])
-        assert table.selected() == [5, 3]
+        assert table.chosen() == [5, 3]
         table.set_rows([row for row in _rows(14) if row.label not in (5, 7)])
-    assert table.selected() == [3]
+    assert table.chosen() == [3]
     assert _names(table)[0] == "Block 14"
     assert "Block 7" not in _names(table)
 
@@ -72,7 +72,7 @@ def test_selection_and_sorting_outlive_new_rows(table, qtbot):
 def test_select_has_no_echo_and_clicks_do(table, qtbot):
     with qtbot.assertNotEmitted(table.labelsSelected):
         table.select([2, 9, 99])
-    assert table.selected() == [2, 9]
+    assert table.chosen() == [2, 9]
     with qtbot.waitSignal(table.labelsSelected) as blocker:
         qtbot.mouseClick(table.viewport(), Qt.MouseButton.LeftButton, pos=_centre(table, 3, Column.MISSING))
     assert blocker.args == [[4]]
@@ -98,7 +98,7 @@ def test_keyboard_renames_and_shows_and_space_changes_nothing(table, edits, qtbo
     qtbot.waitUntil(lambda: edits.made == [(2, {"name": "Context"})])
     qtbot.keyClick(table, Qt.Key.Key_Space)
     assert len(edits.made) == 1
-    assert table.selected() == [2, 3]
+    assert table.chosen() == [2, 3]
     with qtbot.waitSignal(table.shown) as shown:
         qtbot.keyClick(table, Qt.Key.Key_Return)
     assert shown.args == [2]

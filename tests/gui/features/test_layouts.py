@@ -7,7 +7,7 @@ import pytest
 import shiboken6
 from PySide6.QtCore import QByteArray, QSettings, Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QDockWidget, QMainWindow, QToolButton, QWidget
+from PySide6.QtWidgets import QDockWidget, QMainWindow, QWidget
 
 from gui.app.main_window import MainWindow
 from gui.features.layouts.feature import LayoutsFeature
@@ -78,10 +78,11 @@ def test_each_stays_as_it_was_left_also_for_the_next_window(qtbot, opened):
 def test_a_click_on_the_present_layout_stays_in_it(opened):
     window, layouts = opened()
     for name in ("inspect", "inspect", "correct", "correct"):
-        button = next(one for one in layouts.bar.findChildren(QToolButton) if one.text() == name.title())
-        QTest.mouseClick(button, Qt.MouseButton.LeftButton)
+        bar = layouts.bar
+        number = next(number for number in range(bar.count()) if bar.tabData(number) == name)
+        QTest.mouseClick(bar, Qt.MouseButton.LeftButton, pos=bar.tabRect(number).center())
         assert layouts.present == name
-        assert button.isChecked()
+        assert bar.currentIndex() == number
     window.close()
 
 

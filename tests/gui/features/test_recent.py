@@ -5,7 +5,7 @@ import json
 import pytest
 from PySide6.QtCore import QSettings
 
-from gui.features.documents.recent import MOST, RecentMenu, is_missing, name_of
+from gui.features.documents.recent import MOST, RecentMenu, name_of
 from ilf.data.camera import Camera
 from ilf.sources.frame_ref import FrameRef
 from ilf.sources.reading_options import ReadingOptions
@@ -44,9 +44,7 @@ def test_the_last_comes_first_once_and_how_it_was_read_is_kept(tmp_path):
     later = _recent()
     assert later.origins == [folder, record, pair]
     assert [name_of(origin) for origin in later.origins] == [tmp_path.name, "out/run.json", f"{tmp_path.name}/a.png"]
-    assert [is_missing(origin) for origin in later.origins] == [False, True, True]
-    later.remove_missing()
-    assert _recent().origins == [folder]
+    assert later.there() == [folder], "the files of the others do not exist"
     for number in range(MOST + 3):
         later.note(FrameRef(str(tmp_path / str(number))))
     assert len(later.origins) == MOST

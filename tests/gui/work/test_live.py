@@ -200,7 +200,7 @@ def test_other_blocks_and_other_depth_leave_no_word_of_the_last_edit(bench, solv
     wrong[8:12, 3:8] = bench.document.frame.known[8:12, 3:8]
     assert bench.workspace.current.set_invalid_mask(wrong, "Distrust depth")
     assert "Paint" not in line.label.text()
-    assert f"{np.count_nonzero(wrong)} px" in line.label.text()
+    assert "Distrust depth" in line.label.text()
     until(lambda: not summary.busy and bench.runs.state is RunState.IDLE)
 
 

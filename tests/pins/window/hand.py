@@ -494,9 +494,14 @@ class Hand:
         return QApplication.clipboard().text()
 
     def save(self, name: str = "work", embed: bool = False) -> Path:
-        """Save the project by the dialog, with the frames' files if wished."""
+        """Save the project to another file, with the frames' files if wished."""
         path = self.folder / f"{name}.ilf"
+        _ANSWERS.append(str(path))
         self.start("save_project_as")
+        if not _ANSWERS:
+            self.press("Include them" if embed else "Leave them out", self.dialog("Include the frames' files"))
+            return path
+        _ANSWERS.clear()  # of a program that asks in a dialog of its own
         dialog = self.dialog("Save Project As")
         self.fill("File", path, dialog)
         (includes,) = [box for box in dialog.findChildren(QAbstractButton) if "Include" in box.text()]
@@ -641,7 +646,6 @@ DIALOGS = {
     "ProblemBox": "Open",
     "PropagateDialog": "Propagate Blocks of",
     "RecoveryDialog": "Restore Unsaved Work",
-    "SaveAsDialog": "Save Project As",
     "SavePresetDialog": "Save Preset",
     "ShortcutsDialog": "Keyboard shortcuts",
     "SweepWindow": "Sweep",

@@ -1,0 +1,266 @@
+"""A table of things, a row each: its columns, its cells, and a view of it that can be sorted and edited."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Literal, NamedTuple
+
+from PySide6.QtCore import QAbstractTableModel, QModelIndex, QSortFilterProxyModel, Qt, Signal
+from PySide6.QtGui import QColor, QFont, QIcon, QKeyEvent, QPaintEvent
+from PySide6.QtWidgets import QHeaderView, QTableView, QWidget
+
+from ..base import theme
+from .basics import Themed, literal_text, paint_hint
+from .tables import ICON_SIZE, Index, RowDelegate, set_up_table
+
+_SORT_ROLE = Qt.ItemDataRole.UserRole
+_NARROW = 26
+"""Width of columns of icons and ticks [px]."""
+
+
+@dataclass(frozen=True)
+class Heading:
+    """A column.
+
+    Attributes
+    ----------
+    title, hint : str
+        Of the header; the hint is that of cells without one, too.
+    width : int
+        First width [px]; 0 if the table sets it.
+    kind : str
+        What is in its cells: "text", "number", a name that can be "edited", an "icon", or a "tick".
+    icon : str
+        Of the header, in place of a title.
+    """
+
+    title: str
+    hint: str
+    width: int = 0
+    kind: Literal["text", "number", "edited", "icon", "tick"] = "text"
+    icon: str = ""
+
+
+class Cell(NamedTuple):
+    """What a table shows of a thing in one column.
+
+    Attributes
+    ----------
+    text : str
+    key : str or float
+        By which rows are sorted.
+    hint : str
+        "" for that of the column; rich text if it begins with a tag.
+    icon : (str, str) or (int, int, int) or None
+        Name of an icon and of its colour in `theme.Colours`; or a colour.
+    tone : str
+        Name of the text's colour; "" for the usual one.
+    bold : bool
+    ticked : bool
+    edited : str
+        What is edited, if it differs from the text.
+    said : str
+        What screen readers say, if it differs from the text.
+    """
+
+    text: str = ""
+    key: str | float = ""
+    hint: str = ""
+    icon: tuple[str, str] | tuple[int, int, int] | None = None
+    tone: str = ""
+    bold: bool = False
+    ticked: bool = False
+    edited: str = ""
+    said: str = ""
+
+
+Cells = Mapping[int, Cell]
+"""Column -> cell, of one thing."""
+
+
+class RowModel(QAbstractTableModel):
+    """Rows of cells. Rows change only by `show_rows`: what the user edits is passed on.
+
+    Signals
+    -------
+    edited(object, int, object)
+        A key, a column, and the text that was typed or whether the cell was ticked.
+    """
+
+    edited = Signal(object, int, object)
+
+    def __init__(self, headings: Mapping[int, Heading], parent: QWidget) -> None:
+        super().__init__(parent)
+        self._widget, self._headings = parent, headings
+        self.keys: list[Any] = []
+        """Whose row each is."""
+        self._cells: list[Cells] = []
+
+    def show_rows(self, rows: Mapping[Any, Cells]) -> None:
+        """Show the cells of each key, in this order; rows that stay keep their order. It tells only of what changes, so
+        that editors stay open."""
+        for row in reversed(range(len(self.keys))):
+            if self.keys[row] not in rows:
+                self.beginRemoveRows(QModelIndex(), row, row)
+                del self.keys[row], self._cells[row]
+                self.endRemoveRows()
+        for row, (key, cells) in enumerate(rows.items()):
+            if row == len(self.keys) or self.keys[row] != key:
+                self.beginInsertRows(QModelIndex(), row, row)
+                self.keys.insert(row, key)
+                self._cells.insert(row, cells)
+                self.endInsertRows()
+            elif self._cells[row] != cells:
+                self._cells[row] = cells
+                self.dataChanged.emit(self.index(row, 0), self.index(row, len(self._headings) - 1))
+
+    def take_theme(self) -> None:
+        """Tell that icons and colours have changed."""
+        self.headerDataChanged.emit(Qt.Orientation.Horizontal, 0, len(self._headings) - 1)
+        if self.keys:
+            self.dataChanged.emit(self.index(0, 0), self.index(len(self.keys) - 1, len(self._headings) - 1))
+
+    def rowCount(self, parent: Index = QModelIndex()) -> int:  # noqa: B008
+        return 0 if parent.isValid() else len(self.keys)
+
+    def columnCount(self, parent: Index = QModelIndex()) -> int:  # noqa: B008
+        return 0 if parent.isValid() else len(self._headings)
+
+    def flags(self, index: Index) -> Qt.ItemFlag:
+        kind, flags = self._headings[index.column()].kind, Qt.ItemFlag.ItemIsEnabled | Qt.ItemFlag.ItemIsSelectable
+        if kind == "tick":
+            return flags | Qt.ItemFlag.ItemIsUserCheckable
+        return flags | Qt.ItemFlag.ItemIsEditable if kind == "edited" else flags
+
+    def headerData(self, section: int, orientation: Qt.Orientation, role: int = 0) -> Any:
+        if orientation != Qt.Orientation.Horizontal:
+            return None
+        heading = self._headings[section]
+        if role == Qt.ItemDataRole.DisplayRole:
+            return heading.title
+        if role == Qt.ItemDataRole.ToolTipRole:
+            return heading.hint
+        if role == Qt.ItemDataRole.AccessibleTextRole:
+            return heading.title or heading.hint
+        if role == Qt.ItemDataRole.DecorationRole and heading.icon:
+            return theme.icon(heading.icon, self._widget.palette())
+        if role == Qt.ItemDataRole.TextAlignmentRole:
+            return _alignment(heading).value | Qt.TextFlag.TextWordWrap.value
+        return None
+
+    def data(self, index: Index, role: int = 0) -> Any:
+        heading, cell = self._headings[index.column()], self._cells[index.row()][index.column()]
+        if role == Qt.ItemDataRole.DisplayRole:
+            return cell.text
+        if role == Qt.ItemDataRole.EditRole:
+            return cell.edited or cell.text
+        if role == Qt.ItemDataRole.AccessibleTextRole:
+            return cell.said or cell.text
+        if role == _SORT_ROLE:
+            return cell.key
+        if role == Qt.ItemDataRole.DecorationRole and cell.icon is not None:
+            return self._decoration(cell.icon)
+        if role == Qt.ItemDataRole.TextAlignmentRole:
+            return _alignment(heading)
+        if role == Qt.ItemDataRole.ForegroundRole and cell.tone:
+            return getattr(theme.colours(self._widget.palette()), cell.tone)
+        if role == Qt.ItemDataRole.FontRole and cell.bold:
+            font = QFont(self._widget.font())
+            font.setBold(True)
+            return font
+        if role == Qt.ItemDataRole.CheckStateRole and heading.kind == "tick":
+            return Qt.CheckState.Checked if cell.ticked else Qt.CheckState.Unchecked
+        if role == Qt.ItemDataRole.ToolTipRole:
+            hint = cell.hint or heading.hint
+            return hint if hint.startswith("<p>") else literal_text(hint)
+        return None
+
+    def setData(self, index: Index, value: Any, role: int = Qt.ItemDataRole.EditRole) -> bool:
+        key, cell = self.keys[index.row()], self._cells[index.row()][index.column()]
+        if role == Qt.ItemDataRole.CheckStateRole:
+            self.edited.emit(key, index.column(), Qt.CheckState(value) == Qt.CheckState.Checked)
+            return True
+        text = str(value).strip()
+        if text == (cell.edited or cell.text):
+            return False
+        self.edited.emit(key, index.column(), text)
+        return True
+
+    def _decoration(self, icon: tuple[str, str] | tuple[int, int, int]) -> QIcon | QColor:
+        if len(icon) == 3:
+            return QColor(*icon)
+        name, tone = icon
+        pixmap = theme.icon(name, self._widget.palette(), tone).pixmap(2 * ICON_SIZE, 2 * ICON_SIZE)
+        plain = QIcon(pixmap)
+        plain.addPixmap(pixmap, QIcon.Mode.Selected)  # the same colours in selected rows
+        return plain
+
+
+def _alignment(heading: Heading) -> Qt.AlignmentFlag:
+    if heading.kind == "icon":
+        return Qt.AlignmentFlag.AlignCenter
+    side = Qt.AlignmentFlag.AlignRight if heading.kind == "number" else Qt.AlignmentFlag.AlignLeft
+    return side | Qt.AlignmentFlag.AlignVCenter
+
+
+class RowTable(Themed, QTableView):
+    """View of a table that can be sorted by each column; F2 edits the current cell, or the name of its row.
+
+    Attributes
+    ----------
+    rows : RowModel
+    hint : str
+        Text of the empty table.
+    """
+
+    hint = ""
+
+    def __init__(self, name: str, headings: Mapping[int, Heading]) -> None:
+        super().__init__()
+        self._headings = headings
+        self.rows = RowModel(headings, self)
+        self.proxy = QSortFilterProxyModel(self)
+        self.proxy.setSourceModel(self.rows)
+        self.proxy.setSortRole(_SORT_ROLE)
+        self.setModel(self.proxy)
+        self.setAccessibleName(name)
+        set_up_table(self, _NARROW)
+        icons = [column for column, heading in headings.items() if heading.kind == "icon"]
+        self.setItemDelegate(RowDelegate(icons, self))
+        header = self.horizontalHeader()
+        for column, heading in headings.items():
+            if heading.kind in ("icon", "tick"):
+                header.setSectionResizeMode(column, QHeaderView.ResizeMode.Fixed)
+            if width := _NARROW if heading.kind in ("icon", "tick") else heading.width:
+                header.resizeSection(column, width)
+
+    def key_of(self, index: Index) -> Any:
+        """Return the key of the row of an index."""
+        return self.rows.keys[self.proxy.mapToSource(index).row()]
+
+    def chosen(self) -> list[Any]:
+        """Return the keys of the selected rows, in table order."""
+        return [self.key_of(index) for index in sorted(self.selectionModel().selectedRows(), key=QModelIndex.row)]
+
+    def _take_theme(self) -> None:
+        self.rows.take_theme()
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        if event.key() == Qt.Key.Key_Space:
+            event.ignore()  # Space pans the views, regardless of the focus, and changes nothing
+        elif event.key() == Qt.Key.Key_F2 and self.currentIndex().isValid():
+            self.rename()
+        else:
+            super().keyPressEvent(event)
+
+    def rename(self) -> None:
+        """Let the user edit the current cell, or the name of its row."""
+        current = self.currentIndex()
+        can_be = [column for column, heading in self._headings.items() if heading.kind == "edited"]
+        self.edit(current.siblingAtColumn(current.column() if current.column() in can_be else can_be[0]))
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        super().paintEvent(event)
+        if not self.rows.keys:
+            paint_hint(self, self.hint)
