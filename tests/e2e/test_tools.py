@@ -144,14 +144,15 @@ def test_keys_work_wherever_the_focus_is_but_not_where_numbers_are_typed(editing
         assert editing.editor.tool_name == ("border" if widget in (views, table) else "select")
         if widget not in (views, table):
             continue
-        assert widget.hasFocus()
+        view = editing.views.active.view
+        assert view.hasFocus(), "a tool leads to the views"
         key(editing, _Key.Key_Comma)
         assert editing.editor.tool_name == "smart_select"
         key(editing, _Key.Key_Period)
         assert editing.editor.tool_name == "border"
-        QTest.keyPress(widget, _Key.Key_Space)
+        QTest.keyPress(view, _Key.Key_Space)
         assert viewport.cursor().shape() is Qt.CursorShape.OpenHandCursor
-        QTest.keyRelease(widget, _Key.Key_Space)
+        QTest.keyRelease(view, _Key.Key_Space)
         assert viewport.cursor().shape() is Qt.CursorShape.CrossCursor
         assert all(editing.workspace.current.info(label).visible for label in (1, 2)), "space hides no block"
 
