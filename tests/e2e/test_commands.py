@@ -3,7 +3,7 @@
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication, QDialog, QDoubleSpinBox
+from PySide6.QtWidgets import QApplication, QDialog, QDoubleSpinBox, QFileDialog
 
 from gui.base.commands import action_entries, command, why_not
 from gui.base.needs import Need
@@ -106,7 +106,8 @@ def test_a_command_takes_over_the_number_that_is_being_typed(opened, qtbot):
 
 
 @pytest.mark.parametrize("leave", ["save_project", "quit", "close"])
-def test_a_note_that_is_being_typed_is_work(opened, qtbot, leave):
+def test_a_note_that_is_being_typed_is_work(opened, qtbot, tmp_path, monkeypatch, leave):
+    monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_: (str(tmp_path / "work.ilf"), ""))
     activate(opened, qtbot)
     opened.project.discard_silently = False
     opened.actions_["note_frame"].trigger()

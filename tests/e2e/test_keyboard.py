@@ -254,7 +254,6 @@ def _assert_enter_is_default(dialog: QDialog, widget: QWidget):
     [
         ("open", "File…", "getOpenFileName"),
         ("export", "Browse…", "getExistingDirectory"),
-        ("save_project_as", "&Browse…", "getSaveFileName"),
         ("load_blocks", "Folder…", "getExistingDirectory"),
     ],
 )
