@@ -244,7 +244,8 @@ def run_in_child(
     except ChildEnded as error:
         problem = f"crashes ({error})"
     except Exception as error:
-        problem = f"fails ({f'{type(error).__name__}: {error}':.200})"
+        text = f"{type(error).__name__}: {error}".rstrip(": ")
+        problem = f"fails ({text:.200})"
     raise FormatError(f"{file} is damaged: {doing} {problem}. {_REMEDY}")
 
 
