@@ -240,7 +240,7 @@ def run_in_child(
     except TimeoutError:
         problem = f"takes longer than {seconds:g} s"
     except MemoryError:
-        problem = f"needs more than {memory / 2**30:g} GiB"
+        problem = f"needs more than {memory / 2**30:.2g} GiB"
     except ChildEnded as error:
         problem = f"crashes ({error})"
     except Exception as error:

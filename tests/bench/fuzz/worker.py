@@ -91,9 +91,9 @@ def work(form: Format, seed: int, first: int, last: int, place: Path, keep: Path
         signal.alarm(0)
         took = time.perf_counter() - begun
         if took > SECONDS:
-            kind, what = "hang", f"more than {SECONDS} s"
+            kind, what = "hang", f"more than {SECONDS} s, then {kind}: {what}"
         elif _peak() > PEAK:
-            kind, what = "memory", f"more than {PEAK / 1e6:.0f} MB"
+            kind, what = "memory", f"more than {PEAK / 1e6:.0f} MB, {kind}: {what}"
         if keep is not None and kind not in {"ok", "told"}:
             (keep / f"{form.name}-{number}{path.suffix}").write_bytes(content)
         line = {"case": number, "kind": kind, "what": what if kind != "ok" else "", "seconds": took}
