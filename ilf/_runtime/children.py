@@ -23,7 +23,7 @@ from itertools import islice
 from queue import SimpleQueue
 from typing import Any, BinaryIO, TypeVar
 
-from ..errors import FormatError, IlfError, InputError, cause, told_as
+from ..errors import FormatError, IlfError, InputError, told_as
 from .cancellation import check_cancelled, run_aside, set_cancel_events
 from .installation import child_command
 from .writing import remove_temporary_files
@@ -244,7 +244,7 @@ def run_in_child(
     except ChildEnded as error:
         problem = f"crashes ({error})"
     except Exception as error:
-        text = f"{type(error).__name__}: {cause(error)}".rstrip(": ")
+        text = f"{type(error).__name__}: {error}".rstrip(": ")
         problem = f"fails ({text:.200})"
     raise FormatError(f"{file} is damaged: {doing} {problem}. {_REMEDY}")
 
