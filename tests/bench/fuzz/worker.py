@@ -83,6 +83,7 @@ def work(form: Format, seed: int, first: int, last: int, place: Path, keep: Path
     print(json.dumps({"ready": len(seeds)}), file=out, flush=True)
     for number in range(first, last):
         content = case(form, seeds, seed, number)
+        path.parent.mkdir(parents=True, exist_ok=True)  # an autosave without work is removed
         path.unlink(missing_ok=True)  # otherwise some file systems wait for the disk
         path.write_bytes(content)
         begun = time.perf_counter()
