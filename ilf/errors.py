@@ -96,7 +96,7 @@ def cause(error: Exception) -> str:
     """
     if isinstance(error, OSError) and error.errno is not None:
         return _CAUSES.get(error.errno) or error.strerror or "the system gives no reason"
-    return str(error)
+    return str(error).partition("; use sys.set_int_max")[0]  # Python's advice on numbers of thousands of digits
 
 
 _LONGEST_CAUSE = 200

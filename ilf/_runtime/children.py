@@ -240,11 +240,12 @@ def run_in_child(
     except TimeoutError:
         problem = f"takes longer than {seconds:g} s"
     except MemoryError:
-        problem = f"needs more than {memory / 2**30:g} GiB"
+        problem = f"needs more than {memory / 2**30:.2g} GiB"
     except ChildEnded as error:
         problem = f"crashes ({error})"
     except Exception as error:
-        problem = f"fails ({f'{type(error).__name__}: {error}':.200})"
+        text = f"{type(error).__name__}: {error}".rstrip(": ")
+        problem = f"fails ({text:.200})"
     raise FormatError(f"{file} is damaged: {doing} {problem}. {_REMEDY}")
 
 

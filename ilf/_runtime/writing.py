@@ -97,9 +97,9 @@ def temporary_name(prefix: str, suffix: str = "") -> str:
     return f"{prefix}{_computer()}-{os.getpid()}-{secrets.token_hex(4)}{suffix}"
 
 
-def left_in(folder: Path, prefix: str) -> list[Path]:
+def left_in(folder: Path, prefix: str, seconds: float = _DAY_S) -> list[Path]:
     """Return temporary files or folders of this user that were left in a folder: their process was on this computer and
-    has ended, or they have been unchanged for a day."""
+    has ended, or they have been unchanged for so long [s]."""
     named = re.compile(rf"{re.escape(prefix)}(?P<computer>[^-]+)-(?P<process>\d+)-[0-9a-f]{{8}}(\..*)?")
     found = []
     with suppress(OSError), os.scandir(folder) as entries:
@@ -109,7 +109,7 @@ def left_in(folder: Path, prefix: str) -> list[Path]:
                     status = entry.stat(follow_symlinks=False)
                     has_ended = name["computer"] == _computer() and not _is_running(int(name["process"]))
                     is_own = not hasattr(os, "geteuid") or status.st_uid == os.geteuid()
-                    if is_own and not entry.is_symlink() and (has_ended or time.time() - status.st_mtime > _DAY_S):
+                    if is_own and not entry.is_symlink() and (has_ended or time.time() - status.st_mtime > seconds):
                         found.append(Path(entry))
     return sorted(found)
 

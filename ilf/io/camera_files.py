@@ -347,8 +347,9 @@ def _tree_of(content: FileContent) -> Any:
                 return _once(zip(names, values, strict=True))
         return _parsed(_of_sections(text) if _ASSIGNED.search(text) else _of_yaml(text))
     except (yaml.YAMLError, configparser.Error, ElementTree.ParseError, ValueError, RecursionError) as error:
-        told = " ".join(str(error).split())
-        raise FormatError(f"{content} is not a file of cameras that can be read ({told:.120}).") from error
+        told = f"{' '.join(str(error).split()):.120}"
+        remedy = "Correct it, or give fx,fy,cx,cy."
+        raise FormatError(f"{content} is not a file of cameras that can be read ({told}). {remedy}") from error
 
 
 def _of_numbers(content: FileContent, numbers: list[float]) -> dict[str, Any]:

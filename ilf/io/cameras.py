@@ -204,8 +204,8 @@ def read_cameras(path: Path) -> dict[int, tuple[Camera, float]]:
     cameras = {}
     for key, values in data.items():
         with told_as(FormatError, f"{path}, entry {key!r:.40}: {{error}}", (InputError, ValueError)):
-            if not isinstance(values, dict):
-                raise FormatError("it must be a JSON object.")
+            if not (isinstance(values, dict) and key.isdecimal()):
+                raise FormatError("it must be a JSON object under the number of an image.")
             entry = Section(f"entry {key}", values)
             scale = entry.get("depth_scale", float)
             if not (scale > 0 and math.isfinite(1000 / scale)):

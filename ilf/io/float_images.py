@@ -168,8 +168,8 @@ def floats_behind(file: FileContent, start: int, shape: tuple[int, int], order: 
     values = file.data[start:]
     if values.size != 4 * width * height:
         raise FormatError(
-            f"{file}: its header declares {4 * width * height} bytes, but it has {values.size}: it is truncated or "
-            "damaged. Copy or export it again."
+            f"{file} has {values.size} bytes after its header, which declares {4 * width * height}: it is truncated "
+            "or damaged. Copy or export it again."
         )
     return np.frombuffer(values.tobytes(), order).astype(np.float32).reshape(shape)
 
@@ -226,7 +226,7 @@ def read_colmap(file: FileContent) -> NDArray[np.float32]:
         raise wrong_kind(file, file.data, "a depth map of COLMAP, which begins with width&height&1&")
     width, height, channels = map(int, header.groups())
     if channels != 1:
-        raise FormatError(f"{file} has {channels} channels, as normal maps. Give the file from depth_maps.")
+        raise FormatError(f"{file} has {channels} channels; depth has one, normals three. Give a file of depth_maps.")
     return floats_behind(file, header.end(), (height, width), "<f4")
 
 

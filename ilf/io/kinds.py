@@ -136,12 +136,12 @@ def wrong_kind(file: FileSource, data: bytes | NDArray[np.uint8], wanted: str) -
     """The error for a file that is not `wanted`, naming its kind."""
     found = kind_of_file(file, data)
     if found is None:
-        return FormatError(
-            f"{file} is not {wanted}: its content is of an unknown kind. Copy or export it again, as one of these."
-        )
+        return FormatError(f"{file} is not {wanted}: its content is of an unknown kind. Copy or export it again.")
     kind, remedy = found
     if remedy.startswith("Rename"):
         if (name := _NAME.search(kind)) and name[0] in wanted:
+            if Path(str(file)).suffix.lower() in re.findall(r"\.\w+", remedy):
+                return FormatError(f"{file} begins as {kind}, but is damaged. Copy or export it again.")
             return FormatError(f"{file} is {kind}, which is read under another suffix. {remedy}")
         if wanted == COMMON_IMAGES and kind != _HEIC:
             remedy = "Give the colour image: if this is depth, the two were swapped."

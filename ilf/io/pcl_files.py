@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import re
 import struct
 from collections.abc import Mapping
@@ -86,10 +85,10 @@ def _of_text(file: FileContent, data: bytes, fields: np.dtype[Any], count: int) 
     told = f"{file}: its points cannot be read ({{error}}). Copy or export it again."
     numbers = np.dtype([(name, np.float64, fields[name].shape) for name in fields.names or ()])  # also of integers
     with told_as(FormatError, told, ValueError), np.errstate(invalid="ignore", over="ignore"):
-        points = np.loadtxt(io.StringIO(data.decode("ascii")), numbers, ndmin=1, max_rows=count)
-        if len(points) != count:
-            raise ValueError(f"it has {len(points)} of {count} points")
-        return points.astype(fields)
+        lines = [line for line in data.decode("ascii").split("\n") if line.partition("#")[0].strip()]
+        if len(lines) < count:
+            raise ValueError(f"it has {len(lines)} of {count} points")
+        return np.loadtxt(lines[:count], numbers, ndmin=1).astype(fields)
 
 
 def _header(file: FileContent) -> tuple[tuple[int, int], np.dtype[Any], str, int]:

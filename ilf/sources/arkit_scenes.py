@@ -67,7 +67,7 @@ class ARKitScenes(PairedRecording):
         if not self._cameras:
             return Cameras(None, None, np.eye(4), is_registered=True)
         _, path = min(self._cameras.values(), key=lambda timed: abs(timed[0] - _time_of(key)))
-        told = f"{path} must contain width height fx fy cx cy of the colour images ({{error}})."
+        told = f"{path} must contain width height fx fy cx cy of the colour images ({{error}}). Download it again."
         with told_as(FormatError, told, (ValueError, InputError)):
             width, height, fx, fy, cx, cy = map(float, read_file(path).data.tobytes().split())
             if (width, height) != size:

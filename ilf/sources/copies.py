@@ -7,6 +7,7 @@ to the cache. Below either folder, a path spells the address: .../s3/bucket/rgb/
 from __future__ import annotations
 
 import hashlib
+import math
 import os
 import re
 import shlex
@@ -49,7 +50,7 @@ def temporary_folder(prefix: str) -> Iterator[Path]:
 @cache
 def _remove_stale_folders(root: str, prefix: str) -> None:
     """Remove temporary folders that ended processes of this user have left; once in a process."""
-    for folder in left_in(Path(root), prefix):
+    for folder in left_in(Path(root), prefix, math.inf):  # those in use may stay unchanged for days
         remove(folder)
 
 

@@ -60,9 +60,9 @@ def sun_frame(root: str | Path, given: ReadingOptions) -> FrameRef:
         found = f"{len(colours)} colour and {len(depths)} depth files"
         raise InputError(f"{root} looks like a frame of SUN RGB-D, but has {found} instead of one each.")
     path = Path(root) / _SUN_CAMERA_FILE
-    told = f"{path} must contain the nine numbers of a camera matrix ({{error}})."
+    told = f"{path} must contain the nine numbers of a camera matrix ({{error}}). Correct it."
     with told_as(FormatError, told, (ValueError, InputError)):
-        numbers = np.array(read_file(path).data.tobytes().split(), float)
+        numbers = np.array(read_file(path).data.tobytes().decode().split(), float)
         camera = camera_from_numbers(numbers, "")
     options = given.or_else(ReadingOptions(encoding="sun", intrinsics=camera))
     return FrameRef(str(colours[0]), str(depths[0]), options=options)

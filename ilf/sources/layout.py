@@ -186,10 +186,8 @@ def layouts_from_file(path: Path) -> list[Layout]:
     content = read_file(path)
     if len(content.data) > _MAX_TOML:
         raise FormatError(f"{content} has more than {_MAX_TOML >> 10} KiB: it is no table of layouts.")
-    try:
+    with told_as(FormatError, f"{content} is not valid TOML ({{error}}). Correct it.", (ValueError, RecursionError)):
         data = tomllib.loads(content.data.tobytes().decode("utf-8"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as error:
-        raise FormatError(f"{content} is not valid TOML ({error}). Correct it.") from error
     if "rgb" in data:
         data = {content.path.stem: data}
     wrong = [name for name, table in data.items() if not isinstance(table, dict) or name == GIVEN]

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._runtime.cancellation import not_cancelled
-from .._runtime.children import Child, end, release, run_in_child
+from .._runtime.children import MEMORY, Child, end, release, run_in_child
 from ..data.camera import Cameras
 from ..errors import IlfError
 from .recording import RecordedFrame, Recording, RecordingIndex, Topics
@@ -20,6 +20,8 @@ from .times import MAX_TIME_GAP_S
 
 SECONDS, BYTES_PER_SECOND = 20.0, 2**24
 """Time limit of each answer: 20 s, and more for large files, which may be on a slow disk."""
+LEAST_MEMORY, MEMORY_PER_BYTE = 800 * 2**20, 8
+"""Limit of the memory of each answer [bytes], and what a byte of the files adds to it, up to the limit of children."""
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -44,6 +46,7 @@ class RecordingInChild(Recording):
         files = path.iterdir() if path.is_dir() else [path]
         size = sum(file.stat().st_size for file in files if file.is_file())  # not of links that lead nowhere
         self._seconds = SECONDS + size // BYTES_PER_SECOND
+        self._memory = min(LEAST_MEMORY + size * MEMORY_PER_BYTE, MEMORY)
 
     def index(self, max_gap: float = MAX_TIME_GAP_S, topics: Topics | None = None) -> RecordingIndex:
         return self._answer(Recording.index, max_gap, topics)
@@ -75,7 +78,14 @@ class RecordingInChild(Recording):
             return self._call(_answered, self._type, self.path, question, *given)
 
     def _call(self, function: Callable[..., T], *arguments: Any) -> T:
-        return run_in_child(function, *arguments, file=str(self.path), seconds=self._seconds, own=self._children)
+        return run_in_child(
+            function,
+            *arguments,
+            file=str(self.path),
+            seconds=self._seconds,
+            memory=self._memory,
+            own=self._children,
+        )
 
 
 # The child's side.

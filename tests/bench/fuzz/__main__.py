@@ -3,9 +3,9 @@
     python -m tests.bench.fuzz [--cases 10000] [--format NAME ...] [--seed 0] [--first 0] [--jobs 1] [--keep FOLDER]
     python -m tests.bench.fuzz --sound
 
-Each file is read as the program reads it, by a child process with 4 GiB of memory and 10 s. The file is read (ok) or
-refused with an error of one line (told); anything else is a fault: a traceback or a warning of a library, a crash, a
-hang, or more memory. Case N of a seed is the same file every time; --keep stores the files that caused faults.
+Each file is read as the program reads it, by a child process. The file is read (ok) or refused with an error of one
+line (told); anything else is a fault: a traceback or a warning of a library, a crash, more than 10 s (hang), or
+more than 1 GB of memory. Case N of a seed is the same file every time; --keep stores the files that caused faults.
 """
 
 import argparse

@@ -9,8 +9,6 @@ from collections import Counter
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from .worker import SECONDS
-
 
 @dataclass
 class Tally:
@@ -67,13 +65,10 @@ def _one_child(name: str, seed: int, first: int, last: int, place: str, keep: Pa
             first = line["case"] + 1
         tally.peak = max(tally.peak, line.get("peak", 0))
     if child.returncode == 0:
-        return last
-    is_hang = f"Timeout (0:00:{SECONDS}" in child.stderr
-    if not lines or not (is_hang or child.returncode < 0):
+        return first
+    if not lines or child.returncode > 0:
         told = f"after {dict(tally.kinds)} the child ended unexpectedly ({child.returncode})"
         raise SystemExit(f"{name}: {told}: {tally.bad} {child.stderr[-2000:]}")
-    if is_hang:
-        tally.add(first, "hang", f"more than {SECONDS} s")
-    else:
-        tally.add(first, "crash", signal.Signals(-child.returncode).name)
+    ended_by = signal.Signals(-child.returncode).name
+    tally.add(first, "hang" if ended_by == "SIGALRM" else "crash", ended_by)
     return first + 1

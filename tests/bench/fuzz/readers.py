@@ -9,7 +9,6 @@ import numpy as np
 
 import ilf
 import ilf.batch.folder_sink
-import ilf.segmentation.edges.detectors
 from gui.features.frame_list.thumbnails import read_thumbnail
 from ilf._runtime.files import read_file
 from ilf._runtime.networks.models import models_folder
@@ -120,12 +119,6 @@ def network(path: Path) -> None:
         assert not (models_folder() / "fuzzed.onnx").exists(), "a refused network was written"
         raise
     (models_folder() / "fuzzed.onnx").unlink()
-
-
-def weights(path: Path) -> None:
-    """Import of a network; the test run of the import uses smaller images, because it is not part of reading."""
-    ilf.segmentation.edges.detectors._TRIAL_SHAPES = ((16, 16), (16, 32))
-    network(path)
 
 
 def recording(path: Path) -> None:

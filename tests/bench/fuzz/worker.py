@@ -3,10 +3,10 @@
 python -m tests.bench.fuzz.worker FORMAT SEED FIRST LAST FOLDER [KEEP]
 """
 
-import faulthandler
 import json
 import os
 import resource
+import signal
 import sys
 import time
 import traceback
@@ -18,15 +18,16 @@ from typing import TextIO
 import cv2
 import numpy as np
 
-import ilf._runtime.children
+from ilf._runtime import children
 from ilf.errors import DepthWarning, IlfError
 
-from .forked import ForkedChild
 from .formats import FORMATS, Format
 
 MEMORY = 4 * 2**30
-SECONDS = 10
-"""Time limit for one file [s]."""
+PEAK = 10**9
+"""Limits of the address space, and of the memory that is really used [bytes]."""
+SECONDS, END = 10, 100
+"""Longest time for a file [s], and time after which the process is ended."""
 LONGEST_MESSAGE = 2000
 
 
@@ -82,18 +83,31 @@ def work(form: Format, seed: int, first: int, last: int, place: Path, keep: Path
     print(json.dumps({"ready": len(seeds)}), file=out, flush=True)
     for number in range(first, last):
         content = case(form, seeds, seed, number)
+        path.parent.mkdir(parents=True, exist_ok=True)  # an autosave without work is removed
+        path.unlink(missing_ok=True)  # otherwise some file systems wait for the disk
         path.write_bytes(content)
         begun = time.perf_counter()
-        faulthandler.dump_traceback_later(SECONDS, exit=True)
+        signal.alarm(END)
         kind, what = outcome(form, path)
-        faulthandler.cancel_dump_traceback_later()
+        signal.alarm(0)
         took = time.perf_counter() - begun
+        if took > SECONDS:
+            kind, what = "hang", f"more than {SECONDS} s, then {kind}: {what}"
+        elif _peak() > PEAK:
+            kind, what = "memory", f"more than {PEAK / 1e6:.0f} MB, {kind}: {what}"
         if keep is not None and kind not in {"ok", "told"}:
             (keep / f"{form.name}-{number}{path.suffix}").write_bytes(content)
         line = {"case": number, "kind": kind, "what": what if kind != "ok" else "", "seconds": took}
         print(json.dumps(line), file=out, flush=True)
-    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
-    print(json.dumps({"peak": peak}), file=out, flush=True)
+        if kind == "memory":
+            break
+    children.end(children._idle)
+    print(json.dumps({"peak": _peak()}), file=out, flush=True)
+
+
+def _peak() -> int:
+    """Maximum memory of this process, or of a child that has ended [bytes]."""
+    return max(resource.getrusage(who).ru_maxrss for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)) * 1024
 
 
 def main() -> None:
@@ -104,8 +118,7 @@ def main() -> None:
     os.dup2(2, 1)
     cv2.setNumThreads(1)
     form = FORMATS[name]
-    ilf._runtime.children.Child = ForkedChild
-    ilf._runtime.children.set_process_limits(3600 * 24, MEMORY)
+    children.set_process_limits(3600 * 24, MEMORY)
     work(form, *map(int, numbers), place, keep, out)
 
 

@@ -163,12 +163,13 @@ def _npy(values: np.ndarray) -> bytes:
 
 
 DAMAGED = {
-    "cut.pfm": (lambda: pfm(METRES)[:-1], "3072 bytes, but it has 3071"),
-    "longer.pfm": (lambda: pfm(METRES) + b" ", "3072 bytes, but it has 3073"),
+    "cut.pfm": (lambda: pfm(METRES)[:-1], "3071 bytes after its header, which declares 3072"),
+    "longer.pfm": (lambda: pfm(METRES) + b" ", "3073 bytes after its header, which declares 3072"),
     "colours.pfm": (lambda: pfm(METRES, kind=b"PF"), "three channels"),
     "huge.pfm": (lambda: b"Pf 100000 100000 -1\n", "100000 x 100000 pixels"),
+    "damaged.pfm": (lambda: b"Pf x 2 -1\n", "begins as a PFM image, but is damaged"),
     "not.pfm": (lambda: b"P5 2 2 255\n", "not a PFM"),
-    "cut.bin": (lambda: colmap(METRES)[:-4], "3072 bytes, but it has 3068"),
+    "cut.bin": (lambda: colmap(METRES)[:-4], "3068 bytes after its header, which declares 3072"),
     "normals.bin": (lambda: colmap(METRES, 3), "3 channels"),
     "huge.bin": (lambda: b"100000&100000&1&", "100000 x 100000 pixels"),
     "not.bin": (lambda: bytes(100), "width&height&1&"),

@@ -75,8 +75,8 @@ def test_organised_clouds_are_colour_and_depth(tmp_path, kind):
             read_depth_values(path)
 
 
-@pytest.mark.parametrize("labels", [b" 0.0 1.5", b" nan nan", b" -1 99999"])
-def test_a_cloud_is_read_whose_integers_are_written_as_other_numbers(labels, tmp_path):
+@pytest.mark.parametrize("labels", [b" 0.0 1.5", b" nan nan", b" -1 99999", b" 0 0\n"])
+def test_a_cloud_is_read_with_other_numbers_as_integers_or_empty_lines(labels, tmp_path):
     path = tmp_path / "a.pcd"
     path.write_bytes(_pcd("ascii").replace(b" 0 0\n", labels + b"\n"))
     assert np.allclose(read_depth_values(path), DEPTH, equal_nan=True)

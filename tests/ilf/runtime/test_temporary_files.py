@@ -4,11 +4,13 @@ import os
 import signal
 import subprocess
 import sys
+import tempfile
 from pathlib import Path
 
 import pytest
 
 from ilf._runtime.writing import temporary_name, write_bytes
+from ilf.sources.copies import temporary_folder
 
 _DAY_S = 24 * 3600
 
@@ -46,6 +48,17 @@ def test_what_others_may_still_be_writing_stays_for_a_day(tmp_path):
             os.utime(folder / name, (written, written))
         write_bytes(folder / "notes.txt", b"whole")
         assert hidden(folder) == (set(names.values()) if age < 1 else set())
+
+
+def test_a_folder_stays_while_its_process_uses_it(tmp_path, monkeypatch):
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    ours = temporary_name("ilf-days-")
+    names = {"in use": ours, "left": ours.replace(f"-{os.getpid()}-", f"-{10**30}-")}
+    for name in names.values():
+        (tmp_path / name).mkdir()
+        os.utime(tmp_path / name, (0, 0))
+    with temporary_folder("ilf-days-") as folder:
+        assert {*tmp_path.iterdir()} == {tmp_path / names["in use"], folder}
 
 
 def test_temporary_files_of_other_users_stay(tmp_path, monkeypatch):

@@ -15,12 +15,9 @@ from ilf.cli import main
 from ilf.errors import FormatError, InputError
 from ilf.segmentation.edges.detectors import EdgeNetwork
 
-from ...bench.fuzz.forked import ForkedChild
 from ..small_frames import write_small_frame
 from ..small_runs import contents
 from ..tiny_onnx import message, node, number, write_network
-
-fork = pytest.mark.skipif(os.name != "posix", reason="forks")
 
 HOSTILE = Path(os.environ.get("ILF_TEST_DATA", "../shared/data")) / "hostile"
 
@@ -37,21 +34,13 @@ def crash() -> None:
     os.kill(os.getpid(), signal.SIGSEGV)
 
 
-@pytest.fixture
-def forked(monkeypatch):
-    """No interpreter is started for each trial."""
-    monkeypatch.setattr("ilf._runtime.children.Child", ForkedChild)
-    monkeypatch.setattr("ilf._runtime.children._idle", [])
-
-
 def test_a_child_gives_what_the_function_gives():
     assert run_in_child(divmod, 7, 2, file="seven") == (3, 1)
     with pytest.raises(FormatError, match=r"a\.file is damaged: reading it takes longer than 0\.1 s"):
         run_in_child(time.sleep, 60, file="a.file", seconds=0.1)
 
 
-@fork
-@pytest.mark.usefixtures("forked")
+@pytest.mark.skipif(os.name != "posix", reason="signals")
 def test_what_ends_a_child_is_told():
     with pytest.raises(FormatError, match=r"a\.file is damaged: reading it crashes .SIGSEGV"):
         run_in_child(crash, file="a.file")
@@ -112,21 +101,24 @@ def test_the_bundled_networks_are_known_and_others_tried_once(tmp_path, monkeypa
     assert tried == ["own.onnx"], "later processes know it, too"
 
 
-@fork
-@pytest.mark.usefixtures("forked")
+class Crashing(EdgeNetwork):
+    """One that ends its process with larger images."""
+
+    def _results(self, inputs):
+        return kill() if inputs[""].size > 10**5 else super()._results(inputs)
+
+
+@pytest.mark.skipif(os.name != "posix", reason="signals")
 def test_a_network_that_crashes_with_larger_images_is_refused(tmp_path, monkeypatch):
-    content = write_network(tmp_path / "own.onnx", OWN).read_bytes() + number(2**20, 7)  # not that of the other tests
-    network = EdgeNetwork.read(np.frombuffer(content, np.uint8), tmp_path / "own.onnx")
+    path = write_network(tmp_path / "own.onnx", OWN)
+    content = np.frombuffer(path.read_bytes() + number(2**20, 7), np.uint8)  # not that of the other tests
     small, large = np.zeros((64, 64, 3), np.uint8), np.zeros((200, 300, 3), np.uint8)
-    looks = EdgeNetwork._results
-    with monkeypatch.context() as crashing:
-        crashing.setattr(
-            EdgeNetwork, "_results", lambda self, inputs: kill() if inputs[""].size > 10**5 else looks(self, inputs)
-        )
-        network.strength(small)
-        for _ in range(2):
-            with pytest.raises(FormatError, match=r"own\.onnx .* image of about 352 x 256 pixels crashes .SIGKILL"):
-                network.strength(large)
+    crashing = Crashing.read(content, path)
+    crashing.strength(small)
+    for _ in range(2):
+        with pytest.raises(FormatError, match=r"own\.onnx .* image of about 352 x 256 pixels crashes .SIGKILL"):
+            crashing.strength(large)
+    network = EdgeNetwork.read(content, path)
     assert network.strength(large).shape == (200, 300)
     monkeypatch.setattr("ilf._runtime.children.run_in_child", None)
     assert network.strength(large).shape == (200, 300), "it is not tried again"

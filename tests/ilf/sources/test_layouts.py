@@ -617,8 +617,9 @@ def test_what_does_not_fit_names_the_layout_and_the_nearest(tmp_path):
         InputError, match=r"The nearest layout is void \(VOID\): it finds .*K\.txt.*, but lacks .*sparse_depth"
     ):
         ilf.open_source(scene)
-    with pytest.raises(FormatError, match="not valid TOML"):
-        layouts_from_file(_wrong(tmp_path / "a.toml", "rgb = "))
+    for text in ("rgb = ", "rgb = " + "9" * 5000):
+        with pytest.raises(FormatError, match="not valid TOML"):
+            layouts_from_file(_wrong(tmp_path / "a.toml", text))
     with pytest.raises(FormatError, match="more than 64 KiB"):  # whose name takes a minute
         layouts_from_file(_wrong(tmp_path / "a.toml", f"{'a.' * 200_000}a = 1"))
     with pytest.raises(FormatError, match=r"must contain a table"):

@@ -565,6 +565,17 @@ def test_a_recording_that_would_be_read_without_end_is_refused(tmp_path, monkeyp
     assert len(ilf.open_source(write_aligned(tmp_path, "ros1", frames=1))) == 1
 
 
+@pytest.mark.skipif(sys.platform != "linux", reason="only Linux limits memory")
+def test_a_small_recording_does_not_take_gigabytes(tmp_path):
+    write_aligned(tmp_path, "sqlite3")
+    path = storage_of(tmp_path, "sqlite3")
+    with contextlib.closing(sqlite3.connect(path)) as database:
+        database.execute("ALTER TABLE topics DROP COLUMN type_description_hash")
+        database.execute("ALTER TABLE topics ADD COLUMN type_description_hash AS (zeroblob(900000000))")
+    with pytest.raises(FormatError, match="out of memory"):
+        ilf.open_source(path)
+
+
 def test_a_frame_is_read_to_its_end_by_work_that_is_cancelled(tmp_path):
     """Or else the recording would have to be opened again for the next frame."""
     source = ilf.open_source(write_aligned(tmp_path, "ros1", frames=1))
