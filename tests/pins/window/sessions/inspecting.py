@@ -75,7 +75,6 @@ def colours_of_depth(user: Hand) -> None:
     """The range of the colours: typed, locked, fitted to a rectangle; another colour map."""
     user.do("show_range")
     panel = user.panel("Range")
-    user.fill("Colour map of depth", "Viridis", panel)
     user.fill("Lower limit of the colour range", 1.5, panel)
     user.fill("Upper limit of the colour range", 3.5, panel)
     user.do("lock_range")
