@@ -15,6 +15,7 @@ _LEFT_OUT = {
     "play_camera": "needs a connected camera",
     "show_project": "opens the system's file manager",
     "stop_propagation": "what was done until then depends on the machine",
+    "rename_block": "edits the name in the table, as F2 does, with the keys of the system",
     "mark_checked": "the sequence is so plain that no propagated block needs a check",
 }
 
