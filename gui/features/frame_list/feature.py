@@ -51,8 +51,6 @@ class FramesFeature(Panel):
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)
-        toggle = next(one for one in context.panels.toggles() if one.text() == self.title)
-        toggle.toggled.connect(self._find_place)
         self.open_frames = OpenFrameLimiter(context)
         context.workspace.on(Part.FRAME, self._forget_wanted)
         panel = self.panel
@@ -81,6 +79,7 @@ class FramesFeature(Panel):
         strip = context.actions["film_strip"]
         strip.setChecked(not context.panels.persistent or QSettings().value(_KEY, True, bool) is True)
         context.refresh.add("film strip", self._find_place, Part.LIST, also=(strip.toggled,))
+        self.dock.installEventFilter(self)
         return self.dock
 
     def _find_place(self) -> None:
@@ -97,8 +96,9 @@ class FramesFeature(Panel):
         self.redraw()
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Follow the height of the window."""
-        if watched is self.context.centre and event.type() == QEvent.Type.Resize:
+        """Follow the dock as it opens and closes, and the height of the window."""
+        opens = watched is self.dock and event.type() in (QEvent.Type.Show, QEvent.Type.Hide)
+        if opens or (watched is self.context.centre and event.type() == QEvent.Type.Resize):
             self._find_place()
         return super().eventFilter(watched, event)
 
