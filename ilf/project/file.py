@@ -145,6 +145,8 @@ def save_project(
     ------
     ExportError
         If the file cannot be written, or an existing file is write-protected or has another schema.
+    InputError
+        If a part that is to be copied cannot be read, as when its archive has been closed.
 
     Examples
     --------
