@@ -65,9 +65,9 @@ def _main(arguments: Sequence[str] | None) -> int:
         os.environ["QT_QPA_PLATFORM"] = "offscreen"
         # the offscreen platform warns for every window that it cannot pass on size hints
         os.environ.setdefault("QT_LOGGING_RULES", "default.warning=false")
-    if problem:
-        return _print_refusal(f"{problem} (without a window: ilf complete --help)")
     try:
+        if problem:
+            raise InputError(problem)
         optional("PySide6.QtWidgets", "ilf-studio[app]", "The window")
         return _run(options, inputs)
     except InputError as error:

@@ -83,7 +83,7 @@ def _platforms() -> list[str]:
 
 def _problem(libraries: tuple[str, ...]) -> str:
     missing = missing_libraries(libraries)
-    return f"Qt cannot start because system libraries are missing: {how_to_install(missing)}" if missing else ""
+    return f"Qt cannot start because system libraries are missing: {how_to_install(missing)}." if missing else ""
 
 
 def _x11_problem() -> str:

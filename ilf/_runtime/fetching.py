@@ -30,7 +30,10 @@ _TRIES = 4
 ROUNDED = 0.01
 """Relative difference up to which a size is a rounded one of the file; its hash tells the rest."""
 
-_BEYOND = 416
+_MARK = ".etag"
+"""Suffix of the file beside the part with what tells one version of the file from another."""
+
+_NOTHING_LEFT = 416
 """Status of an answer to a question for what comes after the end."""
 
 
@@ -49,7 +52,7 @@ def fetch(
     """Fetch a file, and return its SHA-256 in hexadecimal digits.
 
     If the connection is cut or the work is cancelled, what has come stays in a hidden file beside the target, and the
-    next call continues there; where no hash tells whether all of it is of one file, it begins anew.
+    next call continues there if the server has the same file still.
 
     Parameters
     ----------
@@ -79,7 +82,7 @@ def fetch(
     part = ensure_folder(target.parent) / f".{target.name}.part"
     try:
         with FileLock(part.with_suffix(".lock"), timeout=0):
-            _received(address, part, size, sha256 is not None, progress)
+            _received(address, part, size, progress)
             found = file_sha256(part)
             try:
                 if sha256 not in {None, found}:
@@ -89,8 +92,10 @@ def fetch(
                     check(part, found)
             except InputError:
                 part.unlink()
+                part.with_suffix(_MARK).unlink()
                 raise
             os.replace(part, target)
+            part.with_suffix(_MARK).unlink()
     except Timeout as error:
         raise ExportError(f"Another process is fetching {target.name} now. Wait until it has ended.") from error
     except OSError as error:
@@ -98,51 +103,65 @@ def fetch(
     return found
 
 
-def _received(address: str, part: Path, size: int, can_continue: bool, progress: Progress | None) -> None:
+def _received(address: str, part: Path, size: int, progress: Progress | None) -> None:
     """Complete the part by one connection or, if they are cut, by several."""
     for left in reversed(range(_TRIES)):
         try:
-            _receive(address, part, size, can_continue, progress)
-            return
+            _receive(address, part, size, progress)
         except _CutError as error:
             if not left:
                 raise InputError(f"{address}: cut again and again ({error}). Repeat the command to go on.") from error
+        else:
+            return
 
 
-def _receive(address: str, part: Path, size: int, can_continue: bool, progress: Progress | None) -> None:
+def _receive(address: str, part: Path, size: int, progress: Progress | None) -> None:
     """Append to the part what it lacks, or write it anew where the server does not continue it."""
-    have = part.stat().st_size if can_continue and part.is_file() else 0
+    mark = part.with_suffix(_MARK)
+    tag = mark.read_text(encoding="utf-8") if mark.is_file() else ""
+    have = part.stat().st_size if tag and part.is_file() else 0
     headers = {"User-Agent": f"ilf-studio/{__version__}", "Accept-Encoding": "identity"}
-    with _answer(Request(address, headers=headers | ({"Range": f"bytes={have}-"} if have else {})), part) as answer:
-        if address.startswith("https:") and not answer.url.startswith("https:"):
-            raise InputError(f"{address}: the server leads to an address without encryption, which is not opened.")
+    if have:
+        headers |= {"Range": f"bytes={have}-", "If-Range": tag}
+    with _answer(Request(address, headers=headers)) as answer:
+        if answer.status == _NOTHING_LEFT and answer.headers.get("Content-Range") == f"bytes */{have}":
+            return
+        is_next = answer.headers.get("Content-Range", "").startswith(f"bytes {have}-")
+        if answer.status == _NOTHING_LEFT or (answer.status == 206 and not is_next):
+            mark.unlink()
+            raise _CutError("the server does not send the part that was asked for")
         have = have if answer.status == 206 else 0
         stated = answer.headers.get("Content-Length")
         whole = size if stated is None else have + int(stated)
-        if abs(whole - size) > ROUNDED * size:
+        if address.startswith("https:") and not answer.url.startswith("https:"):
+            raise InputError(f"{address}: the server leads to an address without encryption, which is not opened.")
+        tolerance = ROUNDED * size
+        if abs(whole - size) > tolerance:
             raise InputError(f"{address}: the file has {whole} bytes instead of {size}, so it is another one.")
+        entity = answer.headers.get("ETag", "")
+        mark.write_text("" if entity.startswith("W/") else entity, encoding="utf-8")
         with open(part, "ab" if have else "wb") as file:
-            while block := _next(answer):
+            while have <= whole + tolerance and (block := _next(answer)):
                 check_cancelled()
                 file.write(block)
                 have += len(block)
-                if have > whole + ROUNDED * size:
-                    raise InputError(f"{address}: the server sends more than {whole} bytes, so it is another file.")
                 if progress is not None:
                     progress(have, max(whole, have))
-    if have < whole - (ROUNDED * size if stated is None else 0):
+    if have < whole - (0 if stated else tolerance):
         raise _CutError(f"after {have} of {whole} bytes")
+    if have > whole + tolerance:
+        raise InputError(f"{address}: the server sends more than {whole} bytes, so it is another file.")
 
 
-def _answer(request: Request, part: Path) -> HTTPResponse:
+def _answer(request: Request) -> HTTPResponse | HTTPError:
     """Connect to a server; raise _CutError if it may answer later, InputError if it does not."""
     try:
         answer: HTTPResponse = urlopen(request, timeout=SILENCE_S)
     except HTTPError as error:
-        if error.code == _BEYOND:
-            part.unlink()  # it is none of this file
+        if error.code == _NOTHING_LEFT:
+            return error
         told = f"status {error.code}, {error.reason}"
-        if error.code == _BEYOND or error.code >= 500:
+        if error.code >= 500:
             raise _CutError(told) from error
         raise InputError(
             f"{request.full_url}: the server refuses it ({told}). Open the address in a browser."
@@ -154,7 +173,7 @@ def _answer(request: Request, part: Path) -> HTTPResponse:
     return answer
 
 
-def _next(answer: HTTPResponse) -> bytes:
+def _next(answer: HTTPResponse | HTTPError) -> bytes:
     try:
         return answer.read1(_BLOCK)
     except (OSError, HTTPException) as error:

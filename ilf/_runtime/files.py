@@ -238,8 +238,8 @@ def file_sha256(path: str | os.PathLike[str]) -> str:
         return hashlib.file_digest(stream, "sha256").hexdigest()
 
 
-def zip_member(archive: zipfile.ZipFile, entry: zipfile.ZipInfo, at_most: int, *, check: bool = True) -> bytes:
-    """Read a file of a zip, of which no more is unpacked than its entry states; without `check`, whatever its checksum.
+def zip_member(archive: zipfile.ZipFile, entry: zipfile.ZipInfo, at_most: int) -> bytes:
+    """Read a file of a zip, of which no more is unpacked than its entry states.
 
     Raises
     ------
@@ -252,6 +252,4 @@ def zip_member(archive: zipfile.ZipFile, entry: zipfile.ZipInfo, at_most: int, *
     if entry.compress_type not in {zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED}:
         raise ValueError(f"{entry.filename} is compressed by another method than deflate")
     with archive.open(entry) as stream:
-        if not check:
-            stream._expected_crc = None  # type: ignore[attr-defined]
         return stream.read(entry.file_size + 1)

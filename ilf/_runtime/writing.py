@@ -8,6 +8,7 @@ writes there.
 
 from __future__ import annotations
 
+import errno
 import os
 import re
 import secrets
@@ -140,13 +141,20 @@ def _is_running(process: int) -> bool:
 # One file.
 
 _FILE = ".ilf-"
+_REMEDIES = {
+    errno.EEXIST: "Move the file of that name, or choose another folder",
+    errno.EFBIG: "Choose another folder, or raise the limit",
+    errno.EISDIR: "Choose another name",
+    errno.ENAMETOOLONG: "Choose a shorter one",
+}
 _cleared: set[Path] = set()
 """Folders in which this process has removed what others have left."""
 
 
 def remedy(error: OSError) -> str:
     """Describe why a file could not be written, and what to do about it."""
-    return f"{cause(error)}. Check the folder and the space there, or choose another one"
+    usual = "Check the folder and the space there, or choose another one"
+    return f"{cause(error)}. {_REMEDIES.get(error.errno or 0, usual)}"
 
 
 @contextmanager
@@ -210,8 +218,8 @@ def write_parts(target: str | os.PathLike[str], parts: Iterable[bytes]) -> None:
 def check_writable(folder: str | Path) -> None:
     """Raise ExportError, before long work, if nothing can be written into a folder, or where it is to be created."""
     path = Path(folder).absolute()
-    there = next(place for place in (path, *path.parents) if os.path.exists(place))
-    if not os.path.isdir(there):
+    there = next((place for place in (path, *path.parents) if os.path.exists(place)), path)  # a drive may be missing
+    if os.path.exists(there) and not os.path.isdir(there):
         raise ExportError(f"{there} is a file, not a folder. Choose another folder.")
     try:
         tempfile.TemporaryFile(dir=there).close()
@@ -262,7 +270,7 @@ def staging(target: Path) -> Iterator[Path]:
         if isinstance(error, FileExistsError | NotADirectoryError):
             raise ExportError(f"Could not write into {target}: it is not a folder, or lies inside a file.") from error
         if isinstance(error, OSError):
-            raise ExportError(f"Could not write into {target}: {cause(error)}.") from error
+            raise ExportError(f"Could not write into {target}: {remedy(error)}.") from error
         raise
 
 

@@ -33,15 +33,13 @@ def add_arguments(parser: Parser) -> None:
     declared = f"""
         --capture DIR  register the depth of a frame of the camera to colour, and write it into this folder, created if
             missing, which the other commands read
-        --settle N     frames to discard first, until the exposure has settled (default: {SETTLING})
+        --settle N     with --capture: frames to discard first, until the exposure has settled (default: {SETTLING})
     """
     declare(parser.add_argument_group("capturing a frame"), declared)
 
 
 def run(arguments: argparse.Namespace) -> None:
     """Run the command."""
-    if arguments.capture is None and arguments.settle is not None:
-        raise UsageError("--settle applies to a frame that is captured: add --capture.")
     if arguments.capture is not None:
         _capture(arguments)
         return

@@ -51,7 +51,7 @@ _SHARED = f"""
     --extrapolate        extrapolate the depth that is still missing after the run, and write its mask extrapolated.png
     --hold-out {"|".join(HOLD_OUT_PATTERNS)}  evaluate on hold-out depth of this pattern, with a run per seed:
         {_HOLD_OUTS}
-    --seeds N            with --hold-out: number of random hold-outs
+    --seeds N            number of random hold-outs
     --look-in DIR ...    folder where files that have been moved are now; can be repeated
     --allow-address PREFIX ...  open what files name (projects, run records, lists, shards) at and below this address or
         path, outside their own folder or store; can be repeated
@@ -131,7 +131,9 @@ def checked_neighbours(arguments: argparse.Namespace) -> tuple[int, int]:
 
 
 def hold_out_from(arguments: argparse.Namespace) -> HoldOutTest | None:
-    """Return the hold-out that is asked for, if any."""
+    """Return the hold-out that is asked for, if any; raises UsageError for a number of seeds without one."""
+    if arguments.hold_out is None and "seeds" in arguments.given:
+        raise UsageError("--seeds applies to hold-out only: add --hold-out.")
     return None if arguments.hold_out is None else HoldOutTest(arguments.hold_out, tuple(range(arguments.seeds)))
 
 

@@ -18,6 +18,7 @@ from ..data.label_map import Box, checked_labels
 from ..data.results import Completion, NanEqual
 from ..errors import InputError, check_kind
 from ..run.run import Run
+from .metrics import share_within
 
 Depth = NDArray[np.floating]
 
@@ -225,7 +226,7 @@ def _within(depth: Depth, ground_truth: Depth, expected: Depth) -> float | None:
     if not has_expected.any():
         return None
     error = depth[has_expected] - ground_truth[has_expected]  # in the depth's own precision
-    return float(np.mean(np.abs(error) <= expected[has_expected]))
+    return share_within(error, expected[has_expected])
 
 
 # Errors pixel by pixel, and their evaluation: in total, part by part, block by block.

@@ -13,11 +13,12 @@ import zipfile
 import zlib
 from collections.abc import Collection, Iterable, Iterator
 from contextlib import ExitStack, contextmanager, suppress
+from dataclasses import dataclass
 from pathlib import Path
 from typing import BinaryIO, Protocol
 
 from .._runtime.closing import Closeable
-from .._runtime.files import MAX_FILE_BYTES, open_file, zip_member
+from .._runtime.files import MAX_FILE_BYTES, open_file
 from .._runtime.formatting import counted
 from .._runtime.writing import atomic_path
 from ..errors import FormatError, InputError, told_as
@@ -29,6 +30,15 @@ _PART = re.compile(r"project\.json|(?:frames|arrays|thumbnails|sources)/[\w.-]+"
 _FIRST = "project.json"
 _LOCAL = struct.Struct("<4s5H3L2H")
 _UNREADABLE = (zipfile.BadZipFile, OSError, LookupError, RuntimeError, ValueError, EOFError, struct.error, zlib.error)
+
+
+@dataclass(frozen=True)
+class Part:
+    """A part to write. A checksum that does not match the content keeps the part marked as damaged."""
+
+    name: str
+    content: bytes
+    checksum: int | None = None
 
 
 class Archive(Closeable):
@@ -62,14 +72,14 @@ class Archive(Closeable):
     def _open(self) -> None:
         self._stream: BinaryIO = open_file(self.path)
         self._identity = _identity(os.fstat(self._stream.fileno()))
-        self._zip, self.problems = _directory(self._stream), ()
-        if self._zip is None or _FIRST not in self._zip.NameToInfo:
+        self._members, self.problems = _members_of(self._stream), ()
+        if _FIRST not in self._members:
             with self._stream as damaged:
                 self._stream = _rescued(damaged)
-            self._zip = zipfile.ZipFile(self._stream)
-            if not self.names():
+            self._members = _members_of(self._stream)
+            if not self._members:
                 raise FormatError(f"{self.path} is not a project file, or none of its parts can be read.")
-            count = counted(len(self.names()), "part")
+            count = counted(len(self._members), "part")
             self.problems = (f"{self.path.name} is damaged or truncated; {count} recovered.",)
         weakref.finalize(self, self._stream.close)  # one that nobody takes any more, as at the window's end
 
@@ -80,8 +90,7 @@ class Archive(Closeable):
 
     def names(self) -> Collection[str]:
         """Return the names of all parts."""
-        assert self._zip is not None
-        return [name for name in self._zip.NameToInfo if _PART.fullmatch(name)]
+        return self._members.keys()
 
     def read(self, name: str) -> bytes:
         """Read the bytes of a part.
@@ -93,22 +102,41 @@ class Archive(Closeable):
         FormatError
             If the part is damaged.
         """
-        content, checksum = self.as_it_is(name)
-        if zlib.crc32(content) != checksum:
+        part = self.read_raw(name)
+        if part.checksum is not None:
             raise FormatError(f"The part {name:.40} of {self.path.name} is damaged: its checksum does not match.")
-        return content
+        return part.content
 
-    def as_it_is(self, name: str) -> tuple[bytes, int]:
-        """Read a part for copying, with its checksum, which it need not match; raises as `read` if it cannot be."""
-        damaged = f"The part {name:.40} of {self.path.name} is damaged ({{error}})."
-        unreadable = told_as(InputError, f"{self.path}: cannot be read ({{error}}).", OSError)
-        with self._lock, told_as(FormatError, damaged, _UNREADABLE), unreadable:
-            assert self._zip is not None
-            if name not in self._zip.NameToInfo:
+    def read_raw(self, name: str) -> Part:
+        """Read a part for copying, with its checksum if it does not match; raises as `read` if it cannot be copied."""
+        with self._lock:
+            if name not in self._members:
                 raise InputError(f"{self.path.name} has no part {name:.40}.")
-            entry = self._zip.getinfo(name)
-            limit = MAX_INFLATED if entry.compress_type else MAX_FILE_BYTES
-            return zip_member(self._zip, entry, limit, check=False), entry.CRC
+            member = self._members[name]
+            packed = self._packed(name, member)
+        content = self._inflated(name, member, packed)
+        return Part(name, content, None if zlib.crc32(content) == member.CRC else member.CRC)
+
+    def _packed(self, name: str, member: zipfile.ZipInfo) -> bytes:
+        """Read a member as it stands in the file: `zipfile` gives no content whose checksum does not match."""
+        with told_as(InputError, f"{self.path}: cannot be read ({{error}}).", (OSError, ValueError)):
+            self._stream.seek(member.header_offset)
+            header = self._stream.read(_LOCAL.size)
+            if len(header) < _LOCAL.size or not header.startswith(b"PK\3\4"):
+                raise FormatError(f"The part {name:.40} of {self.path.name} is not at its listed position.")
+            self._stream.seek(sum(_LOCAL.unpack(header)[-2:]), os.SEEK_CUR)
+            packed = self._stream.read(min(member.compress_size, MAX_FILE_BYTES))
+        if len(packed) < member.compress_size:
+            raise FormatError(f"The part {name:.40} of {self.path.name} is truncated.")
+        return packed
+
+    def _inflated(self, name: str, member: zipfile.ZipInfo, packed: bytes) -> bytes:
+        if member.compress_type == zipfile.ZIP_STORED:
+            return packed
+        if member.compress_type != zipfile.ZIP_DEFLATED or member.file_size > MAX_INFLATED:
+            raise FormatError(f"The part {name:.40} of {self.path.name} has an unsupported compression.")
+        with told_as(FormatError, f"The part {name:.40} of {self.path.name} is damaged ({{error}}).", zlib.error):
+            return zlib.decompressobj(-zlib.MAX_WBITS).decompress(packed, member.file_size + 1)
 
     def replaced(self) -> bool:
         """Return whether the opened file was replaced by another one."""
@@ -128,9 +156,7 @@ class Archive(Closeable):
                 self._open()
 
 
-def write_archive(
-    path: str | os.PathLike[str], parts: Iterable[tuple[str, bytes, int]], replacing: Collection[Archive] = ()
-) -> None:
+def write_archive(path: str | os.PathLike[str], parts: Iterable[Part], replacing: Collection[Archive] = ()) -> None:
     """Write a project file. If that fails, an existing file stays unchanged.
 
     A link is kept: its target is replaced. An existing file keeps its permissions.
@@ -138,9 +164,8 @@ def write_archive(
     Parameters
     ----------
     path : path-like
-    parts : iterable of (str, bytes, int)
-        Names, contents and checksums, of which one that does not match keeps a part marked as damaged; consumed one at
-        a time. If it raises, an existing file stays unchanged.
+    parts : iterable of Part
+        Consumed one at a time. If it raises, an existing file stays unchanged.
     replacing : collection of Archive
         Archives that may have this file open; they reopen it afterwards.
 
@@ -152,9 +177,10 @@ def write_archive(
     target = Path(os.path.realpath(path))
     with ExitStack() as released, atomic_path(target) as temporary:
         with zipfile.ZipFile(temporary, "w", zipfile.ZIP_STORED) as archive:
-            for name, content, checksum in parts:
-                archive.writestr(zipfile.ZipInfo(name), content)
-                archive.getinfo(name).CRC = checksum
+            for part in parts:
+                archive.writestr(zipfile.ZipInfo(part.name), part.content)
+                if part.checksum is not None:
+                    archive.getinfo(part.name).CRC = part.checksum
         if target.exists():
             with suppress(OSError):  # not every file system has permissions
                 os.chmod(temporary, stat.S_IMODE(os.stat(target).st_mode))
@@ -163,13 +189,14 @@ def write_archive(
                 released.enter_context(opened.closed_for_replacement())
 
 
-def _directory(stream: BinaryIO) -> zipfile.ZipFile | None:
-    """Read the directory at the file's end; None if it cannot be read. In a truncated file it may be that of a part,
-    since parts are zips themselves."""
+def _members_of(stream: BinaryIO) -> dict[str, zipfile.ZipInfo]:
+    """Read the members from the directory at the file's end; empty if it cannot be read. In a truncated file it may be
+    the directory of a part, since parts are zips themselves."""
     try:
-        return zipfile.ZipFile(stream)
+        with zipfile.ZipFile(stream) as directory:
+            return {entry.filename: entry for entry in directory.infolist() if _PART.fullmatch(entry.filename)}
     except _UNREADABLE:
-        return None
+        return {}
 
 
 def _rescued(stream: BinaryIO) -> io.BytesIO:

@@ -7,14 +7,13 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from zlib import crc32
 
 from .._runtime.closing import Closeable, closed_on_error
 from .._runtime.schema import check_schema
 from ..data.frame import InputFile
 from ..errors import ExportError, FormatError, IlfError, InputError, told_as
 from ..sources.reading import read_frame
-from .archive import Archive, Parts, write_archive
+from .archive import Archive, Part, Parts, write_archive
 from .codec import ARRAYS, UNREADABLE
 from .frame_state import FrameState
 from .project import Project, ProjectFrame
@@ -117,7 +116,7 @@ def save_project(
 ) -> tuple[str, ...]:
     """Write a project file. If that fails, an existing file stays unchanged.
 
-    Unchanged parts are copied as they are, damaged or not; those that no frame refers to are left out.
+    Unchanged parts are copied as they are stored; parts that no frame refers to are left out.
 
     Parameters
     ----------
@@ -146,6 +145,8 @@ def save_project(
     ------
     ExportError
         If the file cannot be written, or an existing file is write-protected or has another schema.
+    InputError
+        If a part that is to be copied cannot be read, as when its archive has been closed.
 
     Examples
     --------
@@ -164,12 +165,13 @@ def save_project(
     saving = _Saving(Path(path).absolute(), project, base, places or Places(), embed)
     names = saving.collect(states)
 
-    def parts() -> Iterator[tuple[str, bytes, int]]:
+    def parts() -> Iterator[Part]:
         for done, name in enumerate(names):
             if on_part is not None:
                 on_part(done, len(names))
-            if (part := saving.part(name)) is not None:
-                yield name, *part
+            part = saving.part(name)
+            if part is not None:
+                yield part
 
     write_archive(path, parts(), [parts for parts in base if isinstance(parts, Archive)])
     return tuple(dict.fromkeys(saving.notes))
@@ -213,24 +215,22 @@ class _Saving:
         self._made[PROJECT] = encode_project(replace(self._project, frames=listed), places)
         return list(self._names)
 
-    def part(self, name: str) -> tuple[bytes, int] | None:
-        """Return the content and the checksum of a part to write: from the first store that has it whole, else as it is
-        in one; None, with a note, if it cannot be read from any."""
+    def part(self, name: str) -> Part | None:
+        """Return a part to write, as it is stored, damaged or not; None if no store has it."""
         if name in self._made:
-            return self._made[name], crc32(self._made[name])
-        damaged, problem = None, f"The part {name:.40} was not found"
+            return Part(name, self._made[name])
+        damaged: Part | None = None
         for parts in self._stored.get(name, ()):
             try:
-                content, checksum = parts.as_it_is(name) if isinstance(parts, Archive) else (parts.read(name), None)
+                part = parts.read_raw(name) if isinstance(parts, Archive) else Part(name, parts.read(name))
             except FormatError as error:
-                problem = str(error).rstrip(".")
+                self.notes.append(f"{error} It is not saved.")
                 continue
-            found = crc32(content)
-            if checksum in {None, found}:
-                return content, found
-            damaged = damaged or (content, checksum or 0)
+            if part.checksum is None:
+                return part
+            damaged = damaged or part
         if damaged is None:
-            self.notes.append(f"{problem} and is not saved.")
+            self.notes.append(f"The part {name:.40} was not found and is not saved.")
         return damaged
 
     def _encode(self, state: FrameState) -> None:

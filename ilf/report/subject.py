@@ -29,7 +29,7 @@ class Subject:
     kept : tuple of StoredRun
         Run history of the frame.
     again : str
-        Command that reproduces the run; "" if it must be exported first.
+        Command that reproduces the run; "" if no run.json has been written yet.
     problems : tuple of str
         What could not be read, one sentence each.
     """

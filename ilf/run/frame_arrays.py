@@ -123,9 +123,9 @@ class FrameArrays:
         values = {name: self._value(number, item, name) for name in self.fields}
         for name, value in values.items():
             if value is None:
+                by_batch = ", or complete the frames with it (`ilf batch`)" if name not in _OF_FRAMES else ""
                 raise InputError(
-                    f"{self.keys[number]} in {self._items.path} has no {name}. Leave this field out, or complete the "
-                    "frames with it (`ilf batch`)."
+                    f"{self.keys[number]} in {self._items.path} has no {name}. Leave this field out{by_batch}."
                 )
         return values
 

@@ -164,7 +164,7 @@ class Replay:
         if self._depth is None:
             return (
                 "The depth is not bit for bit the recorded one. The difference cannot be computed: the original "
-                f" {DEPTH_FILES['npy']} or {DEPTH_FILES['tiff']} is not beside the record.",
+                f"{DEPTH_FILES['npy']} or {DEPTH_FILES['tiff']} is not beside the record.",
             )
         return (f"{depth_difference_text(completion.depth, self._depth)}.",)
 

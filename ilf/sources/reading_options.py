@@ -268,11 +268,6 @@ class ReadingOptions:
             changed["ground_truth"] = with_dataset(changed["ground_truth"], split_dataset(self.ground_truth)[1])
         return replace(self, **changed)
 
-    def to_arguments(self) -> list[str]:
-        """The given options as arguments of the command line that they were read from."""
-        given = ((OPTIONS[name].flag, value) for name, value in self.given.items() if OPTIONS[name].flag)
-        return [text for flag, value in given for text in ((flag,) if value is True else (flag, str(value)))]
-
     @classmethod
     def from_arguments(cls, arguments: Mapping[str, Any]) -> Self:
         """The options among the arguments of a function or of the command line, by name; raises InputError for a pose

@@ -83,6 +83,8 @@ def test_writing_twice_gives_the_same_bytes_and_leaves_nothing_else(name, tmp_pa
         (errno.EIO, "I/O|nput/output"),
         (errno.EFBIG, "larger than its drive"),
         (errno.ELOOP, "symbolic links form a loop"),
+        (errno.EISDIR, "Choose another name"),
+        (errno.ENAMETOOLONG, "Choose a shorter one"),
     ],
 )
 def test_a_failure_in_the_middle_keeps_the_old_file(name, code, message, tmp_path, monkeypatch):

@@ -154,8 +154,9 @@ def test_fields_that_are_not_there_are_named_with_what_to_do(done, results):
         ("bare", "mask"),
         ("bare", "unsupported"),
     ):
-        with pytest.raises(InputError, match=f"has no {field}. Leave this field out"):
+        with pytest.raises(InputError, match=f"has no {field}. Leave this field out") as refused:
             FrameArrays(done / where, fields=[field])
+        assert ("ilf batch" in str(refused.value)) == (field in {"expected_error", "unsupported"})
         assert field not in FrameArrays(done / where).fields
     with pytest.raises(ParameterError, match=r"no field 'colour'\. Known: rgb, depth_in"):
         FrameArrays(done / FRAMES, fields=["colour"])

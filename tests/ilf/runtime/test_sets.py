@@ -6,7 +6,14 @@ import warnings
 
 import pytest
 
-from ilf._runtime.writing import interrupted, move_into_place, restore_interrupted, staging, temporary_name
+from ilf._runtime.writing import (
+    check_writable,
+    interrupted,
+    move_into_place,
+    restore_interrupted,
+    staging,
+    temporary_name,
+)
 from ilf.errors import ExportError
 
 from ..small_runs import contents
@@ -202,5 +209,12 @@ def test_a_folder_that_was_made_for_nothing_is_unmade(tmp_path):
     with pytest.raises(KeyError), staging(tmp_path / "new" / "deep"):
         raise KeyError
     assert list(tmp_path.iterdir()) == []
-    with pytest.raises(ExportError, match=r"Could not write into .*new: the disk is full"), staging(tmp_path / "new"):
+    told = r"Could not write into .*new: the disk is full\. Check"
+    with pytest.raises(ExportError, match=told), staging(tmp_path / "new"):
         raise OSError(28, "no space")
+
+
+def test_where_not_even_the_drive_is_there_nothing_can_be_written(tmp_path, monkeypatch):
+    monkeypatch.setattr("os.path.exists", lambda _: False)
+    with pytest.raises(ExportError, match=r"Nothing can be written into .*absent"):
+        check_writable(tmp_path / "absent")

@@ -1,6 +1,5 @@
 """Reading frames: every format exactly, and every hostile file with one clear message."""
 
-import argparse
 import hashlib
 import inspect
 import io
@@ -19,7 +18,6 @@ from PIL import Image, ImageCms
 
 import ilf
 from ilf._runtime.schema import Section
-from ilf.cli.parsing import add_options
 from ilf.data.frame import FrameInputs, InputFile
 from ilf.errors import FormatError, InputError, ParameterError
 from ilf.io.depth import read_depth_values
@@ -422,14 +420,10 @@ def test_every_reading_option_is_an_argument_of_load_frame_or_open_source():
     assert EVERY_OPTION.of_all_frames.given.keys() < of_sources < inspect.signature(ilf.open_source).parameters.keys()
 
 
-def test_reading_options_come_back_from_json_and_from_arguments():
+def test_reading_options_come_back_from_json():
     by_numbers = replace(EVERY_OPTION.of_frame, depth_intrinsics=(60.0, 60.0, 31.5, 23.5))
     source = FrameRef("rgb.png", "depth.png", options=by_numbers)
     assert FrameRef.from_json(Section("frame", json.loads(json.dumps(source.to_json())))) == source
-    parser = argparse.ArgumentParser()
-    add_options(parser, OPTIONS)
-    options = replace(EVERY_OPTION.of_frame, encoding=None, confidence=None, pose=None)
-    assert ReadingOptions.from_arguments(vars(parser.parse_args(options.to_arguments()))) == options
 
 
 def test_options_given_go_before_those_of_the_files():
