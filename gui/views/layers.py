@@ -153,7 +153,7 @@ def title_of(name: str, data: ViewData) -> str:
         return title
     pair = operands_of(name)
     if pair is None:
-        return capital(short_title(name, names))
+        return names.get(name) or capital(short_title(name, names))
     return f"Difference: {short_title(pair[0], names)} \N{MINUS SIGN} {short_title(pair[1], names)}"
 
 

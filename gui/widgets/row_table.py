@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any, Literal, NamedTuple
 
 from PySide6.QtCore import QAbstractTableModel, QModelIndex, QSortFilterProxyModel, Qt, Signal
-from PySide6.QtGui import QColor, QFont, QIcon, QKeyEvent, QPaintEvent
+from PySide6.QtGui import QColor, QFont, QIcon, QKeyEvent, QPaintEvent, QPixmap
 from PySide6.QtWidgets import QHeaderView, QTableView, QWidget
 
 from ..base import theme
@@ -160,7 +160,7 @@ class RowModel(QAbstractTableModel):
         if role == _SORT_ROLE:
             return cell.key
         if role == Qt.ItemDataRole.DecorationRole and cell.icon is not None:
-            return self._decoration(cell.icon)
+            return self._decoration(cell.icon, heading.kind == "icon")
         if role == Qt.ItemDataRole.TextAlignmentRole:
             return _alignment(heading)
         if role == Qt.ItemDataRole.ForegroundRole and cell.tone:
@@ -187,11 +187,14 @@ class RowModel(QAbstractTableModel):
         self.edited.emit(key, index.column(), text)
         return True
 
-    def _decoration(self, icon: tuple[str, str] | tuple[int, int, int]) -> QIcon | QColor:
+    def _decoration(self, icon: tuple[str, str] | tuple[int, int, int], alone: bool) -> QIcon | QColor:
         if len(icon) == 3:
-            return QColor(*icon)
-        name, tone = icon
-        pixmap = theme.icon(name, self._widget.palette(), tone).pixmap(2 * ICON_SIZE, 2 * ICON_SIZE)
+            if alone:
+                return QColor(*icon)
+            pixmap = QPixmap(ICON_SIZE, ICON_SIZE)
+            pixmap.fill(QColor(*icon))
+        else:
+            pixmap = theme.icon(icon[0], self._widget.palette(), icon[1]).pixmap(2 * ICON_SIZE, 2 * ICON_SIZE)
         plain = QIcon(pixmap)
         plain.addPixmap(pixmap, QIcon.Mode.Selected)  # the same colours in selected rows
         return plain

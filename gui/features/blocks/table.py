@@ -297,8 +297,8 @@ class BlockTable(RowTable):
             self.shown.emit(self.key_of(index))
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        current = self.currentIndex()
-        if event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter) and current.isValid():
+        current, edited = self.currentIndex(), self.state() == self.State.EditingState  # the editor passes on its Enter
+        if event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter) and current.isValid() and not edited:
             self.shown.emit(self.key_of(current))
         else:
             super().keyPressEvent(event)

@@ -159,8 +159,8 @@ class FramesPanel(QWidget):
         self.text.setToolTip("Show only frames whose name or note contains all these words")
         self.state = combo(STATES, "Show only frames in this state", "Filter frames by state")
         self.order = combo(ORDERS, "Order of the list, which next and previous frame follow", "Sort frames")
+        self.state.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
         for choice in (self.state, self.order):
-            choice.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
             choice.currentIndexChanged.connect(lambda _: self.filter_changed.emit())
         self.view = FrameView(self)
         self.view.setModel(self.model)

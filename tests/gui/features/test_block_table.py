@@ -125,3 +125,13 @@ def test_names_sort_by_number_and_missing_sigma_comes_last(table):
     table.set_rows([rows[0], replace(rows[1], sigma_i=0.2), replace(rows[2], sigma_i=0.1)])
     table.sortByColumn(Column.SIGMA, Qt.SortOrder.AscendingOrder)
     assert _names(table) == ["Block 3", "Block 2", "Block 1"]
+
+
+def test_enter_ends_a_name_and_shows_no_block(table, edits, qtbot):
+    table.setCurrentIndex(table.model().index(1, Column.NAME))
+    table.rename()
+    editor = table.findChild(QLineEdit)
+    qtbot.keyClicks(editor, "Wall")
+    with qtbot.assertNotEmitted(table.shown, wait=50):
+        qtbot.keyClick(editor, Qt.Key.Key_Return)
+    qtbot.waitUntil(lambda: edits.made == [(2, {"name": "Wall"})])

@@ -8,6 +8,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+from PySide6.QtWidgets import QMessageBox
+
 from ..frames import room, walk
 from ..hand import Hand
 
@@ -139,7 +141,8 @@ def something_that_cannot_be_opened(user: Hand) -> None:
     bad = user.folder / "run.json"
     bad.write_text(json.dumps({"program": "other"}))
     user.drop(bad)
-    user.press("OK", user.dialog("Open"))
+    for box in user.window.findChildren(QMessageBox):
+        box.accept()
 
 
 def _killed(folder: Path, what: str) -> int:
