@@ -470,7 +470,7 @@ def test_stale_depth_is_greyed_and_only_what_changed_is_drawn_again(views):
     greyed = colour_at(view, place(view, 40, 30))
     assert max(greyed) - min(greyed) < (max(fresh) - min(fresh)) * 0.6
     assert colour_at(view, place(view, 20, 30)) == fresh
-    assert [text for _, text in cell.strip._legend] == ["stale", "missing"]
+    assert [text for _, text in cell.strip._legend] == ["missing", "stale"]
     result[5:9, 3:7] = 1.9
     stale[:] = False
     views.give(depth=result, stale=stale)
