@@ -17,7 +17,9 @@ from .basics import literal_text
 from .notices import Notes
 
 EXPORTS = "export/folder"
-"""The kind of all that is written, except projects and presets."""
+"""The kind of all that is written, except projects, presets, and exports of several frames."""
+EXPORTS_OF_FRAMES = "export/folder_of_frames"
+"""The kind of exports of several frames: a folder of one of the frames is no place for them."""
 
 
 def last_folder(kind: str, frame: RGBDFrame | None = None) -> str:
@@ -49,10 +51,10 @@ def _remembered(kind: str, path: str) -> str:
     return path
 
 
-def save_folder(beside: str = "") -> Path:
-    """Return the default folder for files: that of the last export, of the file `beside` unless it is the program's
-    own, or the working folder."""
-    last = QSettings().value(EXPORTS)
+def save_folder(beside: str = "", kind: str = EXPORTS) -> Path:
+    """Return the default folder for files: that of the last export of a kind, of the file `beside` unless it is the
+    program's own, or the working folder."""
+    last = QSettings().value(kind)
     folder = Path(str(last)) if last else Path(beside).parent if beside and not is_asset(beside) else Path.cwd()
     return folder if os.path.isdir(folder) and os.access(folder, os.W_OK) else Path.home()
 

@@ -7,7 +7,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QMessageBox
 
 import ilf
-from gui.features.export.dialog import ALL, DONE, Export
+from gui.features.export.dialog import ALL, DONE, THIS, Export
 from gui.features.export.feature import ExportFeature
 from gui.features.frame_list.feature import FramesFeature
 from ilf.run.options import ExportOptions
@@ -152,3 +152,13 @@ def test_marking_a_frame_is_saved_with_the_project(listed, qtbot, tmp_path):
     with ilf.open_project(path) as opened:
         assert [frame.summary.done for frame in opened.project.frames] == [True, False, True]
         assert opened.state(opened.project.frames[0].id).state.done
+
+
+def test_all_frames_are_proposed_beside_their_folders_also_after_an_export_of_one(listed, qtbot, tmp_path):
+    feature = listed.feature(ExportFeature)
+    _export(listed, qtbot, tmp_path / "walk" / NAMES[0] / "completed", THIS)
+    feature.ask(ALL)
+    assert feature.dialog.folder_path.text() == str(tmp_path / "walk" / "export")
+    _export(listed, qtbot, tmp_path / "elsewhere" / "all", ALL)
+    feature.ask(ALL)
+    assert feature.dialog.folder_path.text() == str(tmp_path / "elsewhere" / "export")

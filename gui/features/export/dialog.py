@@ -36,7 +36,7 @@ from ilf.run.run import Run
 
 from ...base import theme
 from ...widgets.basics import Message, combo, form, give_size, label_of, literal_text, row, row_list, scrolled, stack
-from ...widgets.file_choice import save_folder
+from ...widgets.file_choice import EXPORTS, EXPORTS_OF_FRAMES, save_folder
 from ...widgets.hold_out_choice import HoldOutChoice
 from ...widgets.work_row import WorkRow
 from ...work.jobs import spare_cores
@@ -327,7 +327,7 @@ class ExportDialog(QDialog):
         path = "" if inputs is None or is_address(inputs.rgb.path) else inputs.rgb.path
         if not is_this and self._run is not None and Path(path).parent.name == self._run.frame.name:
             path = str(Path(path).parent)  # beside the folders of the frames, not in one of them
-        folder = save_folder(path)
+        folder = save_folder(path, EXPORTS if is_this else EXPORTS_OF_FRAMES)
         proposed = last or str(folder / ("batch" if from_files else name))
         if self.folder_path.text() in ("", self._proposed):
             self.folder_path.setText(proposed)

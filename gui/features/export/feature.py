@@ -26,7 +26,7 @@ from ilf.sources.frame_ref import FrameRef
 from ...state.document import Document
 from ...state.entries import Entry
 from ...state.parts import Part
-from ...widgets.file_choice import EXPORTS, remember_folder
+from ...widgets.file_choice import EXPORTS, EXPORTS_OF_FRAMES, remember_folder
 from ...widgets.notices import DESTROY, ask, error_text
 from ...work.jobs import Worker
 from ..context import Context, Feature, PendingWork
@@ -109,7 +109,7 @@ class ExportFeature(Feature):
         if export.report is not None:
             parts.append(self._report(export.report, export, entries))
         if not export.from_files:
-            remember_folder(EXPORTS, export.folder)
+            remember_folder(EXPORTS if export.scope == THIS else EXPORTS_OF_FRAMES, export.folder)
 
         def job() -> Generator[Step, None, None]:
             for steps in parts:

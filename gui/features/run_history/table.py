@@ -43,8 +43,8 @@ ERRORS = {
 }
 """Columns of errors, and the attributes of `StoredRun` with them."""
 
-_LEAST_NAME, _MOST_NAME, _LEAST_VALUES = 92, 220, 76
-"""Widths of names and values, which share what the other columns leave [px]."""
+_LEAST_NAME, _MOST_NAME, _LEAST_VALUES, _LEAST_NOTE = 92, 220, 76, 60
+"""Widths of names, values and notes, which share what the other columns leave [px]."""
 
 _COMPARABLE = 0.9
 """Minimum number of filled pixels of a best run, as a share of the largest number of any run."""
@@ -82,8 +82,7 @@ _HEADINGS: dict[int, Heading] = {
     Column.NOTE: Heading(
         "Note",
         "Your note on the run. Double-click to edit; runs with a note are not deleted automatically.",
-        110,
-        "edited",
+        kind="edited",
     ),
 }
 
@@ -218,18 +217,16 @@ class RunView(RowTable):
         self._fit()
 
     def _fit(self) -> None:
-        """Give names and values what the errors leave, names first what values do not need; time, iterations and note
-        follow them if there is no room."""
-        room = self.viewport().width()
-        free = room - sum(map(self.columnWidth, (Column.COMPARED, *ERRORS)))
-        last = sum(_HEADINGS[column].width for column in (Column.SECONDS, Column.ITERATIONS, Column.NOTE))
-        room_of_name = max(round(0.4 * free), free - max(self.sizeHintForColumn(Column.VALUES), _LEAST_VALUES))
-        name = min(max(min(self.sizeHintForColumn(Column.NAME), room_of_name), _LEAST_NAME), _MOST_NAME)
-        values = free - name
-        if values - last >= _LEAST_VALUES:
-            values -= last
-        self.horizontalHeader().resizeSection(Column.NAME, name)
-        self.horizontalHeader().resizeSection(Column.VALUES, max(values, _LEAST_VALUES))
+        """Give names and values the width of their texts, and the note what is left; names have half of what the errors
+        leave if values need the rest. Time, iterations and note are reached by scrolling if there is no room."""
+        free = self.viewport().width() - sum(map(self.columnWidth, (Column.COMPARED, *ERRORS)))
+        wanted = max(self.sizeHintForColumn(Column.VALUES), _LEAST_VALUES)
+        name = min(self.sizeHintForColumn(Column.NAME), max(free // 2, free - wanted), _MOST_NAME)
+        name = max(name, _LEAST_NAME)
+        values = max(min(wanted, free - name), _LEAST_VALUES)
+        left = free - name - values - self.columnWidth(Column.SECONDS) - self.columnWidth(Column.ITERATIONS)
+        for column, width in ((Column.NAME, name), (Column.VALUES, values), (Column.NOTE, max(left, _LEAST_NOTE))):
+            self.horizontalHeader().resizeSection(column, width)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         if event.key() == Qt.Key.Key_Delete:

@@ -10,7 +10,7 @@ import pytest
 
 import ilf
 from gui.features.run_history.panel import measure, write_runs
-from gui.features.run_history.table import best_of, values_of
+from gui.features.run_history.table import Column, RunView, best_of, values_of
 from gui.state.document import Document
 from gui.state.parameters import DRAG_S
 from gui.state.run_history import COLOURS, MAX_COMPARED, memory_of, next_colour, with_shared_arrays
@@ -335,3 +335,18 @@ def test_runs_share_label_maps_that_come_back(document, small_labels):
     assert third.blocks.labels is first.blocks.labels
     assert third.blocks.drawn is first.blocks.drawn
     assert not np.array_equal(second.blocks.labels, first.blocks.labels)
+
+
+@pytest.mark.parametrize("width", [560, 900])
+def test_names_and_values_are_not_cut_while_there_is_room(bench, keeper, until, qtbot, width):
+    bench.workspace.parameters.set(ilf.preset(smoothness=0.6, max_iterations=50))
+    bench.runs.current.start()
+    until(lambda: len(bench.document.state.runs) == 1)
+    table = RunView()
+    qtbot.addWidget(table)
+    table.resize(width, 160)
+    table.show()
+    table.show_runs(bench.document)
+    for column in (Column.NAME, Column.VALUES):
+        assert table.columnWidth(column) >= min(table.sizeHintForColumn(column), 200)
+    assert table.horizontalHeader().length() >= table.viewport().width(), "without an empty strip at the right"

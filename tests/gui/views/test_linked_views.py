@@ -470,7 +470,7 @@ def test_stale_depth_is_greyed_and_only_what_changed_is_drawn_again(views):
     greyed = colour_at(view, place(view, 40, 30))
     assert max(greyed) - min(greyed) < (max(fresh) - min(fresh)) * 0.6
     assert colour_at(view, place(view, 20, 30)) == fresh
-    assert [text for _, text in cell.strip._legend] == ["stale", "missing"]
+    assert [text for _, text in cell.strip._legend] == ["missing", "stale"]
     result[5:9, 3:7] = 1.9
     stale[:] = False
     views.give(depth=result, stale=stale)
@@ -561,12 +561,12 @@ def test_a_colour_bar_is_outside_the_picture_and_has_three_ticks_at_least(views,
     assert all(left.right() < right.left() for left, right in pairwise(places))
 
 
-def test_the_legend_has_words_only_and_as_many_as_have_room(views):
+def test_the_legend_has_words_only_the_most_needed_first_and_as_many_as_have_room(views):
     strip = views.cells["depth-out"].strip
     legend = [(QBrush(), text) for text in ("unsupported", "measured", "missing")]
     strip.set_legend(legend)
     shown = [[text for _, text in strip.legend_in(room)] for room in range(0, 400, 10)]
-    words = [text for _, text in legend]
+    words = ["missing", "unsupported", "measured"]
     assert shown[0] == []
     assert shown[-1] == words
     assert all(some == words[: len(some)] for some in shown), "from the left"
