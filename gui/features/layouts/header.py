@@ -29,7 +29,6 @@ class Header(QWidget):
         """Show what there is room for beside the menus: the view controls first."""
         bar = self._menu_bar
         room = bar.width() - (bar.sizeHint().width() - self.sizeHint().width()) - _GAP
-        self._views.fit(room)
         left = room - self._views.sizeHint().width()
         self._layouts.setVisible(left >= _LEAST)
         self._layouts.setMaximumWidth(min(self._layouts.sizeHint().width(), max(left, 0)))
