@@ -14,8 +14,10 @@ from ..base.commands import ActionEntry, action_entries
 from ..widgets.basics import PlainLabel, lay_out, row_list
 from .context import Context, Feature
 
-_WAY, _LENGTH = 10.0, 0.05
-"""What a better way in which a word fits counts, and a letter of the text less."""
+_WAYS = -200.0, 20.0, 30.0, 40.0
+"""What a word counts by the way in which it fits, from letters in order, which comes after words of menu and hint."""
+_LENGTH = 0.05
+"""What a letter of the text counts less."""
 _IN_MENU, _IN_HINT = -20.0, -40.0
 _RECENT = 10.0
 """Bonus for the latest command, less for earlier ones."""
@@ -34,10 +36,10 @@ def match(query: str, text: str) -> float | None:
         letters = [re.escape(letter) for letter in word]
         whole = "".join(letters)
         ways = ".*".join(letters), ".*".join(rf"\b{letter}" for letter in letters), whole, rf"\b{whole}"
-        fitting = [number for number, way in enumerate(ways) if re.search(way, text.lower())]
+        fitting = [count for count, way in zip(_WAYS, ways, strict=True) if re.search(way, text.lower())]
         if not fitting:
             return None
-        score += _WAY * (1 + fitting[-1])
+        score += fitting[-1]
     return score
 
 
@@ -57,13 +59,12 @@ def offers(entries: Iterable[ActionEntry], query: str, recent: Sequence[str]) ->
 
 
 def _score(entry: ActionEntry, query: str) -> float | None:
-    """Return the score by the text, or, for whole words, by text and menu or by the hint; None if none fits."""
-    if (found := match(query, entry.text)) is not None:
-        return found
+    """Return the best score by the text, or, for whole words, by text and menu or by the hint; None if none fits."""
+    scores = [match(query, entry.text)]
     for penalty, text in ((_IN_MENU, f"{entry.text} {entry.where}"), (_IN_HINT, entry.hint)):
         if all(word in text.lower() for word in query.lower().split()):
-            return penalty - _LENGTH * len(text)
-    return None
+            scores.append(penalty - _LENGTH * len(text))
+    return max((score for score in scores if score is not None), default=None)
 
 
 _RECENT_KEY = "palette/recent"

@@ -70,6 +70,7 @@ class Workspace(Frames):
             extrapolation = Extrapolation.of(completion) if completion.run.extrapolate else None
             document.restore_results(list(completion.results.values()), extrapolation)
             document.change(runs=(recorded_history(document, completion, extrapolation),), next_number=2)
+            document.note_saved(document.stamp)
         self.add(document, show)
 
     def watch(self, document: Document, run: Run) -> Watch:

@@ -174,7 +174,7 @@ _SIDE_TEXTS = {"a": "Side A", "b": "Side B"}
 
 
 class ContentMenu(QMenu):
-    """Menu of contents, refilled each time it opens, since runs change. The data of an action is a content's name.
+    """Menu of contents, refilled each time it opens, since runs change.
 
     Signals
     -------
@@ -190,12 +190,15 @@ class ContentMenu(QMenu):
     def offer(self, data: ViewData, content: str) -> None:
         """Fill the menu with the available contents; check `content`."""
         self.clear()
+        for menu in self.findChildren(QMenu, options=Qt.FindChildOption.FindDirectChildrenOnly):
+            menu.deleteLater()
         self._content, self._data = content, data
         others = [name for name, one in CONTENTS.items() if one.title and not any(name in group for group in _GROUPS)]
         for group in (*_GROUPS, others):
             for name in group:
                 if name not in RUNS or name in data.names:
-                    self._add(self, name, title_of(data.concrete(name) if name == DIFFERENCE else name, data))
+                    shown = data.concrete(name) if name == DIFFERENCE else name
+                    self._add(self, name, content_of(shown).title or title_of(shown, data))
                 if name == DIFFERENCE:
                     self._add_differences(data)
             self.addSeparator()
@@ -217,7 +220,6 @@ class ContentMenu(QMenu):
 
     def _add(self, menu: QMenu, content: str, text: str) -> None:
         action = menu.addAction(text.replace("&", "&&"))
-        action.setData(content)
         action.setCheckable(True)
         action.setChecked(content == self._content)
         why_off = lacking(content, self._data)

@@ -211,8 +211,7 @@ class ViewData:
 
     def _read_masks(self, document: Document) -> None:
         frame, by_hand = document.frame, document.blocks.by_hand
-        # only measured pixels can be invalid
-        self.invalid_mask = None if frame.invalid_mask is None else frame.invalid_mask & np.isfinite(frame.measured)
+        self.invalid_mask = _invalid(frame)
         self.by_hand = None if by_hand is None else _any(by_hand.pixels & frame.missing)
 
     def _read_result(self, document: Document) -> None:
@@ -261,7 +260,7 @@ class ViewData:
         if self.played is None or self.played.shape != frame.shape:
             self._forget(None)
         self.played, self.frame, self.before, self.moment = frame, frame, before, text
-        self.result = _plain(depth)
+        self.invalid_mask, self.result = _invalid(frame), _plain(depth)
 
     @property
     def labels(self) -> NDArray[np.int32] | None:
@@ -387,6 +386,11 @@ class ViewData:
 
 def _plain(depth: Depth | None) -> ShownDepth | None:
     return None if depth is None else ShownDepth(depth)
+
+
+def _invalid(frame: RGBDFrame) -> Mask | None:
+    """Return the invalid pixels of a frame: only measured ones can be; None if it has no invalid mask."""
+    return None if frame.invalid_mask is None else frame.invalid_mask & np.isfinite(frame.measured)
 
 
 def _any(mask: Mask) -> Mask | None:

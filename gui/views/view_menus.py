@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import QSize, Qt, Signal
+from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QAction, QActionGroup
 from PySide6.QtWidgets import QHBoxLayout, QMenu, QSlider, QWidget, QWidgetAction
 
@@ -14,7 +14,6 @@ from .layouts import LAYOUT_TEXTS, LAYOUTS
 from .linked_views import LinkedViews
 
 _OPACITY = 45
-_SPACE = 6
 
 
 class OpacityAction(QWidgetAction):
@@ -76,24 +75,13 @@ class ViewBar(QWidget):
         self.shown = menu_button(menu, "Show \u25be", "What is drawn over the views")
         self._menu = menu
         menu.insertAction(menu.actions()[0], self.opacity)
-        self._parts = (centre.tabs, self.layouts, self.shown)
-        lay_out(QHBoxLayout(self), *self._parts, spacing=_SPACE)
-        for part in self._parts[1:]:
+        lay_out(QHBoxLayout(self), centre.tabs, self.layouts, self.shown, spacing=6)
+        for part in (self.layouts, self.shown):
             centre.turned.connect(lambda part=part: part.setEnabled(not centre.shows_cloud_alone))
 
     def add_entry(self, action: QAction) -> None:
         """Add an action to the menu of what is drawn."""
         self._menu.addAction(action)
-
-    def sizeHint(self) -> QSize:
-        shown = [part.sizeHint() for part in self._parts if not part.isHidden()]
-        return QSize(sum(size.width() + _SPACE for size in shown), max(size.height() for size in shown))
-
-    def fit(self, room: int) -> None:
-        """Leave out the menu in a narrow window; the menu *View* and keys have the same."""
-        self.shown.show()
-        self.shown.setVisible(self.sizeHint().width() <= room)
-        self.updateGeometry()
 
 
 # The menus that select the two depths to compare.

@@ -7,13 +7,12 @@ from collections.abc import Callable
 from pathlib import Path
 
 from PySide6.QtCore import QSettings
-from PySide6.QtWidgets import QFileDialog, QMessageBox, QWidget
+from PySide6.QtWidgets import QFileDialog, QWidget
 
 from ilf._runtime.installation import is_asset
 from ilf.data.frame import RGBDFrame
 from ilf.errors import IlfError
 
-from .basics import literal_text
 from .notices import Notes
 
 EXPORTS = "export/folder"
@@ -66,10 +65,8 @@ def ask_path(window: QWidget, title: str, name: str, kinds: str) -> str:
     kind = kind or kinds.partition(";;")[0]  # some systems do not tell which was selected
     if path and not Path(path).suffix and "*" in kind:
         path += kind.split("*", 1)[1].rstrip(")")
-        if Path(path).exists():  # the dialog asked about the name without the suffix
-            text = f"{path} exists already. Overwrite it?"
-            if QMessageBox.question(window, title, literal_text(text)) != QMessageBox.StandardButton.Yes:
-                return ""
+        if Path(path).exists():  # the dialog has asked about the name without the suffix: it asks about the whole one
+            return ask_path(window, title, path, kinds)
     return path
 
 

@@ -51,7 +51,7 @@ class Cell(NamedTuple):
     key : str or float
         By which rows are sorted.
     hint : str
-        "" for that of the column; rich text if it begins with a tag.
+        "" for that of the column; rich text if it begins with "<p>".
     icon : (str, str) or (int, int, int) or None
         Name of an icon and of its colour in `theme.Colours`; or a colour.
     tone : str

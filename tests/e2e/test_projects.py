@@ -301,7 +301,7 @@ def test_what_is_saved_is_what_there_was_and_replaces_nothing_unasked(opened, qt
     path.write_bytes(other)
     opened.workspace.current.edit_info(1, "Rename", name="Floor")
     opened.actions_["save_project"].trigger()
-    assert "has been changed by another window or program" in answer(opened, "Cancel")
+    assert "Another window or program has changed" in answer(opened, "Cancel")
     assert path.read_bytes() == other
     assert opened.workspace.current.unsaved
     opened.actions_["save_project"].trigger()

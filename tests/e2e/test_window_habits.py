@@ -1,5 +1,6 @@
 """The window's habits, driven by the keyboard alone; and names for all that can be used."""
 
+import pytest
 from PySide6.QtCore import QCoreApplication, QEvent, Qt
 from PySide6.QtGui import QKeySequence
 from PySide6.QtTest import QTest
@@ -83,9 +84,10 @@ def test_the_keys_of_a_sweep_of_one_parameter_are_each_for_one_thing(opened):
     assert len(set(keys)) == len(keys)
 
 
-def test_what_has_no_room_in_a_narrow_window_is_behind_a_button_or_in_a_menu(opened, qtbot):
-    opened.resize(800, 560)
-    qtbot.waitUntil(lambda: opened.width() == 800)
+@pytest.mark.parametrize("width", [800, 600])
+def test_what_has_no_room_in_a_narrow_window_is_behind_a_button_or_in_a_menu(opened, qtbot, width):
+    opened.resize(width, 560)
+    qtbot.waitUntil(lambda: opened.width() == width)
     layouts, views = opened.feature(LayoutsFeature), opened.feature(ViewsFeature).bar
     layouts.header.fit()
     assert views.shown.isVisible(), "the opacity of the blocks is nowhere else"

@@ -26,11 +26,10 @@ class Header(QWidget):
         menu_bar.installEventFilter(self)
 
     def fit(self) -> None:
-        """Show what there is room for beside the menus: the view controls first."""
+        """Show the layouts that there is room for beside the menus and the view controls."""
         bar = self._menu_bar
-        room = bar.width() - (bar.sizeHint().width() - self.sizeHint().width()) - _GAP
-        self._views.fit(room)
-        left = room - self._views.sizeHint().width()
+        menus = bar.sizeHint().width() - self.sizeHint().width()
+        left = bar.width() - menus - _GAP - self._views.sizeHint().width()
         self._layouts.setVisible(left >= _LEAST)
         self._layouts.setMaximumWidth(min(self._layouts.sizeHint().width(), max(left, 0)))
         bar.setCornerWidget(self)  # updates its place

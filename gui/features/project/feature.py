@@ -266,23 +266,27 @@ class ProjectFeature(Feature):
 
         embedded = any(name.startswith("sources/") for name in context.recorder.store.names())
         answers = ("&Include them", ACCEPT, partial(save, True)), ("&Leave them out", ACCEPT, partial(save, False))
-        text, icon, cancel = (
-            "Include the colour and depth files of all frames?",
-            QMessageBox.Icon.Question,
-            partial(then, False),
+        title, text = "Include the frames' files?", "Include the colour and depth files of all frames?"
+        ask(
+            context.window,
+            title,
+            text,
+            _INCLUDED,
+            answers,
+            default=int(not embedded),
+            otherwise=partial(then, False),
+            icon=QMessageBox.Icon.Question,
         )
-        title = "Include the frames' files?"
-        ask(context.window, title, text, _INCLUDED, answers, default=int(not embedded), otherwise=cancel, icon=icon)
 
     def _ask_replace(self, path: Path, only: frozenset[str] | None, then: Callable[[bool], None]) -> None:
-        """Ask whether to replace a file that is another one than was opened."""
-        text = f"{path.name} has been changed by another window or program since it was opened, or moved or deleted."
+        """Ask whether to replace a file that is another one than was opened, or gone."""
+        text = f"Another window or program has changed, moved or deleted {path.name}."
         answers = (
             ("&Replace", DESTROY, lambda: self.saving.save(path, None, only, then)),
             ("Save &as…", ACCEPT, lambda: self._save_as("", only, then)),
         )
-        more, otherwise = "Replacing it discards what was saved there meanwhile.", partial(then, False)
-        ask(self.context.window, "Replace the project?", text, more, answers, default=1, otherwise=otherwise)
+        more = "The project as it is in this window takes the place of whatever is there now."
+        ask(self.context.window, "Replace the project?", text, more, answers, default=1, otherwise=partial(then, False))
 
     # messages
 

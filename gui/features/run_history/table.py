@@ -103,8 +103,9 @@ def _cells(document: Document, run: StoredRun, present: bool, best: frozenset[Co
     title, values = title_of(run.name, document, run.run), values_of(document, run)
     seconds = f"{run.seconds:.2f}" if run.seconds else UNKNOWN
     about = (
-        f"{run.name}\n{run.when:%H:%M:%S}: {len(run.done)} of {run.block_count} blocks in {seconds} s, "
-        f"{run.iterations} iterations, {run.how}.\n{counted(run.recovered, 'pixel')} filled by blocks"
+        f"{run.name}\n{run.when:%H:%M:%S}: {len(run.done)} of {run.block_count} blocks"
+        f"{f' in {seconds} s' if run.seconds else ''}, {run.iterations} iterations, {run.how}.\n"
+        f"{counted(run.recovered, 'pixel')} filled by blocks"
         f"{'' if run.extrapolation is None else ', the rest extrapolated'}."
         f"{' Its results are the current ones.' if present else ''}"
     )

@@ -81,6 +81,14 @@ def test_it_is_used_by_keys_alone_and_knows_what_was_given_last(window, qtbot):
     qtbot.waitUntil(lambda: window.given == ["Dark", "&Quit"])
 
 
+def test_whole_words_of_a_menu_come_before_letters_scattered_over_a_text(window, qtbot):
+    window.addAction(QAction("Tighten some", window))
+    palette = CommandPalette(window, persistent=False)
+    palette.toggle()
+    qtbot.keyClicks(palette.field, "theme")
+    assert [entry.text for entry in palette.offered()] == ["Dark", "Tighten some"]
+
+
 def test_what_cannot_be_given_says_why_and_is_not(window, qtbot):
     palette = CommandPalette(window, persistent=False)
     palette.toggle()

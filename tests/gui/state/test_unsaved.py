@@ -160,6 +160,18 @@ def test_the_work_is_told_in_words(saved, workspace, document):
     assert not again.unsaved
 
 
+def test_the_run_of_an_opened_record_is_no_unsaved_work(workspace, document, results):
+    document.store_results(results)
+    recorded = Document.of(document.run(QUICK), "run.json", "run.json")
+    workspace.open_document(recorded, recorded.run(QUICK), completion=document.completion())
+    assert len(recorded.state.runs) == 1
+    assert not recorded.unsaved
+    recorded.edit_info(1, "Rename", name="Wall")
+    assert recorded.unsaved_summary() == "1 edit"
+    recorded.keep_run(_kept(recorded))
+    assert recorded.unsaved_summary() == "1 edit, 1 run"
+
+
 def test_without_a_file_a_list_of_frames_is_no_work(workspace, document, told):
     present = CurrentProject(workspace)
     workspace.add_entries([Entry("new", "/a/b", "b", FrameRef("/a/b"))])

@@ -4,8 +4,9 @@ import dataclasses
 
 import numpy as np
 import pytest
-from PySide6.QtCore import QPoint, Qt
+from PySide6.QtCore import QEvent, QPoint, Qt
 from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication, QMenu
 
 import ilf
 from gui.views.colours import FULL, ROBUST, strength_table
@@ -262,13 +263,12 @@ def test_a_title_opens_a_menu_and_a_double_click_still_enlarges(views, qtbot):
     cell = views.cells["depth-in"]
     QTest.mouseClick(cell.strip, LEFT, pos=QPoint(10, 5))
     assert cell._menu.isVisible()
-    entries = {action.data(): action for action in cell._menu.actions() if action.data()}
-    assert entries["depth-in"].isChecked()
-    assert entries["run-1"].text() == "Mine && yours"
-    assert not entries["ground_truth"].isEnabled()
-    assert "no guide" in entries["guide"].toolTip(), "what the frame lacks"
+    entries = {action.text(): action for action in cell._menu.actions()}
+    assert entries["Depth in"].isChecked()
+    assert not entries["Ground truth"].isEnabled()
+    assert "no guide" in entries["Guide, fitted"].toolTip(), "what the frame lacks"
     with qtbot.waitSignal(views.shownChanged):
-        entries["run-1"].trigger()
+        entries["Mine && yours"].trigger()
     cell._menu.close()
     assert cell.strip.title == "Mine & yours"
     QTest.mouseDClick(cell.strip, LEFT, pos=QPoint(10, 5))
@@ -276,6 +276,20 @@ def test_a_title_opens_a_menu_and_a_double_click_still_enlarges(views, qtbot):
     assert views.sheet.layout_name == "depth-in"
     QTest.mouseClick(cell.strip, LEFT, pos=QPoint(cell.strip.width() - 20, 5))
     assert not cell._menu.isVisible(), "the legend opens nothing"
+
+
+def test_the_menu_of_contents_keeps_names_while_depth_is_divided_and_no_former_submenus(views):
+    def offered():
+        cell.open_menu()
+        cell._menu.close()
+        QApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)
+        return [action.text() for action in cell._menu.actions()], len(cell.findChildren(QMenu))
+
+    views.give(depth=flat(2.1))
+    cell = views.cells["depth-in"]
+    first = offered()
+    views.sides.divide(True)
+    assert offered() == first
 
 
 @pytest.mark.parametrize(

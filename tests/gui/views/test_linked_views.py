@@ -16,6 +16,7 @@ from gui.views.colours import depth_table, error_table
 from gui.views.image_view import ViewTransform
 from gui.views.interaction import PointerEvent, PointerKind, Preview
 from gui.views.layouts import GRIDS, correct_places, picture_area
+from gui.views.view_data import Before
 from ilf.drawing.blocks import inner_points
 from ilf.drawing.colours import robust_difference_level, robust_error_levels, to_indices
 from tests.pins.window.hand import wheel
@@ -436,6 +437,16 @@ def test_missing_and_distrusted_depth_are_striped(views):
     assert picture.image[35, 40] == 0, "distrusted depth is not compared with"
     views.give(invalid_mask=None)
     assert picture.image[35, 40] > 0
+
+
+def test_invalid_depth_of_a_played_frame_is_striped(views):
+    invalid, played = np.zeros((HEIGHT, WIDTH), bool), views.data.frame
+    invalid[30:40, 30:50] = True
+    view = view_of(views, "depth-in")
+    for mask, striped in ((invalid, True), (None, False)):
+        views.show_played(played.with_invalid_mask(mask), None, "", Before())
+        colours = {colour_at(view, place(view, 40, 35) + QPoint(shift, 0)) for shift in range(8)}
+        assert ((255, 144, 32) in colours) is striped
 
 
 def test_what_lies_outside_the_view_has_stripes_and_a_name_of_its_own(views):
