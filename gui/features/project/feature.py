@@ -26,7 +26,7 @@ from ...state.entries import Entry
 from ...state.parts import Part
 from ...widgets.basics import open_once
 from ...widgets.file_choice import ask_path, last_folder, remember_folder
-from ...widgets.notices import ACCEPT, DESTROY, ask
+from ...widgets.notices import ACCEPT, DESTROY, ask, error_text
 from ..context import Context, Feature
 from .opening import Opening
 from .saving import Saving
@@ -301,7 +301,7 @@ class ProjectFeature(Feature):
         source = source_of(entry)
         if isinstance(error, UnreadableFrame) and source is not None:
             again = partial(self.context.loader.open_new, source, f"{entry.name} (anew)")
-            text = f"{entry.name} cannot be opened. {error}"
+            text = f"{entry.name} cannot be opened. {error_text(error)}"
             more = "Open its files as a new frame, without the work? The work stays in the project as it is."
             ask(self.context.window, f"Open {entry.name} anew?", text, more, (("&Open anew", ACCEPT, again),))
 
