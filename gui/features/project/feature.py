@@ -30,7 +30,6 @@ from ...widgets.notices import ACCEPT, DESTROY, ask, error_text
 from ..context import Context, Feature
 from .opening import Opening
 from .saving import Saving
-from .view_state import Zooms
 
 if TYPE_CHECKING:
     from .closing import CloseDialog
@@ -53,7 +52,6 @@ class ProjectFeature(Feature):
         workspace, loader = context.workspace, context.loader
         self.present = context.recorder.present
         self.saving, self.opening = Saving(context), Opening(context, self._leave)
-        Zooms(workspace, context.views, context.refresh)
         self.discard_silently = False
         """Whether to close without asking; for headless use."""
         self.question: CloseDialog | None = None
