@@ -41,7 +41,9 @@ from .tools import ToolsFeature
 
 Mask = NDArray[np.bool_]
 
-_SEARCHED = Part.FRAME | Part.LABELS | Part.INVALID_MASK | Part.NEIGHBOURS | Part.EXPECTED_ERROR
+_KNOWN = Part.FRAME | Part.INVALID_MASK | Part.NEIGHBOURS
+"""What known depth depends on, and what is suggested of it."""
+_SEARCHED = _KNOWN | Part.LABELS | Part.EXPECTED_ERROR
 """What the search for places depends on."""
 
 _MIN_SIDE, _MAX_SIDE = 96, 320
@@ -128,8 +130,8 @@ class _Search:
 
 @dataclass(frozen=True, eq=False)
 class _Remedied:
-    """A place for which a remedy is looked for, and the blocks that are locked meanwhile; None for suggested invalid
-    depth."""
+    """A place for which a remedy is looked for, and the blocks that are locked meanwhile; None for invalid depth, which
+    is looked for, or suggested."""
 
     place: Place | None
     locked: frozenset[int]
@@ -213,6 +215,8 @@ class QualityPanel(Panel):
         """Search again after a change; look for the remedy again if other blocks are locked."""
         if parts & Part.FRAME:
             self._search = None
+        if parts & _KNOWN:
+            self._drop_remedy()
         if not self.context.workspace.has_current:
             self._found = None
             self._show_no_place("Open a frame first.")
@@ -305,8 +309,9 @@ class QualityPanel(Panel):
         labels = document.labels.copy()
         search = _Search(document, document.frame, labels, extraction, self._error(labels), to_check)
         self._found, self._search = None, search
-        self._drop_remedy()
-        self.reason.setText("Running quality checks…")
+        if not self._suggests:
+            self._drop_remedy()
+            self.reason.setText("Running quality checks…")
 
         def take(places: Sequence[Place]) -> None:
             if search is self._search:
@@ -330,7 +335,7 @@ class QualityPanel(Panel):
         pending_step, self._pending_step = self._pending_step, None
         if pending_step is not None:
             self._show(self.review.step(pending_step))
-        else:
+        elif not self._suggests:
             self._say(fixed)
 
     def _show(self, place: Place | None) -> None:
@@ -424,6 +429,11 @@ class QualityPanel(Panel):
 
     # invalid depth
 
+    @property
+    def _suggests(self) -> bool:
+        """Whether invalid depth is looked for, or suggested: it stays until it is answered, or known depth changes."""
+        return self._remedied is not None and self._remedied.place is None
+
     @command("suggest_invalid", "Su&ggest invalid depth", icon="ph.warning", needs=Need.FRAME)
     def suggest(self) -> None:
         """Find known depth that is probably wrong (flying pixels, speckles, glass), to mark it or to ignore it."""
@@ -431,12 +441,16 @@ class QualityPanel(Panel):
         self.context.refresh.now()
         document = self.context.workspace.current
         frame, extraction = document.frame, document.blocks.extraction or BlockParameters()
+        self._pending_step = None
         self._show_no_place("Looking for depth that may be invalid…")
-        self.requests.ask(
-            lambda: suggest_invalid(frame, find_edges(frame, extraction).strength),
-            partial(self._take_invalid, document, frame),
-            kind="invalid",
-        )
+        self._remedied = remedied = _Remedied(None, document.locked)
+        self._set_remedy(None)
+
+        def take(found: Mask) -> None:
+            if remedied is self._remedied and self.context.workspace.is_shown(document):
+                self._take_invalid(remedied, found)
+
+        self.requests.ask(lambda: suggest_invalid(frame, find_edges(frame, extraction).strength), take, kind="invalid")
 
     def _mark_invalid(self, found: Mask, text: str) -> bool:
         """Mark known depth as invalid; return False, with a message, if no depth would be left."""
@@ -448,9 +462,7 @@ class QualityPanel(Panel):
             return False
         return True
 
-    def _take_invalid(self, document: Document, frame: RGBDFrame, found: Mask) -> None:
-        if not self.context.workspace.is_shown(document) or frame is not document.frame:
-            return
+    def _take_invalid(self, remedied: _Remedied, found: Mask) -> None:
         pixels = int(np.count_nonzero(found))
         if not pixels:
             self._show_no_place("No invalid depth found: no flying pixels, speckles or glass.")
@@ -458,7 +470,7 @@ class QualityPanel(Panel):
         self.context.views.fit()
         what = counted(pixels, "pixel")
         self._show_no_place(f"{what} of known depth may be invalid: flying pixels, speckles or glass.")
-        self._remedied = _Remedied(None, document.locked)
+        self._remedied = remedied
         self._set_remedy(Remedy("invalid", f"Mark {what} as invalid", invalid=found))
         self._show_remedy()
 

@@ -147,7 +147,8 @@ class StartPage(Themed, QWidget):
 
     def showEvent(self, event: QShowEvent) -> None:
         super().showEvent(event)
-        self.setFocus()
+        if not event.spontaneous():  # not when a minimised window is shown again
+            self.setFocus()
         self.shown.emit()
 
 

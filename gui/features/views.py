@@ -12,6 +12,7 @@ from ..views.shown_blocks import BLOCK_PARTS
 from ..views.view_data import ALL_READ, ALL_READ_LATER
 from ..views.view_menus import ViewBar
 from .context import Context, Feature
+from .zooms import Zooms
 
 
 class ViewsFeature(Feature):
@@ -25,6 +26,7 @@ class ViewsFeature(Feature):
         self.bar = ViewBar(views, context.centre, menu)
         refresh = context.refresh
         refresh.add("pictures", lambda: views.refresh(refresh.changed("pictures")), ALL_READ, ALL_READ_LATER)
+        Zooms(workspace, views, refresh)  # after the pictures, which show another frame whole
         refresh.add("blocks", lambda: views.blocks.draw(refresh.changed("blocks")), BLOCK_PARTS)
 
     @command("fit", "&Fit frame", icon="ph.arrows-out", keys="Ctrl+0", needs=Need.FRAME)

@@ -35,7 +35,7 @@ from ..state.document import Document
 from ..state.entries import Entry
 from ..state.parts import Part
 from ..state.workspace import Workspace
-from ..widgets.notices import ACCEPT, Notes, ask
+from ..widgets.notices import ACCEPT, Notes, ask, error_text
 from ..work.found_blocks import FoundBlocks, describe_blocks, find
 from ..work.latest_request import Job, JobQueue
 from .store import WorkStore
@@ -277,8 +277,9 @@ class FrameLoader(QObject):
 
     def _note_problem(self, entry: Entry, error: Exception) -> None:
         self.opening_failed.emit(entry, error)
-        self._workspace.note_problem(entry, str(error))
-        self._notes.show_message(f"{entry.name} cannot be opened: {error}")
+        problem = error_text(error)
+        self._workspace.note_problem(entry, problem)
+        self._notes.show_message(f"{entry.name} cannot be opened: {problem}")
         if isinstance(error, NotAllowed):
             ask_allowed(self._window, error, lambda: self.open_entry(entry))
 

@@ -119,8 +119,11 @@ def ask(
 
 
 def error_text(error: Exception) -> str:
-    """Return the text of an error for the user; with its type if it is unexpected."""
-    return to_text(error) if _is_expected(error) else without_credentials(f"{type(error).__name__}: {error}")
+    """Return the text of an error for the user, without options of the command line; with its type if it is
+    unexpected."""
+    if _is_expected(error):
+        return without_flags(to_text(error))
+    return without_credentials(f"{type(error).__name__}: {error}")
 
 
 def error_details(error: Exception) -> str:

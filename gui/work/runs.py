@@ -86,6 +86,8 @@ class LiveSolver(QObject):
         self._live = live
         self._touched: WeakKeyDictionary[Document, set[int]] = WeakKeyDictionary()
         """Blocks to re-solve, also of frames that are not shown."""
+        self._following: WeakKeyDictionary[Document, set[int]] = WeakKeyDictionary()
+        """Blocks to re-solve only because of their parameters: not after a run that is cancelled."""
         self._requested: set[int] = set()
         """Blocks of the current frame that were requested since they were last edited."""
         workspace.edited.connect(self._take)
@@ -100,7 +102,9 @@ class LiveSolver(QObject):
         document, runs = self._workspace.current, self._runs.current
         changed = {*document.changed_blocks(), *runs.resolving}
         wanted = [label for label in dict.fromkeys((*first, *runs.completed)) if label in changed]
-        self._touched.setdefault(document, set()).update(wanted)
+        touched = self._touched.setdefault(document, set())
+        self._following.setdefault(document, set()).update(set(wanted) - touched)
+        touched.update(wanted)
         self._requested.update(wanted)
         if wanted and not runs.resolve(wanted):
             self._requested.difference_update(wanted)
@@ -108,6 +112,7 @@ class LiveSolver(QObject):
     def _take(self, edit: Edit) -> None:
         if self._live.isChecked() and edit.document.results.kept:
             self._touched.setdefault(edit.document, set()).update(edit.blocks)
+            self._following.get(edit.document, set()).difference_update(edit.blocks)
             self._requested.difference_update(edit.blocks)
             self._go_on()
 
@@ -120,7 +125,8 @@ class LiveSolver(QObject):
         runs, workspace = self._runs, self._workspace
         if not workspace.has_current or not runs.state.free:
             if runs.state is RunState.STOPPING:  # what is cancelled is not asked for again
-                self._touched.pop(workspace.current, None)
+                following = self._following.pop(workspace.current, set())
+                self._touched.get(workspace.current, set()).difference_update(following)
             return
         document, chosen = workspace.current, workspace.chosen
         touched = self._touched.get(document, set())

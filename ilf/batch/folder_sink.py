@@ -45,7 +45,7 @@ MANIFEST_FILE = "manifest.csv"
 
 MANIFEST_COLUMNS = tuple(field.name for field in dataclasses.fields(FrameOutcome))
 
-_REDO_HINT = "Choose another folder, or complete them again (--rerun-changed; in the window, by Redo)."
+_REDO_HINT = "Choose another folder, or complete them again (--rerun-changed), in the window by Redo."
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

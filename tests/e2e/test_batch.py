@@ -153,7 +153,10 @@ def test_a_batch_is_cancelled_and_goes_on_other_values_are_refused(part, window,
     window.workspace.parameters.set(window.workspace.parameters.current.replace(max_iterations=4))
     window.refresh.now()  # else the dialog, drawn anew, may say again what it would do
     dialog.export_button.click()
-    assert "max_iterations: 5, now 4" in _done(part, qtbot)
+    refused = _done(part, qtbot)
+    assert "max_iterations: 5, now 4" in refused
+    assert "Redo" in refused, "what to do in the window"
+    assert "--" not in refused
     assert dialog.message.tone() == "error"
     dialog.anew.setChecked(True)
     dialog.export_button.click()

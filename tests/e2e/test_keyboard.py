@@ -18,6 +18,7 @@ from PySide6.QtWidgets import (
 from gui.base import theme
 from gui.base.commands import plain
 from gui.features.blocks.feature import BlocksFeature
+from gui.features.blocks.table import Column
 from gui.features.status import StatusFeature
 from gui.tools.kinds import KINDS
 from gui.views.image_view import ImageView
@@ -170,6 +171,19 @@ def test_the_selected_block_is_renamed_by_a_command(typing, qtbot):
     QTest.keyClicks(field, "table")
     QTest.keyClick(field, _Key.Key_Return)
     qtbot.waitUntil(lambda: document.info(2).name == "table")
+
+
+def test_a_block_that_a_click_deselects_is_not_the_one_that_is_renamed(typing, qtbot):
+    key(typing, _Key.Key_F9)
+    table = typing.feature(BlocksFeature).table
+    first, second = (table.visualRect(table.model().index(row, Column.NAME)).center() for row in (0, 1))
+    QTest.mouseClick(table.viewport(), Qt.MouseButton.LeftButton, pos=first)
+    for _ in range(2):
+        QTest.mouseClick(table.viewport(), Qt.MouseButton.LeftButton, CTRL, second)
+    assert typing.workspace.current.selected == [1]
+    typing.actions_["rename_block"].trigger()
+    (field,) = table.findChildren(QLineEdit)
+    assert field.text() == "Block 1"
 
 
 def test_the_focus_is_where_a_frame_is_opened_and_then_in_its_views(window, qtbot, frame_folder):

@@ -1,6 +1,7 @@
 """Next suspicious place and suggested distrust, through the real window."""
 
 import math
+import threading
 
 import numpy as np
 from PySide6.QtCore import QPointF, Qt
@@ -15,6 +16,7 @@ from gui.features.status import StatusFeature
 from gui.state.document import Document
 from gui.state.results import ErrorEstimate
 from ilf.data.frame import RGBDFrame
+from ilf.evaluation.quality.invalid_depth import suggest_invalid
 from ilf.evaluation.quality.remedies import Remedy
 from ilf.segmentation.editing.patches import patch_between
 
@@ -257,6 +259,30 @@ def test_suggested_distrust_is_shown_then_taken_or_left(window, qtbot, tmp_path)
     assert panel.remedy is None
 
 
+def test_a_suggestion_stays_until_it_is_answered_or_known_depth_changes(window, qtbot, tmp_path, monkeypatch):
+    opened_with(window, qtbot, tmp_path, walls(WIDTH))
+    panel, workspace = window.feature(QualityPanel), window.workspace
+    begun, go_on = threading.Event(), threading.Event()
+
+    def find(*asked: object) -> np.ndarray:
+        begun.set()
+        assert go_on.wait(20)
+        return suggest_invalid(*asked)
+
+    monkeypatch.setattr("gui.features.quality.suggest_invalid", find)
+    window.actions_["suggest_invalid"].trigger()
+    qtbot.waitUntil(begun.is_set)  # the places are found
+    assert panel.reason.text().startswith("Looking for depth that may be invalid")
+    go_on.set()
+    assert settled(window, qtbot).startswith("4 pixels of known depth may be invalid")
+    workspace.current.replace_blocks(walls(48, WIDTH).astype(np.int32), "Split")
+    assert settled(window, qtbot).startswith("4 pixels of known depth may be invalid")
+    assert panel.remedy.kind == "invalid"
+    workspace.current.set_invalid_mask(np.indices((HEIGHT, WIDTH))[0] < 2, "Distrust depth")
+    assert settled(window, qtbot) == "1 flagged place left to check."
+    assert panel.remedy is None
+
+
 def test_places_and_a_suggestion_are_found_at_once_and_another_frame_has_its_own(window, qtbot, tmp_path, frame_folder):
     opened_with(window, qtbot, tmp_path, walls(WIDTH))
     window.actions_["next_check"].trigger()
@@ -264,7 +290,7 @@ def test_places_and_a_suggestion_are_found_at_once_and_another_frame_has_its_own
     assert "may be invalid" in settled(window, qtbot), "what was asked for last"
     panel = window.feature(QualityPanel)
     assert panel.remedy.kind == "invalid"
-    assert press(window, qtbot, "next_check").startswith("2 of 2")
+    assert press(window, qtbot, "next_check").startswith("1 of 2")
 
     open_frame(window, qtbot, frame_folder)
     assert settled(window, qtbot) == "No flagged places."

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from functools import partial
 
 from PySide6.QtCore import QSettings, QSignalBlocker, Qt
-from PySide6.QtGui import QAction
+from PySide6.QtGui import QAction, QWheelEvent
 from PySide6.QtWidgets import QInputDialog, QTabBar
 
 from ...base.commands import Command, command, describe
@@ -30,6 +30,13 @@ _CHOICES = "block_names", "show_missing", "only_icons"
 _NOT_OWN = "The current layout is built in: only your own layouts can be renamed or deleted."
 
 
+class _Tabs(QTabBar):
+    """Tabs of the layouts."""
+
+    def wheelEvent(self, event: QWheelEvent) -> None:
+        event.ignore()  # it would turn the whole window to another layout
+
+
 class LayoutsFeature(Feature):
     """Switches between layouts of the window. Changes by the user are stored with the layout."""
 
@@ -50,7 +57,7 @@ class LayoutsFeature(Feature):
         context.views.sheet.layoutChanged.connect(self._follow_views)
         self.menu = context.actions.menu("&Layout", context.window)
         context.actions.adopt("layout_menu", self.menu.menuAction())
-        self.bar = QTabBar(drawBase=False, expanding=False, usesScrollButtons=True)
+        self.bar = _Tabs(drawBase=False, expanding=False, usesScrollButtons=True)
         self.bar.setAccessibleName("Layouts")
         self.bar.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         self.bar.currentChanged.connect(lambda number: self.turn(self.bar.tabData(number)))

@@ -26,11 +26,10 @@ from ...state.entries import Entry
 from ...state.parts import Part
 from ...widgets.basics import open_once
 from ...widgets.file_choice import ask_path, last_folder, remember_folder
-from ...widgets.notices import ACCEPT, DESTROY, ask
+from ...widgets.notices import ACCEPT, DESTROY, ask, error_text
 from ..context import Context, Feature
 from .opening import Opening
 from .saving import Saving
-from .view_state import Zooms
 
 if TYPE_CHECKING:
     from .closing import CloseDialog
@@ -53,7 +52,6 @@ class ProjectFeature(Feature):
         workspace, loader = context.workspace, context.loader
         self.present = context.recorder.present
         self.saving, self.opening = Saving(context), Opening(context, self._leave)
-        Zooms(workspace, context.views, context.refresh)
         self.discard_silently = False
         """Whether to close without asking; for headless use."""
         self.question: CloseDialog | None = None
@@ -305,7 +303,7 @@ class ProjectFeature(Feature):
         source = source_of(entry)
         if isinstance(error, UnreadableFrame) and source is not None:
             again = partial(self.context.loader.open_new, source, f"{entry.name} (anew)")
-            text = f"{entry.name} cannot be opened. {error}"
+            text = f"{entry.name} cannot be opened. {error_text(error)}"
             more = "Open its files as a new frame, without the work? The work stays in the project as it is."
             ask(self.context.window, f"Open {entry.name} anew?", text, more, (("&Open anew", ACCEPT, again),))
 

@@ -1,4 +1,4 @@
-"""The state of the views: the zoom of each frame, and layout and contents, which are stored with the work."""
+"""The state of the views that is stored with the work: layout and contents."""
 
 from __future__ import annotations
 
@@ -6,46 +6,10 @@ import contextlib
 from collections.abc import Mapping
 from typing import Any
 
-from PySide6.QtCore import QObject
-
-from ...state.document import Document
-from ...state.parts import Part
-from ...state.workspace import Workspace
 from ...views.layouts import LAYOUTS
 from ...views.linked_views import LinkedViews
-from ...work.refresh import Refresh
 
 _LAYOUT, _CONTENTS, _SIDES = "layout", "contents", "sides"
-
-
-class Zooms(QObject):
-    """Restores the zoom position of a frame when it is shown again.
-
-    Zoom positions last as long as the window: another one may have another size, so it begins with the whole frame.
-    """
-
-    def __init__(self, workspace: Workspace, views: LinkedViews, refresh: Refresh) -> None:
-        super().__init__(views)
-        self._workspace = workspace
-        self._views = views
-        self._shown: Document | None = None
-        self._places: dict[str, tuple[float, float, float] | None] = {}
-        """Key of a frame -> its last zoom position."""
-        workspace.on(Part.FRAME, self._remember)
-        refresh.add("place", self._show, Part.FRAME)
-
-    def _remember(self) -> None:
-        if self._shown is not None:
-            self._places[self._shown.key] = self._views.place
-
-    def _show(self) -> None:
-        document = self._workspace.current if self._workspace.has_current else None
-        if document is self._shown:
-            return
-        self._shown = document
-        place = None if document is None else self._places.get(document.key)
-        if place is not None:
-            self._views.set_place(*place)
 
 
 def views_state(views: LinkedViews) -> dict[str, Any]:

@@ -23,6 +23,7 @@ from ...project.store import WorkStore
 from ...state.entries import Entry
 from ...state.parts import Part
 from ...views.view_data import Before, Depth
+from ...widgets.notices import error_text
 from ...work.latest_request import LatestRequest
 from ..context import Context, Feature
 from ..frame_list.feature import FramesFeature
@@ -142,7 +143,9 @@ class FlickerFeature(Feature):
     def __init__(self, context: Context) -> None:
         super().__init__(context)
         self._frames = context.feature(FramesFeature)
-        self._questions = LatestRequest(self, lambda error: context.views.show_found(before=Before(text=str(error))))
+        self._questions = LatestRequest(
+            self, lambda error: context.views.show_found(before=Before(text=error_text(error)))
+        )
         context.workspace.on(Part.FRAME, self._questions.forget)
         context.refresh.add(
             "flicker",

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import pytest
 import shiboken6
-from PySide6.QtCore import QByteArray, QSettings, Qt
+from PySide6.QtCore import QByteArray, QPointF, QSettings, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QDockWidget, QMainWindow, QWidget
 
@@ -13,6 +13,7 @@ from gui.app.main_window import MainWindow
 from gui.features.layouts.feature import LayoutsFeature
 from gui.features.layouts.layout import Arrangement, LayoutStore
 from gui.widgets.docks import Docks, PanelGroup
+from tests.pins.window.hand import wheel
 
 
 @pytest.fixture
@@ -83,6 +84,13 @@ def test_a_click_on_the_present_layout_stays_in_it(opened):
         QTest.mouseClick(bar, Qt.MouseButton.LeftButton, pos=bar.tabRect(number).center())
         assert layouts.present == name
         assert bar.currentIndex() == number
+    window.close()
+
+
+def test_the_wheel_over_the_bar_leaves_the_layout(opened):
+    window, layouts = opened()
+    wheel(layouts.bar, QPointF(layouts.bar.rect().center()), notches=-1)
+    assert layouts.present == "standard"
     window.close()
 
 

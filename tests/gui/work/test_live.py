@@ -111,6 +111,20 @@ def test_what_is_cancelled_is_not_asked_for_again(bench, solver, until):
     until(lambda: bench.document.changed_blocks() == [])
 
 
+@pytest.mark.parametrize("late", [False, True])
+def test_what_is_edited_during_a_run_is_solved_also_if_the_run_is_cancelled(bench, solver, until, late):
+    bench.run_all()
+    bench.script.__init__()
+    bench.runs.current.start()
+    if late:
+        bench.runs.current.cancel()
+    bench.workspace.current.edit(_patch(bench, 2), "Paint")
+    if not late:
+        bench.runs.current.cancel()
+    bench.script.allow()
+    until(lambda: bench.document.changed_blocks() == [])
+
+
 @pytest.mark.parametrize(
     "change",
     [
