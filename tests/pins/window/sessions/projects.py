@@ -8,8 +8,6 @@ import subprocess
 import sys
 from pathlib import Path
 
-from PySide6.QtWidgets import QMessageBox
-
 from ..frames import room, walk
 from ..hand import Hand
 
@@ -138,11 +136,10 @@ def quit(user: Hand) -> None:
 def something_that_cannot_be_opened(user: Hand) -> None:
     """A problem is told, and the work goes on."""
     _work(user)
-    bad = user.folder / "run.json"
+    bad = user.folder / "record.json"
     bad.write_text(json.dumps({"program": "other"}))
     user.drop(bad)
-    for box in user.window.findChildren(QMessageBox):
-        box.accept()
+    user.press("OK", user.dialog("Open"))
 
 
 def _killed(folder: Path, what: str) -> int:
