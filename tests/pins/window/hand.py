@@ -498,16 +498,7 @@ class Hand:
         path = self.folder / f"{name}.ilf"
         _ANSWERS.append(str(path))
         self.start("save_project_as")
-        if not _ANSWERS:
-            self.press("Include them" if embed else "Leave them out", self.dialog("Include the frames' files"))
-            return path
-        _ANSWERS.clear()  # of a program that asks in a dialog of its own
-        dialog = self.dialog("Save Project As")
-        self.fill("File", path, dialog)
-        (includes,) = [box for box in dialog.findChildren(QAbstractButton) if "Include" in box.text()]
-        if includes.isChecked() != embed:
-            includes.click()
-        self.press("Replace" if path.exists() else "Save", dialog)
+        self.press("Include them" if embed else "Leave them out", self.dialog("Include the frames' files"))
         return path
 
     def keep_project(self, what: str = "end") -> None:

@@ -1,6 +1,6 @@
 """A frame is measured, checked and looked at."""
 
-from ..hand import Hand, commands
+from ..hand import Hand
 
 
 def profile_along_a_line(user: Hand) -> None:
@@ -63,12 +63,11 @@ def quality_checks(user: Hand) -> None:
 
 def suggested_invalid_depth(user: Hand) -> None:
     """Rejected at first, then taken."""
-    has_own = "mark_suggested" in commands(user.window)  # of suggestions, as in former versions
     user.do("suggest_invalid")
-    user.do("ignore_suggested" if has_own else "ignore_check")
+    user.do("ignore_check")
     user.keep_project("rejected")
     user.do("suggest_invalid")
-    user.do("mark_suggested" if has_own else "apply_remedy")
+    user.do("apply_remedy")
 
 
 def colours_of_depth(user: Hand) -> None:
