@@ -108,7 +108,7 @@ _HEADINGS: dict[int, Heading] = {
     Column.COLOUR: Heading("", "Colour in the views and plots. Click to change it.", kind="icon", icon="ph.palette"),
     Column.NAME: Heading("Name", "Name of the block. Press F2 to rename.", kind="edited"),
     Column.MISSING: Heading("Missing", "Defect rate: share of the block's pixels without depth.", 58, "number"),
-    Column.ERROR: Heading("Error [mm]", _ERROR, 100, "number"),
+    Column.ERROR: Heading("Error [mm]", _ERROR, 56, "number"),
     Column.STATE: Heading(
         "", "State of the block after the last run. Point at an icon for details.", kind="icon", icon="ph.flag"
     ),
@@ -197,6 +197,7 @@ class BlockTable(RowTable):
         self.rows.edited.connect(self._rename)
         self.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
         header = self.horizontalHeader()
+        header.setMinimumHeight(2 * self.fontMetrics().height() + 6)  # of headings in two lines
         header.setContextMenuPolicy(Qt.ContextMenuPolicy.CustomContextMenu)
         header.customContextMenuRequested.connect(lambda at: self.column_menu().popup(header.mapToGlobal(at)))
         hidden = QSettings().value(_HIDDEN_KEY)
