@@ -21,7 +21,7 @@ from ..base.commands import Command, command
 from ..base.needs import Need
 from ..state.parts import Part
 from ..views.layouts import LAYOUT_TEXTS
-from ..views.view_data import Stage
+from ..views.view_data import ShownStage
 from ..widgets.basics import TEXT_BESIDE_ICON, command_button, lay_out
 from ..widgets.notices import error_text
 from ..widgets.parameter_form import ParameterForm
@@ -191,7 +191,7 @@ class ExtractionPanel(Panel):
     def _tell(self, **changes: Any) -> None:
         """Change what the views show of the stage: with a message, it has no picture."""
         views = self.context.views
-        stage = Stage(views.data.stage.name) if "message" in changes else views.data.stage
+        stage = ShownStage(views.data.stage.name) if "message" in changes else views.data.stage
         views.show_found(stage=stage._replace(**changes))
 
     def _show_stage(self, stage: _Stage, found: FoundBlocks, picture: NDArray[np.uint8]) -> None:
@@ -202,7 +202,7 @@ class ExtractionPanel(Panel):
         if (name := stage[-1]) == self.context.views.data.stage.name:
             self._drawn = stage
             legend, text = stage_legend(name, found.extraction), stage_count(name, found.extraction)
-            self.context.views.show_found(stage=Stage(name, picture, text=text, legend=legend))
+            self.context.views.show_found(stage=ShownStage(name, picture, text=text, legend=legend))
         self._describe()
 
     def fail(self, error: Exception) -> None:

@@ -27,7 +27,7 @@ from .scene_items import missing_brush
 from .sheet import Sheet
 from .shown_blocks import ShownBlocks
 from .side_comparison import SideComparison
-from .view_data import READ, Before, FormerState, Stage, ViewData
+from .view_data import READ, Before, FormerState, ShownStage, ViewData
 
 _MARKS = {"frame", "invalid_mask", "by_hand", "result", "expected", "runs", "swipe"}
 """Data of which some pixels are striped."""
@@ -127,7 +127,7 @@ class LinkedViews(Themed, QWidget):
         """Show another frame, fitted, with its own depth range; or none, only the page for that."""
         frame = self.data.frame
         self.set_preview(None)
-        self.show_found(stage=Stage(self.data.stage.name))
+        self.show_found(stage=ShownStage(self.data.stage.name))
         if frame is None:
             self.navigation.set_frame(None)
             self._pages.setCurrentWidget(self._empty)

@@ -64,7 +64,7 @@ class Spectrum(NamedTuple):
     text: str
 
 
-class Stage(NamedTuple):
+class ShownStage(NamedTuple):
     """The shown stage of the extraction, one of `STAGES`: its picture from `stage_picture`, or a message while there is
     none; a text about it, and the meaning of its colours."""
 
@@ -135,7 +135,7 @@ class ViewData:
         Whether side A is shown in place of the result.
     swipe_column : int or None
         Column of the frame that divides side A from side B in the result; None while it is not divided.
-    stage : Stage
+    stage : ShownStage
     stage_actions : sequence of QAction
         The commands that select a stage.
     ranges : dict
@@ -144,7 +144,7 @@ class ViewData:
 
     def __init__(self, workspace: Workspace) -> None:
         self._workspace = workspace
-        self.stage = Stage()
+        self.stage = ShownStage()
         self.stage_actions: Sequence[QAction] = ()
         self.ranges = {kind: Range() for kind in KINDS}
         self.depth_map = DEPTH_MAP

@@ -42,7 +42,7 @@ class Heading:
     icon: str = ""
 
 
-class Cell(NamedTuple):
+class TableCell(NamedTuple):
     """What a table shows of a thing in one column.
 
     Attributes
@@ -75,7 +75,7 @@ class Cell(NamedTuple):
     said: str = ""
 
 
-Cells = Mapping[int, Cell]
+TableCells = Mapping[int, TableCell]
 """Column -> cell, of one thing."""
 
 
@@ -95,9 +95,9 @@ class RowModel(QAbstractTableModel):
         self._widget, self._headings = parent, headings
         self.keys: list[Any] = []
         """Whose row each is."""
-        self._cells: list[Cells] = []
+        self._cells: list[TableCells] = []
 
-    def show_rows(self, rows: Mapping[Any, Cells]) -> None:
+    def show_rows(self, rows: Mapping[Any, TableCells]) -> None:
         """Show the cells of each key, in this order; rows that stay keep their order. It tells only of what changes, so
         that editors stay open."""
         for row in reversed(range(len(self.keys))):

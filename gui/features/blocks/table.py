@@ -17,7 +17,7 @@ from ilf.sources.pairing import natural
 
 from ...state.blocks import EXPECTED, BlockCounts
 from ...state.workspace import Workspace
-from ...widgets.row_table import Cell, Heading, RowTable
+from ...widgets.row_table import Heading, RowTable, TableCell
 
 # state -> icon, name of its colour in theme.Colours
 _STATES = {
@@ -129,7 +129,7 @@ _HEADINGS: dict[int, Heading] = {
 }
 
 
-def _cells(row: BlockRow, error_source: str) -> dict[int, Cell]:
+def _cells(row: BlockRow, error_source: str) -> dict[int, TableCell]:
     """Return what the table shows of a block. The first click on a header sorts ascending, and should show the worst
     block first."""
     info, counts = row.info, row.counts
@@ -139,29 +139,29 @@ def _cells(row: BlockRow, error_source: str) -> dict[int, Cell]:
     of_error = tone or ("muted" if error_source == EXPECTED else "")
     iterations, sigma = str(row.iterations or ""), f"{1000 * row.sigma_i:.3f}"
     return {
-        Column.COLOUR: Cell(key=QColor(*info.colour).hsvHueF(), icon=info.colour),
-        Column.NAME: Cell(
+        Column.COLOUR: TableCell(key=QColor(*info.colour).hsvHueF(), icon=info.colour),
+        Column.NAME: TableCell(
             info.name,
             natural(info.name),
             _lines(look, own),
             ("ph.question", "warning") if look else None,
             tone or ("accent" if own else ""),
         ),
-        Column.MISSING: Cell(f"{100 * counts.defect_rate:.1f} %", -counts.defect_rate, tone=tone),
-        Column.ERROR: Cell(millimetres(row.error), _last_if_unknown(-row.error), tone=of_error),
-        Column.STATE: Cell(
+        Column.MISSING: TableCell(f"{100 * counts.defect_rate:.1f} %", -counts.defect_rate, tone=tone),
+        Column.ERROR: TableCell(millimetres(row.error), _last_if_unknown(-row.error), tone=of_error),
+        Column.STATE: TableCell(
             key=list(_STATES).index(row.state), hint=_lines(look, row.state, row.detail), icon=_STATES[row.state]
         ),
-        Column.VISIBLE: Cell(
+        Column.VISIBLE: TableCell(
             key=int(info.visible), icon=("ph.eye", "text") if info.visible else ("ph.eye-slash", "muted")
         ),
-        Column.LOCKED: Cell(
+        Column.LOCKED: TableCell(
             key=int(info.locked),
             icon=("ph.lock-simple", "text") if info.locked else ("ph.lock-simple-open", "muted"),
         ),
-        Column.ITERATIONS: Cell(iterations, row.iterations, tone=tone),
-        Column.SIGMA: Cell("" if math.isnan(row.sigma_i) else sigma, _last_if_unknown(row.sigma_i), tone=tone),
-        Column.PIXELS: Cell(grouped(counts.pixels), counts.pixels, tone=tone),
+        Column.ITERATIONS: TableCell(iterations, row.iterations, tone=tone),
+        Column.SIGMA: TableCell("" if math.isnan(row.sigma_i) else sigma, _last_if_unknown(row.sigma_i), tone=tone),
+        Column.PIXELS: TableCell(grouped(counts.pixels), counts.pixels, tone=tone),
     }
 
 

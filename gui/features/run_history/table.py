@@ -19,7 +19,7 @@ from ilf.sources.pairing import natural
 
 from ...state.document import Document
 from ...state.run_history import MAX_COMPARED, parameters_text, title_of
-from ...widgets.row_table import Cell, Heading, RowTable
+from ...widgets.row_table import Heading, RowTable, TableCell
 
 
 class Column(IntEnum):
@@ -98,7 +98,7 @@ def values_of(document: Document, run: StoredRun) -> str:
     return " · ".join(filter(None, (first, ", ".join(filter(None, others)))))
 
 
-def _cells(document: Document, run: StoredRun, present: bool, best: frozenset[Column]) -> dict[int, Cell]:
+def _cells(document: Document, run: StoredRun, present: bool, best: frozenset[Column]) -> dict[int, TableCell]:
     """Return what the table shows of a run; `best` are the errors that no other run has smaller."""
     title, values = title_of(run.name, document, run.run), values_of(document, run)
     seconds = f"{run.seconds:.2f}" if run.seconds else UNKNOWN
@@ -111,8 +111,8 @@ def _cells(document: Document, run: StoredRun, present: bool, best: frozenset[Co
     )
     compared = run in document.compared
     return {
-        Column.COMPARED: Cell(key=not compared, ticked=compared, said=f"Compare {run.name}"),
-        Column.NAME: Cell(
+        Column.COMPARED: TableCell(key=not compared, ticked=compared, said=f"Compare {run.name}"),
+        Column.NAME: TableCell(
             f"● {title}" if present else title,
             natural(run.name),
             about,
@@ -122,25 +122,25 @@ def _cells(document: Document, run: StoredRun, present: bool, best: frozenset[Co
             said=f"● {title}, current" if present else "",
         ),
         **{column: _error_cell(run, column, column in best) for column in ERRORS},
-        Column.VALUES: Cell(values, values.casefold(), _all_values(run.run.parameters, values)),
-        Column.SECONDS: Cell(seconds, run.seconds),
-        Column.ITERATIONS: Cell(str(run.iterations), run.iterations),
-        Column.NOTE: Cell(run.note, run.note.casefold(), run.note),
+        Column.VALUES: TableCell(values, values.casefold(), _all_values(run.run.parameters, values)),
+        Column.SECONDS: TableCell(seconds, run.seconds),
+        Column.ITERATIONS: TableCell(str(run.iterations), run.iterations),
+        Column.NOTE: TableCell(run.note, run.note.casefold(), run.note),
     }
 
 
-def _error_cell(run: StoredRun, column: Column, best: bool) -> Cell:
+def _error_cell(run: StoredRun, column: Column, best: bool) -> TableCell:
     error: float | None = getattr(run, ERRORS[column])
     hint = _HEADINGS[column].hint
     if error is None:
-        return Cell("", math.inf, f"{hint} It has not been computed.")
+        return TableCell("", math.inf, f"{hint} It has not been computed.")
     if math.isnan(error):
-        return Cell(millimetres(error), math.inf, f"{hint} It is not defined for this run.")
+        return TableCell(millimetres(error), math.inf, f"{hint} It is not defined for this run.")
     if column == Column.HOLD_OUT and run.hold_out_test is not None:
         test = run.hold_out_test
         hint = f"{hint} Hold-out: {test.pattern}, seeds {', '.join(map(str, test.seeds))}."
     text = millimetres(error)
-    return Cell(f"★ {text}", error, hint, tone="good", bold=True) if best else Cell(text, error, hint)
+    return TableCell(f"★ {text}", error, hint, tone="good", bold=True) if best else TableCell(text, error, hint)
 
 
 def _all_values(parameters: Parameters, values: str) -> str:

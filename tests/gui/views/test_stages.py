@@ -8,7 +8,7 @@ from PySide6.QtWidgets import QMenu
 from gui.base import theme
 from gui.state.workspace import Workspace
 from gui.views.cell import Cell
-from gui.views.view_data import Stage, ViewData
+from gui.views.view_data import ShownStage, ViewData
 from ilf.drawing.blocks import STAGES, stage_count, stage_legend, stage_picture
 from ilf.segmentation.extraction import Extraction
 
@@ -74,7 +74,7 @@ def test_stages_are_chosen_in_the_menu_of_the_view_whose_title_names_them(cell, 
     assert [action.iconText() for action in stages.actions()] == list(STAGES.values())
     stages.actions()[1].trigger()
     assert data.stage_actions[1].isChecked()
-    data.stage = Stage("binarised")
+    data.stage = ShownStage("binarised")
     cell.draw_again()
     assert cell.strip.title == "Extraction: binarised"
 
@@ -82,10 +82,10 @@ def test_stages_are_chosen_in_the_menu_of_the_view_whose_title_names_them(cell, 
 def test_only_strength_has_a_colour_bar(cell, data):
     extraction, rgb = _extraction(), np.full((8, 12, 3), 100, np.uint8)
     for stage in STAGES:
-        data.stage = Stage(stage, stage_picture(stage, rgb, extraction))
+        data.stage = ShownStage(stage, stage_picture(stage, rgb, extraction))
         cell.draw_again()
         assert cell.bar.levels == ((0.0, 1.0) if stage == "strength" else None)
         assert cell.picture.image is not None
-    data.stage = Stage(message="none")
+    data.stage = ShownStage(message="none")
     cell.draw_again()
     assert cell.picture.image is None
