@@ -30,7 +30,7 @@ from ..data.presets import as_parameters, chosen_parameters
 from ..data.results import BlockResult, Completion, Step, compose
 from ..drawing.blocks import block_overlay
 from ..errors import ParameterError, check_kind
-from ..segmentation.extraction import found_blocks
+from ..segmentation.extraction import clear_stage_cache, found_blocks
 
 EXTRAPOLATED = 0
 """In place of a block's label in the `Step` of the extrapolation."""
@@ -116,6 +116,7 @@ class Run:
         guided = checked_frame(frame) if guide is None else checked_frame(frame).with_guide(guide)
         if blocks is None:
             given = found_blocks(guided, chosen)
+            clear_stage_cache(guided)
         elif of_blocks:
             told = f"{', '.join(of_blocks)} would have no effect, because blocks are given"
             raise ParameterError(f"{told}: extract them with it by ilf.extract_blocks.")

@@ -476,6 +476,7 @@ def extract_blocks(frame: RGBDFrame, parameters: BlockParameters | None = None, 
     1
     """
     found = found_blocks(frame, as_block_parameters(parameters, **changes))
+    clear_stage_cache(frame)
     for note in found.notes:
         warnings.warn(note, RuntimeWarning, stacklevel=2)
     return found.labels.copy()

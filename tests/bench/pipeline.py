@@ -90,7 +90,7 @@ def _measured(folder: str | None, size: Size, threads: int, rounds: int) -> dict
 def _steps(frame: ilf.RGBDFrame, threads: int) -> tuple[dict[str, list[float]], bytes]:
     """Return the times of all steps of a frame, and its depth and expected error."""
     times = {}
-    times["edges"], _ = timed(lambda: ilf.edge_strength(frame))
+    times["edges"] = timed(lambda: ilf.edge_strength(frame))[0]
     times["blocks"], blocks = timed(lambda: ilf.extract_blocks(frame))
     times["completion"], result = timed(lambda: ilf.complete(frame, blocks, threads=threads))
     times["error"], error = timed(lambda: ilf.expected_error(result))
