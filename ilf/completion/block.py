@@ -23,9 +23,9 @@ from ..segmentation.edges.frame_edges import FrameEdges
 from .edge_aware.iteration import EdgeAwareIteration
 from .filter import edge_parameters, edges_for, guide_suffices, max_pixels
 from .pass_band.iteration import PassBandIteration
+from .rims import depth_at_rims
 from .stepper import Stepper
 from .suspects import frame_for, suspects_in
-from .thin_gaps import median_in_thin_gaps
 
 _MAX_PIXELS, _MAX_FRAMES = 1 << 23, 1.2
 """Maximum number of pixels processed at a time: this many, or this multiple of the frame's pixels if that is more. Each
@@ -139,18 +139,16 @@ class BlockTask:
         yield Step(block.label, result=result)
 
     def _sharpened(self, depth: NDArray[np.float32]) -> NDArray[np.float32]:
-        """Completed depth [m] with sharper jumps in thin gaps, by measured depth alone: not across drawn borders."""
+        """Completed depth [m] with that of colour at rims of gaps at jumps, unless a guide is followed."""
         parameters = self.parameters
         at_jumps = parameters.filter == "edge-aware" and parameters.mode == "fill" and parameters.jump_share > 0
-        if not at_jumps or self.drawn is not None:
+        if not at_jumps or self.frame.guide is not None:
             return depth
-        trusted = frame_for(self.frame, self.block, parameters)
-        median = median_in_thin_gaps(trusted)[self.block.box][self.block.mask]
-        changed = np.flatnonzero(np.isfinite(median) & np.isnan(self.raw))
+        by_colour = depth_at_rims(frame_for(self.frame, self.block, parameters), self.block, self.drawn)
+        changed = np.isfinite(by_colour) & np.isnan(self.raw)
         if self.by_hand is not None:
-            changed = changed[~self.by_hand.pixels[changed]]
-        depth[changed] = np.sqrt(depth[changed] * median[changed])
-        return depth
+            changed &= ~self.by_hand.pixels
+        return np.where(changed, by_colour, depth)
 
     def _rejected_outcome(self) -> BlockOutcome | None:
         """The outcome of a block that is not iterated on; None if it is."""

@@ -122,13 +122,19 @@ def plane_through(depth: NDArray[np.float64]) -> NDArray[np.float64]:
 
 # Colourisation: pixels of similar colour have similar depth.
 
-_NEIGHBOURS = tuple((row, column) for row in (0, 1, 2) for column in (0, 1, 2) if (row, column) != (1, 1))
+_NEIGHBOURS = np.array([(row, column) for row in (-1, 0, 1) for column in (-1, 0, 1) if (row, column) != (0, 0)])
 _VARIANCE_SHARE = 0.6
 _MIN_WEIGHT = 0.01
 _MIN_VARIANCE = 2e-6
+_ACROSS = 0.2
 
 
-def colourisation(grey: NDArray[np.float64], depth: NDArray[np.float64]) -> NDArray[np.float64]:
+def colourisation(
+    grey: NDArray[np.float64],
+    depth: NDArray[np.float64],
+    pixels: NDArray[np.bool_] | None = None,
+    block: NDArray[np.bool_] | None = None,
+) -> NDArray[np.float64]:
     """Levin, Lischinski and Weiss, "Colorization using optimization", 2004, as the NYU Depth toolbox uses it on depth.
 
     Each value is the mean of its 3x3 neighbours, weighted by similarity of grey level relative to the window's
@@ -139,42 +145,55 @@ def colourisation(grey: NDArray[np.float64], depth: NDArray[np.float64]) -> NDAr
     grey : ndarray of float64, shape (H, W)
         Grey levels in [0, 1].
     depth : ndarray of float64, shape (H, W)
-        NaN = missing; at least one known value.
+        NaN = missing; at least one known value, in every connected part of `pixels`.
+    pixels : ndarray of bool, shape (H, W), optional
+        Where values are sought, without those of other pixels; everywhere if left out.
+    block : ndarray of bool, shape (H, W), optional
+        Pixels of a block, across whose border neighbours have a fifth of their weight.
+
+    Returns
+    -------
+    ndarray of float64, shape (H, W)
+        NaN at other pixels.
 
     Raises
     ------
     InputError
         If there are more than `MAX_UNKNOWNS` values.
     """
-    weights = _affinities(grey)
-    known = np.isfinite(depth).ravel()
-    pixel = np.arange(known.size).reshape(depth.shape)
-    around = _shifted(np.pad(pixel, 1, mode="edge"), depth.shape)
-    present = weights > 0
+    sought = np.ones(grey.shape, bool) if pixels is None else pixels
+    rim = np.pad(sought, 1)
+    number, places = np.cumsum(rim) - 1, np.flatnonzero(rim)
+    around = places + (_NEIGHBOURS @ np.array([rim.shape[1], 1]))[:, np.newaxis]
+    weights = np.where(rim.ravel()[around], _affinities(grey, places, around), 0.0)
+    if block is not None:
+        own = np.pad(block, 1).ravel()
+        weights[own[around] != own[places]] *= _ACROSS
+    weights /= np.maximum(weights.sum(axis=0), np.finfo(np.float64).tiny)
+    values, present = depth[sought], weights > 0
+    known, one = np.isfinite(values), np.arange(places.size)
     entries = np.concatenate([-weights[present], 1.0 + known])
-    rows = np.concatenate([np.broadcast_to(pixel, weights.shape)[present], pixel.ravel()])
-    columns = np.concatenate([around[present], pixel.ravel()])
-    matrix = csc_array((entries, (rows, columns)), shape=(known.size, known.size))
-    return solve(matrix, np.nan_to_num(depth).ravel()).reshape(depth.shape)
+    rows = np.concatenate([np.broadcast_to(one, weights.shape)[present], one])
+    columns = np.concatenate([number[around[present]], one])
+    result = np.full(grey.shape, np.nan)
+    matrix = csc_array((entries, (rows, columns)), shape=(places.size, places.size))
+    result[sought] = solve(matrix, np.nan_to_num(values))
+    return result
 
 
-def _affinities(grey: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Weights of the eight neighbours, (8, H, W), of sum 1 per pixel; 0 beyond the image, and for a single pixel."""
-    inside = _shifted(np.pad(np.ones(grey.shape, bool), 1), grey.shape)
-    around = _shifted(np.pad(grey, 1), grey.shape)
+def _affinities(grey: NDArray[np.float64], places: NDArray[np.intp], around: NDArray[np.intp]) -> NDArray[np.float64]:
+    """Similarity of N pixels with their eight neighbours, (8, N); both are indices in the image with a rim of 1 px."""
+    inside = np.pad(np.ones(grey.shape, bool), 1).ravel()[around]
+    levels = np.pad(grey, 1).ravel()
+    own, others = levels[places], levels[around]
     count = inside.sum(axis=0) + 1
-    mean = (around.sum(axis=0) + grey) / count
-    deviation = np.where(inside, around - mean, 0.0)
-    variance = ((deviation**2).sum(axis=0) + (grey - mean) ** 2) / count
-    difference = (around - grey) ** 2
+    mean = (others.sum(axis=0) + own) / count
+    deviation = np.where(inside, others - mean, 0.0)
+    variance = ((deviation**2).sum(axis=0) + (own - mean) ** 2) / count
+    difference = (others - own) ** 2
     # the most similar neighbour keeps some weight whatever the variance
     nearest = np.where(inside, difference, np.inf).min(axis=0)
     spread = np.maximum.reduce(
-        [_VARIANCE_SHARE * variance, nearest / -math.log(_MIN_WEIGHT), np.full(grey.shape, _MIN_VARIANCE)]
+        [_VARIANCE_SHARE * variance, nearest / -math.log(_MIN_WEIGHT), np.full(places.size, _MIN_VARIANCE)]
     )
-    weights = np.where(inside, np.exp(-difference / spread), 0.0)
-    return weights / np.maximum(weights.sum(axis=0), np.finfo(np.float64).tiny)
-
-
-def _shifted(padded: NDArray, shape: tuple[int, int]) -> NDArray:
-    return np.stack([padded[row : row + shape[0], column : column + shape[1]] for row, column in _NEIGHBOURS])
+    return np.exp(-difference / spread)

@@ -176,8 +176,8 @@ _STRIP = 64
 """Number of rows that are worked out together, so that what that takes stays in the cache and needs no fresh memory."""
 
 
-def strips(height: int, halo: int = 0) -> Iterator[tuple[slice, slice, slice]]:
-    """Divide the rows of an image into strips.
+def strips(height: int, halo: int = 0, rows: int = _STRIP) -> Iterator[tuple[slice, slice, slice]]:
+    """Divide the rows of an image into strips of so many rows.
 
     Yields
     ------
@@ -185,8 +185,8 @@ def strips(height: int, halo: int = 0) -> Iterator[tuple[slice, slice, slice]]:
         The rows of a strip; the same with up to `halo` rows more on both sides, as far as the image goes; and where the
         former are among the latter.
     """
-    for top in range(0, height, _STRIP):
-        stop, first = min(top + _STRIP, height), max(top - halo, 0)
+    for top in range(0, height, rows):
+        stop, first = min(top + rows, height), max(top - halo, 0)
         yield slice(top, stop), slice(first, min(stop + halo, height)), slice(top - first, stop - first)
 
 

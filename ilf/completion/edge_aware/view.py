@@ -288,7 +288,7 @@ CARRIED_WEIGHT = 0.02
 _COVERED = 0.9
 """Minimum share of the missing pixels for which carried depth replaces the trend."""
 
-_WELL_KNOWN = 0.5
+WELL_KNOWN = 0.5
 """Minimum known share of a block whose filled depth keeps to the range of its known depth."""
 
 _SEPARATING_EDGE = 10.0
@@ -403,7 +403,7 @@ class View:
         """Limits of the block's surface [m]: the range of its known depth, depth by hand and trend, unless most of the
         block is missing. Depth of other blocks that leaks through a gap in an edge is often beyond them."""
         known, filled = self._stated_in_block, trend[self._mask]
-        if np.count_nonzero(np.isfinite(known)) < _WELL_KNOWN * known.size:
+        if np.count_nonzero(np.isfinite(known)) < WELL_KNOWN * known.size:
             return -math.inf, math.inf
         return float(min(np.nanmin(known), filled.min())), float(max(np.nanmax(known), filled.max()))
 

@@ -1,9 +1,11 @@
-"""Thin gaps at jumps: depth is halfway from the filter's to the side that colour says; all else is the filter's."""
+"""Rims of gaps at jumps: depth is that of the side that colour says; all else is the filter's."""
 
 import numpy as np
 import pytest
 
 import ilf
+from ilf.completion.rims import depth_at_rims
+from ilf.data.label_map import Block
 from ilf.segmentation.editing.patches import border_pixels
 
 SHAPE = 48, 64
@@ -32,14 +34,21 @@ def both(frame, blocks=ONE, **changes):
     return completed, np.where(frame.known & (changes.get("mode") != "fill+denoise"), frame.depth, filtered)
 
 
-@pytest.mark.parametrize("contour", [31, 32, 33])
-def test_depth_is_halfway_to_the_side_of_its_colour(contour):
-    completed, filtered = both(frame_of(STEP, THIN, contour))
+@pytest.mark.parametrize("missing", [THIN, slice(26, 38)], ids=["thin", "wide"])
+@pytest.mark.parametrize("contour", [30, 32, 34])
+def test_depth_is_that_of_the_side_of_its_colour(missing, contour):
+    completed, filtered = both(frame_of(STEP, missing, contour))
     side = np.where(contour > COLUMNS, 1.0, 2.0)
-    inside = np.s_[:, 31:33]  # known depth of both sides is near
-    np.testing.assert_allclose(completed[inside], np.sqrt(filtered * side)[inside], rtol=1e-5)
-    assert np.abs(completed - filtered)[inside].max() > 0.05
-    assert np.array_equal(completed[:, :30], STEP[:, :30])  # what is measured is kept
+    gap = range(missing.start, missing.stop)
+    rim = [*gap[:2], *gap[-2:]]
+    np.testing.assert_allclose(completed[:, rim], side[:, rim], rtol=0.02)
+    assert np.abs(completed - filtered)[:, rim].max() > 0.05 or missing is not THIN
+    assert np.array_equal(completed[:, : gap[0]], STEP[:, : gap[0]])  # what is measured is kept
+
+
+def test_further_inside_a_gap_depth_is_the_filters():
+    completed, filtered = both(frame_of(STEP, slice(24, 40)))
+    np.testing.assert_allclose(completed[:, 28:36], filtered[:, 28:36], rtol=1e-6)
 
 
 def test_one_wrong_sample_at_the_rim_hardly_matters():
@@ -50,16 +59,27 @@ def test_one_wrong_sample_at_the_rim_hardly_matters():
     assert np.abs(completed[gap] - 1).max() < 0.7 * np.abs(filtered[gap] - 1).max()
 
 
+def test_a_large_frame_in_strips_has_the_same_depth():
+    shape = 700, 40
+    columns = np.indices(shape)[1]
+    colour = np.where(columns < 20, 60, 190)[..., np.newaxis].repeat(3, axis=2).astype(np.uint8)
+    depth = np.where(columns < 20, 1.0, 2.0)
+    depth[:, 18:22] = np.nan
+    whole = Block(1, np.s_[0:700, 0:40], np.ones(shape, bool))
+    found = depth_at_rims(ilf.RGBDFrame(colour, depth), whole).reshape(shape)
+    assert np.isfinite(found[:, 18:22]).all()
+    np.testing.assert_allclose(found[3:-3], np.broadcast_to(found[350], found[3:-3].shape), rtol=1e-5)
+
+
 @pytest.mark.parametrize(
     ("depth", "missing", "changes"),
     [
-        (STEP, slice(26, 38), {}),
         (STEP, np.random.default_rng(0).random(SHAPE) > 0.43, {}),
         (1 + 0.012 * COLUMNS, THIN, {}),
         (STEP, THIN, {"mode": "fill+denoise"}),
         (STEP, THIN, {"jump_share": 0.0}),
     ],
-    ids=["wide gap", "scattered samples", "slope", "denoising", "jumps off"],
+    ids=["scattered samples", "slope", "denoising", "jumps off"],
 )
 def test_elsewhere_it_is_the_filters(depth, missing, changes):
     completed, filtered = both(frame_of(depth, missing), **changes)
@@ -73,7 +93,7 @@ def test_depth_does_not_cross_borders_drawn_by_hand():
     np.testing.assert_allclose(completed, filtered, rtol=1e-6)
 
 
-def test_depth_by_hand_is_not_sharpened():
+def test_depth_by_hand_stays():
     frame, by_hand = frame_of(STEP, THIN), np.full(SHAPE, np.nan)
     by_hand[24, 32] = 1.5
     blocks = ilf.Blocks(ONE.labels, by_hand=by_hand)

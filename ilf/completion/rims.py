@@ -1,0 +1,97 @@
+"""Rims of gaps at jumps: the first pixels beside measured surfaces, where an outline lies within reach.
+
+There the filter draws a ramp from one surface to the other, and follows all wrong samples of the outline. Colour shows
+on which of the surfaces a pixel lies: depth is that of `colourisation`, solved around these pixels only.
+"""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from .._runtime.cancellation import check_cancelled
+from ..data.frame import RGBDFrame
+from ..data.frame_cache import once_per_frame
+from ..data.label_map import Block, within
+from ..data.pixel_grids import strips
+from ..segmentation.editing.patches import grown
+from .edge_aware.view import WELL_KNOWN, flying_pixels
+from .plain_surfaces import colourisation
+
+Array = NDArray[np.float32]
+Mask = NDArray[np.bool_]
+
+_SURFACE = np.ones((3, 3), np.uint8)
+"""Measured surfaces are squares of 3 x 3 px that are all known. Scattered samples are none: among them, depth itself
+contains the jumps."""
+
+_CROSS = cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3))
+
+_RIM = 2.9
+"""Maximum distance [px] of a rim's pixels from a measured surface."""
+
+_JUMP, _REACH = 1.12, cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (11, 11))
+"""Ratio of the farthest surface around a pixel to the nearest above which there is a jump, and where that is."""
+
+_BESIDE = 3
+_AROUND = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, [2 * _BESIDE + 1] * 2)
+"""Pixels around those of a rim that are solved for, too: missing ones, and known ones, which wrong samples may be."""
+
+_ROWS, _HALO = 512, 24
+"""Rows that are solved together, and those beside them that matter: values fade within a few pixels of known depth."""
+
+
+def depth_at_rims(frame: RGBDFrame, block: Block, drawn: Mask | None = None) -> Array:
+    """Depth by colour [m] at a block's rims of gaps beside jumps, but not at drawn borders; NaN at its other pixels, in
+    the order of `block.mask`'s True values. It keeps to the range of the block's known depth, unless most of that is
+    missing.
+
+    Examples
+    --------
+    >>> depth = np.full((20, 30), 1.0)
+    >>> depth[:, 15:] = 2.0
+    >>> depth[:, 14:17] = np.nan
+    >>> colour = np.zeros((20, 30, 3), np.uint8)
+    >>> colour[:, 16:] = 255
+    >>> whole = Block(1, np.s_[0:20, 0:30], np.ones((20, 30), bool))
+    >>> depth_at_rims(RGBDFrame(colour, depth), whole).reshape(20, 30)[10, 13:18].round(1).tolist()
+    [nan, 1.0, 1.0, 2.0, nan]
+    """
+    box = grown(block.box, _BESIDE, frame.shape)
+    depth = frame.depth[box]
+    own = np.zeros(depth.shape, bool)
+    own[within(block.box, box)] = block.mask
+    rims = _rims(frame)[box] & own
+    if drawn is not None:
+        border = own & (cv2.erode(own.view(np.uint8), _CROSS) == 0)
+        border[own] &= drawn
+        rims &= cv2.dilate(border.view(np.uint8), _REACH) == 0
+    found = np.full(depth.shape, np.nan, np.float32)
+    for rows, wider, inner in strips(len(found), _HALO, _ROWS):
+        check_cancelled()
+        if rims[rows].any():
+            around = cv2.dilate(rims[wider].view(np.uint8), _AROUND).view(bool)
+            grey = cv2.cvtColor(frame.edge_rgb[box][wider], cv2.COLOR_RGB2GRAY).astype(np.float64) / 255.0
+            values = colourisation(grey, depth[wider].astype(np.float64), around, own[wider])
+            found[rows] = np.where(rims[wider], values, np.nan)[inner]
+    known = depth[own & np.isfinite(depth)]
+    if known.size >= WELL_KNOWN * np.count_nonzero(own):
+        np.clip(found, known.min(), known.max(), out=found)
+    return found[own]
+
+
+@once_per_frame
+def _rims(frame: RGBDFrame) -> Mask:
+    """The missing pixels beside surfaces, with a jump between surfaces around, bool (H, W)."""
+    found = np.empty(frame.shape, bool)
+    flying = flying_pixels(frame)
+    for rows, wider, inner in strips(len(found), _HALO, _ROWS):
+        depth = frame.depth[wider]
+        known = np.isfinite(depth)
+        surfaces = cv2.morphologyEx((known & ~flying[wider]).view(np.uint8), cv2.MORPH_OPEN, _SURFACE).view(bool)
+        farthest = cv2.dilate(np.where(surfaces, depth, np.float32(0)), _REACH)
+        nearness = cv2.dilate(np.divide(1, depth, out=np.zeros_like(depth), where=surfaces), _REACH)
+        beside = cv2.distanceTransform((~surfaces).view(np.uint8), cv2.DIST_L2, 5) <= _RIM
+        found[rows] = (~known & beside & (farthest * nearness > _JUMP))[inner]
+    return found
