@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import csc_array, csr_array, vstack
+from scipy.sparse import csc_array, csr_array, diags_array, vstack
 from scipy.sparse.linalg import splu
 
 from ..errors import InputError
@@ -129,12 +129,7 @@ _MIN_VARIANCE = 2e-6
 _ACROSS = 0.2
 
 
-def colourisation(
-    grey: NDArray[np.float64],
-    depth: NDArray[np.float64],
-    pixels: NDArray[np.bool_] | None = None,
-    block: NDArray[np.bool_] | None = None,
-) -> NDArray[np.float64]:
+def colourisation(grey: NDArray[np.float64], depth: NDArray[np.float64]) -> NDArray[np.float64]:
     """Levin, Lischinski and Weiss, "Colorization using optimization", 2004, as the NYU Depth toolbox uses it on depth.
 
     Each value is the mean of its 3x3 neighbours, weighted by similarity of grey level relative to the window's
@@ -145,24 +140,38 @@ def colourisation(
     grey : ndarray of float64, shape (H, W)
         Grey levels in [0, 1].
     depth : ndarray of float64, shape (H, W)
-        NaN = missing; at least one known value, in every connected part of `pixels`.
-    pixels : ndarray of bool, shape (H, W), optional
-        Where values are sought, without those of other pixels; everywhere if left out.
-    block : ndarray of bool, shape (H, W), optional
-        Pixels of a block, across whose border neighbours have a fifth of their weight.
-
-    Returns
-    -------
-    ndarray of float64, shape (H, W)
-        NaN at other pixels.
+        NaN = missing; at least one known value.
 
     Raises
     ------
     InputError
         If there are more than `MAX_UNKNOWNS` values.
     """
-    sought = np.ones(grey.shape, bool) if pixels is None else pixels
-    rim = np.pad(sought, 1)
+    links = similar_neighbours(grey, np.ones(grey.shape, bool))
+    matrix = diags_array(1.0 + np.isfinite(depth).ravel()) - links
+    return solve(matrix.tocsc(), np.nan_to_num(depth).ravel()).reshape(depth.shape)
+
+
+def similar_neighbours(
+    grey: NDArray[np.float64], pixels: NDArray[np.bool_], block: NDArray[np.bool_] | None = None
+) -> csr_array:
+    """The weights by which each of some pixels is the mean of those around it.
+
+    Parameters
+    ----------
+    grey : ndarray of float64, shape (H, W)
+        Grey levels in [0, 1].
+    pixels : ndarray of bool, shape (H, W)
+        The N pixels; others have no weight.
+    block : ndarray of bool, shape (H, W), optional
+        Pixels of a block, across whose border neighbours have a fifth of their weight.
+
+    Returns
+    -------
+    csr_array of float64, shape (N, N)
+        Rows of sum 1, or 0 for a pixel without neighbours.
+    """
+    rim = np.pad(pixels, 1)
     number, places = np.cumsum(rim) - 1, np.flatnonzero(rim)
     around = places + (_NEIGHBOURS @ np.array([rim.shape[1], 1]))[:, np.newaxis]
     weights = np.where(rim.ravel()[around], _affinities(grey, places, around), 0.0)
@@ -170,15 +179,9 @@ def colourisation(
         own = np.pad(block, 1).ravel()
         weights[own[around] != own[places]] *= _ACROSS
     weights /= np.maximum(weights.sum(axis=0), np.finfo(np.float64).tiny)
-    values, present = depth[sought], weights > 0
-    known, one = np.isfinite(values), np.arange(places.size)
-    entries = np.concatenate([-weights[present], 1.0 + known])
-    rows = np.concatenate([np.broadcast_to(one, weights.shape)[present], one])
-    columns = np.concatenate([number[around[present]], one])
-    result = np.full(grey.shape, np.nan)
-    matrix = csc_array((entries, (rows, columns)), shape=(places.size, places.size))
-    result[sought] = solve(matrix, np.nan_to_num(values))
-    return result
+    present = weights > 0
+    rows = np.broadcast_to(np.arange(places.size), weights.shape)[present]
+    return csr_array((weights[present], (rows, number[around[present]])), shape=(places.size, places.size))
 
 
 def _affinities(grey: NDArray[np.float64], places: NDArray[np.intp], around: NDArray[np.intp]) -> NDArray[np.float64]:

@@ -17,7 +17,8 @@ from ..data.label_map import Block, within
 from ..data.pixel_grids import strips
 from ..segmentation.editing.patches import grown
 from .edge_aware.view import WELL_KNOWN, flying_pixels
-from .plain_surfaces import colourisation
+from .interpolation import filled_from_nearest
+from .plain_surfaces import similar_neighbours
 
 Array = NDArray[np.float32]
 Mask = NDArray[np.bool_]
@@ -37,6 +38,8 @@ _JUMP, _REACH = 1.12, cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (11, 11))
 _BESIDE = 3
 _AROUND = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, [2 * _BESIDE + 1] * 2)
 """Pixels around those of a rim that are solved for, too: missing ones, and known ones, which wrong samples may be."""
+
+_SWEEPS = 60
 
 _ROWS, _HALO = 512, 24
 """Rows that are solved together, and those beside them that matter: values fade within a few pixels of known depth."""
@@ -71,14 +74,27 @@ def depth_at_rims(frame: RGBDFrame, block: Block, drawn: Mask | None = None) -> 
     for rows, wider, inner in strips(len(found), _HALO, _ROWS):
         check_cancelled()
         if rims[rows].any():
-            around = cv2.dilate(rims[wider].view(np.uint8), _AROUND).view(bool)
-            grey = cv2.cvtColor(frame.edge_rgb[box][wider], cv2.COLOR_RGB2GRAY).astype(np.float64) / 255.0
-            values = colourisation(grey, depth[wider].astype(np.float64), around, own[wider])
-            found[rows] = np.where(rims[wider], values, np.nan)[inner]
+            values = _by_colour(frame.edge_rgb[box][wider], depth[wider], rims[wider], own[wider])
+            found[rows] = np.where(rims[wider], values, np.float32(np.nan))[inner]
     known = depth[own & np.isfinite(depth)]
     if known.size >= WELL_KNOWN * np.count_nonzero(own):
         np.clip(found, known.min(), known.max(), out=found)
     return found[own]
+
+
+def _by_colour(rgb: NDArray[np.uint8], depth: Array, rims: Mask, own: Mask) -> Array:
+    """Colourisation at the rims of a block, as Jacobi's iteration from the nearest known depth leaves it."""
+    around = cv2.dilate(rims.view(np.uint8), _AROUND).view(bool)
+    grey = cv2.cvtColor(rgb, cv2.COLOR_RGB2GRAY).astype(np.float64) / 255.0
+    links = similar_neighbours(grey, around, own).astype(np.float32)
+    known = np.isfinite(depth[around])
+    given, share = np.where(known, depth[around], np.float32(0)), np.where(known, np.float32(0.5), np.float32(1))
+    result = filled_from_nearest(depth)
+    values = result[around]
+    for _ in range(_SWEEPS):
+        values = share * (links @ values + given)
+    result[around] = values
+    return result
 
 
 @once_per_frame
