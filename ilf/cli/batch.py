@@ -36,13 +36,12 @@ from .parsing import (
     add_reading,
     add_settings,
     add_shared,
-    checked_neighbours,
     hold_out_from,
     preset_from,
     reading_options,
     settings_from,
 )
-from .usage import VALUES, Parser, UsageError, add_json, add_progress, declare, given_flags
+from .usage import VALUES, Parser, UsageError, declare, given_flags
 
 _USAGE = """ilf batch SOURCE... --out DIR [options]
        ilf batch SOURCE... --out DIR [--jobs 4] [--shard 3/40]
@@ -123,9 +122,7 @@ def add_arguments(parser: Parser) -> None:
         --video          write video.mp4, all previews in sequence
     """
     declare(output, declared)
-    add_json(output)
-    add_progress(output)
-    add_shared(output, "--quiet")
+    add_shared(output, "--json", "--progress", "--quiet")
     add_settings(parser)
 
 
@@ -179,8 +176,7 @@ def _opened_folder(arguments: argparse.Namespace, settings: BatchSettings) -> Fo
 def _settings(arguments: argparse.Namespace) -> BatchSettings:
     hidden = hold_out_from(arguments)
     parameters, blocks = settings_from(arguments, preset_from(arguments.preset))
-    neighbours, step = checked_neighbours(arguments)
-    if neighbours and arguments.static_camera:
+    if arguments.neighbours and arguments.static_camera:
         raise UsageError("--static-camera already fuses the depth of frames around each one: leave out --neighbours.")
     return BatchSettings(
         parameters,
@@ -191,8 +187,8 @@ def _settings(arguments: argparse.Namespace) -> BatchSettings:
         # absolute, since workers may have another working directory
         None if arguments.invalid_mask is None else str(Path(arguments.invalid_mask).absolute()),
         steady=arguments.static_camera,
-        neighbours=neighbours,
-        neighbour_step=step,
+        neighbours=arguments.neighbours,
+        neighbour_step=arguments.neighbour_step,
     )
 
 
@@ -200,13 +196,13 @@ def _frames(arguments: argparse.Namespace) -> list[BatchFrame]:
     sources = [Source(path, reading_options(arguments)) for path in arguments.sources]
     warn(note for source in sources for note in source.notes)
     first, end = arguments.frames
-    neighbours, step = checked_neighbours(arguments)
+    step = arguments.neighbour_step
     frames = slice_frames(
         frames_of_sources(
             sources,
             arguments.out or arguments.shards,
-            reach=neighbours * step or arguments.static_camera,
-            neighbour_step=step if neighbours else 0,
+            reach=arguments.neighbours * step or arguments.static_camera,
+            neighbour_step=step if arguments.neighbours else 0,
         ),
         first=first,
         end=end,

@@ -35,7 +35,7 @@ from .parsing import (
     value_from,
 )
 from .run_output import dominant_block, errors_record, unscored, unscored_lines
-from .usage import Parser, UsageError, add_json, add_progress, declare
+from .usage import Parser, UsageError, declare
 
 _Named = tuple[str, RunEvaluation]
 """The errors of a preset or value, and its name."""
@@ -75,8 +75,7 @@ def add_arguments(parser: Parser) -> None:
         --csv FILE  write all errors as CSV, including those of every block
     """
     declare(output, declared)
-    add_json(output)
-    add_progress(output)
+    add_shared(output, "--json", "--progress")
     add_settings(parser, several_presets=True)
 
 

@@ -36,7 +36,7 @@ from .frame_facts import facts_of_colour, facts_of_frame
 from .output import Column, print_json, table, warn
 from .parsing import add_frame, add_shared, check_plausibility, frame_of_source, reading_options, source_from
 from .run_output import values_text
-from .usage import Parser, UsageError, add_json, declare
+from .usage import Parser, UsageError, declare
 
 _SHOWN = 3
 """Number of keys shown at each end of a long list."""
@@ -60,8 +60,7 @@ def add_arguments(parser: Parser) -> None:
     """
     declare(lists, declared)
     output = parser.add_argument_group("output")
-    add_shared(output, "--strict")
-    add_json(output)
+    add_shared(output, "--strict", "--json")
 
 
 def run(arguments: argparse.Namespace) -> None:

@@ -35,7 +35,8 @@ from ..io.guide_models import (
 from ..segmentation.edges.hed import INPUTS
 from ..segmentation.edges.importing import add_model
 from .output import Bar, Column, shows_progress, table, warn
-from .usage import Parser, UsageError, add_action, add_progress, declare
+from .parsing import add_shared
+from .usage import Parser, UsageError, add_action, declare
 
 _BUNDLED = {
     BUNDLED: "contours",
@@ -61,7 +62,7 @@ def add_arguments(parser: Parser) -> None:
         "interrupted, the same command continues. Nothing is fetched by any other command.",
     )
     declare(fetching, "NAME  a guide of `ilf models list`")
-    add_progress(fetching)
+    add_shared(fetching, "--progress")
     adding = add_action(
         actions,
         "add",

@@ -24,7 +24,7 @@ from ..run.replaying import replay
 from ..run.run import Run
 from .output import Bar, shows_progress, warn
 from .parsing import add_frame, add_settings, add_shared, frame_from, hold_out_from, preset_from, with_given
-from .usage import Parser, UsageError, add_progress, declare
+from .usage import Parser, UsageError, declare
 
 Read = Callable[[list[str], Bar], Subject]
 """Reads a frame to report on, adds notes and shows its progress."""
@@ -134,7 +134,7 @@ def add_arguments(parser: Parser) -> None:
     add_shared(parser, "--invalid-mask", "--look-in", "--hold-out", "--seeds")
     output = parser.add_argument_group("output")
     declare(output, "--out FILE.html  output file (default: NAME-report.html)")
-    add_progress(output)
+    add_shared(output, "--progress")
     add_settings(parser)
 
 

@@ -173,22 +173,6 @@ def add_action(
     return parser
 
 
-def add_progress(parser: argparse._ActionsContainer) -> None:
-    """Add the flag of the progress bar."""
-    parser.add_argument(
-        "--progress",
-        action=argparse.BooleanOptionalAction,
-        help="show a progress bar on stderr (default: on if stderr is a terminal)",
-    )
-
-
-def add_json(parser: argparse._ActionsContainer) -> None:
-    """Add the flag for JSON output, whose keys are listed in commands.md."""
-    keys = "keys: commands.md of the documentation"
-    text = f"print one JSON document instead of text ({keys}). Unknown numbers are null, lengths in metres"
-    declare(parser, f"--json  {text}")
-
-
 def _count(text: str, least: int = 1) -> int:
     if not text.isdecimal() or int(text) < least:
         raise argparse.ArgumentTypeError(f"{text!r} is not an integer of at least {least}")
@@ -264,6 +248,7 @@ def declare(group: argparse._ActionsContainer, text: str, only: Collection[str] 
         found = _DECLARED.fullmatch(re.sub(r"\n\s+", " ", declared))
         assert found is not None, declared
         name, value, repeats, explanation = found.groups()
+        has_opposite, name = name.startswith("--[no-]"), name.replace("[no-]", "")
         if only and name not in only:
             continue
         default = defaults.get(name[2:].replace("-", "_"))
@@ -274,7 +259,7 @@ def declare(group: argparse._ActionsContainer, text: str, only: Collection[str] 
             how |= {"metavar": name.strip("[]"), "nargs": _COUNTS[name.startswith("["), repeats is not None]}
             name = re.split(r"\W", how["metavar"].lower())[0] + "s" * (repeats is not None)
         elif value is None:
-            how |= {"action": "store_true"}
+            how |= {"action": argparse.BooleanOptionalAction if has_opposite else "store_true"}
         elif "|" in value and not re.fullmatch(r"[A-Z|]+", value):
             how |= {"choices": value.split("|"), "default": default}
         else:
