@@ -6,7 +6,7 @@ import argparse
 import os
 import time
 from contextlib import closing
-from dataclasses import asdict, astuple, replace
+from dataclasses import asdict, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -16,7 +16,7 @@ from .._runtime.folders import folder_at
 from .._runtime.formatting import counted
 from .._runtime.termination import extended_time_limit
 from ..batch.engine import Sink, complete_many
-from ..batch.folder_sink import MANIFEST_COLUMNS, MANIFEST_FILE, FolderSink, open_folder
+from ..batch.folder_sink import MANIFEST_FILE, FolderSink, open_folder
 from ..batch.frames import BatchFrame, ListFrames, frames_of_sources, shard_of, slice_frames, with_companion_files
 from ..batch.pictures import write_contact_sheet, write_video
 from ..batch.settings import BatchSettings
@@ -139,22 +139,21 @@ def run(arguments: argparse.Namespace) -> None:
     settings = _settings(arguments)
     if arguments.shards is not None:
         shards = _open_given_shards(arguments, settings, partial(_frames, arguments))
-        summary = BatchSummary(shards.counts, "the tables")
-        seconds = _complete(shards, arguments, summary)
+        summary = BatchSummary(shards, "the tables")
+        numbers = _complete(shards, arguments, summary)
         if arguments.json:
-            print_json({"folder": arguments.shards, "shards": shards.shards.count} | summary.as_json(seconds))
+            print_json({"folder": arguments.shards, "shards": shards.shards.count} | numbers)
         elif not arguments.quiet:
             print(f"Written to {arguments.shards}: {counted(len(shards.to_do), 'shard')}.")
     else:
         folder = _opened_folder(arguments, settings)
-        summary = BatchSummary(folder.counts, MANIFEST_FILE)
-        summary.add_earlier(folder.finished, folder.failed, arguments.strict)
-        seconds = _complete(folder, arguments, summary)
+        summary = BatchSummary(folder, MANIFEST_FILE)
+        numbers = _complete(folder, arguments, summary)
         wanted = [write_contact_sheet] * arguments.contact_sheet + [write_video] * arguments.video
         files = [MANIFEST_FILE, *(write(folder.folder, folder.recorded()).name for write in wanted)]
         if arguments.json:
-            rows = [dict(zip(MANIFEST_COLUMNS, astuple(outcome), strict=True)) for outcome in folder.recorded()]
-            print_json({"folder": str(folder.folder)} | summary.as_json(seconds) | {"frames": rows, "files": files})
+            rows = list(map(asdict, folder.recorded()))
+            print_json({"folder": str(folder.folder)} | numbers | {"frames": rows, "files": files})
         elif not arguments.quiet:
             print(f"Written to {arguments.out}: {', '.join(files)}, and a folder for each frame.")
     summary.check_failures()
@@ -219,8 +218,8 @@ def _frames(arguments: argparse.Namespace) -> list[BatchFrame]:
     return [replace(frame, source=frame.source.with_options(**given)) for frame in frames] if given else frames
 
 
-def _complete(sink: Sink, arguments: argparse.Namespace, summary: BatchSummary) -> float:
-    """Complete the frames, with a progress bar, and print the summary however that ends; return the seconds."""
+def _complete(sink: Sink, arguments: argparse.Namespace, summary: BatchSummary) -> dict[str, Any]:
+    """Complete the frames, with a progress bar, and print the summary however that ends; return its numbers."""
     started, counts = time.perf_counter(), sink.counts
     with extended_time_limit(_SHUTDOWN_S):
         try:
@@ -236,7 +235,7 @@ def _complete(sink: Sink, arguments: argparse.Namespace, summary: BatchSummary) 
             seconds = time.perf_counter() - started
             if not (arguments.quiet or arguments.json):
                 print("\n".join(summary.lines(seconds)), flush=True)
-    return seconds
+    return {**summary.numbers(), "seconds": seconds}
 
 
 # Shards: their arguments; checking and merging a folder of them.

@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 from .._runtime.files import absolute
 from .._runtime.networks.session import DEVICE_VARIABLE, DEVICES
 from ..data.by_hand import USUAL_WEIGHT
-from ..data.declarations import Declaration, ParameterSet, Value, to_text
+from ..data.declarations import Declaration, ParameterSet, Value
 from ..data.frame import RGBDFrame
 from ..data.parameters import DEFAULT_PRESET, PRESETS, BlockParameters, Parameters
 from ..data.presets import UserPreset, find_preset
@@ -322,17 +322,10 @@ def value_from(declaration: Declaration, text: str) -> Value:
 
 
 def _help(declaration: Declaration, presets: Mapping[str, ParameterSet], base: ParameterSet) -> str:
-    facts = [declaration.unit] if declaration.unit else []
+    usual, facts = getattr(base, declaration.name), []
     if declaration.minimum is not None and declaration.maximum is not None:
-        facts.append(f"{declaration.minimum:g} to {declaration.maximum:g}")
-    usual = getattr(base, declaration.name)
-    facts.append(f"default {_shown(declaration, usual)}")
-    for preset, values in presets.items():
-        value = getattr(values, declaration.name)
-        if value != usual:
-            facts.append(f"in {preset} {_shown(declaration, value)}")
+        facts.append(f"{declaration.minimum:g} to {declaration.maximum:g} {declaration.unit}".rstrip())
+    facts.append(f"default {declaration.to_text(usual)}")
+    values = {preset: getattr(parameters, declaration.name) for preset, parameters in presets.items()}
+    facts += [f"in {preset} {declaration.to_text(value)}" for preset, value in values.items() if value != usual]
     return f"{declaration.help} [{'; '.join(facts)}]"
-
-
-def _shown(declaration: Declaration, value: Value) -> str:
-    return declaration.special if declaration.special and value == declaration.minimum else to_text(value)
