@@ -22,7 +22,7 @@ from .edges.detectors import otsu_edges
 from .edges.frame_edges import FrameEdges, canny_lines, clear_evidence_cache, find_edges, relief_of
 from .edges.relief import JUMP_LENGTH, Relief
 from .flooding import flood
-from .merging import Fitness, RegionGraph, keep_existing, numbered
+from .merging import RegionGraph, keep_existing, numbered
 
 # Boundaries from a frame's edges: their strength, binarised edges, and the guide of the contraction.
 
@@ -408,7 +408,7 @@ def _blocks(frame: RGBDFrame, parameters: BlockParameters) -> NDArray[np.int32]:
     limit = _MEDIUM_MERGE_COST ** (2 * parameters.granularity)
     graph.merge_below(limit)
     density = float(frame.known.mean())
-    graph.merge_unfit(Fitness(smallest, parameters.min_known_share, Parameters().min_known_pixels, density))
+    graph.merge_unfit(smallest, parameters.min_known_share, Parameters().min_known_pixels, density)
     graph.merge_below(limit)  # borders and planes have changed
     blocks = graph.labels()
     if parameters.existence_rate > 0:
