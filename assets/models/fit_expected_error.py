@@ -31,7 +31,8 @@ from ilf.evaluation.bench.frames import find_frames, load_bench_frame
 from ilf.evaluation.bench.methods import METHODS
 from ilf.evaluation.bench.patterns import PATTERNS, Task, make_task
 from ilf.evaluation.bench.results import CALIBRATED
-from ilf.evaluation.metrics import share_within, sparsification_error
+from ilf.evaluation.bench.runner import sparsification_error
+from ilf.evaluation.evaluation import share_within
 from ilf.segmentation.extraction import extract_blocks
 
 Values = NDArray[np.float64]
@@ -231,7 +232,7 @@ class Calibration:
     twice : float
         Mean over frames of the share within twice the expected error.
     sparsification : float
-        Mean over frames of `ilf.evaluation.metrics.sparsification_error`.
+        Mean over frames of `ilf.evaluation.bench.runner.sparsification_error`.
     by_distance : tuple of float
         Mean over frames in each of `DISTANCE_BINS`, NaN where a bin is empty.
     """

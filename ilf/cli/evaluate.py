@@ -15,9 +15,16 @@ from ..data.declarations import Value
 from ..data.frame import RGBDFrame
 from ..data.parameters import DEFAULT_PRESET, Parameters
 from ..errors import ParameterError, told_as
-from ..evaluation.evaluation import Evaluation, Progress, RunEvaluation
+from ..evaluation.evaluation import Evaluation, Progress
 from ..evaluation.ground_truth import ground_truth_steps
-from ..evaluation.hold_out import HOLD_OUT_PATTERNS, HoldOutTest, compared_steps, hold_out_steps, untrusted_note
+from ..evaluation.hold_out import (
+    HOLD_OUT_PATTERNS,
+    HoldOutTest,
+    RunEvaluation,
+    compared_steps,
+    hold_out_steps,
+    untrusted_note,
+)
 from ..evaluation.sweep import Sweep, sweep_steps
 from ..io.tables import write_csv
 from ..run.block_choice import BlockChoice

@@ -25,7 +25,7 @@ from ..drawing.colours import (
     round_up,
     to_indices,
 )
-from ..evaluation.hold_out import HoldOutResult
+from ..evaluation.hold_out import RunEvaluation
 from .subject import Subject
 
 _QUALITY = 85
@@ -75,7 +75,7 @@ class Picture:
 
 
 def frame_pictures(
-    subject: Subject, expected: NDArray[np.float32], hidden: HoldOutResult | None, most: int
+    subject: Subject, expected: NDArray[np.float32], hidden: RunEvaluation | None, most: int
 ) -> Iterator[Picture]:
     """Draw all pictures of a frame.
 
@@ -84,7 +84,7 @@ def frame_pictures(
     subject : Subject
     expected : ndarray of float32, shape (H, W)
         `expected_error` of the completion [m].
-    hidden : HoldOutResult or None
+    hidden : RunEvaluation or None
     most : int
         Maximum width and height of a picture [px].
     """
