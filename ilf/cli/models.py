@@ -95,14 +95,7 @@ def run_list(arguments: argparse.Namespace) -> None:
     edges = [(name, *_about(name)) for name in names]
     cards, damaged = guide_cards()
     guides = [
-        (
-            card.name,
-            f"guide, {card.gives}",
-            card.maker,
-            licence_text(card),
-            f"{card.bytes / 1e6:.1f} MB",
-            state_of(card),
-        )
+        (card.name, f"guide, {card.gives}", card.maker, licence_text(card), _size(card.bytes), state_of(card))
         for card in cards.values()
     ]
     headings = "name", "gives", "maker", "licence", "size", "state"
@@ -118,7 +111,7 @@ def run_list(arguments: argparse.Namespace) -> None:
 def _about(name: str) -> tuple[str, str, str, str, str]:
     """What a network that is no guide gives, its maker, licence, size and state."""
     try:
-        size = _size(model_path(name))
+        size = _size(model_path(name).stat().st_size)
     except (InputError, OSError):
         size = "missing"
     if name in _BUNDLED:
@@ -134,8 +127,8 @@ def run_fetch(arguments: argparse.Namespace) -> None:
     """Fetch a guide network, after its size, licence and address were printed."""
     card = guide_card(arguments.name)
     if guide_file(card.name) is None:
-        size = f"{card.bytes / 1e6:.0f} MB"
-        print(f"{card.name} by {card.maker}: licence {licence_text(card)}; {size} from {card.address}", flush=True)
+        told = f"licence {licence_text(card)}; {_size(card.bytes)} from {card.address}"
+        print(f"{card.name} by {card.maker}: {told}", flush=True)
     with Bar(1.0, shown=shows_progress(arguments)) as bar:
         path = fetch_guide(card.name, lambda done, whole: bar.update(done / whole - bar.n))
     print(f"Ready: {path}, use it by --guide {card.name}\nSHA-256 {guide_card(card.name).sha256}")
@@ -157,7 +150,7 @@ def run_add(arguments: argparse.Namespace) -> None:
         raise UsageError("--input and --logits are for edge networks: leave them out for a guide.")
     else:
         path = add_guide(file, name, arguments.gives or "relative-inverse", again=arguments.replace)
-    print(f"Added {path.stem}: {_size(path)}, {path}{note}")
+    print(f"Added {path.stem}: {_size(path.stat().st_size)}, {path}{note}")
 
 
 def run_remove(arguments: argparse.Namespace) -> None:
@@ -166,5 +159,5 @@ def run_remove(arguments: argparse.Namespace) -> None:
     print(f"Removed {(remove_guide if is_guide else remove_model)(arguments.name)}")
 
 
-def _size(path: Path) -> str:
-    return f"{path.stat().st_size / 1e6:.1f} MB"
+def _size(count: int) -> str:
+    return f"{count / 1e6:.1f} MB"

@@ -20,7 +20,7 @@ from ...errors import IlfError
 from ...segmentation.extraction import extract_blocks
 from ..evaluation import evaluate, share_within
 from .frames import load_bench_frame
-from .methods import METHODS
+from .methods import BY_BLOCKS, METHODS
 from .patterns import Task, make_task
 from .results import BenchResult, Row, Score, Skipped
 
@@ -139,7 +139,7 @@ def _run_unit(folder: Path, pattern: str, methods: Sequence[str], seed: int) -> 
     except IlfError as error:
         return BenchResult((), (Skipped(name, pattern, str(error)),))
     labels, extraction_seconds = np.zeros(task.frame.shape, np.int32), 0.0
-    if any(METHODS[method].needs_blocks for method in methods):
+    if any(method in BY_BLOCKS for method in methods):
         started = time.perf_counter()
         labels = extract_blocks(task.frame)
         extraction_seconds = time.perf_counter() - started
@@ -148,19 +148,19 @@ def _run_unit(folder: Path, pattern: str, methods: Sequence[str], seed: int) -> 
 
 
 def _run_method(name: str, task: Task, labels: np.ndarray, extraction_seconds: float) -> Row:
-    method, error_model = METHODS[name], DEFAULT_MODEL
+    error_model = DEFAULT_MODEL
     if name in PRESETS:
         error_model = PRESETS[name].filter
         started = time.perf_counter()
         edges_for(task.frame, PRESETS[name])
         extraction_seconds += time.perf_counter() - started
     # failing counts as filling nothing
-    depth, seconds, failure = timed(lambda: method.run(task.frame, labels), task.frame.depth)
+    depth, seconds, failure = timed(lambda: METHODS[name](task.frame, labels), task.frame.depth)
     return Row(
         **vars(score(depth, task, error_model)),
         frame=task.frame.name,
         method=name,
         seconds=seconds,
-        extraction_seconds=extraction_seconds if method.needs_blocks else None,
+        extraction_seconds=extraction_seconds if name in BY_BLOCKS else None,
         failure=failure,
     )
