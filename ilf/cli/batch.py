@@ -27,20 +27,10 @@ from ..io.frame_additions import guide_network
 from ..io.guide_models import is_guide_name
 from ..sources.shards import MERGED_FILE
 from ..sources.source import Source
+from . import parsing
 from .batch_summary import BatchSummary
 from .options import add_export_options, export_options, geometry_flags
 from .output import Bar, print_json, shows_progress, warn
-from .parsing import (
-    add_given_blocks,
-    add_pairing,
-    add_reading,
-    add_settings,
-    add_shared,
-    hold_out_from,
-    preset_from,
-    reading_options,
-    settings_from,
-)
 from .usage import VALUES, Parser, UsageError, declare, given_flags
 
 _USAGE = """ilf batch SOURCE... --out DIR [options]
@@ -76,7 +66,7 @@ def add_arguments(parser: Parser) -> None:
     """
     declare(frames, declared, every=1)
     frames.set_defaults(frames=(None, None))
-    add_pairing(frames)
+    parsing.add_pairing(frames)
     declared = """
         --jobs N        number of processes on this machine (default: 1)
         --shard K/N     complete only the K-th of N parts of the frames, while other machines complete the other parts
@@ -91,8 +81,8 @@ def add_arguments(parser: Parser) -> None:
         --rerun-changed  also rerun frames whose settings or files have changed since
     """
     declare(parser.add_argument_group("resuming"), declared)
-    add_reading(parser.add_argument_group("reading the frames"))
-    add_shared(parser, "--strict", "--invalid-mask")
+    parsing.add_reading(parser.add_argument_group("reading the frames"))
+    parsing.add_shared(parser, "--strict", "--invalid-mask")
     parser.add_argument(
         "--static-camera",
         type=VALUES["N"],
@@ -103,7 +93,7 @@ def add_arguments(parser: Parser) -> None:
         help="for a static camera: fuse the depth of N frames before and after each one where colour is unchanged "
         f"(default: {_STATIC_RADIUS} if N is left out)",
     )
-    add_shared(parser, "--neighbours", "--neighbour-step")
+    parsing.add_shared(parser, "--neighbours", "--neighbour-step")
     beside = parser.add_argument_group("guides and ground truth: folders with one file per frame, named as the frame")
     declared = """
         --guide DIR|FILE|NAME  depth or inverse depth from another source; or one network that predicts it, an ONNX file
@@ -112,18 +102,18 @@ def add_arguments(parser: Parser) -> None:
         --ground-truth-units UNITS  units per metre of the ground truth
     """
     declare(beside, declared)
-    add_given_blocks(parser, "--blocks")
-    add_shared(parser, "--drawn", "--hold-out", "--seeds")
+    parsing.add_given_blocks(parser, "--blocks")
+    parsing.add_shared(parser, "--drawn", "--hold-out", "--seeds")
     output = parser.add_argument_group("output")
     add_export_options(output)
-    add_shared(output, "--extrapolate")
+    parsing.add_shared(output, "--extrapolate")
     declared = """
         --contact-sheet  write contact-sheet.png, all previews with their names
         --video          write video.mp4, all previews in sequence
     """
     declare(output, declared)
-    add_shared(output, "--json", "--progress", "--quiet")
-    add_settings(parser)
+    parsing.add_shared(output, "--json", "--progress", "--quiet")
+    parsing.add_settings(parser)
 
 
 def run(arguments: argparse.Namespace) -> None:
@@ -173,8 +163,8 @@ def _opened_folder(arguments: argparse.Namespace, settings: BatchSettings) -> Fo
 
 
 def _settings(arguments: argparse.Namespace) -> BatchSettings:
-    hidden = hold_out_from(arguments)
-    parameters, blocks = settings_from(arguments, preset_from(arguments.preset))
+    hidden = parsing.hold_out_from(arguments)
+    parameters, blocks = parsing.settings_from(arguments, parsing.preset_from(arguments.preset))
     if arguments.neighbours and arguments.static_camera:
         raise UsageError("--static-camera already fuses the depth of frames around each one: leave out --neighbours.")
     return BatchSettings(
@@ -192,7 +182,7 @@ def _settings(arguments: argparse.Namespace) -> BatchSettings:
 
 
 def _frames(arguments: argparse.Namespace) -> list[BatchFrame]:
-    sources = [Source(path, reading_options(arguments)) for path in arguments.sources]
+    sources = [Source(path, parsing.reading_options(arguments)) for path in arguments.sources]
     warn(note for source in sources for note in source.notes)
     first, end = arguments.frames
     step = arguments.neighbour_step
@@ -322,7 +312,7 @@ def _check_or_merge(arguments: argparse.Namespace) -> None:
 
 def _request(arguments: argparse.Namespace) -> dict[str, Any]:
     """Return what determines the frames, as JSON values."""
-    options = reading_options(arguments)
+    options = parsing.reading_options(arguments)
     topics = None if options.topics is None else list(options.topics)
     return {
         "sources": [absolute(path) for path in arguments.sources],

@@ -58,6 +58,7 @@ _MEANINGS = {
     "eval score test": ("evaluate",),
     "segment extract": ("blocks",),
     "demo example": ("sample", "--sample"),
+    "presets list-presets": ("--presets", "`ilf info --presets` lists the presets."),
     "convert export": ("export", "`ilf project export` writes results for other programs."),
 }
 """Words of other programs -> what they mean here: the first that the parser knows; or else a sentence."""
