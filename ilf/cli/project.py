@@ -171,7 +171,7 @@ def add_arguments(parser: Parser) -> None:
     usage = "ilf project export (FILE.ilf | RESULT... --to FORMAT) --out DIR [options]"
     exporting = add_action(actions, "export", run_export, text, usage=usage)
     _add_project(exporting)
-    contents = "; ".join(f"{name}: {one.contents}" for name, one in DATA_SETS.items())
+    contents = "; ".join(f"{name}: {what}" for name, (_, what) in DATA_SETS.items())
     declared = f"""
         [RESULT ...]  with --to: output folders of `ilf complete`, folders of such folders, or of shards
         --out DIR     required: output folder with one folder per frame; existing files are overwritten, unchanged
