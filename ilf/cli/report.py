@@ -19,6 +19,7 @@ from ..project.file import SUFFIX, OpenedProject, open_project
 from ..project.project import ProjectFrame
 from ..report.report import report_steps, write_report
 from ..report.subject import Subject, Unreadable
+from ..run.block_choice import BlockChoice
 from ..run.options import RECORD_FILE, as_file_name
 from ..run.replaying import replay
 from ..run.run import Run
@@ -77,9 +78,7 @@ def _completed(arguments: argparse.Namespace, inputs: list[str], notes: list[str
     parameters = with_given(chosen.parameters, arguments)
     extraction = with_given(chosen.extraction or BlockParameters(), arguments)
     frame = frame_from(argparse.Namespace(**{**vars(arguments), "inputs": inputs}))
-    made = Run.of(frame, preset=parameters, extraction=extraction)
-    if not made.blocks.labels.any():
-        raise InputError(f"No blocks were found in {frame.name}. Change the extraction (--blocks-* options).")
+    made = Run(frame, BlockChoice(extraction).blocks_of(frame), parameters)
     completion = _complete(made, bar)
     notes += [*made.blocks.notes, *completion.notes]
     return Subject(made, completion)
