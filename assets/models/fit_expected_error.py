@@ -28,10 +28,11 @@ from ilf.completion.confidence.model import WITHIN, WITHIN_TWICE, Curve, ErrorMo
 from ilf.data.frame import RGBDFrame
 from ilf.errors import IlfError, InputError
 from ilf.evaluation.bench.frames import find_frames, load_bench_frame
-from ilf.evaluation.bench.methods import METHODS
+from ilf.evaluation.bench.methods import BY_BLOCKS, METHODS
 from ilf.evaluation.bench.patterns import PATTERNS, Task, make_task
 from ilf.evaluation.bench.results import CALIBRATED
-from ilf.evaluation.metrics import share_within, sparsification_error
+from ilf.evaluation.bench.runner import sparsification_error
+from ilf.evaluation.evaluation import share_within
 from ilf.segmentation.extraction import extract_blocks
 
 Values = NDArray[np.float64]
@@ -231,7 +232,7 @@ class Calibration:
     twice : float
         Mean over frames of the share within twice the expected error.
     sparsification : float
-        Mean over frames of `ilf.evaluation.metrics.sparsification_error`.
+        Mean over frames of `ilf.evaluation.bench.runner.sparsification_error`.
     by_distance : tuple of float
         Mean over frames in each of `DISTANCE_BINS`, NaN where a bin is empty.
     """
@@ -300,9 +301,8 @@ def take_scenes(folder: Path, count: int, method: str) -> list[Sample]:
 
 
 def _sample_of(task: Task, sensor: str, pattern: str, method: str, seed: int) -> Sample:
-    chosen = METHODS[method]
-    labels = extract_blocks(task.frame) if chosen.needs_blocks else np.zeros(task.frame.shape, np.int32)
-    depth = np.asarray(chosen.run(task.frame, labels))
+    labels = extract_blocks(task.frame) if method in BY_BLOCKS else np.zeros(task.frame.shape, np.int32)
+    depth = np.asarray(METHODS[method](task.frame, labels))
     filled = filled_pixels(task.frame, depth)
     distance = np.asarray(cv2.distanceTransform((~task.frame.known).astype(np.uint8), cv2.DIST_L2, 5), np.float32)
     scored = np.flatnonzero(task.scored[filled])

@@ -75,12 +75,15 @@ class Sink(ABC):
         The units that are not finished.
     counts : Counts
         Brought up to date by `complete_many`.
+    earlier : tuple of FrameOutcome
+        Outcomes of the frames that were done before and are not done again, as far as the sink lists them.
     """
 
     settings: BatchSettings
     strict: bool = False
     to_do: Collection[Unit] = ()
     counts: Counts = field(default_factory=Counts)
+    earlier: tuple[FrameOutcome, ...] = ()
 
     # A frame, in any process.
 

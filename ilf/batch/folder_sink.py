@@ -62,16 +62,12 @@ class FolderSink(Sink):
         Colour range of the previews: depth [m] of its two ends.
     frames : tuple of BatchFrame
         All frames of the batch.
-    finished, failed : tuple of FrameOutcome
-        Outcomes of the frames that are already completed, and of those that failed before and are not retried.
     """
 
     folder: Path
     sha256: str
     levels: Levels
     frames: tuple[BatchFrame, ...] = ()
-    finished: tuple[FrameOutcome, ...] = ()
-    failed: tuple[FrameOutcome, ...] = ()
 
     def folder_of(self, frame: BatchFrame) -> Path:
         """Return the folder of a frame's results."""
@@ -133,7 +129,7 @@ class FolderSink(Sink):
         write_frame_record(ensure_folder(self.folder_of(frame)), record)
 
     def bare(self) -> Self:
-        return replace(self, frames=(), to_do=(), finished=(), failed=())
+        return replace(self, frames=(), to_do=(), earlier=())
 
     def check_here(self) -> None:
         if sha256_of(facts_here(self.settings)) != self.sha256:
@@ -237,16 +233,21 @@ def open_folder(
         for frame, record in records.items()
         if record and same[frame] and (record.outcome.is_completed or not retry_failed)
     }
-    finished = tuple(outcome for outcome in kept.values() if outcome.is_completed)
-    failed = tuple(outcome for outcome in kept.values() if not outcome.is_completed)
+    earlier = tuple(_doubted(outcome) if strict else outcome for outcome in kept.values())
+    failed = sum(not outcome.is_completed for outcome in earlier)
     return replace(
         sink,
         frames=tuple(frames),
         to_do=tuple(frame for frame in records if frame not in kept),
-        finished=finished,
-        failed=failed,
-        counts=Counts(len(finished), len(failed), total=len(records)),
+        earlier=earlier,
+        counts=Counts(len(earlier) - failed, failed, total=len(records)),
     )
+
+
+def _doubted(outcome: FrameOutcome) -> FrameOutcome:
+    """The outcome of a strict batch: one with plausibility warnings has failed."""
+    doubts = outcome.plausibility_warnings
+    return replace(outcome, status="failed", message=doubts) if doubts else outcome
 
 
 def unchanged(records: dict[BatchFrame, FrameRecord | None]) -> dict[BatchFrame, bool]:

@@ -36,29 +36,16 @@ COLUMNS = {
 """Field of an outcome -> its column in the tables."""
 
 
-@dataclass(frozen=True)
-class Part:
-    """A frame's row of the table, and its files as part of a tar; none for a failed frame."""
-
-    row: dict[str, Any]
-    data: bytes = b""
-
-    @classmethod
-    def of(cls, content: bytes) -> Part:
-        """Return the part in the content of its file."""
-        line, _, data = content.partition(b"\n")
-        return cls(json.loads(line), data)
-
-    def write(self, path: Path) -> None:
-        """Write its file: the row as a line of JSON, then its files. Its folder is made anew if another process has
-        finished the shard and removed it meanwhile."""
-        content = json.dumps(plain(self.row), ensure_ascii=True).encode() + b"\n" + self.data
-        try:
-            write_bytes(ensure_folder(path.parent) / path.name, content)
-        except ExportError:
-            if path.parent.exists():
-                raise
-            write_bytes(ensure_folder(path.parent) / path.name, content)
+def write_part(path: Path, row: Mapping[str, Any], data: bytes = b"") -> None:
+    """Write a frame's row of the table as a line of JSON, then its files as part of a tar; none for a failed frame. The
+    folder is made anew if another process has finished the shard and removed it meanwhile."""
+    content = json.dumps(plain(row), ensure_ascii=True).encode() + b"\n" + data
+    try:
+        write_bytes(ensure_folder(path.parent) / path.name, content)
+    except ExportError:
+        if path.parent.exists():
+            raise
+        write_bytes(ensure_folder(path.parent) / path.name, content)
 
 
 def read_row(path: Path) -> dict[str, Any] | None:
@@ -66,7 +53,7 @@ def read_row(path: Path) -> dict[str, Any] | None:
     damaged."""
     try:
         with open_file(path) as file:
-            row = Part.of(file.readline(_LONGEST_ROW)).row
+            row = json.loads(file.readline(_LONGEST_ROW))
             return {**row, "status": str(row["status"])}
     except (OSError, ValueError, LookupError, TypeError, RecursionError, InputError) as error:
         if not path.exists():
@@ -79,15 +66,16 @@ def outcome_of(row: Mapping[str, Any]) -> FrameOutcome:
     return FrameOutcome(**{name: row[column] for name, column in COLUMNS.items() if column in row})
 
 
-def failed_part(outcome: FrameOutcome) -> Part:
-    """Return the part of a failed frame."""
-    return Part(_figures(outcome) | {"seconds": outcome.seconds})
+def failed_part(outcome: FrameOutcome) -> dict[str, Any]:
+    """Return the row of a failed frame."""
+    return _figures(outcome) | {"seconds": outcome.seconds}
 
 
 def completed_part(
     outcome: FrameOutcome, frame: RGBDFrame, files: Mapping[str, bytes], settings: str, options: ExportOptions
-) -> Part:
-    """Return the part of a completed frame; the same frame gives the same tar, wherever and whenever it is completed.
+) -> tuple[dict[str, Any], bytes]:
+    """Return the row of a completed frame and its part of a tar, which is the same wherever and whenever the same frame
+    is completed.
 
     Parameters
     ----------
@@ -117,7 +105,7 @@ def completed_part(
     members = {**files, FACTS: f"{json.dumps(plain(facts), indent=2)}\n".encode()}
     data = b"".join(_member(f"{outcome.folder}.{name}", content) for name, content in members.items())
     place = {"rgb": _colour_path(frame), "size": len(data), "sha256": hashlib.sha256(data).hexdigest()}
-    return Part({**figures, **hashes, **place, "seconds": outcome.seconds}, data)
+    return {**figures, **hashes, **place, "seconds": outcome.seconds}, data
 
 
 def _figures(outcome: FrameOutcome) -> dict[str, Any]:
@@ -195,19 +183,16 @@ def write_shard(folder: Folder, name: str, sha256: str, parts: Sequence[Path]) -
         offset = 0
         for path in parts:
             with open_file(path) as file:
-                part = Part.of(file.read())
-            place = {"shard": f"{name}.tar", "offset": offset, "size": len(part.data)} if part.data else {}
-            rows.append({key: _text(value) for key, value in {**part.row, **place}.items()})
-            offset += len(part.data)
-            yield part.data
-        yield END
-
-    def hashed() -> Iterator[bytes]:
-        for data in contents():
+                row, data = json.loads(file.readline(_LONGEST_ROW)), file.read()
+            place = {"shard": f"{name}.tar", "offset": offset, "size": len(data)} if data else {}
+            rows.append({key: _text(value) for key, value in {**row, **place}.items()})
+            offset += len(data)
             digest.update(data)
             yield data
+        digest.update(END)
+        yield END
 
-    folder.put(f"{name}.tar", hashed())
+    folder.put(f"{name}.tar", contents())
     failed = sum(row["status"] == "failed" for row in rows)
     facts = {"sha256": sha256, "tar_sha256": digest.hexdigest(), "failed": failed}
     table = pyarrow.Table.from_pylist(rows, columns.with_metadata({"ilf": json.dumps(facts)}))

@@ -38,7 +38,7 @@ from .engine import OTHER_MACHINE, Counts, Sink, facts_here
 from .frame_record import FrameOutcome, LoadedFrame
 from .frames import BatchFrame, ListFrames, freeze, listed_frames
 from .settings import SETTINGS_FILE, BatchSettings, differences, some
-from .shard_files import Part, completed_part, failed_part, outcome_of, read_row, sample_of, write_shard
+from .shard_files import completed_part, failed_part, outcome_of, read_row, sample_of, write_part, write_shard
 
 KEPT = ("depth", "expected_error", "blocks", "unsupported", "rgb")
 """What a shard can contain of a frame, besides its frame.json."""
@@ -117,10 +117,10 @@ class ShardSink(Sink):
 
     def put(self, frame: BatchFrame, outcome: FrameOutcome, written: Encoded | None = None) -> None:
         if written is None:
-            part = failed_part(outcome)
+            write_part(self.part(frame.number), failed_part(outcome))
         else:
             part = completed_part(outcome, *written, self.shards.sha256, self.settings.options)
-        part.write(self.part(frame.number))
+            write_part(self.part(frame.number), *part)
 
     def bare(self) -> Self:
         return replace(self, to_do={}, counts=Counts())
@@ -193,7 +193,7 @@ class ShardSink(Sink):
         samples = sample_of(self.folder, self.shards.name(index))
         for number, (row, data) in zip(self.shards.numbers(index), samples, strict=True):
             if row["status"] == "completed":
-                Part(row, data).write(self.part(number))
+                write_part(self.part(number), row, data)
         self.folder.remove(self.shards.table(index))
 
     def _forget_failed(self, index: int) -> None:

@@ -6,7 +6,7 @@ import argparse
 import os
 import time
 from contextlib import closing
-from dataclasses import asdict, astuple, replace
+from dataclasses import asdict, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -16,7 +16,7 @@ from .._runtime.folders import folder_at
 from .._runtime.formatting import counted
 from .._runtime.termination import extended_time_limit
 from ..batch.engine import Sink, complete_many
-from ..batch.folder_sink import MANIFEST_COLUMNS, MANIFEST_FILE, FolderSink, open_folder
+from ..batch.folder_sink import MANIFEST_FILE, FolderSink, open_folder
 from ..batch.frames import BatchFrame, ListFrames, frames_of_sources, shard_of, slice_frames, with_companion_files
 from ..batch.pictures import write_contact_sheet, write_video
 from ..batch.settings import BatchSettings
@@ -27,22 +27,11 @@ from ..io.frame_additions import guide_network
 from ..io.guide_models import is_guide_name
 from ..sources.shards import MERGED_FILE
 from ..sources.source import Source
+from . import parsing
 from .batch_summary import BatchSummary
 from .options import add_export_options, export_options, geometry_flags
 from .output import Bar, print_json, shows_progress, warn
-from .parsing import (
-    add_given_blocks,
-    add_pairing,
-    add_reading,
-    add_settings,
-    add_shared,
-    checked_neighbours,
-    hold_out_from,
-    preset_from,
-    reading_options,
-    settings_from,
-)
-from .usage import VALUES, Parser, UsageError, add_json, add_progress, declare, given_flags
+from .usage import VALUES, Parser, UsageError, declare, given_flags
 
 _USAGE = """ilf batch SOURCE... --out DIR [options]
        ilf batch SOURCE... --out DIR [--jobs 4] [--shard 3/40]
@@ -77,7 +66,7 @@ def add_arguments(parser: Parser) -> None:
     """
     declare(frames, declared, every=1)
     frames.set_defaults(frames=(None, None))
-    add_pairing(frames)
+    parsing.add_pairing(frames)
     declared = """
         --jobs N        number of processes on this machine (default: 1)
         --shard K/N     complete only the K-th of N parts of the frames, while other machines complete the other parts
@@ -92,8 +81,8 @@ def add_arguments(parser: Parser) -> None:
         --rerun-changed  also rerun frames whose settings or files have changed since
     """
     declare(parser.add_argument_group("resuming"), declared)
-    add_reading(parser.add_argument_group("reading the frames"))
-    add_shared(parser, "--strict", "--invalid-mask")
+    parsing.add_reading(parser.add_argument_group("reading the frames"))
+    parsing.add_shared(parser, "--strict", "--invalid-mask")
     parser.add_argument(
         "--static-camera",
         type=VALUES["N"],
@@ -104,7 +93,7 @@ def add_arguments(parser: Parser) -> None:
         help="for a static camera: fuse the depth of N frames before and after each one where colour is unchanged "
         f"(default: {_STATIC_RADIUS} if N is left out)",
     )
-    add_shared(parser, "--neighbours", "--neighbour-step")
+    parsing.add_shared(parser, "--neighbours", "--neighbour-step")
     beside = parser.add_argument_group("guides and ground truth: folders with one file per frame, named as the frame")
     declared = """
         --guide DIR|FILE|NAME  depth or inverse depth from another source; or one network that predicts it, an ONNX file
@@ -113,20 +102,18 @@ def add_arguments(parser: Parser) -> None:
         --ground-truth-units UNITS  units per metre of the ground truth
     """
     declare(beside, declared)
-    add_given_blocks(parser, "--blocks")
-    add_shared(parser, "--drawn", "--hold-out", "--seeds")
+    parsing.add_given_blocks(parser, "--blocks")
+    parsing.add_shared(parser, "--drawn", "--hold-out", "--seeds")
     output = parser.add_argument_group("output")
     add_export_options(output)
-    add_shared(output, "--extrapolate")
+    parsing.add_shared(output, "--extrapolate")
     declared = """
         --contact-sheet  write contact-sheet.png, all previews with their names
         --video          write video.mp4, all previews in sequence
     """
     declare(output, declared)
-    add_json(output)
-    add_progress(output)
-    add_shared(output, "--quiet")
-    add_settings(parser)
+    parsing.add_shared(output, "--json", "--progress", "--quiet")
+    parsing.add_settings(parser)
 
 
 def run(arguments: argparse.Namespace) -> None:
@@ -142,22 +129,21 @@ def run(arguments: argparse.Namespace) -> None:
     settings = _settings(arguments)
     if arguments.shards is not None:
         shards = _open_given_shards(arguments, settings, partial(_frames, arguments))
-        summary = BatchSummary(shards.counts, "the tables")
-        seconds = _complete(shards, arguments, summary)
+        summary = BatchSummary(shards, "the tables")
+        numbers = _complete(shards, arguments, summary)
         if arguments.json:
-            print_json({"folder": arguments.shards, "shards": shards.shards.count} | summary.as_json(seconds))
+            print_json({"folder": arguments.shards, "shards": shards.shards.count} | numbers)
         elif not arguments.quiet:
             print(f"Written to {arguments.shards}: {counted(len(shards.to_do), 'shard')}.")
     else:
         folder = _opened_folder(arguments, settings)
-        summary = BatchSummary(folder.counts, MANIFEST_FILE)
-        summary.add_earlier(folder.finished, folder.failed, arguments.strict)
-        seconds = _complete(folder, arguments, summary)
+        summary = BatchSummary(folder, MANIFEST_FILE)
+        numbers = _complete(folder, arguments, summary)
         wanted = [write_contact_sheet] * arguments.contact_sheet + [write_video] * arguments.video
         files = [MANIFEST_FILE, *(write(folder.folder, folder.recorded()).name for write in wanted)]
         if arguments.json:
-            rows = [dict(zip(MANIFEST_COLUMNS, astuple(outcome), strict=True)) for outcome in folder.recorded()]
-            print_json({"folder": str(folder.folder)} | summary.as_json(seconds) | {"frames": rows, "files": files})
+            rows = list(map(asdict, folder.recorded()))
+            print_json({"folder": str(folder.folder)} | numbers | {"frames": rows, "files": files})
         elif not arguments.quiet:
             print(f"Written to {arguments.out}: {', '.join(files)}, and a folder for each frame.")
     summary.check_failures()
@@ -177,10 +163,9 @@ def _opened_folder(arguments: argparse.Namespace, settings: BatchSettings) -> Fo
 
 
 def _settings(arguments: argparse.Namespace) -> BatchSettings:
-    hidden = hold_out_from(arguments)
-    parameters, blocks = settings_from(arguments, preset_from(arguments.preset))
-    neighbours, step = checked_neighbours(arguments)
-    if neighbours and arguments.static_camera:
+    hidden = parsing.hold_out_from(arguments)
+    parameters, blocks = parsing.settings_from(arguments, parsing.preset_from(arguments.preset))
+    if arguments.neighbours and arguments.static_camera:
         raise UsageError("--static-camera already fuses the depth of frames around each one: leave out --neighbours.")
     return BatchSettings(
         parameters,
@@ -191,22 +176,22 @@ def _settings(arguments: argparse.Namespace) -> BatchSettings:
         # absolute, since workers may have another working directory
         None if arguments.invalid_mask is None else str(Path(arguments.invalid_mask).absolute()),
         steady=arguments.static_camera,
-        neighbours=neighbours,
-        neighbour_step=step,
+        neighbours=arguments.neighbours,
+        neighbour_step=arguments.neighbour_step,
     )
 
 
 def _frames(arguments: argparse.Namespace) -> list[BatchFrame]:
-    sources = [Source(path, reading_options(arguments)) for path in arguments.sources]
+    sources = [Source(path, parsing.reading_options(arguments)) for path in arguments.sources]
     warn(note for source in sources for note in source.notes)
     first, end = arguments.frames
-    neighbours, step = checked_neighbours(arguments)
+    step = arguments.neighbour_step
     frames = slice_frames(
         frames_of_sources(
             sources,
             arguments.out or arguments.shards,
-            reach=neighbours * step or arguments.static_camera,
-            neighbour_step=step if neighbours else 0,
+            reach=arguments.neighbours * step or arguments.static_camera,
+            neighbour_step=step if arguments.neighbours else 0,
         ),
         first=first,
         end=end,
@@ -223,8 +208,8 @@ def _frames(arguments: argparse.Namespace) -> list[BatchFrame]:
     return [replace(frame, source=frame.source.with_options(**given)) for frame in frames] if given else frames
 
 
-def _complete(sink: Sink, arguments: argparse.Namespace, summary: BatchSummary) -> float:
-    """Complete the frames, with a progress bar, and print the summary however that ends; return the seconds."""
+def _complete(sink: Sink, arguments: argparse.Namespace, summary: BatchSummary) -> dict[str, Any]:
+    """Complete the frames, with a progress bar, and print the summary however that ends; return its numbers."""
     started, counts = time.perf_counter(), sink.counts
     with extended_time_limit(_SHUTDOWN_S):
         try:
@@ -240,7 +225,7 @@ def _complete(sink: Sink, arguments: argparse.Namespace, summary: BatchSummary) 
             seconds = time.perf_counter() - started
             if not (arguments.quiet or arguments.json):
                 print("\n".join(summary.lines(seconds)), flush=True)
-    return seconds
+    return {**summary.numbers(), "seconds": seconds}
 
 
 # Shards: their arguments; checking and merging a folder of them.
@@ -327,7 +312,7 @@ def _check_or_merge(arguments: argparse.Namespace) -> None:
 
 def _request(arguments: argparse.Namespace) -> dict[str, Any]:
     """Return what determines the frames, as JSON values."""
-    options = reading_options(arguments)
+    options = parsing.reading_options(arguments)
     topics = None if options.topics is None else list(options.topics)
     return {
         "sources": [absolute(path) for path in arguments.sources],

@@ -20,7 +20,8 @@ from ..evaluation.bench.results import Line, Skipped, content, summarise
 from ..evaluation.bench.runner import run_bench
 from ..io.tables import write_csv
 from .output import Bar, Column, print_json, shows_progress, table, warn
-from .usage import Parser, add_json, add_progress, declare
+from .parsing import add_shared
+from .usage import Parser, declare
 
 _NAMES_LISTED = 6
 
@@ -45,8 +46,7 @@ def add_arguments(parser: Parser) -> None:
         --csv FILE      write the table as CSV
     """
     declare(parser, declared, pattern="random,areas", seed=0, methods="all", jobs=1)
-    add_json(parser)
-    add_progress(parser)
+    add_shared(parser, "--json", "--progress")
 
 
 _METHOD = Column("method", itemgetter("method"))

@@ -17,9 +17,9 @@ from ..drawing.blocks import stage_pictures
 from ..errors import InputError
 from ..io.block_files import BLOCK_FORMATS, read_blocks, write_blocks
 from ..io.images import encode_image
+from ..run.block_choice import gaps_filled
 from ..run.writing import check_not_an_input
-from ..segmentation.extraction import extract, found_blocks
-from ..segmentation.reextraction import with_gaps_filled
+from ..segmentation.extraction import extract
 from .output import Column, table, warn
 from .parsing import add_block_parameters, add_frame, add_given_blocks, add_shared, extraction_from, frame_from
 from .usage import Parser, UsageError, declare
@@ -64,9 +64,7 @@ def run(arguments: argparse.Namespace) -> None:
         blocks = _only(blocks, arguments.keep)
     pictures = {}
     if extracts:
-        found = found_blocks(frame, parameters)
-        labels = with_gaps_filled(blocks.labels, found.labels, parameters)
-        blocks = replace(blocks, labels=labels, notes=blocks.notes + found.notes)
+        blocks = gaps_filled(blocks, frame, parameters)
         if arguments.stages is not None:
             folder = Path(arguments.stages)
             stages = stage_pictures(frame.rgb, extract(frame, parameters)).items()

@@ -18,8 +18,8 @@ from ..sources.opening import is_recording
 from .options import add_export_options, export_options, geometry_flags, given_exports
 from .output import print_json, shows_progress, warn
 from .parsing import add_frame, add_given_blocks, add_settings, add_shared, frame_from, preset_from, settings_from
-from .run_output import FinishedRun, completed, completion_record, completion_report
-from .usage import Parser, UsageError, add_json, add_progress, declare
+from .run_output import completed, completion_record, completion_report, errors_of
+from .usage import Parser, UsageError, declare
 
 _USAGE = """ilf complete RGB DEPTH [options]
        ilf complete FOLDER [options]
@@ -48,9 +48,7 @@ def add_arguments(parser: Parser) -> None:
     declare(output, f"--out DIR  {out}")
     add_shared(output, "--extrapolate")
     add_export_options(output)
-    add_json(output)
-    add_progress(output)
-    add_shared(output, "--quiet")
+    add_shared(output, "--json", "--progress", "--quiet")
     add_settings(parser)
 
 
@@ -80,11 +78,22 @@ def run(arguments: argparse.Namespace) -> None:
     warn(notes)
     for export in exports:
         warn(export.write(completion))
-    finished = FinishedRun(run, completion, seconds, folder, written.files, [export.path for export in exports])
+    if arguments.quiet and not arguments.json:
+        return
+    errors = errors_of(completion)
+    record = completion_record(
+        completion,
+        errors,
+        seconds,
+        folder=str(folder),
+        files=[path.name for path in written.files],
+        exports=[str(export.path) for export in exports],
+        warnings=list(dict.fromkeys(notes)),
+    )
     if arguments.json:
-        print_json(completion_record(finished, notes))
-    elif not arguments.quiet:
-        print(completion_report(finished))
+        print_json(record)
+    else:
+        print(completion_report(completion, errors, record))
         if again is not None and not verdict:
             print("The result is identical to the recorded one.")
 

@@ -15,29 +15,19 @@ from ..data.declarations import Value
 from ..data.frame import RGBDFrame
 from ..data.parameters import DEFAULT_PRESET, Parameters
 from ..errors import ParameterError, told_as
-from ..evaluation.evaluation import Evaluation, Progress, RunEvaluation
+from ..evaluation import hold_out
+from ..evaluation.evaluation import Evaluation, Progress
 from ..evaluation.ground_truth import ground_truth_steps
-from ..evaluation.hold_out import HOLD_OUT_PATTERNS, HoldOutTest, compared_steps, hold_out_steps, untrusted_note
 from ..evaluation.sweep import Sweep, sweep_steps
 from ..io.tables import write_csv
 from ..run.block_choice import BlockChoice
 from ..run.run import Run
+from . import parsing
 from .output import Bar, Column, print_json, shows_progress, table, warn
-from .parsing import (
-    add_frame,
-    add_given_blocks,
-    add_settings,
-    add_shared,
-    frame_from,
-    hold_out_from,
-    preset_from,
-    settings_from,
-    value_from,
-)
 from .run_output import dominant_block, errors_record, unscored, unscored_lines
-from .usage import Parser, UsageError, add_json, add_progress, declare
+from .usage import Parser, UsageError, declare
 
-_Named = tuple[str, RunEvaluation]
+_Named = tuple[str, hold_out.RunEvaluation]
 """The errors of a preset or value, and its name."""
 
 
@@ -60,13 +50,13 @@ def add_arguments(parser: Parser) -> None:
         "ground truth where depth is missing, or against known depth that was held out (areas, if there is no ground "
         "truth). Errors are computed over the pixels that all of them fill."
     )
-    add_frame(parser)
-    add_shared(parser, "--invalid-mask")
+    parsing.add_frame(parser)
+    parsing.add_shared(parser, "--invalid-mask")
     blocks = parser.add_argument_group("blocks")
-    add_given_blocks(blocks, "--blocks")
-    add_shared(blocks, "--drawn")
+    parsing.add_given_blocks(blocks, "--blocks")
+    parsing.add_shared(blocks, "--drawn")
     compared = parser.add_argument_group("evaluation")
-    add_shared(compared, "--hold-out", "--seeds")
+    parsing.add_shared(compared, "--hold-out", "--seeds")
     sweep = "compare values of a filter parameter; a second --sweep gives a grid"
     declare(compared, f"--sweep NAME=V,V,... ...  {sweep}")
     output = parser.add_argument_group("output")
@@ -75,26 +65,25 @@ def add_arguments(parser: Parser) -> None:
         --csv FILE  write all errors as CSV, including those of every block
     """
     declare(output, declared)
-    add_json(output)
-    add_progress(output)
-    add_settings(parser, several_presets=True)
+    parsing.add_shared(output, "--json", "--progress")
+    parsing.add_settings(parser, several_presets=True)
 
 
 def run(arguments: argparse.Namespace) -> None:
     """Run the command."""
-    presets = [preset_from(name) for name in dict.fromkeys(arguments.preset or [DEFAULT_PRESET])]
+    presets = [parsing.preset_from(name) for name in dict.fromkeys(arguments.preset or [DEFAULT_PRESET])]
     swept = dict(_parse_sweep(text) for text in arguments.sweep)
     if swept and len(presets) > 1:
         raise UsageError("--sweep varies one --preset: leave out the others.")
     if arguments.hold_out is not None and arguments.ground_truth is not None:
         raise UsageError("--hold-out and --ground-truth exclude each other: leave out one of them.")
-    settings = [settings_from(arguments, preset) for preset in presets]
-    frame = frame_from(arguments)
+    settings = [parsing.settings_from(arguments, preset) for preset in presets]
+    frame = parsing.frame_from(arguments)
     if arguments.hold_out is None and frame.ground_truth is None:
         arguments.hold_out = "areas"
-    test = hold_out_from(arguments)
+    test = parsing.hold_out_from(arguments)
     runs, notes = _runs(frame, settings)
-    results: Sequence[RunEvaluation]
+    results: Sequence[hold_out.RunEvaluation]
     with Bar(shown=shows_progress(arguments)) as bar:
 
         def show(step: object) -> None:
@@ -107,10 +96,10 @@ def run(arguments: argparse.Namespace) -> None:
             tried = [{name: declared[name].to_text(value) for name, value in point.values.items()} for point in found]
             names = [", ".join(map(" ".join, values.items())) for values in tried]
         else:
-            several = [ground_truth_steps(run) if test is None else hold_out_steps(run, test) for run in runs]
-            results, names = run_to_end(compared_steps(several), show), [preset.name for preset in presets]
+            several = [ground_truth_steps(run) if test is None else hold_out.hold_out_steps(run, test) for run in runs]
+            results, names = run_to_end(hold_out.compared_steps(several), show), [preset.name for preset in presets]
     named = list(zip(names, results, strict=True))
-    warn([*notes, *([] if test is None else filter(None, [untrusted_note(frame)]))])
+    warn([*notes, *([] if test is None else filter(None, [hold_out.untrusted_note(frame)]))])
     if arguments.json:
         print_json(_record(frame, test, named))
     else:
@@ -140,16 +129,16 @@ def _parse_sweep(text: str) -> tuple[str, list[Value]]:
     with told_as(UsageError, f"--sweep {text:.60}: {{error}}", ParameterError):
         if name not in known:
             Parameters().replace(**{name: None})
-        return name, [value_from(known[name], value.strip()) for value in values.split(",") if value.strip()]
+        return name, [parsing.value_from(known[name], value.strip()) for value in values.split(",") if value.strip()]
 
 
-def _report(frame: RGBDFrame, test: HoldOutTest | None, named: Sequence[_Named], heading: str) -> list[str]:
+def _report(frame: RGBDFrame, test: hold_out.HoldOutTest | None, named: Sequence[_Named], heading: str) -> list[str]:
     pixels = max(result.whole.pixels for _, result in named)
     if test is None:
         title = f"{frame.name}, against ground truth, over {counted(pixels, 'missing pixel')}:"
     else:
         seeds = counted(len(test.seeds), "hold-out")
-        title = f"{frame.name}, {seeds} ({HOLD_OUT_PATTERNS[test.pattern]}), over {counted(pixels, 'pixel')}:"
+        title = f"{frame.name}, {seeds} ({hold_out.HOLD_OUT_PATTERNS[test.pattern]}), over {counted(pixels, 'pixel')}:"
     lines = [title, *table([Column(heading, lambda item: item[0]), *_COLUMNS], named)]
     if not pixels:
         lines.append("No pixel is filled by all of them.")
@@ -174,7 +163,7 @@ def _block_table(named: Sequence[_Named]) -> list[str]:
     return table(columns, labels)
 
 
-def _record(frame: RGBDFrame, test: HoldOutTest | None, named: Sequence[_Named]) -> dict[str, Any]:
+def _record(frame: RGBDFrame, test: hold_out.HoldOutTest | None, named: Sequence[_Named]) -> dict[str, Any]:
     """Describe the evaluation for JSON."""
     return {
         "frame": frame.name,

@@ -12,19 +12,9 @@ from numpy.typing import NDArray
 from .._runtime.files import with_dataset
 from ..data.frame import RGBDFrame
 from ..data.lenses import undistorted
+from ..io import frame_additions as additions
 from ..io.cameras import frame_camera
 from ..io.depth_reading import DepthReading
-from ..io.frame_additions import (
-    NO_CONFIDENCE_MAP,
-    UNUSED_CONFIDENCE,
-    confidence_doubt,
-    guide_network,
-    load_guide,
-    low_confidence,
-    read_confidence,
-    read_ground_truth,
-    scale_misfit,
-)
 from ..io.images import read_colour_with_warning
 from ..sources.copies import copied
 from ..sources.frame_folder import FrameFiles
@@ -165,7 +155,7 @@ def _add_ground_truth(facts: Facts, files: FrameFiles, reading: DepthReading, fr
         return
     with facts.problems():
         shape, encoding = (depth.shape[0], depth.shape[1]), reading.encoding
-        truth, file, note = read_ground_truth(
+        truth, file, note = additions.read_ground_truth(
             options.ground_truth, shape, options.ground_truth_units, encoding.units, encoding.invalid
         )
         truth = truth if frame is None else undistorted(truth, frame)
@@ -173,7 +163,7 @@ def _add_ground_truth(facts: Facts, files: FrameFiles, reading: DepthReading, fr
         entries = {"path": str(file.path), **shares, "units_per_m": file.units}
         facts.add("ground truth", f"{file.named}, {file.units:g} units per metre, {text}", ground_truth=entries)
         facts.tell("note", note)
-        facts.tell("problem", scale_misfit(truth, depth, file.units))
+        facts.tell("problem", additions.scale_misfit(truth, depth, file.units))
 
 
 def _known_shares(values: NDArray[Any], depth: _Depth) -> tuple[dict[str, float], str]:
@@ -188,10 +178,10 @@ def _add_guide(facts: Facts, options: ReadingOptions, depth: _Depth) -> None:
     if options.guide is None:
         return
     with facts.problems():
-        if guide_network(options.guide, options.guide_gives):
+        if additions.guide_network(options.guide, options.guide_gives):
             facts.add("guide", f"to be predicted by {options.guide}", guide={"path": options.guide})
             return
-        guide = load_guide(options.guide, (depth.shape[0], depth.shape[1]), gives=options.guide_gives)
+        guide = additions.load_guide(options.guide, (depth.shape[0], depth.shape[1]), gives=options.guide_gives)
         shares, text = _known_shares(guide.values, depth)
         facts.add("guide", f"{guide.path}, {text}", guide={"path": str(guide.path), **shares})
 
@@ -199,19 +189,19 @@ def _add_guide(facts: Facts, options: ReadingOptions, depth: _Depth) -> None:
 def _add_confidence(facts: Facts, options: ReadingOptions, depth: _Depth) -> None:
     if options.confidence is not None:
         with facts.problems():
-            levels = read_confidence(options.confidence, (depth.shape[0], depth.shape[1]))
+            levels = additions.read_confidence(options.confidence, (depth.shape[0], depth.shape[1]))
             _add_confidence_values(facts, options.confidence, levels, options.min_confidence, depth)
     elif options.min_confidence is not None:
-        facts.tell("warning", NO_CONFIDENCE_MAP)
+        facts.tell("warning", additions.NO_CONFIDENCE_MAP)
 
 
 def _add_confidence_values(
     facts: Facts, path: str | None, levels: NDArray[Any], minimum: float | None, depth: _Depth
 ) -> None:
     """Add confidence values, and what depth is below the minimum confidence."""
-    effect = UNUSED_CONFIDENCE if minimum is None else low_confidence(levels, minimum, depth)[1]
+    effect = additions.UNUSED_CONFIDENCE if minimum is None else additions.low_confidence(levels, minimum, depth)[1]
     low, high = float(levels.min()), float(levels.max())
     where = "" if path is None else f"{path}, "
     entries = {"path": path, "min": low, "max": high, "min_confidence": minimum}
     facts.add("confidence", f"{where}from {low:g} to {high:g}. {effect}", confidence=entries)
-    facts.tell("warning", "" if minimum is None else confidence_doubt(levels, minimum))
+    facts.tell("warning", "" if minimum is None else additions.confidence_doubt(levels, minimum))

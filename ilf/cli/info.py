@@ -5,6 +5,8 @@ from __future__ import annotations
 import argparse
 import json
 import os
+from collections.abc import Sequence
+from operator import attrgetter, itemgetter
 from pathlib import Path
 from typing import Any
 
@@ -36,7 +38,7 @@ from .frame_facts import facts_of_colour, facts_of_frame
 from .output import Column, print_json, table, warn
 from .parsing import add_frame, add_shared, check_plausibility, frame_of_source, reading_options, source_from
 from .run_output import values_text
-from .usage import Parser, UsageError, add_json, declare
+from .usage import Parser, UsageError, declare
 
 _SHOWN = 3
 """Number of keys shown at each end of a long list."""
@@ -60,8 +62,7 @@ def add_arguments(parser: Parser) -> None:
     """
     declare(lists, declared)
     output = parser.add_argument_group("output")
-    add_shared(output, "--strict")
-    add_json(output)
+    add_shared(output, "--strict", "--json")
 
 
 def run(arguments: argparse.Namespace) -> None:
@@ -81,6 +82,14 @@ def run(arguments: argparse.Namespace) -> None:
     check_plausibility([text for facts in found for text in facts.told("warning")], arguments.strict)
 
 
+def _print_list(as_json: bool, document: object, columns: Sequence[Column], items: Sequence[Any], told: str) -> None:
+    """Print a list as JSON, or as a table with a sentence below it."""
+    if as_json:
+        print_json(document)
+    else:
+        print("\n".join([*table(columns, items), "", told]))
+
+
 def _print_presets(as_json: bool) -> None:
     """Print the presets, the built-in ones first."""
     own, problems = list_presets()
@@ -88,28 +97,23 @@ def _print_presets(as_json: bool) -> None:
     for name, preset in own.items():
         extraction = {f"blocks-{key}": value for key, value in preset.extraction_changes.items()}
         found.append({"name": name, "base": preset.base, "changes": preset.changes | extraction})
-    if as_json:
-        print_json({"presets": found, "folder": str(presets_folder())})
-    else:
-        columns = [
-            Column("name", lambda one: one["name"]),
-            Column("origin", lambda one: f"your own, from {one['base']}" if one["base"] else "built-in"),
-            Column("changes", lambda one: values_text(one["changes"])),
-        ]
-        print("\n".join(table(columns, found)))
-        print(f"\nYour own presets are in {presets_folder()}")
+    columns = (
+        Column("name", itemgetter("name")),
+        Column("origin", lambda one: f"your own, from {one['base']}" if one["base"] else "built-in"),
+        Column("changes", lambda one: values_text(one["changes"])),
+    )
+    folder = presets_folder()
+    document = {"presets": found, "folder": str(folder)}
+    _print_list(as_json, document, columns, found, f"Your own presets are in {folder}")
     warn(problems)
 
 
 def _print_layouts(as_json: bool) -> None:
     """Print the layouts, those of the user first."""
-    layouts = all_layouts()
-    if as_json:
-        print_json({"layouts": [msgspec.to_builtins(layout) for layout in layouts], "folder": str(layouts_folder())})
-    else:
-        columns = [Column("name", lambda layout: layout.name), Column("title", lambda layout: layout.title)]
-        print("\n".join(table(columns, layouts)))
-        print(f"\nYour own: TOML files in {layouts_folder()}.")
+    layouts, folder = all_layouts(), layouts_folder()
+    document = {"layouts": list(map(msgspec.to_builtins, layouts)), "folder": str(folder)}
+    columns = Column("name", attrgetter("name")), Column("title", attrgetter("title"))
+    _print_list(as_json, document, columns, layouts, f"Your own: TOML files in {folder}.")
 
 
 def _facts(arguments: argparse.Namespace) -> list[Facts]:

@@ -8,40 +8,21 @@ from operator import itemgetter
 from pathlib import Path
 from typing import get_args
 
-from .._runtime.networks.models import (
-    BUNDLED,
-    CORRECTION,
-    DEPTH_EDGES,
-    SPARSE_CORRECTION,
-    installed_models,
-    model_names,
-    model_path,
-    models_folder,
-    remove_model,
-)
+from .._runtime.networks import models as networks
 from ..data.guide import Gives
 from ..errors import InputError
-from ..io.guide_models import (
-    add_guide,
-    fetch_guide,
-    guide_card,
-    guide_cards,
-    guide_file,
-    is_guide_file,
-    licence_text,
-    remove_guide,
-    state_of,
-)
+from ..io import guide_models as guides
 from ..segmentation.edges.hed import INPUTS
 from ..segmentation.edges.importing import add_model
 from .output import Bar, Column, shows_progress, table, warn
-from .usage import Parser, UsageError, add_action, add_progress, declare
+from .parsing import add_shared
+from .usage import Parser, UsageError, add_action, declare
 
 _BUNDLED = {
-    BUNDLED: "contours",
-    DEPTH_EDGES: "edges, for detector rgbd",
-    CORRECTION: "depth correction",
-    SPARSE_CORRECTION: "correction of sparse depth",
+    networks.BUNDLED: "contours",
+    networks.DEPTH_EDGES: "edges, for detector rgbd",
+    networks.CORRECTION: "depth correction",
+    networks.SPARSE_CORRECTION: "correction of sparse depth",
 }
 """Name -> what a bundled network is for; all are under the program's licence."""
 
@@ -61,7 +42,7 @@ def add_arguments(parser: Parser) -> None:
         "interrupted, the same command continues. Nothing is fetched by any other command.",
     )
     declare(fetching, "NAME  a guide of `ilf models list`")
-    add_progress(fetching)
+    add_shared(fetching, "--progress")
     adding = add_action(
         actions,
         "add",
@@ -90,26 +71,19 @@ def add_arguments(parser: Parser) -> None:
 
 def run_list(arguments: argparse.Namespace) -> None:
     """List the networks: those for edges and correction, then the guides."""
-    names = (*model_names(), DEPTH_EDGES, CORRECTION, SPARSE_CORRECTION)
-    edges = [(name, *_about(name)) for name in names]
-    cards, damaged = guide_cards()
-    guides = [
-        (
-            card.name,
-            f"guide, {card.gives}",
-            card.maker,
-            licence_text(card),
-            f"{card.bytes / 1e6:.1f} MB",
-            state_of(card),
-        )
-        for card in cards.values()
+    names = (*networks.model_names(), networks.DEPTH_EDGES, networks.CORRECTION, networks.SPARSE_CORRECTION)
+    rows = [(name, *_about(name)) for name in names]
+    cards, damaged = guides.guide_cards()
+    rows += [
+        (one.name, f"guide, {one.gives}", one.maker, guides.licence_text(one), _size(one.bytes), guides.state_of(one))
+        for one in cards.values()
     ]
     headings = "name", "gives", "maker", "licence", "size", "state"
     columns = [Column(heading, itemgetter(at)) for at, heading in enumerate(headings)]
-    print("\n".join(table(columns, edges + guides)))
+    print("\n".join(table(columns, rows)))
     print(
         "\n`ilf models fetch NAME` fetches a known guide. They are listed as their publishers describe them; none was "
-        f"tried with this version. Your own and fetched networks are in {models_folder()}"
+        f"tried with this version. Your own and fetched networks are in {networks.models_folder()}"
     )
     warn(f"The guide network {name} is left out: {error}" for name, error in damaged.items())
 
@@ -117,13 +91,13 @@ def run_list(arguments: argparse.Namespace) -> None:
 def _about(name: str) -> tuple[str, str, str, str, str]:
     """What a network that is no guide gives, its maker, licence, size and state."""
     try:
-        size = _size(model_path(name))
+        size = _size(networks.model_path(name).stat().st_size)
     except (InputError, OSError):
         size = "missing"
     if name in _BUNDLED:
         return _BUNDLED[name], "ILF Studio", "MIT", size, "bundled"
-    package = installed_models().get(name)
-    if package is None or model_path(name).parent == models_folder():
+    package = networks.installed_models().get(name)
+    if package is None or networks.model_path(name).parent == networks.models_folder():
         return "contours", "your own", "", size, "added"
     about = metadata(packages_distributions()[package][0])
     return "contours", f"package {about['Name']}", ", ".join(about.get_all("License-Expression", [])), size, "installed"
@@ -131,20 +105,20 @@ def _about(name: str) -> tuple[str, str, str, str, str]:
 
 def run_fetch(arguments: argparse.Namespace) -> None:
     """Fetch a guide network, after its size, licence and address were printed."""
-    card = guide_card(arguments.name)
-    if guide_file(card.name) is None:
-        size = f"{card.bytes / 1e6:.0f} MB"
-        print(f"{card.name} by {card.maker}: licence {licence_text(card)}; {size} from {card.address}", flush=True)
+    card = guides.guide_card(arguments.name)
+    if guides.guide_file(card.name) is None:
+        told = f"licence {guides.licence_text(card)}; {_size(card.bytes)} from {card.address}"
+        print(f"{card.name} by {card.maker}: {told}", flush=True)
     with Bar(1.0, shown=shows_progress(arguments)) as bar:
-        path = fetch_guide(card.name, lambda done, whole: bar.update(done / whole - bar.n))
-    print(f"Ready: {path}, use it by --guide {card.name}\nSHA-256 {guide_card(card.name).sha256}")
+        path = guides.fetch_guide(card.name, lambda done, whole: bar.update(done / whole - bar.n))
+    print(f"Ready: {path}, use it by --guide {card.name}\nSHA-256 {guides.guide_card(card.name).sha256}")
 
 
 def run_add(arguments: argparse.Namespace) -> None:
     """Add a network for edges or guides."""
     file, name = arguments.file, arguments.name
     note = ""
-    if arguments.gives is None and not is_guide_file(file, name):
+    if arguments.gives is None and not guides.is_guide_file(file, name):
         path = add_model(file, name, inputs=arguments.input, logits=arguments.logits, replace=arguments.replace)
         if Path(file).suffix.lower() == ".onnx" and "input" not in arguments.given:
             note = (
@@ -155,15 +129,17 @@ def run_add(arguments: argparse.Namespace) -> None:
     elif arguments.logits or "input" in arguments.given:
         raise UsageError("--input and --logits are for edge networks: leave them out for a guide.")
     else:
-        path = add_guide(file, name, arguments.gives or "relative-inverse", again=arguments.replace)
-    print(f"Added {path.stem}: {_size(path)}, {path}{note}")
+        path = guides.add_guide(file, name, arguments.gives or "relative-inverse", again=arguments.replace)
+    print(f"Added {path.stem}: {_size(path.stat().st_size)}, {path}{note}")
 
 
 def run_remove(arguments: argparse.Namespace) -> None:
     """Delete a network."""
-    is_guide = any(arguments.name in cards for cards in guide_cards()) and arguments.name not in model_names()
-    print(f"Removed {(remove_guide if is_guide else remove_model)(arguments.name)}")
+    is_guide = (
+        any(arguments.name in cards for cards in guides.guide_cards()) and arguments.name not in networks.model_names()
+    )
+    print(f"Removed {(guides.remove_guide if is_guide else networks.remove_model)(arguments.name)}")
 
 
-def _size(path: Path) -> str:
-    return f"{path.stat().st_size / 1e6:.1f} MB"
+def _size(count: int) -> str:
+    return f"{count / 1e6:.1f} MB"

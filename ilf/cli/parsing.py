@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 from .._runtime.files import absolute
 from .._runtime.networks.session import DEVICE_VARIABLE, DEVICES
 from ..data.by_hand import USUAL_WEIGHT
-from ..data.declarations import Declaration, ParameterSet, Value, to_text
+from ..data.declarations import Declaration, ParameterSet, Value
 from ..data.frame import RGBDFrame
 from ..data.parameters import DEFAULT_PRESET, PRESETS, BlockParameters, Parameters
 from ..data.presets import UserPreset, find_preset
@@ -55,6 +55,9 @@ _SHARED = f"""
     --look-in DIR ...    folder where files that have been moved are now; can be repeated
     --allow-address PREFIX ...  open what files name (projects, run records, lists, shards) at and below this address or
         path, outside their own folder or store; can be repeated
+    --json               print one JSON document instead of text (keys: commands.md of the documentation). Unknown
+        numbers are null, lengths in metres
+    --[no-]progress      show a progress bar on stderr (default: on if stderr is a terminal)
     --quiet              print only warnings and errors
 """
 """The flags that several commands have."""
@@ -123,11 +126,6 @@ def check_plausibility(plausibility_warnings: Iterable[str], strict: bool) -> No
     """Raise InputError for plausibility warnings if `strict`."""
     if strict and (found := list(plausibility_warnings)):
         raise InputError(" ".join(found))
-
-
-def checked_neighbours(arguments: argparse.Namespace) -> tuple[int, int]:
-    """Return number and step of the neighbours."""
-    return arguments.neighbours, arguments.neighbour_step
 
 
 def hold_out_from(arguments: argparse.Namespace) -> HoldOutTest | None:
@@ -223,7 +221,7 @@ def _frame_of_files(arguments: argparse.Namespace) -> FrameRef:
 def frame_from(arguments: argparse.Namespace) -> RGBDFrame:
     """Load the frame that the arguments name, with its invalid mask, ground truth and guide. Plausibility warnings are
     printed; with --strict they raise InputError."""
-    neighbours, step = checked_neighbours(arguments) if "neighbours" in arguments else (0, 1)
+    neighbours = vars(arguments).get("neighbours", 0)
     if arguments.frame is None:
         if neighbours:
             raise UsageError("--neighbours applies to frames of a folder or a recording: select one with --frame.")
@@ -232,6 +230,7 @@ def frame_from(arguments: argparse.Namespace) -> RGBDFrame:
         source = source_from(arguments)
         frame = read_frame(frame_of_source(arguments, source))
         if neighbours:
+            step = arguments.neighbour_step
             frame = with_neighbours(frame, *source.around(arguments.frame, neighbours * step), step=step)
     check_plausibility(frame.plausibility_warnings, vars(arguments).get("strict", False))
     warn(frame.notes)
@@ -323,17 +322,10 @@ def value_from(declaration: Declaration, text: str) -> Value:
 
 
 def _help(declaration: Declaration, presets: Mapping[str, ParameterSet], base: ParameterSet) -> str:
-    facts = [declaration.unit] if declaration.unit else []
+    usual, facts = getattr(base, declaration.name), []
     if declaration.minimum is not None and declaration.maximum is not None:
-        facts.append(f"{declaration.minimum:g} to {declaration.maximum:g}")
-    usual = getattr(base, declaration.name)
-    facts.append(f"default {_shown(declaration, usual)}")
-    for preset, values in presets.items():
-        value = getattr(values, declaration.name)
-        if value != usual:
-            facts.append(f"in {preset} {_shown(declaration, value)}")
+        facts.append(f"{declaration.minimum:g} to {declaration.maximum:g} {declaration.unit}".rstrip())
+    facts.append(f"default {declaration.to_text(usual)}")
+    values = {preset: getattr(parameters, declaration.name) for preset, parameters in presets.items()}
+    facts += [f"in {preset} {declaration.to_text(value)}" for preset, value in values.items() if value != usual]
     return f"{declaration.help} [{'; '.join(facts)}]"
-
-
-def _shown(declaration: Declaration, value: Value) -> str:
-    return declaration.special if declaration.special and value == declaration.minimum else to_text(value)

@@ -35,7 +35,7 @@ from .options import add_export_options, export_options, geometry_flags
 from .output import Column, fact_lines, print_json, shows_progress, table, warn
 from .parsing import add_reading, add_shared, reading_options
 from .run_output import completed, parameters_text
-from .usage import Parser, UsageError, add_action, add_json, add_progress, check_there, declare
+from .usage import Parser, UsageError, add_action, check_there, declare
 
 # Output of `ilf project info`: as text, and as JSON.
 
@@ -165,13 +165,13 @@ def add_arguments(parser: Parser) -> None:
 
     telling = add_action(actions, "info", run_info, "show the contents of a project and its problems")
     _add_project(telling)
-    add_json(telling)
+    add_shared(telling, "--json")
 
     text = "write the stored results of frames, as `ilf complete` writes them, or a data set of another program"
     usage = "ilf project export (FILE.ilf | RESULT... --to FORMAT) --out DIR [options]"
     exporting = add_action(actions, "export", run_export, text, usage=usage)
     _add_project(exporting)
-    contents = "; ".join(f"{name}: {one.contents}" for name, one in DATA_SETS.items())
+    contents = "; ".join(f"{name}: {what}" for name, (_, what) in DATA_SETS.items())
     declared = f"""
         [RESULT ...]  with --to: output folders of `ilf complete`, folders of such folders, or of shards
         --out DIR     required: output folder with one folder per frame; existing files are overwritten, unchanged
@@ -188,7 +188,7 @@ def add_arguments(parser: Parser) -> None:
     again = add_action(actions, "replay", run_replay, "replay runs and compare them with the stored results")
     _add_project(again)
     _add_selection(again)
-    add_progress(again)
+    add_shared(again, "--progress")
 
 
 def _add_project(parser: argparse.ArgumentParser) -> None:

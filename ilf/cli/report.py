@@ -19,12 +19,13 @@ from ..project.file import SUFFIX, OpenedProject, open_project
 from ..project.project import ProjectFrame
 from ..report.report import report_steps, write_report
 from ..report.subject import Subject, Unreadable
+from ..run.block_choice import BlockChoice
 from ..run.options import RECORD_FILE, as_file_name
 from ..run.replaying import replay
 from ..run.run import Run
 from .output import Bar, shows_progress, warn
 from .parsing import add_frame, add_settings, add_shared, frame_from, hold_out_from, preset_from, with_given
-from .usage import Parser, UsageError, add_progress, declare
+from .usage import Parser, UsageError, declare
 
 Read = Callable[[list[str], Bar], Subject]
 """Reads a frame to report on, adds notes and shows its progress."""
@@ -77,9 +78,7 @@ def _completed(arguments: argparse.Namespace, inputs: list[str], notes: list[str
     parameters = with_given(chosen.parameters, arguments)
     extraction = with_given(chosen.extraction or BlockParameters(), arguments)
     frame = frame_from(argparse.Namespace(**{**vars(arguments), "inputs": inputs}))
-    made = Run.of(frame, preset=parameters, extraction=extraction)
-    if not made.blocks.labels.any():
-        raise InputError(f"No blocks were found in {frame.name}. Change the extraction (--blocks-* options).")
+    made = Run(frame, BlockChoice(extraction).blocks_of(frame), parameters)
     completion = _complete(made, bar)
     notes += [*made.blocks.notes, *completion.notes]
     return Subject(made, completion)
@@ -134,7 +133,7 @@ def add_arguments(parser: Parser) -> None:
     add_shared(parser, "--invalid-mask", "--look-in", "--hold-out", "--seeds")
     output = parser.add_argument_group("output")
     declare(output, "--out FILE.html  output file (default: NAME-report.html)")
-    add_progress(output)
+    add_shared(output, "--progress")
     add_settings(parser)
 
 

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass
-from functools import cached_property
+from dataclasses import asdict
 from operator import attrgetter
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -42,48 +40,22 @@ _MAJORITY = 0.5
 """Minimum share that counts as most of a whole."""
 
 
-@dataclass(frozen=True, eq=False)
-class FinishedRun:
-    """A run that has been completed and written.
-
-    Attributes
-    ----------
-    run : Run
-    completion : Completion
-    seconds : float
-        Duration.
-    folder : Path
-    files : sequence of Path
-        The written files in the folder.
-    exports : sequence of Path
-        The written files of other programs.
-    """
-
-    run: Run
-    completion: Completion
-    seconds: float
-    folder: Path
-    files: Sequence[Path]
-    exports: Sequence[Path] = ()
-
-    @cached_property
-    def whole(self) -> Evaluation | None:
-        """Its errors against the frame's ground truth; None without ground truth."""
-        frame, completion = self.run.frame, self.completion
-        if frame.ground_truth is None:
-            return None
-        return evaluate_completion(frame, completion, expected=expected_error(completion))
-
-    @cached_property
-    def by_block(self) -> dict[int, Evaluation]:
-        """Label -> errors of the block; empty without ground truth."""
-        return {} if self.whole is None else evaluate_blocks(self.run.frame, self.completion, self.run.blocks.labels)
+Errors = tuple[Evaluation | None, Mapping[int, Evaluation]]
+"""Errors of a completion against ground truth, and those of its blocks by label; None and nothing without any."""
 
 
-def completion_report(finished: FinishedRun) -> str:
-    """Describe the result of a run and its files, as text."""
-    run, completion, frame = finished.run, finished.completion, finished.run.frame
-    record, labels = completion_record(finished, ()), run.blocks.labels
+def errors_of(completion: Completion) -> Errors:
+    """Evaluate a completion against its frame's ground truth, if that has any."""
+    frame = completion.frame
+    if frame.ground_truth is None:
+        return None, {}
+    whole = evaluate_completion(frame, completion, expected=expected_error(completion))
+    return whole, evaluate_blocks(frame, completion, completion.run.blocks.labels)
+
+
+def completion_report(completion: Completion, errors: Errors, record: Mapping[str, Any]) -> str:
+    """Describe a result and its files as text, with its `completion_record`."""
+    frame, labels, (whole, by_block) = completion.frame, completion.run.blocks.labels, errors
     covering = covered(len(completion.outcomes), np.count_nonzero(labels) / labels.size)
     filled_outside = 0 if frame.outside_view is None else np.count_nonzero(frame.outside_view & completion.filled)
     lines = [f"{frame.name}: {covering}.", _recovered_line(record, int(filled_outside))]
@@ -94,16 +66,16 @@ def completion_report(finished: FinishedRun) -> str:
         )
     if frame.guide is not None:
         lines.append(f"Guide: {guide_text(frame)}.")
-    if finished.whole is not None:
-        lines += [_evaluation_line(finished.whole), *unscored_lines(frame)]
-        if largest := dominant_block(finished.whole, finished.by_block):
+    if whole is not None:
+        lines += [_evaluation_line(whole), *unscored_lines(frame)]
+        if largest := dominant_block(whole, by_block):
             label, share = largest
             doubtful = unsupported(completion)[completion.filled & (labels == label)].mean()
             why = f"; {doubtful:.0%} of its filled pixels are unsupported by measurements"
             lines.append(f"Block {label} has {share:.0%} of the squared error{why if doubtful >= _MAJORITY else ''}.")
-    lines.append(f"Written to {finished.folder}: {', '.join(record['files'])}")
-    lines += [f"Exported to {path}" for path in finished.exports]
-    return "\n".join([*lines, "", *outcome_lines(completion.outcomes.values(), finished.by_block)])
+    lines.append(f"Written to {record['folder']}: {', '.join(record['files'])}")
+    lines += [f"Exported to {path}" for path in record["exports"]]
+    return "\n".join([*lines, "", *outcome_lines(completion.outcomes.values(), by_block)])
 
 
 def _recovered_line(record: Mapping[str, Any], filled_outside: int) -> str:
@@ -124,9 +96,9 @@ def _recovered_line(record: Mapping[str, Any], filled_outside: int) -> str:
     )
 
 
-def completion_record(finished: FinishedRun, warnings: Iterable[str]) -> dict[str, Any]:
-    """Describe the result of a run for JSON; lengths in metres."""
-    run, frame, completion = finished.run, finished.run.frame, finished.completion
+def completion_record(completion: Completion, errors: Errors, seconds: float, **written: Any) -> dict[str, Any]:
+    """Describe a result that took so long for JSON, with entries on what was written; lengths in metres."""
+    run, frame, (whole, by_block) = completion.run, completion.frame, errors
     outcomes = completion.outcomes.values()
     outside = 0 if frame.outside_view is None else np.count_nonzero(frame.outside_view)
     return {
@@ -142,14 +114,11 @@ def completion_record(finished: FinishedRun, warnings: Iterable[str]) -> dict[st
         "by_hand": int(np.count_nonzero(completion.by_hand)),
         "outside_view": int(outside),
         "suspect": completion.suspect,
-        "blocks": [outcome_record(outcome, finished.by_block.get(outcome.label)) for outcome in outcomes],
+        "blocks": [outcome_record(outcome, by_block.get(outcome.label)) for outcome in outcomes],
         "iterations": sum(outcome.iterations for outcome in outcomes),
-        "seconds": finished.seconds,
-        "errors": errors_record(finished.whole),
-        "folder": str(finished.folder),
-        "files": [file.name for file in finished.files],
-        "exports": [str(path) for path in finished.exports],
-        "warnings": list(dict.fromkeys(warnings)),
+        "seconds": seconds,
+        "errors": errors_record(whole),
+        **written,
     }
 
 

@@ -19,8 +19,8 @@ from ..sources.source import Source
 from ..stream.recording import MCAP, StreamRecorder, stamped
 from ..stream.stream import Stream
 from .output import Bar, shows_progress, warn
-from .parsing import add_pairing, add_preset, add_reading, preset_from, source_from
-from .usage import Parser, add_progress, declare
+from .parsing import add_pairing, add_preset, add_reading, add_shared, preset_from, source_from
+from .usage import Parser, declare
 
 
 def add_arguments(parser: Parser) -> None:
@@ -49,7 +49,7 @@ def add_arguments(parser: Parser) -> None:
     declare(output, declared, ros_encoding=ENCODINGS_OF_ROS[0], frame_id="camera")
     add_preset(parser)
     declare(parser, "--threads N  number of threads", threads=2)
-    add_progress(parser)
+    add_shared(parser, "--progress")
     add_pairing(parser)
     add_reading(parser.add_argument_group("reading the frames"))
 

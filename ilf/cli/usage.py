@@ -7,7 +7,6 @@ import os
 import re
 import sys
 from collections.abc import Callable, Collection, Iterable, Mapping
-from functools import partial
 from inspect import cleandoc
 from itertools import takewhile
 from typing import Any, NoReturn
@@ -48,28 +47,19 @@ _MEANINGS = {
     "f force overwrite": ("--force", "Files of the same names in --out are replaced without an option."),
     "gt truth": ("--ground-truth",),
     "nodata no-data missing invalid-value ignore fill-value": ("--invalid",),
-    "mask": ("--invalid-mask",),
     "max-depth min-depth depth-max depth-min depth-trunc max-range": ("Mark depth to leave out by --invalid-mask.",),
     "labels segmentation seg masks": ("--blocks", "--from"),
-    "borders": ("--drawn",),
-    "confidence": ("--min-confidence",),
     "key index frame-id frame-index": ("--frame",),
     "iterations iter max-iter maxiter n-iter niter": ("--max-iterations",),
     "config method": ("--preset",),
     "ply pcd point-cloud cloud-format": ("--cloud", "ilf complete writes a point cloud without an option."),
-    "rerun": ("--export",),
-    "json-output": ("--json",),
-    "version": ("--version",),
-    "help h ?": ("--help",),
     "run fill inpaint process infer predict": ("complete",),
-    "show": ("info",),
     "gui window view open display": ("The window is ilf-gui.",),
     "eval score test": ("evaluate",),
     "segment extract": ("blocks",),
     "demo example": ("sample", "--sample"),
-    "convert export": ("export", "`ilf project export` writes results for other programs."),
     "presets list-presets": ("--presets", "`ilf info --presets` lists the presets."),
-    "completion": ("--completion",),
+    "convert export": ("export", "`ilf project export` writes results for other programs."),
 }
 """Words of other programs -> what they mean here: the first that the parser knows; or else a sentence."""
 
@@ -173,57 +163,41 @@ def add_action(
     return parser
 
 
-def add_progress(parser: argparse._ActionsContainer) -> None:
-    """Add the flag of the progress bar."""
-    parser.add_argument(
-        "--progress",
-        action=argparse.BooleanOptionalAction,
-        help="show a progress bar on stderr (default: on if stderr is a terminal)",
-    )
+def _parsed(pattern: str, wanted: str, make: Callable[[re.Match[str]], Any]) -> Callable[[str], Any]:
+    """The function that makes a value of a text of this pattern; of any other text, the error tells what is wanted."""
+
+    def read(text: str) -> Any:
+        match = re.fullmatch(pattern, text)
+        made = None if match is None else make(match)
+        if made is None:
+            raise argparse.ArgumentTypeError(f"{text!r} is not {wanted}")
+        return made
+
+    return read
 
 
-def add_json(parser: argparse._ActionsContainer) -> None:
-    """Add the flag for JSON output, whose keys are listed in commands.md."""
-    keys = "keys: commands.md of the documentation"
-    text = f"print one JSON document instead of text ({keys}). Unknown numbers are null, lengths in metres"
-    declare(parser, f"--json  {text}")
+def _part(match: re.Match[str]) -> tuple[int, int] | None:
+    number, count = int(match[1]), int(match[2])
+    return (number, count) if 1 <= number <= count else None
 
 
-def _count(text: str, least: int = 1) -> int:
-    if not text.isdecimal() or int(text) < least:
-        raise argparse.ArgumentTypeError(f"{text!r} is not an integer of at least {least}")
-    return int(text)
-
-
-def _range(text: str) -> tuple[int | None, int | None]:
-    match = re.fullmatch(r"(-?\d+)?:(-?\d+)?", text)
-    if match is None:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a range of frames, such as 100:200, :50 or -10:")
-    first, end = (None if number is None else int(number) for number in match.groups())
-    return first, end
-
-
-def _part(text: str) -> tuple[int, int]:
-    match = re.fullmatch(r"(\d+)/(\d+)", text)
-    if match is None or not 1 <= int(match[1]) <= int(match[2]):
-        raise argparse.ArgumentTypeError(f"{text!r} is not a part K/N, such as 3/40")
-    return int(match[1]), int(match[2])
-
-
-def _numbers(text: str) -> frozenset[int]:
-    try:
-        return frozenset(int(part) for part in text.split(","))
-    except ValueError:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a list of block numbers, such as 3,7,12") from None
-
+_COUNT = _parsed(r"0*[1-9]\d*", "an integer of at least 1", lambda match: int(match[0]))
 
 VALUES: Mapping[str, Callable[[str], Any]] = {
-    **dict.fromkeys(("N", "M"), _count),
+    **dict.fromkeys(("N", "M"), _COUNT),
     **dict.fromkeys(("HZ", "UNITS", "WEIGHT"), float),
-    "SEED": partial(_count, least=0),
-    "A:B": _range,
-    "K/N": _part,
-    "N,N,...": _numbers,
+    "SEED": _parsed(r"\d+", "an integer of at least 0", lambda match: int(match[0])),
+    "A:B": _parsed(
+        r"(-?\d+)?:(-?\d+)?",
+        "a range of frames, such as 100:200, :50 or -10:",
+        lambda match: tuple(None if end is None else int(end) for end in match.groups()),
+    ),
+    "K/N": _parsed(r"(\d+)/(\d+)", "a part K/N, such as 3/40", _part),
+    "N,N,...": _parsed(
+        r"\d+(,\d+)*",
+        "a list of block numbers, such as 3,7,12",
+        lambda match: frozenset(map(int, match[0].split(","))),
+    ),
 }
 """What stands for a value in the help -> the function that reads the value; of all others, any text is taken."""
 
@@ -264,6 +238,7 @@ def declare(group: argparse._ActionsContainer, text: str, only: Collection[str] 
         found = _DECLARED.fullmatch(re.sub(r"\n\s+", " ", declared))
         assert found is not None, declared
         name, value, repeats, explanation = found.groups()
+        has_opposite, name = name.startswith("--[no-]"), name.replace("[no-]", "")
         if only and name not in only:
             continue
         default = defaults.get(name[2:].replace("-", "_"))
@@ -274,7 +249,7 @@ def declare(group: argparse._ActionsContainer, text: str, only: Collection[str] 
             how |= {"metavar": name.strip("[]"), "nargs": _COUNTS[name.startswith("["), repeats is not None]}
             name = re.split(r"\W", how["metavar"].lower())[0] + "s" * (repeats is not None)
         elif value is None:
-            how |= {"action": "store_true"}
+            how |= {"action": argparse.BooleanOptionalAction if has_opposite else "store_true"}
         elif "|" in value and not re.fullmatch(r"[A-Z|]+", value):
             how |= {"choices": value.split("|"), "default": default}
         else:

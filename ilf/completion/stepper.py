@@ -60,19 +60,14 @@ class Snapshot(NamedTuple):
 
     Attributes
     ----------
-    compute : callable
-        Returns P_i at the block's pixels; from any thread.
+    surface : callable
+        Returns P_i at the block's pixels [m], in the order of `block.mask`'s True values; from any thread.
     nbytes : int
         Memory of its own.
     shared : int
         Memory that it shares with all other snapshots of its stepper.
     """
 
-    compute: Callable[[], NDArray[np.float64]]
+    surface: Callable[[], NDArray[np.float64]]
     nbytes: int
     shared: int
-
-    @property
-    def surface(self) -> NDArray[np.float64]:
-        """P_i at the block's pixels [m], in the order of `block.mask`'s True values."""
-        return self.compute()

@@ -15,7 +15,7 @@ import msgspec
 
 from .._runtime.files import read_json
 from .._runtime.installation import user_path
-from .._runtime.schema import check_schema, converted
+from .._runtime.schema import Section, check_schema
 from .._runtime.writing import ensure_folder, write_bytes
 from ..errors import (
     ExportError,
@@ -224,12 +224,15 @@ def read_preset(path: str | os.PathLike[str]) -> UserPreset:
         raise FormatError(f"{Path(path).absolute()} is not a preset: give a file with an exported preset.")
     with told_as(FormatError, f"{Path(path).absolute()}: {{error}}", IlfError):
         check_schema(data, SCHEMA, "preset")
-        file = converted(data, _PresetFile, "preset")
-        if file.base not in PRESETS:
-            raise FormatError(f"Its base preset {file.base!r:.40} does not exist. Known: {', '.join(PRESETS)}.")
-        extraction = None if file.extraction is msgspec.UNSET else BlockParameters().replace(**file.extraction)
-        parameters = PRESETS[file.base].replace(**file.parameters)
-        return UserPreset(file.name or Path(path).stem, parameters, file.base, extraction)
+        stated = Section("preset", {"name": Path(path).stem, "base": DEFAULT_PRESET, "parameters": {}, **data})
+        base = stated.get("base", str)
+        if base not in PRESETS:
+            raise FormatError(f"Its base preset {base!r:.40} does not exist. Known: {', '.join(PRESETS)}.")
+        own = stated.get("extraction", dict[str, Any]) if "extraction" in data else None
+        extraction = None if own is None else BlockParameters().replace(**own)
+        parameters = PRESETS[base].replace(**stated.get("parameters", dict[str, Any]))
+        name = stated.get("name", Annotated[str, msgspec.Meta(min_length=1)])
+        return UserPreset(name, parameters, base, extraction)
 
 
 def write_preset(path: str | os.PathLike[str], preset: UserPreset) -> None:
@@ -409,15 +412,6 @@ def import_preset(path: str | os.PathLike[str], *, replace: bool = False) -> Use
     preset = read_preset(path)
     save_preset(preset.name, preset.parameters, preset.extraction, replace=replace)
     return preset
-
-
-class _PresetFile(msgspec.Struct):
-    """The content of a preset's file, besides its kind and schema."""
-
-    name: Annotated[str, msgspec.Meta(min_length=1)] = ""
-    base: str = DEFAULT_PRESET
-    parameters: dict[str, Any] = {}
-    extraction: dict[str, Any] | msgspec.UnsetType = msgspec.UNSET
 
 
 def _user_preset(name: str) -> Path:

@@ -17,8 +17,6 @@ from ..data.frame import RGBDFrame, checked_frame, checked_mask
 from ..data.label_map import Box, checked_labels
 from ..data.results import Completion, NanEqual
 from ..errors import InputError, check_kind
-from ..run.run import Run
-from .metrics import share_within
 
 Depth = NDArray[np.floating]
 
@@ -229,6 +227,23 @@ def _within(depth: Depth, ground_truth: Depth, expected: Depth) -> float | None:
     return share_within(error, expected[has_expected])
 
 
+def share_within(error: Depth, expected: Depth, times: float = 1.0) -> float:
+    """Compute the share of the errors, 0-1, that are at most `times` the expected ones.
+
+    Parameters
+    ----------
+    error, expected : ndarray of float, shape (N,)
+        True errors (signed) and expected errors (positive) [m]; at least one.
+    times : float
+
+    Examples
+    --------
+    >>> share_within(np.array([0.1, -0.3, 0.5]), np.array([0.2, 0.2, 0.2]))
+    0.3333333333333333
+    """
+    return float(np.mean(np.abs(error) <= times * expected))
+
+
 # Errors pixel by pixel, and their evaluation: in total, part by part, block by block.
 
 MIN_RELATIVE_COVERAGE = 0.9
@@ -344,21 +359,6 @@ class Evaluated:
     def evaluated(self) -> tuple[PixelErrors, ...]:
         """The evaluated pixels of every completion."""
         return self.parts if self.shared is None else self.shared
-
-
-@dataclass(frozen=True, eq=False)
-class RunEvaluation(Evaluated):
-    """The evaluation of a run.
-
-    Attributes
-    ----------
-    run : Run
-    seconds : float
-        Duration.
-    """
-
-    run: Run
-    seconds: float
 
 
 E = TypeVar("E", bound=Evaluated)

@@ -15,8 +15,8 @@ from ..data.frame_cache import once_per_frame
 from ..data.results import Completion
 from ..errors import InputError
 from ..run.run import Run
-from .evaluation import MIN_RELATIVE_COVERAGE, PixelErrors, Progress, RunEvaluation
-from .hold_out import completion_steps
+from .evaluation import MIN_RELATIVE_COVERAGE, PixelErrors, Progress
+from .hold_out import RunEvaluation, completion_steps
 
 
 def ground_truth_steps(run: Run, *, threads: int | None = None) -> Generator[Progress, None, RunEvaluation]:

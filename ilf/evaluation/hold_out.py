@@ -22,7 +22,7 @@ from ..errors import InputError, ParameterError, check_kind
 from ..run.run import Run
 from ..sources.frame_ref import FrameRef
 from ..sources.own_results import COMPLETED_DEPTH, is_result
-from .evaluation import PixelErrors, Progress, RunEvaluation, restrict_to_shared, scaled_progress
+from .evaluation import Evaluated, PixelErrors, Progress, restrict_to_shared, scaled_progress
 
 # Patterns of hidden depth: the same pixels for the same frame and seed.
 
@@ -153,6 +153,64 @@ def _areas(known: NDArray[np.bool_], rng: np.random.Generator) -> NDArray[np.boo
     return known & ~visible
 
 
+@dataclass(frozen=True)
+class HoldOutTest:
+    """The pattern and the seeds of a hold-out test.
+
+    Parameters
+    ----------
+    pattern : str
+        "areas", holes as large as those of cameras, or "random", pixel by pixel (`HOLD_OUT_PATTERNS`).
+    seeds : tuple of int
+        Not negative; the test runs once for each, and the errors are pooled.
+
+    Raises
+    ------
+    ParameterError
+        For another pattern, without seeds, or for a seed that is not an integer from 0 on.
+
+    Examples
+    --------
+    >>> import ilf
+    >>> frame = ilf.RGBDFrame(np.zeros((40, 50, 3), np.uint8), np.full((40, 50), 2.0))
+    >>> print(HoldOutTest("areas", seeds=(0, 1)).hidden(frame, 0).mean())
+    0.25
+    """
+
+    pattern: str = "areas"
+    seeds: tuple[int, ...] = (0, 1, 2)
+
+    def __post_init__(self) -> None:
+        check_kind(self.seeds, Collection, "Seeds are several integers", "give them as (0, 1, 2).")
+        if self.pattern not in HOLD_OUT_PATTERNS:
+            raise ParameterError(f"There is no pattern {self.pattern!r}. Known: {', '.join(HOLD_OUT_PATTERNS)}.")
+        object.__setattr__(self, "seeds", tuple(dict.fromkeys(self.seeds)))
+        if not self.seeds or not all(type(seed) is int and seed >= 0 for seed in self.seeds):
+            raise ParameterError(f"A hold-out test needs seeds: integers from 0 on, not {self.seeds!r:.40}.")
+
+    def hidden(self, frame: RGBDFrame, seed: int) -> NDArray[np.bool_]:
+        """The hidden pixels, bool (H, W), for one of the seeds; the same for all runs of a frame."""
+        return hidden_pixels(frame, self.pattern, seed)
+
+
+@dataclass(frozen=True, eq=False)
+class RunEvaluation(Evaluated):
+    """The evaluation of a run, with one part, or one per seed of a hold-out test.
+
+    Attributes
+    ----------
+    run : Run
+    seconds : float
+        Duration.
+    test : HoldOutTest or None
+        None for an evaluation against ground truth.
+    """
+
+    run: Run
+    seconds: float
+    test: HoldOutTest | None = None
+
+
 # Several runs of one frame, evaluated one after the other and then over the same pixels.
 
 R = TypeVar("R", bound=RunEvaluation)
@@ -201,61 +259,9 @@ def completion_steps(run: Run, threads: int | None) -> Generator[Progress, None,
         return steps.completion()
 
 
-@dataclass(frozen=True)
-class HoldOutTest:
-    """The pattern and the seeds of a hold-out test.
-
-    Parameters
-    ----------
-    pattern : str
-        "areas", holes as large as those of cameras, or "random", pixel by pixel (`HOLD_OUT_PATTERNS`).
-    seeds : tuple of int
-        Not negative; the test runs once for each, and the errors are pooled.
-
-    Raises
-    ------
-    ParameterError
-        For another pattern, without seeds, or for a seed that is not an integer from 0 on.
-
-    Examples
-    --------
-    >>> import ilf
-    >>> frame = ilf.RGBDFrame(np.zeros((40, 50, 3), np.uint8), np.full((40, 50), 2.0))
-    >>> print(HoldOutTest("areas", seeds=(0, 1)).hidden(frame, 0).mean())
-    0.25
-    """
-
-    pattern: str = "areas"
-    seeds: tuple[int, ...] = (0, 1, 2)
-
-    def __post_init__(self) -> None:
-        check_kind(self.seeds, Collection, "Seeds are several integers", "give them as (0, 1, 2).")
-        if self.pattern not in HOLD_OUT_PATTERNS:
-            raise ParameterError(f"There is no pattern {self.pattern!r}. Known: {', '.join(HOLD_OUT_PATTERNS)}.")
-        object.__setattr__(self, "seeds", tuple(dict.fromkeys(self.seeds)))
-        if not self.seeds or not all(type(seed) is int and seed >= 0 for seed in self.seeds):
-            raise ParameterError(f"A hold-out test needs seeds: integers from 0 on, not {self.seeds!r:.40}.")
-
-    def hidden(self, frame: RGBDFrame, seed: int) -> NDArray[np.bool_]:
-        """The hidden pixels, bool (H, W), for one of the seeds; the same for all runs of a frame."""
-        return hidden_pixels(frame, self.pattern, seed)
-
-
-@dataclass(frozen=True, eq=False)
-class HoldOutResult(RunEvaluation):
-    """Result of a hold-out test of a run, with one part per seed.
-
-    Attributes
-    ----------
-    test : HoldOutTest
-    """
-
-    test: HoldOutTest
-
-
 def hold_out_steps(
     run: Run, test: HoldOutTest | None = None, only: Collection[int] | None = None, *, threads: int | None = None
-) -> Generator[Progress, None, HoldOutResult]:
+) -> Generator[Progress, None, RunEvaluation]:
     """`evaluate_hold_out` step by step, for progress and cancellation.
 
     Parameters
@@ -269,7 +275,7 @@ def hold_out_steps(
 
     Returns
     -------
-    HoldOutResult
+    RunEvaluation
 
     Raises
     ------
@@ -293,7 +299,7 @@ def hold_out_steps(
         steps = _one_seed(run, chosen.pattern, seed, only, threads)
         part = yield from scaled_progress(steps, number * width, width, f"seed {seed}: ")
         parts.append(part)
-    return HoldOutResult(run.blocks.labels, tuple(parts), run, time.perf_counter() - started, chosen)
+    return RunEvaluation(run.blocks.labels, tuple(parts), run, time.perf_counter() - started, chosen)
 
 
 def evaluate_hold_out(
@@ -303,7 +309,7 @@ def evaluate_hold_out(
     *,
     threads: int | None = None,
     on_step: Callable[[Progress], None] | None = None,
-) -> HoldOutResult:
+) -> RunEvaluation:
     """Hide some of a frame's known depth, complete its blocks without it, and compute the errors.
 
     The blocks are not changed: the hidden depth may have affected their borders, but nothing else. On eight real
@@ -325,7 +331,7 @@ def evaluate_hold_out(
 
     Returns
     -------
-    HoldOutResult
+    RunEvaluation
 
     Raises
     ------

@@ -6,7 +6,7 @@ import itertools
 import math
 import time
 from collections.abc import Callable, Collection, Generator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,9 +16,9 @@ from ..data.declarations import Declaration, Value
 from ..data.parameters import Parameters, to_text
 from ..errors import InputError, ParameterError
 from ..run.run import Run
-from .evaluation import PixelErrors, Progress, RunEvaluation, fills_enough, restrict_to_shared, scaled_progress
+from .evaluation import PixelErrors, Progress, fills_enough, restrict_to_shared, scaled_progress
 from .ground_truth import against_ground_truth, pixels_with_ground_truth
-from .hold_out import HoldOutTest, completion_steps, hold_out_steps
+from .hold_out import HoldOutTest, RunEvaluation, completion_steps, hold_out_steps
 from .ties import Ties, find_ties
 
 MAX_POINTS = 150
@@ -115,8 +115,8 @@ class SweepPoint(RunEvaluation):
         Completed depth [m] without hidden depth; measured depth in blocks that were not run.
     """
 
-    values: dict[str, Value]
-    depth: NDArray[np.float32]
+    values: dict[str, Value] = field(default_factory=dict)
+    depth: NDArray[np.float32] = field(kw_only=True)
 
 
 @dataclass(frozen=True, eq=False)
@@ -225,7 +225,8 @@ def _one_point(sweep: Sweep, values: dict[str, Value], threads: int | None) -> G
         completion = yield from scaled_progress(completion_steps(run, threads), 0, width)
         hidden = yield from scaled_progress(hold_out_steps(run, sweep.criterion, threads=threads), width, 1 - width)
         parts = hidden.parts
-    return SweepPoint(run.blocks.labels, parts, run, time.perf_counter() - started, values, completion.depth)
+    seconds = time.perf_counter() - started
+    return SweepPoint(run.blocks.labels, parts, run, seconds, sweep.criterion, values, depth=completion.depth)
 
 
 # Values of a parameter for a sweep: a range around the present value, and values spread over it.

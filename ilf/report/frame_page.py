@@ -11,7 +11,7 @@ from ..completion.confidence.expected_error import RMS_NAME, ErrorSummary, error
 from ..data.parameters import BlockParameters
 from ..data.results import BlockResult, Completion, Status, blocks_by_message
 from ..evaluation.evaluation import Evaluated, PixelErrors
-from ..evaluation.hold_out import HoldOutResult
+from ..evaluation.hold_out import RunEvaluation
 from ..run.options import ExportOptions
 from ..run.record import make_record
 from ..run.run import Run
@@ -30,13 +30,13 @@ class FramePage:
     Parameters
     ----------
     subject : Subject
-    hidden : HoldOutResult, optional
+    hidden : RunEvaluation, optional
         The evaluation on hold-out, if there is one.
 
     Attributes
     ----------
     subject : Subject
-    hidden : HoldOutResult or None
+    hidden : RunEvaluation or None
     expected : ndarray of float32, shape (H, W)
         `expected_error` of the completion [m].
     evaluations : dict of str to Evaluated
@@ -44,7 +44,7 @@ class FramePage:
         Label -> number of pixels, and share of them without measured depth.
     """
 
-    def __init__(self, subject: Subject, hidden: HoldOutResult | None = None) -> None:
+    def __init__(self, subject: Subject, hidden: RunEvaluation | None = None) -> None:
         self.subject, self.hidden = subject, hidden
         self.expected: NDArray[np.float32] = expected_error(subject.completion)
         self.evaluations = self._evaluate()
@@ -157,9 +157,10 @@ def _against_ground_truth(
     return Evaluated(run.blocks.labels, (errors,))
 
 
-def _on_hold_out(hidden: HoldOutResult) -> dict[str, Evaluated]:
+def _on_hold_out(hidden: RunEvaluation) -> dict[str, Evaluated]:
     """Name the evaluation over all seeds of a hold-out test, and, if there are several, that of each."""
     test = hidden.test
+    assert test is not None, "it is of a hold-out"
     seeds = ", ".join(map(str, test.seeds))
     named: dict[str, Evaluated] = {f"On hold-out ({test.pattern}; seed{'s' * (len(test.seeds) > 1)} {seeds})": hidden}
     if len(test.seeds) > 1:

@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
 from .._runtime.formatting import counted
-from ..data.frame import RGBDFrame
 from ..data.pictures import MISSING, Colour, depth_colours, difference_colours, error_colours
 from ..drawing.blocks import inner_points
 from ..drawing.colours import (
@@ -22,15 +21,12 @@ from ..drawing.colours import (
     robust_depth_levels,
     robust_difference_level,
     robust_error_levels,
-    round_up,
     to_indices,
 )
-from ..evaluation.hold_out import HoldOutResult
+from ..evaluation.hold_out import RunEvaluation
 from .subject import Subject
 
 _QUALITY = 85
-_MAX_BAR_SHARE = 0.3
-_BAR_COLOUR = 104, 112, 124, 255
 _MIN_LABEL_RADIUS = 0.014
 """Minimum radius of a block's inner circle, as a share of the picture's width, to print the block's number."""
 _MM = np.float32(1000)
@@ -50,7 +46,7 @@ _ORIGINS: tuple[tuple[str, Colour], ...] = (
 
 @dataclass(frozen=True)
 class Picture:
-    """A picture with its scales; images are data URIs.
+    """A picture with its colour scale; images are data URIs.
 
     Attributes
     ----------
@@ -59,8 +55,6 @@ class Picture:
         Colour bar as wide as the picture; "" for none.
     ticks : tuple of str
         Labels of the colour bar, from its start to its end.
-    scale, scale_text : str
-        A line as long as the text says, on a ground as wide as the picture; "" for none.
     legend : mapping of str to Colour
     """
 
@@ -69,13 +63,11 @@ class Picture:
     caption: str = ""
     bar: str = field(default="", repr=False)
     ticks: tuple[str, ...] = ()
-    scale: str = field(default="", repr=False)
-    scale_text: str = ""
     legend: Mapping[str, Colour] = field(default_factory=dict)
 
 
 def frame_pictures(
-    subject: Subject, expected: NDArray[np.float32], hidden: HoldOutResult | None, most: int
+    subject: Subject, expected: NDArray[np.float32], hidden: RunEvaluation | None, most: int
 ) -> Iterator[Picture]:
     """Draw all pictures of a frame.
 
@@ -84,25 +76,21 @@ def frame_pictures(
     subject : Subject
     expected : ndarray of float32, shape (H, W)
         `expected_error` of the completion [m].
-    hidden : HoldOutResult or None
+    hidden : RunEvaluation or None
     most : int
         Maximum width and height of a picture [px].
     """
     frame, completion = subject.run.frame, subject.completion
     shape = _reduced(frame.shape, most)
-    share, text = scale_bar(frame, completion.depth)
-    line = np.zeros((1, shape[1], 4), np.uint8)
-    line[:, : max(round(share * shape[1]), 1)] = _BAR_COLOUR
-    scale = _data_uri(Image.fromarray(line), "png")
     blocks = np.unique(subject.run.blocks.labels[subject.run.blocks.labels > 0]).size
     caption = f"{counted(blocks, 'block')}, numbered as in the table." if blocks else "There are no blocks."
-    yield Picture("Colour and blocks", _numbered(subject, shape), caption, scale=scale, scale_text=text)
+    yield Picture("Colour and blocks", _numbered(subject, shape), caption)
     levels = robust_depth_levels(np.stack([frame.depth, completion.depth]))
     ticks = tuple(f"{level:.2f} m" for level in np.linspace(*levels, 3))
     for title, depth in (("Depth in", frame.own_depth), ("Depth out", completion.depth)):
         indices, table = to_indices(_resized(depth, shape), *levels), depth_colours()
         legend = {} if indices.all() else {"no depth": MISSING}
-        yield Picture(title, _png(indices, table), "", _bar(table), ticks, scale, text, legend)
+        yield Picture(title, _png(indices, table), "", _bar(table), ticks, legend)
     yield _origin(subject, shape)
     if np.isfinite(expected).any():
         yield _expected(expected, shape)
@@ -122,38 +110,6 @@ def frame_pictures(
 def thumbnail(subject: Subject, most: int) -> str:
     """Draw a small colour image with the outlines of its blocks, as data URI."""
     return _jpeg(Image.fromarray(_outlined(subject, _reduced(subject.run.frame.shape, most))))
-
-
-def scale_bar(frame: RGBDFrame, depth: NDArray[np.floating]) -> tuple[float, str]:
-    """Choose a scale bar of at most 30 % of the picture's width: in metres if the camera is known, else in pixels.
-
-    Parameters
-    ----------
-    frame : RGBDFrame
-    depth : ndarray of float, shape (H, W)
-        Depth [m], NaN = missing; the bar applies at its median.
-
-    Returns
-    -------
-    tuple
-        Its share of the picture's width, 0-1, and its label.
-
-    Examples
-    --------
-    >>> import ilf
-    >>> frame = ilf.RGBDFrame(np.zeros((30, 640, 3), np.uint8), np.full((30, 640), 2.0))
-    >>> scale_bar(frame, frame.depth)
-    (0.15625, '100 px')
-    """
-    width = frame.shape[1]
-    if frame.intrinsics is None:
-        pixels = 1 / round_up(1 / (_MAX_BAR_SHARE * width))
-        return pixels / width, f"{pixels:g} px"
-    median = float(np.nanmedian(depth))
-    across = width * median / frame.intrinsics.fx
-    metres = 1 / round_up(1 / (_MAX_BAR_SHARE * across))
-    length = f"{metres:g} m" if metres >= 1 else f"{1000 * metres:g} mm" if metres < 0.01 else f"{100 * metres:g} cm"
-    return metres / across, f"{length} at {median:.2f} m depth"
 
 
 def _expected(expected: NDArray[np.float32], shape: tuple[int, int]) -> Picture:

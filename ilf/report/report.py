@@ -11,7 +11,7 @@ from .._runtime.writing import write_bytes
 from ..completion.confidence.expected_error import RMS_MEANING, RMS_NAME
 from ..errors import InputError
 from ..evaluation.evaluation import Progress, scaled_progress
-from ..evaluation.hold_out import HoldOutResult, HoldOutTest, hold_out_steps
+from ..evaluation.hold_out import HoldOutTest, RunEvaluation, hold_out_steps
 from .frame_page import FramePage
 from .subject import Subject, Unreadable
 from .templates import render
@@ -134,7 +134,7 @@ def report_steps(
 
 def _hold_out_result(
     subject: Subject, hidden: HoldOutTest | None, threads: int | None
-) -> Generator[Progress, None, HoldOutResult | None]:
+) -> Generator[Progress, None, RunEvaluation | None]:
     """Evaluate the blocks with results on hold-out, with the parameters of these results; None if not requested, or
     if there are no results."""
     results = subject.completion.results

@@ -71,15 +71,20 @@ class BlockChoice:
         return blocks
 
     def _extracted_or_read(self, frame: RGBDFrame) -> Blocks:
-        given = None
-        if self.file is not None:
+        if self.file is None:
+            blocks = found_blocks(frame, self.extraction)
+        else:
             image = None if frame.inputs is None else frame.inputs.rgb.path
             given = read_blocks(self.file, frame.shape, image=image)
             if not self.fill_gaps:
                 return given
-        found = found_blocks(frame, self.extraction)
+            blocks = gaps_filled(given, frame, self.extraction)
         clear_stage_cache(frame)
-        if given is None:
-            return found
-        filled = with_gaps_filled(given.labels, found.labels, self.extraction)
-        return replace(found, labels=filled, infos=given.infos, extracted=None, notes=given.notes + found.notes)
+        return blocks
+
+
+def gaps_filled(given: Blocks, frame: RGBDFrame, extraction: BlockParameters) -> Blocks:
+    """Return given blocks of a frame with extracted ones in their gaps."""
+    found = found_blocks(frame, extraction)
+    labels = with_gaps_filled(given.labels, found.labels, extraction)
+    return replace(found, labels=labels, infos=given.infos, extracted=None, notes=given.notes + found.notes)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Sequence
-from functools import partial
 from importlib.metadata import EntryPoint
 from pathlib import Path
 from typing import NamedTuple
@@ -28,6 +27,11 @@ TUM_UNITS = 5000.0
 """Units per metre of depth in TUM's data sets."""
 
 
+Content = Callable[[Completion, str], tuple[bytes, Sequence[str]]]
+"""Makes a file, and notes on what it does not preserve, of a completed frame and the path of the colour file as seen
+from the file ("" for none)."""
+
+
 class Format(NamedTuple):
     """A format.
 
@@ -40,8 +44,7 @@ class Format(NamedTuple):
     file : str
         Name of the file among the results; other files of the format end in a dot and the format's name.
     content : callable
-        Makes the file, and notes on what it does not preserve, of a completed frame and the path of the colour file as
-        seen from the file ("" for none).
+        Makes the file, see `Content`.
     lacks : callable
         Says in a sentence why the file cannot be made of a run; "" if it can.
     """
@@ -49,12 +52,29 @@ class Format(NamedTuple):
     group: str
     title: str
     file: str
-    content: Callable[[Completion, str], tuple[bytes, Sequence[str]]]
+    content: Content
     lacks: Callable[[Run], str] = lambda run: ""
 
 
-def _depth(completion: Completion, image: str, *, name: str, units: float = 1.0) -> tuple[bytes, Sequence[str]]:
-    return encode_depth(name, completion.depth, units)
+def _depth(name: str, units: float = 1.0) -> Content:
+    return lambda completion, image: encode_depth(name, completion.depth, units)
+
+
+def _blocks(format: str) -> Content:
+    def content(completion: Completion, image: str) -> tuple[bytes, Sequence[str]]:
+        blocks = completion.run.blocks
+        return encode_blocks(format, blocks.labels, blocks.names, blocks.colours, image), ()
+
+    return content
+
+
+def _camera(write: Callable[[Camera, tuple[int, int]], bytes]) -> Content:
+    def content(completion: Completion, image: str) -> tuple[bytes, Sequence[str]]:
+        camera = completion.frame.intrinsics
+        assert camera is not None, "a run without one lacks it"
+        return write(camera, completion.frame.shape), ()
+
+    return content
 
 
 def _no_exr(run: Run) -> str:
@@ -65,42 +85,25 @@ def _no_exr(run: Run) -> str:
     return ""
 
 
-def _blocks(completion: Completion, image: str, *, format: str) -> tuple[bytes, Sequence[str]]:
-    blocks = completion.run.blocks
-    return encode_blocks(format, blocks.labels, blocks.names, blocks.colours, image), ()
-
-
-def _camera(
-    completion: Completion, image: str, *, write: Callable[[Camera, tuple[int, int]], bytes]
-) -> tuple[bytes, Sequence[str]]:
-    camera = completion.frame.intrinsics
-    assert camera is not None, "a run without one lacks it"
-    return write(camera, completion.frame.shape), ()
-
-
 def _no_camera(run: Run) -> str:
     if run.frame.intrinsics is not None:
         return ""
     return "The frame has no camera intrinsics: give them as a preset (kinect-v2), as fx,fy,cx,cy or as a file."
 
 
+def _no_palette(run: Run) -> str:
+    return palette_problem(run.blocks.labels)
+
+
 FORMATS = {
-    "exr": Format(DEPTH, "EXR, float32 metres", "depth.exr", partial(_depth, name="depth.exr"), _no_exr),
-    "tum.png": Format(DEPTH, "PNG, 5000/m (TUM)", "depth.tum.png", partial(_depth, name="depth.png", units=TUM_UNITS)),
-    "palette.png": Format(
-        BLOCKS,
-        "Label map, coloured",
-        "blocks.palette.png",
-        partial(_blocks, format="palette"),
-        lambda run: palette_problem(run.blocks.labels),
-    ),
-    "coco.json": Format(BLOCKS, "COCO, run lengths", "blocks.coco.json", partial(_blocks, format="coco-rle")),
-    "labelme.json": Format(BLOCKS, "labelme, polygons", "blocks.labelme.json", partial(_blocks, format="labelme")),
-    "camera.json": Format(CAMERA, "JSON (Open3D)", "camera.json", partial(_camera, write=camera_json), _no_camera),
-    "opencv.yaml": Format(CAMERA, "OpenCV", "camera.opencv.yaml", partial(_camera, write=opencv_yaml), _no_camera),
-    "camera_info.yaml": Format(
-        CAMERA, "ROS camera_info", "camera_info.yaml", partial(_camera, write=camera_info_yaml), _no_camera
-    ),
+    "exr": Format(DEPTH, "EXR, float32 metres", "depth.exr", _depth("depth.exr"), _no_exr),
+    "tum.png": Format(DEPTH, "PNG, 5000/m (TUM)", "depth.tum.png", _depth("depth.png", TUM_UNITS)),
+    "palette.png": Format(BLOCKS, "Label map, coloured", "blocks.palette.png", _blocks("palette"), _no_palette),
+    "coco.json": Format(BLOCKS, "COCO, run lengths", "blocks.coco.json", _blocks("coco-rle")),
+    "labelme.json": Format(BLOCKS, "labelme, polygons", "blocks.labelme.json", _blocks("labelme")),
+    "camera.json": Format(CAMERA, "JSON (Open3D)", "camera.json", _camera(camera_json), _no_camera),
+    "opencv.yaml": Format(CAMERA, "OpenCV", "camera.opencv.yaml", _camera(opencv_yaml), _no_camera),
+    "camera_info.yaml": Format(CAMERA, "ROS camera_info", "camera_info.yaml", _camera(camera_info_yaml), _no_camera),
 }
 """Name, which is the ending of files -> format."""
 

@@ -91,7 +91,7 @@ class Track:
 
     def depth(self, key_frame: KeyFrame) -> NDArray[np.float32]:
         """The block's depth [m] at a key frame, in the order of `block.mask`'s True values; NaN = missing."""
-        return block_depth(self._frame, self.block, key_frame.snapshot.surface, self._parameters)
+        return block_depth(self._frame, self.block, key_frame.snapshot.surface(), self._parameters)
 
 
 class KeyFrames:

@@ -22,7 +22,7 @@ from .edges.detectors import otsu_edges
 from .edges.frame_edges import FrameEdges, canny_lines, clear_evidence_cache, find_edges, relief_of
 from .edges.relief import JUMP_LENGTH, Relief
 from .flooding import flood
-from .merging import Fitness, RegionGraph, keep_existing, numbered
+from .merging import RegionGraph, keep_existing, numbered
 
 # Boundaries from a frame's edges: their strength, binarised edges, and the guide of the contraction.
 
@@ -34,29 +34,10 @@ _HALF_HEIGHT_BEND = 1.5
 """Bend at which a crease has half the height of the sharpest one."""
 
 
-@dataclass(frozen=True, eq=False)
-class Boundaries:
-    """Possible boundaries of blocks.
-
-    Attributes
-    ----------
-    edges : ndarray of bool, shape (H, W)
-        The binarised strength, and depth jumps in long lines.
-    guide : ndarray of float32, shape (H, W)
-        Landscape of the contraction: boundaries follow its crests.
-    relief : Relief or None
-        Jumps and bends of the known depth; None if depth is not used.
-    """
-
-    edges: NDArray[np.bool_]
-    guide: NDArray[np.float32]
-    relief: Relief | None
-
-
 def find_boundaries(
     found: FrameEdges, lines: NDArray[np.bool_], relief: Relief, parameters: BlockParameters
-) -> Boundaries:
-    """Find possible boundaries from a frame's edges.
+) -> tuple[NDArray[np.bool_], NDArray[np.float32]]:
+    """Find possible boundaries of blocks from a frame's edges.
 
     Parameters
     ----------
@@ -66,6 +47,13 @@ def find_boundaries(
     relief : Relief
     parameters : BlockParameters
         The same as for `find_edges`, `canny_lines` and `relief_of`.
+
+    Returns
+    -------
+    edges : ndarray of bool, shape (H, W)
+        The binarised strength, and depth jumps in long lines if depth is used.
+    guide : ndarray of float32, shape (H, W)
+        Landscape of the contraction: boundaries follow its crests.
     """
     edges, guide = lines, found.detected
     if found.network is not None:
@@ -73,14 +61,14 @@ def find_boundaries(
         edges = otsu_edges(strength, parameters.threshold)
         guide = np.where(lines, strength + np.float32(_CANNY_RAISE), strength)
     if not parameters.use_depth:
-        return Boundaries(edges, guide, None)
+        return edges, guide
     if parameters.use_creases and found.crease is None:
         # single pixels are noise
         edges = edges | (cv2.morphologyEx((relief.bend > 1).astype(np.uint8), cv2.MORPH_OPEN, np.ones((3, 3))) > 0)
         sharpness = relief.bend / (relief.bend + np.float32(_HALF_HEIGHT_BEND))
         guide = np.maximum(guide, np.float32(_CREASE_HEIGHT) * sharpness).astype(np.float32)
     jumps = mark(relief.jumps)
-    return Boundaries(edges | jumps, np.where(jumps, np.float32(_JUMP_HEIGHT), guide), relief)
+    return edges | jumps, np.where(jumps, np.float32(_JUMP_HEIGHT), guide)
 
 
 def edge_and_jump_strength(
@@ -362,11 +350,11 @@ def extract(frame: RGBDFrame, parameters: BlockParameters | None = None) -> Extr
     """
     chosen = parameters or BlockParameters()
     found = found_blocks(frame, chosen)
-    boundaries = _boundaries(frame, chosen)
+    edges, _ = _boundaries(frame, chosen)
     return Extraction(
-        edge_and_jump_strength(find_edges(frame, chosen), boundaries.relief, chosen),
-        boundaries.edges,
-        dilate(boundaries.edges, chosen.dilation),
+        edge_and_jump_strength(find_edges(frame, chosen), _relief(frame, chosen), chosen),
+        edges,
+        dilate(edges, chosen.dilation),
         _regions(frame, chosen.replace(**_MERGING_DEFAULTS)),
         found.labels.copy(),
         found.network,
@@ -389,7 +377,12 @@ def clear_stage_cache(frame: RGBDFrame) -> None:
     clear_evidence_cache(frame)
 
 
-def _boundaries(frame: RGBDFrame, parameters: BlockParameters) -> Boundaries:
+def _relief(frame: RGBDFrame, parameters: BlockParameters) -> Relief | None:
+    """Jumps and bends of the known depth; None if depth is not used."""
+    return relief_of(frame, parameters) if parameters.use_depth else None
+
+
+def _boundaries(frame: RGBDFrame, parameters: BlockParameters) -> tuple[NDArray[np.bool_], NDArray[np.float32]]:
     edges, lines = find_edges(frame, parameters), canny_lines(frame, parameters)
     return find_boundaries(edges, lines, relief_of(frame, parameters), parameters)
 
@@ -398,7 +391,7 @@ def _boundaries(frame: RGBDFrame, parameters: BlockParameters) -> Boundaries:
 def _blocks(frame: RGBDFrame, parameters: BlockParameters) -> NDArray[np.int32]:
     """The label map, int32 (H, W)."""
     regions = _regions(frame, parameters.replace(**_MERGING_DEFAULTS))
-    relief = relief_of(frame, parameters) if parameters.use_depth else None
+    relief = _relief(frame, parameters)
     strength = edge_and_jump_strength(find_edges(frame, parameters), relief, parameters)
     smallest = parameters.smallest_block(regions.size)
     check_cancelled()
@@ -408,7 +401,7 @@ def _blocks(frame: RGBDFrame, parameters: BlockParameters) -> NDArray[np.int32]:
     limit = _MEDIUM_MERGE_COST ** (2 * parameters.granularity)
     graph.merge_below(limit)
     density = float(frame.known.mean())
-    graph.merge_unfit(Fitness(smallest, parameters.min_known_share, Parameters().min_known_pixels, density))
+    graph.merge_unfit(smallest, parameters.min_known_share, Parameters().min_known_pixels, density)
     graph.merge_below(limit)  # borders and planes have changed
     blocks = graph.labels()
     if parameters.existence_rate > 0:
@@ -422,14 +415,13 @@ def _regions(frame: RGBDFrame, parameters: BlockParameters) -> NDArray[np.int32]
     top, bottom, left, right = find_margins(frame.edge_rgb) if parameters.margin < 0 else (parameters.margin,) * 4
     inside = np.zeros(frame.shape, bool)
     inside[top : frame.shape[0] - bottom, left : frame.shape[1] - right] = True
-    found = _boundaries(frame, parameters)
-    seeds = regions_between(found.edges, parameters.dilation, inside)
+    edges, guide = _boundaries(frame, parameters)
+    seeds = regions_between(edges, parameters.dilation, inside)
     check_cancelled()
-    regions = contract(seeds, found.guide, inside)
+    regions = contract(seeds, guide, inside)
     check_cancelled()
-    if found.relief is None:
-        return regions
-    return cut_at_jumps(snap_to_jumps(regions, found.relief.jumps), found.guide, found.relief)
+    relief = _relief(frame, parameters)
+    return regions if relief is None else cut_at_jumps(snap_to_jumps(regions, relief.jumps), guide, relief)
 
 
 def extract_blocks(frame: RGBDFrame, parameters: BlockParameters | None = None, **changes: Value) -> NDArray[np.int32]:

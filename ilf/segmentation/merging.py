@@ -7,7 +7,6 @@ import itertools
 import math
 import operator
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -54,28 +53,6 @@ depth."""
 
 Border = tuple[float, ...]
 """What `_borders` sums along a border. Python's numbers: for so few, an array takes several times as long."""
-
-
-@dataclass(frozen=True)
-class Fitness:
-    """Requirements for a region to be a block.
-
-    Attributes
-    ----------
-    pixels : float
-        Minimum number of pixels.
-    known_share : float
-        Minimum fraction of pixels with depth, 0-1.
-    known_pixels : int
-        Minimum number of pixels with depth, unless the fraction is 0.
-    density : float
-        Fraction of the frame's pixels with depth, see `least_known_pixels`.
-    """
-
-    pixels: float
-    known_share: float
-    known_pixels: int
-    density: float = 1.0
 
 
 class RegionGraph:
@@ -135,24 +112,34 @@ class RegionGraph:
             for neighbour in moved:
                 push(kept, neighbour)
 
-    def merge_unfit(self, fitness: Fitness) -> None:
+    def merge_unfit(self, pixels: float, known_share: float, known_pixels: int, density: float = 1.0) -> None:
         """Merge every region that cannot be a block, the smallest first, into the neighbour with the cheapest border.
 
         A region without neighbours is a block nevertheless, unless it has no known depth.
+
+        Parameters
+        ----------
+        pixels : float
+            Minimum number of pixels of a block.
+        known_share : float
+            Minimum fraction of its pixels with depth, 0-1.
+        known_pixels : int
+            Minimum number of its pixels with depth, unless the fraction is 0.
+        density : float
+            Fraction of the frame's pixels with depth, see `least_known_pixels`.
         """
 
         def unfit(region: int, share: float = 1.0) -> bool:
-            pixels = self.pixels[region]
-            if pixels < share * fitness.pixels or not fitness.known_share:
-                return bool(pixels < share * fitness.pixels)
-            needed = least_known_pixels(pixels, fitness.known_share, fitness.known_pixels, fitness.density)
-            return bool(self.known[region] < needed)
+            own, least = self.pixels[region], share * pixels
+            if own < least or not known_share:
+                return bool(own < least)
+            return bool(self.known[region] < least_known_pixels(own, known_share, known_pixels, density))
 
         heap = [(self.pixels[region], region) for region in range(1, self.pixels.size) if unfit(region)]
         heapq.heapify(heap)
         while heap:
-            pixels, region = heapq.heappop(heap)
-            if self._parent[region] != region or self.pixels[region] != pixels or not self._borders[region]:
+            size, region = heapq.heappop(heap)
+            if self._parent[region] != region or self.pixels[region] != size or not self._borders[region]:
                 continue
             cost, nearest = min((self._cost(region, other), other) for other in self._borders[region])
             if cost >= _JUMP_COST and not unfit(region, _JUMP_BOUND_SHARE):

@@ -116,7 +116,7 @@ def batch_steps(open_sink: Callable[[], FolderSink], jobs: int = 1, pictures: Pi
         As from `open_folder` and `complete_many`, or if a picture cannot be written.
     """
     sink = open_sink()
-    yield from (_exported(outcome, sink.folder, before=True) for outcome in (*sink.finished, *sink.failed))
+    yield from (_exported(outcome, sink.folder, before=True) for outcome in sink.earlier)
     with closing(complete_many(sink, jobs=jobs)) as outcomes:
         for outcome in outcomes:
             yield _exported(outcome, sink.folder)

@@ -321,7 +321,7 @@ class EdgeAwareIteration(Stepper):
     @property
     def surface(self) -> NDArray[np.float64]:
         """P_i at the block's pixels [m], in the order of `block.mask`'s True values; the trend before i = 1."""
-        return self._held(self._all).surface
+        return self._held(self._all).surface()
 
     @cached_property
     def _all(self) -> Pixels:

@@ -198,7 +198,7 @@ class PassBandIteration(Stepper):
     @property
     def surface(self) -> NDArray[np.float64]:
         """P_i at the block's pixels [m], in the order of `block.mask`'s True values; the mean depth before i = 1."""
-        return self.snapshot().surface
+        return self.snapshot().surface()
 
     def snapshot(self) -> Snapshot:
         """The current surface: its coefficients, which later iterations do not modify."""

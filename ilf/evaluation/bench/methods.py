@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,30 +16,19 @@ from . import peers
 Depth = NDArray[np.floating]
 
 
-class Method(NamedTuple):
-    """A method that completes depth.
-
-    Attributes
-    ----------
-    run : callable
-        Takes a frame and its label map, returns depth [m] of shape (H, W), NaN where it does not fill.
-    needs_blocks : bool
-        False if the method ignores the label map.
-    """
-
-    run: Callable[[RGBDFrame, NDArray[np.int32]], Depth]
-    needs_blocks: bool
+Method = Callable[[RGBDFrame, NDArray[np.int32]], Depth]
+"""Takes a frame and its label map, returns depth [m] of shape (H, W), NaN where it does not fill."""
 
 
 def _preset(parameters: Parameters) -> Method:
-    return Method(lambda frame, labels: complete(frame, labels, parameters).depth, True)
+    return lambda frame, labels: complete(frame, labels, parameters).depth
 
 
 def _peer(run: Callable[[RGBDFrame], Depth]) -> Method:
-    return Method(lambda frame, _: run(frame), False)
+    return lambda frame, _: run(frame)
 
 
-_PEERS = {
+_PEERS: dict[str, Method] = {
     "nearest": _peer(nearest),
     "linear": _peer(linear),
     "navier-stokes": _peer(peers.navier_stokes),
@@ -50,12 +38,15 @@ _PEERS = {
     "thin-plate": _peer(peers.thin_plate),
     "soft-thin-plate": _peer(peers.soft_thin_plate),
     "dct-smoothing": _peer(peers.dct_smoothing),
-    "polynomial": Method(peers.polynomial, True),
+    "polynomial": peers.polynomial,
     "morphology": _peer(peers.morphology),
 }
 
 METHODS = {name: _preset(values) for name, values in PRESETS.items()} | _PEERS
 """Name -> method, presets first."""
+
+BY_BLOCKS = (*PRESETS, "polynomial")
+"""Methods that use the label map."""
 
 GROUPS = {"presets": tuple(PRESETS), "peers": tuple(_PEERS)}
 """Names of groups of methods."""

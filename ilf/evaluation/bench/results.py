@@ -35,7 +35,7 @@ class Score:
     within_twice : float or None
         The same for twice the expected error.
     sparsification : float or None
-        `ilf.evaluation.metrics.sparsification_error` of the filled pixels.
+        `ilf.evaluation.bench.runner.sparsification_error` of the filled pixels.
     """
 
     pixels: int

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from functools import reduce
 
 import cv2
@@ -135,25 +134,12 @@ _PROBABILITY = "probability"
 """Name of the output with the probability of a boundary, which only some networks have."""
 
 
+Contours = tuple[NDArray[np.float32], NDArray[np.float32]]
+"""Strength and probability of the boundaries in an image."""
+
+
 class OutputRangeError(FormatError):
     """Error: the network runs, but its output is not within 0 to 1."""
-
-
-@dataclass(frozen=True, eq=False)
-class Contours:
-    """What an edge network finds in an image, in [0, 1].
-
-    Attributes
-    ----------
-    strength : ndarray of float32, shape (H, W)
-        Boundary strength, in which faint lines count: blocks need closed outlines.
-    probability : ndarray of float32, shape (H, W)
-        Probability of a boundary, for the filter, which depth crosses where it is low; the strength if the network
-        does not give it.
-    """
-
-    strength: NDArray[np.float32]
-    probability: NDArray[np.float32]
 
 
 class EdgeNetwork(OnnxNetwork):
@@ -167,7 +153,7 @@ class EdgeNetwork(OnnxNetwork):
     def strength(self, rgb: NDArray[np.uint8], multiscale: bool = False) -> NDArray[np.float32]:
         """Predict the boundary strength of an image; the arguments are those of `contours`, the result is of shape
         (H, W)."""
-        return self.contours(rgb, multiscale).strength
+        return self.contours(rgb, multiscale)[0]
 
     def contours(self, rgb: NDArray[np.uint8], multiscale: bool = False) -> Contours:
         """Predict the boundaries of an image.
@@ -181,7 +167,8 @@ class EdgeNetwork(OnnxNetwork):
 
         Returns
         -------
-        Contours
+        strength, probability : ndarray of float32, shape (H, W)
+            Strength of the boundaries, and their probability, in [0, 1]; the same for networks with one output.
 
         Raises
         ------
@@ -193,7 +180,7 @@ class EdgeNetwork(OnnxNetwork):
         scales = SCALES if multiscale else (1.0,)
         found = [self._at_scale(rgb, full * scale) for scale in scales]
         maps = [reduce(np.add, of_scales) / len(scales) for of_scales in zip(*found, strict=True)]
-        return Contours(maps[0], maps[-1])
+        return maps[0], maps[-1]
 
     def _at_scale(self, rgb: NDArray[np.uint8], scale: float) -> list[NDArray[np.float32]]:
         """Strength, and probability if the network gives it, each of shape (H, W)."""

@@ -217,26 +217,25 @@ def _find(
     notes: tuple[str, ...] = ()
     with run_beside(partial(_relief, frame, *jump)):
         if isinstance(network, EdgeNetwork):
-            found = network_contours(frame.edge_rgb, network, multiscale)
+            detected, probability = network_contours(frame.edge_rgb, network, multiscale)
         elif network is None:
-            lines = _canny_of_frame(frame.edge_rgb, *canny)
-            found = Contours(lines, lines)
+            detected = probability = _canny_of_frame(frame.edge_rgb, *canny)
         else:
-            predicted, crease = depth_edges(frame, network)
-            found = Contours(predicted, predicted)
-    strength = found.probability
+            probability, crease = depth_edges(frame, network)
+            detected = probability
+    strength = probability
     if isinstance(network, DepthEdgeNetwork):
         contours, notes = _bundled_contours(frame)
         strength = joined(strength, contours)
     strength = np.where(_relief(frame, *jump).edges, np.float32(1), strength)
     sha256 = None if network is None else network.sha256
-    return FrameEdges(found.strength, found.probability, strength, sha256, crease, notes)
+    return FrameEdges(detected, probability, strength, sha256, crease, notes)
 
 
 def _bundled_contours(frame: RGBDFrame) -> tuple[NDArray[np.float32] | None, tuple[str, ...]]:
     """Contours by the bundled network, to be combined with depth edges; or a note on why there are none."""
     try:
-        return network_contours(frame.edge_rgb, load_model(BUNDLED), False).probability, ()
+        return network_contours(frame.edge_rgb, load_model(BUNDLED), False)[1], ()
     except InputError as error:
         return None, (f"Depth edges are not combined with contours of the colour image: {error}",)
 
@@ -304,5 +303,5 @@ def edge_strength(
         return find_relief(frame.depth, defaults.depth_jump, defaults.depth_jump_share).edges.astype(np.float32)
     # no fallback for a missing network here
     if detector == "hed":
-        return network_contours(frame.edge_rgb, load_model(model), multiscale).strength.copy()
+        return network_contours(frame.edge_rgb, load_model(model), multiscale)[0].copy()
     return _edges_by(frame, "rgbd" if detector == "rgbd" else "hed", defaults).strength.copy()

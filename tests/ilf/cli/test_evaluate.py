@@ -14,7 +14,7 @@ import ilf
 from ilf._runtime.cancellation import run_to_end
 from ilf._runtime.installation import asset_path
 from ilf.cli import main
-from ilf.cli.run_output import FinishedRun, completion_report, dominant_block
+from ilf.cli.run_output import completion_record, completion_report, dominant_block, errors_of
 from ilf.data.parameters import BlockParameters
 from ilf.data.presets import UserPreset, save_preset, write_preset
 from ilf.evaluation.evaluation import Evaluation, evaluate_completion
@@ -65,9 +65,16 @@ def room():
     return run, run.complete()
 
 
+def report_of(completion):
+    """The text that `ilf complete` prints of a completion."""
+    errors = errors_of(completion)
+    record = completion_record(completion, errors, 1.0, folder="out", files=[], exports=[])
+    return completion_report(completion, errors, record)
+
+
 def test_the_first_report_of_the_sample_is_short_and_tells_what_was_not_scored(room):
     run, completion = room
-    lines = completion_report(FinishedRun(run, completion, 1.0, Path("out"), ())).splitlines()
+    lines = report_of(completion).splitlines()
     limited = [label for label, outcome in completion.outcomes.items() if outcome.message]
     assert len(limited) > 5
     remark = "Stopped at the limit of steps before it was steady"
@@ -83,13 +90,13 @@ def test_the_report_tells_where_most_of_the_error_comes_from(room, monkeypatch):
     worst = int(np.bincount(run.blocks.labels[filled & (run.blocks.labels > 0)]).argmax())
     block = run.blocks.labels == worst
     frame = run.frame.with_ground_truth(np.where(block, completion.depth + 9, ground_truth))
-    finished = FinishedRun(replace(run, frame=frame), completion, 1.0, Path("out"), ())
+    completion = replace(completion, run=replace(run, frame=frame))
     assert ilf.unsupported(completion)[block & filled].mean() < 0.5
-    line = next(line for line in completion_report(finished).splitlines() if line.startswith(f"Block {worst} has "))
+    line = next(line for line in report_of(completion).splitlines() if line.startswith(f"Block {worst} has "))
     assert line.endswith("% of the squared error.")
     monkeypatch.setattr("ilf.cli.run_output.unsupported", lambda of: of.filled)
     why = "100% of its filled pixels are unsupported by measurements"
-    assert f"{line.removesuffix('.')}; {why}." in completion_report(finished)
+    assert f"{line.removesuffix('.')}; {why}." in report_of(completion)
 
 
 def test_evaluate_names_the_block_that_most_of_the_error_is_in(files, capsys):

@@ -96,7 +96,7 @@ def test_a_snapshot_has_the_surface_where_depth_is_missing_if_the_gap_goes_on_in
     steps = ilf.iterate(small_frame, small_labels, 1, parameters)
     missing = np.isnan(small_frame.depth[block.box][block.mask])
     for _ in range(4):
-        assert np.allclose(steps.snapshot().surface[missing], steps.surface[missing], rtol=0, atol=1e-5)
+        assert np.allclose(steps.snapshot().surface()[missing], steps.surface[missing], rtol=0, atol=1e-5)
         next(steps)
 
 

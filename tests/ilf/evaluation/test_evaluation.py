@@ -9,9 +9,9 @@ import pytest
 import ilf
 from ilf._runtime.cancellation import run_to_end
 from ilf.errors import InputError, ParameterError
-from ilf.evaluation.evaluation import Evaluation, Progress, evaluate, evaluate_blocks
+from ilf.evaluation.bench.runner import sparsification_error
+from ilf.evaluation.evaluation import Evaluation, Progress, evaluate, evaluate_blocks, share_within
 from ilf.evaluation.hold_out import compared_steps, hidden_pixels, hold_out_steps
-from ilf.evaluation.metrics import share_within, sparsification_error
 from ilf.evaluation.sweep import Sweep, SweepPoint, run_sweep
 
 QUICK = ilf.preset("paper", max_iterations=30)

@@ -27,7 +27,7 @@ from ilf.project.file import save_project
 from ilf.project.frame_state import FrameState
 from ilf.project.project import FrameSummary, Project, ProjectFrame, Stage
 from ilf.project.run_history import StoredRun
-from ilf.report.pictures import frame_pictures, scale_bar
+from ilf.report.pictures import frame_pictures
 from ilf.report.report import report_steps, write_report
 from ilf.report.subject import Subject, Unreadable
 from ilf.run.run import Run
@@ -193,7 +193,7 @@ def test_what_is_not_there_is_said(tmp_path):
     page = Page(report(subjects, title=NASTY, hidden=HoldOutTest()))
     alone(page)
     assert page.text.count(NASTY) == 6  # title, heading, and name and reason in the index and in its place
-    for words in ("The frame has no blocks.", "10 px", "No block has been run.", "No block was iterated."):
+    for words in ("The frame has no blocks.", "No block has been run.", "No block was iterated."):
         assert words in page.text
     assert len(page.table("no.", "block")) == 100
     index = page.table("", "frame")
@@ -237,14 +237,6 @@ def test_depth_is_drawn_in_the_colours_of_the_window(subject):
             palette = np.reshape(image.getpalette(), (-1, 3))
         assert palette[0].tolist() == list(MISSING)
         assert np.abs(palette[[1, 255]] - [(68, 1, 84), (253, 231, 37)]).max() <= 1  # the ends of viridis
-
-
-def test_the_scale_bar_is_as_long_as_it_says():
-    depth = np.full((48, 64), 2.5, np.float32)
-    camera = ilf.Camera(50, 50, 31.5, 23.5)
-    share, text = scale_bar(ilf.RGBDFrame(np.zeros((48, 64, 3), np.uint8), depth, camera), depth)
-    assert text == "50 cm at 2.50 m depth"
-    assert share * 64 * 2.5 / 50 == pytest.approx(0.5)
 
 
 def test_the_command_line_reports_on_projects(run, subject, tmp_path, monkeypatch, cli):

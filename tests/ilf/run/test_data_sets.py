@@ -178,7 +178,7 @@ def test_what_gaussian_splatting_cannot_express_is_told(framed, tmp_path, monkey
     odd = replace(framed, depth=depth, intrinsics=ilf.Camera(80.0, 80.0, 44.5, 29.5))
     folder = written(tmp_path / "odd", odd)
     np.save(folder / "expected_error.npy", error.astype(np.float32))
-    monkeypatch.setattr("ilf.run.data_sets._GaussianSplatting._POINTS", 50)
+    monkeypatch.setattr("ilf.run.data_sets._POINTS", 50)
     assert write_data_set(tmp_path / "data", [folder], "3dgs").notes == (
         "Depth nearer than 0.1 m was clipped: 480 pixels.",
         "The principal point lies 5.0 px from the images' centre, where the published trainer takes it to be; others "

@@ -49,42 +49,42 @@ def found():
 
 
 def test_network_lines_of_canny_and_long_jumps_make_boundaries(found):
-    made = find_boundaries(*found, BlockParameters(threshold=0.7))
+    edges, guide = find_boundaries(*found, BlockParameters(threshold=0.7))
     jumps = np.zeros(SHAPE, bool)
     jumps[:, 8] = True
-    strength = edge_and_jump_strength(found.edges, made.relief, BlockParameters())
+    strength = edge_and_jump_strength(found.edges, found.relief, BlockParameters())
     np.testing.assert_array_equal(strength, np.where(jumps, 1, found.detected))
-    np.testing.assert_array_equal(made.edges, (found.detected >= np.float32(0.7)) | jumps)
-    guide = found.detected + np.float32(0.3) * found.lines.astype(np.float32)
-    np.testing.assert_array_equal(made.guide, np.where(jumps, np.float32(1.5), guide))
-    assert made.relief is found.relief
-    assert {strength.dtype, made.guide.dtype} == {np.dtype(np.float32)}
+    np.testing.assert_array_equal(edges, (found.detected >= np.float32(0.7)) | jumps)
+    raised = found.detected + np.float32(0.3) * found.lines.astype(np.float32)
+    np.testing.assert_array_equal(guide, np.where(jumps, np.float32(1.5), raised))
+    assert {strength.dtype, guide.dtype} == {np.dtype(np.float32)}
 
 
 def test_without_the_network_cannys_lines_are_the_edges(found):
     by_canny = found._replace(edges=replace(found.edges, network=None))
-    made = find_boundaries(*by_canny, BlockParameters(threshold=0.7))
+    edges, guide = find_boundaries(*by_canny, BlockParameters(threshold=0.7))
     jumps = np.zeros(SHAPE, bool)
     jumps[:, 8] = True
-    np.testing.assert_array_equal(made.edges, found.lines | jumps)
-    np.testing.assert_array_equal(made.guide, np.where(jumps, np.float32(1.5), found.detected))
+    np.testing.assert_array_equal(edges, found.lines | jumps)
+    np.testing.assert_array_equal(guide, np.where(jumps, np.float32(1.5), found.detected))
 
 
 def test_where_depth_does_not_count_colour_decides_alone(found):
-    made = find_boundaries(*found, BlockParameters(threshold=0.7, use_depth=False, use_creases=True))
-    np.testing.assert_array_equal(made.edges, found.detected >= np.float32(0.7))
-    assert made.relief is None
+    edges, _ = find_boundaries(*found, BlockParameters(threshold=0.7, use_depth=False, use_creases=True))
+    np.testing.assert_array_equal(edges, found.detected >= np.float32(0.7))
     assert edge_and_jump_strength(found.edges, None, BlockParameters()) is found.detected
 
 
 def test_creases_are_edges_but_not_single_pixels_and_stand_in_the_guide_by_their_sharpness(found):
-    usual, made = (find_boundaries(*found, BlockParameters(threshold=1.0, use_creases=on)) for on in (False, True))
+    (usual, before), (edges, guide) = (
+        find_boundaries(*found, BlockParameters(threshold=1.0, use_creases=on)) for on in (False, True)
+    )
     crease = np.zeros(SHAPE, bool)
     crease[12:16, 10:25] = True
-    np.testing.assert_array_equal(made.edges, usual.edges | crease)
+    np.testing.assert_array_equal(edges, usual | crease)
     bend = found.relief.bend
     np.testing.assert_allclose(
-        made.guide, np.where(usual.guide == 1.5, 1.5, np.maximum(usual.guide, 0.9 * bend / (bend + 1.5))), rtol=1e-6
+        guide, np.where(before == 1.5, 1.5, np.maximum(before, 0.9 * bend / (bend + 1.5))), rtol=1e-6
     )
     strengths = [
         edge_and_jump_strength(found.edges, found.relief, BlockParameters(use_creases=on)) for on in (False, True)

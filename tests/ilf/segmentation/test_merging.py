@@ -7,9 +7,10 @@ import pytest
 
 from ilf.data.frame import RGBDFrame
 from ilf.segmentation.edges.relief import Relief
-from ilf.segmentation.merging import Fitness, RegionGraph, numbered
+from ilf.segmentation.merging import RegionGraph, numbered
 
-ANY = Fitness(pixels=0, known_share=0.0, known_pixels=0)
+ANY = (0, 0.0, 0)
+"""What is required of pixels, share and number of known pixels of a block: nothing."""
 
 
 def _frame(depth):
@@ -274,7 +275,7 @@ def test_any_graph_ends_as_a_slow_search_for_the_least_border_does(seed):
 
 def _taken_in(regions, strength, fitness, depth):
     graph = RegionGraph(regions, strength.astype(np.float32), _frame(depth), None)
-    graph.merge_unfit(fitness)
+    graph.merge_unfit(*fitness)
     return _partners(graph.labels(), regions)
 
 
@@ -282,12 +283,12 @@ def test_small_regions_go_to_the_neighbour_they_are_least_parted_from():
     regions = _columns(5, 2, 5)
     depth, strength = np.full(regions.shape, 2.0), np.zeros(regions.shape)
     strength[:, 5], strength[:, 7] = 0.4, 0.3
-    assert _taken_in(regions, strength, replace(ANY, pixels=8), depth) == _sets("1", "2", "3"), "8 pixels are enough"
-    assert _taken_in(regions, strength, replace(ANY, pixels=8.5), depth) == _sets("1", "23")
+    assert _taken_in(regions, strength, (8, 0.0, 0), depth) == _sets("1", "2", "3"), "8 pixels are enough"
+    assert _taken_in(regions, strength, (8.5, 0.0, 0), depth) == _sets("1", "23")
     strength[:, 7] = 0.5
-    assert _taken_in(regions, strength, replace(ANY, pixels=9), depth) == _sets("12", "3")
+    assert _taken_in(regions, strength, (9, 0.0, 0), depth) == _sets("12", "3")
     strength[:, 7] = 0.4
-    assert _taken_in(regions, strength, replace(ANY, pixels=9), depth) == _sets("12", "3"), "the first of two alike"
+    assert _taken_in(regions, strength, (9, 0.0, 0), depth) == _sets("12", "3"), "the first of two alike"
 
 
 @pytest.mark.parametrize(("pixels", "own"), [(80, True), (81, False)])
@@ -299,7 +300,7 @@ def test_what_jumps_part_from_all_others_is_a_block_from_a_fifth_of_the_size_on(
     right[:jumps, 3] = True
     relief = replace(_relief(regions.shape), jumps=(right, np.zeros((3, 34), bool)))
     graph = RegionGraph(regions, strength, _flat(regions.shape), relief)
-    graph.merge_unfit(replace(ANY, pixels=pixels))
+    graph.merge_unfit(pixels, 0.0, 0)
     assert (graph.labels().max() == 2) == (own and jumps > 0)
 
 
@@ -307,12 +308,12 @@ def test_the_smallest_goes_first_and_counts_for_the_one_that_takes_it_in():
     regions = _columns(3, 2, 10)
     depth, strength = np.full(regions.shape, 2.0), np.zeros(regions.shape)
     strength[:, 3], strength[:, 5] = 0.1, 0.9
-    assert _taken_in(regions, strength, replace(ANY, pixels=20), depth) == _sets("12", "3"), "12 + 8 pixels are enough"
-    assert _taken_in(regions, strength, replace(ANY, pixels=21), depth) == _sets("123")
+    assert _taken_in(regions, strength, (20, 0.0, 0), depth) == _sets("12", "3"), "12 + 8 pixels are enough"
+    assert _taken_in(regions, strength, (21, 0.0, 0), depth) == _sets("123")
     # were 1 the first, it would take 2 away from 3
     strength[:, 3], strength[:, 5] = 0.9, 0.1
-    assert _taken_in(regions, strength, replace(ANY, pixels=12), depth) == _sets("1", "23")
-    assert _taken_in(regions, strength, replace(ANY, pixels=13), depth) == _sets("123"), "then 1 is alone"
+    assert _taken_in(regions, strength, (12, 0.0, 0), depth) == _sets("1", "23")
+    assert _taken_in(regions, strength, (13, 0.0, 0), depth) == _sets("123"), "then 1 is alone"
 
 
 @pytest.mark.parametrize(
@@ -324,7 +325,7 @@ def test_a_share_of_a_region_and_so_many_pixels_must_be_known_unless_nothing_is_
     depth, strength = np.full(regions.shape, 2.0), np.zeros(regions.shape)
     places = np.argwhere(regions == 1)
     depth[tuple(places[known:].T)] = np.nan
-    fitness = Fitness(0, share, pixels)
+    fitness = (0, share, pixels)
     assert _taken_in(regions, strength, fitness, depth) == (_sets("1", "2") if fit else _sets("12"))
     depth[regions == 1] = np.nan
     assert share or _taken_in(regions, strength, fitness, depth) == _sets("2"), "nor goes it to another"
@@ -334,9 +335,9 @@ def test_of_a_region_smaller_than_that_all_pixels_must_be_known():
     regions = _columns(1, 6)
     depth, strength = np.full(regions.shape, 2.0), np.zeros(regions.shape)
     for needed in (24, 30):
-        assert _taken_in(regions, strength, Fitness(0, 0.01, needed), depth) == _sets("1", "2"), "4 of 4 are known"
+        assert _taken_in(regions, strength, (0, 0.01, needed), depth) == _sets("1", "2"), "4 of 4 are known"
     depth[0, 0] = np.nan
-    assert _taken_in(regions, strength, Fitness(0, 0.01, 24), depth) == _sets("12")
+    assert _taken_in(regions, strength, (0, 0.01, 24), depth) == _sets("12")
 
 
 def test_the_known_pixels_of_both_count_for_what_takes_in():
@@ -348,7 +349,7 @@ def test_the_known_pixels_of_both_count_for_what_takes_in():
     depth[:3, 3:5] = 2.0
     strength[:, 2], strength[:, 6] = 0.1, 0.5
     for share, expected in ((0.3, _sets("12", "3")), (0.35, _sets("123"))):
-        assert _taken_in(regions, strength, Fitness(0, share, 0), depth) == expected
+        assert _taken_in(regions, strength, (0, share, 0), depth) == expected
 
 
 def test_what_has_no_neighbours_is_a_block_unless_nothing_of_it_is_known():
@@ -357,7 +358,7 @@ def test_what_has_no_neighbours_is_a_block_unless_nothing_of_it_is_known():
     depth, strength = np.full(regions.shape, 2.0), np.zeros(regions.shape)
     depth[regions == 2] = np.nan
     depth[1:, 6:] = depth[0, 7:] = np.nan
-    for fitness in (Fitness(1000, 0.5, 30), ANY):
+    for fitness in ((1000, 0.5, 30), ANY):
         assert _taken_in(regions, strength, fitness, depth) == _sets("1", "3"), "one pixel of 3 is known"
         swapped = np.array([0, 2, 1, 3], np.int32)[regions]
         assert _taken_in(swapped, strength, fitness, depth) == _sets("2", "3")

@@ -142,12 +142,12 @@ def test_creases_are_boundaries_of_blocks_where_they_are_asked_for(network):
     frame = _frame()
     found = find_edges(frame, RGBD)
     evidence = found, canny_lines(frame, RGBD), relief_of(frame, RGBD)
-    usual, made = (find_boundaries(*evidence, RGBD.replace(use_creases=on)) for on in (False, True))
+    (_, usual), (_, guide) = (find_boundaries(*evidence, RGBD.replace(use_creases=on)) for on in (False, True))
     relief, creases = evidence[-1], RGBD.replace(use_creases=True)
     usual_strength = edge_and_jump_strength(found, relief, RGBD)
     strength = edge_and_jump_strength(found, relief, creases)
     np.testing.assert_array_equal(strength, np.maximum(usual_strength, found.crease))
-    assert (made.guide >= np.maximum(usual.guide, found.crease)).all()
+    assert (guide >= np.maximum(usual, found.crease)).all()
     assert edge_and_jump_strength(found, None, creases.replace(use_depth=False)) is found.detected
 
 

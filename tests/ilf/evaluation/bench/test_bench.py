@@ -15,7 +15,7 @@ from ilf.cli import main
 from ilf.completion.confidence.expected_error import depth_error
 from ilf.errors import InputError
 from ilf.evaluation.bench.frames import BenchFrame, find_frames
-from ilf.evaluation.bench.methods import METHODS, Method
+from ilf.evaluation.bench.methods import METHODS
 from ilf.evaluation.bench.patterns import make_task
 from ilf.evaluation.bench.results import against_peers, summarise
 from ilf.evaluation.bench.runner import run_bench, score
@@ -27,7 +27,7 @@ def quick_presets(monkeypatch):
     for name in ilf.PRESETS:
         quick = ilf.preset(name, max_iterations=30)
         run = lambda frame, labels, quick=quick: ilf.complete(frame, labels, quick).depth  # noqa: E731
-        monkeypatch.setitem(METHODS, name, Method(run, True))
+        monkeypatch.setitem(METHODS, name, run)
 
 
 def run_command(folder, *arguments, json_file):
@@ -42,7 +42,7 @@ def test_what_a_method_leaves_open_counts_with_the_nearest_known_depth():
     plane = 1.5 + 0.004 * rows + 0.006 * columns
     frame = ilf.RGBDFrame(np.zeros((40, 60, 3), np.uint8), plane, name="plane")
     task = make_task(BenchFrame(frame, None), "areas")
-    left_open, nearest = score(task.frame.depth, task), score(METHODS["nearest"].run(task.frame, None), task)
+    left_open, nearest = score(task.frame.depth, task), score(METHODS["nearest"](task.frame, None), task)
     assert (left_open.coverage, left_open.within) == (0.0, None)
     assert left_open.rmse == nearest.rmse > 0
     perfect = score(plane, task)
@@ -59,7 +59,7 @@ def test_a_method_that_fails_counts_as_nothing_filled(two_frames, monkeypatch):
     def too_large(frame, labels):
         raise InputError("too large")
 
-    monkeypatch.setitem(METHODS, "linear", Method(too_large, False))
+    monkeypatch.setitem(METHODS, "linear", too_large)
     result = run_bench([two_frames / "first"], ["areas"], ["linear", "nearest"])
     failed, nearest = result.rows
     assert (failed.failure, failed.coverage, failed.rmse) == ("too large", 0.0, nearest.rmse)

@@ -21,7 +21,7 @@ def frame_of(depth, holes=HOLES, colour=COLOUR):
 
 
 def error_of(name, frame, depth, where):
-    return np.abs(METHODS[name].run(frame, LABELS) - depth)[where]
+    return np.abs(METHODS[name](frame, LABELS) - depth)[where]
 
 
 @pytest.mark.parametrize(
@@ -52,7 +52,7 @@ def test_morphology_leaves_wide_holes():
     depth = np.full((120, 160), 3.0)
     depth[:, :40] = 1.0
     depth[:, 36:44] = depth[20:100, 70:150] = np.nan
-    filled = METHODS["morphology"].run(ilf.RGBDFrame(np.zeros((120, 160, 3), np.uint8), depth), LABELS)
+    filled = METHODS["morphology"](ilf.RGBDFrame(np.zeros((120, 160, 3), np.uint8), depth), LABELS)
     assert (filled[60, 34], filled[60, 45]) == pytest.approx((1.0, 3.0))
     assert (np.diff(filled[60, 34:46]) >= 0).all()
     assert np.isnan(filled[60, 110])
@@ -61,7 +61,7 @@ def test_morphology_leaves_wide_holes():
 # not the presets, whose zero start takes more iterations to be forgotten
 @pytest.mark.parametrize("name", GROUPS["peers"])
 def test_peers_keep_constant_depth(name):
-    filled = METHODS[name].run(frame_of(np.full(ROWS.shape, 2.0)), LABELS)
+    filled = METHODS[name](frame_of(np.full(ROWS.shape, 2.0)), LABELS)
     np.testing.assert_allclose(filled, 2.0, atol=CLOSE.get(name, 1e-5))
 
 
@@ -69,7 +69,7 @@ def test_peers_keep_constant_depth(name):
 def test_every_method_takes_holes_and_a_single_known_pixel(name):
     def run(frame):
         quick = ilf.preset(name, max_iterations=30) if name in ilf.PRESETS else None
-        return METHODS[name].run(frame, LABELS) if quick is None else ilf.complete(frame, LABELS, quick).depth
+        return METHODS[name](frame, LABELS) if quick is None else ilf.complete(frame, LABELS, quick).depth
 
     one = np.full(ROWS.shape, np.nan)
     one[12, 40] = 2.0
