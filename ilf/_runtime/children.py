@@ -15,10 +15,9 @@ import sys
 import threading
 import time
 import traceback
-from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from contextlib import ExitStack, contextmanager, suppress
-from functools import partial
 from itertools import islice
 from queue import SimpleQueue
 from typing import Any, BinaryIO, TypeVar
@@ -327,46 +326,6 @@ def _once(
         end(waiting)
         for item in under_way.values():
             tidy(item)
-
-
-def run_units(
-    function: Callable[..., Result],
-    units: Sequence[tuple[Any, ...]],
-    *,
-    jobs: int = 1,
-    on_done: Callable[[int], None] = lambda number: None,
-) -> list[Result]:
-    """Apply a function to every unit and return the results in the order of the units.
-
-    Parameters
-    ----------
-    function : callable
-        At the top level of a module, so that other processes find it.
-    units : sequence of tuple
-        Its arguments, once per unit.
-    jobs : int
-        Number of processes; 1 runs everything in this process.
-    on_done : callable
-        Called with the index of each finished unit, in any order. An exception that it raises ends the work at once.
-
-    Raises
-    ------
-    IlfError
-        If a process has ended before its work was done.
-    """
-    work, numbered = partial(_unit_done, function), list(enumerate(units))
-    results: dict[int, Result] = {}
-    here = ((one, work(one)) for one in numbered)
-    for (number, _), done in here if jobs == 1 else run_in_processes(work, numbered, jobs=jobs):
-        if done is None:
-            raise IlfError("A worker process ended. Memory may have run out: close programs, or use fewer --jobs.")
-        results[number] = done[0]
-        on_done(number)
-    return [results[number] for number in range(len(units))]
-
-
-def _unit_done(function: Callable[..., Result], numbered: tuple[int, tuple[Any, ...]]) -> tuple[Result]:
-    return (function(*numbered[1]),)
 
 
 # The child's side.
