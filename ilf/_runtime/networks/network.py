@@ -6,6 +6,7 @@ import hashlib
 import math
 import os
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from functools import cache
 from pathlib import Path
 from threading import Lock
@@ -14,7 +15,7 @@ from typing import Any, ClassVar, Self, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from ...errors import FormatError, InputError, told_as
+from ...errors import FormatError, IlfError, InputError, told_as
 from ..files import read_file
 from ..installation import asset_path
 from ..memory import memory_limit
@@ -160,8 +161,8 @@ class SessionInChild:
     """
 
     def __init__(self, content: NDArray[np.uint8], file: str, sha256: str, unreadable: str) -> None:
-        self._network = content, sha256, unreadable
-        self._file = file
+        self._content, self._file = content, file
+        self._network = sha256, unreadable
         self.first_input, self.first_shape, self.outputs = self._ask(_facts_in_child, 0, "running it")
 
     def run(self, inputs: dict[str, NDArray[np.float32]], keep_memory: bool = False) -> list[NDArray[np.float32]]:
@@ -174,12 +175,14 @@ class SessionInChild:
         from ..children import MEMORY, run_in_child  # not before: few networks are not bundled
 
         # a large one takes its time to reach the child, and is there several times while it is read
-        size = self._network[0].nbytes
+        size = self._content.nbytes
         seconds, memory = TRIAL_S + size // _READ_BYTES_PER_S, MEMORY + 4 * size
         if pixels > _SMALL:
             seconds, memory = _LONGEST_S, int(memory_limit())
-        given = *self._network, *arguments
-        return run_in_child(function, *given, file=self._file, seconds=seconds, memory=memory, doing=doing)
+        limits: dict[str, Any] = {"seconds": seconds, "memory": memory, "doing": doing}
+        with suppress(_NotOpenError):
+            return run_in_child(function, None, *self._network, *arguments, file=self._file, **limits)
+        return run_in_child(function, self._content, *self._network, *arguments, file=self._file, **limits)
 
 
 # The child's side.
@@ -188,9 +191,15 @@ _sessions: dict[tuple[str, str], Session] = {}
 """Hash and device -> network."""
 
 
-def _session_in_child(content: NDArray[np.uint8], sha256: str, unreadable: str) -> Session:
+class _NotOpenError(IlfError):
+    """The child needs the content of the network."""
+
+
+def _session_in_child(content: NDArray[np.uint8] | None, sha256: str, unreadable: str) -> Session:
     key = sha256, device()
     if key not in _sessions:
+        if content is None:
+            raise _NotOpenError(unreadable)
         with told_as(FormatError, unreadable, ValueError):
             _sessions[key] = Session(content)
     return _sessions[key]
@@ -202,7 +211,7 @@ def _facts_in_child(*network: Any) -> tuple[str, tuple[int | None, ...], tuple[s
 
 
 def _outputs_in_child(
-    content: NDArray[np.uint8], sha256: str, unreadable: str, inputs: dict[str, NDArray[np.float32]]
+    content: NDArray[np.uint8] | None, sha256: str, unreadable: str, inputs: dict[str, NDArray[np.float32]]
 ) -> list[NDArray[np.float32]]:
     return _session_in_child(content, sha256, unreadable).run(inputs)
 
