@@ -53,8 +53,6 @@ class WorkStore:
         """Newest states, by frame, that are not written yet."""
         self._names: dict[str, frozenset[str]] = {}
         """Frame whose written state is not out of date -> the parts that this names."""
-        self._outdated = False
-        """Whether there are others."""
         self._known = Known()
         self._adopted: set[str] = set()
         """Frames of another window that are not listed yet."""
@@ -168,7 +166,7 @@ class WorkStore:
         with self._writing, self._lock:
             for frame_id in frames:
                 self._waiting.pop(frame_id, None)
-                self._outdated |= self._names.pop(frame_id, None) is not None
+                self._names.pop(frame_id, None)
 
     def adopt(self, copied: Copied) -> None:
         """Write copies of frames of another window; raises as `write`."""
@@ -182,7 +180,7 @@ class WorkStore:
     def is_written(self) -> bool:
         """Whether all is written, and nothing else."""
         with self._lock:
-            return self._work is not None and not self._waiting and not self._outdated
+            return self._work is not None and not self._waiting and all(map(self._owns, self._work.names()))
 
     def write(self, project: Project | None, frames: Collection[str], header: WorkHeader) -> Exception | None:
         """Write all states that wait, in one step, and remove frames that are no longer listed.
@@ -223,7 +221,7 @@ class WorkStore:
                     problem = error
             work.commit(put, self._unused(work, names), header)
             with self._lock:
-                self._names, self._outdated = names, False
+                self._names = names
                 for frame_id in done:
                     if self._waiting.get(frame_id) is waiting[frame_id]:
                         del self._waiting[frame_id]

@@ -15,10 +15,9 @@ import sys
 import threading
 import time
 import traceback
-from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from contextlib import ExitStack, contextmanager, suppress
-from functools import partial
 from itertools import islice
 from queue import SimpleQueue
 from typing import Any, BinaryIO, TypeVar
@@ -38,11 +37,9 @@ _POLL_S = 0.05
 """Interval of the checks for cancellation [s]."""
 
 _LENGTH = 8
-"""Size [bytes] of a number before a message: of its parts, and of the bytes of each."""
+"""Size [bytes] of the number of bytes before work."""
 
 _REMEDY = "Copy or export it again."
-
-Message = list[bytes | bytearray | memoryview]
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -81,11 +78,15 @@ class Child:
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.DEVNULL if quiet else None,
-            bufsize=0,
+            bufsize=0,  # closing the input, which ends the child, waits for nothing
             pipesize=2**20,  # images pass
             env=environment,
             start_new_session=True,  # Ctrl+C reaches every process of a terminal's session; only this one handles it
         )
+        assert self._process.stdin is not None
+        assert self._process.stdout is not None
+        self._work = self._process.stdin
+        self._answers = os.fdopen(self._process.stdout.fileno(), "rb", closefd=False)
 
     def call(
         self, function: Callable[..., Result], *arguments: Any, seconds: float = math.inf, memory: int | None = None
@@ -103,14 +104,17 @@ class Child:
         Cancelled
             If the work was cancelled; likewise.
         """
-        work = packed((dict(os.environ), function, arguments, seconds, memory))
+        work = pickle.dumps((dict(os.environ), function, arguments, seconds, memory), 5)
 
-        def converse() -> Message:
-            _send(self._process.stdin, work)
-            return _received(self._process.stdout)
+        def converse() -> Any:
+            for part in (len(work).to_bytes(_LENGTH), work):
+                left = memoryview(part)
+                while left:
+                    left = left[self._work.write(left) :]
+            return pickle.load(self._answers)
 
         try:
-            is_result, found = unpacked(run_aside(converse, self.end, seconds))
+            is_result, found = run_aside(converse, self.end, seconds)
         except TimeoutError:
             raise
         except (EOFError, OSError, ValueError, pickle.UnpicklingError):
@@ -130,9 +134,8 @@ class Child:
 
     def end(self) -> None:
         """End it, whatever it is doing; it removes what it is writing."""
-        assert self._process.stdin is not None
         with suppress(OSError):
-            self._process.stdin.close()
+            self._work.close()
         try:
             self._process.wait(_GRACE_S)
         except subprocess.TimeoutExpired:
@@ -144,46 +147,6 @@ class Child:
         self.end()
         assert self._process.stdout is not None
         self._process.stdout.close()
-
-
-def packed(value: Any) -> Message:
-    """A value as it is sent: pickled, without its arrays, which follow."""
-    arrays: list[pickle.PickleBuffer] = []
-    text = pickle.dumps(value, 5, buffer_callback=arrays.append)
-    return [text, *(array.raw() for array in arrays)]
-
-
-def unpacked(message: Message) -> Any:
-    """The value of a message."""
-    return pickle.loads(message[0], buffers=message[1:])
-
-
-def _send(stream: Any, message: Message) -> None:
-    sizes = [len(message), *map(len, message)]
-    for part in (*(size.to_bytes(_LENGTH) for size in sizes), *message):
-        left = memoryview(part)
-        while left:
-            left = left[stream.write(left) :]
-    stream.flush()
-
-
-def _received(stream: Any) -> Message:
-    """Read a message; raise EOFError if the other side has ended."""
-
-    def number() -> int:
-        return int.from_bytes(_read(stream, _LENGTH))
-
-    return [_read(stream, size) for size in [number() for _ in range(number())]]
-
-
-def _read(stream: Any, size: int) -> bytearray:
-    found = bytearray(size)
-    left = memoryview(found)
-    while left:
-        if not (count := stream.readinto(left)):
-            raise EOFError
-        left = left[count:]
-    return found
 
 
 # Reading strangers' files.
@@ -365,46 +328,6 @@ def _once(
             tidy(item)
 
 
-def run_units(
-    function: Callable[..., Result],
-    units: Sequence[tuple[Any, ...]],
-    *,
-    jobs: int = 1,
-    on_done: Callable[[int], None] = lambda number: None,
-) -> list[Result]:
-    """Apply a function to every unit and return the results in the order of the units.
-
-    Parameters
-    ----------
-    function : callable
-        At the top level of a module, so that other processes find it.
-    units : sequence of tuple
-        Its arguments, once per unit.
-    jobs : int
-        Number of processes; 1 runs everything in this process.
-    on_done : callable
-        Called with the index of each finished unit, in any order. An exception that it raises ends the work at once.
-
-    Raises
-    ------
-    IlfError
-        If a process has ended before its work was done.
-    """
-    work, numbered = partial(_unit_done, function), list(enumerate(units))
-    results: dict[int, Result] = {}
-    here = ((one, work(one)) for one in numbered)
-    for (number, _), done in here if jobs == 1 else run_in_processes(work, numbered, jobs=jobs):
-        if done is None:
-            raise IlfError("A worker process ended. Memory may have run out: close programs, or use fewer --jobs.")
-        results[number] = done[0]
-        on_done(number)
-    return [results[number] for number in range(len(units))]
-
-
-def _unit_done(function: Callable[..., Result], numbered: tuple[int, tuple[Any, ...]]) -> tuple[Result]:
-    return (function(*numbered[1]),)
-
-
 # The child's side.
 
 
@@ -413,39 +336,40 @@ def main() -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     answers = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)
-    waiting = SimpleQueue[Message]()
+    waiting = SimpleQueue[bytes]()  # unpickled in this thread: the other one must notice the end of the parent
     threading.Thread(target=_listen, args=(sys.stdin.buffer, waiting), name="ilf-lifeline", daemon=True).start()
     while True:
-        _send(answers, answer(waiting.get()))
+        answers.write(_answer(waiting.get()))
+        answers.flush()
 
 
-def _listen(stream: BinaryIO, waiting: SimpleQueue[Message]) -> None:
+def _listen(stream: BinaryIO, waiting: SimpleQueue[bytes]) -> None:
     """Take work, until the parent closes the stream or ends: then end this process."""
-    with suppress(EOFError, OSError):
-        while True:
-            waiting.put(_received(stream))
+    with suppress(OSError):
+        while size := int.from_bytes(stream.read(_LENGTH)):
+            waiting.put(stream.read(size))
     remove_temporary_files()
     os._exit(1)
 
 
-def answer(work: Message) -> Message:
-    """Do work within its limits and return the message for the parent."""
+def _answer(work: bytes) -> bytes:
+    """Do work within its limits and return the answer, pickled."""
     try:
-        environment, function, arguments, seconds, memory = unpacked(work)
+        environment, function, arguments, seconds, memory = pickle.loads(work)
         os.environ.update(environment)
         if memory is not None:
             set_process_limits(seconds, memory)
-        return packed((True, function(*arguments)))
+        return pickle.dumps((True, function(*arguments)), 5)
     except Exception as error:
         if not isinstance(error, IlfError | MemoryError):
             error.add_note("".join(traceback.format_exception(error)))
         error.__cause__ = error.__context__ = error.__traceback__ = None
         try:
-            message = packed((False, error))
-            unpacked(message)
+            answer = pickle.dumps((False, error))
+            pickle.loads(answer)
         except Exception:  # some errors of libraries cannot be sent
-            message = packed((False, RuntimeError(f"{type(error).__name__}: {error}")))
-        return message
+            answer = pickle.dumps((False, RuntimeError(f"{type(error).__name__}: {error}")))
+        return answer
 
 
 def set_process_limits(seconds: float, memory: int) -> None:

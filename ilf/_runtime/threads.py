@@ -9,9 +9,9 @@ import threading
 import time
 from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from queue import SimpleQueue
-from typing import Generic, TypeVar
+from typing import TypeVar
 
 from .cancellation import current_cancel_events, set_cancel_events
 
@@ -53,19 +53,54 @@ def run_in_parallel(
     room : float
         A task starts only if the total size of running tasks stays within this limit, or if none is running.
     """
-    worker_pool = _WorkerPool(list(zip(sizes or [0.0] * len(tasks), tasks, strict=True)), width, room)
-    cancel_events = *current_cancel_events(), worker_pool.stopped
-    pool = ThreadPoolExecutor(
-        width, thread_name_prefix="ilf-block", initializer=set_cancel_events, initargs=cancel_events
-    )
-    with short_switches():
-        try:
-            for _ in range(width):
-                pool.submit(worker_pool.work)
-            yield from worker_pool.results()
-        finally:
-            worker_pool.stop()
-            pool.shutdown()
+    waiting = list(zip(sizes or [0.0] * len(tasks), tasks, strict=True))
+    done = SimpleQueue[list[T] | Future[None]]()  # slices of items; at the end of a task, its future
+    ahead, stopped = threading.Semaphore(2 * width), threading.Event()
+
+    def work(task: Steps[T]) -> None:
+        ended = False
+        while not ended:
+            ahead.acquire()
+            if stopped.is_set():
+                return
+            items, ended = _slice(task, stopped)
+            done.put(items)
+
+    with ExitStack() as at_end:
+        at_end.enter_context(short_switches())
+        events = *current_cancel_events(), stopped
+        threads = at_end.enter_context(ThreadPoolExecutor(width, "ilf-block", set_cancel_events, events))
+        at_end.callback(ahead.release, 2 * width)
+        at_end.callback(stopped.set)
+        under_way: dict[Future[None], float] = {}
+        while waiting or under_way:
+            while len(under_way) <= width:  # one more than threads, so that none waits for the consumer
+                free = room - sum(under_way.values()) if under_way else math.inf
+                fitting = next((one for one in waiting if one[0] <= free), None)
+                if fitting is None:
+                    break
+                waiting.remove(fitting)
+                future = threads.submit(work, fitting[1])
+                under_way[future] = fitting[0]
+                future.add_done_callback(done.put)
+            found = done.get()
+            if isinstance(found, Future):
+                del under_way[found]
+                found.result()
+            else:
+                ahead.release()
+                yield from found
+
+
+def _slice(task: Steps[T], stopped: threading.Event) -> tuple[list[T], bool]:
+    """Return the items of a task's next slice, and whether the task has ended."""
+    items: list[T] = []
+    end = time.perf_counter() + SLICE_S
+    for item in task:
+        items.append(item)
+        if stopped.is_set() or time.perf_counter() >= end:
+            return items, False
+    return items, True
 
 
 _sharing = threading.Lock()
@@ -96,85 +131,3 @@ def run_beside(work: Callable[[], T]) -> Iterator[Future[T]]:
         future = thread.submit(work)
         yield future
         future.result()
-
-
-class _WorkerPool(Generic[T]):
-    """Threads that share tasks, and the queue of their results."""
-
-    def __init__(self, tasks: list[tuple[float, Steps[T]]], width: int, room: float) -> None:
-        self._width = width
-        self._tasks = tasks
-        self._room = room
-        self._under_way: list[float] = []
-        self._tasks_changed = threading.Condition()
-        self.stopped = threading.Event()
-        self._ahead = threading.Semaphore(2 * width)
-        # slices of items; at the end of a thread, None or its error
-        self._done = SimpleQueue[list[T] | BaseException | None]()
-
-    def work(self) -> None:
-        """Run tasks until none is left; the body of every thread."""
-        end: BaseException | None = None
-        try:
-            while (taken := self._next_task()) is not None:
-                size, task = taken
-                self._finish(task)
-                self._make_room(size)
-        except BaseException as error:  # passed to the waiting thread
-            end = error
-        self._done.put(end)
-
-    def results(self) -> Steps[T]:
-        """Yield the items of the tasks as they arrive."""
-        working = self._width
-        while working:
-            done = self._done.get()
-            if isinstance(done, BaseException):
-                raise done
-            if done is None:
-                working -= 1
-            else:
-                self._ahead.release()
-                yield from done
-
-    def stop(self) -> None:
-        """End the threads at the next item of their tasks."""
-        self.stopped.set()
-        self._ahead.release(self._width)
-        with self._tasks_changed:
-            self._tasks_changed.notify_all()
-
-    def _next_task(self) -> tuple[float, Steps[T]] | None:
-        with self._tasks_changed:
-            while self._tasks and not self.stopped.is_set():
-                taken = sum(self._under_way)
-                for place, (size, _) in enumerate(self._tasks):
-                    if not self._under_way or taken + size <= self._room:
-                        self._under_way.append(size)
-                        return self._tasks.pop(place)
-                self._tasks_changed.wait()
-            return None
-
-    def _make_room(self, size: float) -> None:
-        with self._tasks_changed:
-            self._under_way.remove(size)
-            self._tasks_changed.notify_all()
-
-    def _finish(self, task: Steps[T]) -> None:
-        ended = False
-        while not ended:
-            self._ahead.acquire()
-            if self.stopped.is_set():
-                return
-            items, ended = self._slice(task)
-            self._done.put(items)
-
-    def _slice(self, task: Steps[T]) -> tuple[list[T], bool]:
-        """Return the items of a task's next slice, and whether the task has ended."""
-        items: list[T] = []
-        end = time.perf_counter() + SLICE_S
-        for item in task:
-            items.append(item)
-            if self.stopped.is_set() or time.perf_counter() >= end:
-                return items, False
-        return items, True

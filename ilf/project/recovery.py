@@ -74,13 +74,6 @@ class RecoverableWork:
         """The frames with work that is only in the folder."""
         return tuple(frame for frame in self.read.project.frames if frame.id in self.changed)
 
-    def picture(self) -> bytes | None:
-        """Return a JPEG image of the frame viewed last, or of another one with work; None if there is none."""
-        for frame_id in (self.read.project.present, *sorted(self.changed)):
-            with contextlib.suppress(IlfError):
-                return self.parts.read(thumbnail_part(frame_id))
-        return None
-
     def release(self) -> None:
         """Close the folder and keep it."""
         if self._folder is not None:

@@ -16,7 +16,7 @@ from gui.project.recorder import Recorder
 from gui.project.store import WorkStore
 from gui.state.document import Document
 from gui.state.workspace import Workspace
-from gui.widgets.basics import Message, PlainLabel
+from gui.widgets.basics import Message
 from ilf.errors import ExportError, InputError
 from ilf.project.file import save_project
 from ilf.project.project import Project
@@ -76,6 +76,23 @@ def _dialog(window, qtbot) -> RecoveryDialog:
     return part.dialog
 
 
+def _rows(dialog: RecoveryDialog) -> list[str]:
+    return [dialog.works.topLevelItem(row).text(0) for row in range(dialog.works.topLevelItemCount())]
+
+
+def _select(dialog: RecoveryDialog, row: int) -> str:
+    """Select a work; what is said of it."""
+    dialog.works.setCurrentItem(dialog.works.topLevelItem(row))
+    return dialog.details.text()
+
+
+def _restore(window, dialog: RecoveryDialog, qtbot, row: int) -> None:
+    left = len(_rows(dialog)) - 1
+    _select(dialog, row)
+    dialog.restore_button.click()
+    qtbot.waitUntil(lambda: len(_rows(dialog)) == left and not window.loader.busy)
+
+
 def _names(window) -> list[str]:
     return [entry.name for entry in window.workspace.entries]
 
@@ -83,27 +100,23 @@ def _names(window) -> list[str]:
 def test_left_work_is_restored_discarded_or_left(window, left, qtbot, monkeypatch):
     dialog = _dialog(window, qtbot)
     assert unnamed(dialog) == []
-    assert len(dialog.rows) == 3
-    attic, hall, other = dialog.rows[0], dialog.rows[1], dialog.rows[2]
-    assert not other.restore_button.isEnabled(), "it cannot be read"
-    texts = [" ".join(label.text() for label in row.findChildren(PlainLabel)) for row in (hall, other)]
-    assert "frame-hall" in texts[0]
-    assert "2 frames" in texts[0]
-    assert "Last change " in texts[0]
-    assert "index.json" in texts[1]
+    assert len(_rows(dialog)) == 3
+    assert "index.json" in _select(dialog, 2)
+    assert not dialog.restore_button.isEnabled(), "it cannot be read"
+    assert "frame-hall" in _rows(dialog)[1]
+    assert "2 frames" in _select(dialog, 1)
+    assert dialog.works.topLevelItem(1).text(1)
     assert not dialog.added.isVisible()
-    hall.restore_button.click()
-    qtbot.waitUntil(lambda: 1 not in dialog.rows and not window.loader.busy)
+    _restore(window, dialog, qtbot, 1)
     assert _names(window) == ["frame-hall", "frame-stairs"]
     assert window.workspace.current.info(1).name == "wall 1", "the one that was looked at"
     assert all(entry.unsaved for entry in window.workspace.entries)
     assert dialog.added.isVisible()
-    attic.restore_button.click()
-    qtbot.waitUntil(lambda: 0 not in dialog.rows and not window.loader.busy)
+    _restore(window, dialog, qtbot, 0)
     assert _names(window) == ["frame-hall", "frame-stairs", "frame-attic"]
     for button in ("Cancel", "&Discard"):
-        assert 2 in dialog.rows
-        other.discard_button.click()
+        assert len(_rows(dialog)) == 1
+        dialog.discard_button.click()
         answer(dialog, button)
     assert window.isVisible()
     assert not dialog.isVisible()
@@ -156,10 +169,10 @@ def test_what_cannot_be_restored_is_left_for_another_time(window, left, qtbot, m
     with monkeypatch.context() as broken:
         broken.setattr("gui.features.project.restoring.copy_frames", fail)
         with qtbot.waitSignal(window.notes.reported):
-            dialog.rows[1].restore_button.click()
+            _select(dialog, 1)
+            dialog.restore_button.click()
     assert set(left.glob("*.work")) == works
-    dialog.rows[1].restore_button.click()
-    qtbot.waitUntil(lambda: 1 not in dialog.rows and not window.loader.busy)
+    _restore(window, dialog, qtbot, 1)
     assert _names(window) == ["frame-hall", "frame-stairs"]
 
 
@@ -172,8 +185,7 @@ def test_a_frame_that_cannot_be_read_is_named_and_stays_in_its_folder(left, qtbo
     dialog = _dialog(window, qtbot)
     told: list[str] = []
     monkeypatch.setattr(window.notes, "warn", lambda what, notes, details="": told.extend(notes))
-    dialog.rows[0].restore_button.click()  # the last one that was written
-    qtbot.waitUntil(lambda: 0 not in dialog.rows and not window.loader.busy)
+    _restore(window, dialog, qtbot, 0)  # the last one that was written
     assert _names(window) == ["frame-hall", "frame-stairs"]
     assert [entry.unsaved for entry in window.workspace.entries].count(True) == 1
     assert len(told) == 1
@@ -198,7 +210,7 @@ def test_a_project_that_was_saved_after_the_work_was_left_is_not_replaced_unaske
     shutil.copytree(tmp_path / "work", folder, dirs_exist_ok=True)
     save_project(path, Project())
     window = another(persistent=True)
-    _dialog(window, qtbot).rows[0].restore_button.click()
+    _dialog(window, qtbot).restore_button.click()
     qtbot.waitUntil(lambda: window.workspace.has_current)
     assert window.project.present.path == path
     assert "has been saved after this work" in window.project.present.read_only
@@ -206,8 +218,7 @@ def test_a_project_that_was_saved_after_the_work_was_left_is_not_replaced_unaske
 
 def test_a_folder_that_cannot_be_taken_away_does_not_keep_the_window_open(window, left, qtbot, monkeypatch):
     dialog = _dialog(window, qtbot)
-    dialog.rows[1].restore_button.click()
-    qtbot.waitUntil(lambda: 1 not in dialog.rows and not window.loader.busy)
+    _restore(window, dialog, qtbot, 1)
 
     def own() -> bool:
         return any(f"-{os.getpid()}-" in path.name for path in left.glob("*.work"))
@@ -252,7 +263,7 @@ def test_frames_that_were_saved_since_are_not_called_changed(
     monkeypatch.setattr(window.notes, "warn", lambda *_: None)
     dialog = _dialog(window, qtbot)
     assert any("1 of 3 frames changed" in message.text() for message in dialog.findChildren(Message))
-    dialog.rows[0].restore_button.click()
+    dialog.restore_button.click()
     qtbot.waitUntil(lambda: window.workspace.has_current and not window.loader.busy)
     assert _names(window) == ["hall", "stairs", "attic"]
     assert window.workspace.current.info(1).name == "roof"

@@ -13,9 +13,10 @@ from ilf._runtime.named_places import note_opened
 from ilf.data.blocks import Blocks
 from ilf.data.results import Completion
 from ilf.errors import IlfError, InputError
-from ilf.io.block_files import BLOCK_FORMATS
+from ilf.io.block_files import BLOCK_FORMATS, write_blocks
 from ilf.project.missing_files import folder_projects_dir
 from ilf.run.run import Run
+from ilf.run.writing import check_not_an_input
 from ilf.sources.frame_ref import FrameRef
 
 from ...base.commands import command
@@ -157,11 +158,13 @@ class DocumentsFeature(Feature):
 
     def save_blocks(self, path: str, format: str | None = None) -> bool:
         """Write the blocks with their names; return False, with a message, if the file cannot be written."""
-        from .load_blocks import save_blocks
+        from .load_blocks import colour_file
 
         document = self._workspace.current
+        blocks, image = document.blocks, colour_file(document.frame)
         try:
-            save_blocks(Path(path), document, format)
+            check_not_an_input(document.frame, [Path(path)])
+            write_blocks(path, blocks.labels, format=format, names=blocks.names, colours=blocks.colours, image=image)
         except IlfError as error:
             self._notes.report("Save blocks", error)
             return False

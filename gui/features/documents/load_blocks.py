@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
-from pathlib import Path
 
 import numpy as np
 from PySide6.QtWidgets import QCheckBox, QPushButton, QWidget
@@ -14,24 +13,20 @@ from ilf.data.blocks import Blocks
 from ilf.data.frame import RGBDFrame
 from ilf.data.parameters import BlockParameters
 from ilf.drawing.blocks import block_overlay
-from ilf.io.block_files import read_blocks, write_blocks
-from ilf.run.writing import check_not_an_input
+from ilf.io.block_files import read_blocks
 from ilf.segmentation.extraction import found_blocks
 from ilf.segmentation.reextraction import with_gaps_filled
 
-from ...state.document import Document
 from ...widgets.basics import label_of, row
 from ...widgets.file_choice import choose_file, choose_folder
 from ...work.found_blocks import describe_blocks
 from ...work.latest_request import LatestRequest
 from .file_dialogs import PreviewDialog
 
-# Blocks from files and to files.
-
 
 def blocks_from(frame: RGBDFrame, path: str, filling: BlockParameters | None) -> Blocks:
     """Read the blocks of a file or folder; with `filling`, an extraction with these parameters fills their gaps."""
-    blocks = read_blocks(path, frame.shape, image=_colour_file(frame))
+    blocks = read_blocks(path, frame.shape, image=colour_file(frame))
     if filling is None:
         return blocks
     found = found_blocks(frame, filling)
@@ -39,14 +34,8 @@ def blocks_from(frame: RGBDFrame, path: str, filling: BlockParameters | None) ->
     return replace(blocks, labels=labels, notes=blocks.notes + found.notes)
 
 
-def save_blocks(path: Path, document: Document, format: str | None) -> None:
-    """Write a frame's blocks with the names given by the user; raises ExportError as `write_blocks` does."""
-    check_not_an_input(document.frame, [path])
-    blocks, image = document.blocks, _colour_file(document.frame)
-    write_blocks(path, blocks.labels, format=format, names=blocks.names, colours=blocks.colours, image=image)
-
-
-def _colour_file(frame: RGBDFrame) -> str | None:
+def colour_file(frame: RGBDFrame) -> str | None:
+    """Return the path of a frame's colour file, which files of blocks name; None if it has none."""
     return None if frame.inputs is None else frame.inputs.rgb.path
 
 

@@ -26,7 +26,7 @@ from ilf.data.camera import INTRINSICS, is_preset
 from ilf.errors import IlfError, InputError
 from ilf.io.camera_files import CAMERA_FILES
 from ilf.io.depth_reading import PlausibilityWarning
-from ilf.io.encodings import ENCODING_DESCRIPTIONS, is_name
+from ilf.io.encodings import ENCODING_DESCRIPTIONS
 from ilf.io.images import read_colour
 from ilf.sources.frame_ref import FrameRef
 from ilf.sources.naming import COLOUR_SUFFIXES, DEPTH_FILE_SUFFIXES
@@ -217,16 +217,14 @@ class OpenDialog(QDialog):
         Raises
         ------
         InputError
-            If files are missing, the depth encoding is unknown, or the invalid value, the minimum confidence or
-            the intrinsics are not numbers.
+            If files are missing, or the invalid value or the minimum confidence is no number.
         """
         (colour, depth), kind = self._paths(), self.kind
         if kind is Kind.NOTHING or (kind is Kind.PAIR and not depth):
             raise InputError(_NOTHING_SELECTED)
-        units, name = self._encoding()
+        encoding = self.encoding.currentText().partition(" (")[0].strip()  # a name, or a number as text
         options = ReadingOptions(
-            encoding=name,
-            depth_units=units,
+            encoding=None if encoding in ("", _AUTOMATIC.partition(" (")[0]) else encoding,
             dataset=(self.dataset.text().strip() or None) if kind in (Kind.FRAME, Kind.FRAMES) else None,
             invalid=_number(self.invalid, "The invalid value must be a number of the depth file, such as 65535"),
             min_confidence=_number(
@@ -384,19 +382,6 @@ class OpenDialog(QDialog):
 
     def _paths(self) -> tuple[str, str]:
         return self.path.text().strip(), self.depth_path.text().strip()
-
-    def _encoding(self) -> tuple[float | None, str | None]:
-        """Return the units per metre if a number was entered, and the name of an encoding."""
-        text = self.encoding.currentText().strip()
-        chosen = None if text == _AUTOMATIC else text.partition(" (")[0]
-        try:
-            return None if chosen is None else float(chosen), None
-        except ValueError as error:
-            if not is_name(chosen):
-                raise InputError(
-                    f"The depth encoding must be one of the list, or a number of file units per metre, not {chosen!r}."
-                ) from error
-            return None, chosen
 
     def _intrinsics(self) -> str | tuple[float, ...] | None:
         """Return four numbers, the name of a preset, or a file, which may stand beside colour."""

@@ -8,25 +8,15 @@ import html
 import socket
 from collections.abc import Generator, Sequence
 from datetime import UTC, datetime
-from functools import partial
+from typing import cast
 
 from PySide6.QtCore import Qt
-from PySide6.QtGui import QPixmap
-from PySide6.QtWidgets import (
-    QDialog,
-    QDialogButtonBox,
-    QFrame,
-    QGridLayout,
-    QHBoxLayout,
-    QPushButton,
-    QVBoxLayout,
-    QWidget,
-)
+from PySide6.QtWidgets import QDialog, QDialogButtonBox, QPushButton, QTreeWidgetItem
 
 from ilf._runtime.formatting import counted
 from ilf.project.recovery import RecoverableWork, autosave_folder, find_recoverable_work
 
-from ...widgets.basics import Message, PlainLabel, lay_out, scrolled, stack
+from ...widgets.basics import Message, literal_text, row_list, stack
 from ...widgets.notices import DESTROY, ask, error_details, error_text
 from ...work.jobs import Worker
 from ..context import Context, Feature
@@ -34,8 +24,7 @@ from .restoring import Restoring, has_no_project, name_of
 
 # The dialog that offers unsaved work of a window that closed unexpectedly.
 
-_PICTURE = 160
-_MAX_ROWS_SHOWN = 3
+_WORK = Qt.ItemDataRole.UserRole
 _ABOUT = (
     "ILF Studio or the computer closed unexpectedly. This work is not in a project file yet. It is kept until you "
     "discard it."
@@ -52,117 +41,96 @@ class RecoveryDialog(QDialog):
     def __init__(self, context: Context, works: Sequence[RecoverableWork]) -> None:
         super().__init__(context.window)
         self._context = context
-        self._restoring: _Row | None = None
+        self._restoring: RecoverableWork | None = None
         self.setWindowTitle("Restore Unsaved Work")
         about = Message(lines=2)
         about.show_message(_ABOUT, "text")
         self.added = Message()
         self.added.show_message(_ADDED)
-        self.rows = {number: _Row(left) for number, left in enumerate(works)}
-        for number, row in self.rows.items():
-            row.restore_button.clicked.connect(partial(self._restore, number))
-            row.discard_button.clicked.connect(partial(self._ask_discard, number))
-        self._list = QWidget()
-        lay_out(QVBoxLayout(self._list), *self.rows.values(), None, spacing=8)
-        area = scrolled(self._list)
-        shown = list(self.rows.values())[:_MAX_ROWS_SHOWN]
-        area.setMinimumHeight(sum(row.sizeHint().height() + 8 for row in shown))
+        self.works = row_list("Unsaved work", "Select work to restore or discard", ["Work", "Last change"], stretched=0)
+        self.details = Message(lines=4)
+        self.restore_button, self.discard_button = QPushButton("&Restore"), QPushButton("&Discard…")
+        self.restore_button.setToolTip("Open the selected work in its last state; save it as a project afterwards")
+        self.restore_button.clicked.connect(self._restore)
+        self.discard_button.setToolTip("Delete the selected work permanently")
+        self.discard_button.clicked.connect(self._ask_discard)
         buttons = QDialogButtonBox()
+        buttons.addButton(self.restore_button, QDialogButtonBox.ButtonRole.ActionRole)
+        buttons.addButton(self.discard_button, QDialogButtonBox.ButtonRole.ActionRole)
         later = buttons.addButton("Decide &later", QDialogButtonBox.ButtonRole.RejectRole)
         later.setToolTip("Close this dialog, and offer the remaining work again at the next start")
         buttons.rejected.connect(self.reject)
-        stack(self, about, self.added, area, buttons, stretched=area)
+        stack(self, about, self.added, self.works, self.details, buttons, stretched=self.works)
         later.setDefault(True)
         self.added.setVisible(not has_no_project(context))
         self.setMinimumWidth(600)
+        self.works.currentItemChanged.connect(lambda *_: self._describe())
+        for left in works:
+            item = QTreeWidgetItem([name_of(left), "" if left.header is None else _age(left.header.changed)])
+            item.setData(0, _WORK, left)
+            item.setToolTip(0, literal_text(name_of(left)))
+            self.works.addTopLevelItem(item)
+        self.works.setCurrentIndex(self.works.model().index(0, 0))
 
     def done(self, result: int) -> None:
-        for row in self.rows.values():
-            if row is not self._restoring:
-                row.left.release()
+        for row in range(self.works.topLevelItemCount()):
+            left = self._work(self.works.topLevelItem(row))
+            if left is not self._restoring:
+                left.release()
         super().done(result)
 
-    def _restore(self, number: int) -> None:
-        self._restoring = row = self.rows[number]
-        self._list.setEnabled(False)
-        row.restore_button.setText("Restoring…")
+    def _work(self, item: QTreeWidgetItem | None) -> RecoverableWork:
+        work: RecoverableWork = cast("QTreeWidgetItem", item).data(0, _WORK)
+        return work
 
-        def end() -> None:
-            self._restoring = None
-            self._list.setEnabled(True)
-            row.restore_button.setText("Restore")
+    def _describe(self) -> None:
+        """Describe the selected work, and offer what can be done with it."""
+        if (item := self.works.currentItem()) is None:
+            return
+        left = self._work(item)
+        self.details.show_message(left.problem or "\n".join(_details(left)), "error" if left.problem else "text")
+        self.restore_button.setEnabled(self._restoring is None and not left.problem)
+        self.discard_button.setEnabled(self._restoring is None)
+
+    def _restore(self) -> None:
+        item = self.works.currentItem()
+        self._restoring = left = self._work(item)
+        self._describe()
+        self.details.show_message("Restoring…")
 
         def take() -> None:
-            self._context.notes.show_message(f"{name_of(row.left)} restored: save it to keep it.")
-            end()
+            self._context.notes.show_message(f"{name_of(left)} restored: save it to keep it.")
+            self._restoring = None
             self.added.show()
-            self._remove(number)
+            self._remove(item)
 
         def fail() -> None:
-            end()
+            self._restoring = None
+            self._describe()
             if not self.isVisible():  # closed meanwhile
-                row.left.release()
+                left.release()
 
-        Restoring(self._context, row.left).restore(take, fail)
+        Restoring(self._context, left).restore(take, fail)
 
-    def _ask_discard(self, number: int) -> None:
-        text = f"The unsaved work on {name_of(self.rows[number].left)} is deleted permanently."
-        ask(self, "Discard unsaved work?", text, "", [("&Discard", DESTROY, partial(self._discard, number))])
+    def _ask_discard(self) -> None:
+        item = self.works.currentItem()
+        text = f"The unsaved work on {name_of(self._work(item))} is deleted permanently."
+        ask(self, "Discard unsaved work?", text, "", [("&Discard", DESTROY, lambda: self._discard(item))])
 
-    def _discard(self, number: int) -> None:
+    def _discard(self, item: QTreeWidgetItem | None) -> None:
         try:
-            self.rows[number].left.discard()
+            self._work(item).discard()
         except OSError as error:
             self._context.notes.report("Not discarded", error)
         else:
-            self._remove(number)
+            self._remove(item)
 
-    def _remove(self, number: int) -> None:
-        self.rows.pop(number).hide()
-        if not self.rows:
+    def _remove(self, item: QTreeWidgetItem | None) -> None:
+        if item is not None:
+            self.works.takeTopLevelItem(self.works.indexOfTopLevelItem(item))
+        self._describe()
+        if not self.works.topLevelItemCount():
             self.accept()
-
-
-class _Row(QFrame):
-    """Row of one unsaved work."""
-
-    def __init__(self, left: RecoverableWork) -> None:
-        super().__init__()
-        self.left = left
-        self.setFrameShape(QFrame.Shape.StyledPanel)
-        title = name_of(left)
-        picture = PlainLabel("No picture", alignment=Qt.AlignmentFlag.AlignCenter, enabled=False)
-        picture.setFixedWidth(_PICTURE)
-        picture.setAccessibleName(f"Picture of {title}")
-        pixels = QPixmap()
-        if pixels.loadFromData(left.picture() or b""):
-            mode = Qt.TransformationMode.SmoothTransformation
-            picture.setPixmap(pixels.scaled(_PICTURE, _PICTURE, Qt.AspectRatioMode.KeepAspectRatio, mode))
-            picture.setEnabled(True)
-        name = PlainLabel(title)
-        name.setWordWrap(True)
-        bold = name.font()
-        bold.setBold(True)
-        name.setFont(bold)
-        when, what = Message(), Message()
-        when.show_message("" if left.header is None else f"Last change {_age(left.header.changed)}")
-        what.show_message(left.problem or "\n".join(_details(left)), "error" if left.problem else "text")
-        self.restore_button = QPushButton("Restore")
-        self.restore_button.setToolTip("Open the work in its last state; save it as a project afterwards")
-        self.restore_button.setEnabled(not left.problem)
-        self.discard_button = QPushButton("Discard…")
-        self.discard_button.setToolTip("Delete this work permanently")
-        buttons = self.restore_button, self.discard_button
-        for button in buttons:
-            button.setAccessibleName(f"{button.text().rstrip('…')} {title}")
-        grid = QGridLayout(self)
-        grid.setColumnStretch(1, 1)
-        grid.setHorizontalSpacing(12)
-        grid.addWidget(picture, 0, 0, 4, 1)
-        for line, widget in enumerate((name, when, what)):
-            grid.addWidget(widget, line, 1)
-        grid.setRowStretch(2, 1)
-        grid.addLayout(lay_out(QHBoxLayout(), None, *buttons), 3, 1)
 
 
 def _details(left: RecoverableWork) -> list[str]:

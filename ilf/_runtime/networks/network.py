@@ -3,58 +3,40 @@
 from __future__ import annotations
 
 import hashlib
+import math
 import os
 from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager, suppress
-from functools import cache, partial
+from contextlib import suppress
+from functools import cache
 from pathlib import Path
 from threading import Lock
-from typing import ClassVar, Self
+from typing import Any, ClassVar, Self, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ...errors import FormatError, InputError, told_as
+from ...errors import FormatError, IlfError, InputError, told_as
 from ..files import read_file
 from ..installation import asset_path
 from ..memory import memory_limit
-from .models import models_folder
-from .session import RefusedInputError, Session, device, runtime_version
+from .protobuf import has_external_data
+from .session import RefusedInputError, Session, device
 
-Shapes = dict[str, tuple[int, ...]]
-"""Shapes of a network's inputs, by name."""
+Answer = TypeVar("Answer")
 
-# Networks of users are tried in a child first, and with every size of images, since they can crash the program.
+TRIAL_S, _LONGEST_S = 30.0, 3600.0
+"""Time limits of a network of the user for small images, as it is tried with, and for others [s]."""
 
-_TRIED = ".tried"
-"""Folder beside the user's own networks, with an empty file for each trial that was passed."""
-
-TRIAL_S, _LONGEST_TRIAL_S = 30.0, 3600.0
-"""Time limits of a trial with small images and with others [s]."""
+_SMALL = 200 * 200
+"""Number of pixels up to which an image is small."""
 
 _READ_BYTES_PER_S = 4_000_000
-"""Rate at which the slowest computers read a network for its trial."""
-
-_tried: set[str] = set()
+"""Rate at which the slowest computers read a network."""
 
 
 def is_bundled(sha256: str) -> bool:
     """Whether a network with this content is bundled."""
     return sha256 in _bundled()
-
-
-def tried_once(trial: Callable[[], object], *what: str) -> None:
-    """Call a function, unless it was called for the same before, with this version of ONNX Runtime on this device, by
-    this process or an earlier one, and raised no exception."""
-    name = "-".join((*what, runtime_version(), device()))
-    mark = models_folder() / _TRIED / name
-    if name in _tried or mark.exists():
-        return
-    trial()
-    _tried.add(name)
-    with suppress(OSError):  # then the next process tries it again
-        mark.parent.mkdir(parents=True, exist_ok=True)
-        mark.touch()
 
 
 @cache
@@ -78,17 +60,12 @@ class OnnxNetwork:
     INSTEAD: ClassVar[str] = ", or the Canny detector"
     """What can be chosen instead of a network of this kind, in messages."""
 
-    def __init__(self, content: NDArray[np.uint8], path: Path) -> None:
-        with self._intact(path):
-            self._session = Session(content)
+    def __init__(self, session: Session | SessionInChild, path: Path, sha256: str) -> None:
+        self._session = session
         self.path = path
-        self.sha256 = hashlib.sha256(content.data).hexdigest()
+        self.sha256 = sha256
         """Hash of the bytes that the network was read from, in hexadecimal digits."""
-        self._untried: NDArray[np.uint8] | None = None
-        """The content, if inputs of new sizes are tried in a child."""
         self._try()
-        if not is_bundled(self.sha256):
-            self._untried = content
 
     @classmethod
     def load(cls, path: str | Path) -> Self:
@@ -125,7 +102,7 @@ class OnnxNetwork:
     def read(cls, content: NDArray[np.uint8], path: Path) -> Self:
         """Read the network in a file's content and test it with small images, without caching it.
 
-        Networks not yet tried are first tried in a child, since they can crash the reader.
+        All but the bundled ones run in a child, since they can crash the program.
 
         Parameters
         ----------
@@ -141,66 +118,25 @@ class OnnxNetwork:
             If ONNX Runtime cannot be imported: then the file is not the cause, and no other detector is used instead.
         """
         sha256 = hashlib.sha256(content.data).hexdigest()
-        if not is_bundled(sha256):
-            cls._check_content(content, path)
-            tried_once(partial(cls._try_in_child, content, path, {}), sha256, cls.__name__)
-        return cls(content, path)
-
-    @classmethod
-    def _try_in_child(cls, content: NDArray[np.uint8], path: Path, shapes: Shapes) -> None:
-        """Load a network in a child, which it may crash, and run it on empty images of these shapes."""
-        from ..children import MEMORY, run_in_child  # not before: few networks are tried
-
-        # a large one takes its time to reach the child, and is there several times while it is read
-        seconds, memory = TRIAL_S + content.nbytes // _READ_BYTES_PER_S, MEMORY + 4 * content.nbytes
-        doing = "running it"
-        for *_, height, width in shapes.values():
-            seconds, memory = _LONGEST_TRIAL_S, int(memory_limit())
-            doing = f"running it on an image of about {width} x {height} pixels"
-        run_in_child(cls._trial, content, path, shapes, file=path.name, seconds=seconds, memory=memory, doing=doing)
-
-    @classmethod
-    def _intact(cls, path: Path) -> AbstractContextManager[None]:
-        """Within the block, a ValueError says that the file is no intact network."""
         remedy = f"Choose an intact ONNX file with its weights{cls.INSTEAD}."
-        return told_as(FormatError, f"{path.name} cannot be read as an ONNX network. {remedy}", ValueError)
-
-    @classmethod
-    def _check_content(cls, content: NDArray[np.uint8], path: Path) -> None:
-        """Raise FormatError for a network that makes the reader open other files."""
-        from .protobuf import has_external_data
-
-        with cls._intact(path):
+        unreadable = f"{path.name} cannot be read as an ONNX network. {remedy}"
+        if is_bundled(sha256):
+            return cls(Session(content), path, sha256)
+        with told_as(FormatError, unreadable, ValueError):
             is_outside = has_external_data(content)
         if is_outside:
             raise FormatError(f"{path.name} reads weights from other files: not allowed. Export it as one file.")
-
-    @classmethod
-    def _trial(cls, content: NDArray[np.uint8], path: Path, shapes: Shapes) -> None:
-        """Load the network, which runs it on small images, and run it on empty images of these shapes if there are
-        any."""
-        network = cls(content, path)
-        with suppress(RefusedInputError):
-            if shapes:
-                network._results({name: np.zeros(shape, np.float32) for name, shape in shapes.items()})
+        return cls(SessionInChild(content, path.name, sha256, unreadable), path, sha256)
 
     def _forward(self, inputs: dict[str, NDArray[np.float32]]) -> list[NDArray[np.float32]]:
         """Return all outputs; raise RefusedInputError if the network does not accept these inputs, another FormatError
-        if it crashes with inputs of their size. "" is the first input."""
+        if it crashes with them. "" is the first input."""
+        named = {name or self._session.first_input: values for name, values in inputs.items()}
         try:
-            if self._untried is not None:
-                shapes = {name: values.shape for name, values in inputs.items()}
-                sizes = ("x".join(map(str, shape)) for shape in shapes.values())
-                trial = partial(self._try_in_child, self._untried, self.path, shapes)
-                tried_once(trial, self.sha256, type(self).__name__, *sizes)
-            return self._results(inputs)
+            return self._session.run(named, keep_memory=True)
         except RefusedInputError as error:
             taken = " and ".join(str(values.shape) for values in inputs.values())
             raise RefusedInputError(self._unlike(f"it does not accept inputs of shape {taken}.")) from error
-
-    def _results(self, inputs: dict[str, NDArray[np.float32]]) -> list[NDArray[np.float32]]:
-        named = {name or self._session.first_input: values for name, values in inputs.items()}
-        return self._session.run(named, keep_memory=self._untried is None)  # those of users may need gigabytes
 
     def _unlike(self, why: str) -> str:
         """The message of an error: the network is not of this kind."""
@@ -209,6 +145,75 @@ class OnnxNetwork:
     def _try(self) -> None:
         """Raise FormatError for a network that is not of this kind, before it is used."""
         raise NotImplementedError
+
+
+class SessionInChild:
+    """A network of the user, which runs in a child that it may crash, exhaust or block; otherwise as `Session`.
+
+    Parameters
+    ----------
+    content : ndarray of uint8
+    file : str
+        Its name, for messages.
+    sha256 : str
+    unreadable : str
+        Message of the FormatError if it cannot be read.
+    """
+
+    def __init__(self, content: NDArray[np.uint8], file: str, sha256: str, unreadable: str) -> None:
+        self._content, self._file = content, file
+        self._network = sha256, unreadable
+        self.first_input, self.first_shape, self.outputs = self._ask(_facts_in_child, 0, "running it")
+
+    def run(self, inputs: dict[str, NDArray[np.float32]], keep_memory: bool = False) -> list[NDArray[np.float32]]:
+        """As `Session.run`; those of users may need gigabytes, which are never kept."""
+        height, width = max((one.shape[-2:] for one in inputs.values()), key=math.prod)
+        size = f" on an image of about {width} x {height} pixels" if height * width > _SMALL else ""
+        return self._ask(_outputs_in_child, height * width, f"running it{size}", inputs)
+
+    def _ask(self, function: Callable[..., Answer], pixels: int, doing: str, *arguments: object) -> Answer:
+        from ..children import MEMORY, run_in_child  # not before: few networks are not bundled
+
+        # a large one takes its time to reach the child, and is there several times while it is read
+        size = self._content.nbytes
+        seconds, memory = TRIAL_S + size // _READ_BYTES_PER_S, MEMORY + 4 * size
+        if pixels > _SMALL:
+            seconds, memory = _LONGEST_S, int(memory_limit())
+        limits: dict[str, Any] = {"seconds": seconds, "memory": memory, "doing": doing}
+        with suppress(_NotOpenError):
+            return run_in_child(function, None, *self._network, *arguments, file=self._file, **limits)
+        return run_in_child(function, self._content, *self._network, *arguments, file=self._file, **limits)
+
+
+# The child's side.
+
+_sessions: dict[tuple[str, str], Session] = {}
+"""Hash and device -> network."""
+
+
+class _NotOpenError(IlfError):
+    """The child needs the content of the network."""
+
+
+def _session_in_child(content: NDArray[np.uint8] | None, sha256: str, unreadable: str) -> Session:
+    key = sha256, device()
+    if key not in _sessions:
+        if content is None:
+            raise _NotOpenError(unreadable)
+        with told_as(FormatError, unreadable, ValueError):
+            _sessions[key] = Session(content)
+    return _sessions[key]
+
+
+def _facts_in_child(*network: Any) -> tuple[str, tuple[int | None, ...], tuple[str, ...]]:
+    session = _session_in_child(*network)
+    return session.first_input, session.first_shape, session.outputs
+
+
+def _outputs_in_child(
+    content: NDArray[np.uint8] | None, sha256: str, unreadable: str, inputs: dict[str, NDArray[np.float32]]
+) -> list[NDArray[np.float32]]:
+    return _session_in_child(content, sha256, unreadable).run(inputs)
 
 
 def trial_images() -> Iterator[NDArray[np.uint8]]:

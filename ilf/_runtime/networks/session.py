@@ -145,11 +145,6 @@ def _unusable(name: str) -> InstallationError:
     )
 
 
-def runtime_version() -> str:
-    """Return the version of ONNX Runtime; raise InstallationError if it cannot be imported."""
-    return str(_runtime().__version__)
-
-
 @cache
 def _runtime() -> ModuleType:
     """Import ONNX Runtime; raise InstallationError if it cannot be imported."""

@@ -11,7 +11,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from ..._runtime.children import run_units
+from ..._runtime.children import run_in_processes
 from ...completion.confidence.expected_error import DEFAULT_MODEL, depth_error
 from ...completion.filter import edges_for
 from ...completion.interpolation import nearest
@@ -95,6 +95,10 @@ def timed(run: Callable[[], T], otherwise: T) -> tuple[T, float, str]:
     return result, time.perf_counter() - started, failure
 
 
+_Unit = tuple[Path, str, tuple[str, ...], int]
+"""Folder, pattern, methods and base seed."""
+
+
 def run_bench(
     folders: Sequence[Path],
     patterns: Sequence[str],
@@ -118,9 +122,21 @@ def run_bench(
         Processes that share the frames. More than one makes the timings longer and less accurate; all else stays.
     on_progress : callable, optional
         Called with a frame's name whenever it is done under one pattern.
+
+    Raises
+    ------
+    IlfError
+        If a process has ended before its work was done.
     """
-    units = [(folder, pattern, methods, seed) for pattern in patterns for folder in folders]
-    parts = run_units(_run_unit, units, jobs=jobs, on_done=lambda number: on_progress(units[number][0].name))
+    units = [(folder, pattern, tuple(methods), seed) for pattern in patterns for folder in folders]
+    here = ((unit, _run_unit(unit)) for unit in units)
+    found: dict[_Unit, BenchResult] = {}
+    for unit, part in here if jobs == 1 else run_in_processes(_run_unit, units, jobs=jobs):
+        if part is None:
+            raise IlfError("A worker process ended. Memory may have run out: close programs, or use fewer --jobs.")
+        found[unit] = part
+        on_progress(unit[0].name)
+    parts = [found[unit] for unit in units]
     return BenchResult(
         tuple(row for part in parts for row in part.rows),
         # an unreadable frame is reported once per pattern
@@ -128,7 +144,8 @@ def run_bench(
     )
 
 
-def _run_unit(folder: Path, pattern: str, methods: Sequence[str], seed: int) -> BenchResult:
+def _run_unit(unit: _Unit) -> BenchResult:
+    folder, pattern, methods, seed = unit
     try:
         source = load_bench_frame(folder)
     except IlfError as error:

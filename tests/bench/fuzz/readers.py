@@ -234,7 +234,6 @@ def autosave(path: Path) -> None:
         try:
             if left.problem:
                 raise InputError(left.problem)
-            left.picture()
             copied = copy_frames([left.parts], {frame.id: frame.id for frame in left.read.project.frames})
             for frame in left.read.project.frames:
                 load_state(frame.id, left.parts)

@@ -74,7 +74,7 @@ def test_request_opens_the_very_frame(dialog, folder):
     assert dialog.result() == QDialog.DialogCode.Accepted
     request = dialog.request()
     options = request.options
-    frame = load_frame(request.rgb, request.depth, depth_units=options.depth_units, intrinsics=options.intrinsics)
+    frame = load_frame(request.rgb, request.depth, encoding=options.encoding, intrinsics=options.intrinsics)
     assert float(np.nanmedian(frame.depth)) == 4.0
     assert frame.intrinsics.cx == 319.5
 
@@ -357,7 +357,7 @@ def test_a_dialog_after_another_says_why_a_folder_is_refused(tmp_path, qtbot):
 
 def test_enter_opens_once_wherever_it_is_pressed_and_before_the_change_is_read(dialog, folder, qtbot):
     opened = []
-    dialog.accepted.connect(lambda: opened.append(dialog.request().options.depth_units))
+    dialog.accepted.connect(lambda: opened.append(dialog.request().options.encoding))
     for field in (dialog.encoding, dialog.invalid, dialog.path):
         dialog.setResult(0)
         dialog.show()
@@ -369,13 +369,13 @@ def test_enter_opens_once_wherever_it_is_pressed_and_before_the_change_is_read(d
         field.setFocus()
         QTest.keyClick(QApplication.focusWidget(), Qt.Key.Key_Return)
         qtbot.wait(1)
-    assert opened == [500, 500, 500]
+    assert opened == ["500", "500", "500"]
     dialog.setResult(0)
     dialog.show()
     dialog.path.setText(str(folder / "nothing.png"))
     QTest.keyClick(dialog.path, Qt.Key.Key_Return)
     assert dialog.isVisible()
-    assert opened == [500, 500, 500]
+    assert opened == ["500", "500", "500"]
 
 
 def _type(dialog, path, qtbot):

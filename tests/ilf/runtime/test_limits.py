@@ -342,11 +342,17 @@ def test_a_trial_that_does_not_end_is_ended(endless):
     assert not before or children() <= before
 
 
-@pytest.mark.parametrize("run", ["trial", "here"])
-def test_a_run_that_does_not_end_is_cancellable(endless, monkeypatch, run):
+def test_a_run_that_does_not_end_is_cancellable(endless, monkeypatch):
     monkeypatch.setattr(network, "TRIAL_S", 60.0)
     stop = threading.Event()
     threading.Timer(1.0, stop.set).start()
-    work = EdgeNetwork.load if run == "trial" else lambda path: EdgeNetwork(np.fromfile(path, np.uint8), path)
     with cancelled_by(stop), pytest.raises(Cancelled):
-        work(endless)
+        EdgeNetwork.load(endless)
+
+
+def test_a_bundled_network_is_cancelled_within_its_run(endless):
+    session = network.Session(np.fromfile(endless, np.uint8))
+    stop = threading.Event()
+    threading.Timer(1.0, stop.set).start()
+    with cancelled_by(stop), pytest.raises(Cancelled):
+        session.run({session.first_input: np.zeros((1, 3, 64, 64), np.float32)})

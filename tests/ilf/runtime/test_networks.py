@@ -185,7 +185,7 @@ raise ImportError("DLL load failed")
 
 def test_what_the_import_prints_is_not_shown(tmp_path):
     (tmp_path / "onnxruntime.py").write_text(_NOISY)
-    code = "from ilf._runtime.networks.session import runtime_version; runtime_version()"
+    code = "from ilf._runtime.networks.session import _runtime; _runtime()"
     paths = os.pathsep.join([str(tmp_path), *sys.path])
     done = subprocess.run(
         [sys.executable, "-c", code], env=os.environ | {"PYTHONPATH": paths}, capture_output=True, text=True

@@ -11,10 +11,11 @@ from pathlib import Path
 
 import pytest
 
-from ilf._runtime.children import run_in_processes, run_units
+from ilf._runtime.children import run_in_processes
 from ilf._runtime.termination import Interrupted, error_log_path, log_error, terminating_on_signal
 from ilf.cli import info, main
 from ilf.errors import IlfError
+from ilf.evaluation.bench.runner import run_bench
 
 from ..batch_frames import write_frames
 from .crashing import only_once
@@ -22,11 +23,19 @@ from .crashing import only_once
 posix = pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
 
 
+class _Ends(str):
+    """The name of a method with which a process ends."""
+
+    def __reduce__(self):
+        return os._exit, (1,)
+
+
 def test_a_process_that_ends_is_told_of():
+    assert dict(run_in_processes(os._exit, [0, 1], jobs=2)) == {0: None, 1: None}
     with pytest.raises(IlfError, match="worker process ended"):
-        run_units(os._exit, [(0,), (1,)], jobs=2)
+        run_bench([Path("a")], ["random"], [_Ends()], jobs=2)
     with pytest.raises(ZeroDivisionError):
-        run_units(divmod, [(1, 0)], jobs=2)
+        list(run_in_processes(partial(divmod, 1), [0], jobs=2))
 
 
 def test_items_whose_process_crashes_are_tried_once_more_and_the_others_are_not_lost(tmp_path):
