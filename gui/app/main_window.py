@@ -29,7 +29,7 @@ from ..features.menus import ToolBar, ToolColumn, draw_extensions, fill_menu_bar
 from ..features.on_use import OnUseFeature
 from ..features.project.autosave import AutosaveFeature
 from ..features.project.feature import ProjectFeature
-from ..features.propagation.feature import PropagationFeature
+from ..features.propagation import PropagationFeature
 from ..features.quality import QualityPanel
 from ..features.run_history.panel import RunsPanel
 from ..features.runs import RunsFeature
