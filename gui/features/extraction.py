@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QEvent, QObject, QTimer
+from PySide6.QtCore import QTimer
 from PySide6.QtWidgets import QCheckBox, QHBoxLayout, QLabel, QVBoxLayout, QWidget
 
 from ilf._runtime.formatting import counted
@@ -299,9 +299,3 @@ class ExtractionPanel(Panel):
         around = f", around {kept}" if kept else ""
         took = f"{1000 * found.seconds:.0f} ms" if found.seconds < 1 else f"{found.seconds:.1f} s"
         return f"{title}: {describe_blocks(int(blocks.max()), blocks)}{around}, in {took}."
-
-    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Write the summary in the colours of a new theme."""
-        if watched is self.widget and event.type() == QEvent.Type.PaletteChange:
-            self.redraw()
-        return super().eventFilter(watched, event)
