@@ -6,17 +6,16 @@ import contextlib
 from collections.abc import Callable
 from functools import partial
 
-from PySide6.QtCore import QSettings, QSignalBlocker, Qt
+from PySide6.QtCore import QEvent, QObject, QSettings, QSignalBlocker, Qt
 from PySide6.QtGui import QAction, QWheelEvent
-from PySide6.QtWidgets import QInputDialog, QTabBar
+from PySide6.QtWidgets import QHBoxLayout, QInputDialog, QTabBar, QWidget
 
 from ...base.commands import Command, command, describe
 from ...views.layouts import CORRECT as CORRECT_VIEWS
 from ...views.layouts import LAYOUTS
-from ...widgets.basics import open_once
+from ...widgets.basics import lay_out, open_once
 from ..context import Context, Feature
 from ..views import ViewsFeature
-from .header import Header
 from .layout import BUILT_IN, CORRECT, INSPECT, OWN, OWN_HINT, STANDARD, TUNE, Arrangement, Layout, LayoutStore
 
 _ICONS = {STANDARD: "ph.layout", INSPECT: "ph.eye", CORRECT: "ph.pencil-line", TUNE: "ph.sliders"}
@@ -26,6 +25,11 @@ _TEXTS |= {name: (name, OWN_HINT) for name in OWN}
 
 _CHOICES = "block_names", "show_missing", "only_icons"
 """Options of the views that are stored between program starts."""
+
+_GAP = 14
+"""Space between the view controls and the layouts [px]."""
+_LEAST = 60
+"""Width of the layouts in which at least one can be seen, and others scrolled to [px]."""
 
 _NOT_OWN = "The current layout is built in: only your own layouts can be renamed or deleted."
 
@@ -61,8 +65,30 @@ class LayoutsFeature(Feature):
         self.bar.setAccessibleName("Layouts")
         self.bar.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         self.bar.currentChanged.connect(lambda number: self.turn(self.bar.tabData(number)))
-        self.header = Header(context.window.menuBar(), context.feature(ViewsFeature).bar, self.bar)
-        context.centre.turned.connect(self.header.fit)
+        self._menu_bar, self._view_bar, self._corner = (
+            context.window.menuBar(),
+            context.feature(ViewsFeature).bar,
+            QWidget(),
+        )
+        lay_out(QHBoxLayout(self._corner), self._view_bar, self.bar, spacing=_GAP)
+        self._menu_bar.setCornerWidget(self._corner)
+        self._menu_bar.installEventFilter(self)
+        context.centre.turned.connect(self._fit_header)
+
+    def _fit_header(self) -> None:
+        """Show the layouts that there is room for beside the menus and the view controls; in a narrow window, they are
+        scrolled to, or in the menu only."""
+        menus = self._menu_bar.sizeHint().width() - self._corner.sizeHint().width()
+        left = self._menu_bar.width() - menus - _GAP - self._view_bar.sizeHint().width()
+        self.bar.setVisible(left >= _LEAST)
+        self.bar.setMaximumWidth(min(self.bar.sizeHint().width(), max(left, 0)))
+        self._menu_bar.setCornerWidget(self._corner)  # updates its place
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        """Fit the layouts to the width of the menu bar."""
+        if event.type() == QEvent.Type.Resize:
+            self._fit_header()
+        return False
 
     def _choose(self, name: str, on: bool) -> None:
         """Switch to a layout, or to the previous one."""
@@ -275,5 +301,5 @@ class LayoutsFeature(Feature):
                 if name == self.present:
                     self.bar.setCurrentIndex(number)
         actions.fill(self.menu, "| save_layout rename_layout delete_layout | reset_layout")
-        self.header.fit()
+        self._fit_header()
         actions.refresh()
