@@ -100,11 +100,10 @@ def test_frames_of_the_list_are_completed_and_open(part, window, qtbot, tmp_path
 
 
 @pytest.mark.parametrize("before", ["unchanged", "failed", ""])
-def test_the_time_left_follows_from_frames_completed_since_the_start(window, tmp_path, monkeypatch, before):
+def test_the_time_left_follows_from_frames_completed_since_the_start(part, window, tmp_path, monkeypatch, before):
     now, steps = [100.0], []
-    monkeypatch.setattr("gui.widgets.work_row.Pace", lambda: Pace(lambda: now[0]))
+    monkeypatch.setattr(part.work, "_pace", Pace(lambda: now[0]))
     window.actions_["batch"].trigger()
-    part = window.feature(ExportFeature)
     monkeypatch.setattr(part.requests, "ask", lambda job, take, step: steps.append(step))
     part.folder_path.setText(str(tmp_path / "done"))
     part.export_button.click()
