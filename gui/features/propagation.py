@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import partial
+from typing import Any
 
 import numpy as np
 from PySide6.QtCore import QSettings, Qt, Signal
@@ -36,7 +37,7 @@ from ..state.entries import Entry
 from ..widgets.basics import Message, PlainLabel, answers, combo, form, lay_out, open_once, stack
 from ..widgets.notices import error_text
 from ..widgets.work_row import WorkRow
-from .context import Context, Feature, PendingWork
+from .context import Context, Feature
 
 _WAYS = {
     "auto": (
@@ -252,13 +253,6 @@ class PropagationFeature(Feature):
         remembered = str(QSettings().value(_HOW_KEY))
         actions[_COMMAND(remembered if remembered in _WAYS else "auto")].setChecked(True)
 
-    def pending_work(self) -> list[PendingWork]:
-        """The propagation to a frame, which must stay open meanwhile."""
-        run = self.run
-        if run is None or run.present is run.source:
-            return []
-        return [PendingWork(f"propagation of blocks to {run.present.name}", run.present.document)]
-
     @property
     def how(self) -> str:
         """The selected method."""
@@ -363,8 +357,17 @@ class PropagationFeature(Feature):
         entry = run.present = run.waiting.popleft()
         store = self.context.loader.store
         read = state_reader(entry, store) or partial(_read_without_blocks, entry, store)
-        self.requests.ask(read, partial(self._take_read, run), partial(self._take_error, run, None))
+        self._ask(run, read, partial(self._take_read, run), None)
         self._show()
+
+    def _ask(
+        self, run: PropagationRun, find: Callable[[], Any], take: Callable[[Any], None], read: Decoded | None
+    ) -> None:
+        """Ask for what the propagation to the present frame needs, which must stay open meanwhile."""
+        present = run.present
+        what = "" if present is run.source else f"propagation of blocks to {present.name}"
+        fail = partial(self._take_error, run, read)
+        self.requests.ask(find, take, fail, what=what, about=present.document)
 
     def _take_read(self, run: PropagationRun, read: Decoded) -> None:
         """Propagate the blocks of the frame before to one that has been read, and show it meanwhile."""
@@ -375,7 +378,7 @@ class PropagationFeature(Feature):
             self._take(run, read, read.state)
         else:
             found = partial(propagate_state, before, read.state, run.how)
-            self.requests.ask(found, partial(self._take, run, read), partial(self._take_error, run, read))
+            self._ask(run, found, partial(self._take, run, read), read)
 
     def _take(self, run: PropagationRun, read: Decoded, outcome: Propagated | FrameState) -> None:
         entry, workspace = run.present, self.context.workspace

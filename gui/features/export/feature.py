@@ -49,7 +49,7 @@ from ...widgets.file_choice import EXPORTS, EXPORTS_OF_FRAMES, remember_folder, 
 from ...widgets.hold_out_choice import HoldOutChoice
 from ...widgets.notices import DESTROY, ask, error_text
 from ...work.jobs import spare_cores
-from ..context import Context, PendingWork
+from ..context import Context
 from ..documents.feature import DocumentsFeature
 from ..frame_list.feature import FramesFeature
 from ..panel import Panel
@@ -431,7 +431,8 @@ class ExportFeature(Panel):
                 yield from steps
             return ""
 
-        self.requests.ask(job, self._end, step=self._take)
+        what = f"an export of {counted(max(self._total, 1), 'frame')}"
+        self.requests.ask(job, self._end, step=self._take, what=what)
         self.results.clear()
         self.retry.setChecked(False)
         self.anew.setChecked(False)
@@ -440,10 +441,6 @@ class ExportFeature(Panel):
         self._allow()
         self._status.show_exporting(True)
         self._show_frames()
-
-    def pending_work(self) -> Sequence[PendingWork]:
-        """The export in progress, if any."""
-        return [PendingWork(f"an export of {counted(max(self._total, 1), 'frame')}")] if self.busy else []
 
     def _take(self, step: Step) -> None:
         """List what has come of a frame, or show how far the report is."""

@@ -125,7 +125,7 @@ class FramesFeature(Panel):
         self._show_list()
 
     def _show_list(self) -> None:
-        self.panel.show_entries(self.context.workspace.entries, self._present())
+        self.panel.show_entries(list(self.context.workspace.entries), self._present())
 
     def show_played(self, entry: Entry | None) -> None:
         """Mark the frame shown by playing as the current one; None once an open one is shown again."""

@@ -35,7 +35,7 @@ from ...views.colours import error_table
 from ...views.pixel_items import rgb_image
 from ...widgets.basics import Message, PlainLabel, combo, give_size, label_of, lay_out, scrolled
 from ...work.frame_runs import RunState
-from ..context import Context, PendingWork
+from ..context import Context
 from ..filter import FilterPanel
 from ..panel import Panel
 from .cells import Cell, PointCells
@@ -166,12 +166,6 @@ class SweepFeature(Panel):
         menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         menu.popup(place)
 
-    def pending_work(self) -> list[PendingWork]:
-        """The sweep in progress, if any."""
-        if self.found is None or not self.busy:
-            return []
-        return [PendingWork(f"a sweep of {self.found.document.name}", self.found.document)]
-
     def _boxes(self) -> list[RangeBox]:
         return [self.first, *([self.second] if self.second.isChecked() else [])]
 
@@ -237,7 +231,13 @@ class SweepFeature(Panel):
             return
         self.found = found = SweepState(document, sweep, label)
         self._lay_out(found)
-        self.requests.ask(found.steps, partial(self._finish, found), step=partial(self._take_point, found))
+        self.requests.ask(
+            found.steps,
+            partial(self._finish, found),
+            step=partial(self._take_point, found),
+            what=f"a sweep of {document.name}",
+            about=document,
+        )
         self.state.show_message("Running the first values…")
         self._set_busy(True)
         self._show_found()
