@@ -11,7 +11,6 @@ from PySide6.QtGui import QAction, QWheelEvent
 from PySide6.QtWidgets import QHBoxLayout, QInputDialog, QTabBar, QWidget
 
 from ...base.commands import Command, command, describe
-from ...views.layouts import CORRECT as CORRECT_VIEWS
 from ...views.layouts import LAYOUTS
 from ...widgets.basics import lay_out, open_once
 from ..context import Context, Feature
@@ -48,8 +47,6 @@ class LayoutsFeature(Feature):
         super().__init__(context)
         self.store = LayoutStore(context.panels.persistent)
         self._last = STANDARD
-        self._views, self._lasting = context.views.sheet.layout_name, context.views.sheet.lasting
-        self._turning = False
         self._deleted: Layout | None = None
         self._actions: dict[str, QAction] = {}
         for name, (text, hint) in _TEXTS.items():
@@ -58,7 +55,6 @@ class LayoutsFeature(Feature):
             switch = Command(f"layout_{name}", text, hint, icon, keys, checkable=True, handler=choose)
             context.actions.add([switch])
             self._actions[name] = context.actions[switch.name]
-        context.views.sheet.layoutChanged.connect(self._follow_views)
         self.menu = context.actions.menu("&Layout", context.window)
         context.actions.adopt("layout_menu", self.menu.menuAction())
         self.bar = _Tabs(drawBase=False, expanding=False, usesScrollButtons=True)
@@ -235,7 +231,7 @@ class LayoutsFeature(Feature):
         """Return the current arrangement of the window."""
         panels, views = self.context.panels, self.context.views
         return Arrangement(
-            self._views,
+            views.sheet.layout_name,
             views.contents(),
             tuple(panels.open),
             panels.places(),
@@ -247,36 +243,17 @@ class LayoutsFeature(Feature):
     def _apply(self, arrangement: Arrangement) -> None:
         """Apply an arrangement to the window."""
         views = self.context.views
-        self._turning = True
-        try:
-            if arrangement.views in LAYOUTS:
-                views.sheet.set_layout(arrangement.views, self.store.layouts[self.present].arrangement.views)
-            views.reset_contents()
-            for cell, content in arrangement.contents.items():
-                with contextlib.suppress(ValueError):  # contents that do not exist any more are skipped
-                    views.set_content(cell, content)
-            with contextlib.suppress(ValueError):
-                views.sides.choose(*arrangement.sides)
-            self.context.actions["cloud_beside"].setChecked(arrangement.cloud_beside)
-            self.context.actions["contours_only"].setChecked(arrangement.contours)
-        finally:
-            self._turning = False
+        if arrangement.views in LAYOUTS:
+            views.sheet.set_layout(arrangement.views, self.store.layouts[self.present].arrangement.views)
+        views.reset_contents()
+        for cell, content in arrangement.contents.items():
+            with contextlib.suppress(ValueError):  # contents that do not exist any more are skipped
+                views.set_content(cell, content)
+        with contextlib.suppress(ValueError):
+            views.sides.choose(*arrangement.sides)
+        self.context.actions["cloud_beside"].setChecked(arrangement.cloud_beside)
+        self.context.actions["contours_only"].setChecked(arrangement.contours)
         self.context.panels.take(arrangement.panels, arrangement.places)
-
-    def _follow_views(self, name: str) -> None:
-        """Switch the panels with the views when the views enter or leave the arrangement for correcting; but not in an
-        own layout, which may have any views, nor while a single view or a comparison is shown temporarily."""
-        lasting = self.context.views.sheet.lasting
-        if not self._turning and self.present not in OWN:
-            comes, goes = lasting == CORRECT_VIEWS, self.present == CORRECT
-            if comes != goes:
-                self._views = self._lasting
-                self._leave(CORRECT if comes else self._back())
-                there = self.store.left(self.present)
-                self.context.panels.take(there.panels, there.places)
-                self.context.actions["contours_only"].setChecked(there.contours)
-                self._show()
-        self._views, self._lasting = name, lasting
 
     def _show(self) -> None:
         """Show the layouts in menu and bar, and mark the current one."""
