@@ -104,7 +104,7 @@ def test_the_time_left_follows_from_frames_completed_since_the_start(part, windo
     now, steps = [100.0], []
     monkeypatch.setattr(part.work, "_pace", Pace(lambda: now[0]))
     window.actions_["batch"].trigger()
-    monkeypatch.setattr(part.requests, "ask", lambda job, take, step: steps.append(step))
+    monkeypatch.setattr(part.requests, "ask", lambda job, take, step, what: steps.append(step))
     part.folder_path.setText(str(tmp_path / "done"))
     part.export_button.click()
     written, unchanged, failed = (ExportedFrame("a", tmp_path, ExportStatus(one)) for one in _STATUS)
