@@ -82,9 +82,7 @@ def test_a_run_takes_the_place_of_a_re_solve_and_keeps_it(bench, until, stepwise
         until(lambda: bench.runs.state is RunState.PAUSED)
         bench.runs.of(bench.document).toggle_pause()
     until(lambda: bool(bench.said))
-    assert [list(steps.run.only) for steps in bench.script.runs] == [[1], [2]], (
-        "values that came later do not push it aside"
-    )
+    assert [list(steps.run.only) for steps in bench.script.runs][:2] == [[1], [2]], "values that came later wait for it"
     assert bench.resolved == []
 
 
