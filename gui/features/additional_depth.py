@@ -7,7 +7,6 @@ from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import NamedTuple
-from weakref import WeakSet
 
 import numpy as np
 from PySide6.QtCore import QSettings, Qt
@@ -121,10 +120,7 @@ class AdditionalDepthPanel(Panel):
 
     def __init__(self, context: Context) -> None:
         self._sections: dict[str, _Section] = {}
-        self._told = WeakSet[Document]()
-        """Frames whose guide was told of, or loaded here."""
         super().__init__(context)
-        context.refresh.add("guide told", self._tell_guide, Part.FRAME | Part.GUIDE)
         context.refresh.add("depth in again", self._put_back, Part.FRAME | Part.GUIDE | Part.NEIGHBOURS)
 
     def make(self) -> QWidget:
@@ -297,7 +293,6 @@ class AdditionalDepthPanel(Panel):
 
         def take(found: tuple[RGBDFrame, str]) -> None:
             if self._is_shown(document):
-                self._told.add(document)
                 document.set_guide(found[0].guide, "Load guide")
                 self.context.notes.show_message(f"{document.name}: {found[1]}")
 
@@ -321,15 +316,6 @@ class AdditionalDepthPanel(Panel):
         gone = {"guide": self._frame.guide is None, "from_neighbours": self._frame.from_neighbours is None}
         if gone.get(self.context.views.contents()["depth-in"]):
             self.context.views.set_content("depth-in", "depth-in")
-
-    def _tell_guide(self) -> None:
-        """Tell once that a frame was opened with a guide."""
-        workspace = self.context.workspace
-        if workspace.has_current and self._frame.guide is not None and self._document not in self._told:
-            self._told.add(self._document)
-            self.context.notes.show_message(
-                f"{self._document.name} has a guide, which the runs use. To run without it: File > Remove guide."
-            )
 
     @property
     def _document(self) -> Document:

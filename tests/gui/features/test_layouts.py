@@ -109,7 +109,7 @@ def test_looks_aside_leave_the_layout_and_go_back_to_its_views(opened):
     views.sheet.toggle_layout("compare")
     assert (layouts.present, views.sheet.layout_name) == ("tune", "grid"), "and not the views of the layout before"
     layouts.turn("correct")
-    assert views.sheet.layout_name == "correct", "the look aside is over"
+    assert views.sheet.layout_name == "compare", "as it was left, too"
     window.close()
 
 
