@@ -10,9 +10,7 @@ from PySide6.QtGui import QAction
 from ..state.document import Document
 from ..state.parts import Edit, Part
 from ..state.workspace import Workspace
-from .frame_runs import FrameRuns, RunNews, RunOutcome, RunState
-
-__all__ = ["RunController", "RunOutcome", "RunState"]
+from .frame_runs import FrameRuns, RunNews, RunState
 
 
 class RunController(RunNews):
