@@ -82,6 +82,11 @@ def _run(options: argparse.Namespace, inputs: _Inputs) -> int:
 
     log_crashes()
     app, present = _application(options.theme)
+    splash = None
+    if options.screenshot is None:
+        from .splash import show_splash
+
+        splash = show_splash(app)
     for package in ("pyqtgraph", "qtawesome"):
         optional(package, "ilf-studio[app]", "The window")
 
@@ -94,6 +99,8 @@ def _run(options: argparse.Namespace, inputs: _Inputs) -> int:
     is_unattended = options.run or options.screenshot is not None
     unattended = HeadlessRun(window, options.run, options.screenshot) if is_unattended else None
     ErrorReporter(window.notes, None if unattended is None else unattended.finish)
+    if splash is not None:
+        splash.close()
     window.show()
     _open(window, options, inputs)
     if unattended is not None:

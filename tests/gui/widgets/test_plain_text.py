@@ -10,6 +10,7 @@ import gui
 from gui.widgets.basics import PlainLabel, literal_text
 
 RICH = {
+    "app/splash.py",
     "features/edit_summary.py",
     "features/extraction.py",
     "features/inspect/profile.py",
