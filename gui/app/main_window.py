@@ -13,9 +13,10 @@ from ..features.additional_depth import AdditionalDepthPanel
 from ..features.blocks.feature import BlocksFeature
 from ..features.cloud import CloudFeature
 from ..features.colour_range import ColourRange
-from ..features.compare import CompareFeature, DerivedFeature
+from ..features.compare import CompareFeature
 from ..features.context import Context, Feature
 from ..features.curves import CurvesFeature
+from ..features.derived import DerivedFeature
 from ..features.documents.feature import DocumentsFeature
 from ..features.edit_summary import EditSummaryFeature
 from ..features.expected_error import ErrorFeature
@@ -29,11 +30,10 @@ from ..features.menus import ToolBar, ToolColumn, draw_extensions, fill_menu_bar
 from ..features.on_use import OnUseFeature
 from ..features.project.autosave import AutosaveFeature
 from ..features.project.feature import ProjectFeature
-from ..features.propagation.feature import PropagationFeature
+from ..features.propagation import PropagationFeature
 from ..features.quality import QualityPanel
 from ..features.run_history.panel import RunsPanel
 from ..features.runs import RunsFeature
-from ..features.sequence.flicker import FlickerFeature
 from ..features.sequence.playing import PlayFeature
 from ..features.shortcuts import ShortcutsFeature
 from ..features.start_page import StartPageFeature
@@ -76,7 +76,6 @@ _FURTHER: tuple[type[Feature], ...] = (
     ColourRange,
     StartPageFeature,
     PlayFeature,
-    FlickerFeature,
     LayoutsFeature,
     ShortcutsFeature,
     AutosaveFeature,

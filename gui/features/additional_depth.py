@@ -7,7 +7,6 @@ from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import NamedTuple
-from weakref import WeakSet
 
 import numpy as np
 from PySide6.QtCore import QSettings, Qt
@@ -121,12 +120,7 @@ class AdditionalDepthPanel(Panel):
 
     def __init__(self, context: Context) -> None:
         self._sections: dict[str, _Section] = {}
-        self._networks: GuideNetworksDialog | None = None
-        """The dialog of networks while it is open."""
-        self._told = WeakSet[Document]()
-        """Frames whose guide was told of, or loaded here."""
         super().__init__(context)
-        context.refresh.add("guide told", self._tell_guide, Part.FRAME | Part.GUIDE)
         context.refresh.add("depth in again", self._put_back, Part.FRAME | Part.GUIDE | Part.NEIGHBOURS)
 
     def make(self) -> QWidget:
@@ -219,12 +213,9 @@ class AdditionalDepthPanel(Panel):
     @command("guide_by_network", "Guide by net&work…", icon="ph.brain")
     def choose_network(self) -> None:
         """Fetch a network that predicts depth from colour, or choose one that is here, and use it as guide."""
-        dialog = GuideNetworksDialog(self.context.window, self.context.workspace.has_current, self.requests)
-        dialog.use_requested.connect(self._load_guide)
-        dialog.change_requested.connect(self._change_networks)
-        dialog.finished.connect(lambda _: setattr(self, "_networks", None))
-        self._networks = dialog
-        open_once(dialog)
+        context = self.context
+        dialog = GuideNetworksDialog(context.window, context.workspace.has_current, self.requests, context.notes)
+        open_once(dialog, lambda: self._load_guide(dialog.chosen()))
 
     def _why_no_neighbours(self) -> str:
         entry, place = self._entry(), self._entry().place
@@ -302,29 +293,12 @@ class AdditionalDepthPanel(Panel):
 
         def take(found: tuple[RGBDFrame, str]) -> None:
             if self._is_shown(document):
-                self._told.add(document)
                 document.set_guide(found[0].guide, "Load guide")
                 self.context.notes.show_message(f"{document.name}: {found[1]}")
 
         self.requests.ask(
             lambda: _with_guide(frame, path), take, partial(self.context.notes.report, "Load guide"), kind="guide"
         )
-
-    def _change_networks(self, what: str, find: Callable[[], str]) -> None:
-        """Fetch or add a network, whose name `find` returns; the dialog may be closed meanwhile."""
-
-        def take(name: str) -> None:
-            self.context.notes.show_message(f"The guide network {name} is ready.")
-            if self._networks is not None:
-                self._networks.show_networks(name)
-
-        def fail(error: Exception) -> None:
-            if self._networks is not None:
-                self._networks.message.show_message(error_text(error), "error")
-            else:
-                self.context.notes.report(what, error)
-
-        self.requests.ask(find, take, fail, kind=what)
 
     def _is_shown(self, document: Document) -> bool:
         """Whether a frame still is the current one; a message says if not."""
@@ -342,15 +316,6 @@ class AdditionalDepthPanel(Panel):
         gone = {"guide": self._frame.guide is None, "from_neighbours": self._frame.from_neighbours is None}
         if gone.get(self.context.views.contents()["depth-in"]):
             self.context.views.set_content("depth-in", "depth-in")
-
-    def _tell_guide(self) -> None:
-        """Tell once that a frame was opened with a guide."""
-        workspace = self.context.workspace
-        if workspace.has_current and self._frame.guide is not None and self._document not in self._told:
-            self._told.add(self._document)
-            self.context.notes.show_message(
-                f"{self._document.name} has a guide, which the runs use. To run without it: File > Remove guide."
-            )
 
     @property
     def _document(self) -> Document:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cached_property
-from typing import ClassVar, NamedTuple, TypeVar
+from typing import ClassVar, TypeVar
 
 from PySide6.QtCore import QObject
 from PySide6.QtWidgets import QMainWindow
@@ -16,7 +16,6 @@ from ..base.needs import NOTHING, Need
 from ..project.loading import FrameLoader
 from ..project.recorder import Recorder
 from ..project.store import WorkStore
-from ..state.document import Document
 from ..state.parts import Part
 from ..state.workspace import Workspace
 from ..tools.editor import Editor
@@ -26,25 +25,9 @@ from ..views.linked_views import LinkedViews
 from ..widgets.docks import Docks
 from ..widgets.notices import LogPanel, Notes
 from ..widgets.toasts import Toasts
-from ..work.latest_request import LatestRequest
+from ..work.latest_request import Job, LatestRequest
 from ..work.refresh import Refresh
 from ..work.runs import RunController
-
-
-class PendingWork(NamedTuple):
-    """Pending background work, whose result is lost if its frame is closed.
-
-    Attributes
-    ----------
-    what : str
-        Description, such as "a sweep of Threshold".
-    document : Document or None
-        The frame of the work; None for none.
-    """
-
-    what: str
-    document: Document | None = None
-
 
 _OF_COMMANDS = ~(Part.STROKE | Part.CONTENT | Part.RECORDS | Part.PREVIEWS | Part.BLOCK_ERRORS)
 """The parts on which it depends whether a command can be used."""
@@ -137,8 +120,8 @@ class Context:
                 there |= need & _OF_FRAME
         return ~there
 
-    def pending_work(self) -> list[PendingWork]:
-        """Return the pending work of all features, without the runs of frames."""
+    def pending_work(self) -> list[Job]:
+        """Return the pending work of all features, without the runs of frames: what it is, and about which frame."""
         return [work for feature in self.features for work in feature.pending_work()]
 
 
@@ -180,9 +163,11 @@ class Feature(QObject):
         """Handle an error of what was asked for."""
         self.context.notes.report(f"The {self.what} failed", error)
 
-    def pending_work(self) -> Sequence[PendingWork]:
-        """Pending background work that would be lost."""
-        return ()
+    def pending_work(self) -> Sequence[Job]:
+        """What is asked for and would be lost if its frame or the window were closed: that of which is said `what` it
+        is."""
+        job = self.requests.question if "requests" in vars(self) else None
+        return [job] if job is not None and job.what else []
 
     def shutdown(self) -> None:
         """Called before the window closes, when its workers have been stopped and its dialogs are still open."""

@@ -54,6 +54,7 @@ class CurvesFeature(Panel):
         self._workspace = workspace = context.workspace
         self._state = context.runs.state
         self._bar = bar = panel.scrub_bar
+        bar.set_hint("View earlier iterations: the views show the depth after iteration i of every block.")
         bar.moved.connect(lambda _: self._show_iteration())
         workspace.about_to_change.connect(bar.go_to_end)
         context.runs.state_changed.connect(self._follow_run)
@@ -63,12 +64,11 @@ class CurvesFeature(Panel):
         return panel
 
     def refresh(self, parts: Part) -> None:
-        """Draw the curves; those already shown are extended. Update the range and tool tip of the slider."""
+        """Draw the curves; those already shown are extended. Update the range of the slider."""
         document = self._document
         draw_curves(self.widget, document)
         last = 0 if document is None else max((len(records) for records, _ in _tracks(document)), default=0)
         self._bar.set_range(last)
-        self._bar.set_hint("" if document is None else _scrub_hint(document))
 
     @property
     def _document(self) -> Document | None:
@@ -197,13 +197,3 @@ def _tracks(document: Document) -> list[tuple[Sequence[IterationRecord], Track]]
         if track is not None:
             found.append((records, track))
     return found
-
-
-def _scrub_hint(document: Document) -> str:
-    frames = document.key_frames
-    strides = {track.stride for _, track in _tracks(document)}
-    every = f" Of long runs, one iteration in {max(strides)} is kept." if strides and max(strides) > 1 else ""
-    return (
-        "View earlier iterations: the views show the depth after iteration i of every block.\n"
-        f"Key frames of this frame: {frames.nbytes / 2**20:.1f} of {frames.budget / 2**20:.0f} MiB.{every}"
-    )

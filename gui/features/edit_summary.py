@@ -146,9 +146,9 @@ class EditSummaryFeature(Feature):
         self.line = EditSummaryLine()
         context.centre.add_strip(self.line)
         self._change: Edit | None = None
+        """The last edit; None for none."""
         self._asked = True
-        self._edited = False
-        """Whether there is a state before an edit."""
+        """Whether its effect is asked for, or not to be."""
         self._before: Completion | None = None
         """Completion before the last edit."""
         self._present: Completion | None = None
@@ -174,32 +174,28 @@ class EditSummaryFeature(Feature):
         If it was undone, they are those after it.
         """
         self.line.mark_before(on)
-        if not on or not self._edited:
+        change = self._change
+        if not on or change is None:
             self.context.views.look_back(None)
             return
         labels = self._workspace.current.labels
-        if self._change is not None and self._change.patch is not None:
-            labels = _labels_before(self._change.patch, self._change.forward, labels)
+        if change.patch is not None:
+            labels = _labels_before(change.patch, change.forward, labels)
         self.context.views.look_back(FormerState(labels, None if self._before is None else self._before.depth))
 
     def _take(self, edit: Edit) -> None:
         """Note an edit at once: results of the blocks before it are gone by the next turn."""
         if not self._workspace.is_shown(edit.document):
             return
-        if edit.patch is not None:
-            self._take_labels(edit, edit.patch)
-        else:  # the state before it can be viewed
-            before = self._present
-            self._forget()
-            self._edited, self._before = True, before
-            self.line.show_message(_title(edit))
-
-    def _take_labels(self, edit: Edit, patch: LabelPatch) -> None:
-        self._change, self._asked, self._edited = edit, False, True
-        self._before = self._present
+        self._change, self._before, self._asked = edit, self._present, edit.patch is None
         self.requests.forget()
-        self.line.show_message(_title(edit), EditSummary(int(np.count_nonzero(patch.before != patch.after))))
-        self._go_on()
+        if edit.patch is None:  # the state before it can be viewed
+            self.line.show_message(_title(edit))
+            self._note_present()
+        else:
+            moved = int(np.count_nonzero(edit.patch.before != edit.patch.after))
+            self.line.show_message(_title(edit), EditSummary(moved))
+            self._go_on()
 
     def _turn(self) -> None:
         """Forget the edit of a frame that is not shown any more."""
@@ -207,7 +203,7 @@ class EditSummaryFeature(Feature):
             self._forget()
 
     def _forget(self) -> None:
-        self._change, self._before, self._asked, self._edited = None, None, True, False
+        self._change, self._before, self._asked = None, None, True
         self.requests.forget()
         self.line.clear(self._workspace.has_current)
         self._note_present()
@@ -233,7 +229,7 @@ class EditSummaryFeature(Feature):
 
     def _ask_again(self) -> None:
         """Evaluate the edit again, because the ground truth has changed."""
-        self._asked = self._change is None
+        self._asked = self._change is None or self._change.patch is None
         self._go_on()
 
     def _note_idle(self) -> None:

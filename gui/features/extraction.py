@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QEvent, QObject, QTimer
 from PySide6.QtWidgets import QCheckBox, QHBoxLayout, QLabel, QVBoxLayout, QWidget
 
 from ilf._runtime.formatting import counted
@@ -31,9 +30,6 @@ from .panel import Panel
 
 LAYOUT = "grid-extraction"
 """Layout to switch to when a stage is requested and its view is not visible."""
-
-_SLOW_MS = 300
-"""Delay until a running extraction is shown [ms]: an edge network's first pass over a frame takes longer."""
 
 _OFF = "Switch the preview of the extraction on, or extract blocks"
 
@@ -94,8 +90,6 @@ class ExtractionPanel(Panel):
             )
             for number, (name, (text, hint)) in enumerate(_COMMANDS.items(), 1)
         )
-        self._slow = QTimer(self, singleShot=True, interval=_SLOW_MS)
-        self._slow.timeout.connect(lambda: self._tell(text="Extracting…"))
         context.loader.extracted.connect(self._hold)
         context.loader.busy_changed.connect(lambda: self.redraw() if self._is_waiting else None)
         views = context.views
@@ -151,7 +145,6 @@ class ExtractionPanel(Panel):
         if frame is not self._frame:
             self._frame, self._drawn, self._found, self._failure = frame, None, None, ""
             self.requests.forget()
-            self._slow.stop()
         self._is_waiting = False
         if frame is not None and self.context.views.shows("stage"):
             self._ask_stage(frame)
@@ -177,7 +170,6 @@ class ExtractionPanel(Panel):
             self.requests.ask(
                 lambda: self._draw_stage(*stage), lambda drawn: self._show_stage(stage, *drawn), key=stage
             )
-        self._watch()
 
     def _draw_stage(
         self, frame: RGBDFrame, parameters: BlockParameters, stage: str
@@ -198,7 +190,6 @@ class ExtractionPanel(Panel):
         """Show the picture."""
         self._held = self._found = found
         self._failure = ""
-        self._watch()
         if (name := stage[-1]) == self.context.views.data.stage.name:
             self._drawn = stage
             legend, text = stage_legend(name, found.extraction), stage_count(name, found.extraction)
@@ -207,18 +198,10 @@ class ExtractionPanel(Panel):
 
     def fail(self, error: Exception) -> None:
         """Show the error in the panel: a dialog would come at every move of a slider."""
-        self._watch()
         self._failure, self._drawn = f"The extraction failed: {error_text(error)}", None
         self._tell(message="The extraction failed")
         self._describe()
         self.context.notes.show_message(self._failure)
-
-    def _watch(self) -> None:
-        """Show that an extraction is running if it takes long."""
-        if not self.busy:
-            self._slow.stop()
-        elif not self._slow.isActive():
-            self._slow.start()
 
     def show_stage(self, name: str) -> None:
         """Show a stage, and the view of the extraction if it is not visible."""
@@ -299,9 +282,3 @@ class ExtractionPanel(Panel):
         around = f", around {kept}" if kept else ""
         took = f"{1000 * found.seconds:.0f} ms" if found.seconds < 1 else f"{found.seconds:.1f} s"
         return f"{title}: {describe_blocks(int(blocks.max()), blocks)}{around}, in {took}."
-
-    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Write the summary in the colours of a new theme."""
-        if watched is self.widget and event.type() == QEvent.Type.PaletteChange:
-            self.redraw()
-        return super().eventFilter(watched, event)

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from urllib.parse import urlsplit
 
-from PySide6.QtCore import Qt, Signal
+from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QDialog, QDialogButtonBox, QPushButton, QTreeWidgetItem, QWidget
+from shiboken6 import isValid
 
 from ilf.data.guide import Gives, GuideCard
 from ilf.io.frame_additions import NETWORK_SUFFIX
@@ -13,7 +15,7 @@ from ilf.io.guide_models import add_guide, fetch_guide, guide_cards, guide_file,
 
 from ..widgets.basics import Message, combo, give_size, label_of, row, row_list, stack
 from ..widgets.file_choice import choose_file
-from ..widgets.notices import error_text
+from ..widgets.notices import Notes, error_text
 from ..widgets.work_row import WorkRow
 from ..work.latest_request import LatestRequest
 
@@ -29,23 +31,22 @@ GIVES = {
 
 
 class GuideNetworksDialog(QDialog):
-    """Dialog with a row for each network. Nothing is fetched before *Fetch* is pressed, and its work is done elsewhere:
-    closing the dialog does not end it.
+    """Dialog with a row for each network; it is accepted to use the chosen one. Nothing is fetched before *Fetch* is
+    pressed, and closing the dialog does not end that.
 
-    Signals
-    -------
-    use_requested(str)
-        Request to use the network of this name as guide of the frame.
-    change_requested(str, object)
-        Request to fetch or add a network: what is done, and a function for a worker's thread that does it and returns
-        the network's name.
+    Parameters
+    ----------
+    has_frame : bool
+        Whether there is a frame for which a network can be used.
+    requests : LatestRequest
+        Fetches and adds networks.
+    notes : Notes
+        Tells what has come of that.
     """
 
-    use_requested = Signal(str)
-    change_requested = Signal(str, object)
-
-    def __init__(self, parent: QWidget, has_frame: bool, requests: LatestRequest) -> None:
+    def __init__(self, parent: QWidget, has_frame: bool, requests: LatestRequest, notes: Notes) -> None:
         super().__init__(parent)
+        self._notes = notes
         self.setWindowTitle("Guide by network")
         self._has_frame = has_frame
         self._requests = requests
@@ -71,7 +72,7 @@ class GuideNetworksDialog(QDialog):
         self.add_button.setToolTip("Add an ONNX file: one that was copied from another computer, or of your own")
         self.gives = combo(GIVES, "What a network of your own predicts; it is fitted to known depth as that")
         self.fetch_button.clicked.connect(self._fetch)
-        self.use_button.clicked.connect(self._use)
+        self.use_button.clicked.connect(self.accept)
         self.add_button.clicked.connect(self._add)
         buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
         buttons.rejected.connect(self.reject)
@@ -130,13 +131,25 @@ class GuideNetworksDialog(QDialog):
             fetch_guide(name, lambda here, whole: progressed.emit(min(here / max(whole, 1), 1.0)))
             return name
 
-        self.change_requested.emit("Fetch network", fetch)
-
-    def _use(self) -> None:
-        self.use_requested.emit(self.chosen())
-        self.accept()
+        self._change("Fetch network", fetch)
 
     def _add(self) -> None:
         if path := choose_file(self, "Add guide network", _FOLDER_KEY, f"ONNX networks (*{NETWORK_SUFFIX})"):
             gives: Gives = self.gives.currentData()
-            self.change_requested.emit("Add network", lambda: add_guide(path, gives=gives).stem)
+            self._change("Add network", lambda: add_guide(path, gives=gives).stem)
+
+    def _change(self, what: str, find: Callable[[], str]) -> None:
+        """Fetch or add a network, whose name `find` returns; the dialog may be closed meanwhile."""
+
+        def take(name: str) -> None:
+            self._notes.show_message(f"The guide network {name} is ready.")
+            if isValid(self):
+                self.show_networks(name)
+
+        def fail(error: Exception) -> None:
+            if isValid(self):
+                self.message.show_message(error_text(error), "error")
+            else:
+                self._notes.report(what, error)
+
+        self._requests.ask(find, take, fail, kind=what)

@@ -6,7 +6,7 @@ from __future__ import annotations
 import threading
 import time
 from collections import deque
-from collections.abc import Callable, Generator, Iterable
+from collections.abc import Callable, Generator, Iterable, Sequence
 from contextlib import closing, suppress
 from dataclasses import dataclass
 from functools import partial
@@ -14,8 +14,8 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QSize, Qt, Signal
-from PySide6.QtGui import QCloseEvent, QPixmap, QResizeEvent
+from PySide6.QtCore import QSize, Qt
+from PySide6.QtGui import QPixmap, QResizeEvent
 from PySide6.QtWidgets import (
     QDialog,
     QFileDialog,
@@ -23,7 +23,6 @@ from PySide6.QtWidgets import (
     QPushButton,
     QSizePolicy,
     QVBoxLayout,
-    QWidget,
 )
 
 from ilf._runtime.cancellation import acquired
@@ -43,15 +42,17 @@ from ilf.stream.pacing import USUAL_RATE, measured_rate, rate_of
 from ilf.stream.recording import StreamRecorder, stamped
 from ilf.stream.stream import Stream, StreamStatistics
 
+from ..state.parts import NO_PART, Part
 from ..views.colours import DEPTH_MAP, depth_table
 from ..views.pixel_items import rgb_image
 from ..widgets.basics import Message, PlainLabel, give_size, lay_out
 from ..widgets.file_choice import choose_file, choose_folder, last_folder
 from ..widgets.notices import error_text
-from ..work.jobs import Worker
-from .context import Context, Feature, PendingWork
+from ..work.latest_request import Job, LatestRequest
+from .context import Context
 from .documents.feature import DocumentsFeature
 from .documents.frame_files import recording_files
+from .panel import Panel
 
 _CAMERA = "RealSense camera"
 
@@ -111,8 +112,9 @@ _playing = threading.Lock()
 """Held by the thread that plays: one that was cancelled may still be completing a frame."""
 
 
-def play(path: str | None, rate: float | None, parameters: Parameters, tape: Tape) -> Generator[LiveFrame, None, None]:
-    """Play a source at its rate, or the connected RealSense camera (None): yields completed frames."""
+def play(path: str | None, rate: float | None, parameters: Parameters, tape: Tape) -> Generator[LiveFrame, None, str]:
+    """Play a source at its rate, or the connected RealSense camera (None): yields completed frames; returns how it has
+    ended."""
     with acquired(_playing), closing(tape):
         if path is None:
             usual, frames = USUAL_RATE, _captured()
@@ -127,6 +129,7 @@ def play(path: str | None, rate: float | None, parameters: Parameters, tape: Tap
             for completion in played:
                 recorded, problem = tape.write(completion, time.time_ns())
                 yield LiveFrame(completion, chosen, stream.statistics, recorded, problem)
+    return "The recording has ended."
 
 
 def _captured() -> Generator[RGBDFrame, None, None]:
@@ -170,26 +173,14 @@ class LivePicture(PlainLabel):
             self.setPixmap(self._whole.scaled(self.size(), Qt.AspectRatioMode.KeepAspectRatio))
 
 
-class LiveWindow(QDialog):
-    """Shows the frames that are played. It may be closed at any time, which ends playing.
+class LiveFeature(Panel):
+    """Plays recordings and cameras live, in a window that may be closed at any time, which ends playing."""
 
-    Signals
-    -------
-    frozen(FrameRef)
-        The frame to be opened as a normal one.
-    """
+    title, group, parts = "Play live", None, NO_PART
+    what = "live window"
 
-    frozen = Signal(object)
-
-    def __init__(self, parent: QWidget) -> None:
-        super().__init__(parent)
-        self.setWindowTitle("Play live")
-        self.setWindowFlag(Qt.WindowType.WindowMinMaxButtonsHint)
-        self.worker = Worker(self)
-        self.worker.progressed.connect(self._take)
-        self.worker.finished.connect(lambda _: self._end("The recording has ended."))
-        self.worker.failed.connect(lambda error: self._end(error_text(error), "warning"))
-        self.worker.cancelled.connect(lambda: self._end("Stopped."))
+    def __init__(self, context: Context) -> None:
+        super().__init__(context)
         self.tape = Tape()
         self.shown: LiveFrame | None = None
         """The frame shown at present."""
@@ -197,7 +188,14 @@ class LiveWindow(QDialog):
         self._problem = ""
         """Why the last recording ended, if it could not be written."""
         self._levels: tuple[int, tuple[float, float]] | None = None
+        self.requests.ended.connect(lambda: self._end("Stopped."))
+        self._saver = LatestRequest(self, self._tell_error)
+        _ = self.widget
 
+    def make(self) -> QDialog:
+        dialog = QDialog(self.context.window)
+        dialog.setWindowFlag(Qt.WindowType.WindowMinMaxButtonsHint)
+        dialog.finished.connect(self.requests.cancel)
         names = ("Colour", "Depth, measured", "Depth, completed")
         self.pictures = {name: LivePicture(name) for name in names}
         columns = tuple(
@@ -206,9 +204,6 @@ class LiveWindow(QDialog):
         )
         row = lay_out(QHBoxLayout(), *columns, spacing=8, stretched=columns)
         self.state = Message(lines=2)
-        self.saver = Worker(self, must_finish=True)
-        self.saver.finished.connect(self.frozen)
-        self.saver.failed.connect(lambda error: self.state.show_message(error_text(error), "warning"))
         self.freeze_button = QPushButton("&Freeze", autoDefault=False)
         self.freeze_button.setToolTip("Open the frame shown here in the main window, to correct it")
         self.record_button = QPushButton("&Record…", autoDefault=False)
@@ -217,53 +212,66 @@ class LiveWindow(QDialog):
         self.play_button.setToolTip("Stop playing, or play again from the start")
         self.freeze_button.clicked.connect(self.freeze)
         self.record_button.clicked.connect(self.toggle_recording)
-        self.play_button.clicked.connect(self.toggle)
+        self.play_button.clicked.connect(lambda: self.requests.cancel() if self.busy else self.play(*self._what))
         buttons = lay_out(QHBoxLayout(), self.freeze_button, self.record_button, self.play_button, None)
-        lay_out(QVBoxLayout(self), row, self.state, buttons, margins=(14, 14, 14, 14), spacing=10, stretched=row)
-        give_size(self, 1100, 420)
+        lay_out(QVBoxLayout(dialog), row, self.state, buttons, margins=(14, 14, 14, 14), spacing=10, stretched=row)
+        give_size(dialog, 1100, 420)
+        return dialog
 
-    def play(self, path: str | None, rate: float | None, parameters: Parameters) -> None:
-        """Play a source, or the connected RealSense camera (None); what is being played ends first."""
-        self._what = path, rate, parameters  # also to be played again
-        self.setWindowTitle(f"Play live: {_CAMERA if path is None else Path(path).name}")
-        if self.worker.busy:
-            self.worker.cancel()
-            self.worker.cancelled.connect(self._begin, Qt.ConnectionType.SingleShotConnection)
-        else:
-            self._begin()
+    def refresh(self, parts: Part) -> None:
+        """Nothing of the state is shown."""
+
+    def ask_recording(self) -> None:
+        """Choose a recording, and play it."""
+        if path := choose_file(self.context.window, "Play live", _FOLDER_KEY, recording_files()):
+            self.play(path)
+
+    def ask_folder(self) -> None:
+        """Choose a folder of frames, a data set or a recording that is a folder, and play it."""
+        if path := choose_folder(self.context.window, "Play live", _FOLDER_KEY):
+            self.play(path)
+
+    def play(self, path: str | None = None, rate: float | None = None) -> None:
+        """Play a recording, a folder, or the connected RealSense camera (None) with the current parameters; what is
+        being played ends first."""
+        self._what = path, rate  # also to be played again
+        self.requests.cancel()
+        self.widget.setWindowTitle(f"Play live: {_CAMERA if path is None else Path(path).name}")
+        self.widget.show()
+        self.widget.raise_()
+        self._times.clear()
+        self._levels = None
+        self.play_button.setText("&Stop")
+        self.state.show_message(f"Waiting for the {_CAMERA} …" if path is None else f"Reading {path} …")
+        parameters, tape = self.context.workspace.parameters.current, self.tape
+        self.requests.ask(
+            lambda: play(path, rate, parameters, tape), self._end, step=self._show, what="a live recording"
+        )
+
+    def pending_work(self) -> Sequence[Job]:
+        """The recording in progress, if any."""
+        return super().pending_work() if self.shown is not None and self.shown.recorded else ()
 
     def freeze(self) -> None:
         """Open the shown frame as a normal frame; playing stops. A camera's frame is first written into a folder."""
         if self.shown is None:
             return
         frame = self.shown.completion.frame
-        self.worker.cancel()
+        self.requests.cancel()
         if frame.inputs is not None:
-            self.frozen.emit(FrameRef.of(frame.inputs))
+            self.open_frozen(FrameRef.of(frame.inputs))
             return
         path, _ = QFileDialog.getSaveFileName(
-            self, "Folder for the frozen frame", f"{last_folder(_FOLDER_KEY)}/frame", "Folder (*)"
+            self.widget, "Folder for the frozen frame", f"{last_folder(_FOLDER_KEY)}/frame", "Folder (*)"
         )
         if path:
-            self.save(frame, path)
+            self._saver.ask(lambda: write_frame(path, frame), lambda _: self.open_frozen(FrameRef(path)))
 
-    def save(self, frame: RGBDFrame, folder: str) -> None:
-        """Write a frame into a folder, and open it from there."""
-
-        def job() -> Generator[None, None, FrameRef]:
-            yield None
-            write_frame(folder, frame)
-            return FrameRef(folder)
-
-        if not self.saver.busy:
-            self.saver.start(job)
-
-    def toggle(self) -> None:
-        """Stop, or play again."""
-        if self.worker.busy:
-            self.worker.cancel()
-        else:
-            self._begin()
+    def open_frozen(self, source: FrameRef) -> None:
+        """Open a frame in the main window."""
+        self.context.window.raise_()
+        self.context.window.activateWindow()
+        self.context.feature(DocumentsFeature).open_source(source)
 
     def toggle_recording(self) -> None:
         """Ask where to record, or end the recording."""
@@ -271,7 +279,7 @@ class LiveWindow(QDialog):
             self.record(None)
             return
         path, _ = QFileDialog.getSaveFileName(
-            self, "Record", f"{last_folder(_FOLDER_KEY)}/recording.mcap", "ROS 2 recording (*.mcap);;Folder (*)"
+            self.widget, "Record", f"{last_folder(_FOLDER_KEY)}/recording.mcap", "ROS 2 recording (*.mcap);;Folder (*)"
         )
         if path:
             self.record(Path(path))
@@ -282,31 +290,13 @@ class LiveWindow(QDialog):
         self._problem = ""
         self.record_button.setText("&Record…" if path is None else "End &recording")
 
-    def closeEvent(self, event: QCloseEvent) -> None:
-        self.worker.cancel()
-        super().closeEvent(event)
-
-    def _begin(self) -> None:
-        path, rate, parameters = self._what
-        self._times.clear()
-        self._levels = None
-        self.play_button.setText("&Stop")
-        self.state.show_message(f"Waiting for the {_CAMERA} …" if path is None else f"Reading {path} …")
-        tape = self.tape
-        self.worker.start(lambda: play(path, rate, parameters, tape))
-
-    def _take(self, frames: list[LiveFrame]) -> None:
-        now = time.monotonic()
-        self._times.extend(now for _ in frames)
-        problem = next((frame.problem for frame in frames if frame.problem), "")
-        if problem:
-            self.record(None)
-            self._problem = problem
-        self._show(frames[-1])
-
     def _show(self, frame: LiveFrame) -> None:
         completion, found = frame.completion, frame.statistics
         self.shown = frame
+        self._times.append(time.monotonic())
+        if frame.problem:
+            self.record(None)
+            self._problem = frame.problem
         if self._levels is None or self._levels[0] != found.scenes:  # the same colours while the scene stays the same
             self._levels = found.scenes, robust_depth_levels(completion.depth)
         levels = self._levels[1]
@@ -324,43 +314,17 @@ class LiveWindow(QDialog):
             "warning" if self._problem else "muted",
         )
 
+    def fail(self, error: Exception) -> None:
+        self._end(error_text(error), "warning")
+
+    def _tell_error(self, error: Exception) -> None:
+        self.state.show_message(error_text(error), "warning")
+
     def _end(self, why: str, tone: str = "muted") -> None:
+        """Say why playing has ended, once, unless something else is to be played."""
+        if self.busy or self.play_button.text() == "&Play again":
+            return
         self.tape.wanted = None
         self.record_button.setText("&Record…")
         self.play_button.setText("&Play again")
         self.state.show_message(f"{why} {self.state.text()}" if self.shown is not None else why, tone)
-
-
-class LiveFeature(Feature):
-    """Plays recordings and cameras live, in their window."""
-
-    def __init__(self, context: Context) -> None:
-        super().__init__(context)
-        self.window = LiveWindow(context.window)
-        self.window.frozen.connect(self._open)
-
-    def ask_recording(self) -> None:
-        """Choose a recording, and play it."""
-        if path := choose_file(self.context.window, "Play live", _FOLDER_KEY, recording_files()):
-            self.play(path)
-
-    def ask_folder(self) -> None:
-        """Choose a folder of frames, a data set or a recording that is a folder, and play it."""
-        if path := choose_folder(self.context.window, "Play live", _FOLDER_KEY):
-            self.play(path)
-
-    def play(self, path: str | None = None, rate: float | None = None) -> None:
-        """Play a recording, a folder, or the connected RealSense camera (None) with the current parameters."""
-        self.window.show()
-        self.window.raise_()
-        self.window.play(path, rate, self.context.workspace.parameters.current)
-
-    def pending_work(self) -> list[PendingWork]:
-        """The recording in progress, if any."""
-        shown = self.window.shown
-        return [PendingWork("a live recording")] if self.window.worker.busy and shown and shown.recorded else []
-
-    def _open(self, source: FrameRef) -> None:
-        self.context.window.raise_()
-        self.context.window.activateWindow()
-        self.context.feature(DocumentsFeature).open_source(source)

@@ -100,9 +100,11 @@ class Panel(Feature):
         self.context.refresh.mark(self.title)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Draw what has changed while the panel was not visible."""
+        """Draw what has changed while the panel was not visible, and all in the colours of a new theme."""
         if watched is self.widget and event.type() == QEvent.Type.Show:
             self.context.refresh.mark(self.title, "commands")  # its buttons are seen now
+        elif watched is self.widget and event.type() == QEvent.Type.PaletteChange:
+            self.redraw()
         return super().eventFilter(watched, event)
 
     def _draw(self) -> None:

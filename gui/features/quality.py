@@ -113,6 +113,7 @@ class _Search:
     labels: NDArray[np.int32]
     extraction: BlockParameters
     error: NDArray[np.float32] | None
+    locked: frozenset[int]
     to_check: Mapping[int, str]
     """Propagated blocks that need a check -> reason."""
 
@@ -122,19 +123,10 @@ class _Search:
         strength = find_edges(self.frame, self.extraction).strength
         return [*propagated, *find_places(self.frame, self.labels, strength, self.error)]
 
-    def remedy_of(self, place: Place, locked: frozenset[int], new: int) -> Remedy | None:
-        """Return the remedy for a place, given locked blocks and the label of a new block."""
+    def remedy_of(self, place: Place, new: int) -> Remedy | None:
+        """Return the remedy for a place, given the label of a new block."""
         strength = find_edges(self.frame, self.extraction).strength
-        return find_remedy(place, self.frame, self.labels, strength, locked=locked, first_new=new)
-
-
-@dataclass(frozen=True, eq=False)
-class _Remedied:
-    """A place for which a remedy is looked for, and the blocks that are locked meanwhile; None for invalid depth, which
-    is looked for, or suggested."""
-
-    place: Place | None
-    locked: frozenset[int]
+        return find_remedy(place, self.frame, self.labels, strength, locked=self.locked, first_new=new)
 
 
 class QualityPanel(Panel):
@@ -155,7 +147,10 @@ class QualityPanel(Panel):
         self._found: Sequence[Place] | None = None
         """All places of the last search, with ignored ones; None until they are known."""
         self._pending_step: int | None = None
-        self._remedied: _Remedied | None = None
+        self._place: Place | None = None
+        """The place whose remedy is looked for, or shown."""
+        self._suggests = False
+        """Whether invalid depth is looked for, or suggested: it stays until it is answered, or known depth changes."""
         self.remedy: Remedy | None = None
         """The remedy shown for the current place; None if there is none, or none yet."""
         super().__init__(context)
@@ -212,7 +207,7 @@ class QualityPanel(Panel):
         return self._reviews.setdefault(self.context.workspace.current, Review())
 
     def refresh(self, parts: Part) -> None:
-        """Search again after a change; look for the remedy again if other blocks are locked."""
+        """Search again after a change, also if other blocks are locked."""
         if parts & Part.FRAME:
             self._search = None
         if parts & _KNOWN:
@@ -221,13 +216,12 @@ class QualityPanel(Panel):
             self._found = None
             self._show_no_place("Open a frame first.")
             return
-        document, search, remedied = self.context.workspace.current, self._search, self._remedied
-        if search is None or parts & _SEARCHED or document.state.to_check != search.to_check.keys():
+        document, search = self.context.workspace.current, self._search
+        blocks = document.locked, document.state.to_check
+        if search is None or parts & _SEARCHED or blocks != (search.locked, search.to_check.keys()):
             self._ask_places()
         elif self._found is not None and parts & Part.IGNORED:
             self._take_places(search, self._found)
-        elif remedied is not None and remedied.place is not None and remedied.locked != document.locked:
-            self._ask_remedy(remedied.place, search)
 
     def fail(self, error: Exception) -> None:
         """Report an error."""
@@ -265,10 +259,10 @@ class QualityPanel(Panel):
 
         Returns False if none is shown.
         """
-        remedied, remedy = self._remedied, self.remedy
-        if remedied is None or remedy is None:
+        place, remedy = self._place, self.remedy
+        if remedy is None:
             return False
-        place, self._pending_step = remedied.place, None if remedied.place is None else 1
+        self._pending_step = None if place is None else 1
         if place is not None and remedy.kind == "checked":
             self.context.workspace.current.mark_checked(place.labels)
         elif remedy.patch is not None:
@@ -284,7 +278,7 @@ class QualityPanel(Panel):
         return True
 
     def _why_no_place(self) -> str:
-        return "" if self._remedied is not None else "No place is shown: press F8 first."
+        return "" if self._place is not None or self._suggests else "No place is shown: press F8 first."
 
     @command("ignore_check", "&Ignore", icon="ph.eye-slash", keys="Ctrl+F8", needs=Need.FRAME, why_off=_why_no_place)
     def leave(self) -> None:
@@ -292,7 +286,7 @@ class QualityPanel(Panel):
 
         A propagated block is marked as checked; suggested invalid depth stays valid.
         """
-        place = None if self._remedied is None else self._remedied.place
+        place = self._place
         if place is None:
             self._say(False)
             return
@@ -307,7 +301,7 @@ class QualityPanel(Panel):
         to_check = {label: document.blocks.reasons.get(label, "") for label in document.state.to_check}
         extraction = document.blocks.extraction or BlockParameters()
         labels = document.labels.copy()
-        search = _Search(document, document.frame, labels, extraction, self._error(labels), to_check)
+        search = _Search(document, document.frame, labels, extraction, self._error(labels), document.locked, to_check)
         self._found, self._search = None, search
         if not self._suggests:
             self._drop_remedy()
@@ -383,21 +377,19 @@ class QualityPanel(Panel):
         """Look for the remedy of a place."""
         document = search.document
         self._drop_remedy()
-        self._remedied = remedied = _Remedied(place, document.locked)
-        self._set_remedy(None)
+        self._place = place
         self._show_remedy("Looking for a remedy…")
 
         def take(remedy: Remedy | None) -> None:
-            if remedied is self._remedied:
+            if place is self._place:
                 self._set_remedy(remedy)
                 self._show_remedy("No remedy found")
 
-        self.requests.ask(partial(search.remedy_of, place, document.locked, document.next_label()), take, kind="remedy")
+        self.requests.ask(partial(search.remedy_of, place, document.next_label()), take, kind="remedy")
 
     def _drop_remedy(self) -> None:
-        if self._remedied is not None:
-            self._remedied = None
-            self._set_remedy(None)
+        self._place, self._suggests = None, False
+        self._set_remedy(None)
 
     def _set_remedy(self, remedy: Remedy | None) -> None:
         self.remedy = remedy
@@ -429,11 +421,6 @@ class QualityPanel(Panel):
 
     # invalid depth
 
-    @property
-    def _suggests(self) -> bool:
-        """Whether invalid depth is looked for, or suggested: it stays until it is answered, or known depth changes."""
-        return self._remedied is not None and self._remedied.place is None
-
     @command("suggest_invalid", "Su&ggest invalid depth", icon="ph.warning", needs=Need.FRAME)
     def suggest(self) -> None:
         """Find known depth that is probably wrong (flying pixels, speckles, glass), to mark it or to ignore it."""
@@ -443,12 +430,11 @@ class QualityPanel(Panel):
         frame, extraction = document.frame, document.blocks.extraction or BlockParameters()
         self._pending_step = None
         self._show_no_place("Looking for depth that may be invalid…")
-        self._remedied = remedied = _Remedied(None, document.locked)
-        self._set_remedy(None)
+        self._suggests = True
 
         def take(found: Mask) -> None:
-            if remedied is self._remedied and self.context.workspace.is_shown(document):
-                self._take_invalid(remedied, found)
+            if self._suggests and self.context.workspace.is_shown(document):
+                self._take_invalid(found)
 
         self.requests.ask(lambda: suggest_invalid(frame, find_edges(frame, extraction).strength), take, kind="invalid")
 
@@ -462,7 +448,7 @@ class QualityPanel(Panel):
             return False
         return True
 
-    def _take_invalid(self, remedied: _Remedied, found: Mask) -> None:
+    def _take_invalid(self, found: Mask) -> None:
         pixels = int(np.count_nonzero(found))
         if not pixels:
             self._show_no_place("No invalid depth found: no flying pixels, speckles or glass.")
@@ -470,7 +456,7 @@ class QualityPanel(Panel):
         self.context.views.fit()
         what = counted(pixels, "pixel")
         self._show_no_place(f"{what} of known depth may be invalid: flying pixels, speckles or glass.")
-        self._remedied = remedied
+        self._suggests = True
         self._set_remedy(Remedy("invalid", f"Mark {what} as invalid", invalid=found))
         self._show_remedy()
 

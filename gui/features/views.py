@@ -8,15 +8,20 @@ from ilf.segmentation.editing.patches import bounds
 
 from ..base.commands import command
 from ..base.needs import Need
+from ..state.document import Document
+from ..state.parts import Part
 from ..views.shown_blocks import BLOCK_PARTS
 from ..views.view_data import ALL_READ, ALL_READ_LATER
 from ..views.view_menus import ViewBar
 from .context import Context, Feature
-from .zooms import Zooms
 
 
 class ViewsFeature(Feature):
-    """The linked views with the current frame, and the commands on their display."""
+    """The linked views with the current frame, and the commands on their display.
+
+    The zoom of a frame is restored when it is shown again. Zooms last as long as the window: another one may have
+    another size, so it begins with the whole frame.
+    """
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)
@@ -26,8 +31,23 @@ class ViewsFeature(Feature):
         self.bar = ViewBar(views, context.centre, menu)
         refresh = context.refresh
         refresh.add("pictures", lambda: views.refresh(refresh.changed("pictures")), ALL_READ, ALL_READ_LATER)
-        Zooms(workspace, views, refresh)  # after the pictures, which show another frame whole
+        self._shown: Document | None = None
+        self._zooms: dict[str, tuple[float, float, float] | None] = {}
+        """Key of a frame -> its last zoom."""
+        workspace.on(Part.FRAME, self._remember_zoom)
+        refresh.add("place", self._restore_zoom, Part.FRAME)  # after the pictures, which show another frame whole
         refresh.add("blocks", lambda: views.blocks.draw(refresh.changed("blocks")), BLOCK_PARTS)
+
+    def _remember_zoom(self) -> None:
+        if self._shown is not None:
+            self._zooms[self._shown.key] = self._views.place
+
+    def _restore_zoom(self) -> None:
+        document = self._workspace.current if self._workspace.has_current else None
+        if document is not self._shown:
+            self._shown = document
+            if document is not None and (place := self._zooms.get(document.key)) is not None:
+                self._views.set_place(*place)
 
     @command("fit", "&Fit frame", icon="ph.arrows-out", keys="Ctrl+0", needs=Need.FRAME)
     def _fit(self) -> None:

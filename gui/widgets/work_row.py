@@ -44,7 +44,7 @@ class WorkRow(QWidget):
         """Show the progress of requests, and cancel them by *Cancel*."""
         self.cancelled.connect(requests.cancel)
         soon = QTimer(self, singleShot=True, interval=_SOON_MS)
-        soon.timeout.connect(self.begin)
+        soon.timeout.connect(lambda: self.begin() if self.isHidden() else None)
         requests.begun.connect(soon.start)
         requests.progressed.connect(soon.stop)
         requests.progressed.connect(self._take_share)

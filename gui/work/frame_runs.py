@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Generator, Sequence
+from collections.abc import Callable, Generator, Iterable, Sequence
 from dataclasses import replace
 from enum import Enum
 from typing import Any, NamedTuple
@@ -138,8 +138,8 @@ class FrameRuns(QObject):
         """The blocks that are being re-solved."""
         self._next: Callable[[], None] | None = None
         """What follows the current re-solve, if it is no other re-solve."""
-        self._waiting: tuple[int, ...] = ()
-        """The blocks of the re-solve that follows the current one."""
+        self._waiting: dict[int, bool] = {}
+        """The blocks to re-solve once what is going on has ended, and whether they were edited."""
         self._sizes: dict[int, int] = {}
         """Pixels of the run's blocks."""
         self._begun: set[int] = set()
@@ -216,29 +216,35 @@ class FrameRuns(QObject):
     def _chosen(self) -> set[int]:
         return set(self.document.selected) & set(self.document.counts())
 
-    def resolve(self, blocks: Sequence[int], edited: bool = False) -> bool:
-        """Re-solve blocks in their current state, in this order; False if a run has priority.
+    def resolve(self, blocks: Sequence[int], edited: bool = False) -> None:
+        """Re-solve blocks in their current state, in this order: now, or after the run that is going on.
 
-        During a re-solve only the latest request is kept. It starts when the current re-solve ends: at once if blocks
-        were edited, otherwise soon. Blocks that were not finished then are solved after it.
+        A re-solve that is going on ends at once if blocks were edited, otherwise soon; what it has not finished is
+        solved after them. What was edited is solved also if the run before it is cancelled.
         """
         if self.state is RunState.IDLE:
             self._begin_resolve(blocks)
-            return True
-        if not self.resolving or self._next is not None:
-            return False
-        self._waiting = tuple(dict.fromkeys((*blocks, *self._waiting)))
-        age_ms = math.ceil(1000 * (time.perf_counter() - self._started))
-        self._worker.cancel(0 if edited else max(_PATIENCE_MS - age_ms, 0))
-        return True
+            return
+        former = self._waiting
+        self._waiting = {label: edited or former.get(label, False) for label in blocks}
+        self._waiting |= {label: was for label, was in former.items() if label not in self._waiting}
+        if self.resolving and self._next is None:
+            age_ms = math.ceil(1000 * (time.perf_counter() - self._started))
+            self._worker.cancel(0 if edited else max(_PATIENCE_MS - age_ms, 0))
 
     def _follow_up(self, action: Callable[[], None]) -> None:
         """Cancel the re-solve and call an action when it has ended."""
-        self._next, self._waiting = action, ()
+        self._next = action
         self._worker.cancel()
 
+    def _resolve_waiting(self, unfinished: Iterable[int] = ()) -> None:
+        """Re-solve the blocks that wait for it, then those that these have left unfinished."""
+        waiting, self._waiting = self._waiting, {}
+        blocks = dict.fromkeys((*waiting, *unfinished)) if waiting else ()
+        self._begin_resolve([label for label in blocks if not self.document.is_up_to_date(label)])
+
     def _begin_resolve(self, blocks: Sequence[int]) -> None:
-        there = self.document.counts()
+        there = self.document.counts() if self.document in self._workspace.open else ()
         self.resolving = tuple(label for label in blocks if label in there)
         if not self.resolving:
             self._news.state_changed.emit()
@@ -304,7 +310,8 @@ class FrameRuns(QObject):
         """Cancel after the current iteration; completed blocks keep their results."""
         if self._worker.busy:
             self._stopping = True
-            self._next, self._waiting = None, ()
+            self._next = None
+            self._waiting = {label: True for label, edited in self._waiting.items() if edited and not self.resolving}
             self._worker.cancel()
             self._news.state_changed.emit()
 
@@ -312,6 +319,7 @@ class FrameRuns(QObject):
         """Remove all results, also those of a re-solve or an extrapolation in progress."""
         if self.resolving or self._extrapolating is not None:
             self._abandoned = self._extrapolating is None
+            self._waiting = {}
             self.cancel()
         self.document.clear_results()
 
@@ -345,7 +353,6 @@ class FrameRuns(QObject):
         done, self._done, self._begun = self._done, set(), set()
         resolved, self.resolving = self.resolving, ()
         following, self._next = self._next, None
-        waiting, self._waiting = self._waiting, ()
         seconds = time.perf_counter() - self._started
         if run is not None and steps is not None and how != "finished" and not (resolved or self._abandoned):
             # blocks that were iterated keep their results, though they are not corrected yet
@@ -354,13 +361,11 @@ class FrameRuns(QObject):
         self._preview_time = 0.0
         self._stopping = self._abandoned = False
         # another re-solve follows: the previews stay until then
-        self.document.end_run(keep_previews=bool(waiting))
-        if waiting:
-            self._begin_resolve(tuple(dict.fromkeys((*waiting, *(one for one in resolved if one not in done)))))
-        elif following is not None:
+        self.document.end_run(keep_previews=bool(resolved and self._waiting and following is None))
+        if following is not None:
             following()
-        else:
-            self._news.state_changed.emit()
+        if self.state is RunState.IDLE:
+            self._resolve_waiting(one for one in resolved if one not in done)
         if run is not None:
             self._news.run_ended.emit(RunOutcome(self.document, run, frozenset(done), seconds, how, bool(resolved)))
         if resolved:
@@ -413,12 +418,12 @@ class FrameRuns(QObject):
             text = " ".join((text, *(note for note in found.notes if note not in base.notes)))
             if holds:
                 document.store_extrapolation(base, found)
-        self._news.state_changed.emit()
+        self._resolve_waiting()
         self._news.ended.emit(f"{document.name}: {text}")
         if holds:
             self._news.finished.emit(document)
 
     def _fail(self, error: Any) -> None:
-        self._next, self._waiting = None, ()
+        self._next, self._waiting = None, {}
         self._end("failed")
         self._news.failed.emit(error)

@@ -107,9 +107,11 @@ class LatestRequest(QObject):
         step: Callable[[Any], object] = lambda part: None,
         kind: str = "latest",
         key: object = None,
+        what: str = "",
+        about: object = None,
     ) -> None:
         """Call `take` with what `find` returns in the background, or `fail` with the exception of either; see `Job`."""
-        self.add(Job(find, take, fail or self._fail, step, kind, key))
+        self.add(Job(find, take, fail or self._fail, step, kind, key, what, about=about))
 
     def add(self, job: Job) -> None:
         """Do a job once there is time."""

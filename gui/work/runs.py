@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from weakref import WeakKeyDictionary
 
 from PySide6.QtCore import QObject
 from PySide6.QtGui import QAction
@@ -11,9 +10,7 @@ from PySide6.QtGui import QAction
 from ..state.document import Document
 from ..state.parts import Edit, Part
 from ..state.workspace import Workspace
-from .frame_runs import FrameRuns, RunNews, RunOutcome, RunState
-
-__all__ = ["RunController", "RunOutcome", "RunState"]
+from .frame_runs import FrameRuns, RunNews, RunState
 
 
 class RunController(RunNews):
@@ -84,60 +81,21 @@ class LiveSolver(QObject):
         self._workspace = workspace
         self._runs = runs
         self._live = live
-        self._touched: WeakKeyDictionary[Document, set[int]] = WeakKeyDictionary()
-        """Blocks to re-solve, also of frames that are not shown."""
-        self._following: WeakKeyDictionary[Document, set[int]] = WeakKeyDictionary()
-        """Blocks to re-solve only because of their parameters: not after a run that is cancelled."""
-        self._requested: set[int] = set()
-        """Blocks of the current frame that were requested since they were last edited."""
         workspace.edited.connect(self._take)
-        workspace.on(Part.FRAME, self._turn)
-        runs.state_changed.connect(self._go_on)
 
     def follow_parameters(self, first: Iterable[int]) -> None:
         """Re-solve the blocks of the current frame that the present parameters change, some of them `first`, also if
         these have no result yet; while a slider moves, what is being solved is not dropped at once."""
-        if not self._live.isChecked():
-            return
-        document, runs = self._workspace.current, self._runs.current
-        changed = {*document.changed_blocks(), *runs.resolving}
-        wanted = [label for label in dict.fromkeys((*first, *runs.completed)) if label in changed]
-        touched = self._touched.setdefault(document, set())
-        self._following.setdefault(document, set()).update(set(wanted) - touched)
-        touched.update(wanted)
-        self._requested.update(wanted)
-        if wanted and not runs.resolve(wanted):
-            self._requested.difference_update(wanted)
+        if self._live.isChecked():
+            runs = self._runs.current
+            changed = {*runs.document.changed_blocks(), *runs.resolving}
+            if wanted := [label for label in dict.fromkeys((*first, *runs.completed)) if label in changed]:
+                runs.resolve(wanted)
 
     def _take(self, edit: Edit) -> None:
-        if self._live.isChecked() and edit.document.results.kept:
-            self._touched.setdefault(edit.document, set()).update(edit.blocks)
-            self._following.get(edit.document, set()).difference_update(edit.blocks)
-            self._requested.difference_update(edit.blocks)
-            self._go_on()
-
-    def _turn(self) -> None:
-        """Clear the requests when another frame is shown; they are made again when the frame is shown again."""
-        self._requested.clear()
-        self._go_on()
-
-    def _go_on(self) -> None:
-        runs, workspace = self._runs, self._workspace
-        if not workspace.has_current or not runs.state.free:
-            if runs.state is RunState.STOPPING:  # what is cancelled is not asked for again
-                following = self._following.pop(workspace.current, set())
-                self._touched.get(workspace.current, set()).difference_update(following)
-            return
-        document, chosen = workspace.current, workspace.chosen
-        touched = self._touched.get(document, set())
-        if runs.state is RunState.IDLE:  # requested blocks are solved or cancelled
-            touched -= self._requested
-            self._requested.clear()
-        there = touched.intersection(document.counts()) - self._requested
-        wanted = [label for label in there if not document.is_up_to_date(label)]
-        touched -= there.difference(wanted)  # parameters set later are no edit
-        wanted.sort(key=lambda label: (label != chosen, label))
-        if wanted:
-            self._requested.update(wanted)  # before the call: it emits state_changed at once
-            if not runs.current.resolve(wanted, edited=True):
-                self._requested.difference_update(wanted)
+        document, chosen = edit.document, self._workspace.chosen
+        if self._live.isChecked() and document.results.kept:
+            there = edit.blocks & document.counts().keys()
+            wanted = [label for label in there if not document.is_up_to_date(label)]
+            if wanted:
+                self._runs.of(document).resolve(sorted(wanted, key=lambda label: (label != chosen, label)), edited=True)

@@ -35,8 +35,8 @@ def in_window(count: int, size: Size) -> Iterator[None]:
     """Work in a window, frame by frame; before it is measured, it rests."""
     from PySide6.QtWidgets import QApplication
 
-    from gui.features.export.dialog import Export
     from gui.features.export.feature import ExportFeature
+    from gui.features.export.jobs import Export
     from gui.widgets.notices import ProblemBox
     from ilf.run.options import ExportOptions
     from tests.pins.window.hand import isolated
@@ -54,7 +54,7 @@ def in_window(count: int, size: Size) -> Iterator[None]:
             paint_across(window, max(window.workspace.current.counts()))
             wait(lambda: settled(window), _RARELY_MS)
             window.feature(ExportFeature).start(Export(Path(name, "out"), ExportOptions(mesh="ply")))
-            wait(lambda: not window.feature(ExportFeature).worker.busy, _RARELY_MS)
+            wait(lambda: not window.feature(ExportFeature).busy, _RARELY_MS)
             for box in window.findChildren(ProblemBox):
                 box.close()
             window.documents.close_frame()

@@ -7,8 +7,8 @@ from PySide6.QtWidgets import QMessageBox
 
 from gui.app.main_window import MainWindow
 from gui.base import theme
-from gui.features.export.dialog import Export
 from gui.features.export.feature import ExportFeature
+from gui.features.export.jobs import Export
 from gui.features.status import StatusFeature
 from gui.work.frame_runs import RunState
 from ilf.data.frame import RGBDFrame
@@ -125,5 +125,5 @@ def themed(qapp, any_theme):
 
 def export(window, qtbot, folder: Path, options: ExportOptions | None = None):
     """Export the current frame, and wait for the end."""
-    with qtbot.waitSignal(window.feature(ExportFeature).worker.finished):
+    with qtbot.waitSignal(window.feature(ExportFeature).requests.ended):
         window.feature(ExportFeature).start(Export(folder, options or ExportOptions()))

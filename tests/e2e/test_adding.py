@@ -85,11 +85,11 @@ def test_a_new_exporter_is_one_function_and_one_line(tmp_path, monkeypatch, wind
     open_frame(window, qtbot, *files)
     exporting = window.feature(ExportFeature)
     exporting.ask()
-    box = exporting.dialog.files.exports["txt"]
+    box = exporting.files.exports["txt"]
     assert (box.text(), box.isVisible(), box.isEnabled()) == ("A line for each block", True, True)
     box.click()
-    assert "blocks.txt" in exporting.dialog.message.text()
-    assert exporting.dialog.request().options.exports == ("txt",)
+    assert "blocks.txt" in exporting.message.text()
+    assert exporting.request().options.exports == ("txt",)
 
 
 _DECLARED = '    sharpening: float = declare(0.0, "Sharpening", "Sharpen.", "Data", unit="m", minimum=0, maximum=9)\n'

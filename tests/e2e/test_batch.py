@@ -43,25 +43,25 @@ def part(window, qtbot, tmp_path):
 
 
 def _done(part, qtbot):
-    qtbot.waitUntil(lambda: not part.worker.busy)
-    return part.dialog.message.text().replace("\u200b", "")
+    qtbot.waitUntil(lambda: not part.busy)
+    return part.message.text().replace("\u200b", "")
 
 
 def _rows(part):
-    rows = [part.dialog.results.topLevelItem(number) for number in range(part.dialog.results.topLevelItemCount())]
+    rows = [part.results.topLevelItem(number) for number in range(part.results.topLevelItemCount())]
     return {row.text(0): row.text(1) for row in rows}
 
 
 def _open_row(part, frame):
-    (row,) = part.dialog.results.findItems(frame, Qt.MatchFlag.MatchExactly)
-    part.dialog.results.itemActivated.emit(row, 0)
+    (row,) = part.results.findItems(frame, Qt.MatchFlag.MatchExactly)
+    part.results.itemActivated.emit(row, 0)
 
 
 def test_frames_of_the_list_are_completed_and_open(part, window, qtbot, tmp_path, monkeypatch):
     begun = work_in_this_process(monkeypatch)
     window.actions_["batch"].trigger()
-    dialog, out = part.dialog, tmp_path / "done"
-    assert not list(unnamed(dialog))
+    dialog, out = part, tmp_path / "done"
+    assert not list(unnamed(dialog.widget))
     assert dialog.scope.currentText() == "All frames of the list: 3"
     dialog.sheet.setChecked(True)
     (tmp_path / "cancelled" / "frame").mkdir(parents=True)
@@ -101,18 +101,19 @@ def test_frames_of_the_list_are_completed_and_open(part, window, qtbot, tmp_path
 
 @pytest.mark.parametrize("before", ["unchanged", "failed", ""])
 def test_the_time_left_follows_from_frames_completed_since_the_start(part, window, tmp_path, monkeypatch, before):
-    now = [100.0]
-    monkeypatch.setattr("gui.widgets.work_row.Pace", lambda: Pace(lambda: now[0]))
-    monkeypatch.setattr(part.worker, "start", lambda job: None)
+    now, steps = [100.0], []
+    monkeypatch.setattr(part.work, "_pace", Pace(lambda: now[0]))
     window.actions_["batch"].trigger()
-    part.dialog.folder_path.setText(str(tmp_path / "done"))
-    part.dialog.export_button.click()
+    monkeypatch.setattr(part.requests, "ask", lambda job, take, step, what: steps.append(step))
+    part.folder_path.setText(str(tmp_path / "done"))
+    part.export_button.click()
     written, unchanged, failed = (ExportedFrame("a", tmp_path, ExportStatus(one)) for one in _STATUS)
     if before:
-        part.worker.progressed.emit([unchanged if before == "unchanged" else failed])
+        steps[0](unchanged if before == "unchanged" else failed)
     now[0] += 10
-    part.worker.progressed.emit([written] if before else [failed, written])
-    assert part.dialog.work.bar.format() == "67%, 10 s left"
+    for step in [written] if before else [failed, written]:
+        steps[0](step)
+    assert part.work.bar.format() == "67%, 10 s left"
 
 
 def test_a_frame_has_its_figures_and_a_batch_cancelled_after_its_last_one_its_manifest(tmp_path, monkeypatch):
@@ -139,7 +140,7 @@ def test_a_frame_has_its_figures_and_a_batch_cancelled_after_its_last_one_its_ma
 def test_a_batch_is_cancelled_and_goes_on_other_values_are_refused(part, window, qtbot, tmp_path, monkeypatch):
     begun = work_in_this_process(monkeypatch)
     window.actions_["batch"].trigger()
-    dialog = part.dialog
+    dialog = part
     dialog.folder_path.setText(str(tmp_path / "done"))
     dialog.export_button.click()
     qtbot.waitUntil(lambda: bool(_rows(part)))

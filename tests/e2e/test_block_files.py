@@ -8,8 +8,8 @@ from PIL import Image
 from PySide6.QtWidgets import QFileDialog, QMessageBox
 
 from gui.features.documents.load_blocks import LoadBlocksDialog
-from gui.features.export.dialog import ALL, Export
 from gui.features.export.feature import ExportFeature
+from gui.features.export.jobs import ALL, Export
 from ilf.io.block_files import read_blocks, write_blocks
 from ilf.run.options import ExportOptions
 
@@ -76,7 +76,7 @@ def test_exports_have_the_names_and_colours_of_the_window_and_follow_them(opened
     feature = opened.feature(ExportFeature)
     for name, colour in (("Chair", (1, 2, 3)), ("<b>Table</b>", (250, 0, 9))):
         document.edit_info(first, "Edit", name=name, colour=colour)
-        with qtbot.waitSignal(feature.worker.finished):
+        with qtbot.waitSignal(feature.requests.ended):
             feature.start(Export(tmp_path / "out", options, ALL))
         (folder,) = (tmp_path / "out").iterdir()
         found = read_blocks(folder / "blocks.coco.json", labels.shape)
@@ -87,9 +87,9 @@ def test_exports_have_the_names_and_colours_of_the_window_and_follow_them(opened
             shown = np.asarray(image.convert("RGB"))
         for label in document.counts():
             assert (shown[labels == label] == document.info(label).colour).all()
-    with qtbot.waitSignal(feature.worker.finished):
+    with qtbot.waitSignal(feature.requests.ended):
         feature.start(Export(tmp_path / "out", options, ALL))
-    assert feature.dialog.results.topLevelItem(0).text(1) == "unchanged"
+    assert feature.results.topLevelItem(0).text(1) == "unchanged"
 
 
 def test_what_cannot_be_read_is_said_in_the_dialog_and_nothing_changes(opened, qtbot, tmp_path):

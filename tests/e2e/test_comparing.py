@@ -5,7 +5,7 @@ import pytest
 from PySide6.QtCore import Qt
 
 from gui.features.colour_range import ColourRange
-from gui.features.compare import DerivedFeature
+from gui.features.derived import DerivedFeature
 from gui.features.expected_error import ErrorFeature
 from gui.features.status import StatusFeature
 from gui.views.layouts import LAYOUTS

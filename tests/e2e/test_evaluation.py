@@ -261,11 +261,11 @@ def test_a_sweep_shows_what_comes_and_a_click_takes_a_value(window, qtbot, frame
     widest = max(shown.pictures.fontMetrics().horizontalAdvance(line) for text in texts for line in text.splitlines())
     assert widest <= shown.pictures.iconSize().width()
     wanted = shown.found.points[0]
-    shown.grid.taken.emit(0)
+    shown.pictures.taken.emit(0)
     assert document.blocks.own[label] == wanted
     assert set(wanted) == {"smoothness", "slope_weight"}
     workspace.select([])
-    shown.grid.taken.emit(1)
+    shown.pictures.taken.emit(1)
     qtbot.waitUntil(lambda: document.is_up_to_date(label))  # solved, though it is not chosen
     workspace.select([label])
 

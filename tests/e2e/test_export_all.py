@@ -7,8 +7,8 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QMessageBox
 
 import ilf
-from gui.features.export.dialog import ALL, DONE, THIS, Export
 from gui.features.export.feature import ExportFeature
+from gui.features.export.jobs import ALL, DONE, THIS, Export
 from gui.features.frame_list.feature import FramesFeature
 from ilf.run.options import ExportOptions
 from tests.gui.naming import unnamed
@@ -34,7 +34,7 @@ def listed(window, qtbot, tmp_path, small_frame):
 
 def _export(window, qtbot, folder, scope):
     feature = window.feature(ExportFeature)
-    with qtbot.waitSignal(feature.worker.finished):
+    with qtbot.waitSignal(feature.requests.ended):
         feature.start(Export(folder, OPTIONS, scope))
         assert feature.pending_work()
     return window.toasts.message
@@ -91,14 +91,14 @@ def test_a_frame_that_cannot_be_read_is_named_and_the_others_are_written(listed,
 def test_the_dialog_offers_frames_shows_what_was_written_and_asks_before_it_replaces(listed, qtbot, tmp_path):
     (tmp_path / "walk" / "frame-1" / "depth.png").unlink()
     listed.actions_["export_all"].trigger()
-    dialog = listed.feature(ExportFeature).dialog
+    dialog = listed.feature(ExportFeature)
     texts = [dialog.scope.itemText(row) for row in range(dialog.scope.count())]
     assert texts == [
         "This frame: frame-0", "Frames marked as done: 0", "Frames that have been worked on: 0",
         "Selected rows of the list: 1", "All frames of the list: 3",
     ]  # fmt: skip
     assert [dialog.scope.model().item(row).isEnabled() for row in range(5)] == [True, False, False, True, True]
-    assert not list(unnamed(dialog))
+    assert not list(unnamed(dialog.widget))
     assert dialog.scope.currentData() == ALL
     assert "Writes 3 folders, one per frame" in dialog.message.text()
     assert dialog.export_button.isEnabled()
@@ -107,13 +107,13 @@ def test_the_dialog_offers_frames_shows_what_was_written_and_asks_before_it_repl
     dialog.scope.setCurrentIndex(4)
     (tmp_path / "file").write_text("")
     dialog.folder_path.setText(str(tmp_path / "file" / "out"))
-    with qtbot.waitSignal(listed.feature(ExportFeature).worker.failed):
+    with qtbot.waitSignal(listed.feature(ExportFeature).requests.ended):
         dialog.export_button.click()
     assert dialog.message.tone() == "error"
     assert dialog.results.topLevelItemCount() == 0, "no frame is completed in vain"
     place = dialog.export_button.pos()
     dialog.folder_path.setText(str(tmp_path / "out"))
-    with qtbot.waitSignal(listed.feature(ExportFeature).worker.finished):
+    with qtbot.waitSignal(listed.feature(ExportFeature).requests.ended):
         QTest.keyClick(dialog.folder_path, Qt.Key.Key_Return)
     rows = [dialog.results.topLevelItem(number) for number in range(3)]
     assert [(row.text(0), row.text(1)) for row in rows] == list(
@@ -123,22 +123,22 @@ def test_the_dialog_offers_frames_shows_what_was_written_and_asks_before_it_repl
     assert "frame-1: " in dialog.message.text()
     assert dialog.show_button.isVisible()
     assert dialog.export_button.pos() == place, "another click there is no other command"
-    assert dialog.isVisible()
+    assert dialog.visible
 
     def answer(button):
         dialog.export_button.click()
-        (box,) = dialog.findChildren(QMessageBox)
+        (box,) = dialog.widget.findChildren(QMessageBox)
         assert "frame-0/depth.png" in box.informativeText()
         next(one for one in box.buttons() if one.text() == button).click()
         QCoreApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)
 
     answer("Cancel")
-    assert not listed.feature(ExportFeature).worker.busy
-    with qtbot.waitSignal(listed.feature(ExportFeature).worker.finished):
+    assert not listed.feature(ExportFeature).busy
+    with qtbot.waitSignal(listed.feature(ExportFeature).requests.ended):
         answer("&Replace")
     assert [dialog.results.topLevelItem(row).text(1) for row in range(3)] == ["unchanged", "failed", "unchanged"]
-    QTest.keyClick(dialog, Qt.Key.Key_Escape)
-    assert not dialog.isVisible()
+    QTest.keyClick(dialog.widget, Qt.Key.Key_Escape)
+    assert not dialog.visible
 
 
 def test_marking_a_frame_is_saved_with_the_project(listed, qtbot, tmp_path):
@@ -158,7 +158,7 @@ def test_all_frames_are_proposed_beside_their_folders_also_after_an_export_of_on
     feature = listed.feature(ExportFeature)
     _export(listed, qtbot, tmp_path / "walk" / NAMES[0] / "completed", THIS)
     feature.ask(ALL)
-    assert feature.dialog.folder_path.text() == str(tmp_path / "walk" / "export")
+    assert feature.folder_path.text() == str(tmp_path / "walk" / "export")
     _export(listed, qtbot, tmp_path / "elsewhere" / "all", ALL)
     feature.ask(ALL)
-    assert feature.dialog.folder_path.text() == str(tmp_path / "elsewhere" / "export")
+    assert feature.folder_path.text() == str(tmp_path / "elsewhere" / "export")

@@ -10,8 +10,8 @@ from PySide6.QtWidgets import QApplication, QLineEdit
 
 import ilf
 from gui.features.blocks.feature import block_rows
-from gui.features.export.dialog import Export
 from gui.features.export.feature import ExportFeature
+from gui.features.export.jobs import Export
 from ilf.run.options import ExportOptions
 from ilf.sources.frame_ref import FrameRef
 from tests.pins.window.hand import dragged
@@ -107,7 +107,7 @@ def test_what_a_depth_png_loses_is_told_and_a_failing_export_leaves_what_was_the
 ):
     run_all(opened)
     opened.actions_["export"].trigger()
-    dialog, feature = opened.feature(ExportFeature).dialog, opened.feature(ExportFeature)
+    dialog = feature = opened.feature(ExportFeature)
     for units, before, after in (
         ("500", "steps of 2 mm, the input has 1 mm", "steps of 2 mm"),
         ("50000", "clips", "clipped"),
@@ -115,13 +115,13 @@ def test_what_a_depth_png_loses_is_told_and_a_failing_export_leaves_what_was_the
         dialog.files.png_units.setEditText(units)
         assert before in dialog.files.png_note.text()
         dialog.folder_path.setText(str(tmp_path / units))
-        with qtbot.waitSignal(feature.worker.finished):
+        with qtbot.waitSignal(feature.requests.ended):
             dialog.export_button.click()
         assert after in dialog.message.text()
         assert after in opened.log.text.toPlainText()
     assert reported == [], "the dialog has said so"
 
-    dialog.reject()
+    dialog.widget.reject()
     target = tmp_path / "taken"
     target.write_text("a file where the folder should be")
     feature.start(Export(target, ExportOptions()))

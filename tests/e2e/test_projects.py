@@ -14,8 +14,8 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication, QFileDialog, QMessageBox
 
 import ilf
-from gui.features.export.dialog import Export
 from gui.features.export.feature import ExportFeature
+from gui.features.export.jobs import Export
 from gui.features.frame_list.feature import FramesFeature
 from gui.features.run_history.panel import RunsPanel
 from gui.features.sweep.feature import SweepFeature
@@ -445,7 +445,7 @@ def test_a_run_is_not_lost_when_the_window_closes(opened, qtbot, tmp_path, waits
 def test_an_export_is_no_saving_opening_no_work_and_a_sweep_is_named(opened, qtbot, tmp_path):
     assert not opened.project.present.unsaved, "a frame that was opened and extracted is no work"
     opened.workspace.current.edit_info(1, "Rename", name="Wall")
-    with qtbot.waitSignal(opened.feature(ExportFeature).worker.finished):
+    with qtbot.waitSignal(opened.feature(ExportFeature).requests.ended):
         opened.feature(ExportFeature).start(Export(tmp_path / "out", ExportOptions()))
     assert opened.project.present.unsaved
     opened.workspace.undo_group.undo()

@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QToolButton
 
 from gui.features.filter import FilterPanel
 from gui.features.frame_list.feature import FramesFeature
-from gui.features.propagation.feature import PropagateDialog, PropagationFeature
+from gui.features.propagation import PropagateDialog, PropagationFeature
 from gui.features.quality import QualityPanel
 from gui.features.sharing import Sharing
 from gui.state.document import Document
@@ -59,7 +59,7 @@ def part(listed):
 
 def propagate_state(window, part, qtbot, command: str) -> Document:
     """Give a command and wait until blocks have been carried; the frame that is shown then."""
-    with qtbot.waitSignal(part.propagator.ended):
+    with qtbot.waitSignal(part.ended):
         window.actions_[command].trigger()
     window.refresh.now()
     return window.workspace.current
@@ -109,7 +109,7 @@ def test_through_frames_that_keep_what_was_done_by_hand(listed, part, qtbot, seq
     assert dialog.count.value() == 4
     assert dialog.how.currentData() == "auto"
     dialog.how.setCurrentIndex(dialog.how.findData("flow"))
-    with qtbot.waitSignal(part.propagator.ended):
+    with qtbot.waitSignal(part.ended):
         dialog.accept()
     window.refresh.now()
     assert part.how == "flow"
@@ -127,7 +127,7 @@ def test_through_frames_that_keep_what_was_done_by_hand(listed, part, qtbot, seq
 def test_frames_on_the_way_are_put_away_and_come_back(listed, part, qtbot):
     window, workspace, entries = listed, listed.workspace, listed.workspace.entries
     window.feature(FramesFeature).open_frames.max_open = 1
-    with qtbot.waitSignal(part.propagator.ended):
+    with qtbot.waitSignal(part.ended):
         part.propagate_through(4)
     window.feature(FramesFeature).open_frames.close_surplus()
     qtbot.waitUntil(lambda: len(workspace.open) == 1)
@@ -155,20 +155,20 @@ def test_blocks_edited_by_hand_are_carried_on_from_where_they_are_stored(listed,
     window.feature(FramesFeature).open_frames.max_open = 1
     window.feature(FramesFeature).open_frames.close_surplus()
     qtbot.waitUntil(lambda: entries[1].document is None)
-    with qtbot.waitSignal(part.propagator.ended) as ended:
+    with qtbot.waitSignal(part.ended) as ended:
         part.propagate_through(2)
     (propagation_run,) = ended.args
     assert propagation_run.kept == ["frame-1"]
-    assert [arrival.blocks for arrival in propagation_run.done] == [3]
+    assert [len(np.unique(found.state.blocks.labels)) for _, found in propagation_run.done] == [3]
     assert entries[1].document is None  # nobody had to open it
 
 
 def test_it_can_be_stopped_and_says_how_far_it_is(listed, part, qtbot):
     window = listed
     shown: list[str] = []
-    part.propagator.changed.connect(lambda: shown.append(part.label.text() if part.strip.isVisible() else ""))
-    part.propagator.changed.connect(lambda: part.work.cancel_button.click() if len(shown) == 3 else None)
-    with qtbot.waitSignal(part.propagator.ended) as ended:
+    part.changed.connect(lambda: shown.append(part.label.text() if part.strip.isVisible() else ""))
+    part.changed.connect(lambda: part.work.cancel_button.click() if len(shown) == 3 else None)
+    with qtbot.waitSignal(part.ended) as ended:
         part.propagate_through(4)
     (propagation_run,) = ended.args
     assert propagation_run.stopped
@@ -183,16 +183,16 @@ def test_frames_that_are_taken_out_of_the_list_on_the_way_stay_out(listed, part,
     workspace.add_entries([Entry.of(FrameRef(f"/nowhere/{number}")) for number in range(1500)])
 
     def remove():
-        propagation_run = part.propagator.propagation_run
+        propagation_run = part.run
         if propagation_run is not None and propagation_run.present is entries[2]:
-            part.propagator.changed.disconnect(remove)
+            part.changed.disconnect(remove)
             workspace.remove_entries(list(entries)[2:])
 
-    part.propagator.changed.connect(remove)
-    with qtbot.waitSignal(part.propagator.ended) as ended:
+    part.changed.connect(remove)
+    with qtbot.waitSignal(part.ended) as ended:
         part.propagate_through(1500)
     (propagation_run,) = ended.args
-    assert [one.name for one in propagation_run.done] == ["frame-1"]
+    assert [name for name, _ in propagation_run.done] == ["frame-1"]
     assert (propagation_run.total, propagation_run.problems) == (1, [])
     assert len(entries) == 2
 
@@ -204,8 +204,8 @@ def test_a_frame_stays_open_while_blocks_are_carried_to_it(listed, part, qtbot):
     workspace.show(first)
     window.feature(FramesFeature).open_frames.max_open = 1
     busy: list[bool] = []
-    part.propagator.changed.connect(lambda: busy.append(window.feature(FramesFeature).open_frames.is_busy(second)))
-    with qtbot.waitSignal(part.propagator.ended):
+    part.changed.connect(lambda: busy.append(window.feature(FramesFeature).open_frames.is_busy(second)))
+    with qtbot.waitSignal(part.ended):
         part.propagate_through(1, replaces=True)
     assert busy == [False, True, False]
 
@@ -234,11 +234,11 @@ def test_an_error_on_the_way_ends_nothing_but_its_frame(listed, part, qtbot, mon
 
     monkeypatch.setattr(listed.loader, "open_state", opening)
     ended = []
-    part.propagator.ended.connect(ended.append)
-    with qtbot.waitSignal(part.propagator.ended):
+    part.ended.connect(ended.append)
+    with qtbot.waitSignal(part.ended):
         part.propagate_through(2)
     (run,) = ended
-    assert [one.name for one in run.done] == [workspace.entries[2].name]
+    assert [name for name, _ in run.done] == [workspace.entries[2].name]
     assert "unforeseen" in run.problems[0]
 
 

@@ -7,9 +7,8 @@ from typing import cast
 import numpy as np
 
 import ilf
-from gui.features.export.dialog import WORKED_ON
 from gui.features.export.feature import ExportFeature
-from gui.features.export.jobs import subjects_of
+from gui.features.export.jobs import WORKED_ON, subjects_of
 from gui.project.store import WorkStore
 from gui.state.entries import Entry
 from ilf.errors import InputError
@@ -51,11 +50,11 @@ def test_a_report_is_written_as_page_and_as_pdf_or_not_at_all(opened, qtbot, run
     monkeypatch.setattr(
         "gui.features.export.feature.QDesktopServices.openUrl", lambda url: shown.append(url.toLocalFile())
     )
-    dialog, out = part.dialog, tmp_path / "out"
+    dialog, out = part, tmp_path / "out"
 
     def write(signal):
         with qtbot.waitSignal(signal):
-            dialog.requested.emit(dialog.request())  # what would be replaced is asked elsewhere
+            dialog.begin_export(dialog.request())  # what would be replaced is asked elsewhere
             assert not dialog.export_button.isEnabled()
         return dialog.message.text().replace("\u200b", "")
 
@@ -65,7 +64,7 @@ def test_a_report_is_written_as_page_and_as_pdf_or_not_at_all(opened, qtbot, run
     assert dialog.scope.currentText() == "This frame: two-planes"
     assert dialog.scope.itemText(dialog.scope.findData(WORKED_ON)).endswith(": 0")
     assert "writes two-planes-report.html." in dialog.message.text()
-    dialog.close()
+    dialog.widget.close()
     document = opened.workspace.current
     label = next(iter(document.counts()))
     opened.workspace.current.edit_info(label, "Rename", name="Wall <of> stone")
@@ -78,7 +77,7 @@ def test_a_report_is_written_as_page_and_as_pdf_or_not_at_all(opened, qtbot, run
     dialog.hold_out.seeds.setValue(2)
 
     page = out / "report.html"
-    assert write(part.worker.finished) == f"Exported to {out}: report.html."
+    assert write(part.requests.ended) == f"Exported to {out}: report.html."
     text = page.read_text(encoding="utf-8")
     assert "Wall &lt;of&gt; stone" in text
     assert "areas; seeds 0, 1" in text
@@ -91,7 +90,7 @@ def test_a_report_is_written_as_page_and_as_pdf_or_not_at_all(opened, qtbot, run
     dialog.folder_path.setText(str(out))
     dialog.format.setCurrentIndex(dialog.format.findData("pdf"))
     pdf = out / "two-planes-report.pdf"
-    write(part.worker.finished)
+    write(part.requests.ended)
     content = pdf.read_bytes()
     assert content.startswith(b"%PDF")
     assert content.count(b"/Type /Page\n") >= 2
@@ -101,7 +100,7 @@ def test_a_report_is_written_as_page_and_as_pdf_or_not_at_all(opened, qtbot, run
     # cancelled while it is written: what was there stays
     dialog.scope.setCurrentIndex(dialog.scope.findData(WORKED_ON))
     dialog.format.setCurrentIndex(0)
-    with qtbot.waitSignal(part.worker.cancelled):
+    with qtbot.waitSignal(part.requests.ended):
         dialog.export_button.click()
         dialog.work.cancel_button.click()
     assert page.read_text(encoding="utf-8") == text
@@ -115,7 +114,7 @@ def test_a_report_is_written_as_page_and_as_pdf_or_not_at_all(opened, qtbot, run
     (tmp_path / "file").touch()
     for folder, words in ((tmp_path / "file" / "below", "cannot be created"), (out, "disk is full")):
         dialog.folder_path.setText(str(folder))
-        assert words in write(part.worker.failed)
+        assert words in write(part.requests.ended)
         assert dialog.export_button.isEnabled()
     assert pdf.read_bytes() == content
     assert page.read_text(encoding="utf-8") == text

@@ -75,9 +75,9 @@ def test_results_of_the_sample_are_not_proposed_among_the_programs_own_files(win
     monkeypatch.chdir(tmp_path)
     loaded(window, qtbot, window.actions_["open_sample"].trigger)
     window.actions_["export"].trigger()
-    dialog = window.feature(ExportFeature).dialog
+    dialog = window.feature(ExportFeature)
     assert dialog.folder_path.text() == str(tmp_path / "room-ilf")
-    dialog.close()
+    dialog.widget.close()
 
 
 def test_the_record_of_a_run_is_opened_again_as_such(window, monkeypatch, tmp_path):

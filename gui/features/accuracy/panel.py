@@ -30,7 +30,7 @@ from ...widgets.basics import (
 from ...widgets.docks import PanelGroup
 from ...widgets.tables import NumberTable
 from ...work.latest_request import LatestRequest
-from ..context import Context, PendingWork
+from ..context import Context
 from ..panel import Panel
 from .evaluation import (
     GROUND_TRUTH_COLUMNS,
@@ -80,7 +80,6 @@ class AccuracyPanel(Panel):
         self.outcomes: WeakKeyDictionary[Document, HoldOutOutcome] = WeakKeyDictionary()
         self._page = -1
         """The page that was drawn last."""
-        self._testing: Document | None = None
         self._evaluated = ""  # id of a frame: a closed panel would keep the frame itself in memory
         """The frame whose errors are shown or computed."""
         super().__init__(context)
@@ -88,7 +87,7 @@ class AccuracyPanel(Panel):
         self._reader = LatestRequest(self)
         self._expected: ExpectedErrors = WeakKeyDictionary()
         self.requests.progressed.connect(self._cancel_closed)
-        self.requests.ended.connect(self._end_test)
+        self.requests.ended.connect(self.redraw)
 
     def make(self) -> QWidget:
         self.work.cancelled.connect(lambda: self.context.notes.show_message("The hold-out test was cancelled."))
@@ -229,9 +228,13 @@ class AccuracyPanel(Panel):
         dialog = HoldOutDialog(document.name, candidates(document, present, tested), self.context.window)
 
         def start() -> None:
-            self._testing = document
             chosen, test = dialog.chosen(), dialog.hold_out.test()
-            self.requests.ask(lambda: outcome_steps(chosen, present, test), partial(self._take_outcome, document))
+            self.requests.ask(
+                lambda: outcome_steps(chosen, present, test),
+                partial(self._take_outcome, document),
+                what=f"a hold-out test of {document.name}",
+                about=document,
+            )
             self.redraw()
 
         open_once(dialog, start)
@@ -246,18 +249,9 @@ class AccuracyPanel(Panel):
                 document.change_run(kept, hold_out_error=whole.rmse, hold_out_test=outcome.test)
         self.context.refresh.mark("block errors")
 
-    def pending_work(self) -> list[PendingWork]:
-        """The hold-out test in progress, if any."""
-        document = self._testing
-        return [] if document is None else [PendingWork(f"a hold-out test of {document.name}", document)]
-
-    def _end_test(self) -> None:
-        self._testing = None
-        self.redraw()
-
     def _cancel_closed(self) -> None:
         """Cancel the test if its frame was closed."""
-        if self._testing not in self.context.workspace.open:
+        if any(test.about not in self.context.workspace.open for test in self.pending_work()):
             self.requests.cancel()
 
     def _show_hold_out(self, document: Document | None) -> None:
@@ -271,7 +265,7 @@ class AccuracyPanel(Panel):
             of_block = self.part.currentIndex() == 1
             empty = "Select a block to see its errors."
             rows = [] if of_block and not chosen else outcome.rows(chosen if of_block else 0)
-        elif document is not None and document is self._testing:
+        elif any(test.about is document for test in self.pending_work()):
             empty = "Testing…"
         self.outcome.setVisible(bool(text))
         self.outcome.show_message(text, tone)

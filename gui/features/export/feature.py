@@ -1,44 +1,72 @@
-"""Exports of frames, one at a time, in the background."""
+"""Exports of frames: the dialog with frames, folder and files, the work in the background, and what was written."""
 
 from __future__ import annotations
 
+import os
 from collections import Counter
-from collections.abc import Generator, Iterator, Sequence
+from collections.abc import Generator, Iterator, Mapping, Sequence
 from dataclasses import replace
-from functools import cached_property, partial
+from functools import partial
 from pathlib import Path
 
-from PySide6.QtCore import QUrl
-from PySide6.QtGui import QDesktopServices
+from PySide6.QtCore import QSettings, QSignalBlocker, Qt, QUrl
+from PySide6.QtGui import QDesktopServices, QStandardItemModel
+from PySide6.QtWidgets import (
+    QCheckBox,
+    QDialog,
+    QDialogButtonBox,
+    QFileDialog,
+    QLineEdit,
+    QPushButton,
+    QSpinBox,
+    QTabWidget,
+    QTreeWidgetItem,
+    QWidget,
+)
 
+from ilf._runtime.files import is_address
 from ilf._runtime.formatting import counted
+from ilf._runtime.threads import available_cores
 from ilf.batch.folder_sink import open_folder
 from ilf.batch.frames import frames_of_files
+from ilf.batch.pictures import write_contact_sheet, write_video
 from ilf.batch.settings import BatchSettings
 from ilf.data.frame import RGBDFrame
+from ilf.data.results import Completion
+from ilf.errors import ParameterError
 from ilf.evaluation.evaluation import Progress
 from ilf.project.exporting import ExportedFrame, ExportStatus, FrameToExport, export_frames
 from ilf.run.block_choice import BlockChoice
-from ilf.run.options import RECORD_FILE
+from ilf.run.options import RECORD_FILE, as_file_name, output_folder_name
 from ilf.run.run import Run
 from ilf.sources.frame_ref import FrameRef
 
-from ...state.document import Document
+from ...base import theme
 from ...state.entries import Entry
 from ...state.parts import Part
-from ...widgets.file_choice import EXPORTS, EXPORTS_OF_FRAMES, remember_folder
+from ...widgets.basics import Message, combo, form, give_size, label_of, literal_text, row, row_list, scrolled, stack
+from ...widgets.file_choice import EXPORTS, EXPORTS_OF_FRAMES, remember_folder, save_folder
+from ...widgets.hold_out_choice import HoldOutChoice
 from ...widgets.notices import DESTROY, ask, error_text
-from ...work.jobs import Worker
-from ..context import Context, Feature, PendingWork
+from ...work.jobs import spare_cores
+from ..context import Context
 from ..documents.feature import DocumentsFeature
 from ..frame_list.feature import FramesFeature
+from ..panel import Panel
 from ..sequence.flicker import written_depth
 from ..sequence.playing import PlayFeature
 from ..status import StatusFeature
-from .dialog import ALL, DONE, SELECTED, THIS, WORKED_ON, Export, ExportDialog
+from .files import FilesForm
 from .jobs import (
+    ALL,
+    DONE,
+    SELECTED,
+    THIS,
+    WORKED_ON,
+    Export,
     Step,
     batch_steps,
+    behind,
     frame_as_shown,
     frames_to_export,
     present_frame,
@@ -46,56 +74,343 @@ from .jobs import (
     subjects_of,
 )
 
-_PARTS = Part.FRAME | Part.LIST | Part.LABELS | Part.RESULTS | Part.PARAMETERS | Part.INVALID_MASK
+_SCOPES = {
+    THIS: "This frame",
+    DONE: "Frames marked as done",
+    WORKED_ON: "Frames that have been worked on",
+    SELECTED: "Selected rows of the list",
+    ALL: "All frames of the list",
+}
+_SOURCES = {
+    False: "As in this window, with its blocks and results",
+    True: "Anew from the files, with the current parameters",
+}
+_FORMATS = {"html": "HTML page, one file for any browser", "pdf": "PDF, for printing or sharing"}
+_BATCH_FOLDER = "batch/folder"
+_FROM_FILES = (
+    "Blocks are extracted, and edits in this window are not used. Starting again resumes: completed frames are "
+    "skipped. manifest.csv lists the result of each frame."
+)
+
+_OF_SEVERAL = "Blocks without a result are run first. Frames unchanged since an earlier export are skipped."
+
+
 _MAX_NAMED = 3
 
 
-class ExportFeature(Feature):
-    """The export dialog, and the export in progress."""
+class ExportFeature(Panel):
+    """The dialog of exports, one of which runs at a time. It stays open with what was written, and may be closed
+    meanwhile."""
+
+    title, group = "Export", None
+    parts = Part.FRAME | Part.LIST | Part.LABELS | Part.RESULTS | Part.PARAMETERS | Part.INVALID_MASK
+    what = "export"
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)
         self._status, self._playing = context.feature(StatusFeature), context.feature(PlayFeature)
-        self.worker = Worker(self)
-        self.worker.progressed.connect(self._take)
-        self.worker.finished.connect(lambda _: self._end())
-        self.worker.failed.connect(self._fail)
-        self.worker.cancelled.connect(lambda: self._end("Cancelled: export again to go on. "))
+        self._run: Run | None = None
+        self._completion: Completion | None = None
+        self._behind = self._proposed = ""
+        self._counts: Mapping[str, int] = {}
         self._ids: dict[str, str] = {}
         """Name of a folder -> id of its frame, while frames are completed from their files."""
         self._export: Export | None = None
+        """The export in progress."""
         self._total = 0
         self._done: list[ExportedFrame] = []
+        self.requests.ended.connect(self._end_cancelled)
+        _ = self.widget
 
-    @cached_property
-    def dialog(self) -> ExportDialog:
-        """The dialog, made on first use."""
-        dialog = ExportDialog(self.context.window)
-        dialog.requested.connect(self._begin)
-        dialog.cancelled.connect(self.worker.cancel)
-        dialog.opened.connect(self._open)
+    def make(self) -> QDialog:
+        dialog = QDialog(self.context.window)
+        give_size(dialog, 760, 650)
+        self.scope = combo(_SCOPES, "Frames to export; of several, each gets a folder of its own")
+        self.source = combo(_SOURCES, "Where blocks and completed depth are taken from")
+        self.folder_path = QLineEdit()
+        browse = QPushButton("Browse…")
+        browse.setToolTip("Select the folder for the files")
+        browse.clicked.connect(self._browse)
+        self.files = FilesForm()
+        hint = "What has come of each frame; double-click one to open it"
+        self.results = row_list("Results of the frames", hint, ("Frame", "Status", "Notes"), stretched=2)
+        self.results.itemActivated.connect(lambda item: self._open(item.data(0, Qt.ItemDataRole.UserRole)))
+        self.report_page, self.batch_page = self._report_page(), self._batch_page()
+        self.tabs = QTabWidget()
+        for page, title in (
+            (scrolled(self.files), "&Files"),
+            (self.report_page, "&Report"),
+            (self.batch_page, "&Batch"),
+            (self.results, "Re&sults"),
+        ):
+            self.tabs.addTab(page, title)
+        self.message, self.warning = Message(lines=2), Message()
+        buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
+        self.export_button = buttons.addButton("Export", QDialogButtonBox.ButtonRole.AcceptRole)
+        # of this role it is at the left: the other buttons keep their places when it comes
+        self.show_button = buttons.addButton("Open as fram&es", QDialogButtonBox.ButtonRole.ResetRole)
+        self.show_button.setToolTip(
+            "Add the completed frames of the folder to the list, with completed depth as their input; double-click a "
+            "row above to open its run, with its blocks"
+        )
         documents = self.context.feature(DocumentsFeature)
-        dialog.results_requested.connect(lambda folder: documents.open_source(FrameRef(str(folder))))
-        self.context.refresh.add("export", self._describe, _PARTS)
+        self.show_button.clicked.connect(lambda: documents.open_source(FrameRef(str(self._folder()))))
+        self.close_button = buttons.button(QDialogButtonBox.StandardButton.Close)
+        buttons.accepted.connect(lambda: self.begin_export(self.request()))
+        buttons.rejected.connect(dialog.reject)
+        self._form = QWidget()
+        folder = label_of("F&older", self.folder_path), row(self.folder_path, browse)
+        form(("Fra&mes", self.scope), ("&Depth", self.source), folder, parent=self._form)
+        stack(dialog, self._form, self.tabs, self.message, self.warning, self.work, buttons, stretched=self.tabs)
+        self._remembered: dict[str, QWidget] = {
+            "report/format": self.format,
+            "report/hidden": self.hidden,
+            "report/open": self.opens,
+            "batch/sheet": self.sheet,
+            "batch/video": self.video,
+        }
+        for key, field in self._remembered.items():
+            if (value := QSettings().value(key)) is not None:
+                field.setProperty(_user_property(field), value)
+        for choice in (self.scope, self.source):
+            choice.currentIndexChanged.connect(self._turn)
+        of_report = self.report.toggled, self.hidden.toggled, self.format.currentIndexChanged
+        for changed in (self.folder_path.textChanged, self.files.changed, *of_report):
+            changed.connect(self.update_message)
         return dialog
+
+    def _report_page(self) -> QWidget:
+        self.report = QCheckBox("&Write a report on the frames")
+        self.report.setToolTip("One self-contained page; several frames get an index with a row for each")
+        about = Message(lines=3)
+        about.show_message(
+            "Pictures with scales, blocks with their figures, parameters that differ from the preset, curves, errors, "
+            "run history, versions and the hashes of all files. Of frames that are not open, only those that have been "
+            "worked on."
+        )
+        self.format = combo(_FORMATS, "File type of the report")
+        self.hidden = QCheckBox("Measure the error on held-out known depth")
+        self.hidden.setToolTip(
+            "Run a hold-out test for every frame with results; takes about as long as a run per seed"
+        )
+        self.hold_out = HoldOutChoice()
+        self.opens = QCheckBox("Open when done")
+        self.opens.setChecked(True)
+        self.opens.setToolTip("Open the report in the browser or the PDF viewer")
+        page, fields = QWidget(), QWidget()
+        test = ("Hold-out test", self.hidden), ("&Hide", self.hold_out)
+        form(("Form&at", self.format), *test, ("", self.opens), parent=fields)
+        stack(page, self.report, about, fields, QWidget())
+        return page
+
+    def _batch_page(self) -> QWidget:
+        self.jobs = QSpinBox(minimum=1, maximum=available_cores(), value=spare_cores())
+        self.jobs.setToolTip("Number of frames completed at the same time; they share the cores")
+        self.sheet, self.video = QCheckBox("Contact sheet"), QCheckBox("Video")
+        self.sheet.setToolTip("One picture of all frames, with their names, in one depth colour range")
+        self.video.setToolTip("Colour, measured and completed depth of all frames in sequence")
+        self.retry, self.anew = QCheckBox("Failed frames"), QCheckBox("Frames with changed settings or files")
+        self.retry.setToolTip("Retry frames that failed before")
+        self.anew.setToolTip("Complete frames again whose settings or files have changed since")
+        page, fields = QWidget(), QWidget()
+        also, redo = row(self.sheet, self.video), row(self.retry, self.anew)
+        form(("&Processes", self.jobs), ("Also write", also), ("Redo", redo), parent=fields)
+        stack(page, fields, QWidget())
+        return page
+
+    # what is offered
 
     def ask(self, scope: str = THIS, from_files: bool = False, only_report: bool = False) -> None:
         """Open the dialog for some frames, or to show the export in progress; for `ALL` and window results, for those
         that are done or worked on, if any."""
-        dialog = self.dialog
-        dialog.show()
-        dialog.raise_()
-        dialog.activateWindow()
-        if self.worker.busy:
+        self.widget.show()
+        self.widget.raise_()
+        self.widget.activateWindow()
+        if self.busy:
             return
-        self._describe()
+        self.refresh(self.parts)
         if scope == ALL and not from_files:
             scope = next(name for name in (DONE, WORKED_ON, ALL) if self._entries(name))
-        dialog.prepare(scope, from_files, only_report)
+        self.prepare(scope, from_files, only_report)
+
+    def prepare(self, scope: str, from_files: bool, only_report: bool) -> None:
+        """Offer a new export, with the last settings."""
+        with QSignalBlocker(self.scope), QSignalBlocker(self.source):
+            self.scope.setCurrentIndex(self.scope.findData(scope))
+            self.source.setCurrentIndex(self.source.findData(from_files))
+        self.folder_path.setText("")
+        self._turn()
+        self.files.restore(None if self._run is None else self._run.frame.inputs)
+        self.report.setChecked(only_report)
+        if only_report:
+            self.files.choose_none()
+        self.tabs.setCurrentIndex(1 if only_report else 0)
+        self.export_button.setDefault(True)
+        self.export_button.setFocus()
+
+    def refresh(self, parts: Part) -> None:
+        """Offer what can be exported now."""
+        if self.busy:
+            return
+        workspace = self.context.workspace
+        counts = {scope: len(self._entries(scope)) for scope in _SCOPES}
+        if workspace.has_current:
+            self.describe(*present_frame(workspace.current), behind(workspace.current), counts)
+        else:
+            self.describe(None, None, "", counts)
+
+    def describe(self, run: Run | None, completion: Completion | None, behind: str, counts: Mapping[str, int]) -> None:
+        """Set the run of the current frame and its completion, what its results lack, and the number of frames of each
+        choice."""
+        self._run, self._completion, self._behind, self._counts = run, completion, behind, counts
+        model = self.scope.model()
+        for number, (name, text) in enumerate(_SCOPES.items()):
+            name_of_it = run.frame.name if name == THIS and run is not None else counts[name]
+            self.scope.setItemText(number, f"{text}: {name_of_it}")
+            if isinstance(model, QStandardItemModel):
+                model.item(number).setEnabled(counts[name] > 0)
+        self._turn()
+
+    def request(self) -> Export:
+        """Return what the user wants; ParameterError if a value is wrong."""
+        from_files, scope, folder = bool(self.source.currentData()), str(self.scope.currentData()), self._folder()
+        name = "" if scope != THIS or self._run is None else f"{as_file_name(self._run.frame.name)}-"
+        writes_report = self.report.isChecked() and not from_files
+        return Export(
+            folder,
+            self.files.options(),
+            scope,
+            from_files,
+            self.jobs.value(),
+            [write_contact_sheet] * self.sheet.isChecked() + [write_video] * self.video.isChecked(),
+            self.retry.isChecked(),
+            self.anew.isChecked(),
+            folder / f"{name}report.{self.format.currentData()}" if writes_report else None,
+            self.hold_out.test() if self.hidden.isChecked() else None,
+        )
+
+    def remember(self, export: Export) -> None:
+        """Remember the settings of an export."""
+        if export.options.filenames():
+            self.files.store()
+        for key, field in self._remembered.items():
+            QSettings().setValue(key, field.property(_user_property(field)))
+        if export.from_files:
+            QSettings().setValue(_BATCH_FOLDER, str(export.folder))
+
+    def update_message(self) -> None:
+        """Say what the export would write, or why it cannot."""
+        for field in (self.format, self.hidden, self.opens):
+            field.setEnabled(self.report.isChecked())
+        self.hold_out.setEnabled(self.report.isChecked() and self.hidden.isChecked())
+        if self.busy or not self._counts:
+            return
+        self._allow()
+        try:
+            export = self.request()
+            record = [RECORD_FILE] * export.from_files
+            report = [] if export.report is None else [export.report.name]
+            names = list(dict.fromkeys([*self.files.names(), *record, *report]))
+        except ParameterError as error:
+            problem = str(error)
+        else:
+            problem = self._problem(export.folder, names)
+        self.export_button.setEnabled(not problem)
+        text, lacks = (problem, "") if problem else self._plan(export, names)
+        self.message.show_message(text, "error" if problem else "muted")
+        self.warning.show_message(lacks, "warning")
+
+    def _problem(self, folder: Path, names: Sequence[str]) -> str:
+        """Return why nothing can be exported, and what to do; "" if it can."""
+        if not self.folder_path.text().strip():
+            return "Choose a target folder."
+        if folder.exists() and not folder.is_dir():
+            return f"{folder} is a file, not a folder. Choose another folder."
+        if not names:
+            return "Choose at least one file to write."
+        if not self._counts[self.scope.currentData()]:
+            return "There is no such frame. Choose other frames."
+        return ""
+
+    def _plan(self, export: Export, names: Sequence[str]) -> tuple[str, str]:
+        """Return what the export would write, and what the results of a single frame lack."""
+        files = ", ".join(names)
+        if export.from_files:
+            return f"Writes a folder per frame with {files}. {_FROM_FILES}", ""
+        if export.scope != THIS:
+            folders = counted(self._counts[export.scope], "folder")
+            text = f"Writes {folders}, one per frame, with {files}, as far as the frame has them. {_OF_SEVERAL}"
+            return text, ""
+        text = f"Writes {files}." if export.folder.is_dir() else f"Creates the folder, writes {files}."
+        if self._completion is None:
+            return text, "No block has been run in its current state: the input depth is exported."
+        return text, self._behind
+
+    def _turn(self) -> None:
+        """Offer what belongs to the chosen frames and to where their depth is from."""
+        from_files, is_this = bool(self.source.currentData()), self.scope.currentData() == THIS
+        self.widget.setWindowTitle(f"Export {self._run.frame.name}" if is_this and self._run is not None else "Export")
+        self.tabs.setTabVisible(1, not from_files)
+        self.tabs.setTabVisible(2, from_files)
+        single = is_this and not from_files
+        self.files.describe(self._run if single else None, self._completion if single else None)
+        name = output_folder_name(self._run.frame.name) if single and self._run is not None else "export"
+        last = str(QSettings().value(_BATCH_FOLDER, "")) if from_files else ""
+        inputs = None if self._run is None else self._run.frame.inputs
+        path = "" if inputs is None or is_address(inputs.rgb.path) else inputs.rgb.path
+        if not is_this and self._run is not None and Path(path).parent.name == self._run.frame.name:
+            path = str(Path(path).parent)  # beside the folders of the frames, not in one of them
+        folder = save_folder(path, EXPORTS if is_this else EXPORTS_OF_FRAMES)
+        proposed = last or str(folder / ("batch" if from_files else name))
+        if self.folder_path.text() in ("", self._proposed):
+            self.folder_path.setText(proposed)
+        self._proposed = proposed
+        self.update_message()
+
+    def _allow(self) -> None:
+        for part in (self._form, self.files, self.report_page, self.batch_page, self.export_button):
+            part.setEnabled(not self.busy)
+        self.show_button.setVisible(not self.busy and any(self._folder().glob(f"*/{RECORD_FILE}")))
+
+    def _folder(self) -> Path:
+        return Path(os.path.abspath(os.path.expanduser(self.folder_path.text().strip())))
+
+    def _browse(self) -> None:
+        folder = self._folder()
+        start = next((place for place in (folder, *folder.parents) if place.is_dir()), folder)
+        if path := QFileDialog.getExistingDirectory(self.widget, "Choose target folder", str(start)):
+            self.folder_path.setText(path)
+
+    # the export
+
+    def begin_export(self, export: Export) -> None:
+        """Start an export; ask first if it would replace files."""
+
+        def accept() -> None:
+            self.remember(export)
+            self.start(export)
+
+        replaced = self._replaced(export)
+        if not replaced:
+            accept()
+            return
+        more = ", ".join(replaced[:_MAX_NAMED])
+        more += f" and {len(replaced) - _MAX_NAMED} more" * (len(replaced) > _MAX_NAMED)
+        text = f"{export.folder} has files of an earlier export. Replace them?"
+        ask(self.widget, "Replace files?", text, f"{more}.", (("&Replace", DESTROY, accept),))
+
+    def _replaced(self, export: Export) -> list[str]:
+        """Return the files that there are already, relative to the folder. A batch skips what is complete."""
+        if export.from_files:
+            return []
+        frames = self._frames(export.scope, self._entries(export.scope)) if export.options.filenames() else []
+        files = [Path(frame.folder, name) for frame in frames for name in self.files.names()]
+        files += [] if export.report is None else [export.report]
+        return [str(file.name if file.is_absolute() else file) for file in files if (export.folder / file).exists()]
 
     def start(self, export: Export) -> None:
         """Export in the background; only said if an export is in progress."""
-        if self.worker.busy:
+        if self.busy:
             self.context.notes.show_message("An export is in progress. Wait until it has ended.")
             return
         entries = self._entries(export.scope)
@@ -111,18 +426,89 @@ class ExportFeature(Feature):
         if not export.from_files:
             remember_folder(EXPORTS if export.scope == THIS else EXPORTS_OF_FRAMES, export.folder)
 
-        def job() -> Generator[Step, None, None]:
+        def job() -> Generator[Step, None, str]:
             for steps in parts:
                 yield from steps
+            return ""
 
-        self.dialog.begin()
+        what = f"an export of {counted(max(self._total, 1), 'frame')}"
+        self.requests.ask(job, self._end, step=self._take, what=what)
+        self.results.clear()
+        self.retry.setChecked(False)
+        self.anew.setChecked(False)
+        self.tabs.setCurrentWidget(self.results)
+        self.work.begin()
+        self._allow()
         self._status.show_exporting(True)
-        self.worker.start(job)
         self._show_frames()
 
-    def pending_work(self) -> Sequence[PendingWork]:
-        """The export in progress, if any."""
-        return [PendingWork(f"an export of {counted(max(self._total, 1), 'frame')}")] if self.worker.busy else []
+    def _take(self, step: Step) -> None:
+        """List what has come of a frame, or show how far the report is."""
+        if isinstance(step, Progress):
+            self.work.show_share(step.share)
+            self.message.show_message(f"Report: {step.text}")
+            return
+        self._done.append(step)
+        item = QTreeWidgetItem([step.name, str(step.status), " ".join(step.notes)])
+        item.setToolTip(2, literal_text("\n".join(step.notes)))
+        item.setData(0, Qt.ItemDataRole.UserRole, step)
+        if step.status is ExportStatus.FAILED:
+            item.setForeground(1, theme.colours(self.widget.palette()).error)
+        self.results.addTopLevelItem(item)
+        id = self._ids.get(step.folder.name)
+        if id is not None and step.status is not ExportStatus.FAILED and self._export is not None:
+            self._playing.written[id] = partial(written_depth, step.folder, self._export.options.depth_units)
+        self._show_frames()
+
+    def _show_frames(self) -> None:
+        count, left = len(self._done), self._total - len(self._done)
+        written = sum(frame.status is ExportStatus.WRITTEN for frame in self._done)
+        self.work.show_share(count / max(self._total, 1), written / max(written + left, 1))
+        self.message.show_message(f"{count} of {counted(self._total, 'frame')}")
+
+    def _end(self, text: str = "") -> None:
+        """Say what was written; what was not, and what is lost, in the dialog or else in one message."""
+        export, done, self._export = self._export, self._done, None
+        assert export is not None
+        counts = Counter(frame.status for frame in done)
+        parts = [f"{counts[status]} {status}" for status in ExportStatus if counts[status]]
+        report = None if text else export.report
+        parts += [] if report is None else [report.name]
+        failed = [f"{frame.name}: {frame.notes[0]}" for frame in done if frame.status is ExportStatus.FAILED]
+        notes = failed[:_MAX_NAMED] if failed or len(done) != 1 else list(done[0].notes)
+        summary = f"{text}Exported to {export.folder}: {', '.join(parts) or 'nothing'}."
+        self._tell_end("\n".join([summary, *notes]), "warning" if text or failed else "good")
+        self.context.notes.show_message(" ".join([summary, *notes]))
+        if not self.visible:
+            self.context.notes.warn(f"Not exported: {counted(len(failed), 'frame')}", failed)
+        if report is not None and self.opens.isChecked():
+            QDesktopServices.openUrl(QUrl.fromLocalFile(str(report.absolute())))
+
+    def _end_cancelled(self) -> None:
+        if self._export is not None:
+            self._end("Cancelled: export again to go on. ")
+
+    def fail(self, error: Exception) -> None:
+        self._export = None
+        self._tell_end(error_text(error), "error")
+        if not self.visible:
+            self.context.notes.report("Export", error)
+
+    def _tell_end(self, text: str, tone: str) -> None:
+        self.work.hide()
+        self._allow()
+        self._status.show_exporting(False)
+        self.message.show_message(text, tone)
+        self.warning.show_message("")
+        (self.close_button if tone == "good" else self.export_button).setFocus()
+
+    def _open(self, frame: ExportedFrame) -> None:
+        """Open the run of a frame; show why a failed one has none."""
+        record = frame.folder / RECORD_FILE
+        if frame.status is not ExportStatus.FAILED and record.exists():
+            self.context.feature(DocumentsFeature).open_run(record)
+        else:
+            self.message.show_message(f"{frame.name}: {' '.join(frame.notes) or 'no run record'}", "warning")
 
     # frames
 
@@ -172,106 +558,7 @@ class ExportFeature(Feature):
         subjects = subjects_of(chosen, store, shared.values if shared.on else None)
         return report_file_steps(path, subjects, export.test)
 
-    # the dialog
 
-    def _describe(self) -> None:
-        if self.worker.busy or not self.dialog.isVisible():
-            return
-        workspace = self.context.workspace
-        counts = {scope: len(self._entries(scope)) for scope in (THIS, DONE, WORKED_ON, SELECTED, ALL)}
-        if not workspace.has_current:
-            self.dialog.describe(None, None, "", counts)
-            return
-        run, completion = present_frame(workspace.current)
-        self.dialog.describe(run, completion, behind(workspace.current), counts)
-
-    def _begin(self, export: Export) -> None:
-        """Start the export; ask first if it would replace files."""
-        replaced = self._replaced(export)
-        if not replaced:
-            self._accept(export)
-            return
-        more = ", ".join(replaced[:_MAX_NAMED])
-        more += f" and {len(replaced) - _MAX_NAMED} more" * (len(replaced) > _MAX_NAMED)
-        text = f"{export.folder} has files of an earlier export. Replace them?"
-        ask(self.dialog, "Replace files?", text, f"{more}.", (("&Replace", DESTROY, lambda: self._accept(export)),))
-
-    def _accept(self, export: Export) -> None:
-        self.dialog.remember(export)
-        self.start(export)
-
-    def _replaced(self, export: Export) -> list[str]:
-        """Return the files that there are already, relative to the folder. A batch skips what is complete."""
-        if export.from_files:
-            return []
-        frames = self._frames(export.scope, self._entries(export.scope)) if export.options.filenames() else []
-        files = [Path(frame.folder, name) for frame in frames for name in self.dialog.files.names()]
-        files += [] if export.report is None else [export.report]
-        return [str(file.name if file.is_absolute() else file) for file in files if (export.folder / file).exists()]
-
-    def _take(self, steps: list[Step]) -> None:
-        done = [step for step in steps if isinstance(step, ExportedFrame)]
-        self._done += done
-        self.dialog.add(done)
-        assert self._export is not None
-        for frame in done:
-            id = self._ids.get(frame.folder.name)
-            if id is not None and frame.status is not ExportStatus.FAILED:
-                self._playing.written[id] = partial(written_depth, frame.folder, self._export.options.depth_units)
-        if isinstance(steps[-1], Progress):
-            self.dialog.work.show_share(steps[-1].share)
-            self.dialog.message.show_message(f"Report: {steps[-1].text}")
-        else:
-            self._show_frames()
-
-    def _show_frames(self) -> None:
-        count, left = len(self._done), self._total - len(self._done)
-        written = sum(frame.status is ExportStatus.WRITTEN for frame in self._done)
-        self.dialog.work.show_share(count / max(self._total, 1), written / max(written + left, 1))
-        self.dialog.message.show_message(f"{count} of {counted(self._total, 'frame')}")
-
-    def _end(self, text: str = "") -> None:
-        """Say what was written; what was not, and what is lost, in the dialog or else in one message."""
-        export, done = self._export, self._done
-        assert export is not None
-        counts = Counter(frame.status for frame in done)
-        parts = [f"{counts[status]} {status}" for status in ExportStatus if counts[status]]
-        report = None if text else export.report
-        parts += [] if report is None else [report.name]
-        failed = [f"{frame.name}: {frame.notes[0]}" for frame in done if frame.status is ExportStatus.FAILED]
-        notes = failed[:_MAX_NAMED] if failed or len(done) != 1 else list(done[0].notes)
-        summary = f"{text}Exported to {export.folder}: {', '.join(parts) or 'nothing'}."
-        self.dialog.end("\n".join([summary, *notes]), "warning" if text or failed else "good")
-        self._status.show_exporting(False)
-        self.context.notes.show_message(" ".join([summary, *notes]))
-        if not self.dialog.isVisible():
-            self.context.notes.warn(f"Not exported: {counted(len(failed), 'frame')}", failed)
-        if report is not None and self.dialog.opens.isChecked():
-            QDesktopServices.openUrl(QUrl.fromLocalFile(str(report.absolute())))
-
-    def _fail(self, error: Exception) -> None:
-        self.dialog.end(error_text(error), "error")
-        self._status.show_exporting(False)
-        if not self.dialog.isVisible():
-            self.context.notes.report("Export", error)
-
-    def _open(self, frame: ExportedFrame) -> None:
-        """Open the run of a frame; show why a failed one has none."""
-        record = frame.folder / RECORD_FILE
-        if frame.status is not ExportStatus.FAILED and record.exists():
-            self.context.feature(DocumentsFeature).open_run(record)
-        else:
-            self.dialog.message.show_message(f"{frame.name}: {' '.join(frame.notes) or 'no run record'}", "warning")
-
-
-def behind(document: Document) -> str:
-    """Describe which blocks of a frame lack up-to-date results; "" for none."""
-    counts = document.counts()
-    without = len(counts.keys() - document.valid_results().keys())
-    otherwise = len(document.changed_blocks()) - without
-    lacks = {
-        "Not run in their current state, so that their missing depth stays missing": without,
-        "Run with other parameters than the current ones": otherwise,
-    }
-    sentences = [f"{what}: {count} of {len(counts)} blocks." for what, count in lacks.items() if count]
-    return " ".join([*sentences, "Run them first (F5)."] if sentences else [])
+def _user_property(field: QWidget) -> str:
+    """Return the name of the property that a user sets: whether a box is checked, a number, or a text."""
+    return str(field.metaObject().userProperty().name())

@@ -78,7 +78,7 @@ class FilesForm(QWidget):
         super().__init__()
         self._run: Run | None = None
         self._completion: Completion | None = None
-        self._proposed_units = self._usual_units = ""
+        self._usual_units = ""
         self.depth_png = QCheckBox("PNG, 16 bit")
         self.depth_tiff = QCheckBox("TIFF, float32 metres")
         self.depth_npy = QCheckBox("NPY, float32 metres")
@@ -143,7 +143,7 @@ class FilesForm(QWidget):
             choice.setCurrentIndex(max(choice.findData(getattr(options, name)), 0))
         for name, choice in self._choices.items():
             choice.setCurrentIndex(max(choice.findData(getattr(options, name)), 0))
-        self._proposed_units = units = str(QSettings().value(_UNITS_KEY) or self._usual_units)
+        units = str(QSettings().value(_UNITS_KEY) or self._usual_units)
         self.png_units.setCurrentText(next((text for text in _PNG_UNITS if text.partition(" ")[0] == units), units))
 
     def describe(self, run: Run | None, completion: Completion | None = None) -> None:
@@ -181,8 +181,8 @@ class FilesForm(QWidget):
     def store(self) -> None:
         """Remember the choice. What is not possible for this frame keeps its stored choice."""
         QSettings().setValue(_OPTIONS_KEY, json.dumps(asdict(self._options(possible=False))))
-        if (chosen := self._chosen_units()) != self._proposed_units:
-            QSettings().setValue(_UNITS_KEY, "" if chosen == self._usual_units else chosen)
+        chosen = self._chosen_units()
+        QSettings().setValue(_UNITS_KEY, "" if chosen == self._usual_units else chosen)
 
     def _options(self, possible: bool) -> ExportOptions:
         def on(box: QCheckBox) -> bool:

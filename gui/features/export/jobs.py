@@ -1,10 +1,10 @@
-"""Exports, step by step, for any thread: a step is the `ExportedFrame` that has come of a frame, or `Progress`."""
+"""What is exported, step by step, in any thread: a step is the `ExportedFrame` of a frame, or `Progress`."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import closing
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
@@ -25,6 +25,7 @@ from ilf.project.recorded_frames import recorded_run
 from ilf.project.state_codec import Decoded
 from ilf.report.report import report_steps, write_report
 from ilf.report.subject import Subject, Unreadable
+from ilf.run.options import ExportOptions
 from ilf.run.run import Run
 from ilf.sources.reading import read_frame
 
@@ -40,12 +41,65 @@ Pictures = Sequence[Callable[[Path, Sequence[FrameOutcome]], Path]]
 Read = Callable[[], tuple[Run, Completion | None]]
 MakeRun = Callable[[RGBDFrame], Run]
 
+THIS, DONE, WORKED_ON, SELECTED, ALL = "this", "done", "worked on", "selected", "all"
+"""Choices of frames."""
+
+
+@dataclass(frozen=True)
+class Export:
+    """What the user wants to be written.
+
+    Attributes
+    ----------
+    folder : Path
+    options : ExportOptions
+    scope : str
+        A choice of frames.
+    from_files : bool
+        Whether frames are completed anew, as a batch.
+    jobs : int
+        Number of processes of a batch.
+    pictures : sequence of callable
+        What writes the pictures of a batch.
+    retry, anew : bool
+        Whether a batch completes frames again that have failed, or whose settings or files have changed.
+    report : Path or None
+        The file of the report, HTML or PDF; None for no report.
+    test : HoldOutTest or None
+        Of the frames of the report.
+    """
+
+    folder: Path
+    options: ExportOptions
+    scope: str = THIS
+    from_files: bool = False
+    jobs: int = 1
+    pictures: Pictures = ()
+    retry: bool = False
+    anew: bool = False
+    report: Path | None = None
+    test: HoldOutTest | None = None
+
+
 # Frames as they are in the window.
 
 
 def present_frame(document: Document) -> tuple[Run, Completion | None]:
     """The run of an open frame as it is shown, and its completion; None if no block has a result."""
     return document.run(document.state.common, extrapolate=document.extrapolated), document.completion()
+
+
+def behind(document: Document) -> str:
+    """Describe which blocks of a frame lack up-to-date results; "" for none."""
+    counts = document.counts()
+    without = len(counts.keys() - document.valid_results().keys())
+    otherwise = len(document.changed_blocks()) - without
+    lacks = {
+        "Not run in their current state, so that their missing depth stays missing": without,
+        "Run with other parameters than the current ones": otherwise,
+    }
+    sentences = [f"{what}: {count} of {len(counts)} blocks." for what, count in lacks.items() if count]
+    return " ".join([*sentences, "Run them first (F5)."] if sentences else [])
 
 
 def frame_as_shown(document: Document) -> FrameToExport:

@@ -54,7 +54,6 @@ class FramesFeature(Panel):
         self.open_frames = OpenFrameLimiter(context)
         context.workspace.on(Part.FRAME, self._forget_wanted)
         panel = self.panel
-        panel.filter_changed.connect(self._show_list)
         panel.model.noted.connect(context.workspace.set_note)
         panel.view.opened.connect(self.open)
         panel.view.note_requested.connect(self._note)
@@ -123,17 +122,10 @@ class FramesFeature(Panel):
 
     def refresh(self, parts: Part) -> None:
         """Show the frames, their states and which is the current one."""
-        self.panel.describe(list(self.context.workspace.entries))
         self._show_list()
 
     def _show_list(self) -> None:
-        """Show the frames that match the filter, in their order."""
-        present, model = self._present(), self.panel.model
-        former, row = model.present, model.row_of(present)
-        model.present = present
-        model.set_entries(self.panel.filtered(self.context.workspace.entries, present))
-        if present is not former or model.row_of(present) != row:
-            self.panel.show_present(selects=present is not former)
+        self.panel.show_entries(list(self.context.workspace.entries), self._present())
 
     def show_played(self, entry: Entry | None) -> None:
         """Mark the frame shown by playing as the current one; None once an open one is shown again."""

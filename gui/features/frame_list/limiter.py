@@ -51,7 +51,7 @@ class OpenFrameLimiter(QObject):
         return (
             document in context.runs.running
             or context.loader.is_extracting(document)
-            or any(way.document is document for way in context.pending_work())
+            or any(way.about is document for way in context.pending_work())
         )
 
     def _surplus(self) -> list[Document]:

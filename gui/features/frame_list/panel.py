@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable
+from collections.abc import Callable, Collection
 
 from PySide6.QtCore import QModelIndex, QSize, Qt, Signal
 from PySide6.QtGui import QKeyEvent, QPaintEvent, QPixmap, QResizeEvent
@@ -132,20 +132,13 @@ _NONE_SHOWN = "No frame matches the filter: press Esc in the line above to show 
 
 
 class FramesPanel(QWidget):
-    """Panel that shows the list, as rows or as a strip, and emits requests; its owner sets the contents.
+    """Panel that shows the list, as rows or as a strip, with a filter; its owner sets the contents.
 
     Parameters
     ----------
     stored : callable
         Returns the stored thumbnail of the frame with an id; None if there is none. Called in a worker thread.
-
-    Signals
-    -------
-    filter_changed()
-        The filter or the order has changed.
     """
-
-    filter_changed = Signal()
 
     def __init__(self, stored: Callable[[str], bytes | None]) -> None:
         super().__init__()
@@ -153,7 +146,7 @@ class FramesPanel(QWidget):
         self.thumbnails = Thumbnails(self)
         self.model = FrameListModel(self.picture_of, self)
         self._bar = 0
-        self._several = False
+        self._entries: Collection[Entry] = ()
         self.text = QLineEdit(placeholderText="Name or note", clearButtonEnabled=True)
         self.text.setAccessibleName("Filter frames by name or note")
         self.text.setToolTip("Show only frames whose name or note contains all these words")
@@ -161,7 +154,7 @@ class FramesPanel(QWidget):
         self.order = combo(ORDERS, "Order of the list, which next and previous frame follow", "Sort frames")
         self.state.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
         for choice in (self.state, self.order):
-            choice.currentIndexChanged.connect(lambda _: self.filter_changed.emit())
+            choice.currentIndexChanged.connect(lambda _: self.show_entries(self._entries, self.model.present))
         self.view = FrameView(self)
         self.view.setModel(self.model)
         self.view.hint = _NOTHING_OPEN
@@ -171,7 +164,7 @@ class FramesPanel(QWidget):
         self.setFocusProxy(self.view)
         self.thumbnails.arrived.connect(self.view.viewport().update)
         self.model.layoutChanged.connect(self._fit)
-        self.text.textChanged.connect(lambda _: self.filter_changed.emit())
+        self.text.textChanged.connect(lambda _: self.show_entries(self._entries, self.model.present))
 
     def picture_of(self, entry: Entry) -> QPixmap | None:
         """Return the thumbnail of an entry; None while it is pending, an empty one if it cannot be made."""
@@ -187,27 +180,25 @@ class FramesPanel(QWidget):
 
     def _fit(self) -> None:
         self.setMaximumWidth(max(self.model.rowCount(), 1) * (4 * self._bar // 3) if self._bar else _UNLIMITED)
-        self.filter_row.setVisible(self._several and not self._bar)
+        self.filter_row.setVisible(len(self._entries) > 1 and not self._bar)
 
-    def filtered(self, entries: Iterable[Entry], always: Entry | None) -> list[Entry]:
-        """Return the entries that match the user's filter, and `always`, in the chosen order."""
-        state, order = str(self.state.currentData()), str(self.order.currentData())
-        return shown_entries(entries, self.text.text(), state, order, always)
-
-    def describe(self, entries: Collection[Entry]) -> None:
-        """Show the filter if the list has several frames, with the number of frames in each state."""
-        self._several = len(entries) > 1
+    def show_entries(self, entries: Collection[Entry], present: Entry | None) -> None:
+        """Show the frames that match the user's filter, and the current one, in the chosen order. The current one is
+        scrolled to when it or its row has changed, and selected if it has."""
+        self._entries = entries
         self._fit()
-        self.view.hint = _NONE_SHOWN if self._several else _NOTHING_OPEN
+        self.view.hint = _NONE_SHOWN if len(entries) > 1 else _NOTHING_OPEN
         if self.filter_row.isVisible():
             found = counts(entries)
             for row, (state, text) in enumerate(STATES.items()):
                 self.state.setItemText(row, f"{text} ({found[state]})")
-
-    def show_present(self, selects: bool) -> None:
-        """Scroll to the current frame; select it with `selects`, or if no frame is."""
-        index = self.model.index_of(self.model.present)
-        if index.isValid():
-            if selects or not self.view.currentIndex().isValid():
-                self.view.setCurrentIndex(index)
-            self.view.show_frame(index)
+        model, view = self.model, self.view
+        former, row = model.present, model.row_of(present)
+        model.present = present
+        state, order = self.state.currentData(), self.order.currentData()
+        model.set_entries(shown_entries(entries, self.text.text(), state, order, present))
+        index = model.index_of(present)
+        if index.isValid() and (present is not former or index.row() != row):
+            if present is not former or not view.currentIndex().isValid():
+                view.setCurrentIndex(index)
+            view.show_frame(index)

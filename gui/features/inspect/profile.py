@@ -215,37 +215,33 @@ class ProfilePlot(pg.PlotWidget):
         self._cursor.hide()
         self._raw.setExportMode(True)
         try:
-            return self._svg() if as_svg else self._png()
+            return self._drawn(as_svg)
         finally:
             self._raw.setExportMode(False)
             self._cursor.setVisible(pointed)
             self.scene().removeItem(legend)
 
-    def _svg(self) -> bytes:
+    def _drawn(self, as_svg: bool) -> bytes:
         content = QBuffer()
         content.open(QBuffer.OpenModeFlag.WriteOnly)
-        generator = QSvgGenerator(QSvgGenerator.SvgVersion.Svg11)  # supports clipping
-        generator.setOutputDevice(content)
-        generator.setResolution(self.logicalDpiX())
-        generator.setSize(self.size())
-        generator.setViewBox(self.rect())
-        generator.setTitle("Depth along a line")
-        self._render(QPainter(generator))
-        return bytes(content.data().data())
-
-    def _png(self) -> bytes:
-        image = QImage(self.size() * _SCALE, QImage.Format.Format_RGB32)
-        image.setDevicePixelRatio(_SCALE)
-        self._render(QPainter(image))
-        content = QBuffer()
-        content.open(QBuffer.OpenModeFlag.WriteOnly)
-        QImageWriter(content, QByteArray(b"png")).write(image)
-        return bytes(content.data().data())
-
-    def _render(self, painter: QPainter) -> None:
+        device: QSvgGenerator | QImage
+        if as_svg:
+            device = QSvgGenerator(QSvgGenerator.SvgVersion.Svg11)  # supports clipping
+            device.setOutputDevice(content)
+            device.setResolution(self.logicalDpiX())
+            device.setSize(self.size())
+            device.setViewBox(self.rect())
+            device.setTitle("Depth along a line")
+        else:
+            device = QImage(self.size() * _SCALE, QImage.Format.Format_RGB32)
+            device.setDevicePixelRatio(_SCALE)
+        painter = QPainter(device)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         self.render(painter, QRectF(self.viewport().rect()), self.viewport().rect())
         painter.end()
+        if isinstance(device, QImage):
+            QImageWriter(content, QByteArray(b"png")).write(device)
+        return bytes(content.data().data())
 
     def mouseDoubleClickEvent(self, event: QEvent) -> None:
         self.fit()

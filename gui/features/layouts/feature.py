@@ -6,17 +6,15 @@ import contextlib
 from collections.abc import Callable
 from functools import partial
 
-from PySide6.QtCore import QSettings, QSignalBlocker, Qt
+from PySide6.QtCore import QEvent, QObject, QSettings, QSignalBlocker, Qt
 from PySide6.QtGui import QAction, QWheelEvent
-from PySide6.QtWidgets import QInputDialog, QTabBar
+from PySide6.QtWidgets import QHBoxLayout, QInputDialog, QTabBar, QWidget
 
 from ...base.commands import Command, command, describe
-from ...views.layouts import CORRECT as CORRECT_VIEWS
 from ...views.layouts import LAYOUTS
-from ...widgets.basics import open_once
+from ...widgets.basics import lay_out, open_once
 from ..context import Context, Feature
 from ..views import ViewsFeature
-from .header import Header
 from .layout import BUILT_IN, CORRECT, INSPECT, OWN, OWN_HINT, STANDARD, TUNE, Arrangement, Layout, LayoutStore
 
 _ICONS = {STANDARD: "ph.layout", INSPECT: "ph.eye", CORRECT: "ph.pencil-line", TUNE: "ph.sliders"}
@@ -26,6 +24,11 @@ _TEXTS |= {name: (name, OWN_HINT) for name in OWN}
 
 _CHOICES = "block_names", "show_missing", "only_icons"
 """Options of the views that are stored between program starts."""
+
+_GAP = 14
+"""Space between the view controls and the layouts [px]."""
+_LEAST = 60
+"""Width of the layouts in which at least one can be seen, and others scrolled to [px]."""
 
 _NOT_OWN = "The current layout is built in: only your own layouts can be renamed or deleted."
 
@@ -44,8 +47,6 @@ class LayoutsFeature(Feature):
         super().__init__(context)
         self.store = LayoutStore(context.panels.persistent)
         self._last = STANDARD
-        self._views, self._lasting = context.views.sheet.layout_name, context.views.sheet.lasting
-        self._turning = False
         self._deleted: Layout | None = None
         self._actions: dict[str, QAction] = {}
         for name, (text, hint) in _TEXTS.items():
@@ -54,15 +55,36 @@ class LayoutsFeature(Feature):
             switch = Command(f"layout_{name}", text, hint, icon, keys, checkable=True, handler=choose)
             context.actions.add([switch])
             self._actions[name] = context.actions[switch.name]
-        context.views.sheet.layoutChanged.connect(self._follow_views)
         self.menu = context.actions.menu("&Layout", context.window)
         context.actions.adopt("layout_menu", self.menu.menuAction())
         self.bar = _Tabs(drawBase=False, expanding=False, usesScrollButtons=True)
         self.bar.setAccessibleName("Layouts")
         self.bar.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         self.bar.currentChanged.connect(lambda number: self.turn(self.bar.tabData(number)))
-        self.header = Header(context.window.menuBar(), context.feature(ViewsFeature).bar, self.bar)
-        context.centre.turned.connect(self.header.fit)
+        self._menu_bar, self._view_bar, self._corner = (
+            context.window.menuBar(),
+            context.feature(ViewsFeature).bar,
+            QWidget(),
+        )
+        lay_out(QHBoxLayout(self._corner), self._view_bar, self.bar, spacing=_GAP)
+        self._menu_bar.setCornerWidget(self._corner)
+        self._menu_bar.installEventFilter(self)
+        context.centre.turned.connect(self._fit_header)
+
+    def _fit_header(self) -> None:
+        """Show the layouts that there is room for beside the menus and the view controls; in a narrow window, they are
+        scrolled to, or in the menu only."""
+        menus = self._menu_bar.sizeHint().width() - self._corner.sizeHint().width()
+        left = self._menu_bar.width() - menus - _GAP - self._view_bar.sizeHint().width()
+        self.bar.setVisible(left >= _LEAST)
+        self.bar.setMaximumWidth(min(self.bar.sizeHint().width(), max(left, 0)))
+        self._menu_bar.setCornerWidget(self._corner)  # updates its place
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        """Fit the layouts to the width of the menu bar."""
+        if event.type() == QEvent.Type.Resize:
+            self._fit_header()
+        return False
 
     def _choose(self, name: str, on: bool) -> None:
         """Switch to a layout, or to the previous one."""
@@ -209,7 +231,7 @@ class LayoutsFeature(Feature):
         """Return the current arrangement of the window."""
         panels, views = self.context.panels, self.context.views
         return Arrangement(
-            self._views,
+            views.sheet.layout_name,
             views.contents(),
             tuple(panels.open),
             panels.places(),
@@ -221,36 +243,17 @@ class LayoutsFeature(Feature):
     def _apply(self, arrangement: Arrangement) -> None:
         """Apply an arrangement to the window."""
         views = self.context.views
-        self._turning = True
-        try:
-            if arrangement.views in LAYOUTS:
-                views.sheet.set_layout(arrangement.views, self.store.layouts[self.present].arrangement.views)
-            views.reset_contents()
-            for cell, content in arrangement.contents.items():
-                with contextlib.suppress(ValueError):  # contents that do not exist any more are skipped
-                    views.set_content(cell, content)
-            with contextlib.suppress(ValueError):
-                views.sides.choose(*arrangement.sides)
-            self.context.actions["cloud_beside"].setChecked(arrangement.cloud_beside)
-            self.context.actions["contours_only"].setChecked(arrangement.contours)
-        finally:
-            self._turning = False
+        if arrangement.views in LAYOUTS:
+            views.sheet.set_layout(arrangement.views, self.store.layouts[self.present].arrangement.views)
+        views.reset_contents()
+        for cell, content in arrangement.contents.items():
+            with contextlib.suppress(ValueError):  # contents that do not exist any more are skipped
+                views.set_content(cell, content)
+        with contextlib.suppress(ValueError):
+            views.sides.choose(*arrangement.sides)
+        self.context.actions["cloud_beside"].setChecked(arrangement.cloud_beside)
+        self.context.actions["contours_only"].setChecked(arrangement.contours)
         self.context.panels.take(arrangement.panels, arrangement.places)
-
-    def _follow_views(self, name: str) -> None:
-        """Switch the panels with the views when the views enter or leave the arrangement for correcting; but not in an
-        own layout, which may have any views, nor while a single view or a comparison is shown temporarily."""
-        lasting = self.context.views.sheet.lasting
-        if not self._turning and self.present not in OWN:
-            comes, goes = lasting == CORRECT_VIEWS, self.present == CORRECT
-            if comes != goes:
-                self._views = self._lasting
-                self._leave(CORRECT if comes else self._back())
-                there = self.store.left(self.present)
-                self.context.panels.take(there.panels, there.places)
-                self.context.actions["contours_only"].setChecked(there.contours)
-                self._show()
-        self._views, self._lasting = name, lasting
 
     def _show(self) -> None:
         """Show the layouts in menu and bar, and mark the current one."""
@@ -275,5 +278,5 @@ class LayoutsFeature(Feature):
                 if name == self.present:
                     self.bar.setCurrentIndex(number)
         actions.fill(self.menu, "| save_layout rename_layout delete_layout | reset_layout")
-        self.header.fit()
+        self._fit_header()
         actions.refresh()

@@ -176,7 +176,7 @@ class ProjectFeature(Feature):
         others = [
             f"{way.what[:1].upper()}{way.what[1:]} is in progress: it is stopped, and its results are lost."
             for way in context.pending_work()
-            if (only is None if way.document is None else way.document in documents)
+            if (only is None if way.about is None else way.about in documents)
         ]
         if not (rows or others):
             then()

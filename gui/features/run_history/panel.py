@@ -9,7 +9,8 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QPoint, QSize
+from PySide6.QtCore import QPoint, QSize, Qt
+from PySide6.QtGui import QKeySequence, QShortcut
 from PySide6.QtWidgets import QHBoxLayout, QVBoxLayout, QWidget
 
 from ilf._runtime.formatting import counted
@@ -89,8 +90,9 @@ class RunsPanel(Panel):
         row.addStretch()
         lay_out(QVBoxLayout(widget), row, self.view, spacing=0, stretched=self.view)
         widget.setFocusProxy(self.view)
-        self.view.edited.connect(self._edit)
-        self.view.delete_requested.connect(self.delete)
+        self.view.rows.edited.connect(self._edit)
+        delete = QShortcut(QKeySequence(Qt.Key.Key_Delete), self.view, self.delete)
+        delete.setContext(Qt.ShortcutContext.WidgetShortcut)
         self.view.selectionModel().selectionChanged.connect(lambda *_: actions.refresh())
         self.view.rows.rowsRemoved.connect(lambda *_: actions.refresh())
         self.view.customContextMenuRequested.connect(self._show_menu)
@@ -247,13 +249,16 @@ class RunsPanel(Panel):
             self.view.setCurrentIndex(index)
             self.view.edit(index)
 
-    def _edit(self, stored: StoredRun, what: str, value: Any) -> None:
-        workspace = self.context.workspace
-        if what == "compared":
-            others = [one for one in workspace.current.compared if one is not stored]
-            workspace.current.compare_runs([*others, stored] if value else others)
-        else:
-            workspace.current.change_run(stored, **{what: value})
+    def _edit(self, stored: StoredRun, column: int, value: Any) -> None:
+        """Take what the user has edited in the table: the history changes, then the row."""
+        document = self.context.workspace.current
+        if column == Column.COMPARED:
+            others = [one for one in document.compared if one is not stored]
+            document.compare_runs([*others, stored] if value else others)
+        elif column == Column.NOTE:
+            document.change_run(stored, note=value)
+        elif value:
+            document.change_run(stored, name=value)
 
     def _show_menu(self, place: QPoint) -> None:
         menu = self.context.actions.menu("", self.view, _MENU)

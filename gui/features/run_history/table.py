@@ -7,8 +7,8 @@ import math
 from collections.abc import Sequence
 from enum import IntEnum
 
-from PySide6.QtCore import Qt, Signal
-from PySide6.QtGui import QKeyEvent, QResizeEvent
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QAbstractItemView
 
 from ilf._runtime.formatting import UNKNOWN, counted, millimetres
@@ -172,21 +172,11 @@ def best_of(runs: Sequence[StoredRun], error: str) -> list[StoredRun]:
 
 class RunView(RowTable):
     """The table, the latest run first; it shares its width among the columns, and shows the columns of errors that any
-    run has. What the user changes is passed on: the history changes, then the row.
-
-    Signals
-    -------
-    edited(object, str, object)
-        A stored run, "name", "note" or "compared", and the new value.
-    """
-
-    delete_requested = Signal()
-    edited = Signal(object, str, object)
+    run has."""
 
     def __init__(self) -> None:
         super().__init__("Run history", _HEADINGS)
         self.hint = "Every run is listed here with its parameters and errors."
-        self.rows.edited.connect(self._pass_on)
         self.setEditTriggers(QAbstractItemView.EditTrigger.DoubleClicked)
         header = self.horizontalHeader()
         header.setDefaultAlignment(Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap)
@@ -208,11 +198,6 @@ class RunView(RowTable):
             self.setColumnHidden(column, not known and column != Column.EXPECTED)
         self._fit()
 
-    def _pass_on(self, run: StoredRun, column: int, value: object) -> None:
-        what = {Column.COMPARED: "compared", Column.NAME: "name", Column.NOTE: "note"}[Column(column)]
-        if value or what != "name":
-            self.edited.emit(run, what, value)
-
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
         self._fit()
@@ -228,9 +213,3 @@ class RunView(RowTable):
         left = free - name - values - self.columnWidth(Column.SECONDS) - self.columnWidth(Column.ITERATIONS)
         for column, width in ((Column.NAME, name), (Column.VALUES, values), (Column.NOTE, max(left, _LEAST_NOTE))):
             self.horizontalHeader().resizeSection(column, width)
-
-    def keyPressEvent(self, event: QKeyEvent) -> None:
-        if event.key() == Qt.Key.Key_Delete:
-            self.delete_requested.emit()
-        else:
-            super().keyPressEvent(event)

@@ -1,10 +1,9 @@
-"""Frames of a sequence with their completed depth, read in the background, and the flicker of one against another."""
+"""Frames of a sequence with their completed depth, read in any thread, and the flicker of one against another."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -21,12 +20,7 @@ from ilf.sources.reading import read_frame
 
 from ...project.store import WorkStore
 from ...state.entries import Entry
-from ...state.parts import Part
 from ...views.view_data import Before, Depth
-from ...widgets.notices import error_text
-from ...work.latest_request import LatestRequest
-from ..context import Context, Feature
-from ..frame_list.feature import FramesFeature
 
 
 @dataclass(frozen=True, eq=False)
@@ -135,39 +129,3 @@ def written_depth(folder: Path, units: float) -> Depth | None:
         if path.exists():
             return depth_in_metres(read_depth_values(path), per_metre)
     return None
-
-
-class FlickerFeature(Feature):
-    """The depth of the frame before the current one in the list, as the views of flicker need it."""
-
-    def __init__(self, context: Context) -> None:
-        super().__init__(context)
-        self._frames = context.feature(FramesFeature)
-        self._questions = LatestRequest(
-            self, lambda error: context.views.show_found(before=Before(text=error_text(error)))
-        )
-        context.workspace.on(Part.FRAME, self._questions.forget)
-        context.refresh.add(
-            "flicker",
-            self.show,
-            Part.FRAME | Part.LIST | Part.RESULTS | Part.INVALID_MASK,
-            Part.SOME_RESULTS,
-            also=(context.views.shownChanged,),
-            when=partial(context.views.shows, "before"),
-        )
-
-    def show(self) -> None:
-        """Find the change against the frame before, which a view shows."""
-        workspace, views = self.context.workspace, self.context.views
-        if not workspace.has_current:
-            return
-        entry, (shown, _) = workspace.current_entry, self._frames.shown()
-        row = shown.index(entry) if entry in shown else 0
-        if entry is None or row == 0:
-            views.show_found(before=Before(text="The list has no frame before this one"))
-            return
-        before, now = (moment_reader(one, self.context.recorder.store) for one in (shown[row - 1], entry))
-        self._questions.ask(
-            lambda: now().since(before()),
-            lambda before: views.show_found(before=before),
-        )

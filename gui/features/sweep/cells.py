@@ -1,4 +1,4 @@
-"""Cells of a sweep, one for each point: a grid of errors, or pictures, with the best and the current one marked."""
+"""Pictures of a sweep, one for each point, with the best and the current one marked."""
 
 from __future__ import annotations
 
@@ -17,26 +17,25 @@ from PySide6.QtWidgets import (
 )
 
 from ...base import theme
-from ...widgets.basics import Themed
 
 _GAP = 4
 _RING = 2.5
-_LEAST_CELL = QSize(40, 20)
 _NUMBER, _BEST, _PRESENT = (Qt.ItemDataRole.UserRole + number for number in range(3))
 
 
 class Cell(NamedTuple):
-    """What a cell shows: a text, whether its point is one of the best or the current one, and a picture or a colour."""
+    """What a cell shows: a text, whether its point is one of the best or the current one, a picture, and the colour
+    around it."""
 
     text: str
     hint: str
     is_best: bool
     is_present: bool
-    picture: QIcon | None = None
+    picture: QIcon
     colour: QColor | None = None
 
 
-class PointCells(Themed, QTableWidget):
+class PointCells(QTableWidget):
     """Cells of the points of a sweep, in as many columns as fit; or, of two parameters, in a column for each value of
     the first and a row for each value of the second, upwards. A click or Enter takes a point.
 
@@ -64,26 +63,22 @@ class PointCells(Themed, QTableWidget):
         self.viewport().setCursor(Qt.CursorShape.PointingHandCursor)
         self.cellClicked.connect(self._take)
 
-    def arrange(self, heads: tuple[Sequence[str], Sequence[str]] | None, picture: QSize | None = None) -> None:
+    def arrange(self, heads: tuple[Sequence[str], Sequence[str]] | None, picture: QSize) -> None:
         """Set the values of both parameters, None for a single one, and the size of the pictures."""
-        self._cells, self._rows = (), 0 if heads is None else len(heads[1])
+        columns, rows = heads or ((), ())
+        self._cells, self._rows = (), len(rows)
         self.clear()
-        self.setRowCount(self._rows)
-        self.setColumnCount(0 if heads is None else len(heads[0]))
-        size = _LEAST_CELL
-        if picture is not None:
-            self.setIconSize(picture)
-            size = picture + QSize(2 * _GAP, 2 * _GAP + 3 * self.fontMetrics().lineSpacing() + 6)
-        elif heads is not None:
-            self.setHorizontalHeaderLabels(heads[0])
-            self.setVerticalHeaderLabels(heads[1][::-1])
+        self.setRowCount(len(rows))
+        self.setColumnCount(len(columns))
+        self.setHorizontalHeaderLabels(columns)
+        self.setVerticalHeaderLabels(rows[::-1])
+        self.setIconSize(picture)
+        size = picture + QSize(2 * _GAP, 2 * _GAP + 3 * self.fontMetrics().lineSpacing() + 6)
         for header, length in ((self.horizontalHeader(), size.width()), (self.verticalHeader(), size.height())):
-            header.setVisible(picture is None)
+            header.setVisible(heads is not None)
             header.setHighlightSections(False)
-            header.setMinimumSectionSize(length)
             header.setDefaultSectionSize(length)
-            fixed = QHeaderView.ResizeMode.Stretch if picture is None else QHeaderView.ResizeMode.Fixed
-            header.setSectionResizeMode(fixed)
+            header.setSectionResizeMode(QHeaderView.ResizeMode.Fixed)
 
     def show_cells(self, cells: Sequence[Cell]) -> None:
         """Show a cell for each point."""
@@ -108,34 +103,28 @@ class PointCells(Themed, QTableWidget):
         super().resizeEvent(event)
         self._fill()
 
-    def _take_theme(self) -> None:
-        self.viewport().update()
-
     def _take(self, row: int, column: int) -> None:
         if item := self.item(row, column):
             self.taken.emit(item.data(_NUMBER))
 
     def _fill(self) -> None:
         if not self._rows:
-            fitting = max(self.viewport().width() // max(self.horizontalHeader().defaultSectionSize(), 1), 1)
+            fitting = max(self.viewport().width() // self.horizontalHeader().defaultSectionSize(), 1)
             columns = min(fitting, len(self._cells))
             if columns != self.columnCount():
                 self.clear()
                 self.setColumnCount(columns)
             self.setRowCount(-(-len(self._cells) // max(columns, 1)))
         for number, cell in enumerate(self._cells):
-            item = QTableWidgetItem(cell.text)
+            item = QTableWidgetItem(cell.picture, cell.text)
             item.setToolTip(cell.hint)
             item.setData(Qt.ItemDataRole.AccessibleTextRole, cell.hint)
             item.setData(_NUMBER, number)
             item.setData(_BEST, cell.is_best)
             item.setData(_PRESENT, cell.is_present)
-            if cell.picture is not None:
-                item.setIcon(cell.picture)
             if cell.colour is not None:
                 item.setBackground(QBrush(cell.colour))
-                dark = cell.colour.lightness() > 120
-                item.setForeground(QBrush(QColor("black" if dark else "white")))
+                item.setForeground(QBrush(QColor("black" if cell.colour.lightness() > 120 else "white")))
             self.setItem(*self.place(number), item)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import partial
 
 import numpy as np
@@ -33,9 +33,9 @@ from ...state.parts import Part
 from ...views.colour_bar import ColourBar
 from ...views.colours import error_table
 from ...views.pixel_items import rgb_image
-from ...widgets.basics import Message, PlainLabel, Themed, combo, give_size, label_of, lay_out, scrolled
+from ...widgets.basics import Message, PlainLabel, combo, give_size, label_of, lay_out, scrolled
 from ...work.frame_runs import RunState
-from ..context import Context, PendingWork
+from ..context import Context
 from ..filter import FilterPanel
 from ..panel import Panel
 from .cells import Cell, PointCells
@@ -48,20 +48,6 @@ _DEPTH, _DIFFERENCE = 0, 1
 _FULL_COVERAGE = 0.95
 """Share of filled pixels above which the coverage is not shown."""
 _HINT = "The error of each value is plotted here,\nwith a picture of each. Click one to apply it."
-
-
-class SweepWindow(Themed, QDialog):
-    """Window that is drawn anew in another theme."""
-
-    def __init__(self, redraw: Callable[[], None], parent: QWidget) -> None:
-        super().__init__(parent)
-        self._redraw = redraw
-        self.setWindowTitle("Sweep")
-        self.setWindowFlag(Qt.WindowType.WindowMaximizeButtonHint)
-        give_size(self, _WIDTH, _HEIGHT)
-
-    def _take_theme(self) -> None:
-        self._redraw()
 
 
 class SweepFeature(Panel):
@@ -92,12 +78,14 @@ class SweepFeature(Panel):
         self._icons: dict[int, QIcon] = {}
         """Pictures by the number of their points, as long as `_coloured` is the same."""
         self._coloured: tuple[object, ...] = ()
-        window = SweepWindow(self._show_found, self.context.window)
+        window = QDialog(self.context.window)
+        window.setWindowTitle("Sweep")
+        window.setWindowFlag(Qt.WindowType.WindowMaximizeButtonHint)
+        give_size(window, _WIDTH, _HEIGHT)
         self.first, self.second = RangeBox("First parameter"), RangeBox("Second parameter", optional=True)
         self.criterion = CriterionBox()
-        self.curve, self.grid = ErrorCurve(), PointCells("Error against both values")
-        self.pictures = PointCells("Pictures of the values")
-        for shown in (self.curve, self.grid, self.pictures):
+        self.curve, self.pictures = ErrorCurve(), PointCells("Pictures of the values")
+        for shown in (self.curve, self.pictures):
             shown.taken.connect(self.apply)
         splitter = QSplitter(Qt.Orientation.Horizontal)
         hint = PlainLabel(_HINT, alignment=Qt.AlignmentFlag.AlignCenter)
@@ -137,16 +125,11 @@ class SweepFeature(Panel):
         self.bar.setAccessibleName("Colours of the pictures")
         choice = label_of("Pict&ures of", self.content), self.content
         head = lay_out(QHBoxLayout(), *choice, None, self.bar, margins=(8, 4, 8, 0))
-        below = QWidget()
-        lay_out(QVBoxLayout(below), head, self.pictures, spacing=2, stretched=self.pictures)
         self._names = PlainLabel(alignment=Qt.AlignmentFlag.AlignCenter)
-        both = QWidget()
-        lay_out(QVBoxLayout(both), self._names, self.grid, margins=(8, 4, 8, 4), stretched=self.grid)
-        self._charts = QStackedWidget()
-        self._charts.addWidget(self.curve)
-        self._charts.addWidget(both)
+        below = QWidget()
+        lay_out(QVBoxLayout(below), head, self._names, self.pictures, spacing=2, stretched=self.pictures)
         splitter = QSplitter(Qt.Orientation.Vertical)
-        splitter.addWidget(self._charts)
+        splitter.addWidget(self.curve)
         splitter.addWidget(below)
         splitter.setSizes([260, 400])
         splitter.setChildrenCollapsible(False)
@@ -182,12 +165,6 @@ class SweepFeature(Panel):
         action.triggered.connect(lambda _=False: self.open(name))
         menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         menu.popup(place)
-
-    def pending_work(self) -> list[PendingWork]:
-        """The sweep in progress, if any."""
-        if self.found is None or not self.busy:
-            return []
-        return [PendingWork(f"a sweep of {self.found.document.name}", self.found.document)]
 
     def _boxes(self) -> list[RangeBox]:
         return [self.first, *([self.second] if self.second.isChecked() else [])]
@@ -254,7 +231,13 @@ class SweepFeature(Panel):
             return
         self.found = found = SweepState(document, sweep, label)
         self._lay_out(found)
-        self.requests.ask(found.steps, partial(self._finish, found), step=partial(self._take_point, found))
+        self.requests.ask(
+            found.steps,
+            partial(self._finish, found),
+            step=partial(self._take_point, found),
+            what=f"a sweep of {document.name}",
+            about=document,
+        )
         self.state.show_message("Running the first values…")
         self._set_busy(True)
         self._show_found()
@@ -316,14 +299,14 @@ class SweepFeature(Panel):
         self._icons.clear()
         values = [sorted(float(value) for value in values) for values in found.sweep.values.values()]
         names = [_with_unit(box) for box in self._boxes()]
-        self._charts.setCurrentIndex(len(names) - 1)
-        heads = None
-        if len(names) == 1:
+        alone, heads = len(names) == 1, None
+        if alone:
             self.curve.set_scale(names[0], values[0], self.first.logarithmic)
         else:
             heads = [f"{value:g}" for value in values[0]], [f"{value:g}" for value in values[1]]
-            self._names.setText(f"RMSE in mm: {names[0]} to the right, {names[1]} upwards")
-            self.grid.arrange(heads)
+            self._names.setText(f"{names[0]} to the right, {names[1]} upwards; dark: small error")
+        self.curve.setVisible(alone)
+        self._names.setVisible(not alone)
         self.pictures.arrange(heads, found.picture_size)
         name = "Error" if found.document.frame.ground_truth is not None else "Difference to the result"
         self.content.setItemText(_DIFFERENCE, name)
@@ -344,13 +327,15 @@ class SweepFeature(Panel):
             self._icons.clear()
             self._coloured = coloured
         self._show_scale(scale, "mm" if differences else "m")
-        self.pictures.show_cells([self._picture_cell(found, number, pictures.get(number), scale) for number in numbers])
+        tints: Sequence[QColor | None] = [None] * len(found.points)
         if len(found.sweep.values) == 1:
             self.curve.set_present(float(next(iter(found.present_values.values()))))
             self.curve.set_points(list(found.errors), list(found.errors.values()), found.marked)
         else:
-            errors = _error_colours([found.errors.get(number, math.nan) for number in numbers])
-            self.grid.show_cells([self._error_cell(found, *numbered) for numbered in enumerate(errors)])
+            tints = _error_colours([found.errors.get(number, math.nan) for number in numbers])
+        self.pictures.show_cells(
+            [self._cell(found, number, pictures.get(number), scale, tints[number]) for number in numbers]
+        )
         self.apply_button.setEnabled(found.best is not None and found.best != found.present)
 
     def _show_scale(self, scale: Scale, unit: str) -> None:
@@ -359,7 +344,7 @@ class SweepFeature(Panel):
         self.bar.set_levels((scale.low, scale.high))
         self.bar.show()
 
-    def _picture_cell(self, found: SweepState, number: int, picture: Picture | None, scale: Scale) -> Cell:
+    def _cell(self, found: SweepState, number: int, picture: Picture | None, scale: Scale, tint: QColor | None) -> Cell:
         coverage = found.coverage.get(number, 1.0)
         waiting = "…" if self.busy else "not run"
         error = _millimetres(found.errors[number]) if number in found.errors else waiting
@@ -369,7 +354,7 @@ class SweepFeature(Panel):
         values = " · ".join(f"{value:g}" for value in found.points[number].values())
         hint = f"{', '.join([values, text, *marks])}. Click to apply."
         caption = "\n".join((values, text, ", ".join(marks)))
-        return Cell(caption, hint, best, present, self._icon(number, picture, scale))
+        return Cell(caption, hint, best, present, self._icon(number, picture, scale), tint)
 
     def _icon(self, number: int, picture: Picture | None, scale: Scale) -> QIcon:
         """The picture of a point, made once for a colour scale; an empty one until there is a result."""
@@ -384,13 +369,6 @@ class SweepFeature(Panel):
             image = image.scaled(size, Qt.AspectRatioMode.KeepAspectRatio, smooth)
             self._icons[number] = QIcon(QPixmap.fromImage(image))
         return self._icons[number]
-
-    def _error_cell(self, found: SweepState, number: int, colour: QColor | None) -> Cell:
-        error = found.errors.get(number, math.nan)
-        known = math.isfinite(error)
-        rmse = f"{1000 * error:.4g} mm. Click to apply." if known else "no error yet."
-        hint, text = f"{found.text_of(number)}: {rmse}", f"{1000 * error:.3g}" if known else ""
-        return Cell(text, hint, number in found.marked, number == found.present, colour=colour)
 
     def _outcome(self) -> str:
         found = self.found

@@ -157,8 +157,8 @@ class CriterionBox(QWidget):
         hint = "Blocks to sweep and evaluate; an applied value is set for the same blocks"
         self.blocks = combo(["All blocks", "Selected block"], hint)
         self._form = form(("&Criterion", self.kind), ("&Hide", self.hold_out), ("&Blocks", self.blocks), parent=self)
-        self._show_criterion(False)
-        self.kind.activated.connect(lambda _: self._take())
+        self.kind.currentIndexChanged.connect(self._take)
+        self.set_frame(False, "")
         self.hold_out.changed.connect(self.changed)
         self.blocks.activated.connect(lambda _: self.changed.emit())
 
@@ -177,23 +177,19 @@ class CriterionBox(QWidget):
         return None if self.by_ground_truth else self.hold_out.test()
 
     def set_frame(self, has_ground_truth: bool, chosen: str) -> None:
-        """Set whether the frame has ground truth, and the name of its selected block; "" for none."""
-        self._show_criterion(has_ground_truth)
+        """Set whether the frame has ground truth, which is the criterion as soon as it is there, and the name of its
+        selected block; "" for none."""
+        truth = self.kind.model().item(0)  # type: ignore[attr-defined]
+        if has_ground_truth != truth.isEnabled():
+            truth.setEnabled(has_ground_truth)
+            truth.setText("Ground truth" if has_ground_truth else "Ground truth (none loaded)")
+            self.kind.setCurrentIndex(int(not has_ground_truth))
         with QSignalBlocker(self.blocks):
             self.blocks.setItemText(1, f"{chosen} only" if chosen else "Selected block (none selected)")
             model = self.blocks.model()
             model.item(1).setEnabled(bool(chosen))  # type: ignore[attr-defined]
             if not chosen:
                 self.blocks.setCurrentIndex(0)
-
-    def _show_criterion(self, has_ground_truth: bool) -> None:
-        """Offer ground truth where there is some; it is the criterion as soon as it is there."""
-        truth = self.kind.model().item(0)  # type: ignore[attr-defined]
-        if has_ground_truth != truth.isEnabled():
-            truth.setEnabled(has_ground_truth)
-            truth.setText("Ground truth" if has_ground_truth else "Ground truth (none loaded)")
-            self.kind.setCurrentIndex(int(not has_ground_truth))
-            self._form.setRowVisible(self.hold_out, not has_ground_truth)
 
     def _take(self) -> None:
         self._form.setRowVisible(self.hold_out, not self.by_ground_truth)

@@ -65,13 +65,10 @@ class SweepState:
         """Point by number -> root mean square error [m]; NaN where nothing could be evaluated."""
         self.coverage: dict[int, float] = {}
         """Point by number -> share of the pixels to fill that were filled, 0-1."""
-        self.is_over_all = False
-        """Whether all errors are over the same pixels: those filled by every point."""
         self.points = sweep.points
         self._numbers = {tuple(point.items()): number for number, point in enumerate(self.points)}
-        self._ties: Ties | None = None
+        self._result: SweepResult | None = None
         self._depths: dict[int, Picture] = {}
-        self._differences: dict[int, Picture] = {}
         frame = document.frame
         self._box = _block_box(document, label)
         self._levels = robust_depth_levels(frame.depth[self._box])
@@ -99,17 +96,21 @@ class SweepState:
     def best(self) -> int | None:
         """The point with the smallest error among those that fill enough, or that with the current values if these
         cannot be told apart; None if there is none."""
-        if self.is_over_all:
-            if self._ties is None:
-                return None
-            return self.present if self.present in self._ties.equal else self._ties.best
+        if self._result is not None:
+            ties = self._result.ties
+            return None if ties is None else self.present if self.present in ties.equal else ties.best
         known = {number: error for number, error in self.errors.items() if math.isfinite(error)}
         return min(known, key=known.__getitem__) if known else None
 
     @property
+    def is_over_all(self) -> bool:
+        """Whether all errors are over the same pixels: those filled by every point."""
+        return self._result is not None
+
+    @property
     def ties(self) -> Ties | None:
         """The points that cannot be told from the best, once all are there; None if there is only one."""
-        return self._ties if self._ties else None
+        return None if self._result is None else self._result.ties or None
 
     @property
     def marked(self) -> frozenset[int]:
@@ -146,27 +147,25 @@ class SweepState:
         """Add a point."""
         number = self._number(point)
         self.errors[number], self.coverage[number] = point.whole.rmse, point.coverage
-        depth = self._depths[number] = small(point.depth[self._box])
-        if self.reference is not None:
-            self._differences[number] = 1000 * (depth - self.reference)
+        self._depths[number] = small(point.depth[self._box])
 
     def finish(self, result: SweepResult) -> None:
         """Set the final errors, over the same pixels."""
         for point in result.points:
             self.errors[self._number(point)] = point.whole.rmse
-        self._ties = result.ties
-        self.is_over_all = True
+        self._result = result
 
     def _number(self, point: SweepPoint) -> int:
         return self._numbers[tuple(point.values.items())]
 
     def pictures(self, differences: bool, colour_map: str, dark: bool) -> tuple[Mapping[int, Picture], Scale]:
         """Pictures of the points by number, with a common scale: depth [m] or differences [mm]."""
-        if not differences:
+        if not differences or self.reference is None:
             return self._depths, Scale(depth_table(colour_map), *self._levels)
-        all_values = [picture.ravel()[::7] for picture in self._differences.values()]
+        found = {number: 1000 * (depth - self.reference) for number, depth in self._depths.items()}
+        all_values = [picture.ravel()[::7] for picture in found.values()]
         level = robust_difference_level(np.concatenate(all_values)) if all_values else 1.0
-        return self._differences, Scale(difference_table(dark), -level, level)
+        return found, Scale(difference_table(dark), -level, level)
 
 
 def small(values: Picture) -> Picture:

@@ -21,8 +21,8 @@ from PySide6.QtCore import QTimer
 from PySide6.QtWidgets import QApplication
 
 from gui.app.main_window import MainWindow
-from gui.features.export.dialog import ALL, Export
 from gui.features.export.feature import ExportFeature
+from gui.features.export.jobs import ALL, Export
 from gui.project.current_project import has_content
 from gui.project.recorder import Recorder
 from ilf.project.store import WorkFolder

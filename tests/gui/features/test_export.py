@@ -9,7 +9,8 @@ from PySide6.QtCore import QEvent, QSettings
 from PySide6.QtWidgets import QApplication
 
 import ilf
-from gui.features.export.dialog import ALL, DONE, SELECTED, THIS, WORKED_ON, ExportDialog
+from gui.features.export.feature import ExportFeature
+from gui.features.export.jobs import ALL, DONE, SELECTED, THIS, WORKED_ON
 from gui.widgets.hold_out_choice import HoldOutChoice
 from ilf.data.frame import FrameInputs, InputFile
 from ilf.data.results import compose
@@ -21,22 +22,21 @@ SCOPES = THIS, DONE, WORKED_ON, SELECTED, ALL
 
 
 @pytest.fixture
-def make(qtbot, tmp_path, small_frame, small_labels):
+def make(context, tmp_path, small_frame, small_labels):
     def make(
         has_intrinsics: bool = True,
         has_result: bool = True,
         depth: NDArray[np.float32] | None = None,
         units: float | None = None,
         behind: str = "",
-    ) -> ExportDialog:
+    ) -> ExportFeature:
         frame = small_frame if has_intrinsics else replace(small_frame, intrinsics=None)
         if units is not None:
             inputs = FrameInputs(InputFile("rgb.png", "0"), InputFile("depth.png", "0"), units, None)
             frame = replace(frame, inputs=inputs)
         run = ilf.Run(frame, small_labels)
         completion = compose(run, {}) if depth is None else replace(compose(run, {}), depth=depth)
-        dialog = ExportDialog(None)
-        qtbot.addWidget(dialog)
+        dialog = ExportFeature(context)
         dialog.describe(run, completion if has_result else None, behind, {**dict.fromkeys(SCOPES, 0), THIS: 1})
         dialog.prepare(THIS, False, False)
         dialog.folder_path.setText(str(tmp_path))
@@ -45,7 +45,7 @@ def make(qtbot, tmp_path, small_frame, small_labels):
     return make
 
 
-def accept(dialog: ExportDialog) -> None:
+def accept(dialog: ExportFeature) -> None:
     dialog.remember(dialog.request())
 
 
@@ -55,7 +55,7 @@ def test_choices_are_remembered_when_exported_only(make):
     dialog.files.cloud_format.setCurrentText("PCD")
     dialog.files.png_units.setEditText("5000")
     chosen = dialog.files.options()
-    dialog.reject()
+    dialog.widget.reject()
     assert make().files.options() == ExportOptions()
     accept(dialog)
     assert make().files.options() == chosen == ExportOptions(("png", "tiff", "npy"), depth_units=5000, cloud="pcd")

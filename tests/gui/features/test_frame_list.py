@@ -123,10 +123,8 @@ def test_frames_with_blocks_that_have_not_converged_are_found(qapp):
 @pytest.fixture
 def panel(shown):
     panel = FramesPanel(lambda id: None)
-    panel.model.set_entries(_entries())
-    panel.describe(panel.model.entries)
-    panel.model.present = panel.model.entries[0]
-    panel.show_present(selects=True)
+    entries = _entries()
+    panel.show_entries(entries, entries[0])
     shown(panel, 300, 400)
     yield panel
     stop_workers(panel)

@@ -4,12 +4,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from PySide6.QtWidgets import QFileDialog, QWidget
+from PySide6.QtWidgets import QFileDialog
 
 import ilf
 from gui.app.main_window import MainWindow
 from gui.base.commands import why_not
-from gui.features.live import LiveFeature, LiveWindow
+from gui.features.live import LiveFeature
 from ilf.errors import InputError
 from ilf.sources.reading import read_frame
 from ilf.sources.realsense import load_realsense
@@ -25,19 +25,24 @@ def recording(tmp_path_factory):
 
 
 @pytest.fixture
-def live(qtbot):
-    parent = QWidget()
-    qtbot.addWidget(parent)
-    window = LiveWindow(parent)
-    yield window
-    window.close()
-    qtbot.waitUntil(lambda: not window.worker.busy)
+def live(qtbot, context):
+    live = LiveFeature(context)
+    yield live
+    live.widget.close()
+    qtbot.waitUntil(lambda: not live.busy)
 
 
-def played(qtbot, window: LiveWindow, path: Path | None, rate: float) -> None:
-    window.show()
-    window.play(None if path is None else str(path), rate, ilf.preset("best"))
-    qtbot.waitUntil(lambda: window.play_button.text() == "&Play again")
+@pytest.fixture
+def frozen(live, monkeypatch):
+    opened = []
+    monkeypatch.setattr(live, "open_frozen", opened.append)
+    return opened
+
+
+def played(qtbot, live: LiveFeature, path: Path | None, rate: float) -> None:
+    live.context.workspace.parameters.set(ilf.preset("best"))
+    live.play(None if path is None else str(path), rate)
+    qtbot.waitUntil(lambda: live.play_button.text() == "&Play again")
 
 
 def test_frames_are_shown_recorded_and_counted(qtbot, live, recording, tmp_path):
@@ -56,10 +61,8 @@ def test_frames_are_shown_recorded_and_counted(qtbot, live, recording, tmp_path)
     assert np.array_equal(recorded[-1], live.shown.completion.depth)
 
 
-def test_a_frozen_frame_is_the_one_shown(qtbot, live, recording):
+def test_a_frozen_frame_is_the_one_shown(qtbot, live, recording, frozen):
     played(qtbot, live, recording, 1000.0)
-    frozen = []
-    live.frozen.connect(frozen.append)
     live.freeze()
     assert np.array_equal(read_frame(frozen[0]).depth, live.shown.completion.frame.depth, equal_nan=True)
 
@@ -76,7 +79,7 @@ def test_what_cannot_be_played_or_recorded_is_told(qtbot, live, recording, tmp_p
     assert taken.stat().st_size == 0
 
 
-def test_a_camera_is_played_recorded_and_frozen_until_it_is_lost(qtbot, live, tmp_path, monkeypatch):
+def test_a_camera_is_played_recorded_and_frozen_until_it_is_lost(qtbot, live, tmp_path, monkeypatch, frozen):
     try:
         library = load_realsense()
     except InputError as error:
@@ -93,11 +96,10 @@ def test_a_camera_is_played_recorded_and_frozen_until_it_is_lost(qtbot, live, tm
     recorded = ilf.open_source(out)
     assert len(recorded) == live.shown.statistics.frames
     assert recorded.read(recorded.keys[-1]).intrinsics == last.intrinsics
-    frozen, answers = [], ["", str(tmp_path / "frozen"), str(tmp_path / "frozen")]
-    live.frozen.connect(frozen.append)
+    answers = ["", str(tmp_path / "frozen"), str(tmp_path / "frozen")]
     monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_: (answers.pop(0), ""))
     live.freeze()
-    assert not live.saver.busy, "cancelled"
+    assert frozen == [], "cancelled"
     live.freeze()
     qtbot.waitUntil(lambda: len(frozen) == 1)
     assert np.array_equal(read_frame(frozen[0]).depth, last.depth, equal_nan=True)
@@ -111,7 +113,7 @@ def test_the_menu_plays_a_recording_a_folder_or_a_camera(qtbot, tmp_path, monkey
     window = MainWindow(persistent=False)
     qtbot.addWidget(window)
     asked = []
-    monkeypatch.setattr(window.feature(LiveFeature).window, "play", lambda path, *_: asked.append(path))
+    monkeypatch.setattr(window.feature(LiveFeature), "play", lambda path, *_: asked.append(path))
     monkeypatch.setattr(QFileDialog, "getOpenFileName", lambda *_: (str(tmp_path / "a.mcap"), ""))
     monkeypatch.setattr(QFileDialog, "getExistingDirectory", lambda *_: str(tmp_path))
     for name in ("play_recording", "play_folder"):
@@ -123,7 +125,7 @@ def test_the_menu_plays_a_recording_a_folder_or_a_camera(qtbot, tmp_path, monkey
     monkeypatch.setattr("gui.features.on_use.find_spec", lambda _: object())
     window = MainWindow(persistent=False)
     qtbot.addWidget(window)
-    monkeypatch.setattr(window.feature(LiveFeature).window, "play", lambda path=None, *_: asked.append(path))
+    monkeypatch.setattr(window.feature(LiveFeature), "play", lambda path=None, *_: asked.append(path))
     window.actions_["play_camera"].trigger()
     assert asked[2:] == [None]
     window.close()

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from PySide6.QtCore import QPoint, QPointF, Qt
-from PySide6.QtGui import QColor
+from PySide6.QtCore import QPoint, QPointF, QSize, Qt
+from PySide6.QtGui import QColor, QIcon
 
 import ilf
 from gui.features.sweep.cells import Cell, PointCells
@@ -71,7 +71,7 @@ def test_a_click_on_the_curve_takes_the_nearest_value(qtbot, shown):
 
 
 def _cells(texts, best=(), present=None, **more):
-    return [Cell(text, text, number in best, number == present, **more) for number, text in enumerate(texts)]
+    return [Cell(text, text, number in best, number == present, QIcon(), **more) for number, text in enumerate(texts)]
 
 
 def _centre(cells, number):
@@ -80,7 +80,7 @@ def _centre(cells, number):
 
 def test_a_click_on_the_grid_takes_the_pair_whose_second_value_rises_upwards(qtbot, shown):
     grid = PointCells("Errors")
-    grid.arrange((["1", "2", "3"], ["10", "20"]))
+    grid.arrange((["1", "2", "3"], ["10", "20"]), QSize(60, 20))
     grid.show_cells(_cells(["10", "", "", "", "", "20"], best=[0], present=5, colour=QColor("teal")))
     shown(grid, 400, 300)
     first, above, right = (_centre(grid, number) for number in (0, 1, 2))

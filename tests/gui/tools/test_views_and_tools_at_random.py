@@ -7,7 +7,7 @@ import pytest
 
 import ilf
 from gui.features.blocks.commands import BlockCommands
-from gui.features.compare import DerivedFeature
+from gui.features.derived import DerivedFeature
 from gui.features.export.feature import behind
 from gui.state.document import Document
 from gui.state.parts import Part
@@ -117,11 +117,11 @@ def test_who_looks_back_while_a_frame_of_another_size_comes_sees_that(bench, loo
 
 def test_edges_of_one_frame_do_not_come_to_the_next(bench, context, views, until, monkeypatch):
     found = Event()
-    monkeypatch.setattr("gui.features.compare.find_edges", lambda *_: found.wait() and FrameEdges(*3 * [edges], None))
+    monkeypatch.setattr("gui.features.derived.find_edges", lambda *_: found.wait() and FrameEdges(*3 * [edges], None))
     monkeypatch.setattr(views, "shows", lambda part: part == "edges")
     edges = np.zeros(bench.frame.shape, np.float32)
     derived = DerivedFeature(context)
-    derived.show()
+    derived.show("edges")
     small = np.s_[:20, :30]
     frame = ilf.RGBDFrame(bench.frame.rgb[small], bench.frame.depth[small])
     bench.workspace.open_document(Document.of(ilf.Run(frame, bench.labels[small]), None, "small"))

@@ -626,11 +626,9 @@ def _is_empty(value: object) -> bool:
 DIALOGS = {
     "AboutDialog": "About ILF Studio",
     "CloseDialog": "Save the work?",
-    "ExportDialog": "Export",
     "GroundTruthDialog": "Load Ground Truth for room",
     "GuideNetworksDialog": "Guide by network",
     "HoldOutDialog": "Hold-out Test of room",
-    "LiveWindow": "Play live",
     "LoadBlocksDialog": "Load Blocks for room",
     "MissingFilesDialog": "Missing Files of",
     "OpenDialog": "Open",
@@ -639,9 +637,8 @@ DIALOGS = {
     "RecoveryDialog": "Restore Unsaved Work",
     "SavePresetDialog": "Save Preset",
     "ShortcutsDialog": "Keyboard shortcuts",
-    "SweepWindow": "Sweep",
 }
-"""Class of each dialog -> how its title begins in the sessions."""
+"""Class of each dialog that has one -> how its title begins in the sessions."""
 
 _NO_DIALOGS = {"PreviewDialog"}
 """A base class."""

@@ -1,1 +1,0 @@
-"""Propagation of blocks from frame to frame."""
