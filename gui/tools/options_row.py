@@ -70,7 +70,7 @@ class OptionsRow(QWidget):
         for label, longest in ((self._brush_text, "120 px"), (self._leash_text, "20 px")):
             label.setMinimumWidth(label.fontMetrics().horizontalAdvance(longest))
         for box in (self.amount, self.hand_depth):
-            box.editingFinished.connect(box.clearFocus)  # so that keys go to the tools again
+            box.setKeyboardTracking(False)  # Escape drops what is being typed
         self._numbers: dict[str, QSlider | QSpinBox] = {
             "brush_radius": self.brush,
             "leash": self.leash,

@@ -9,6 +9,8 @@ from PySide6.QtWidgets import (
     QApplication,
     QComboBox,
     QDialog,
+    QDockWidget,
+    QDoubleSpinBox,
     QFileDialog,
     QLineEdit,
     QPushButton,
@@ -290,3 +292,30 @@ def test_enter_fetches_nothing(typing):
     (default,) = (button for button in dialog.findChildren(QPushButton) if button.isDefault())
     assert plain(default.text()) == "Close"
     dialog.close()
+
+
+@pytest.mark.parametrize(("leaving", "expected"), [(_Key.Key_Return, 0.3), (_Key.Key_Escape, 0.03)])
+def test_enter_takes_a_typed_number_and_escape_drops_it(typing, leaving, expected):
+    field = typing.findChild(QDoubleSpinBox, "slope_weight")
+    field.setFocus()
+    field.selectAll()
+    QTest.keyClicks(field, "0.3")
+    key(typing, leaving)
+    assert field.value() == pytest.approx(expected) and float(field.text()) == pytest.approx(expected)
+    assert isinstance(_focus(), ImageView)
+
+
+@pytest.mark.parametrize("title", ["Runs", "Accuracy", "Frames", "History"])
+def test_a_panel_opened_by_its_command_has_the_focus(typing, title):
+    toggle = next(action for action in typing.panels.toggles() if plain(action.text()) == title)
+    toggle.trigger()
+    assert _dock(typing, title).isAncestorOf(_focus())
+    typing.panels.enter("Parameters" if title in ("Runs", "Accuracy") else "Blocks")  # the panel is behind a tab now
+    toggle.trigger()
+    assert toggle.isChecked() and _dock(typing, title).isAncestorOf(_focus()), "it is shown, not closed"
+    toggle.trigger()
+    assert not toggle.isChecked() and isinstance(_focus(), ImageView)
+
+
+def _dock(window, title: str) -> QDockWidget:
+    return window.findChild(QDockWidget, title)
