@@ -301,7 +301,7 @@ def test_enter_takes_a_typed_number_and_escape_drops_it(typing, leaving, expecte
     field.selectAll()
     QTest.keyClicks(field, "0.3")
     key(typing, leaving)
-    assert field.value() == pytest.approx(expected) and float(field.text()) == pytest.approx(expected)
+    assert (field.value(), float(field.text())) == pytest.approx((expected, expected))
     assert isinstance(_focus(), ImageView)
 
 
@@ -312,9 +312,11 @@ def test_a_panel_opened_by_its_command_has_the_focus(typing, title):
     assert _dock(typing, title).isAncestorOf(_focus())
     typing.panels.enter("Parameters" if title in ("Runs", "Accuracy") else "Blocks")  # the panel is behind a tab now
     toggle.trigger()
-    assert toggle.isChecked() and _dock(typing, title).isAncestorOf(_focus()), "it is shown, not closed"
+    assert toggle.isChecked(), "it is shown, not closed"
+    assert _dock(typing, title).isAncestorOf(_focus())
     toggle.trigger()
-    assert not toggle.isChecked() and isinstance(_focus(), ImageView)
+    assert not toggle.isChecked()
+    assert isinstance(_focus(), ImageView)
 
 
 def _dock(window, title: str) -> QDockWidget:
