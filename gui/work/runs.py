@@ -110,7 +110,7 @@ class LiveSolver(QObject):
             self._requested.difference_update(wanted)
 
     def _take(self, edit: Edit) -> None:
-        if self._live.isChecked() and edit.document.results.kept:
+        if self._live.isChecked() and (edit.document.results.kept or edit.document in self._runs.running):
             self._touched.setdefault(edit.document, set()).update(edit.blocks)
             self._following.get(edit.document, set()).difference_update(edit.blocks)
             self._requested.difference_update(edit.blocks)
