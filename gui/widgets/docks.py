@@ -21,7 +21,7 @@ _VERSION = 3
 """Version of the stored layout; layouts of other versions are ignored."""
 _COLUMN = 0.26, 270, 380
 """Width of the panel column: share of the window, minimum and maximum [px]."""
-_LATE = 2.0
+_LATE = 1.3
 """How many times as high a group is that is opened beside others: it is what the user looks at."""
 _MIN_HEIGHT = 60
 """Height [px] to which a panel can shrink, so that the panels never enlarge the window."""
