@@ -9,6 +9,7 @@ import numpy as np
 from PySide6.QtCore import QEvent, QObject, Qt
 from PySide6.QtGui import QAction, QFocusEvent, QKeyEvent, QKeySequence
 from PySide6.QtWidgets import (
+    QAbstractItemView,
     QAbstractSpinBox,
     QApplication,
     QDockWidget,
@@ -213,6 +214,9 @@ class ToolKeys(QObject):
                 self._leave(watched, event.key() in _ENTER)
             event.accept()  # no shortcut
             return True
+        if isinstance(watched, QAbstractItemView) and event.key() == _Key.Key_F2:  # it renames what it lists
+            event.accept()
+            return event.type() == QEvent.Type.ShortcutOverride
         if not isinstance(watched, QWidget) or not self._applies_to(watched):
             return False
         if event.key() in self.held and event.modifiers() == _PLAIN and event.type() != QEvent.Type.ShortcutOverride:

@@ -164,11 +164,15 @@ def test_a_letter_leads_from_a_panel_to_the_crosshair(typing):
     _go(typing, 10, 24)
 
 
-def test_the_selected_block_is_renamed_by_a_command(typing, qtbot):
-    key(typing, _Key.Key_F9)
+def test_f2_renames_the_selected_block_but_not_from_another_list(typing, qtbot):
     document = typing.workspace.current
     typing.workspace.select([2])
-    typing.actions_["rename_block"].trigger()
+    typing.panels.enter("Runs")
+    key(typing, _Key.Key_F2)
+    assert not typing.feature(BlocksFeature).table.findChildren(QLineEdit)
+    typing.views.active.view.setFocus()
+    key(typing, _Key.Key_F9)
+    key(typing, _Key.Key_F2)
     (field,) = typing.feature(BlocksFeature).table.findChildren(QLineEdit)
     QTest.keyClicks(field, "table")
     QTest.keyClick(field, _Key.Key_Return)
