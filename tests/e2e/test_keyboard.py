@@ -325,3 +325,27 @@ def test_a_panel_opened_by_its_command_has_the_focus(typing, title):
 
 def _dock(window, title: str) -> QDockWidget:
     return window.findChild(QDockWidget, title)
+
+
+def test_keys_turn_to_the_cloud_and_back(typing):
+    key(typing, _Key.Key_3, CTRL)
+    assert typing.centre.shows_cloud_alone
+    assert _focus() is typing.cloud.canvas
+    key(typing, _Key.Key_3, CTRL)
+    assert isinstance(_focus(), ImageView)
+
+
+@pytest.mark.parametrize(("tool", "name", "typed"), [(_Key.Key_H, "Depth", "1.5"), (_Key.Key_A, "Amount", "4")])
+def test_the_number_of_a_tool_is_typed_without_a_mouse(typing, tool, name, typed):
+    typing.workspace.select([2])
+    key(typing, tool)
+    for _ in range(60):
+        key(typing, _Key.Key_Tab)
+        if _focus().accessibleName() == name:
+            break
+    _focus().selectAll()
+    QTest.keyClicks(_focus(), typed)
+    key(typing, _Key.Key_Return)
+    options = typing.editor.options
+    assert {"Depth": options.hand_depth, "Amount": options.amount}[name] == float(typed)
+    assert isinstance(_focus(), ImageView)
