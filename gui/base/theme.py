@@ -79,6 +79,7 @@ _STYLE_SHEET = """
     QDockWidget::title { padding: 3px 8px; }
     QMainWindow::separator { background: rgba(128, 128, 128, 80); width: 1px; height: 1px; }
     QStatusBar::item { border: none; }
+    QTabBar::tab:!selected { color: palette(placeholder-text); }
     QDialogButtonBox { dialogbuttonbox-buttons-have-icons: 0; }
     QCheckBox::indicator:unchecked, QGroupBox::indicator:unchecked,
     QListView::indicator:unchecked, QTableView::indicator:unchecked, QTreeView::indicator:unchecked {
