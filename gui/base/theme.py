@@ -189,7 +189,8 @@ def _icon(name: str, colour: int, active: int, muted: int) -> QIcon:
     import qtawesome
 
     faint = faded(QColor(muted), 110)
-    return qtawesome.icon(name, color=QColor(colour), color_active=QColor(active), color_disabled=faint)
+    own = QColor(colour)
+    return qtawesome.icon(name, color=own, color_active=QColor(active), color_selected=own, color_disabled=faint)
 
 
 def _palette(tones: dict[str, str]) -> QPalette:
