@@ -325,6 +325,8 @@ class ExportDialog(QDialog):
         last = str(QSettings().value(_BATCH_FOLDER, "")) if from_files else ""
         inputs = None if self._run is None else self._run.frame.inputs
         path = "" if inputs is None or is_address(inputs.rgb.path) else inputs.rgb.path
+        if path and inputs is not None and Path(path).parent != Path(inputs.depth.path).parent:
+            path = str(Path(path).parent)  # beside the folders of colour and depth
         if not is_this and self._run is not None and Path(path).parent.name == self._run.frame.name:
             path = str(Path(path).parent)  # beside the folders of the frames, not in one of them
         folder = save_folder(path, EXPORTS if is_this else EXPORTS_OF_FRAMES)
