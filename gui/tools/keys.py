@@ -13,10 +13,8 @@ from PySide6.QtWidgets import (
     QAbstractSpinBox,
     QApplication,
     QDockWidget,
-    QDoubleSpinBox,
     QLineEdit,
     QPlainTextEdit,
-    QSpinBox,
     QTextEdit,
     QWidget,
 )
@@ -125,6 +123,7 @@ _Modifier = Qt.KeyboardModifier
 _PLAIN = _Modifier.NoModifier
 _Key = Qt.Key
 _ENTER = _Key.Key_Return, _Key.Key_Enter
+_LEAVING = *_ENTER, _Key.Key_Escape
 _BY_KEYS = (
     Qt.FocusReason.TabFocusReason,
     Qt.FocusReason.BacktabFocusReason,
@@ -205,11 +204,7 @@ class ToolKeys(QObject):
         """Handle a key event; True if it was for the tools and must not be passed on."""
         if event.type() == QEvent.Type.KeyRelease and event.key() == _Key.Key_Space and not event.isAutoRepeat():
             self._let_go_of_space()  # wherever the focus is now
-        if (
-            isinstance(watched, QAbstractSpinBox)
-            and event.key() in (*_ENTER, _Key.Key_Escape)
-            and self._belongs(watched)
-        ):
+        if isinstance(watched, QAbstractSpinBox) and event.key() in _LEAVING and self._belongs(watched):
             if event.type() == QEvent.Type.KeyPress:
                 self._leave(watched, event.key() in _ENTER)
             event.accept()  # no shortcut
@@ -238,8 +233,8 @@ class ToolKeys(QObject):
         """Take what was typed into a number field, or drop it, and give the focus back to the views."""
         if take:
             field.interpretText()
-        elif isinstance(field, (QSpinBox, QDoubleSpinBox)):
-            field.setValue(field.value())
+        else:
+            field.setProperty("value", field.property("value"))
         field.clearFocus()
         self._views.active.view.setFocus()
 

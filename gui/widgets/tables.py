@@ -96,7 +96,6 @@ class RowDelegate(QStyledItemDelegate):
         self._paint_cell(painter, option, index)
         if option.state & QStyle.StateFlag.State_HasFocus:
             painter.setPen(theme.colours(option.palette).accent)
-            painter.setBrush(Qt.BrushStyle.NoBrush)
             painter.drawRect(option.rect.adjusted(0, 0, -1, -1))
 
     def _paint_cell(self, painter: QPainter, option: QStyleOptionViewItem, index: Index) -> None:
