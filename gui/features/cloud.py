@@ -74,14 +74,11 @@ class CloudFeature(Feature):
             also=(views.shownChanged, context.centre.turned, cloud.colours_changed, views.ranges.changed),
         )
 
-    def _why_not_turn(self) -> str:
-        return "" if self.context.centre.tabs.count() > 1 else "The images and the point cloud are side by side."
-
-    @command("turn_cloud", "&Images or point cloud", icon="ph.cube", keys="Ctrl+3", why_off=_why_not_turn)
+    @command("turn_cloud", "&Images or point cloud", icon="ph.cube", keys="Ctrl+3")
     def _turn_cloud(self) -> None:
         """Show the point cloud in place of the images, or the images again."""
-        centre = self.context.centre
-        (centre.show_images if centre.shows_cloud_alone else centre.show_cloud)()
+        tabs = self.context.centre.tabs
+        tabs.setCurrentIndex(1 - tabs.currentIndex())
 
     @command("cloud_beside", "&3D beside the images", icon="ph.columns", keys="Ctrl+Shift+B", checkable=True)
     def _show_beside(self, on: bool) -> None:

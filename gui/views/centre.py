@@ -76,6 +76,7 @@ class Centre(QStackedWidget):
 
     def picture(self) -> QPixmap:
         """Return what is shown, without the strips below the images."""
+        self._cloud.canvas.drawing.finish()
         return (self._cloud if self.shows_cloud_alone else self._split).grab()
 
     def show_images(self) -> None:

@@ -216,7 +216,6 @@ class DocumentsFeature(Feature):
 
     def save_picture(self, path: str) -> bool:
         """Save a picture of the views as PNG; return False, with a message, if the file cannot be written."""
-        self._finish_drawing()
         saved = self.context.centre.picture().save(path, "PNG")
         if saved:
             self._notes.show_message(f"Saved {path}")
@@ -226,12 +225,9 @@ class DocumentsFeature(Feature):
 
     def picture(self) -> QPixmap:
         """Return a screenshot of the window."""
-        self._finish_drawing()
-        return self._window.grab()
-
-    def _finish_drawing(self) -> None:
         self.context.refresh.now()
         self.context.cloud.canvas.drawing.finish()
+        return self._window.grab()
 
     # runs opened from a record
 
