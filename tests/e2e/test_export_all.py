@@ -12,6 +12,7 @@ import ilf
 from gui.features.export.dialog import ALL, DONE, THIS, Export
 from gui.features.export.feature import ExportFeature
 from gui.features.frame_list.feature import FramesFeature
+from gui.features.status import StatusFeature
 from ilf.run.options import ExportOptions
 from tests.gui.naming import unnamed
 
@@ -39,6 +40,8 @@ def _export(window, qtbot, folder, scope):
     with qtbot.waitSignal(feature.worker.finished):
         feature.start(Export(folder, OPTIONS, scope))
         assert feature.pending_work()
+        window.refresh.now()
+        assert window.feature(StatusFeature).bar.progress.toolTip().startswith("Exporting 0 of ")
     return window.toasts.message
 
 

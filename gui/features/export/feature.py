@@ -116,7 +116,6 @@ class ExportFeature(Feature):
                 yield from steps
 
         self.dialog.begin()
-        self._status.show_exporting(True)
         self.worker.start(job)
         self._show_frames()
 
@@ -229,6 +228,7 @@ class ExportFeature(Feature):
         written = sum(frame.status is ExportStatus.WRITTEN for frame in self._done)
         self.dialog.work.show_share(count / max(self._total, 1), written / max(written + left, 1))
         self.dialog.message.show_message(f"{count} of {counted(self._total, 'frame')}")
+        self._status.show_exporting(f"Exporting {count} of {max(self._total, 1)}")
 
     def _end(self, text: str = "") -> None:
         """Say what was written; what was not, and what is lost, in the dialog or else in one message."""
@@ -242,7 +242,7 @@ class ExportFeature(Feature):
         notes = failed[:_MAX_NAMED] if failed or len(done) != 1 else list(done[0].notes)
         summary = f"{text}Exported to {export.folder}: {', '.join(parts) or 'nothing'}."
         self.dialog.end("\n".join([summary, *notes]), "warning" if text or failed else "good")
-        self._status.show_exporting(False)
+        self._status.show_exporting("")
         self.context.notes.show_message(" ".join([summary, *notes]))
         if not self.dialog.isVisible():
             self.context.notes.warn(f"Not exported: {counted(len(failed), 'frame')}", failed)
@@ -251,7 +251,7 @@ class ExportFeature(Feature):
 
     def _fail(self, error: Exception) -> None:
         self.dialog.end(error_text(error), "error")
-        self._status.show_exporting(False)
+        self._status.show_exporting("")
         if not self.dialog.isVisible():
             self.context.notes.report("Export", error)
 
