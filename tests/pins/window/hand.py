@@ -511,9 +511,8 @@ class Hand:
         self.window.close()
         QApplication.processEvents()
         for widget in QApplication.topLevelWidgets():
-            if widget.isVisible() and widget.windowTitle() in ("Save the work?", "Continue?"):
-                name = "Discard" if widget.windowTitle() == "Save the work?" else "Continue"
-                self.press(name, widget)
+            if widget.isVisible() and widget.windowTitle() in ("Save the work?", "Stop the work?"):
+                self.press("Discard" if widget.windowTitle() == "Save the work?" else "Stop", widget)
         self.wait(lambda: not self.window.isVisible())
         self.window.deleteLater()
         QApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)
