@@ -209,7 +209,7 @@ class DocumentsFeature(Feature):
 
     @command("save_picture", "Save &picture of the views…", icon="ph.camera")
     def ask_save_picture(self) -> None:
-        """Save the views or the point cloud as they are shown, with titles and colour bars, as PNG."""
+        """Save a figure as PNG: the views or the point cloud as they are shown, with titles and colour bars."""
         path, _ = QFileDialog.getSaveFileName(self._window, "Save picture", "ilf-studio.png", _IMAGES)
         if path:
             self.save_picture(path)
