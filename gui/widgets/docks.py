@@ -19,7 +19,7 @@ _FRAME = QSize(0, 40)
 """Space for the window frame of the system."""
 _VERSION = 3
 """Version of the stored layout; layouts of other versions are ignored."""
-_COLUMN = 0.27, 280, 380
+_COLUMN = 0.26, 270, 380
 """Width of the panel column: share of the window, minimum and maximum [px]."""
 _LATE = 1.3
 """How many times as high a group is that is opened beside others: it is what the user looks at."""
