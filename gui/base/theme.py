@@ -79,6 +79,7 @@ _STYLE_SHEET = """
     QDockWidget::title { padding: 3px 8px; }
     QMainWindow::separator { background: rgba(128, 128, 128, 80); width: 1px; height: 1px; }
     QStatusBar::item { border: none; }
+    QTabBar::tab:!selected { color: palette(placeholder-text); }
     QDialogButtonBox { dialogbuttonbox-buttons-have-icons: 0; }
     QCheckBox::indicator:unchecked, QGroupBox::indicator:unchecked,
     QListView::indicator:unchecked, QTableView::indicator:unchecked, QTreeView::indicator:unchecked {
@@ -188,7 +189,8 @@ def _icon(name: str, colour: int, active: int, muted: int) -> QIcon:
     import qtawesome
 
     faint = faded(QColor(muted), 110)
-    return qtawesome.icon(name, color=QColor(colour), color_active=QColor(active), color_disabled=faint)
+    own = QColor(colour)
+    return qtawesome.icon(name, color=own, color_active=QColor(active), color_selected=own, color_disabled=faint)
 
 
 def _palette(tones: dict[str, str]) -> QPalette:

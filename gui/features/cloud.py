@@ -74,6 +74,12 @@ class CloudFeature(Feature):
             also=(views.shownChanged, context.centre.turned, cloud.colours_changed, views.ranges.changed),
         )
 
+    @command("turn_cloud", "&Images or point cloud", icon="ph.cube", keys="Ctrl+3")
+    def _turn_cloud(self) -> None:
+        """Show the point cloud in place of the images, or the images again."""
+        tabs = self.context.centre.tabs
+        tabs.setCurrentIndex(1 - tabs.currentIndex())
+
     @command("cloud_beside", "&3D beside the images", icon="ph.columns", keys="Ctrl+Shift+B", checkable=True)
     def _show_beside(self, on: bool) -> None:
         """Show the point cloud beside the images instead of in its own tab."""

@@ -167,7 +167,7 @@ class ColourRange(Panel):
     @command("show_range", "Colour &range", icon="ph.chart-bar", keys="Ctrl+Shift+G")
     def _open(self) -> None:
         """Open the histogram of the shown values with the limits of the colour range."""
-        self.reveal()
+        self.context.panels.enter(self.title)
 
     def make(self) -> QWidget:
         actions, views = self.context.actions, self.context.views

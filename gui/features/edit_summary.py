@@ -99,7 +99,8 @@ class EditSummaryLine(Themed, QWidget):
             return
         parts = [f"<b>{html.escape(text)}</b>"]
         if effect is not None:
-            parts.append(f"{grouped(effect.moved)} px moved")
+            if effect.moved:
+                parts.append(f"{grouped(effect.moved)} px moved")
             if effect.filled is not None and effect.filled[0] != effect.filled[1]:
                 before, after = effect.filled
                 parts.append(f"filled {self._tinted(grouped(before), f'{grouped(after)} px', None)}")
@@ -187,15 +188,12 @@ class EditSummaryFeature(Feature):
         """Note an edit at once: results of the blocks before it are gone by the next turn."""
         if not self._workspace.is_shown(edit.document):
             return
-        self._change, self._before, self._asked = edit, self._present, edit.patch is None
+        self._change, self._before, self._asked = edit, self._present, False
         self.requests.forget()
-        if edit.patch is None:  # the state before it can be viewed
-            self.line.show_message(_title(edit))
-            self._note_present()
-        else:
-            moved = int(np.count_nonzero(edit.patch.before != edit.patch.after))
-            self.line.show_message(_title(edit), EditSummary(moved))
-            self._go_on()
+        patch = edit.patch
+        moved = 0 if patch is None else int(np.count_nonzero(patch.before != patch.after))
+        self.line.show_message(_title(edit), EditSummary(moved))
+        self._go_on()
 
     def _turn(self) -> None:
         """Forget the edit of a frame that is not shown any more."""
@@ -213,7 +211,7 @@ class EditSummaryFeature(Feature):
             return
         self._note_present()
         change = self._change
-        if self._asked or change is None or change.patch is None:
+        if self._asked or change is None or (change.patch is None and self._before is None):
             return
         document = change.document
         solved = bool(document.results.kept) or not self.context.actions.is_on("live")
@@ -222,7 +220,7 @@ class EditSummaryFeature(Feature):
         self._asked = True
         run = document.run(self._workspace.parameters.current)
         self.requests.ask(
-            partial(_summary, change, change.patch, run, self._before, self._present),
+            partial(_summary, change, run, self._before, self._present),
             partial(self._say, change),
             lambda error: self._say(change, None, f"not evaluated: {error}"),
         )
@@ -242,8 +240,8 @@ class EditSummaryFeature(Feature):
 
     def _say(self, change: Edit, effect: EditSummary | None, note: str = "") -> None:
         if change is self._change:
-            unknown = effect is not None and effect.held_out is None and effect.by_ground_truth is None
-            self.line.show_message(_title(change), effect, note or (_UNKNOWN if unknown else ""))
+            known = effect is None or effect.held_out is not None or effect.by_ground_truth is not None
+            self.line.show_message(_title(change), effect, note or ("" if known or change.patch is None else _UNKNOWN))
 
     def _tell_resolved(self, text: str) -> None:
         if not self.busy:  # after an edit, its summary is shown instead
@@ -254,11 +252,11 @@ def _title(change: Edit) -> str:
     return change.text if change.forward else f"Undone: {change.text}"
 
 
-def _summary(
-    edit: Edit, patch: LabelPatch, run: Run, before_edit: Completion | None, after: Completion | None
-) -> EditSummary:
-    """Summarise an edit of the label map, from the run after it and the completions before and after it; called in a
-    worker thread."""
+def _summary(edit: Edit, run: Run, before_edit: Completion | None, after: Completion | None) -> EditSummary:
+    """Summarise an edit, from the run after it and the completions before and after it; called in a worker thread."""
+    patch = edit.patch
+    if patch is None:
+        return summarise_edit(run, run, None, (before_edit, after))
     labels = _labels_before(patch, edit.forward, run.blocks.labels)
     drawn = run.blocks.drawn if edit.drawn is None else _drawn_before(edit.drawn, edit.forward, run)
     before = replace(run, blocks=replace(run.blocks, labels=labels, drawn=drawn))

@@ -48,7 +48,7 @@ _MENUS = {
     "hold_out_test sweep | show_runs compare_runs accept_run restore_run export_runs clear_runs",
     "&View": f"fit one_to_one zoom_block show_before_edit | {_GOING} | full_screen layout_menu play_menu | panels_menu "
     "toggle_panels film_strip only_icons | view_content reset_contents compare_menu | contours_only block_names "
-    "show_missing shuffle_colours cloud_beside cloud_raw cloud_selected_only | view_set_menu stage_menu "
+    "show_missing shuffle_colours turn_cloud cloud_beside cloud_raw cloud_selected_only | view_set_menu stage_menu "
     "depth_colours_menu show_range fit_range lock_range theme_menu",
     "&Help": "palette shortcuts | about",
 }

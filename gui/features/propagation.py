@@ -98,8 +98,8 @@ class PropagateDialog(QDialog):
         self.count.valueChanged.connect(lambda _: self._describe())
         choices = form(("&Frames", self.count), ("", self.last), ("&Method", self.how))
         stack(self, about, choices, self.replaces, buttons)
-        self.resize(430, 0)
         self._describe()
+        self.resize(430, self.heightForWidth(430))  # its text wraps
 
     def _describe(self) -> None:
         self.last.setText(

@@ -99,7 +99,7 @@ class StatusFeature(Feature):
         self._saving = context.feature(ProjectFeature).saving
         self._editor = editor = context.editor
         self._pace = Pace()
-        self._playing, self._exporting = "", False
+        self._playing, self._exporting = "", ""
         self._paced: list[Document] = []
         """Frames whose runs the pace was measured on."""
         self.bar = StatusBar()
@@ -123,9 +123,9 @@ class StatusFeature(Feature):
         self.show_hint()
         self.show_readout()
 
-    def show_exporting(self, on: bool) -> None:
-        """Show whether an export is in progress."""
-        self._exporting = on
+    def show_exporting(self, text: str) -> None:
+        """Show how far an export is; "" once it has ended."""
+        self._exporting = text
         self.context.refresh.mark("progress")
 
     def show_hint(self) -> None:
@@ -157,10 +157,8 @@ class StatusFeature(Feature):
             text = "Completing"
         elif self._saving.busy:
             text, share = "Saving", self._saving.share
-        elif self._exporting:
-            text = "Exporting"
         else:
-            text = "Estimating the error" if self._error.busy else ""
+            text = self._exporting or ("Estimating the error" if self._error.busy else "")
         if not text:
             self._pace.forget()
             self._paced = []

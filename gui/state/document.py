@@ -402,10 +402,10 @@ class Document(FrameData):
         if same_layers(self.frame, frame):
             return False
 
-        def exchange(frame: RGBDFrame) -> RGBDFrame:
+        def exchange(other: RGBDFrame) -> RGBDFrame:
             former = self.frame
-            self.take_frame(frame)
-            self._note_edit(Edit(self, frozenset(self.counts()), text, part))
+            self.take_frame(other)
+            self._note_edit(Edit(self, frozenset(self.counts()), text, part, forward=same_layers(other, frame)))
             return former
 
         self.undo_stack.push(Swap(text, frame, exchange))
@@ -429,9 +429,10 @@ class Document(FrameData):
             return False
         DepthByHand(after)  # refuses it before it becomes a step
 
-        def exchange(depth: Depth) -> Depth:
+        def exchange(other: Depth) -> Depth:
             former = self._by_hand_in(box)
-            self._note_edit(Edit(self, self.take_by_hand(box, depth), text, Part.BY_HAND))
+            forward = np.array_equal(other, after, equal_nan=True)
+            self._note_edit(Edit(self, self.take_by_hand(box, other), text, Part.BY_HAND, forward=forward))
             return former
 
         self.undo_stack.push(Swap(text, after, exchange))

@@ -8,7 +8,16 @@ from dataclasses import replace
 import numpy as np
 from PySide6.QtCore import QEvent, QObject, Qt
 from PySide6.QtGui import QAction, QFocusEvent, QKeyEvent, QKeySequence
-from PySide6.QtWidgets import QAbstractSpinBox, QApplication, QDockWidget, QLineEdit, QPlainTextEdit, QTextEdit, QWidget
+from PySide6.QtWidgets import (
+    QAbstractItemView,
+    QAbstractSpinBox,
+    QApplication,
+    QDockWidget,
+    QLineEdit,
+    QPlainTextEdit,
+    QTextEdit,
+    QWidget,
+)
 from shiboken6 import isValid
 
 from ..views.image_view import ImageView
@@ -113,6 +122,8 @@ class Crosshair:
 _Modifier = Qt.KeyboardModifier
 _PLAIN = _Modifier.NoModifier
 _Key = Qt.Key
+_ENTER = _Key.Key_Return, _Key.Key_Enter
+_LEAVING = *_ENTER, _Key.Key_Escape
 _BY_KEYS = (
     Qt.FocusReason.TabFocusReason,
     Qt.FocusReason.BacktabFocusReason,
@@ -127,7 +138,7 @@ class ToolKeys(QObject):
 
     They work in the whole window and its panels, but not in text and number fields and not in dialogs, and only when
     they have an effect. During keyboard navigation in the panels, Space works as usual. When a focused part of the
-    window is hidden, the views get the focus.
+    window is hidden, the views get the focus; so they do when Enter takes a typed number, or Escape drops it.
     """
 
     def __init__(self, window: QWidget, editor: Editor, views: LinkedViews) -> None:
@@ -193,6 +204,14 @@ class ToolKeys(QObject):
         """Handle a key event; True if it was for the tools and must not be passed on."""
         if event.type() == QEvent.Type.KeyRelease and event.key() == _Key.Key_Space and not event.isAutoRepeat():
             self._let_go_of_space()  # wherever the focus is now
+        if isinstance(watched, QAbstractSpinBox) and event.key() in _LEAVING and self._belongs(watched):
+            if event.type() == QEvent.Type.KeyPress:
+                self._leave(watched, event.key() in _ENTER)
+            event.accept()  # no shortcut
+            return True
+        if isinstance(watched, QAbstractItemView) and event.key() == _Key.Key_F2:  # it renames what it lists
+            event.accept()
+            return event.type() == QEvent.Type.ShortcutOverride
         if not isinstance(watched, QWidget) or not self._applies_to(watched):
             return False
         if event.key() in self.held and event.modifiers() == _PLAIN and event.type() != QEvent.Type.ShortcutOverride:
@@ -209,6 +228,15 @@ class ToolKeys(QObject):
                 self._press_space(watched, event)
             return not navigating
         return event.type() == QEvent.Type.KeyPress and self._press(watched, event)
+
+    def _leave(self, field: QAbstractSpinBox, take: bool) -> None:
+        """Take what was typed into a number field, or drop it, and give the focus back to the views."""
+        if take:
+            field.interpretText()
+        else:
+            field.setProperty("value", field.property("value"))
+        field.clearFocus()
+        self._views.active.view.setFocus()
 
     def _press_space(self, watched: QWidget, event: QKeyEvent) -> None:
         """Click at the crosshair, or let the mouse pan."""
@@ -250,7 +278,7 @@ class ToolKeys(QObject):
             far, to_border = (bool(modifiers & one) for one in (_Modifier.ShiftModifier, _Modifier.ControlModifier))
             self.crosshair.move(key, far, to_border)
             return True
-        if key not in (_Key.Key_Return, _Key.Key_Enter):
+        if key not in _ENTER:
             return False
         if modifiers == _PLAIN and (editor.finish() or self.on_enter()):
             return True

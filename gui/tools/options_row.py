@@ -47,13 +47,13 @@ class OptionsRow(QWidget):
         self.hand_depth.setButtonSymbols(QDoubleSpinBox.ButtonSymbols.NoButtons)
         self.hand_depth.setAccessibleName("Depth")
         self.hand_depth.setToolTip("Depth that the brush paints and Fill uses; Ctrl+click in the image picks one")
-        self.hand_depth.setFocusPolicy(Qt.FocusPolicy.ClickFocus)
+        self.hand_depth.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.leash.setToolTip(
             "Snap: maximum distance on the screen that a drawn line moves to an edge (less of the image when zoomed "
             "in); 0: off"
         )
         self.amount.setToolTip("Pixels by which the selected blocks grow, shrink or are smoothed")
-        self.amount.setFocusPolicy(Qt.FocusPolicy.ClickFocus)
+        self.amount.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         _show_while_usable(self.amount, actions["grow_blocks"])
         by_hand = [name for name in BY_HAND.split() if name != "|"]
         self._parts: dict[str, QWidget] = {
@@ -70,7 +70,7 @@ class OptionsRow(QWidget):
         for label, longest in ((self._brush_text, "120 px"), (self._leash_text, "20 px")):
             label.setMinimumWidth(label.fontMetrics().horizontalAdvance(longest))
         for box in (self.amount, self.hand_depth):
-            box.editingFinished.connect(box.clearFocus)  # so that keys go to the tools again
+            box.setKeyboardTracking(False)  # Escape drops what is being typed
         self._numbers: dict[str, QSlider | QSpinBox] = {
             "brush_radius": self.brush,
             "leash": self.leash,

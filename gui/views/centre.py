@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from PySide6.QtCore import Qt, Signal
+from PySide6.QtGui import QPixmap
 from PySide6.QtWidgets import QHBoxLayout, QSplitter, QStackedWidget, QTabBar, QVBoxLayout, QWidget
 
 from ..widgets.basics import lay_out
@@ -72,6 +73,11 @@ class Centre(QStackedWidget):
     def shows_cloud_alone(self) -> bool:
         """Whether the cloud is visible and the images are not."""
         return self.currentWidget() is self._cloud
+
+    def picture(self) -> QPixmap:
+        """Return what is shown, without the strips below the images."""
+        self._cloud.canvas.drawing.finish()
+        return (self._cloud if self.shows_cloud_alone else self._split).grab()
 
     def show_images(self) -> None:
         """Switch to the images if they are hidden."""

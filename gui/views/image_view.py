@@ -337,7 +337,7 @@ class ImageView(pg.GraphicsView):
         painter.resetTransform()
         painter.setPen(colours.muted)
         if self.image.pixels is None:
-            painter.drawText(room, Qt.AlignmentFlag.AlignCenter, self._message)
+            painter.drawText(room, Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap, self._message)
         if self.hasFocus():
             painter.setPen(colours.accent)
             painter.setBrush(Qt.BrushStyle.NoBrush)

@@ -21,7 +21,7 @@ _VERSION = 3
 """Version of the stored layout; layouts of other versions are ignored."""
 _COLUMN = 0.26, 270, 380
 """Width of the panel column: share of the window, minimum and maximum [px]."""
-_LATE = 2.0
+_LATE = 1.3
 """How many times as high a group is that is opened beside others: it is what the user looks at."""
 _MIN_HEIGHT = 60
 """Height [px] to which a panel can shrink, so that the panels never enlarge the window."""
@@ -125,7 +125,7 @@ class Docks(QObject):
         action.setProperty(HINT, f"Show or hide the panel {title}" + (f": {content}" if content else ""))
         describe(action)
         action.triggered.disconnect()  # the default handler shows the dock behind the other tabs
-        action.triggered.connect(lambda on: self.reveal(title) if on else dock.close())
+        action.triggered.connect(lambda _=False: self._turn(title))
         for changed in (action.toggled, dock.topLevelChanged):
             changed.connect(self._show_titles_soon)
         action.setIcon(theme.icon(icon, self._window.palette()))
@@ -156,6 +156,26 @@ class Docks(QObject):
         """Show a panel on request of the user, in front of the other tabs of its place."""
         self._show([*self.open, title])
         self._panels[title].dock.raise_()
+
+    def enter(self, title: str) -> None:
+        """Show a panel and give its first control the keyboard focus."""
+        self.reveal(title)
+        content = self._panels[title].dock.widget()
+        content.show()  # it is hidden until the tab has turned
+        for control in (content, *content.findChildren(QWidget)):
+            if control.isVisible() and control.isEnabled() and control.focusPolicy() & Qt.FocusPolicy.TabFocus:
+                self._window.setAttribute(Qt.WidgetAttribute.WA_KeyboardFocusChange)  # buttons show the focus
+                control.setFocus(Qt.FocusReason.ShortcutFocusReason)
+                break
+
+    def _turn(self, title: str) -> None:
+        """Close a panel that is in sight, or show it."""
+        dock = self._panels[title].dock
+        if not dock.isHidden() and dock.widget().isVisible():
+            dock.close()
+        else:
+            self.enter(title)
+            dock.toggleViewAction().setChecked(True)  # the action of one behind another tab has switched itself off
 
     def toggle_all(self) -> None:
         """Hide all panels, or show those again that were hidden so."""
@@ -262,6 +282,7 @@ class Docks(QObject):
         centre = self._window.centralWidget()
         if centre is not None:
             for tabs in self._window.findChildren(QTabBar, options=Qt.FindChildOption.FindDirectChildrenOnly):
+                tabs.setElideMode(Qt.TextElideMode.ElideNone)  # whole titles; arrows lead to those without room
                 if tabs.geometry().intersects(centre.geometry()):
                     tabs.move(-tabs.width(), -tabs.height())
                 is_in_sight = self._window.rect().intersects(tabs.geometry())

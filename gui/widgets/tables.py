@@ -92,6 +92,13 @@ class RowDelegate(QStyledItemDelegate):
         option.state &= ~QStyle.StateFlag.State_HasFocus
 
     def paint(self, painter: QPainter, option: QStyleOptionViewItem, index: Index) -> None:
+        """Paint a cell; that with the keyboard focus has a frame."""
+        self._paint_cell(painter, option, index)
+        if option.state & QStyle.StateFlag.State_HasFocus:
+            painter.setPen(theme.colours(option.palette).accent)
+            painter.drawRect(option.rect.adjusted(0, 0, -1, -1))
+
+    def _paint_cell(self, painter: QPainter, option: QStyleOptionViewItem, index: Index) -> None:
         if index.column() not in self._icon_columns:
             super().paint(painter, option, index)
             return

@@ -386,7 +386,7 @@ class FrameRuns(QObject):
         text = f"{document.name}: run {how}, {counted(len(done), 'block')} in {seconds:.1f} s."
         lost = len(done - set(document.valid_results()))
         if lost:
-            text += f" {counted(lost, 'block')} edited meanwhile: run again (F5)."
+            text += f" {counted(lost, 'block')} edited meanwhile."
         if uncorrected := len(done & steps.uncorrected.keys()):
             text += f" {counted(uncorrected, 'block')} without the learned correction: run again (F5)."
         self._news.ended.emit(" ".join((text, *notes_of(steps.results))))

@@ -94,7 +94,7 @@ class LiveSolver(QObject):
 
     def _take(self, edit: Edit) -> None:
         document, chosen = edit.document, self._workspace.chosen
-        if self._live.isChecked() and document.results.kept:
+        if self._live.isChecked() and (document.results.kept or document in self._runs.running):
             there = edit.blocks & document.counts().keys()
             wanted = [label for label in there if not document.is_up_to_date(label)]
             if wanted:

@@ -63,9 +63,12 @@ class EditSummary:
 
 
 def summarise_edit(
-    before: Run, after: Run, patch: LabelPatch, completed: tuple[Completion | None, Completion | None] = (None, None)
+    before: Run,
+    after: Run,
+    patch: LabelPatch | None,
+    completed: tuple[Completion | None, Completion | None] = (None, None),
 ) -> EditSummary:
-    """Compute the effect of an edit of the label map on the depth around it.
+    """Compute the effect of an edit of the label map on the depth around it, or of another edit on that of all blocks.
 
     Known depth near the pixels that have changed blocks is hidden, and the blocks there are completed without it, as
     before and as after the edit.
@@ -74,8 +77,8 @@ def summarise_edit(
     ----------
     before, after : Run
         Of the same frame; their blocks differ by the edit.
-    patch : LabelPatch
-        The edit, in either direction.
+    patch : LabelPatch or None
+        The edit, in either direction; None if no pixel has changed blocks.
     completed : (Completion or None, Completion or None)
         Existing completions before and after; ignored if the affected blocks had other pixels.
 
@@ -84,12 +87,16 @@ def summarise_edit(
     EditSummary
     """
     changed = np.zeros(after.frame.shape, bool)
-    changed[patch.box] = patch.before != patch.after
+    if patch is not None:
+        changed[patch.box] = patch.before != patch.after
+    concerned = slice(None) if patch is None else changed
     moved = int(np.count_nonzero(changed))
-    touched = {*np.unique([run.blocks.labels[changed] for run in (before, after)]).tolist()} - {0}
+    touched = {*np.unique([run.blocks.labels[concerned] for run in (before, after)]).tolist()} - {0}
     runs = before, after
     filled, expected = _filled_and_expected(runs, completed, touched)
     effect = EditSummary(moved, filled, expected, by_ground_truth=_by_ground_truth(runs, completed, touched))
+    if patch is None:
+        return effect
     hidden = _near(changed) & after.frame.own
     errors = _errors(runs, hidden)
     both = np.isfinite(errors[0]) & np.isfinite(errors[1])

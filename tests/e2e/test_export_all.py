@@ -1,5 +1,7 @@
 """Export of all frames of a list: worked through, marked as done, exported, and exported again."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from PySide6.QtCore import QCoreApplication, QEvent, Qt
@@ -10,11 +12,12 @@ import ilf
 from gui.features.export.feature import ExportFeature
 from gui.features.export.jobs import ALL, DONE, THIS, Export
 from gui.features.frame_list.feature import FramesFeature
+from gui.features.status import StatusFeature
 from ilf.run.options import ExportOptions
 from tests.gui.naming import unnamed
 
 from ..gui.states import edit
-from .conftest import loaded, write_frame
+from .conftest import loaded, open_frame, write_frame
 
 NAMES = ["frame-0", "frame-1", "frame-2"]
 OPTIONS = ExportOptions(depth_formats=("npy",), expected_error=False, cloud=None)
@@ -37,6 +40,8 @@ def _export(window, qtbot, folder, scope):
     with qtbot.waitSignal(feature.requests.ended):
         feature.start(Export(folder, OPTIONS, scope))
         assert feature.pending_work()
+        window.refresh.now()
+        assert window.feature(StatusFeature).bar.progress.toolTip().startswith("Exporting 0 of ")
     return window.toasts.message
 
 
@@ -162,3 +167,15 @@ def test_all_frames_are_proposed_beside_their_folders_also_after_an_export_of_on
     _export(listed, qtbot, tmp_path / "elsewhere" / "all", ALL)
     feature.ask(ALL)
     assert feature.folder_path.text() == str(tmp_path / "elsewhere" / "export")
+
+
+def test_what_comes_of_folders_of_colour_and_depth_is_proposed_beside_both(window, qtbot, frame_folder, tmp_path):
+    files = [tmp_path / "walk" / kind / "1.png" for kind in ("rgb", "depth")]
+    for name, file in zip(("rgb.png", "depth.png"), files, strict=True):
+        file.parent.mkdir(parents=True)
+        (frame_folder / name).rename(file)
+    open_frame(window, qtbot, *files)
+    feature = window.feature(ExportFeature)
+    for scope in (ALL, THIS):
+        feature.ask(scope)
+        assert (tmp_path / "walk") == Path(feature.folder_path.text()).parent

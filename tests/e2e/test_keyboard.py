@@ -9,6 +9,8 @@ from PySide6.QtWidgets import (
     QApplication,
     QComboBox,
     QDialog,
+    QDockWidget,
+    QDoubleSpinBox,
     QFileDialog,
     QLineEdit,
     QPushButton,
@@ -162,11 +164,15 @@ def test_a_letter_leads_from_a_panel_to_the_crosshair(typing):
     _go(typing, 10, 24)
 
 
-def test_the_selected_block_is_renamed_by_a_command(typing, qtbot):
-    key(typing, _Key.Key_F9)
+def test_f2_renames_the_selected_block_but_not_from_another_list(typing, qtbot):
     document = typing.workspace.current
     typing.workspace.select([2])
-    typing.actions_["rename_block"].trigger()
+    typing.panels.enter("Runs")
+    key(typing, _Key.Key_F2)
+    assert not typing.feature(BlocksFeature).table.findChildren(QLineEdit)
+    typing.views.active.view.setFocus()
+    key(typing, _Key.Key_F9)
+    key(typing, _Key.Key_F2)
     (field,) = typing.feature(BlocksFeature).table.findChildren(QLineEdit)
     QTest.keyClicks(field, "table")
     QTest.keyClick(field, _Key.Key_Return)
@@ -290,3 +296,56 @@ def test_enter_fetches_nothing(typing):
     (default,) = (button for button in dialog.findChildren(QPushButton) if button.isDefault())
     assert plain(default.text()) == "Close"
     dialog.close()
+
+
+@pytest.mark.parametrize(("leaving", "expected"), [(_Key.Key_Return, 0.3), (_Key.Key_Escape, 0.03)])
+def test_enter_takes_a_typed_number_and_escape_drops_it(typing, leaving, expected):
+    field = typing.findChild(QDoubleSpinBox, "slope_weight")
+    field.setFocus()
+    field.selectAll()
+    QTest.keyClicks(field, "0.3")
+    key(typing, leaving)
+    assert (field.value(), float(field.text())) == pytest.approx((expected, expected))
+    assert isinstance(_focus(), ImageView)
+
+
+@pytest.mark.parametrize("title", ["Runs", "Accuracy", "Frames", "History"])
+def test_a_panel_opened_by_its_command_has_the_focus(typing, title):
+    toggle = next(action for action in typing.panels.toggles() if plain(action.text()) == title)
+    toggle.trigger()
+    assert _dock(typing, title).isAncestorOf(_focus())
+    typing.panels.enter("Parameters" if title in ("Runs", "Accuracy") else "Blocks")  # the panel is behind a tab now
+    toggle.trigger()
+    assert toggle.isChecked(), "it is shown, not closed"
+    assert _dock(typing, title).isAncestorOf(_focus())
+    toggle.trigger()
+    assert not toggle.isChecked()
+    assert isinstance(_focus(), ImageView)
+
+
+def _dock(window, title: str) -> QDockWidget:
+    return window.findChild(QDockWidget, title)
+
+
+def test_keys_turn_to_the_cloud_and_back(typing):
+    key(typing, _Key.Key_3, CTRL)
+    assert typing.centre.shows_cloud_alone
+    assert _focus() is typing.cloud.canvas
+    key(typing, _Key.Key_3, CTRL)
+    assert isinstance(_focus(), ImageView)
+
+
+@pytest.mark.parametrize(("tool", "name", "typed"), [(_Key.Key_H, "Depth", "1.5"), (_Key.Key_A, "Amount", "4")])
+def test_the_number_of_a_tool_is_typed_without_a_mouse(typing, tool, name, typed):
+    typing.workspace.select([2] if name == "Amount" else [])
+    key(typing, tool)
+    for _ in range(60):
+        key(typing, _Key.Key_Tab)
+        if _focus().accessibleName() == name:
+            break
+    _focus().selectAll()
+    QTest.keyClicks(_focus(), typed)
+    key(typing, _Key.Key_Return)
+    options = typing.editor.options
+    assert {"Depth": options.hand_depth, "Amount": options.amount}[name] == float(typed)
+    assert isinstance(_focus(), ImageView)

@@ -461,7 +461,7 @@ def test_an_export_is_no_saving_opening_no_work_and_a_sweep_is_named(opened, qtb
     opened.close()
     dialog = opened.project.question
     assert "A sweep of two-planes is in progress: it is stopped" in dialog.also.text()
-    assert dialog.discard_button.text() == "&Continue"
+    assert dialog.discard_button.text() == "&Stop"
     dialog.reject()
     assert shown.busy
     opened.project.discard_silently = True

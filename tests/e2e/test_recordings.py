@@ -71,6 +71,8 @@ def test_a_project_brings_frames_of_a_recording_back(
     again = another()
     open_project(again, qtbot, tmp_path / "work.ilf")
     assert isinstance(again.project.missing.dialog, MissingFilesDialog)
+    again.project.missing.dialog.reject()
+    assert "Frames" in again.panels.open, "the frames are listed, though none can be shown"
     again.project.missing.look(tmp_path / "away")
     qtbot.waitUntil(lambda: not again.project.missing.busy and not again.loader.busy)
     document = show(again, qtbot, 0)

@@ -163,9 +163,9 @@ class BlocksFeature(Panel):
         menu.exec(place)
         menu.deleteLater()
 
-    @command("rename_block", "Rename &block", icon="ph.pencil-simple", needs=Need.SELECTION)
+    @command("rename_block", "Rename &block", icon="ph.pencil-simple", keys="F2", needs=Need.SELECTION)
     def rename(self) -> None:
-        """Rename the selected block (F2 in the table)."""
+        """Rename the selected block."""
         self.reveal()
         self.context.refresh.now()
         self.table.rename()

@@ -108,7 +108,7 @@ _HEADINGS: dict[int, Heading] = {
     Column.COLOUR: Heading("", "Colour in the views and plots. Click to change it.", kind="icon", icon="ph.palette"),
     Column.NAME: Heading("Name", "Name of the block. Press F2 to rename.", kind="edited"),
     Column.MISSING: Heading("Missing", "Defect rate: share of the block's pixels without depth.", 58, "number"),
-    Column.ERROR: Heading("Error [mm]", _ERROR, 56, "number"),
+    Column.ERROR: Heading("Error [mm]", _ERROR, 48, "number"),
     Column.STATE: Heading(
         "", "State of the block after the last run. Point at an icon for details.", kind="icon", icon="ph.flag"
     ),

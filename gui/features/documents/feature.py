@@ -208,18 +208,18 @@ class DocumentsFeature(Feature):
         else:
             self.open_source(origin)
 
-    # a picture of the window
+    # pictures
 
-    @command("save_picture", "Save &picture of the window…", icon="ph.camera")
+    @command("save_picture", "Save &picture of the views…", icon="ph.camera")
     def ask_save_picture(self) -> None:
-        """Save a screenshot of the window as PNG."""
+        """Save a figure as PNG: the views or the point cloud as they are shown, with titles and colour bars."""
         path, _ = QFileDialog.getSaveFileName(self._window, "Save picture", "ilf-studio.png", _IMAGES)
         if path:
             self.save_picture(path)
 
     def save_picture(self, path: str) -> bool:
-        """Save a picture of the window as PNG; return False, with a message, if the file cannot be written."""
-        saved = self.picture().save(path, "PNG")
+        """Save a picture of the views as PNG; return False, with a message, if the file cannot be written."""
+        saved = self.context.centre.picture().save(path, "PNG")
         if saved:
             self._notes.show_message(f"Saved {path}")
         else:

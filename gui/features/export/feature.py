@@ -358,6 +358,8 @@ class ExportFeature(Panel):
         last = str(QSettings().value(_BATCH_FOLDER, "")) if from_files else ""
         inputs = None if self._run is None else self._run.frame.inputs
         path = "" if inputs is None or is_address(inputs.rgb.path) else inputs.rgb.path
+        if path and inputs is not None and Path(path).parent != Path(inputs.depth.path).parent:
+            path = str(Path(path).parent)  # beside the folders of colour and depth
         if not is_this and self._run is not None and Path(path).parent.name == self._run.frame.name:
             path = str(Path(path).parent)  # beside the folders of the frames, not in one of them
         folder = save_folder(path, EXPORTS if is_this else EXPORTS_OF_FRAMES)
@@ -439,7 +441,6 @@ class ExportFeature(Panel):
         self.tabs.setCurrentWidget(self.results)
         self.work.begin()
         self._allow()
-        self._status.show_exporting(True)
         self._show_frames()
 
     def _take(self, step: Step) -> None:
@@ -465,6 +466,7 @@ class ExportFeature(Panel):
         written = sum(frame.status is ExportStatus.WRITTEN for frame in self._done)
         self.work.show_share(count / max(self._total, 1), written / max(written + left, 1))
         self.message.show_message(f"{count} of {counted(self._total, 'frame')}")
+        self._status.show_exporting(f"Exporting {count} of {max(self._total, 1)}")
 
     def _end(self, text: str = "") -> None:
         """Say what was written; what was not, and what is lost, in the dialog or else in one message."""
@@ -497,7 +499,7 @@ class ExportFeature(Panel):
     def _tell_end(self, text: str, tone: str) -> None:
         self.work.hide()
         self._allow()
-        self._status.show_exporting(False)
+        self._status.show_exporting("")
         self.message.show_message(text, tone)
         self.warning.show_message("")
         (self.close_button if tone == "good" else self.export_button).setFocus()

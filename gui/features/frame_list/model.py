@@ -160,10 +160,10 @@ STATES: dict[str, str] = {
 """States to filter by -> text."""
 
 ORDERS: dict[str, str] = {
-    "list": "In order of the list",
+    "list": "As listed",
     "name": "By name",
     "state": "By state",
-    "missing": "Most missing first",
+    "missing": "By missing",
 }
 """Orders -> text."""
 

@@ -56,7 +56,7 @@ class CloseDialog(QDialog):
         self._waits = False
         runs.state_changed.connect(self._look)
         self.finished.connect(lambda: runs.state_changed.disconnect(self._look))
-        self.setWindowTitle("Save the work?" if rows else "Continue?")
+        self.setWindowTitle("Save the work?" if rows else "Stop the work?")
         self.setModal(True)
         self._rows = rows
         about = Message()
@@ -75,8 +75,8 @@ class CloseDialog(QDialog):
         self.progress = Message()
         self.save_button = QPushButton("&Save")
         self.save_button.setToolTip("Save the ticked frames, then continue")
-        self.discard_button = QPushButton("&Discard" if rows else "&Continue")
-        self.discard_button.setToolTip("Continue without saving: the work listed here is lost")
+        self.discard_button = QPushButton("&Discard" if rows else "&Stop")
+        self.discard_button.setToolTip("Go on without saving: the work listed here is lost")
         buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Cancel)
         buttons.button(QDialogButtonBox.StandardButton.Cancel).setToolTip("Close nothing, and change nothing")
         if rows:

@@ -174,7 +174,7 @@ class ProjectFeature(Feature):
         if only is None and (words := self.present.words()):
             rows[""] = "The project itself", words
         others = [
-            f"{way.what[:1].upper()}{way.what[1:]} is in progress: it is stopped, and its results are lost."
+            f"{way.what[:1].upper()}{way.what[1:]} is in progress: it is stopped, and what it has not finished is lost."
             for way in context.pending_work()
             if (only is None if way.about is None else way.about in documents)
         ]

@@ -279,7 +279,11 @@ class Missing(QObject):
         lost = {one.frame for one in self.lost}
         whole = (entry for entry in self._context.workspace.entries if entry.id not in lost)
         first = next(whole, None)
-        if first is not None and not self._context.workspace.has_current and not self._context.loader.busy:
+        if self._context.workspace.has_current or self._context.loader.busy:
+            return
+        if first is None:
+            self._context.panels.reveal("Frames")  # where they can be opened again
+        else:
             self._context.loader.open_entry(first)
 
     # search

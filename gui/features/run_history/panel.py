@@ -101,7 +101,7 @@ class RunsPanel(Panel):
     @command("show_runs", "Run histor&y", icon="ph.list-numbers", keys="Ctrl+Shift+R")
     def _show_runs(self) -> None:
         """Open the list of this frame's runs."""
-        self.reveal()
+        self.context.panels.enter(self.title)
 
     def _why_not_one(self) -> str:
         return "" if len(self.selected()) == 1 else "Select one run first."

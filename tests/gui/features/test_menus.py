@@ -34,7 +34,7 @@ def test_the_menu_marks_the_depth_colours_however_they_were_chosen(window):
     assert [other for other, entry in entries.items() if entry.isChecked()] == ["grey"]
 
 
-def test_a_picture_of_the_window_and_a_preset_are_written_where_it_is_asked_for(window, tmp_path, monkeypatch):
+def test_a_picture_of_the_views_and_a_preset_are_written_where_it_is_asked_for(window, tmp_path, monkeypatch):
     answers = ["", str(tmp_path / "window.png"), "", str(tmp_path / "mine")]
     monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_: (answers.pop(0), ""))
     monkeypatch.chdir(tmp_path)
@@ -43,7 +43,7 @@ def test_a_picture_of_the_window_and_a_preset_are_written_where_it_is_asked_for(
         write()
         assert set(tmp_path.iterdir()) <= before, "cancelled"
         write()
-    assert QImage(str(tmp_path / "window.png")).size() == window.size() * window.devicePixelRatio()
+    assert QImage(str(tmp_path / "window.png")).size() == window.views.size() * window.devicePixelRatio()
     assert read_preset(tmp_path / "mine.json").parameters == window.workspace.parameters.current
 
 

@@ -182,7 +182,7 @@ def test_results_of_blocks_that_were_edited_meanwhile_are_told_as_lost(bench):
     bench.workspace.current.edit(merge(bench.document.labels, [1, 2], frozenset()), "Merge")
     assert (bench.run.run.blocks.labels == bench.labels).all(), "the run has blocks of its own"
     bench.finish()
-    assert bench.said[0].endswith(" 2 blocks edited meanwhile: run again (F5).")
+    assert bench.said[0].endswith(" 2 blocks edited meanwhile.")
     assert bench.document.valid_results() == {}
     bench.workspace.undo_group.undo()
     assert set(bench.document.valid_results()) == {1, 2}, "undo brings them back"

@@ -67,6 +67,8 @@ _MODIFIERS = {
 }
 _LEFT = Qt.MouseButton.LeftButton
 _LONGEST_S = 120.0
+_LEAVING = {"Save the work?": "Discard", "Stop the work?": "Stop", "Continue?": "Continue"}
+"""Title of the question whether to leave, now and in earlier commits -> the button that leaves."""
 _PATIENCE_MS = 600
 """Timers that wait longer are no work in progress, but for example messages that disappear."""
 _FOLDERS = {
@@ -511,9 +513,8 @@ class Hand:
         self.window.close()
         QApplication.processEvents()
         for widget in QApplication.topLevelWidgets():
-            if widget.isVisible() and widget.windowTitle() in ("Save the work?", "Continue?"):
-                name = "Discard" if widget.windowTitle() == "Save the work?" else "Continue"
-                self.press(name, widget)
+            if widget.isVisible() and widget.windowTitle() in _LEAVING:
+                self.press(_LEAVING[widget.windowTitle()], widget)
         self.wait(lambda: not self.window.isVisible())
         self.window.deleteLater()
         QApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)
