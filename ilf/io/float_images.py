@@ -43,7 +43,7 @@ def read_npy(file: FileContent) -> NDArray[Any]:
         values = np.asarray(np.lib.format.read_array(io.BytesIO(file.data.data), allow_pickle=False), order="C")
     if values.ndim >= 2:
         check_memory(file, values.shape[1], values.shape[0])
-    return values
+    return values.astype(values.dtype.newbyteorder("="), copy=False)
 
 
 def read_npz(file: FileContent, names: tuple[str, ...]) -> NDArray[Any]:

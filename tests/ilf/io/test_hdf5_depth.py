@@ -127,6 +127,20 @@ def test_colour_beside_depth_is_read_as_blenderproc_writes_it(tmp_path, first):
     assert not any("column" in note for note in frame.notes)
 
 
+def test_distances_along_rays_are_no_depth_unless_they_are_named(tmp_path):
+    """BlenderProc writes distance, by enable_distance_output, instead of depth or beside it."""
+    with h5py.File(tmp_path / "0.hdf5", "w") as file:
+        file["colors"], file["distance"] = np.full((H, W, 3), 90, np.uint8), NEAR
+    path = tmp_path / "0.hdf5"
+    with pytest.raises(FormatError, match=r"distances along the rays.*0\.hdf5:/distance"):
+        ilf.load_frame(path, path)
+    with pytest.warns(ilf.errors.DepthWarning, match="ray:UNITS,FX,FY,CX,CY"):
+        ilf.load_frame(path, f"{path}:/distance")
+    with h5py.File(path, "a") as file:
+        file["depth"] = FAR
+    assert np.array_equal(ilf.load_frame(path, path).depth, FAR)
+
+
 def test_colour_of_hdf5_that_declares_more_than_memory_is_refused_by_its_header(tmp_path):
     with h5py.File(tmp_path / "0.hdf5", "w") as file:
         file.create_dataset("colors", (3, 100_000, 100_000), np.uint8, chunks=True)
