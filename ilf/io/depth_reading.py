@@ -293,8 +293,9 @@ def _scale(
         sign = f"The name {named} says that values are no depth" if named else sign
         return PlausibilityWarning(
             f"{sign}, and their median would be {median:.2f} m: they {'may be' if is_usual else 'are most likely'} "
-            "disparity or inverse depth. Give disparity:FB (focal length [px] times baseline [m]; disparity:1 for inverse "
-            "depth; disparity:FB,DOFFS with the doffs of Middlebury's calib.txt) if they are, or m or mm if they are depth."
+            "disparity or inverse depth. Give disparity:FB (focal length [px] times baseline [m]; disparity:1 for "
+            "inverse depth; disparity:FB,DOFFS with the doffs of Middlebury's calib.txt) if they are, or m or mm if "
+            "they are depth."
         )
     if encoding.units == ENCODINGS["mm"].units and _are_8_bits(values):
         return PlausibilityWarning(

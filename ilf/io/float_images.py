@@ -20,7 +20,7 @@ from .._runtime.files import MAX_FILE_BYTES, FileContent, read_file, zip_member
 from .._runtime.installation import optional
 from .._runtime.memory import check_memory
 from ..errors import FormatError, InputError, told_as
-from .kinds import kind_of_file, wrong_kind
+from .kinds import RAW_NUMBERS, kind_of_file, wrong_kind
 
 _MEMORY = 2**31
 """Limit of the memory of a child that reads a file [bytes]."""
@@ -220,7 +220,7 @@ def read_colmap(file: FileContent) -> NDArray[np.float32]:
     if header is None and kind_of_file(file, file.data) is None:
         raise FormatError(
             f"{file} is neither a depth map of COLMAP, which begins with width&height&1&, nor 512 x 424 float32 of a "
-            "Kinect v2. Save other numbers as NPY: numpy.save(NEW, numpy.fromfile(FILE, TYPE).reshape(HEIGHT, WIDTH))."
+            f"Kinect v2. Save other numbers as NPY: {RAW_NUMBERS}."
         )
     if header is None:
         raise wrong_kind(file, file.data, "a depth map of COLMAP, which begins with width&height&1&")
