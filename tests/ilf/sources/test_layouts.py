@@ -374,6 +374,28 @@ def _bop_imagewise(root: Path) -> None:
         _text(root / f"000001_{number:06d}.camera.json", json.dumps(camera))
 
 
+def _ho3d(root: Path) -> None:
+    values = np.rint(METRES / 0.00012498664727900177).astype(np.uint16)
+    for number in range(2):
+        _frame(root, f"train/ABF10/rgb/{number:04d}.jpg", f"train/ABF10/depth/{number:04d}.png")
+        channels = np.stack((0 * values, values >> 8, values & 255), axis=-1)  # blue, green, red
+        cv2.imwrite(str(root / f"train/ABF10/depth/{number:04d}.png"), channels.astype(np.uint8))
+        _text(root / f"train/ABF10/meta/{number:04d}.pkl", "a pickle")
+
+
+def _co3d(root: Path) -> None:
+    for number in (1, 2):
+        place = root / "apple/110_13051_23361"
+        _frame(place, f"images/frame{number:06d}.jpg", f"depths/frame{number:06d}.jpg.geometric.png")
+        halves = METRES.astype(np.float16).view(np.uint16)
+        cv2.imwrite(str(place / f"depths/frame{number:06d}.jpg.geometric.png"), halves)
+
+
+def _point_odyssey(root: Path) -> None:
+    for number in range(2):
+        _frame(root, f"ani/rgbs/rgb_{number:05d}.jpg", f"ani/depths/depth_{number:05d}.png", 65.535)
+
+
 _WIDE = np.array([[120.0, 0, 63.5], [0, 120.0, 47.5], [0, 0, 1]])
 """The camera of colour of twice the size of depth."""
 
@@ -433,6 +455,8 @@ PUBLISHED: dict[str, tuple[Callable[[Path], None], float | None, bool, bool]] = 
     "taskonomy, z-buffer": (lambda root: _taskonomy(root, "depth_zbuffer", "depth_zbuffer"), 60.0, False, False),
     "ibims-1": (_ibims, None, False, False),
     "bop-imagewise": (_bop_imagewise, 60.0, False, False),
+    "ho-3d": (_ho3d, None, False, False),
+    "co3d": (_co3d, None, False, False),
     "record3d-exr": (_record3d_exr, 60.0, False, False),
     "3d-scanner-app": (_scanner_app, 60.0, False, False),
 }
@@ -542,6 +566,12 @@ def test_one_camera_is_that_of_colour_and_of_its_smaller_depth(tmp_path, write):
     assert np.nanmedian(frame.depth) == pytest.approx(np.median(METRES[METRES > 0]), abs=0.02)
     given = ilf.open_source(tmp_path, intrinsics=(130.0, 130.0, 63.5, 47.5))[0]
     assert given.intrinsics.fx == 130
+
+
+def test_shares_of_a_kilometre_have_coarse_steps(tmp_path):
+    _point_odyssey(tmp_path)
+    frame = ilf.open_source(tmp_path)[1]
+    assert np.allclose(frame.depth, np.where(METRES == 0, np.nan, METRES), atol=0.008, equal_nan=True)
 
 
 def test_a_file_named_distance_to_camera_is_along_rays_if_the_camera_is_known(tmp_path):
