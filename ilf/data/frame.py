@@ -609,10 +609,12 @@ def scale_warning(depth: NDArray[np.floating], units: float) -> str:
     if low <= median <= high:
         return ""
     others = (*COMMON_DEPTH_UNITS, *(() if median > high else (_CENTIMETRES,)))
-    fitting = {other: median * units / other for other in others if low <= median * units / other <= high}
+    fitting = [other for other in others if low <= median * units / other <= high]
     if not fitting:
         return ""
-    (first, depth), *more = fitting.items()
+    if units == 1 and median > high:  # floats, which Unreal has in centimetres
+        fitting = [fitting[0], *([_CENTIMETRES] if low <= median / _CENTIMETRES <= high else [])]
+    (first, depth), *more = ((other, median * units / other) for other in fitting)
     told = "".join(f", with {other:g} {length:.2f} m" for other, length in more)
     return (
         f"A median depth of {median:.2f} m is unusual for a depth camera; with {first:g} units per metre "

@@ -561,7 +561,7 @@ def interpret_depth(
             f"{path}: its values are whole numbers from 0 to 255, as of an 8-bit image that was stored as float: give "
             "raw depth, or the encoding or units of these values."
         )
-    if (values < 0).any() and not (values > 0).any():
+    if values.dtype.kind in "if" and _are_negative(values):
         raise FormatError(
             f"{path}: all values are negative, as where a camera looks along -z (Isaac Gym): store them with the other "
             "sign."
@@ -569,6 +569,12 @@ def interpret_depth(
     with told_as(FormatError, f"{path}: {{error}}", FormatError):
         metres, left_out = decoded(values, encoding)
     return DepthReading(values, metres, encoding, spec is None, is_name(spec), left_out, path)
+
+
+def _are_negative(values: NDArray[Any]) -> bool:
+    """Whether all that is finite, and there is some, is negative but for zeros."""
+    seen = values[np.isfinite(values) & (values != 0)]
+    return bool(seen.size and seen.max() < 0)
 
 
 def _are_8_bits(values: NDArray[Any]) -> bool:

@@ -275,7 +275,8 @@ def read_viewer_raw(file: FileContent) -> NDArray[np.uint16]:
     except InputError as error:
         raise FormatError(
             f"{file} has no header: its {file.data.size} bytes are not 512 x 424 float32 of a Kinect v2, and the table "
-            f"of the RealSense Viewer, {beside.name}, is missing. Put it there, or save depth as PNG, NPY or TIFF."
+            f"of the RealSense Viewer, {beside.name}, is missing. Put it there, or save the numbers as NPY: "
+            f"{RAW_NUMBERS}."
         ) from error
     stated = table_of_names(table.data.tobytes().decode("utf-8-sig", "replace"))
     with told_as(

@@ -133,9 +133,10 @@ def test_an_unusual_scale_names_all_that_it_may_be(save, stored, told):
 
 def test_depth_along_the_negative_axis_is_told(save):
     """As Isaac Gym gives it."""
-    values = np.where(KNOWN, MM / -1000, -np.inf).astype(np.float32)
-    with pytest.raises(FormatError, match=r"negative.*the other sign"):
-        ilf.load_frame(*save(values, "depth.npy"))
+    for nothing in (-np.inf, np.inf, 0):
+        values = np.where(KNOWN, MM / -1000, nothing).astype(np.float32)
+        with pytest.raises(FormatError, match=r"negative.*the other sign"):
+            ilf.load_frame(*save(values, "depth.npy"))
 
 
 def test_streets_of_a_renderer_are_not_cut_at_a_sensors_range(save):
