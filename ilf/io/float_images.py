@@ -46,8 +46,14 @@ def read_npy(file: FileContent) -> NDArray[Any]:
     return values.astype(values.dtype.newbyteorder("="), copy=False)
 
 
+def is_other_name(name: str) -> bool:
+    """Whether the name of an array says that it is no depth, but distance along rays or disparity."""
+    return "distance" in name.lower() or "disp" in name.lower()
+
+
 def read_npz(file: FileContent, names: tuple[str, ...]) -> NDArray[Any]:
-    """Read an array of an NPZ file: its only one, or the first of these names that exists.
+    """Read an array of an NPZ file: its only one, unless its name says something else, or the first of these names that
+    exists.
 
     Raises
     ------
@@ -61,7 +67,8 @@ def read_npz(file: FileContent, names: tuple[str, ...]) -> NDArray[Any]:
             members = {entry.filename.removesuffix(".npy"): entry for entry in archive.infolist()}
             name = next((name for name in names if name in members), None)
             if name is None and len(members) == 1:
-                name = next(iter(members))
+                only = next(iter(members))
+                name = None if is_other_name(only) and "disparity" not in names else only
             if name is None:
                 raise FormatError(
                     f"{file} has {len(members)} arrays ({', '.join(sorted(members))!s:.80}), but none is named "
