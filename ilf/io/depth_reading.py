@@ -29,6 +29,7 @@ from .encodings import (
     packed_channels,
 )
 from .float_images import COLMAP_SUFFIX, KINECT_V2_SUFFIXES, is_kinect_v2
+from .heic import HEIC_SUFFIXES
 from .other_values import disparity_name, distance_doubt, normalised_doubt, other_way_round
 
 # Signs that a depth file has another unit than assumed, or is not depth: names, sizes, steps and slopes.
@@ -454,6 +455,14 @@ _SCENE = PlausibilityWarning(
 )
 
 
+_RELATIVE = PlausibilityWarning(
+    "This photo states that its depth is relative (as of phones with two lenses): its parts compare, but it may be "
+    "metres by name only. Do not measure in it, or give m as the encoding."
+)
+_SAYS_RELATIVE = re.compile(rb"depthData:Accuracy(>|=[\"'])\s*relative")
+"""What Apple's photos say, see AVDepthData.Accuracy.relative."""
+
+
 @dataclass(frozen=True, eq=False)
 class DepthReading:
     """Depth read from a file, with its encoding and plausibility warnings.
@@ -473,6 +482,8 @@ class DepthReading:
         Note on depth left out because it is beyond the range of sensors; "" for none.
     path : Path
         Path of the file.
+    is_relative : bool
+        Whether it is a photo that says that its depth is not absolute.
     """
 
     values: NDArray[Any]
@@ -482,11 +493,14 @@ class DepthReading:
     is_named: bool
     left_out: str
     path: Path
+    is_relative: bool = False
 
     @cached_property
     def plausibility_warnings(self) -> tuple[PlausibilityWarning, ...]:
         """Plausibility warnings about the encoding."""
         found = plausibility_warnings_of(self.values, self.metres, self.encoding, self.is_named, self.path)
+        if self.is_relative and not self.is_named:
+            return _RELATIVE, *found
         return (_SCENE, *found) if self.is_assumed and self.path.suffix.lower() == COLMAP_SUFFIX else found
 
     @property
@@ -541,7 +555,9 @@ def read_depth(
     if stated is None and file.path.suffix.lower() in KINECT_V2_SUFFIXES and is_kinect_v2(file):
         stated = ENCODINGS["mm"].units
     values = read_depth_values(file, packed_channels(stated if given is None else given), dataset)
-    return interpret_depth(values, Path(with_dataset(file.path, dataset)), given, stated, invalid)
+    read = interpret_depth(values, Path(with_dataset(file.path, dataset)), given, stated, invalid)
+    is_photo = file.path.suffix.lower() in HEIC_SUFFIXES
+    return replace(read, is_relative=is_photo and _SAYS_RELATIVE.search(file.data.tobytes()) is not None)
 
 
 def interpret_depth(
