@@ -336,6 +336,7 @@ def _scenenet(root: Path) -> None:
     for number in (0, 25):
         _colour(root / f"0/223/photo/{number}.jpg")
         _write(root / f"0/223/depth/{number}.png", METRES * _longer(*camera), 1000)
+        _write(root / f"0/223/instance/{number}.png", METRES)
 
 
 def _kubric(root: Path) -> None:
@@ -394,6 +395,7 @@ def _co3d(root: Path) -> None:
 def _point_odyssey(root: Path) -> None:
     for number in range(2):
         _frame(root, f"ani/rgbs/rgb_{number:05d}.jpg", f"ani/depths/depth_{number:05d}.png", 65.535)
+    np.savez(root / "ani/anno.npz", intrinsics=K)
 
 
 _WIDE = np.array([[120.0, 0, 63.5], [0, 120.0, 47.5], [0, 0, 1]])
