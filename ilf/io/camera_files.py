@@ -243,10 +243,11 @@ def _facts(tree: Mapping[str, Any]) -> dict[str, Any]:
         found |= {name: found[name] - 0.5 for name in ("cx", "cy") if isinstance(found.get(name), int | float)}
         found |= {"fy": found["fx"]} if "fx" in found and not {"fy", "angle_y"} & found.keys() else {}
     for name, width in (("cameraFocalLength", "cameraAperture"), ("focal_length", "sensor_width")):
-        if {name, width} <= tree.keys() and found.get("K", [-1.0])[-1] < 0:  # of Isaac Sim and Kubric: square pixels
+        is_opengl = found.get("K", [0.0])[-1] < 0  # of Kubric, in shares of the image
+        if {name, width} <= tree.keys() and (is_opengl or name == "cameraFocalLength"):  # and Isaac Sim: square pixels
             aperture, focal = (_numbers([tree[width]]) or [0.0])[0], tree[name]
             found["angle_x"] = 2 * math.atan2(aperture, 2 * focal) if isinstance(focal, int | float) else 0.0
-            found.pop("K", None)  # of Kubric, in OpenGL's axes and in shares of the image
+            found.pop("K", None)
     return found
 
 
