@@ -566,6 +566,7 @@ def test_one_camera_is_that_of_colour_and_of_its_smaller_depth(tmp_path, write):
     frame = source[0]
     assert (frame.shape, frame.intrinsics.numbers) == ((2 * H, 2 * W), (120.0, 120.0, 63.5, 47.5))
     assert np.nanmedian(frame.depth) == pytest.approx(np.median(METRES[METRES > 0]), abs=0.02)
+    assert np.array_equal(ilf.load_frame(**frame.sources).depth, frame.depth, equal_nan=True)
     given = ilf.open_source(tmp_path, intrinsics=(130.0, 130.0, 63.5, 47.5))[0]
     assert given.intrinsics.fx == 130
 
