@@ -204,4 +204,4 @@ def _add_confidence_values(
     where = "" if path is None else f"{path}, "
     entries = {"path": path, "min": low, "max": high, "min_confidence": minimum}
     facts.add("confidence", f"{where}from {low:g} to {high:g}. {effect}", confidence=entries)
-    facts.tell("warning", "" if minimum is None else additions.confidence_doubt(levels, minimum))
+    facts.tell("warning", "" if minimum is None else additions.confidence_doubt(levels, minimum, depth))

@@ -608,13 +608,18 @@ def scale_warning(depth: NDArray[np.floating], units: float) -> str:
     low, high = USUAL_MEDIAN_DEPTH
     if low <= median <= high:
         return ""
-    for other in (*COMMON_DEPTH_UNITS, *(() if median > high else (_CENTIMETRES,))):
-        if low <= median * units / other <= high:
-            return (
-                f"A median depth of {median:.2f} m is unusual for a depth camera; with {other:g} units per metre "
-                f"it would be {median * units / other:.2f} m."
-            )
-    return ""
+    others = (*COMMON_DEPTH_UNITS, *(() if median > high else (_CENTIMETRES,)))
+    fitting = [other for other in others if low <= median * units / other <= high]
+    if not fitting:
+        return ""
+    if units == 1 and median > high:  # floats, which Unreal has in centimetres
+        fitting = [fitting[0], *([_CENTIMETRES] if low <= median / _CENTIMETRES <= high else [])]
+    (first, depth), *more = ((other, median * units / other) for other in fitting)
+    told = "".join(f", with {other:g} {length:.2f} m" for other, length in more)
+    return (
+        f"A median depth of {median:.2f} m is unusual for a depth camera; with {first:g} units per metre "
+        f"it would be {depth:.2f} m{told}."
+    )
 
 
 def checked_colour(rgb: ArrayLike) -> NDArray[np.uint8]:

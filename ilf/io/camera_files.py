@@ -108,7 +108,7 @@ _LENSES_BY_NUMBER = {
     "cameratype3": "radial division",
 }  # fmt: skip
 """Lens models that are no pinhole, by the numbers that librealsense and DepthAI write."""
-_SHARED = {"camera", "image", "resolution", "size", "imagesize", "imageresolution", ""}
+_SHARED = {"camera", "image", "resolution", "size", "imagesize", "imageresolution", "metadata", ""}
 """Keys, in the same form, whose content belongs to the camera beside them; "" is that of YAML's <<."""
 _ABOUT_IMAGE = "width", "height", "lens", "distortion", "depth_scale"
 _DERIVED = re.compile(r"^p\d*$|proj|rect|^new|^opt|^perframe")
@@ -242,9 +242,12 @@ def _facts(tree: Mapping[str, Any]) -> dict[str, Any]:
     if {"fl_x", "camera_angle_x"} & tree.keys():  # measured from the corner of the top left pixel
         found |= {name: found[name] - 0.5 for name in ("cx", "cy") if isinstance(found.get(name), int | float)}
         found |= {"fy": found["fx"]} if "fx" in found and not {"fy", "angle_y"} & found.keys() else {}
-    if {"cameraFocalLength", "cameraAperture"} <= tree.keys():  # of Isaac Sim, whose pixels are square
-        aperture, focal = (_numbers(tree["cameraAperture"]) or [0.0])[0], tree["cameraFocalLength"]
-        found["angle_x"] = 2 * math.atan2(aperture, 2 * focal) if isinstance(focal, int | float) else 0.0
+    for name, width in (("cameraFocalLength", "cameraAperture"), ("focal_length", "sensor_width")):
+        is_opengl = found.get("K", [0.0])[-1] < 0  # of Kubric, in shares of the image
+        if {name, width} <= tree.keys() and (is_opengl or name == "cameraFocalLength"):  # and Isaac Sim: square pixels
+            aperture, focal = (_numbers([tree[width]]) or [0.0])[0], tree[name]
+            found["angle_x"] = 2 * math.atan2(aperture, 2 * focal) if isinstance(focal, int | float) else 0.0
+            found.pop("K", None)
     return found
 
 

@@ -75,8 +75,8 @@ def read_depth_values(path: FileSource, channels: str = "", dataset: str | None 
         grabbers (.pclzf), or a phone's photo with depth (.heic). One channel may be an axis of its own, (H, W, 1) or
         (1, H, W).
     channels : str
-        The three channels of an 8-bit image that contain a value, from its lowest bits to its highest, as in "rgb"; ""
-        for depth in one channel.
+        The channels of an 8-bit image that contain a value, from its lowest bits to its highest, as in "rgb"; "" for
+        depth in one channel.
     dataset : str, optional
         Name of the dataset of an HDF5 file with several, such as "/left/depth".
 
@@ -106,18 +106,18 @@ def read_depth_values(path: FileSource, channels: str = "", dataset: str | None 
 
 
 def _joined_channels(file: FileContent, channels: str) -> NDArray[np.uint32]:
-    """Values of 24 bits, (H, W), from the channels of an 8-bit image; its opacity is ignored."""
+    """Values of 24 or 32 bits, (H, W), from the channels of an 8-bit image; others are ignored."""
     if file.data[:2].tobytes() == b"\xff\xd8":
         raise FormatError(f"{file}: JPEG compression has changed the bits of its values. Export depth as PNG.")
     image = read_image(file)
-    if image.dtype != np.uint8 or image.ndim != 3 or image.shape[2] < 3:
+    if image.dtype != np.uint8 or image.ndim != 3 or image.shape[2] < len(channels):
         raise FormatError(
-            f"{file}: depth in three channels of 8 bits was expected, but its pixels are {image.dtype} of shape "
-            f"{image.shape[2:] or 1}. Give the encoding of this file, or export it without conversion."
+            f"{file}: depth in {len(channels)} channels of 8 bits was expected, but its pixels are {image.dtype} of "
+            f"shape {image.shape[2:] or 1}. Give the encoding of this file, or export it without conversion."
         )
     values = np.zeros(image.shape[:2], np.uint32)
     for at, channel in enumerate(channels):
-        values |= image[..., "bgr".index(channel)].astype(np.uint32) << np.uint32(8 * at)  # the decoder's order
+        values |= image[..., "bgra".index(channel)].astype(np.uint32) << np.uint32(8 * at)  # the decoder's order
     return values
 
 
@@ -145,7 +145,8 @@ def checked_depth_values(values: NDArray[Any], path: object) -> NDArray[Any]:
 def eight_bit_error(path: object, channels: int = 1) -> FormatError:
     """The error to raise for an image of 8 bits in place of depth."""
     what = "an 8-bit image" if channels == 1 else f"an 8-bit image, {channels} channels"
-    simulated = " If a simulator put the bits of depth into them, give rgb24:METRES as encoding (CARLA: rgb24:1000)."
+    bits = "rgb24:METRES as encoding (CARLA: rgb24:1000)" if channels == 3 else "float32 as encoding (TartanAir V2)"
+    simulated = f" If a simulator put the bits of depth into them, give {bits}."
     return FormatError(
         f"{path}: this is {what}, not depth: export the raw 16-bit or float depth with one channel. If it is the "
         f"colour image, the two were swapped.{simulated if channels > 2 else ''}"

@@ -29,6 +29,7 @@ from .encodings import (
     packed_channels,
 )
 from .float_images import COLMAP_SUFFIX, KINECT_V2_SUFFIXES, is_kinect_v2
+from .heic import HEIC_SUFFIXES
 from .other_values import disparity_name, distance_doubt, normalised_doubt, other_way_round
 
 # Signs that a depth file has another unit than assumed, or is not depth: names, sizes, steps and slopes.
@@ -45,11 +46,17 @@ _STREET_MEDIAN, _STREET_FAR, _LIDAR_FAR = 5.0, 30.0, 20.0
 _LIDAR_SHARE = 0.35
 """Maximum share of known pixels in depth of KITTI's lidar."""
 
+_TASKONOMY_NAME = re.compile(r"_domain_depth(_zbuffer)?\.png")
+"""Depth of Taskonomy and 2D-3D-S, in 512 units per metre (github.com/alexsax/2D-3D-Semantics)."""
+
 _NEAR_FOLDERS = 4
 """Number of components at the end of a path, including the file name, that may identify a data set."""
 
 _MIN_PIXELS_OF_VALUE = 20
 """Minimum number of pixels of a value, so that it is not noise."""
+
+_LIKELY_SHARE = 0.99
+"""Minimum share of pixels that must be depth for an encoding to be likely."""
 
 _FEWEST_GAPS = 20
 _DISPARITY_STEPS = 270.0, 700.0
@@ -263,7 +270,7 @@ def plausibility_warnings_of(
         return (PlausibilityWarning(text),)
     found = []
     if is_plain and values.dtype == np.uint16:
-        found += [doubt for doubt in (_other_storage(values, metres, encoding.invalid),) if doubt]
+        found += [doubt for doubt in (_other_storage(values, metres, encoding, path),) if doubt]
     storage = next((ENCODINGS[doubt.encoding] for doubt in found if doubt.encoding), encoding)
     if encoding.invalid is None and storage.name not in KINECT_DISPARITY:  # which decode their own invalid value
         found += [doubt for doubt in (marker_doubt(values, metres),) if doubt]
@@ -287,9 +294,9 @@ def _scale(
         sign = f"The name {named} says that values are no depth" if named else sign
         return PlausibilityWarning(
             f"{sign}, and their median would be {median:.2f} m: they {'may be' if is_usual else 'are most likely'} "
-            "disparity or inverse depth. "
-            "Give disparity:FB (focal length [px] times baseline [m]; disparity:1 for inverse depth) if they are, or m "
-            "or mm if they are depth."
+            "disparity or inverse depth. Give disparity:FB (focal length [px] times baseline [m]; disparity:1 for "
+            "inverse depth; disparity:FB,DOFFS with the doffs of Middlebury's calib.txt) if they are, or m or mm if "
+            "they are depth."
         )
     if encoding.units == ENCODINGS["mm"].units and _are_8_bits(values):
         return PlausibilityWarning(
@@ -309,7 +316,16 @@ def _scale(
             f"a median of {np.nanmedian(metres):.2f} m, in millimetres, may be wrong; in centimetres it would be "
             f"{10 * np.nanmedian(metres):.2f} m. Give the depth encoding by name (mm, cm)."
         )
+    if unusual and values.dtype == np.uint16 and (halves := _median_of_halves(values)):
+        unusual += f" If the values are bits of half-precision floats (as of CO3D), float16 gives {halves:.2f} m."
     return PlausibilityWarning(unusual, is_scale=True) if unusual else None
+
+
+def _median_of_halves(values: NDArray[np.uint16]) -> float | None:
+    """The median of the depth [m] whose half-precision bits 16-bit integers may be; None if some would be absurd."""
+    metres = ENCODINGS["float16"].metres(values[values > 0])
+    low, high = MEDIAN_DEPTH_RANGE
+    return float(np.median(metres)) if bool(((metres >= low) & (metres <= high)).mean() > _LIKELY_SHARE) else None
 
 
 def _too_near_for_tum(values: NDArray[Any], metres: NDArray[np.float32], units: float) -> tuple[str, str] | None:
@@ -372,9 +388,12 @@ def _fills_holes(far: float, mark: Any, is_mark: NDArray[np.bool_], others: NDAr
 
 
 def _other_storage(
-    values: NDArray[np.uint16], metres: NDArray[np.float32], invalid: float | None
+    values: NDArray[np.uint16], metres: NDArray[np.float32], encoding: DepthEncoding, path: Path | None
 ) -> PlausibilityWarning | None:
-    """Check for rotated bits, swapped bytes, or disparity instead of depth."""
+    """Check for rotated bits, swapped bytes, or disparity instead of depth, and for a name that states units."""
+    invalid = encoding.invalid
+    if path is not None and _TASKONOMY_NAME.search(path.name) and encoding.units == ENCODINGS["mm"].units:
+        return _doubt("The file name is one of Taskonomy or 2D-3D-S", "taskonomy", values, metres, invalid)
     counts = _counts(values, invalid)
     levels, pixels = np.flatnonzero(counts).astype(np.uint16), counts[counts > 0]
     if pixels.sum() < _FEWEST_PIXELS or levels.size < _FEWEST_VALUES:
@@ -436,6 +455,14 @@ _SCENE = PlausibilityWarning(
 )
 
 
+_RELATIVE = PlausibilityWarning(
+    "This photo states that its depth is relative (as of phones with two lenses): its parts compare, but it may be "
+    "metres by name only. Do not measure in it, or give m as the encoding."
+)
+_SAYS_RELATIVE = re.compile(rb"depthData:Accuracy(>|=[\"'])\s*relative")
+"""What Apple's photos say, see AVDepthData.Accuracy.relative."""
+
+
 @dataclass(frozen=True, eq=False)
 class DepthReading:
     """Depth read from a file, with its encoding and plausibility warnings.
@@ -455,6 +482,8 @@ class DepthReading:
         Note on depth left out because it is beyond the range of sensors; "" for none.
     path : Path
         Path of the file.
+    is_relative : bool
+        Whether it is a photo that says that its depth is not absolute.
     """
 
     values: NDArray[Any]
@@ -464,11 +493,14 @@ class DepthReading:
     is_named: bool
     left_out: str
     path: Path
+    is_relative: bool = False
 
     @cached_property
     def plausibility_warnings(self) -> tuple[PlausibilityWarning, ...]:
         """Plausibility warnings about the encoding."""
         found = plausibility_warnings_of(self.values, self.metres, self.encoding, self.is_named, self.path)
+        if self.is_relative and not self.is_named:
+            return _RELATIVE, *found
         return (_SCENE, *found) if self.is_assumed and self.path.suffix.lower() == COLMAP_SUFFIX else found
 
     @property
@@ -523,7 +555,9 @@ def read_depth(
     if stated is None and file.path.suffix.lower() in KINECT_V2_SUFFIXES and is_kinect_v2(file):
         stated = ENCODINGS["mm"].units
     values = read_depth_values(file, packed_channels(stated if given is None else given), dataset)
-    return interpret_depth(values, Path(with_dataset(file.path, dataset)), given, stated, invalid)
+    read = interpret_depth(values, Path(with_dataset(file.path, dataset)), given, stated, invalid)
+    is_photo = file.path.suffix.lower() in HEIC_SUFFIXES
+    return replace(read, is_relative=is_photo and _SAYS_RELATIVE.search(file.data.tobytes()) is not None)
 
 
 def interpret_depth(
@@ -543,9 +577,20 @@ def interpret_depth(
             f"{path}: its values are whole numbers from 0 to 255, as of an 8-bit image that was stored as float: give "
             "raw depth, or the encoding or units of these values."
         )
+    if values.dtype.kind in "if" and _are_negative(values):
+        raise FormatError(
+            f"{path}: all values are negative, as where a camera looks along -z (Isaac Gym): store them with the other "
+            "sign."
+        )
     with told_as(FormatError, f"{path}: {{error}}", FormatError):
         metres, left_out = decoded(values, encoding)
     return DepthReading(values, metres, encoding, spec is None, is_name(spec), left_out, path)
+
+
+def _are_negative(values: NDArray[Any]) -> bool:
+    """Whether all that is finite, and there is some, is negative but for zeros."""
+    seen = values[np.isfinite(values) & (values != 0)]
+    return bool(seen.size and seen.max() < 0)
 
 
 def _are_8_bits(values: NDArray[Any]) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
@@ -20,8 +21,8 @@ from .depth import UINT16_MAX, checked_units, depth_in_metres
 
 _FARTHEST_KINECT = 10.0
 _BOP, _DISPARITY, _RAY, _ZBUFFER, _SHARE = "bop", "disparity", "ray", "zbuffer", "m/FAR"
-_PACKED = {"rgb24": "rgb", "bgr24": "bgr"}
-"""Name of an encoding in three channels of 8 bits -> the channels, from the lowest bits of a value to the highest."""
+_PACKED = {"rgb24": "rgb", "bgr24": "bgr", "float32": "bgra"}
+"""Name of an encoding in several channels of 8 bits -> the channels, from the lowest bits of a value to the highest."""
 
 _LARGEST_PACKED = 2**24 - 1
 
@@ -49,7 +50,7 @@ class DepthEncoding:
     farthest : float
         Depth [m] beyond which values count as missing: the sensor's range, or a renderer's far plane.
     channels : str
-        The three channels that contain a value, from its lowest bits to its highest; "" for one channel.
+        The channels that contain a value, from its lowest bits to its highest; "" for one channel.
     invalid : float or None
         The file's value that marks missing depth, besides zero, negative and non-finite values.
     """
@@ -109,6 +110,11 @@ def _of_half_floats(values: NDArray[Any]) -> NDArray[np.float16]:
     return np.ascontiguousarray(_of_16_bits(values)).view(np.float16)
 
 
+def _of_floats(values: NDArray[Any]) -> NDArray[np.float32]:
+    """Depth [m] in single precision, whose bits are those of four channels."""
+    return np.ascontiguousarray(values, np.uint32).view(np.float32)
+
+
 def _of_kinect(values: NDArray[Any]) -> NDArray[np.float64]:
     """Depth [m] from raw disparity of a Kinect v1, with the constants of NYU Depth V2's toolbox."""
     return np.asarray(351.3 / (1092.5 - _of_16_bits(values).astype(np.float64)))
@@ -124,9 +130,10 @@ def _of_16_bits(values: NDArray[Any]) -> NDArray[np.uint16]:
     return values
 
 
-def _of_stereo(focal_baseline: float, values: NDArray[Any]) -> NDArray[np.float64]:
-    """Depth [m] from the disparity of a rectified stereo pair."""
-    return np.asarray(focal_baseline / values.astype(np.float64))
+def _of_stereo(focal_baseline: float, offset: float, values: NDArray[Any]) -> NDArray[np.float64]:
+    """Depth [m] from the disparity of a rectified stereo pair, whose principal points are `offset` apart."""
+    disparity = values.astype(np.float64)
+    return np.asarray(focal_baseline / np.where(disparity > 0, disparity + offset, np.nan))
 
 
 def _of_zbuffer(near: float, far: float, is_reversed: bool, values: NDArray[Any]) -> NDArray[np.float64]:
@@ -173,6 +180,7 @@ _UNITS: dict[str, tuple[float, str]] = {
     "matterport": (4000.0, "4000 per metre (Matterport3D)"),
     "replica": (6553.5, "6553.5 per metre (Replica)"),
     "kitti": (256.0, "256 per metre (KITTI)"),
+    "taskonomy": (512.0, "512 per metre (Taskonomy, 2D-3D-S)"),
 }
 """Name -> file units per metre, and description."""
 
@@ -183,13 +191,20 @@ _DECODED: dict[str, tuple[float, Callable[[NDArray[Any]], NDArray[Any]], str]] =
     "mm-swapped": (1000.0, _swapped, "millimetres with swapped bytes"),
     "depth16": (1000.0, _without_confidence, "millimetres below three bits of confidence (Android's DEPTH16)"),
     "float16": (1.0, _of_half_floats, "metres, the bits of half-precision floats in 16-bit integers (CO3D)"),
+    "float32": (1.0, _of_floats, "metres, the bits of floats in four channels, lowest in blue (TartanAir V2)"),
 }
 """Name -> units per metre of the decoded values, what decodes them, and description."""
 
 ENCODINGS: dict[str, DepthEncoding] = {
     **{name: DepthEncoding(None, units) for name, (units, _) in _UNITS.items()},
     **{
-        name: DepthEncoding(name, units, decode, _FARTHEST_KINECT if name in KINECT_DISPARITY else FARTHEST_DEPTH)
+        name: DepthEncoding(
+            name,
+            units,
+            decode,
+            _FARTHEST_KINECT if name in KINECT_DISPARITY else FARTHEST_DEPTH,
+            _PACKED.get(name, ""),
+        )
         for name, (units, decode, _) in _DECODED.items()
     },
 }
@@ -205,6 +220,7 @@ def encoding_of(spec: EncodingSpec, depth: Path | None = None) -> DepthEncoding:
         A name of `ENCODINGS`; a number of file units per metre, also as text; "bop:SCALE" for millimetres = value times
         SCALE; "bop", which reads the scale from the scene's scene_camera.json; "disparity:FB" for metres = FB / value,
         where FB is focal length [px] times baseline [m], times 256 if the file contains disparity times 256;
+        "disparity:FB,OFFSET" for metres = FB / (value + OFFSET);
         "ray:UNITS,FX,FY,CX,CY", optionally followed by ",WIDTH,HEIGHT", for distances along the rays of a camera;
         "zbuffer:NEAR,FAR", optionally followed by ",reversed", for a z-buffer of OpenGL or Direct3D, as floats or
         16-bit integers; "m/FAR" for shares of a depth, likewise; "rgb24:METRES" or "bgr24:METRES" for such shares in
@@ -259,8 +275,11 @@ def _by_scale(text: str) -> DepthEncoding:
 
 
 def _by_disparity(text: str) -> DepthEncoding:
-    product = checked_units(float(text))
-    return DepthEncoding(f"{_DISPARITY}:{product!r}", 1.0, partial(_of_stereo, product))
+    product, *offset = (float(number) for number in text.split(","))
+    if len(offset) > 1 or not all(map(math.isfinite, offset)):
+        raise ValueError
+    name = ",".join(repr(number) for number in (checked_units(product), *offset))
+    return DepthEncoding(f"{_DISPARITY}:{name}", 1.0, partial(_of_stereo, product, sum(offset)))
 
 
 def _between_planes(text: str) -> DepthEncoding:
@@ -333,7 +352,11 @@ def _camera(numbers: Sequence[float]) -> Camera:
 
 _WITH_NUMBERS: dict[str, tuple[Callable[[str], DepthEncoding], str]] = {
     _BOP: (_by_scale, "by the depth_scale in scene_camera.json (BOP)"),
-    _DISPARITY: (_by_disparity, "disparity:FB, disparity of a stereo pair, with focal length x baseline FB"),
+    _DISPARITY: (
+        _by_disparity,
+        "disparity:FB[,OFFSET], disparity of a stereo pair, with focal length x baseline FB, and OFFSET added to it "
+        "(Middlebury's doffs)",
+    ),
     _RAY: (_along_rays, "ray:UNITS,FX,FY,CX,CY, distance along the rays of a camera, UNITS per metre"),
     _ZBUFFER: (
         _between_planes,
@@ -360,7 +383,7 @@ def needs_scene(spec: EncodingSpec) -> bool:
 
 
 def packed_channels(spec: EncodingSpec | None) -> str:
-    """The three channels in which an encoding has its values, see `DepthEncoding.channels`; "" for one channel. Raises
+    """The channels in which an encoding has its values, see `DepthEncoding.channels`; "" for one channel. Raises
     ParameterError if these have no number."""
     return encoding_of(spec).channels if isinstance(spec, str) and _kind(spec) in _PACKED else ""
 

@@ -20,7 +20,7 @@ from .._runtime.files import MAX_FILE_BYTES, FileContent, read_file, zip_member
 from .._runtime.installation import optional
 from .._runtime.memory import check_memory
 from ..errors import FormatError, InputError, told_as
-from .kinds import kind_of_file, wrong_kind
+from .kinds import RAW_NUMBERS, kind_of_file, wrong_kind
 
 _MEMORY = 2**31
 """Limit of the memory of a child that reads a file [bytes]."""
@@ -43,11 +43,17 @@ def read_npy(file: FileContent) -> NDArray[Any]:
         values = np.asarray(np.lib.format.read_array(io.BytesIO(file.data.data), allow_pickle=False), order="C")
     if values.ndim >= 2:
         check_memory(file, values.shape[1], values.shape[0])
-    return values
+    return values.astype(values.dtype.newbyteorder("="), copy=False)
+
+
+def is_other_name(name: str) -> bool:
+    """Whether the name of an array says that it is no depth, but distance along rays or disparity."""
+    return "distance" in name.lower() or "disp" in name.lower()
 
 
 def read_npz(file: FileContent, names: tuple[str, ...]) -> NDArray[Any]:
-    """Read an array of an NPZ file: its only one, or the first of these names that exists.
+    """Read an array of an NPZ file: its only one, unless its name says something else, or the first of these names that
+    exists.
 
     Raises
     ------
@@ -61,7 +67,8 @@ def read_npz(file: FileContent, names: tuple[str, ...]) -> NDArray[Any]:
             members = {entry.filename.removesuffix(".npy"): entry for entry in archive.infolist()}
             name = next((name for name in names if name in members), None)
             if name is None and len(members) == 1:
-                name = next(iter(members))
+                only = next(iter(members))
+                name = None if is_other_name(only) and "disparity" not in names else only
             if name is None:
                 raise FormatError(
                     f"{file} has {len(members)} arrays ({', '.join(sorted(members))!s:.80}), but none is named "
@@ -220,7 +227,7 @@ def read_colmap(file: FileContent) -> NDArray[np.float32]:
     if header is None and kind_of_file(file, file.data) is None:
         raise FormatError(
             f"{file} is neither a depth map of COLMAP, which begins with width&height&1&, nor 512 x 424 float32 of a "
-            "Kinect v2. Save other numbers as NPY: numpy.save(NEW, numpy.fromfile(FILE, TYPE).reshape(HEIGHT, WIDTH))."
+            f"Kinect v2. Save other numbers as NPY: {RAW_NUMBERS}."
         )
     if header is None:
         raise wrong_kind(file, file.data, "a depth map of COLMAP, which begins with width&height&1&")
@@ -275,7 +282,8 @@ def read_viewer_raw(file: FileContent) -> NDArray[np.uint16]:
     except InputError as error:
         raise FormatError(
             f"{file} has no header: its {file.data.size} bytes are not 512 x 424 float32 of a Kinect v2, and the table "
-            f"of the RealSense Viewer, {beside.name}, is missing. Put it there, or save depth as PNG, NPY or TIFF."
+            f"of the RealSense Viewer, {beside.name}, is missing. Put it there, or save the numbers as NPY: "
+            f"{RAW_NUMBERS}."
         ) from error
     stated = table_of_names(table.data.tobytes().decode("utf-8-sig", "replace"))
     with told_as(

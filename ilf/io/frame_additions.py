@@ -410,8 +410,22 @@ def low_confidence(
 _ARKIT_HIGH = 2
 
 
-def confidence_doubt(confidence: NDArray[Any], least: float) -> str:
-    """Describe why a minimum confidence is likely of another scale than the map; "" if it is not."""
+_FEWEST_MISSING = 100
+"""Minimum number of pixels without depth that tell the direction of a confidence map."""
+
+
+def confidence_doubt(confidence: NDArray[Any], least: float, depth: NDArray[np.floating]) -> str:
+    """Describe why a minimum confidence is likely of another scale than the map of depth, or why larger values seem to
+    be less sure, as ZED's are (github.com/leggedrobotics/grand_tour_dataset/issues/24); "" if all is well."""
+    known = np.isfinite(depth)
+    if known.any() and np.count_nonzero(~known) >= _FEWEST_MISSING:
+        where_known, where_missing = (float(np.nanmedian(confidence[where])) for where in (known, ~known))
+        if where_missing > where_known:
+            return (
+                f"Confidence is mostly {where_missing:g} where depth is missing, and {where_known:g} where it is "
+                "known: larger values seem to be less sure (as of ZED), but depth of lower ones is left out. Store the "
+                "map with the other order."
+            )
     largest = float(np.nanmax(confidence))
     is_highest_alone = not np.any((confidence >= least) & (confidence < largest))
     if largest <= _ARKIT_HIGH or least > _ARKIT_HIGH or is_highest_alone:

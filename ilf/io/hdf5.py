@@ -19,6 +19,7 @@ from .._runtime.files import FileContent
 from .._runtime.installation import optional
 from .._runtime.memory import check_memory
 from ..errors import FormatError
+from .float_images import is_other_name
 from .kinds import kind_of_file, start_of, wrong_kind
 
 HDF5_SUFFIXES = ".hdf5", ".h5", ".mat"
@@ -152,7 +153,7 @@ def read_hdf5(file: FileContent, name: str | None = None) -> NDArray[Any]:
     file : FileContent
     name : str, optional
         Name of the dataset, including its groups. None: dataset, depth or depths, or else the only one that can be
-        depth, see `images`.
+        depth, see `images`, unless its name says distance (as BlenderProc has it) or disparity.
 
     Raises
     ------
@@ -171,7 +172,7 @@ def _depth(file: FileContent, name: str | None) -> NDArray[Any]:
         found = _first(opened, [name] if name else _DEPTHS, str(file))
         if found is None:
             known = images(opened)
-            if name or len(known) != 1:
+            if name or len(known) != 1 or is_other_name(next(iter(known))):
                 raise _not_found(file, name, known)
             found = _first(opened, known, str(file))
         check_memory(file, math.prod(found.shape[1:]), found.shape[0])
@@ -188,6 +189,8 @@ def _first(opened: Any, names: Iterable[str], file: str) -> Any:
 def _not_found(file: FileContent, name: str | None, known: dict[str, tuple[int, ...]]) -> FormatError:
     """The error for a file without depth, or without the dataset of a name, that has these images."""
     missing = f"{file} has no image {name}" if name else f"{file} has {len(known) or 'no'} datasets that can be depth"
+    if len(known) == 1 and not name:
+        missing = f"{file} has no depth, by the name of its dataset"
     if not known:
         return FormatError(f"{missing}: none has two axes and numbers of 16 bits or more. Save its depth as such.")
     shapes = {one: shape[::-1] if is_of_matlab(file) else shape for one, shape in known.items()}

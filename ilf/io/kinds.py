@@ -24,6 +24,9 @@ _UNPACK = "Unpack it, and give the files in it."
 _HEIC = "an HEIC photo"
 _PAGE = "It is often the error page of a download: then download the file again."
 
+RAW_NUMBERS = "numpy.save(NEW, numpy.fromfile(FILE, TYPE).reshape(HEIGHT, WIDTH))"
+"""How numbers without a header become NPY; `offset=` leaves out a header."""
+
 _BY_START: tuple[tuple[bytes, str, str], ...] = (
     (rb"version https://git-lfs", "a Git LFS pointer", "Fetch the file itself: git lfs pull."),
     (rb"(?i)\s*<(!doctype html|html|!--|head|body)", "an HTML page", _PAGE),
@@ -136,7 +139,8 @@ def wrong_kind(file: FileSource, data: bytes | NDArray[np.uint8], wanted: str) -
     """The error for a file that is not `wanted`, naming its kind."""
     found = kind_of_file(file, data)
     if found is None:
-        return FormatError(f"{file} is not {wanted}: its content is of an unknown kind. Copy or export it again.")
+        told = f"{file} is not {wanted}: its content is of an unknown kind. Copy or export it again"
+        return FormatError(f"{told}, or, if it has numbers alone (ETH3D), save these as NPY: {RAW_NUMBERS}.")
     kind, remedy = found
     if remedy.startswith("Rename"):
         if (name := _NAME.search(kind)) and name[0] in wanted:

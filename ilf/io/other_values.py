@@ -42,6 +42,9 @@ _DISTANCE = re.compile(
     r"(?:^|[^a-z])(distances?|ranges?|euclidean|radial|rays?|raydepth|raylength|depth_?perspective)(?:[^a-z]|$)"
 )
 _DISPARITY = re.compile(r"(?:^|[^a-z])(disp|disparity|disparities|inv_?depth|inverse_?depth)(?:[^a-z]|$)")
+_ALICEVISION = re.compile(r"\d+_depthmap(_filtered)?")
+"""Depth maps of AliceVision and Meshroom, which measure along the rays: MultiViewParams::backproject."""
+
 _RECORDINGS = "", ".bag", ".mcap", ".db3", ".mkv", ".r3d"
 _NAMES_OF_RAYS = "distance_to_camera", "depthperspective", "depth_perspective"
 _NO_DISTANCE = re.compile(r"plane|planar|perpendicular|orthogonal|z_?depth")
@@ -148,7 +151,7 @@ def distance_doubt(path: Path) -> str:
     if path.suffix.lower() in _RECORDINGS and split_dataset(str(path))[1] is None:
         return ""
     for name in (path.stem.lower(), path.parent.name.lower()):
-        found = _DISTANCE.search(name)
+        found = _DISTANCE.search(name) or (path.suffix.lower() == ".exr" and _ALICEVISION.fullmatch(name))
         if found and not _NO_DISTANCE.search(name) and (name != path.parent.name.lower() or _is_only(name)):
             return (
                 f"The name {name} says that values are distances along the rays of the camera, which exceed depth "

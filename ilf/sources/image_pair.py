@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from .._runtime.files import FileContent, read_file
 from .._runtime.formatting import size_text
-from ..data.camera import Camera, Cameras, camera_doubt
+from ..data.camera import Camera, Cameras, camera_doubt, fitted
 from ..data.frame import FrameInputs, InputFile, RGBDFrame
 from ..errors import FormatError, InputError
 from ..io.cameras import depth_place, frame_camera, lens_from
@@ -147,6 +147,9 @@ def _cameras(
         return Cameras.registered(camera), (*notes, *doubts), notes if camera is None else doubts
     camera, notes = frame_camera(options.intrinsics, shape)
     depth_camera, depth_notes = frame_camera(options.depth_intrinsics, depth_shape)
+    of_colour, of_depth = (np.asarray(one, object) for one in (options.intrinsics, options.depth_intrinsics))
+    if camera is not None and np.array_equal(of_colour, of_depth):  # one camera, that of colour, as of a phone
+        depth_camera, depth_notes = fitted(replace(camera, size=(shape[1], shape[0])), depth_shape), ()
     if depth_camera is None or (camera is None and notes):
         raise InputError((depth_notes if depth_camera is None else notes)[0])
     doubt = camera_doubt(depth_camera, depth_shape)

@@ -25,6 +25,9 @@ from .pairing import Pairs, natural
 from .reading_options import AS_STATED, ReadingOptions
 from .trajectories import Trajectory, as_camera_to_world, image_name, read_trajectory
 
+_BOP_SCALE = 0.01, 20.0
+"""Range of the depth_scale [mm] of BOP's data sets."""
+
 _LEVELS_ABOVE = 3
 """Number of folders above the opened one in which a layout's other files are looked for."""
 
@@ -150,10 +153,14 @@ class LayoutFrames:
             self._camera(text, frame) if stated is None else stated
             for text, stated in ((layout.K, given.intrinsics), (layout.depth_K, given.depth_intrinsics))
         )
+        is_one = layout.depth_K and layout.depth_K == layout.K  # camera, whose images differ in size
+        if is_one and given.depth_intrinsics is None:
+            depth_camera = camera
         units, encoding = self._units(frame), layout.encoding
         scale = camera.get("depth_scale") if isinstance(camera, Mapping) and frame.depth.endswith(".png") else None
         if units is None and isinstance(scale, int | float) and scale > 0:
-            units = max(scale, 1 / scale)  # librealsense states metres per unit, Open3D the reverse
+            # BOP states millimetres per unit, librealsense metres per unit, Open3D the reverse
+            units = 1000 / scale if _BOP_SCALE[0] <= scale <= _BOP_SCALE[1] else max(scale, 1 / scale)
         if layout.distance == "ray":
             ray_camera = depth_camera if camera is None or depth_camera is not None else camera
             units, encoding = None, _ray(ray_camera, units or 1.0)

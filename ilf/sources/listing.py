@@ -167,7 +167,7 @@ def _of_folder(root: Path, given: ReadingOptions, max_gap: float) -> Listing:
         return Listing(tuple(sources), notes, times, layout="lists of files by time, as in the TUM benchmark")
     if CAMERA_FILE in files:
         return _of_scenes(root, [root], given)
-    if is_sun(files, inside):
+    if is_sun(files, inside) and len(folders.content("image")[0]) == 1:  # SUN3D has sequences of such names
         return Listing((sun_frame(root, given),), layout="frames of SUN RGB-D")
     if found := _by_layout(folders, given, fitting(folders, all_layouts(), [""])):
         return found

@@ -152,14 +152,15 @@ def _parts(name: str) -> tuple[str, str]:
 
 _TIME = re.compile(
     r"(?:[A-Za-z]+[-_])?(\d{1,10}\.\d{3,}|\d{9,10}[-_](?:\d{6}|\d{9})|\d{13}|\d{16}|\d{19})(?:[-_.][A-Za-z]+)?"
-    r"|(\d{1,10}\.\d{2})"
+    r"|(\d{1,10}\.\d{2})|\d{7}-(\d{12})"
 )
-_UNITS = {13: 1e-3, 16: 1e-6, 19: 1e-9}
+_UNITS = {12: 1e-6, 13: 1e-3, 16: 1e-6, 19: 1e-9}
 
 
 def time_of(name: str) -> float | None:
     """The time [s] in a file name, also beside a word: seconds with a fraction, or, since 1970, milli-, micro- or
-    nanoseconds; - and _ count as the point of seconds since 1970. None if the name is not a time.
+    nanoseconds; - and _ count as the point of seconds since 1970; and microseconds behind the number of a frame, as in
+    SUN3D and Redwood's scans. None if the name is not a time.
 
     Examples
     --------
@@ -167,11 +168,13 @@ def time_of(name: str) -> float | None:
     (1305031102.175304, 1305031102.175, None)
     >>> time_of("1305031102_175304.png"), time_of("12.033.png")
     (1305031102.175304, 12.033)
+    >>> time_of("0000002-000000033369.jpg")
+    0.033369
     """
     found = _TIME.fullmatch(os.path.splitext(os.path.basename(name))[0])
     if found is None:
         return None
-    time = re.sub("[-_]", ".", found[1] or found[2])
+    time = re.sub("[-_]", ".", found[1] or found[2] or found[3])
     return float(time) if "." in time else int(time) * _UNITS[len(time)]
 
 

@@ -268,7 +268,7 @@ def _with_min_confidence(
         values = confidence if isinstance(confidence, np.ndarray) else read_confidence(confidence, frame.shape)
         values = undistorted(values, frame, of_depth=True)
         low, note = low_confidence(values, min_value, frame.depth)
-        doubt = confidence_doubt(values, min_value)
+        doubt = confidence_doubt(values, min_value, frame.depth)
     if doubt:
         report(doubt)
         frame = replace(frame, plausibility_warnings=(*frame.plausibility_warnings, doubt))

@@ -233,9 +233,11 @@ class RosBag(Recording):
         try:
             self._reader.open()
         except highlevel.AnyReaderError as error:
-            if "not indexed" not in str(error):
-                raise
             told = f"{path} is not indexed: it was not closed properly. Run: rosbag reindex {path}"
+            if "Profile" in str(error):
+                told = f"{path} has no messages of ROS 2 (but JSON or protobuf, as Foxglove's). Record topics of ROS 2."
+            elif "not indexed" not in str(error):
+                raise
             raise FormatError(told) from error
         self._first, self._stamped = cache(self._first_message), cache(self._stamps_of)
         self._pairs, self._known_cameras = cache(self._pairs_of), cache(self._cameras_of)

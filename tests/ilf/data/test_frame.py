@@ -74,7 +74,12 @@ def test_what_are_no_intrinsics_is_refused_at_once(given, message):
 
 @pytest.mark.parametrize(
     ("metres", "units", "meant"),
-    [(2.4, 1000, ""), (12.0, 1000, "with 5000 units per metre it would be 2.40 m"), (0.2, 10_000, "with 1000 units")],
+    [
+        (2.4, 1000, ""),
+        (365.2, 1, "with 1000 units per metre it would be 0.37 m, with 100 3.65 m."),
+        (12.0, 1000, "with 5000 units per metre it would be 2.40 m"),
+        (0.2, 10_000, "with 1000 units"),
+    ],
 )
 def test_unusual_scales_are_doubted_with_the_likely_one(metres, units, meant):
     text = scale_warning(np.full((3, 3), metres, np.float32), units)

@@ -63,6 +63,19 @@ def test_a_map_of_another_scale_is_doubted(levels, least, tmp_path, cli):
     assert not ilf.load_frame(*files, min_confidence=levels.max()).plausibility_warnings
 
 
+@pytest.mark.parametrize("sure", [1, 90])
+def test_a_map_whose_larger_values_are_less_sure_is_doubted(sure, tmp_path, cli):
+    """ZED has 1 for sure depth and 100 for none."""
+    depth = np.full((20, 30), 2000, np.uint16)
+    depth[:, :8] = 0
+    files = save(tmp_path, "depth.png", "confidence.png", np.where(depth > 0, sure, 100 - sure).astype(np.uint8))
+    Image.fromarray(depth).save(files[1])
+    Image.fromarray(np.zeros((20, 30, 3), np.uint8)).save(files[0])
+    found = ilf.load_frame(*files, min_confidence=1, warn=False).plausibility_warnings
+    assert any("less sure" in text for text in found) == (sure == 1)
+    assert ("less sure" in cli("info", *files, "--min-confidence", 1).out) == (sure == 1)
+
+
 @pytest.mark.parametrize("least", [1, 2])
 def test_a_map_of_two_values_is_not_doubted(least, tmp_path):
     files = save(tmp_path, "depth.png", "confidence.png", (255 * (LEVELS > 1)).astype(np.uint8))

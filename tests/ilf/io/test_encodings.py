@@ -85,6 +85,8 @@ SIMULATED = {
     "m/10.00": (np.where(KNOWN, SEEN / FAR, np.nextafter(np.float32(1), 2)).astype(np.float32), "depth.npy", 1e-6),
     "m/10": ((SEEN / FAR).astype(np.float32), "depth.npy", 1e-6),
     "M/10.0": (np.rint(65535 * SEEN / FAR).astype(np.uint16), "depth.png", 1e-4),
+    "disparity:60,12": (np.where(KNOWN, 60 / SEEN - 12, np.inf).astype(np.float32), "depth.npy", 1e-5),
+    "float32": (np.where(KNOWN, SEEN, np.inf).astype("<f4").view(np.uint8).reshape(H, W, 4), "depth.png", 1e-6),
     "rgb24:10": (CHANNELS[..., ::-1], "depth.png", 1e-6),  # red is written last
     "bgr24:10": (np.dstack((CHANNELS, np.full(MM.shape, 255, np.uint8))), "depth.png", 1e-6),
 }
@@ -106,6 +108,37 @@ def test_renderers_depth_is_exact_and_the_far_plane_is_missing(save, spec):
     assert np.array_equal(again.depth, frame.depth, equal_nan=True)
 
 
+@pytest.mark.parametrize(("name", "encoding"), [("a_domain_depth.png", "taskonomy"), ("depth.npy", "sun")])
+def test_units_that_a_name_or_the_bits_say_are_told(save, name, encoding):
+    """Taskonomy has 512 per metre; an array of bytes in the other order is checked like any other."""
+    values = np.rint(MM * 0.512).astype(np.uint16) if encoding == "taskonomy" else STORED["sun"].astype(">u2")
+    files = save(values, name)
+    with pytest.warns(DepthWarning, match=f"most likely {encoding}"):
+        ilf.load_frame(*files)
+    assert np.nanmax(np.abs(ilf.load_frame(*files, encoding=encoding).depth - MM / 1000)) < 0.002
+
+
+@pytest.mark.parametrize(
+    ("stored", "told"),
+    [
+        (STORED["float16"], r"float16 gives 2\.\d\d m"),
+        (4 * MM, r"with 5000 units per metre it would be 1\.85 m.*with 4000 2\.31 m\.$"),
+    ],
+    ids=["half floats", "L515"],
+)
+def test_an_unusual_scale_names_all_that_it_may_be(save, stored, told):
+    with pytest.warns(DepthWarning, match=told):
+        ilf.load_frame(*save(stored))
+
+
+def test_depth_along_the_negative_axis_is_told(save):
+    """As Isaac Gym gives it."""
+    for nothing in (-np.inf, np.inf, 0):
+        values = np.where(KNOWN, MM / -1000, nothing).astype(np.float32)
+        with pytest.raises(FormatError, match=r"negative.*the other sign"):
+            ilf.load_frame(*save(values, "depth.npy"))
+
+
 def test_streets_of_a_renderer_are_not_cut_at_a_sensors_range(save):
     depth = np.geomspace(2, 900, H * W).reshape(H, W)
     frame = ilf.load_frame(*save((depth / 1000).astype(np.float32), "depth.npy"), encoding="m/1000")
@@ -124,7 +157,7 @@ def test_files_that_are_not_of_a_renderers_encoding_are_refused(save, tmp_path):
     in_metres = save((MM / 1000).astype(np.float32), "depth.npy")
     with pytest.raises(FormatError, match=r"applies to 0 to 1.* not to 3\.5"):
         ilf.load_frame(*in_metres, encoding="zbuffer:0.1,10")
-    with pytest.raises(FormatError, match="three channels"):
+    with pytest.raises(FormatError, match="3 channels"):
         ilf.load_frame(*save(MM), encoding="rgb24:1000")
     with pytest.raises(FormatError, match="JPEG"):
         ilf.load_frame(*save(CHANNELS, "depth.jpg"), encoding="rgb24:10")

@@ -127,6 +127,24 @@ def test_colour_beside_depth_is_read_as_blenderproc_writes_it(tmp_path, first):
     assert not any("column" in note for note in frame.notes)
 
 
+@pytest.mark.parametrize(("name", "told"), [("distance", "ray:UNITS,FX,FY,CX,CY"), ("disparity", "disparity:FB")])
+def test_what_is_no_depth_by_its_name_is_read_only_by_it(tmp_path, name, told):
+    """BlenderProc writes distance, by enable_distance_output, instead of depth or beside it; Spring has disparity."""
+    path = tmp_path / "0.hdf5"
+    with h5py.File(path, "w") as file:
+        file["colors"], file[name] = np.full((H, W, 3), 90, np.uint8), NEAR
+    with pytest.raises(FormatError, match=rf"no depth.*0\.hdf5:/{name}"):
+        ilf.load_frame(path, path)
+    with pytest.warns(ilf.errors.DepthWarning, match=told):
+        ilf.load_frame(path, f"{path}:/{name}")
+    np.savez(tmp_path / "0.npz", **{name: NEAR})
+    with pytest.raises(FormatError, match="none is named depth"):
+        ilf.load_frame(path, tmp_path / "0.npz")
+    with h5py.File(path, "a") as file:
+        file["depth"] = FAR
+    assert np.array_equal(ilf.load_frame(path, path).depth, FAR)
+
+
 def test_colour_of_hdf5_that_declares_more_than_memory_is_refused_by_its_header(tmp_path):
     with h5py.File(tmp_path / "0.hdf5", "w") as file:
         file.create_dataset("colors", (3, 100_000, 100_000), np.uint8, chunks=True)

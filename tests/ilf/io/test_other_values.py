@@ -134,8 +134,16 @@ DISTANCES = (
     "ranges/1.npy",
     "DepthPerspective/7.npy",
     "img_depth_perspective_7.npy",
+    "1078543892_depthMap.exr",  # of AliceVision
 )
-DEPTHS = "distance_to_image_plane_0001.npy", "orange.npy", "arrange/1.npy", "range_test/depth.npy", "strange_1.npy"
+DEPTHS = (
+    "distance_to_image_plane_0001.npy",
+    "orange.npy",
+    "arrange/1.npy",
+    "range_test/depth.npy",
+    "strange_1.npy",
+    "7_depthMap.npy",
+)
 
 
 @pytest.mark.parametrize("name", DISTANCES)

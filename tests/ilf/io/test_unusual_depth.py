@@ -208,6 +208,17 @@ def test_depth_of_photos_becomes_metres(photo, metadata):
     assert (frame.depth[0, 0], frame.depth[-1, -1]) == (pytest.approx(first), pytest.approx(last))
 
 
+@pytest.mark.parametrize("accuracy", ["relative", "absolute"])
+def test_photos_whose_depth_is_relative_say_so(photo, accuracy):
+    """Apple's word for depth of two lenses, which is not absolutely accurate; with a laser or TrueDepth it is."""
+    values = np.linspace(0, 255, H * W).astype(np.uint8).reshape(H, W)
+    path = photo(values, {"representation_type": 1, "d_min": 0.5, "d_max": 2.0})
+    path.write_bytes(path.read_bytes() + f"<depthData:Accuracy>{accuracy}</depthData:Accuracy>".encode())
+    found = ilf.load_frame(path, path, warn=False).plausibility_warnings
+    assert any("relative" in text for text in found) == (accuracy == "relative")
+    assert not ilf.load_frame(path, path, encoding="m").plausibility_warnings
+
+
 def test_photos_without_metres_are_refused(photo):
     values = np.zeros((H, W), np.uint8)
     for given, message in (((None,), "has no depth image"), ((values, {}), "does not state how its depth becomes")):

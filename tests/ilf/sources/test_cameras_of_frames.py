@@ -79,7 +79,7 @@ def test_the_camera_of_depth_of_another_size_is_doubted(files, tmp_path):
     (tmp_path / "depth.png").write_bytes(encode_image(".png", MILLIMETRES[::2, ::2]))
     with pytest.warns(DepthWarning, match=f"Depth camera: {CAMERA_DOUBT}.*160 x 120"):
         frame = ilf.load_frame(
-            *files, intrinsics=(131.25, 131.25, 79.5, 59.5), depth_intrinsics=(131.25, 131.25, 79.5, 59.5)
+            *files, intrinsics=(131.25, 131.25, 79.5, 59.5), depth_intrinsics=(130.0, 130.0, 79.5, 59.5)
         )
     assert "Depth camera" in frame.notes[0]
 

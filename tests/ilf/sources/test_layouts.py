@@ -304,6 +304,119 @@ def _tartanair(root: Path) -> None:
         _frame(root / "P000", f"image_left/{number:06d}_left.png", f"depth_left/{number:06d}_left_depth.npy", 1)
 
 
+def _virtual_kitti_1(root: Path) -> None:
+    far = np.where(METRES > 0, METRES, 655.35)
+    for number in range(2):
+        name = f"0001/clone/{number:05d}.png"
+        _frame(root, f"vkitti_1.3.1_rgb/{name}", f"vkitti_1.3.1_depthgt/{name}")
+        _write(root / f"vkitti_1.3.1_depthgt/{name}", np.pad(far, ((0, 0), (0, 95)), constant_values=30), 100)
+        _colour(root / f"vkitti_1.3.1_rgb/{name}", (H, W + 95))
+
+
+def _tartanair_v2(root: Path) -> None:
+    """The four bytes of a float32, as blue, green, red and opacity."""
+    for number in range(2):
+        name = f"{number:06d}_lcam_front"
+        square = np.vstack((METRES, METRES[:16]))
+        _colour(root / f"Data_easy/P000/image_lcam_front/{name}.png", square.shape)
+        path = root / f"Data_easy/P000/depth_lcam_front/{name}_depth.png"
+        path.parent.mkdir(parents=True, exist_ok=True)
+        cv2.imwrite(str(path), square.astype("<f4").view(np.uint8).reshape(*square.shape, 4))
+
+
+def _longer(fx: float, fy: float, cx: float, cy: float) -> np.ndarray:
+    """Lengths of rays to the plane at 1 m."""
+    x, y = (np.arange(W) - cx) / fx, (np.arange(H) - cy) / fy
+    return np.sqrt(1 + x**2 + y[:, None] ** 2).astype(np.float32)
+
+
+def _scenenet(root: Path) -> None:
+    scale = W / 320
+    camera = 277.12813 * scale, 289.70563 * scale, 160.5 * scale - 0.5, 120.5 * scale - 0.5
+    for number in (0, 25):
+        _colour(root / f"0/223/photo/{number}.jpg")
+        _write(root / f"0/223/depth/{number}.png", METRES * _longer(*camera), 1000)
+        _write(root / f"0/223/instance/{number}.png", METRES)
+
+
+def _kubric(root: Path) -> None:
+    """Kubric's file states a camera matrix in shares of the image and OpenGL's axes."""
+    for number in range(2):
+        _colour(root / f"rgba_{number:05d}.png")
+        distance = METRES * _longer(W * 35 / 32, W * 35 / 32, (W - 1) / 2, (H - 1) / 2)
+        _write(root / f"depth_{number:05d}.npy", distance)
+        (root / f"depth_{number:05d}.npy").unlink()
+        cv2.imwrite(str(root / f"depth_{number:05d}.tiff"), distance)
+    matrix = [[35 / 32, 0, -0.5], [0, -35 / 24, -0.5], [0, 0, -1]]
+    camera = {"focal_length": 35.0, "sensor_width": 32.0, "field_of_view": 0.857, "K": matrix, "R": np.eye(4).tolist()}
+    _text(root / "metadata.json", json.dumps({"camera": camera, "metadata": {"width": W, "height": H}}))
+
+
+def _taskonomy(root: Path, folder: str = "depth", end: str = "depth") -> None:
+    for number in range(2):
+        name = f"camera_0d60_conferenceRoom_1_frame_{number}_domain_"
+        _frame(root, f"area_3/data/rgb/{name}rgb.png", f"area_3/data/{folder}/{name}{end}.png", 512)
+        _write(root / f"area_3/data/{folder}/{name}{end}.png", np.where(METRES > 0, METRES, 65535 / 512), 512)
+        pose = {"camera_k_matrix": K.tolist(), "camera_rt_matrix": POSE[:3].tolist(), "field_of_view_rads": 1.0}
+        _text(root / f"area_3/data/pose/{name}pose.json", json.dumps(pose))
+
+
+def _ibims(root: Path) -> None:
+    for name in ("corridor_01", "corridor_02"):
+        _frame(root, f"rgb/{name}.png", f"depth/{name}.png", 65535 / 50)
+        _colour(root / f"mask_invalid/{name}.png")
+        _colour(root / f"mask_transp/{name}.png")
+
+
+def _bop_imagewise(root: Path) -> None:
+    for number in range(2):
+        _frame(root, f"000001_{number:06d}.rgb.jpg", f"000001_{number:06d}.depth.png", 10_000)
+        camera = {"cam_K": K.ravel().tolist(), "depth_scale": 0.1}
+        _text(root / f"000001_{number:06d}.camera.json", json.dumps(camera))
+
+
+def _ho3d(root: Path) -> None:
+    values = np.rint(METRES / 0.00012498664727900177).astype(np.uint16)
+    for number in range(2):
+        _frame(root, f"train/ABF10/rgb/{number:04d}.jpg", f"train/ABF10/depth/{number:04d}.png")
+        channels = np.stack((0 * values, values >> 8, values & 255), axis=-1)  # blue, green, red
+        cv2.imwrite(str(root / f"train/ABF10/depth/{number:04d}.png"), channels.astype(np.uint8))
+        _text(root / f"train/ABF10/meta/{number:04d}.pkl", "a pickle")
+
+
+def _co3d(root: Path) -> None:
+    for number in (1, 2):
+        place = root / "apple/110_13051_23361"
+        _frame(place, f"images/frame{number:06d}.jpg", f"depths/frame{number:06d}.jpg.geometric.png")
+        halves = METRES.astype(np.float16).view(np.uint16)
+        cv2.imwrite(str(place / f"depths/frame{number:06d}.jpg.geometric.png"), halves)
+
+
+def _point_odyssey(root: Path) -> None:
+    for number in range(2):
+        _frame(root, f"ani/rgbs/rgb_{number:05d}.jpg", f"ani/depths/depth_{number:05d}.png", 65.535)
+    np.savez(root / "ani/anno.npz", intrinsics=K)
+
+
+_WIDE = np.array([[120.0, 0, 63.5], [0, 120.0, 47.5], [0, 0, 1]])
+"""The camera of colour of twice the size of depth."""
+
+
+def _record3d_exr(root: Path) -> None:
+    """The camera matrix is column by column, of the images of colour."""
+    for number in range(2):
+        _frame(root, f"EXR_RGBD/rgb/{number}.jpg", f"EXR_RGBD/depth/{number}.exr", 1)
+    camera = {"K": K.T.ravel().tolist(), "w": W, "h": H, "fps": 30}
+    _text(root / "EXR_RGBD/metadata.json", json.dumps(camera))
+
+
+def _scanner_app(root: Path) -> None:
+    for number in range(2):
+        _frame(root, f"frame_{number:05d}.jpg", f"depth_{number:05d}.png")
+        _write(root / f"conf_{number:05d}.png", np.full((H, W), 2))
+        _text(root / f"frame_{number:05d}.json", json.dumps({"intrinsics": K.ravel().tolist(), "frame_index": number}))
+
+
 PUBLISHED: dict[str, tuple[Callable[[Path], None], float | None, bool, bool]] = {
     # writer, focal length in the frame, whether there is ground truth, and whether there are poses
     "kitti-selection": (_kitti_selection, 60.0, True, False),
@@ -336,6 +449,18 @@ PUBLISHED: dict[str, tuple[Callable[[Path], None], float | None, bool, bool]] = 
     "ycb-video": (_ycb_video, None, False, False),
     "virtual-kitti": (_virtual_kitti, 725.0087 * (W + 95) / 1242, False, False),
     "tartanair": (_tartanair, 320 * W / 640, False, False),
+    "tartanair-v2": (_tartanair_v2, 320 * W / 640, False, False),
+    "virtual-kitti-1": (_virtual_kitti_1, 725 * (W + 95) / 1242, False, False),
+    "scenenet-rgbd": (_scenenet, 277.12813 * W / 320, False, False),
+    "kubric": (_kubric, W * 35 / 32, False, False),
+    "taskonomy": (_taskonomy, 60.0, False, False),
+    "taskonomy, z-buffer": (lambda root: _taskonomy(root, "depth_zbuffer", "depth_zbuffer"), 60.0, False, False),
+    "ibims-1": (_ibims, None, False, False),
+    "bop-imagewise": (_bop_imagewise, 60.0, False, False),
+    "ho-3d": (_ho3d, None, False, False),
+    "co3d": (_co3d, None, False, False),
+    "record3d-exr": (_record3d_exr, 60.0, False, False),
+    "3d-scanner-app": (_scanner_app, 60.0, False, False),
 }
 
 
@@ -424,6 +549,32 @@ def test_depth_of_a_phone_is_registered_to_its_larger_colour(tmp_path):
     assert own.layout.startswith("polycam ")
     assert (own[0].shape, own[0].intrinsics.fx) == ((H, W), 60.0)
     assert np.allclose(own.pose(own.keys[1]), _poses(2)[1])
+
+
+@pytest.mark.parametrize("write", [_scanner_app, _record3d_exr, _transforms])
+def test_one_camera_is_that_of_colour_and_of_its_smaller_depth(tmp_path, write):
+    """Phones give depth of the view of colour in fewer pixels, and programs state the camera of colour alone."""
+    write(tmp_path)
+    for path in [*tmp_path.rglob("*.jpg")]:
+        _colour(path, (2 * H, 2 * W))
+    for path in tmp_path.rglob("*.json"):
+        stated = json.loads(path.read_text())
+        wide = {"fl_x": 120.0, "fl_y": 120.0, "cx": 64.0, "cy": 48.0, "w": 2 * W, "h": 2 * H}
+        wide = {"K": _WIDE.T.ravel().tolist(), "w": 2 * W, "h": 2 * H} if "K" in stated else wide
+        path.write_text(json.dumps(stated | ({"intrinsics": _WIDE.tolist()} if "intrinsics" in stated else wide)))
+    source = ilf.open_source(tmp_path)
+    frame = source[0]
+    assert (frame.shape, frame.intrinsics.numbers) == ((2 * H, 2 * W), (120.0, 120.0, 63.5, 47.5))
+    assert np.nanmedian(frame.depth) == pytest.approx(np.median(METRES[METRES > 0]), abs=0.02)
+    assert np.array_equal(ilf.load_frame(**frame.sources).depth, frame.depth, equal_nan=True)
+    given = ilf.open_source(tmp_path, intrinsics=(130.0, 130.0, 63.5, 47.5))[0]
+    assert given.intrinsics.fx == 130
+
+
+def test_shares_of_a_kilometre_have_coarse_steps(tmp_path):
+    _point_odyssey(tmp_path)
+    frame = ilf.open_source(tmp_path)[1]
+    assert np.allclose(frame.depth, np.where(METRES == 0, np.nan, METRES), atol=0.008, equal_nan=True)
 
 
 def test_a_file_named_distance_to_camera_is_along_rays_if_the_camera_is_known(tmp_path):

@@ -540,6 +540,16 @@ def test_messages_that_are_defined_in_another_way(tmp_path):
             ilf.open_source(path)[0]
 
 
+def test_mcap_without_messages_of_ros_is_not_called_damaged(tmp_path):
+    """Its profile is of the header; Foxglove's own schemas have none."""
+    write_aligned(tmp_path, "mcap", frames=1)
+    path = storage_of(tmp_path, "mcap")
+    path.write_bytes(path.read_bytes().replace(b"\4\0\0\0ros2", b"\4\0\0\0json", 1))
+    with pytest.raises(FormatError, match="no messages of ROS 2") as error:
+        ilf.open_source(path)
+    assert "damaged" not in str(error.value)
+
+
 @pytest.mark.parametrize(
     ("ours", "other"), [("name: /camera/color/image_raw", "name:"), ("message_count: 1", "message_count: many")]
 )
