@@ -215,28 +215,6 @@ def test_with_the_preview_off_an_extraction_is_shown_whenever_its_frame_is(opene
     np.testing.assert_array_equal(_picture(opened), expected)
 
 
-def test_the_first_frame_is_extracted_once_for_blocks_and_view(window, qtbot, frame_folder, monkeypatch):
-    may_go_on = threading.Event()
-
-    def after_the_view_has_been_drawn(frame: ilf.RGBDFrame, parameters: ilf.BlockParameters) -> FoundBlocks:
-        assert may_go_on.wait(60)
-        return find(frame, parameters)
-
-    monkeypatch.setattr("gui.project.loading.find", after_the_view_has_been_drawn)
-    monkeypatch.delattr("gui.features.extraction.find")
-    window.views.sheet.set_layout("extraction")
-    window.loader.open(FrameRef(str(frame_folder)))
-    qtbot.waitUntil(lambda: window.workspace.has_current)
-    window.refresh.now()
-    assert window.feature(ExtractionPanel).busy
-    assert _picture(window) is None
-    may_go_on.set()
-    _settle(window, qtbot)
-    document = window.workspace.current
-    np.testing.assert_array_equal(_picture(window), block_overlay(document.frame.rgb, document.labels))
-    assert "failed" not in window.log.text.toPlainText()
-
-
 def test_the_view_says_that_the_first_extraction_failed(window, qtbot, frame_folder, monkeypatch):
     def fail(frame: ilf.RGBDFrame, parameters: ilf.BlockParameters) -> FoundBlocks:
         raise ilf.IlfError("no edges")
