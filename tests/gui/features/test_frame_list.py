@@ -1,7 +1,5 @@
 """The frame list: what is shown of it, in which order, and what its rows say and report."""
 
-from dataclasses import replace
-
 import cv2
 import numpy as np
 import pytest
@@ -12,7 +10,7 @@ from PySide6.QtWidgets import QLineEdit, QListView
 from gui.app.main_window import MainWindow
 from gui.features.frame_list import thumbnails as thumbnails_module
 from gui.features.frame_list.feature import FramesFeature
-from gui.features.frame_list.model import FrameListModel, counts, last_line, shown_entries, tooltip_text
+from gui.features.frame_list.model import FrameListModel, last_line, shown_entries, tooltip_text
 from gui.features.frame_list.panel import FramesPanel
 from gui.state.entries import Entry
 from gui.work.jobs import stop_workers
@@ -65,11 +63,6 @@ def test_sieve_leaves_out_and_sorts(chosen, names):
     assert entries[0] in shown_entries(entries, **chosen, always=entries[0]), "the frame that is looked at stays"
 
 
-def test_states_are_counted():
-    found = counts(_entries())
-    assert (found["all"], found["run"], found["note"], found["check"], found["unsaved"]) == (4, 1, 1, 1, 0)
-
-
 def test_frames_that_stay_in_the_list_remain_current_and_selected(qtbot):
     model, view = FrameListModel(lambda entry: None), QListView()
     qtbot.addWidget(view)
@@ -111,13 +104,6 @@ def test_row_says_all_in_words(qapp):
     assert model.index(0, 0).data(Qt.ItemDataRole.AccessibleTextRole) == (
         "frame-2, Run, 12 of 14 blocks, 3 to check, glass door"
     )
-
-
-def test_frames_with_blocks_that_have_not_converged_are_found(qapp):
-    one, other, *_ = entries = _entries()
-    other.set_summary(replace(other.summary, not_converged=2))
-    assert shown_entries(entries, state="not converged") == [other]
-    assert counts([one, other])["not converged"] == 1
 
 
 @pytest.fixture
