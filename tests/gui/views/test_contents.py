@@ -4,9 +4,8 @@ import dataclasses
 
 import numpy as np
 import pytest
-from PySide6.QtCore import QEvent, QPoint, Qt
+from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication, QMenu
 
 import ilf
 from gui.views.colours import FULL, ROBUST, strength_table
@@ -278,20 +277,6 @@ def test_a_title_opens_a_menu_and_a_double_click_still_enlarges(views, qtbot):
     assert not cell._menu.isVisible(), "the legend opens nothing"
 
 
-def test_the_menu_of_contents_keeps_names_while_depth_is_divided_and_no_former_submenus(views):
-    def offered():
-        cell.open_menu()
-        cell._menu.close()
-        QApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)
-        return [action.text() for action in cell._menu.actions()], len(cell.findChildren(QMenu))
-
-    views.give(depth=flat(2.1))
-    cell = views.cells["depth-in"]
-    first = offered()
-    views.sides.divide(True)
-    assert offered() == first
-
-
 @pytest.mark.parametrize(
     ("chosen", "sides"),
     [
@@ -312,12 +297,6 @@ def test_a_run_is_never_compared_with_itself(views, chosen, sides):
     assert views.data.sides == sides
     views.sheet.set_layout("grid-difference")
     assert views.cells["difference"].concrete == "difference:result:run-2"
-
-
-def test_without_another_run_the_result_is_compared_with_depth_in(views):
-    views.give(depth=flat(2.0))
-    views.give(runs=[views.run("Mine", flat(2.0), is_result=True)])
-    assert views.data.sides == ("depth-in", "result")
 
 
 def test_a_new_layer_is_one_function_and_one_line(views, monkeypatch):
