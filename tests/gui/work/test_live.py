@@ -8,7 +8,6 @@ from gui.work.frame_runs import RunState
 from gui.work.runs import LiveSolver
 from ilf.data.guide import Guide
 from ilf.evaluation.edit_summary import EditSummary
-from ilf.segmentation.editing.cleaning import merge
 from ilf.segmentation.editing.patches import LabelPatch
 
 from ..states import QUICK
@@ -55,13 +54,6 @@ def test_touched_blocks_are_solved_again_the_chosen_one_first(bench, solver, unt
     bench.document.undo_stack.undo()
     assert bench.runs.state is RunState.IDLE, "what undo brings back needs no solving"
     assert bench.document.changed_blocks() == []
-
-
-def test_blocks_that_an_edit_does_not_touch_are_left_alone(bench, solver, until):
-    bench.run_all()
-    bench.workspace.current.edit(bench.patch(3, np.s_[40:], np.s_[50:]), "Outline")
-    until(lambda: bench.document.changed_blocks() == [])
-    assert _asked(bench)[1:] == [[2, 3]]
 
 
 def test_nothing_is_solved_before_a_first_run_or_where_it_is_not_wanted(bench, solver, live):
@@ -178,14 +170,6 @@ def test_an_edit_is_said_at_once_and_what_it_did_when_it_is_known(bench, solver,
     bench.open("second")
     bench.workspace.tell()
     assert "appears here" in line.label.text()
-
-
-def test_of_two_edits_the_last_is_said(bench, solver, line, summary, until):
-    bench.run_all()
-    bench.workspace.current.edit(_patch(bench, 2), "Paint")
-    bench.workspace.current.edit(merge(bench.document.labels, [1, 2]), "Merge")
-    until(lambda: not summary.busy and bench.runs.state is RunState.IDLE)
-    assert "<b>Merge</b>" in line.label.text()
 
 
 def test_without_live_what_an_edit_did_is_said_after_the_next_run(
