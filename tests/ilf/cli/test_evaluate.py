@@ -2,7 +2,6 @@
 
 import csv
 import json
-import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -90,14 +89,6 @@ def test_the_report_tells_where_most_of_the_error_comes_from(room, monkeypatch):
     monkeypatch.setattr("ilf.cli.run_output.unsupported", lambda of: of.filled)
     why = "100% of its filled pixels are unsupported by measurements"
     assert f"{line.removesuffix('.')}; {why}." in completion_report(finished)
-
-
-def test_evaluate_names_the_block_that_most_of_the_error_is_in(files, capsys):
-    truth = cv2.imread("in/gt.png", cv2.IMREAD_UNCHANGED)
-    truth[:, :40] += 1500
-    cv2.imwrite("in/gt.png", truth)
-    assert main(["evaluate", *files, *GROUND_TRUTH, "--preset", "paper", "--preset", "best", *QUICK]) == 0
-    assert re.fullmatch(r"best: block \d has \d+% of the squared error\.", capsys.readouterr().out.splitlines()[-1])
 
 
 def test_evaluate_tells_which_missing_pixels_are_not_scored(files, cli):
