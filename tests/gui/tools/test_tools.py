@@ -90,15 +90,6 @@ def test_what_is_found_out_of_a_line_that_is_gone_shows_nothing(host):
 # outline
 
 
-def test_what_is_drawn_around_with_control_goes_to_the_chosen_block(host):
-    host.document.select([1])
-    outline = hand(host, "outline")
-    outline.drag([(40, 10), (50, 10), (50, 20), (40, 20), (40, 11)], "c")
-    assert (host.labels[11:19, 41:49] == 1).all()
-    assert host.labels[25, 45] == 2
-    assert host.steps == ["Outline Block 1"]
-
-
 @pytest.mark.parametrize("end", ["enter", "double click", "first corner"])
 def test_an_outline_of_clicks_is_closed(host, end):
     outline = hand(host, "outline")
