@@ -9,7 +9,7 @@ from PySide6.QtTest import QTest
 
 import ilf
 from gui.views.colours import FULL, ROBUST, strength_table
-from gui.views.layers import CONTENTS, Content, Layer, checked, missing_reason
+from gui.views.layers import CONTENTS, Content, Layer, checked
 from gui.views.layouts import CELLS
 from ilf.segmentation.edges.frame_edges import find_edges
 
@@ -206,18 +206,6 @@ def test_blocks_of_the_two_sides_are_parted_where_they_differ(views):
     assert painted_at(cell, 50.5, 40.5) == (0, 0, 200)
     views.sides.divide(False)
     assert painted_at(cell, 10.5, 40.5) == (200, 0, 0)
-
-
-def test_sides_that_are_not_there_yet_say_why(views):
-    for depth, why in (("earlier", "No run before"), ("interpolated", "Interpolating")):
-        views.sides.choose(depth)
-        cell = next(cell for cell in views.cells.values() if cell.content == "a")
-        assert cell.concrete == depth
-        assert missing_reason(cell.concrete, views.data).startswith(why)
-    views.open(views.data.frame.rgb, flat(1.1))
-    views.sheet.set_layout("compare")
-    cell.draw_again()
-    assert cell.view._message.startswith("Interpolating")
 
 
 def test_ranges_are_robust_full_or_fixed_and_stay_when_they_are_locked(views):
