@@ -88,15 +88,6 @@ def test_growing_equals_showing(panel):
     np.testing.assert_equal(drawn(panel.sigma_plot)[0], [1, 2, 3, 4, 5])
 
 
-def test_stages_are_marked_and_the_linear_schedule_has_none(panel):
-    panel.show_curves([curve(staged(count=25, length=8))])
-    assert marks(panel.sigma_plot) == [[8.5, 16.5, 24.5]]
-    panel.show_curves([curve(staged(count=25, length=8)), curve(staged(count=12, length=5))])
-    assert marks(panel.sigma_plot) == [[8.5, 16.5, 24.5], [5.5, 10.5]]
-    panel.show_curves([curve(linear())])
-    assert marks(panel.sigma_plot) == []
-
-
 def test_hold_out_curve_is_there_with_its_least_where_pixels_are_held_out(panel):
     panel.show_curves([curve(linear())])
     assert not panel.hold_out_plot.isVisible()
