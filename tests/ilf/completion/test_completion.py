@@ -217,17 +217,6 @@ def test_running_some_blocks_composes_to_the_same_as_all(small_frame, small_labe
     assert np.array_equal(compose(everything.run, results).depth, everything.depth)
 
 
-def test_preview_is_the_depth_so_far(small_frame, small_labels):
-    with ilf.Run(small_frame, small_labels, ilf.preset(max_iterations=4)).steps(1) as run:
-        assert run.preview() == []
-        next(run)
-        ((block, depth),) = run.preview()
-        assert block.label == 1
-        known = np.isfinite(small_frame.depth[block.box][block.mask])
-        assert np.array_equal(depth[known], small_frame.depth[block.box][block.mask][known])
-    assert run.preview() == []
-
-
 @pytest.mark.parametrize("threads", [1, 2])
 def test_cancelling_by_exception(small_frame, small_labels, threads):
     def stop(progress):
