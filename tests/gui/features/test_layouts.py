@@ -98,33 +98,6 @@ def test_looks_aside_leave_the_layout_and_go_back_to_its_views(opened):
     window.close()
 
 
-def test_panels_have_their_width_in_every_layout(qtbot, opened):
-    window, layouts = opened()
-    parameters = window.findChild(QDockWidget, "Parameters")
-    width = round(0.26 * window.width())
-
-    def is_now(width: int) -> bool:
-        qtbot.waitUntil(lambda: parameters.width() == width)
-        return True
-
-    assert is_now(width)
-    for name in ("correct", "inspect", "correct"):
-        layouts.turn(name)
-        if name == "correct":
-            window.actions_["toggle_panels"].trigger()
-            assert window.panels.open == ["Blocks", "Parameters"]
-            assert is_now(width)
-            window.actions_["toggle_panels"].trigger()
-    window.actions_["toggle_panels"].trigger()
-    window.resizeDocks([parameters], [width + 60], Qt.Orientation.Horizontal)
-    _click(window, "History")
-    assert is_now(width + 60), "a column keeps the width that it was given"
-    layouts.turn("standard")
-    layouts.turn("correct")
-    assert is_now(width + 60)
-    window.close()
-
-
 def _area(window: MainWindow, title: str) -> Qt.DockWidgetArea:
     return window.dockWidgetArea(window.findChild(QDockWidget, title))
 
