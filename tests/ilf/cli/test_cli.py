@@ -288,14 +288,6 @@ def test_every_command_has_a_help_and_those_that_extract_list_all_parameters(com
     assert [flag in text for flag in flags] == [extracts] * len(flags)
 
 
-def test_help_shows_range_unit_default_and_preset(cli, monkeypatch):
-    monkeypatch.setenv("COLUMNS", "400")
-    text = " ".join(cli("complete", "--help").out.split())
-    assert "[m; 0 to 1; default 0.0005; in paper 0.005; in released-code 0.005]" in text
-    assert "[default staged; in released-code linear]" in text
-    assert "% of frame" in text
-
-
 @pytest.mark.parametrize(
     ("arguments", "word"),
     [
