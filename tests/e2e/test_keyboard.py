@@ -155,24 +155,6 @@ def test_a_letter_takes_a_tool_stands_in_its_tooltip_and_does_nothing_while_a_na
     assert not typing.actions_["show_before_edit"].isChecked()
 
 
-def test_a_letter_leads_from_a_panel_to_the_crosshair(typing):
-    typing.feature(BlocksFeature).table.setFocus()
-    key(typing, _Key.Key_B)
-    assert _focus() is typing.views.active.view
-    _go(typing, 10, 24)
-
-
-def test_the_selected_block_is_renamed_by_a_command(typing, qtbot):
-    key(typing, _Key.Key_F9)
-    document = typing.workspace.current
-    typing.workspace.select([2])
-    typing.actions_["rename_block"].trigger()
-    (field,) = typing.feature(BlocksFeature).table.findChildren(QLineEdit)
-    QTest.keyClicks(field, "table")
-    QTest.keyClick(field, _Key.Key_Return)
-    qtbot.waitUntil(lambda: document.info(2).name == "table")
-
-
 def test_a_block_that_a_click_deselects_is_not_the_one_that_is_renamed(typing, qtbot):
     key(typing, _Key.Key_F9)
     table = typing.feature(BlocksFeature).table
