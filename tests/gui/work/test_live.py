@@ -235,13 +235,3 @@ def test_an_edit_is_judged_by_the_truth_first_also_by_one_that_is_loaded_later(b
     words = line.label.text()
     assert "ground truth 100\u00a0→\u00a0" in words
     assert words.index("ground truth") < words.index("hold-out") < words.index("expected RMS")
-
-
-def test_pixels_that_are_filled_no_longer_are_said(line):
-    line.show_message("Edit", EditSummary(3, (2500, 1200)))
-    fewer = line.label.text()
-    assert "filled 2,500\u00a0→\u00a0" in fewer
-    line.show_message("Edit", EditSummary(3, (2500, 2600)))
-    assert line.label.text().split("color:")[1][:7] == fewer.split("color:")[1][:7], "neither better nor worse"
-    line.show_message("Edit", EditSummary(3, (2500, 2500)))
-    assert "filled" not in line.label.text()
