@@ -80,6 +80,11 @@ def test_a_block_is_split_along_a_line_of_keys(typing):
     assert document.labels[5, 5] != document.labels[40, 5]
     key(typing, _Key.Key_Up, CTRL)
     assert typing.views.navigation.pixel == (40, 0)
+    _go(typing, 63, 47)
+    for end in (_Key.Key_Right, _Key.Key_Down):
+        key(typing, end)
+    assert typing.views.navigation.pixel == (63, 47), "the last pixel of the frame"
+    _go(typing, 40, 0)
     key(typing, _Key.Key_Left, CTRL)
     assert document.labels[0, _at(typing)[0]] != document.labels[0, 40]
 
