@@ -1,9 +1,10 @@
 """Next suspicious place and suggested distrust, through the real window."""
 
+import math
 import threading
 
 import numpy as np
-from PySide6.QtCore import Qt
+from PySide6.QtCore import QPointF, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QDockWidget
 
@@ -11,6 +12,7 @@ from gui.features.blocks.feature import BlocksFeature, block_rows
 from gui.features.expected_error import ErrorFeature
 from gui.features.frame_list.feature import FramesFeature
 from gui.features.quality import QualityPanel
+from gui.features.status import StatusFeature
 from gui.state.document import Document
 from gui.state.results import ErrorEstimate
 from ilf.data.frame import RGBDFrame
@@ -169,6 +171,30 @@ def test_a_remedy_leaves_no_sliver(window, qtbot, tmp_path, monkeypatch):
     assert np.array_equal(window.workspace.current.labels == 2, walls(48, WIDTH) == 1)
     window.actions_["undo"].trigger()
     assert (window.workspace.current.labels == 1).all(), "one step"
+
+
+def test_crosshair_and_readout_follow_to_the_place(window, qtbot, tmp_path):
+    opened_with(window, qtbot, tmp_path, walls(WIDTH))
+    view = window.views.cells["colour"].view
+    at = view.viewport().rect().center()
+    on_screen = view.viewport().mapToGlobal(QPointF(at))
+
+    def under() -> tuple[int, int] | None:
+        """The pixel that is under the pointer now."""
+        point = view.to_image(view.viewport().mapFromGlobal(on_screen))
+        x, y = math.floor(point.x()), math.floor(point.y())
+        return (x, y) if 0 <= x < WIDTH and 0 <= y < HEIGHT else None
+
+    QTest.mouseMove(view.viewport(), at)
+    before = under()
+    seen = []
+    window.views.cursorMoved.connect(seen.append)
+    press(window, qtbot, "next_check")
+    x, y = seen[-1]
+    assert (x, y) == under() != before
+    assert window.feature(StatusFeature).bar.readout.text().startswith(f"x {x}, y {y}")
+    window.actions_["layout_correct"].trigger()
+    assert seen[-1] == under() != (x, y), "nor does it stay behind when the views stand elsewhere"
 
 
 def test_high_expected_error_is_a_place_once_it_is_known(window, qtbot, tmp_path, run_all, monkeypatch):

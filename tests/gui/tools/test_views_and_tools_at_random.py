@@ -8,6 +8,7 @@ import pytest
 import ilf
 from gui.features.blocks.commands import BlockCommands
 from gui.features.compare import DerivedFeature
+from gui.features.export.feature import behind
 from gui.state.document import Document
 from gui.state.parts import Part
 from gui.tools.editor import Editor
@@ -16,6 +17,8 @@ from gui.work.jobs import stop_workers
 from gui.work.runs import LiveSolver
 from ilf.evaluation.edit_summary import EditSummary
 from ilf.segmentation.edges.frame_edges import FrameEdges
+
+Completed = tuple[ilf.Completion | None, ilf.Completion | None]
 
 
 @pytest.fixture
@@ -160,6 +163,17 @@ def test_a_command_during_a_stroke_can_be_undone_exactly(bench, views, context):
     bench.document.undo_stack.undo()
     np.testing.assert_array_equal(bench.document.labels, former)
     stop_workers(editor)
+
+
+def test_an_export_says_what_its_results_lack(bench):
+    bench.run_all()
+    assert behind(bench.document) == ""
+    bench.workspace.current.edit(bench.patch(3, np.s_[40:], np.s_[50:]), "Outline")
+    bench.workspace.parameters.set(bench.workspace.parameters.current.replace(max_iterations=7))
+    assert behind(bench.document) == (
+        "Not run in their current state, so that their missing depth stays missing: 2 of 3 blocks. "
+        "Run with other parameters than the current ones: 1 of 3 blocks. Run them first (F5)."
+    )
 
 
 def test_of_a_drag_the_results_are_kept_that_undo_and_redo_lead_to(bench, until, monkeypatch):
